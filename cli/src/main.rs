@@ -1,0 +1,5 @@
+//! The program `tmcl`.
+
+fn main() {
+    println!("tmcl");
+}

@@ -1,0 +1,135 @@
+//! The board as embedded-hal devices, for drivers that know nothing of a simulation.
+
+use super::{Board, Chip};
+use crate::clock::{Nanos, SECOND};
+use core::cell::{Ref, RefCell, RefMut};
+use core::convert::Infallible;
+use embedded_hal::digital;
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use std::rc::Rc;
+
+/// Time between chip select and the first clock, and between the last clock and chip select: four
+/// periods of the TMC429's clock, which wants at least three.
+pub const SELECT_TIME: Nanos = 250;
+
+/// A handle to a board. Clones are handles to the same board; it is for one thread.
+#[derive(Clone, Debug)]
+pub struct SharedBoard(Rc<RefCell<Board>>);
+
+impl SharedBoard {
+    /// Makes `board` shareable.
+    pub fn new(board: Board) -> Self {
+        Self(Rc::new(RefCell::new(board)))
+    }
+
+    /// The board, to look at. Must be let go before a device or another borrow changes the board.
+    pub fn borrow(&self) -> Ref<'_, Board> {
+        self.0.borrow()
+    }
+
+    /// The board, to change it. Must be let go before a device or another borrow uses the board.
+    pub fn borrow_mut(&self) -> RefMut<'_, Board> {
+        self.0.borrow_mut()
+    }
+
+    /// The SPI device `chip`, clocked at `hz` (at least 1).
+    pub fn spi(&self, chip: Chip, hz: u32) -> SimSpi {
+        SimSpi { board: self.clone(), chip, hz: hz.max(1) }
+    }
+
+    /// The microcontroller's pin that enables the driver when it is low (ENN).
+    pub fn enable_pin(&self) -> SimPin {
+        SimPin(self.clone())
+    }
+}
+
+/// An SPI device on the board. A transaction takes its time on the wire - [`SELECT_TIME`], eight clocks a byte,
+/// [`SELECT_TIME`] - and the world moves on meanwhile. Cannot fail.
+#[derive(Clone, Debug)]
+pub struct SimSpi {
+    board: SharedBoard,
+    chip: Chip,
+    hz: u32,
+}
+
+/// The clocks of one transaction: where time stands is computed from the number of bytes, so that no
+/// rounding adds up.
+struct Clocks<'a> {
+    board: &'a mut Board,
+    chip: Chip,
+    hz: u32,
+    from: Nanos,
+    bytes: u64,
+}
+
+impl Clocks<'_> {
+    fn byte(&mut self, mosi: u8) -> u8 {
+        self.bytes += 1;
+        let took = 8 * self.bytes * SECOND / u64::from(self.hz);
+        self.board.advance_to(self.from + took);
+        self.board.byte(self.chip, mosi)
+    }
+
+    fn pause(&mut self, time: Nanos) {
+        self.from = self.board.now() + time;
+        self.bytes = 0;
+        self.board.advance_to(self.from);
+    }
+}
+
+impl spi::ErrorType for SimSpi {
+    type Error = Infallible;
+}
+
+impl SpiDevice for SimSpi {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        let mut board = self.board.borrow_mut();
+        board.select(self.chip);
+        let from = board.now();
+        let mut clocks = Clocks { board: &mut board, chip: self.chip, hz: self.hz, from, bytes: 0 };
+        clocks.pause(SELECT_TIME);
+        for operation in operations {
+            match operation {
+                Operation::Read(read) => read.iter_mut().for_each(|to| *to = clocks.byte(0)),
+                Operation::Write(write) => write.iter().for_each(|&byte| {
+                    clocks.byte(byte);
+                }),
+                Operation::Transfer(read, write) => {
+                    for place in 0..read.len().max(write.len()) {
+                        let miso = clocks.byte(write.get(place).copied().unwrap_or(0));
+                        if let Some(to) = read.get_mut(place) {
+                            *to = miso;
+                        }
+                    }
+                }
+                Operation::TransferInPlace(bytes) => {
+                    bytes.iter_mut().for_each(|byte| *byte = clocks.byte(*byte));
+                }
+                Operation::DelayNs(time) => clocks.pause(u64::from(*time)),
+            }
+        }
+        clocks.pause(SELECT_TIME);
+        board.deselect(self.chip);
+        Ok(())
+    }
+}
+
+/// The pin that enables the driver. Cannot fail.
+#[derive(Clone, Debug)]
+pub struct SimPin(SharedBoard);
+
+impl digital::ErrorType for SimPin {
+    type Error = Infallible;
+}
+
+impl digital::OutputPin for SimPin {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().set_disable_pin(false);
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        self.0.borrow_mut().set_disable_pin(true);
+        Ok(())
+    }
+}

@@ -1,0 +1,306 @@
+use super::*;
+use crate::clock::{MICROSECOND, MILLISECOND, SECOND};
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::{Operation, SpiDevice};
+
+const MOTION_HZ: u32 = 1_000_000;
+
+/// TMC429 registers of motor 0, first byte of a write (datasheet section 6.2.2).
+const X_ACTUAL: u8 = 0x02;
+const V_MIN: u8 = 0x04;
+const V_MAX: u8 = 0x06;
+const V_TARGET: u8 = 0x08;
+const A_MAX: u8 = 0x0C;
+const MODE: u8 = 0x14;
+const DIVIDERS: u8 = 0x18;
+const INTERFACE: u8 = 0x68;
+const GLOBAL: u8 = 0x7E;
+const SWITCHES: u8 = 0x7C;
+
+fn tmc429(board: &SharedBoard, register: u8, data: u32) -> u32 {
+    let [_, high, middle, low] = data.to_be_bytes();
+    let mut frame = [register, high, middle, low];
+    let mut spi = board.spi(Chip::Tmc429, MOTION_HZ);
+    spi.transfer_in_place(&mut frame).unwrap();
+    u32::from_be_bytes([0, frame[1], frame[2], frame[3]])
+}
+
+fn tmc262(board: &SharedBoard, word: u32) -> u32 {
+    let [_, high, middle, low] = word.to_be_bytes();
+    let mut frame = [high, middle, low];
+    let mut spi = board.spi(Chip::Tmc262, MOTION_HZ);
+    spi.transfer_in_place(&mut frame).unwrap();
+    u32::from_be_bytes([0, frame[0], frame[1], frame[2]]) >> 4
+}
+
+/// Driver on at full current, 256 microsteps, SGT 13; TMC429 in velocity mode, standing.
+fn start(config: &str) -> SharedBoard {
+    let board = SharedBoard::new(Board::new(&WorldConfig::parse(config).unwrap(), 0));
+    set_up(&board);
+    board
+}
+
+fn set_up(board: &SharedBoard) {
+    for word in [0xE_F050, 0xC_0D1F, 0x9_0135, 0xA_0000, 0x0_0000] {
+        tmc262(board, word);
+    }
+    board.enable_pin().set_low().unwrap();
+    let registers = [
+        (INTERFACE, 0x122),
+        (GLOBAL, 0x2),
+        // PULSE_DIV 3, RAMP_DIV 7.
+        (DIVIDERS, 0x3706),
+        (V_MIN, 1),
+        (V_MAX, 2047),
+        (A_MAX, 2047),
+        // Both stop switches stop, velocity mode.
+        (MODE, 0x0002),
+    ];
+    for (register, data) in registers {
+        tmc429(board, register, data);
+    }
+}
+
+fn run(board: &SharedBoard, time: Nanos) {
+    let to = board.borrow().now() + time;
+    board.borrow_mut().advance_to(to);
+}
+
+fn stop(board: &SharedBoard) {
+    tmc429(board, V_TARGET, 0);
+    run(board, SECOND);
+}
+
+#[test]
+fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
+    let board = start("");
+    let (before, count) = (board.borrow().now(), board.borrow().datagrams(Chip::Tmc429));
+    let mut spi = board.spi(Chip::Tmc429, 1_312_500);
+    spi.transfer_in_place(&mut [0; 4]).unwrap();
+    // 32 bits at 1.3125 MHz are 24.380 952 us, plus selecting and deselecting.
+    let took = board.borrow().now() - before;
+    assert_eq!(took, 24_380 + 2 * SELECT_TIME);
+    assert_eq!(board.borrow().datagrams(Chip::Tmc429), count + 1);
+    assert_eq!(board.borrow().datagrams(Chip::At25), 0);
+}
+
+#[test]
+fn steps_reach_the_rotor_at_the_speed_of_the_formula() {
+    let board = start("");
+    board.borrow_mut().change_world(|world| {
+        world.start_trace(0, 0);
+    });
+    tmc429(&board, V_TARGET, 1_000);
+    run(&board, 2 * SECOND);
+    let now = board.borrow().now();
+    {
+        let board = board.borrow();
+        // 16 MHz x 1000 / (2^3 x 2048 x 32) = 30 517.6 microsteps/s = 119.21 full steps/s.
+        let trace = board.world().trace().unwrap();
+        let speed = trace.speed(now - SECOND, now).unwrap();
+        assert!((speed - 119.21).abs() < 0.05, "{speed}");
+        let rotor = board.world().motor().rotor();
+        assert_eq!(i64::from(board.tmc429().position(0)), rotor);
+        assert_eq!(i64::from(board.inputs().encoder), rotor % 51_200 / 50);
+        assert_eq!(board.tmc262().stall_guard(), 512);
+        assert!(!board.inputs().stall);
+    }
+    stop(&board);
+    let rest = board.borrow().world().motor().rotor();
+    run(&board, SECOND);
+    assert_eq!(board.borrow().world().motor().rotor(), rest);
+    assert_eq!(board.borrow().next_event(), None);
+}
+
+#[test]
+fn an_end_switch_on_the_stage_stops_the_motor() {
+    let board = start("[stage]\nright = 20000\nleft = -20000");
+    tmc429(&board, V_TARGET, 500);
+    run(&board, 4 * SECOND);
+    // The chip stops with the tick after the step that closed the switch: 2 us later.
+    let rotor = board.borrow().world().motor().rotor();
+    assert!((20_000..=20_001).contains(&rotor), "{rotor}");
+    assert_eq!(board.borrow().inputs().digital, 0b0100);
+    assert_eq!(tmc429(&board, SWITCHES | 1, 0) & 0b11, 0b01);
+    tmc429(&board, V_TARGET, (-500_i32 as u32) & 0xFFF);
+    run(&board, 6 * SECOND);
+    let rotor = board.borrow().world().motor().rotor();
+    assert!((-20_001..=-20_000).contains(&rotor), "{rotor}");
+    assert_eq!(board.borrow().inputs().digital, 0b0010);
+}
+
+#[test]
+fn a_switch_pressed_by_hand_stops_the_motor() {
+    let board = start("");
+    tmc429(&board, V_TARGET, 1_000);
+    run(&board, SECOND);
+    board.borrow_mut().change_world(|world| world.press(crate::world::stage::Pin::Right, true));
+    run(&board, MILLISECOND);
+    assert_eq!(board.borrow().tmc429().velocity(0), 0);
+}
+
+#[test]
+fn a_load_stalls_the_motor_and_shows_at_the_stall_pin() {
+    let board = start("");
+    tmc429(&board, V_TARGET, 2_000);
+    run(&board, SECOND);
+    board.borrow_mut().change_world(|world| world.set_load(1.0));
+    let rotor = board.borrow().world().motor().rotor();
+    run(&board, SECOND / 2);
+    {
+        let board = board.borrow();
+        assert_eq!(board.world().motor().rotor(), rotor);
+        assert!(board.inputs().stall);
+        // 2000 is 61 035 microsteps/s: 119 full steps in half a second.
+        assert_eq!(board.world().motor().lost_steps(), 119);
+    }
+    board.borrow_mut().change_world(|world| world.set_load(0.0));
+    stop(&board);
+    let lost = board.borrow().world().motor().lost_steps();
+    assert!(lost >= 119 && lost % 4 == 0, "{lost}");
+}
+
+#[test]
+fn without_bridges_the_counter_runs_and_the_rotor_stays() {
+    let board = start("");
+    board.enable_pin().set_high().unwrap();
+    tmc429(&board, V_TARGET, 1_000);
+    run(&board, SECOND);
+    assert!(board.borrow().tmc429().position(0) > 20_000);
+    assert_eq!(board.borrow().world().motor().rotor(), 0);
+}
+
+#[test]
+fn a_warm_reset_leaves_the_motion_controller_running_and_power_off_stops_it() {
+    let board = start("");
+    tmc429(&board, V_TARGET, 1_000);
+    run(&board, SECOND);
+    board.borrow_mut().warm_reset();
+    let before = board.borrow().world().motor().rotor();
+    run(&board, SECOND);
+    let after = board.borrow().world().motor().rotor();
+    assert!(after - before > 30_000);
+    board.borrow_mut().power_off();
+    run(&board, SECOND);
+    assert_eq!(board.borrow().world().motor().rotor(), after);
+    assert_eq!(tmc429(&board, SWITCHES | 1, 0), 0xFF_FFFF, "nobody answers");
+    board.borrow_mut().power_on();
+    assert_eq!(board.borrow().tmc429().position(0), 0);
+    assert_eq!(board.borrow().tmc262().registers(), Default::default());
+    assert!(!board.borrow().tmc262().bridges_on());
+    set_up(&board);
+    // The driver starts at pointer 0 again: the rotor is drawn to the nearest multiple of 1024.
+    let rotor = board.borrow().world().motor().rotor();
+    assert_eq!(rotor % 1_024, 0);
+    assert!((rotor - after).abs() <= 512);
+    assert_eq!(board.borrow().world().motor().lost_steps(), 0);
+}
+
+#[test]
+fn the_eeprom_keeps_its_contents_over_a_power_cycle_but_for_a_torn_page() {
+    let board = start("");
+    let mut spi = board.spi(Chip::At25, 1_000_000);
+    let mut write = |address: u16, byte: u8| {
+        spi.write(&[0x06]).unwrap();
+        let [high, low] = address.to_be_bytes();
+        let mut operations = [Operation::Write(&[0x02, high, low]), Operation::Write(&[byte; 64])];
+        spi.transaction(&mut operations).unwrap();
+    };
+    write(0, 0x11);
+    run(&board, 5 * MILLISECOND);
+    write(64, 0x22);
+    assert!(board.borrow().next_event().is_some());
+    run(&board, MILLISECOND);
+    board.borrow_mut().power_off();
+    board.borrow_mut().power_on();
+    run(&board, SECOND);
+    let mut read = [0; 64];
+    let mut operations = [Operation::Write(&[0x03, 0, 0]), Operation::Read(&mut read)];
+    board.spi(Chip::At25, 1_000_000).transaction(&mut operations).unwrap();
+    assert_eq!(read, [0x11; 64]);
+    let page = board.borrow().at25().contents()[64..128].to_vec();
+    assert!(page.contains(&0x22) && page.contains(&0xFF));
+}
+
+#[test]
+fn without_motor_supply_the_driver_forgets() {
+    let board = start("");
+    assert!(board.borrow().tmc262().bridges_on());
+    board.borrow_mut().change_world(|world| world.set_supply(4.9));
+    assert_eq!(tmc262(&board, 0x9_0135), 0);
+    board.borrow_mut().change_world(|world| world.set_supply(24.0));
+    assert_eq!(board.borrow().tmc262().registers(), Default::default());
+    assert_eq!(board.borrow().inputs().supply, 240);
+}
+
+#[test]
+fn faults_appear_and_disappear() {
+    let board = start("");
+    let set = |fault, on| board.borrow_mut().set_fault(fault, on);
+    set(Fault::Spi, true);
+    assert_eq!(tmc262(&board, 0xE_F050), 0xF_FFFF);
+    assert_eq!(tmc429(&board, SWITCHES | 1, 0), 0xFF_FFFF);
+    tmc429(&board, X_ACTUAL, 1_234);
+    set(Fault::Spi, false);
+    assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 1_234, "it arrived");
+    set(Fault::Overtemperature, true);
+    assert_eq!(tmc262(&board, 0xE_F050) & 0x06, 0x06);
+    assert!(!board.borrow().tmc262().bridges_on());
+    set(Fault::Overtemperature, false);
+    assert_eq!(tmc262(&board, 0xE_F050) & 0x06, 0);
+    for (fault, flag) in [(Fault::ShortA, 0x08), (Fault::ShortB, 0x10), (Fault::OpenA, 0x20), (Fault::OpenB, 0x40)] {
+        set(fault, true);
+        assert_eq!(tmc262(&board, 0xE_F050) & 0x78, flag);
+        assert!(!board.borrow().world().motor().is_following());
+        set(fault, false);
+        board.enable_pin().set_high().unwrap();
+        board.enable_pin().set_low().unwrap();
+        assert_eq!(tmc262(&board, 0xE_F050) & 0x78, 0);
+        assert!(board.borrow().world().motor().is_following());
+    }
+    set(Fault::Encoder, true);
+    board.borrow_mut().change_world(|world| world.slip(100, SECOND));
+    assert_eq!(board.borrow().inputs().encoder, 0);
+    set(Fault::Encoder, false);
+    assert_eq!(board.borrow().inputs().encoder, 100 * 256 / 50);
+    set(Fault::Eeprom, true);
+    let mut status = [0x05, 0];
+    let mut spi = board.spi(Chip::At25, 1_000_000);
+    spi.transfer_in_place(&mut status).unwrap();
+    assert_eq!(status[1], 0xFF);
+}
+
+#[test]
+fn the_same_seed_gives_the_same_run() {
+    let world = "seed = 5\n[motor]\nstall_guard_noise = 50\nfriction = 0.3\n[stage]\nhard_right = 30000";
+    let run_once = || {
+        let board = start(world);
+        board.borrow_mut().change_world(|world| world.start_trace(0, 0));
+        tmc429(&board, V_TARGET, 2_000);
+        let mut readings = Vec::new();
+        for _ in 0..100 {
+            run(&board, 10 * MILLISECOND + 7 * MICROSECOND);
+            readings.push(board.borrow().tmc262().stall_guard());
+        }
+        let trace = board.borrow_mut().change_world(World::take_trace).unwrap();
+        (readings, trace.samples().to_vec())
+    };
+    assert_eq!(run_once(), run_once());
+}
+
+#[test]
+fn the_size_of_the_time_steps_does_not_matter() {
+    let final_state = |piece: Nanos| {
+        let board = start("[stage]\nright = 20000\n[motor]\nfriction = 0.1");
+        tmc429(&board, V_TARGET, 1_500);
+        let end = board.borrow().now() + 2 * SECOND;
+        while board.borrow().now() < end {
+            let to = end.min(board.borrow().now() + piece);
+            board.borrow_mut().advance_to(to);
+        }
+        crate::control::State::of(&board.borrow())
+    };
+    let whole = final_state(2 * SECOND);
+    assert_eq!(final_state(123 * MICROSECOND), whole);
+    assert_eq!(final_state(30 * MILLISECOND + 1), whole);
+}

@@ -1,0 +1,28 @@
+//! The chips of the module as seen from their pins, one model per file, written from the datasheets.
+
+pub mod at25;
+pub mod encoder;
+pub mod tmc262;
+pub mod tmc429;
+
+use crate::clock::Nanos;
+
+/// A chip behind a chip-select line on an SPI bus, driven by whoever owns the bus: the native board or
+/// the emulated microcontroller. Before each call the owner has advanced the model to `now`.
+pub trait SpiSlave {
+    /// Chip select becomes active (falls).
+    fn select(&mut self, now: Nanos);
+    /// Eight clocks: takes the byte on MOSI and returns the byte the chip shifted out meanwhile.
+    fn byte(&mut self, mosi: u8) -> u8;
+    /// Chip select becomes inactive (rises); a complete datagram takes effect now.
+    fn deselect(&mut self, now: Nanos);
+}
+
+/// What hangs on the step/direction outputs and the reference switch inputs of the TMC429.
+pub trait StepDir {
+    /// Motor `motor` (0..=2) gets one step pulse at `at`; `up` is true when the position counter counts up
+    /// (the direction pin's inversion by `inv_dir` is already applied to `dir_pin`).
+    /// Returns the levels of the six reference switch pins after the step, in the order of the chip's
+    /// REFERENCE_SWITCHES register: bit 0 REFR1, 1 REFL1, 2 REFR2, 3 REFL2, 4 REFR3, 5 REFL3.
+    fn step(&mut self, at: Nanos, motor: usize, dir_pin: bool) -> u8;
+}

@@ -1,0 +1,134 @@
+//! What the TMC262 does about the load on the motor: stallGuard2 measures it, coolStep acts on it.
+
+use super::{FULL_LOAD, LoadRatio, field};
+use crate::clock::{MILLISECOND, Nanos};
+use crate::random::Random;
+
+/// A full step that takes longer than this (50 full steps a second) has too little back-EMF to be
+/// measured; it reads zero.
+const SLOWEST: Nanos = 20 * MILLISECOND;
+/// What the torque reserve contributes to the reading.
+const RESERVE_SPAN: i64 = 512;
+/// What a unit of SGT contributes to the reading.
+const SGT_SPAN: i64 = 64;
+/// The SGT at which the reading is zero exactly when the motor stalls.
+const SGT_MATCHED: i64 = 13;
+/// With SFILT there is one reading for this many full steps.
+const FILTERED: u32 = 4;
+
+/// stallGuard2. The reading for a load ratio l (0 free .. 1 stalls) is
+/// `512 x (1 - l) + 64 x (SGT - 13)`, held within 0..=1023: 0 for the free motor at SGT 5, 64 more for each
+/// unit above, and at SGT 13 zero exactly where the motor stalls. The slope and the matched threshold are this model's motor,
+/// not the chip's: the datasheet has the user find both by experiment.
+#[derive(Clone, Debug)]
+pub(super) struct StallGuard {
+    value: u16,
+    last: Nanos,
+    full_steps: u32,
+    noise: u32,
+    random: Random,
+}
+
+impl StallGuard {
+    pub(super) fn new(noise: u32, seed: u64) -> Self {
+        Self { value: 0, last: 0, full_steps: 0, noise, random: Random::new(seed) }
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.value = 0;
+        self.full_steps = 0;
+    }
+
+    pub(super) fn value(&self) -> u16 {
+        self.value
+    }
+
+    /// A full step ended at `at`. Gives the value if that completes a reading. At standstill there are no
+    /// full steps and the last value stays.
+    pub(super) fn measure(&mut self, at: Nanos, load: LoadRatio, sgcsconf: u32, driven: bool) -> Option<u16> {
+        let took = at.saturating_sub(self.last);
+        self.last = at;
+        self.full_steps += 1;
+        let filtered = field(sgcsconf, 16, 1) == 1;
+        if filtered && self.full_steps < FILTERED {
+            return None;
+        }
+        self.full_steps = 0;
+        self.value = if took > SLOWEST || !driven {
+            0
+        } else {
+            let reserve = FULL_LOAD - load.min(FULL_LOAD);
+            let sgt = signed_threshold(sgcsconf);
+            let mut value = RESERVE_SPAN * i64::from(reserve) / i64::from(FULL_LOAD) + SGT_SPAN * (sgt - SGT_MATCHED);
+            if self.noise > 0 {
+                let spread = 2 * self.noise + 1;
+                value += i64::from(self.random.below(spread)) - i64::from(self.noise);
+            }
+            value.clamp(0, 1023) as u16
+        };
+        Some(self.value)
+    }
+}
+
+/// SGT, -64..=63.
+fn signed_threshold(sgcsconf: u32) -> i64 {
+    let raw = i64::from(field(sgcsconf, 8, 7));
+    if raw >= 64 { raw - 128 } else { raw }
+}
+
+/// coolStep: with SEMIN > 0 a reading below SEMIN x 32 raises the current scale by SEUP's step, and as many
+/// readings of at least (SEMIN + SEMAX + 1) x 32 as SEDN says lower it by one, between CS and the half or
+/// quarter of CS that SEIMIN selects (rounded down).
+#[derive(Clone, Debug, Default)]
+pub(super) struct CoolStep {
+    scale: u32,
+    above: u32,
+}
+
+impl CoolStep {
+    pub(super) fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// The current scale in force (SE), 0..=31: one less than 1/32 of the full current.
+    pub(super) fn scale(&self) -> u32 {
+        self.scale
+    }
+
+    /// The configuration has changed: off means CS, on means within its limits.
+    pub(super) fn limit(&mut self, smarten: u32, sgcsconf: u32) {
+        let (lowest, highest) = limits(smarten, sgcsconf);
+        self.scale = if field(smarten, 0, 4) == 0 { highest } else { self.scale.clamp(lowest, highest) };
+    }
+
+    pub(super) fn adapt(&mut self, reading: u16, smarten: u32, sgcsconf: u32) {
+        let semin = field(smarten, 0, 4);
+        if semin == 0 {
+            return;
+        }
+        let (lowest, highest) = limits(smarten, sgcsconf);
+        let reading = u32::from(reading);
+        if reading < semin * 32 {
+            self.above = 0;
+            self.scale = (self.scale + (1 << field(smarten, 5, 2))).min(highest);
+        } else if reading >= (semin + field(smarten, 8, 4) + 1) * 32 {
+            self.above += 1;
+            let needed = match field(smarten, 13, 2) {
+                0 => 32,
+                1 => 8,
+                2 => 2,
+                _ => 1,
+            };
+            if self.above >= needed {
+                self.above = 0;
+                self.scale = self.scale.saturating_sub(1).max(lowest);
+            }
+        }
+    }
+}
+
+/// The lowest and highest current scale: a half or quarter of CS, and CS.
+fn limits(smarten: u32, sgcsconf: u32) -> (u32, u32) {
+    let highest = field(sgcsconf, 0, 5);
+    (highest >> (1 + field(smarten, 15, 1)), highest)
+}

@@ -1,0 +1,254 @@
+use super::*;
+use crate::clock::MILLISECOND;
+
+/// Words of application note AN016, table 4.1.
+const CHOPCONF: u32 = 0x9_0131;
+const SGCSCONF: u32 = 0xD_0505;
+
+fn send(chip: &mut Tmc262, now: Nanos, word: u32) -> u32 {
+    chip.select(now);
+    let read = word.to_be_bytes()[1..].iter().fold(0, |read, &byte| read << 8 | u32::from(chip.byte(byte)));
+    chip.deselect(now);
+    assert_eq!(read & 0xF, 0, "the host's four leading zeros come back last");
+    read >> 4
+}
+
+fn running(sgcsconf: u32, drvconf: u32) -> Tmc262 {
+    let mut chip = Tmc262::new(0, 1);
+    chip.set_disable_pin(false);
+    for word in [drvconf, sgcsconf, CHOPCONF] {
+        send(&mut chip, 0, word);
+    }
+    chip
+}
+
+/// Steps at `interval` until `full_steps` readings have been taken; returns the time.
+fn turn(chip: &mut Tmc262, from: Nanos, interval: Nanos, full_steps: u32, load: f64) -> Nanos {
+    let ratio = (load * f64::from(FULL_LOAD)) as u32;
+    let (mut now, mut passed) = (from, 0);
+    while passed < full_steps {
+        now += interval;
+        if chip.step(now, true) {
+            chip.take_reading(now, ratio);
+            passed += 1;
+        }
+    }
+    now
+}
+
+#[test]
+fn the_registers_are_told_apart_by_their_highest_bits() {
+    let mut chip = Tmc262::new(0, 1);
+    for word in [0x0_0304, CHOPCONF, 0xA_2345, SGCSCONF, 0xE_F040] {
+        send(&mut chip, 0, word);
+    }
+    // 01 in bits 19:18 is no register; 20 bits are taken of 24.
+    send(&mut chip, 0, 0x4_FFFF);
+    let expected =
+        Registers { drvctrl: 0x0_0304, chopconf: CHOPCONF, smarten: 0xA_2345, sgcsconf: SGCSCONF, drvconf: 0xE_F040 };
+    assert_eq!(chip.registers(), expected);
+}
+
+#[test]
+fn a_short_datagram_writes_nothing() {
+    let mut chip = Tmc262::new(0, 1);
+    chip.select(0);
+    chip.byte(0x90);
+    chip.byte(0x13);
+    chip.deselect(0);
+    assert_eq!(chip.registers(), Registers::default());
+}
+
+#[test]
+fn the_response_has_the_format_of_the_drvconf_written_before() {
+    let mut chip = running(0xC_0000 | 20 << 8 | 9, 0xE_F060);
+    // SGT 20 without load: 512 + 64 x 7 = 960 = 0b11_1100_0000; SE = CS = 9.
+    // At 10 us a microstep a full step takes 2.56 ms, fast enough.
+    let now = turn(&mut chip, 0, 10_000, 3, 0.0);
+    assert_eq!(chip.stall_guard(), 960);
+    // RDSEL 2: SG9..5 in 19:15, SE in 14:10.
+    assert_eq!(send(&mut chip, now, 0xE_F050), 0b11110 << 15 | 9 << 10);
+    assert_eq!(send(&mut chip, now, 0xE_F040), 960 << 10);
+    // RDSEL 0: three full steps are microstep 768.
+    assert_eq!(send(&mut chip, now, 0xE_F070), 768 << 10);
+    assert_eq!(send(&mut chip, now, 0xE_F040), 0);
+}
+
+#[test]
+fn standstill_is_reported_after_two_to_the_twentieth_clocks() {
+    // 1 048 576 / 15 MHz = 69.905 066 ms.
+    assert_eq!(STANDSTILL, 69_905_066);
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x80, 0x80);
+    chip.step(1_000, true);
+    assert_eq!(send(&mut chip, 1_000 + 69_905_065, 0xE_F040) & 0x80, 0);
+    assert_eq!(send(&mut chip, 1_000 + 69_905_066, 0xE_F040) & 0x80, 0x80);
+}
+
+#[test]
+fn resolution_and_double_edges_scale_the_step() {
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    for (mres, size) in [(0, 1), (4, 16), (8, 256), (15, 256)] {
+        send(&mut chip, 0, mres);
+        let before = chip.field();
+        chip.step(0, true);
+        assert_eq!(chip.field() - before, size);
+        send(&mut chip, 0, 0x100 | mres);
+        chip.step(0, false);
+        assert_eq!(chip.field() - before, -size);
+        chip.step(0, true);
+        chip.step(0, false);
+        send(&mut chip, 0, mres);
+        chip.step(0, true);
+    }
+    assert_eq!(chip.field(), 0);
+    chip.step(0, false);
+    assert_eq!(chip.field(), -256);
+    assert_eq!(send(&mut chip, 0, 0) >> 10, 768, "MSTEP has ten bits");
+}
+
+#[test]
+fn toff_enn_and_temperature_switch_the_bridges() {
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    assert!(chip.bridges_on());
+    assert_eq!(chip.current(), 6, "CS 5 is 6/32");
+    chip.set_disable_pin(true);
+    assert_eq!(chip.current(), 0);
+    chip.set_disable_pin(false);
+    send(&mut chip, 0, CHOPCONF & !0xF);
+    assert!(!chip.bridges_on());
+    send(&mut chip, 0, CHOPCONF);
+    chip.set_temperature(100);
+    assert!(chip.bridges_on());
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x06, 0x04);
+    chip.set_temperature(150);
+    assert!(!chip.bridges_on());
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x06, 0x06);
+    chip.set_temperature(99);
+    assert!(chip.bridges_on());
+}
+
+#[test]
+fn a_short_is_latched_until_the_bridges_are_switched_off() {
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    chip.set_short(Bridge::A, true);
+    assert!(!chip.bridges_on());
+    chip.set_short(Bridge::A, false);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x18, 0x08);
+    assert!(!chip.bridges_on());
+    send(&mut chip, 0, CHOPCONF & !0xF);
+    send(&mut chip, 0, CHOPCONF);
+    assert!(chip.bridges_on());
+    assert_eq!(send(&mut chip, 0, 0xE_F440) & 0x18, 0);
+    // DISS2G (bit 10) switches the protection off.
+    chip.set_short(Bridge::B, true);
+    assert!(chip.bridges_on());
+    send(&mut chip, 0, 0xE_F040);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x18, 0x10);
+}
+
+#[test]
+fn an_open_coil_is_reported_and_gives_no_torque() {
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    chip.set_open(Bridge::B, true);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x60, 0x40);
+    assert_eq!((chip.current(), chip.torque_current()), (6, 0));
+}
+
+#[test]
+fn the_reading_leaves_zero_when_sgt_is_raised_and_returns_under_load() {
+    let reading = |sgt: u32, load| {
+        let mut chip = running(0xC_0000 | (sgt & 0x7F) << 8 | 31, 0xE_F040);
+        let now = turn(&mut chip, 0, 10_000, 3, load);
+        (chip.stall_guard(), chip.stall_pin(now))
+    };
+    assert_eq!(reading(5, 0.0), (0, true));
+    assert_eq!(reading(6, 0.0), (64, false));
+    assert_eq!(reading(10, 0.0), (320, false));
+    assert_eq!(reading(10, 0.5), (64, false));
+    assert_eq!(reading(10, 0.8), (0, true));
+    assert_eq!(reading(13, 0.5), (256, false));
+    assert_eq!(reading(13, 1.0), (0, true));
+    assert_eq!(reading(63, 1.0), (1023, false));
+    assert_eq!(reading(0x7F, 0.0), (0, true), "SGT is signed: -1");
+}
+
+#[test]
+fn slow_motion_cannot_be_measured_and_standstill_keeps_the_value() {
+    let mut chip = running(0xC_0A1F, 0xE_F040);
+    let now = turn(&mut chip, 0, 10_000, 2, 0.0);
+    assert_eq!(chip.stall_guard(), 320);
+    assert!(!chip.stall_pin(now + 2 * STANDSTILL));
+    assert_eq!(chip.stall_guard(), 320);
+    // 256 x 80 us = 20.48 ms a full step.
+    let now = turn(&mut chip, now, 80_000, 2, 0.0);
+    assert_eq!(chip.stall_guard(), 0);
+    assert!(chip.stall_pin(now));
+    assert!(!chip.stall_pin(now + STANDSTILL));
+}
+
+#[test]
+fn the_filter_reads_once_in_four_full_steps() {
+    let mut chip = running(0xD_0A1F, 0xE_F040);
+    let now = turn(&mut chip, 0, 10_000, 3, 0.0);
+    assert_eq!(chip.stall_guard(), 0);
+    turn(&mut chip, now, 10_000, 1, 0.0);
+    assert_eq!(chip.stall_guard(), 320);
+}
+
+#[test]
+fn cool_step_moves_the_current_between_its_limits() {
+    // SGT 10, CS 31. SEMIN 2 (below 64: up), SEMAX 1 (from (2 + 1 + 1) x 32 = 128: down), SEDN 2 (two
+    // readings), SEUP 1 (two up), SEIMIN 0: half of 31 is 15.
+    let mut chip = running(0xC_0A1F, 0xE_F040);
+    let smarten = 0xA_0000 | 2 << 13 | 1 << 8 | 1 << 5 | 2;
+    send(&mut chip, 0, smarten);
+    assert_eq!(chip.current(), 32);
+    // Free: 320. The first full step began at time 0. Twenty readings are ten decrements.
+    let now = turn(&mut chip, 0, 10_000, 20, 0.0);
+    assert_eq!(chip.current(), 22);
+    let now = turn(&mut chip, now, 10_000, 40, 0.0);
+    assert_eq!(chip.current(), 16);
+    // Load 0.45: 512 x 0.55 - 192 = 89 (truncated), between the thresholds.
+    let now = turn(&mut chip, now, 10_000, 4, 0.45);
+    assert_eq!((chip.stall_guard(), chip.current()), (89, 16));
+    // Load 0.6: 12, below 64.
+    let now = turn(&mut chip, now, 10_000, 3, 0.6);
+    assert_eq!(chip.current(), 22);
+    let now = turn(&mut chip, now, 10_000, 9, 0.6);
+    assert_eq!(chip.current(), 32);
+    // SEIMIN 1: a quarter of 31 is 7; SEDN 3: every reading.
+    send(&mut chip, now, 0xA_0000 | 1 << 15 | 3 << 13 | 2);
+    let now = turn(&mut chip, now, 10_000, 40, 0.0);
+    assert_eq!(chip.current(), 8);
+    send(&mut chip, now, 0xA_0000);
+    assert_eq!(chip.current(), 32, "SEMIN 0 switches coolStep off");
+}
+
+#[test]
+fn spi_mode_sets_the_field_by_the_coil_currents() {
+    let mut chip = running(0xC_001F, 0xE_F0C0);
+    // Coil A alone, positive: sine 1, a quarter of the period.
+    send(&mut chip, 0, 248 << 9);
+    assert_eq!((chip.field(), chip.current()), (256, 32));
+    // Both negative at 1/sqrt(2) of 248 = 175: 225 degrees = 640; the vector is 247.5 long.
+    send(&mut chip, 0, 1 << 17 | 175 << 9 | 1 << 8 | 175);
+    assert_eq!((chip.field(), chip.current()), (640, 31));
+    assert!(!chip.step(0, true), "steps are ignored in SPI mode");
+    assert_eq!(chip.field(), 640);
+    // Back in step/direction mode the pointer, still 0, rules: 1024 is nearest.
+    send(&mut chip, 0, 0xE_F040);
+    assert_eq!(chip.field(), 1024);
+}
+
+#[test]
+fn without_supply_the_chip_forgets_and_reads_zero() {
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    chip.set_supplied(false);
+    assert_eq!(send(&mut chip, 0, CHOPCONF), 0);
+    chip.set_supplied(true);
+    assert_eq!(chip.registers(), Registers::default());
+    assert!(!chip.bridges_on());
+    let now = 2 * MILLISECOND;
+    assert_eq!(send(&mut chip, now, 0), 0x80);
+}

@@ -1,0 +1,72 @@
+//! Faults that can be injected on the board, by name.
+
+/// A fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The EEPROM does not answer: its output stays high and it takes no commands.
+    Eeprom,
+    /// The motion bus reads all ones; what is sent to TMC429 and TMC262 still arrives.
+    Spi,
+    /// Short to ground at bridge A of the driver.
+    ShortA,
+    /// Short to ground at bridge B.
+    ShortB,
+    /// Coil A is not connected.
+    OpenA,
+    /// Coil B is not connected.
+    OpenB,
+    /// The driver is at its shutdown temperature, whatever the board's temperature is.
+    Overtemperature,
+    /// The built-in encoder's reading does not change any more.
+    Encoder,
+}
+
+impl Fault {
+    /// All faults.
+    pub const ALL: [Self; 8] = [
+        Self::Eeprom,
+        Self::Spi,
+        Self::ShortA,
+        Self::ShortB,
+        Self::OpenA,
+        Self::OpenB,
+        Self::Overtemperature,
+        Self::Encoder,
+    ];
+
+    /// The name the control protocol knows it by.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Eeprom => "eeprom",
+            Self::Spi => "spi",
+            Self::ShortA => "short-a",
+            Self::ShortB => "short-b",
+            Self::OpenA => "open-a",
+            Self::OpenB => "open-b",
+            Self::Overtemperature => "overtemperature",
+            Self::Encoder => "encoder",
+        }
+    }
+
+    /// Finds a fault by its name; the error lists the names there are.
+    pub fn parse(name: &str) -> Result<Self, String> {
+        Self::ALL.into_iter().find(|fault| fault.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            format!("unknown fault '{name}'; there are: {names}")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_found_and_others_are_listed() {
+        for fault in Fault::ALL {
+            assert_eq!(Fault::parse(fault.name()), Ok(fault));
+        }
+        let error = Fault::parse("gremlins").unwrap_err();
+        assert!(error.contains("gremlins") && error.contains("eeprom, spi, short-a"));
+    }
+}

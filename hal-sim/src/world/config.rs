@@ -1,0 +1,257 @@
+//! The world file: what is around the module, in TOML. Every table and every entry may be left out.
+//! `hal-sim/worlds/stage.toml` shows them all.
+
+use super::motor::{FULL_STEP, FULL_TORQUE, MotorConfig};
+use serde::Deserialize;
+
+/// A world as its file describes it. The default is a bare 200-step motor on a 24 V supply at
+/// 25 degrees, with nothing connected to the inputs.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct WorldConfig {
+    /// Where the random numbers start (noise, torn EEPROM pages).
+    pub seed: u64,
+    /// The motor.
+    pub motor: MotorTable,
+    /// What it drives.
+    pub stage: StageConfig,
+    /// An ABN encoder on IN1..IN3, in the place of switches.
+    pub abn: Option<AbnConfig>,
+    /// The built-in magnetic encoder.
+    pub encoder: EncoderTable,
+    /// Supply and surroundings.
+    pub supply: SupplyTable,
+}
+
+/// Table `[motor]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MotorTable {
+    /// A name for people to read.
+    pub name: String,
+    /// Full steps in a turn, 4..=10000; 200 by default.
+    pub steps_per_turn: u32,
+    /// Rotor position at the start in 1/256 full steps, 0 by default.
+    pub start: i64,
+    /// Load from outside as a fraction of the torque at full current, 0.0..=1.0, 0 by default.
+    pub load: f64,
+    /// Friction, likewise, 0 by default.
+    pub friction: f64,
+    /// Fraction of the torque at full current that an acceleration of 1000 full steps/s^2 takes,
+    /// 0.0..=1.0, 0 by default.
+    pub inertia: f64,
+    /// Speed in full steps per second up to which a stalled rotor falls in again, 1..=100000, 200 by
+    /// default.
+    pub pull_in: u32,
+    /// Amplitude of the noise on the stallGuard2 reading, 0..=1023, 0 by default.
+    pub stall_guard_noise: u32,
+}
+
+impl Default for MotorTable {
+    fn default() -> Self {
+        Self {
+            name: "200-step motor".into(),
+            steps_per_turn: 200,
+            start: 0,
+            load: 0.0,
+            friction: 0.0,
+            inertia: 0.0,
+            pull_in: MotorConfig::default().pull_in,
+            stall_guard_noise: 0,
+        }
+    }
+}
+
+/// Table `[stage]`: positions in 1/256 full steps on the rotor's scale; what is left out is not there.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StageConfig {
+    /// The left stop switch is closed at this position and below.
+    pub left: Option<i64>,
+    /// The right stop switch is closed at this position and above.
+    pub right: Option<i64>,
+    /// The home switch is closed from the first to the second position, both included.
+    pub home: Option<[i64; 2]>,
+    /// The lowest position the stage can reach; it is blocked there.
+    pub hard_left: Option<i64>,
+    /// The highest position the stage can reach.
+    pub hard_right: Option<i64>,
+}
+
+/// Table `[abn]`: an encoder on the motor's shaft.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AbnConfig {
+    /// Lines per turn, 1..=100000; it counts four times as many.
+    pub lines: u32,
+    /// Rotor position in 1/256 full steps where the null track is active, once a turn.
+    #[serde(default)]
+    pub index: i64,
+}
+
+impl AbnConfig {
+    /// Quadrature counts in a turn.
+    pub fn counts_per_turn(&self) -> i64 {
+        i64::from(self.lines.max(1)) * 4
+    }
+}
+
+/// Table `[encoder]`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EncoderTable {
+    /// Rotor position in 1/256 full steps where the sensor reads zero.
+    pub offset: i64,
+}
+
+/// Table `[supply]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SupplyTable {
+    /// Supply voltage, 0.0..=60.0, 24 by default.
+    pub volts: f64,
+    /// Temperature of the board in degrees Celsius, -55..=200, 25 by default.
+    pub temperature: i32,
+    /// Reading of the analog input IN0, 0..=4095, 0 by default.
+    pub analog: u16,
+}
+
+impl Default for SupplyTable {
+    fn default() -> Self {
+        Self { volts: 24.0, temperature: 25, analog: 0 }
+    }
+}
+
+/// Positions beyond this make no sense (and are kept away from overflow).
+const FARTHEST: i64 = 1 << 40;
+
+impl WorldConfig {
+    /// Reads a world file's text. The error says what is wrong and where.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let config: Self = toml::from_str(text).map_err(|error| error.to_string())?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// Units of position (1/256 full step) in a turn.
+    pub fn units_per_turn(&self) -> i64 {
+        i64::from(self.motor.steps_per_turn.max(1)) * FULL_STEP
+    }
+
+    /// What the motor needs to know.
+    pub fn motor(&self) -> MotorConfig {
+        MotorConfig {
+            friction: torque(self.motor.friction),
+            inertia: torque(self.motor.inertia),
+            pull_in: self.motor.pull_in.max(1),
+            lowest: self.stage.hard_left.unwrap_or(i64::MIN),
+            highest: self.stage.hard_right.unwrap_or(i64::MAX),
+        }
+    }
+
+    fn check(&self) -> Result<(), String> {
+        let motor = &self.motor;
+        within("motor.steps_per_turn", motor.steps_per_turn, 4, 10_000)?;
+        within("motor.load", motor.load, 0.0, 1.0)?;
+        within("motor.friction", motor.friction, 0.0, 1.0)?;
+        within("motor.inertia", motor.inertia, 0.0, 1.0)?;
+        within("motor.pull_in", motor.pull_in, 1, 100_000)?;
+        within("motor.stall_guard_noise", motor.stall_guard_noise, 0, 1023)?;
+        within("supply.volts", self.supply.volts, 0.0, 60.0)?;
+        within("supply.temperature", self.supply.temperature, -55, 200)?;
+        within("supply.analog", self.supply.analog, 0, 4095)?;
+        let stage = &self.stage;
+        let positions = [
+            ("motor.start", Some(motor.start)),
+            ("stage.left", stage.left),
+            ("stage.right", stage.right),
+            ("stage.home", stage.home.map(|[from, _]| from)),
+            ("stage.home", stage.home.map(|[_, to]| to)),
+            ("stage.hard_left", stage.hard_left),
+            ("stage.hard_right", stage.hard_right),
+            ("encoder.offset", Some(self.encoder.offset)),
+            ("abn.index", self.abn.as_ref().map(|abn| abn.index)),
+        ];
+        for (name, position) in positions {
+            if let Some(position) = position {
+                within(name, position, -FARTHEST, FARTHEST)?;
+            }
+        }
+        if let Some([from, to]) = stage.home
+            && from > to
+        {
+            return Err(format!("stage.home: {from} is above {to}; give the lower position first"));
+        }
+        let (lowest, highest) = (stage.hard_left.unwrap_or(-FARTHEST), stage.hard_right.unwrap_or(FARTHEST));
+        if lowest >= highest {
+            return Err(format!("stage.hard_left: {lowest} is not below stage.hard_right ({highest})"));
+        }
+        within("motor.start", motor.start, lowest, highest)?;
+        if let Some(abn) = &self.abn {
+            within("abn.lines", abn.lines, 1, 100_000)?;
+            if stage.left.is_some() || stage.right.is_some() || stage.home.is_some() {
+                return Err("[abn] uses the pins of the switches: leave out stage.left, stage.right and \
+                     stage.home, or [abn]"
+                    .into());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A fraction of the torque at full current, in the motor's 1/65536.
+pub(crate) fn torque(fraction: f64) -> u32 {
+    (fraction * f64::from(FULL_TORQUE)).round() as u32
+}
+
+/// Checks a value's range (also refuses what is not a number).
+fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high: T) -> Result<(), String> {
+    if value >= low && value <= high { Ok(()) } else { Err(format!("{name}: {value} is not within {low} to {high}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_file_is_the_default_world() {
+        assert_eq!(WorldConfig::parse("").unwrap(), WorldConfig::default());
+        assert_eq!(WorldConfig::default().units_per_turn(), 51_200);
+    }
+
+    #[test]
+    fn the_example_files_are_valid() {
+        let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/worlds");
+        let mut seen = 0;
+        for entry in std::fs::read_dir(worlds).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            if let Err(error) = WorldConfig::parse(&text) {
+                panic!("{}: {error}", path.display());
+            }
+            seen += 1;
+        }
+        assert!(seen > 0);
+    }
+
+    #[test]
+    fn errors_name_the_entry() {
+        let error = |text| WorldConfig::parse(text).unwrap_err();
+        assert!(error("[stage]\nlefft = 1").contains("lefft"));
+        assert!(error("[stage]\nlefft = 1").contains("line 2"));
+        assert!(error("[motor]\nload = 1.5").contains("motor.load: 1.5 is not within 0 to 1"));
+        assert!(error("[motor]\nfriction = nan").contains("motor.friction"));
+        assert!(error("[stage]\nhome = [5, 1]").contains("stage.home"));
+        assert!(error("[stage]\nhard_left = 5\nhard_right = 1").contains("stage.hard_left"));
+        assert!(error("[stage]\nhard_left = 5").contains("motor.start"));
+        assert!(error("[stage]\nleft = 5\n[abn]\nlines = 500").contains("[abn]"));
+        assert!(error("[abn]\nindex = 5").contains("lines"));
+        assert!(error("[supply]\nvolts = 'high'").contains("volts"));
+    }
+
+    #[test]
+    fn fractions_become_torque() {
+        assert_eq!(torque(0.25), 16_384);
+        assert_eq!(torque(1.0), FULL_TORQUE);
+    }
+}

@@ -1,0 +1,283 @@
+//! What the motor drives: a stage with end and home switches, or an encoder with A, B and N tracks, on the
+//! three input pins that the module has for either.
+//!
+//! Electrically every pin is driven by a push-pull sensor: low when the switch is open or not
+//! there, high when it is pressed. (With the polarity parameter at 0 the TMC429 takes a high pin as an active
+//! switch.) Pressing by hand is OR-ed with what the stage does. The module's pull-ups change nothing.
+
+use super::config::{AbnConfig, StageConfig};
+
+/// The three digital inputs, in the order of their numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pin {
+    /// IN1: left stop switch, encoder track A.
+    Left,
+    /// IN2: right stop switch, encoder track B.
+    Right,
+    /// IN3: home switch, encoder track N.
+    Home,
+}
+
+impl Pin {
+    const fn bit(self) -> u8 {
+        match self {
+            Self::Left => 1,
+            Self::Right => 2,
+            Self::Home => 4,
+        }
+    }
+}
+
+/// An ABN encoder's counter: what a quadrature decoder makes of its tracks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Abn {
+    /// Quadrature counts since the start of the world, four per line.
+    pub count: i64,
+    /// How many times the null track has become active.
+    pub nulls: u64,
+    /// The count at which it last did.
+    pub count_at_null: i64,
+}
+
+/// Which positions share the pin levels of the present one, so that most steps need no evaluation.
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    lowest: i64,
+    highest: i64,
+}
+
+/// The stage. Positions are in 1/256 full steps of the rotor.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    config: StageConfig,
+    abn_config: Option<AbnConfig>,
+    units_per_turn: i64,
+    window: Window,
+    sensed: u8,
+    by_hand: u8,
+    abn: Abn,
+}
+
+impl Stage {
+    /// A stage on a motor with `units_per_turn` units in a turn, whose rotor is at `rotor`. An ABN encoder takes
+    /// the place of the switches.
+    pub fn new(config: StageConfig, abn_config: Option<AbnConfig>, units_per_turn: i64, rotor: i64) -> Self {
+        let mut stage = Self {
+            config,
+            abn_config,
+            units_per_turn: units_per_turn.max(1),
+            window: Window { lowest: rotor, highest: rotor },
+            sensed: 0,
+            by_hand: 0,
+            abn: Abn::default(),
+        };
+        if let Some(abn) = &stage.abn_config {
+            stage.abn.count = stage.count(abn, rotor);
+        }
+        stage.sense(rotor);
+        stage
+    }
+
+    /// The rotor is at `rotor` now. Cheap as long as no pin changes.
+    #[inline]
+    pub fn move_to(&mut self, rotor: i64) {
+        if rotor < self.window.lowest || rotor > self.window.highest {
+            self.sense(rotor);
+        }
+    }
+
+    /// Levels of the pins: bit 0 IN1, bit 1 IN2, bit 2 IN3.
+    #[inline]
+    pub fn pins(&self) -> u8 {
+        self.sensed | self.by_hand
+    }
+
+    /// Presses or releases a switch by hand.
+    pub fn press(&mut self, pin: Pin, pressed: bool) {
+        if pressed {
+            self.by_hand |= pin.bit();
+        } else {
+            self.by_hand &= !pin.bit();
+        }
+    }
+
+    /// The ABN encoder's counter; all zero without one.
+    pub fn abn(&self) -> Abn {
+        self.abn
+    }
+
+    fn count(&self, abn: &AbnConfig, rotor: i64) -> i64 {
+        let units = i128::from(rotor - abn.index) * i128::from(abn.counts_per_turn());
+        units.div_euclid(i128::from(self.units_per_turn)) as i64
+    }
+
+    #[cold]
+    fn sense(&mut self, rotor: i64) {
+        if let Some(abn) = self.abn_config.clone() {
+            self.sense_tracks(&abn, rotor);
+        } else {
+            self.sense_switches(rotor);
+        }
+    }
+
+    fn sense_switches(&mut self, rotor: i64) {
+        let mut window = Window { lowest: i64::MIN, highest: i64::MAX };
+        let mut sensed = 0;
+        // A switch is closed from `from` to `to`, both included.
+        let mut switch = |pin: Pin, from: i64, to: i64| {
+            if rotor < from {
+                window.highest = window.highest.min(from - 1);
+            } else if rotor > to {
+                window.lowest = window.lowest.max(to + 1);
+            } else {
+                sensed |= pin.bit();
+                window.lowest = window.lowest.max(from);
+                window.highest = window.highest.min(to);
+            }
+        };
+        if let Some(left) = self.config.left {
+            switch(Pin::Left, i64::MIN, left);
+        }
+        if let Some(right) = self.config.right {
+            switch(Pin::Right, right, i64::MAX);
+        }
+        if let Some([from, to]) = self.config.home {
+            switch(Pin::Home, from, to);
+        }
+        self.sensed = sensed;
+        self.window = window;
+    }
+
+    fn sense_tracks(&mut self, abn: &AbnConfig, rotor: i64) {
+        let per_turn = abn.counts_per_turn();
+        let (before, count) = (self.abn.count, self.count(abn, rotor));
+        // N is active for the one count of a turn that begins at the index.
+        let (from, to) = (before.div_euclid(per_turn), count.div_euclid(per_turn));
+        if to > from {
+            self.abn.nulls += to.abs_diff(from);
+            self.abn.count_at_null = to * per_turn;
+        }
+        let (from, to) = ((before - 1).div_euclid(per_turn), (count - 1).div_euclid(per_turn));
+        if to < from {
+            self.abn.nulls += from.abs_diff(to);
+            self.abn.count_at_null = (to + 1) * per_turn;
+        }
+        self.abn.count = count;
+        // Counting up, A leads B: 00, 10, 11, 01.
+        let (a, b) = match count.rem_euclid(4) {
+            0 => (0, 0),
+            1 => (Pin::Left.bit(), 0),
+            2 => (Pin::Left.bit(), Pin::Right.bit()),
+            _ => (0, Pin::Right.bit()),
+        };
+        let n = if count.rem_euclid(per_turn) == 0 { Pin::Home.bit() } else { 0 };
+        self.sensed = a | b | n;
+        // The first position of a count: rounded up.
+        let begin = |count: i64| {
+            let units = -i128::from(count) * i128::from(self.units_per_turn);
+            -units.div_euclid(i128::from(per_turn)) as i64 + abn.index
+        };
+        self.window = Window { lowest: begin(count), highest: begin(count + 1) - 1 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LEFT: u8 = 1;
+    const RIGHT: u8 = 2;
+    const HOME: u8 = 4;
+
+    fn stage() -> Stage {
+        let config =
+            StageConfig { left: Some(-1_000), right: Some(1_000), home: Some([-10, 10]), ..StageConfig::default() };
+        Stage::new(config, None, 51_200, 0)
+    }
+
+    #[test]
+    fn switches_are_closed_at_and_beyond_their_positions() {
+        let mut stage = stage();
+        let expected = [
+            (-5_000, LEFT),
+            (-1_000, LEFT),
+            (-999, 0),
+            (-11, 0),
+            (-10, HOME),
+            (10, HOME),
+            (11, 0),
+            (999, 0),
+            (1_000, RIGHT),
+            (9_999, RIGHT),
+        ];
+        for &(at, pins) in expected.iter().chain(expected.iter().rev()) {
+            stage.move_to(at);
+            assert_eq!(stage.pins(), pins, "at {at}");
+        }
+        for at in -1_100..1_100 {
+            stage.move_to(at);
+            let fresh = {
+                let mut other = stage.clone();
+                other.sense(at);
+                other.pins()
+            };
+            assert_eq!(stage.pins(), fresh, "at {at}");
+        }
+    }
+
+    #[test]
+    fn a_switch_can_be_pressed_by_hand_wherever_the_stage_is() {
+        let mut stage = stage();
+        stage.move_to(500);
+        stage.press(Pin::Left, true);
+        assert_eq!(stage.pins(), LEFT);
+        stage.move_to(-2_000);
+        stage.press(Pin::Left, false);
+        assert_eq!(stage.pins(), LEFT, "the stage presses it still");
+    }
+
+    #[test]
+    fn without_switches_all_pins_stay_low() {
+        let mut stage = Stage::new(StageConfig::default(), None, 51_200, 0);
+        for at in [i64::MIN / 4, 0, i64::MAX / 4] {
+            stage.move_to(at);
+            assert_eq!(stage.pins(), 0);
+        }
+    }
+
+    #[test]
+    fn the_encoder_counts_four_per_line_and_shows_its_tracks() {
+        // 512 lines are 2048 counts a turn: 51 200 / 2048 = 25 units a count.
+        let abn = AbnConfig { lines: 512, index: 0 };
+        let mut stage = Stage::new(StageConfig::default(), Some(abn), 51_200, 1);
+        let tracks: Vec<u8> = (0..5)
+            .map(|count| {
+                stage.move_to(count * 25);
+                stage.pins()
+            })
+            .collect();
+        assert_eq!(tracks, [HOME, LEFT, LEFT | RIGHT, RIGHT, 0]);
+        assert_eq!(stage.abn().count, 4);
+        stage.move_to(99);
+        assert_eq!(stage.abn().count, 3);
+        stage.move_to(-1);
+        assert_eq!(stage.abn().count, -1);
+    }
+
+    #[test]
+    fn null_is_counted_once_a_turn_however_far_a_step_goes() {
+        let abn = AbnConfig { lines: 512, index: 100 };
+        let mut stage = Stage::new(StageConfig::default(), Some(abn), 51_200, 50);
+        for at in 50..=51_400 {
+            stage.move_to(at);
+        }
+        assert_eq!(stage.abn().nulls, 2);
+        assert_eq!(stage.abn().count_at_null, 2_048);
+        stage.move_to(51_250);
+        assert_eq!(stage.abn().nulls, 3, "back over it");
+        stage.move_to(0);
+        assert_eq!((stage.abn().nulls, stage.abn().count_at_null), (4, 0));
+        stage.move_to(3 * 51_200);
+        assert_eq!((stage.abn().nulls, stage.abn().count_at_null), (7, 4_096));
+    }
+}

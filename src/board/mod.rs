@@ -1,0 +1,1 @@
+//! The microcontroller: clocks, pins, Embassy tasks.

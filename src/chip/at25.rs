@@ -1,0 +1,82 @@
+//! Driver of the AT25128 EEPROM: 16 384 bytes in pages of 64, written within 5 ms (AT25128 datasheet).
+//!
+//! Nothing in here waits: a write is started, and [`At25::busy`] tells when it is over.
+
+use embedded_hal::spi::{Operation, SpiDevice};
+
+/// Bytes in the part.
+pub const SIZE: u16 = 16_384;
+/// Bytes in a page; a write does not cross its end.
+pub const PAGE: usize = 64;
+
+const WRITE: u8 = 0x02;
+const READ: u8 = 0x03;
+const READ_STATUS: u8 = 0x05;
+const WRITE_ENABLE: u8 = 0x06;
+/// Status bit: a write is going on.
+const BUSY: u8 = 1 << 0;
+/// Status bit: writing is enabled.
+const WRITE_ENABLED: u8 = 1 << 1;
+
+/// Why the part cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error<E> {
+    /// The bus failed.
+    Spi(E),
+    /// The part does not answer as an EEPROM does: missing, or locked.
+    NotResponding,
+}
+
+impl<E> From<E> for Error<E> {
+    fn from(error: E) -> Self {
+        Error::Spi(error)
+    }
+}
+
+/// The part on its SPI bus.
+#[derive(Debug)]
+pub struct At25<SPI> {
+    spi: SPI,
+}
+
+impl<SPI: SpiDevice> At25<SPI> {
+    /// The part.
+    pub const fn new(spi: SPI) -> Self {
+        At25 { spi }
+    }
+
+    /// The SPI device back, as for a restart of the firmware.
+    pub fn release(self) -> SPI {
+        self.spi
+    }
+
+    /// Reads from `address` on.
+    pub fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), SPI::Error> {
+        let [high, low] = address.to_be_bytes();
+        self.spi.transaction(&mut [Operation::Write(&[READ, high, low]), Operation::Read(bytes)])
+    }
+
+    /// Starts writing a page at its address, a multiple of 64. The part is busy for up to 5 ms afterwards.
+    pub fn start_write(&mut self, address: u16, page: &[u8; PAGE]) -> Result<(), Error<SPI::Error>> {
+        self.spi.write(&[WRITE_ENABLE])?;
+        // A part that is absent reads as all ones, one that is locked keeps the enable bit clear.
+        if self.status()? & (WRITE_ENABLED | BUSY) != WRITE_ENABLED {
+            return Err(Error::NotResponding);
+        }
+        let [high, low] = address.to_be_bytes();
+        self.spi.transaction(&mut [Operation::Write(&[WRITE, high, low]), Operation::Write(page)])?;
+        Ok(())
+    }
+
+    /// True while a write is going on.
+    pub fn busy(&mut self) -> Result<bool, SPI::Error> {
+        Ok(self.status()? & BUSY != 0)
+    }
+
+    fn status(&mut self) -> Result<u8, SPI::Error> {
+        let mut answer = [READ_STATUS, 0];
+        self.spi.transfer_in_place(&mut answer)?;
+        let [_, status] = answer;
+        Ok(status)
+    }
+}

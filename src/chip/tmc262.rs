@@ -1,0 +1,330 @@
+//! Driver of the TMC262 stepper driver: five write-only registers in 20-bit datagrams, each answered with
+//! one of three status words (TMC262 datasheet; AN016).
+//!
+//! The chip is written 24 bits at a time: four leading zeros fall out of its 20-bit shift register, and the
+//! answer comes in the first 20 of the 24.
+
+use embedded_hal::spi::SpiDevice;
+
+use crate::units::CurrentScale;
+
+/// The register contents an axis wants. Fields hold parameter values as TMCL defines them (manual chapter
+/// 4); ranges are those of the parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Configuration {
+    /// Parameter 140, 0..=8: 2^n microsteps per full step.
+    pub microsteps: u8,
+    /// Parameter 160.
+    pub interpolation: bool,
+    /// Parameter 161.
+    pub double_edge: bool,
+    /// Parameter 162, 0..=3.
+    pub blank_time: u8,
+    /// Parameter 163.
+    pub constant_toff: bool,
+    /// Parameter 164; only with constant off time.
+    pub no_fast_decay_comparator: bool,
+    /// Parameter 165, 0..=15: hysteresis end, or fast decay time.
+    pub hysteresis_end: u8,
+    /// Parameter 166, 0..=8: hysteresis start, or sine wave offset.
+    pub hysteresis_start: u8,
+    /// Parameter 167, 0..=15; 0 switches the bridges off.
+    pub off_time: u8,
+    /// Parameter 184.
+    pub random_off_time: bool,
+    /// Parameter 168.
+    pub current_minimum: u8,
+    /// Parameter 169, 0..=3.
+    pub down_step: u8,
+    /// Parameter 170, 0..=15.
+    pub hysteresis: u8,
+    /// Parameter 171, 0..=3.
+    pub up_step: u8,
+    /// Parameter 172, 0..=15; 0 switches coolStep off.
+    pub cool_step: u8,
+    /// Parameter 173.
+    pub filter: bool,
+    /// Parameter 174, -64..=63.
+    pub threshold: i8,
+    /// Current scale as selected from parameters 6, 7, 183 and 200.
+    pub current: CurrentScale,
+    /// Parameter 175, 0..=3.
+    pub slope_high: u8,
+    /// Parameter 176, 0..=3.
+    pub slope_low: u8,
+    /// Parameter 177.
+    pub no_short_protection: bool,
+    /// Parameter 178, 0..=3.
+    pub short_timer: u8,
+    /// Parameter 179.
+    pub vsense: bool,
+}
+
+/// The five registers, in the order of their addresses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(usize)]
+enum Register {
+    DrvCtrl = 0,
+    ChopConf = 1,
+    SmartEn = 2,
+    SgcsConf = 3,
+    DrvConf = 4,
+}
+
+const REGISTERS: usize = 5;
+
+/// Which reading the next answer carries: the RDSEL field as last written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Readout {
+    /// The microstep position; the chip's power-on state.
+    Position = 0,
+    /// stallGuard2 value, ten bits.
+    StallGuard = 1,
+    /// stallGuard2 value in five bits, and the coolStep current.
+    Current = 2,
+}
+
+/// The order in which [`Tmc262::refresh`] rewrites the registers. DRVCONF stands between all others and
+/// selects the other readout each time, so load and current are both read every eight turns.
+const TURNS: [Register; 8] = [
+    Register::DrvConf,
+    Register::DrvCtrl,
+    Register::DrvConf,
+    Register::ChopConf,
+    Register::DrvConf,
+    Register::SmartEn,
+    Register::DrvConf,
+    Register::SgcsConf,
+];
+
+/// Flags of every answer, all active high, as axis parameter 208 shows them (manual chapter 4).
+pub mod flags {
+    /// stallGuard2 threshold reached.
+    pub const STALL: u8 = 1 << 0;
+    /// Shut down by over-temperature.
+    pub const OVERTEMPERATURE: u8 = 1 << 1;
+    /// Over-temperature pre-warning.
+    pub const OVERTEMPERATURE_WARNING: u8 = 1 << 2;
+    /// Short to ground, coil A.
+    pub const SHORT_A: u8 = 1 << 3;
+    /// Short to ground, coil B.
+    pub const SHORT_B: u8 = 1 << 4;
+    /// Open load, coil A.
+    pub const OPEN_A: u8 = 1 << 5;
+    /// Open load, coil B.
+    pub const OPEN_B: u8 = 1 << 6;
+    /// No step for 2^20 clocks.
+    pub const STANDSTILL: u8 = 1 << 7;
+}
+
+/// The chip on its SPI bus.
+#[derive(Debug)]
+pub struct Tmc262<SPI> {
+    spi: SPI,
+    words: [u32; REGISTERS],
+    written: [Option<u32>; REGISTERS],
+    readout: Readout,
+    turn: usize,
+    load: u16,
+    current: u8,
+    flags: u8,
+}
+
+impl<SPI: SpiDevice> Tmc262<SPI> {
+    /// The chip with unknown register contents.
+    pub const fn new(spi: SPI) -> Self {
+        Tmc262 {
+            spi,
+            words: [0; REGISTERS],
+            written: [None; REGISTERS],
+            readout: Readout::Position,
+            turn: 0,
+            load: 0,
+            current: 0,
+            flags: 0,
+        }
+    }
+
+    /// The SPI device back, as for a restart of the firmware.
+    pub fn release(self) -> SPI {
+        self.spi
+    }
+
+    /// Brings the chip to a configuration: only registers that differ are written.
+    pub fn apply(&mut self, configuration: &Configuration) -> Result<(), SPI::Error> {
+        self.words = words(configuration);
+        for register in
+            [Register::DrvConf, Register::DrvCtrl, Register::ChopConf, Register::SmartEn, Register::SgcsConf]
+        {
+            if self.written[register as usize] != Some(self.words[register as usize]) {
+                self.send(register)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Rewrites one register in turn and takes the reading its answer brings. A driver that lost its
+    /// supply is whole again after eight turns.
+    pub fn refresh(&mut self) -> Result<(), SPI::Error> {
+        let register = TURNS[self.turn % TURNS.len()];
+        self.turn = (self.turn + 1) % TURNS.len();
+        self.send(register)
+    }
+
+    /// Last stallGuard2 value, 0..=1023.
+    pub const fn load(&self) -> u16 {
+        self.load
+    }
+
+    /// Last coolStep current, 0..=31.
+    pub const fn current(&self) -> u8 {
+        self.current
+    }
+
+    /// Last flags, see [`flags`].
+    pub const fn flags(&self) -> u8 {
+        self.flags
+    }
+
+    fn send(&mut self, register: Register) -> Result<(), SPI::Error> {
+        let word = self.words[register as usize];
+        self.written[register as usize] = None;
+        // Each DRVCONF asks for what the one before did not.
+        let next = match (register, self.readout) {
+            (Register::DrvConf, Readout::StallGuard) => Readout::Current,
+            (Register::DrvConf, Readout::Position | Readout::Current) => Readout::StallGuard,
+            (_, same) => same,
+        };
+        let sent = if register == Register::DrvConf { word | (next as u32) << 4 } else { word };
+        let [_, high, middle, low] = sent.to_be_bytes();
+        let mut datagram = [high, middle, low];
+        self.spi.transfer_in_place(&mut datagram)?;
+        let [high, middle, low] = datagram;
+        self.take(u32::from_be_bytes([0, high, middle, low]) >> 4);
+        self.readout = next;
+        self.written[register as usize] = Some(word);
+        Ok(())
+    }
+
+    fn take(&mut self, answer: u32) {
+        let reading = answer >> 10 & 0x3FF;
+        match self.readout {
+            Readout::Position => {}
+            Readout::StallGuard => self.load = reading as u16,
+            Readout::Current => self.current = (reading & 0x1F) as u8,
+        }
+        self.flags = (answer & 0xFF) as u8;
+    }
+}
+
+/// The register words of a configuration; RDSEL of DRVCONF is left zero.
+fn words(c: &Configuration) -> [u32; REGISTERS] {
+    let bit = |set: bool, n: u32| u32::from(set) << n;
+    let field = |value: u8, n: u32| u32::from(value) << n;
+    let drvctrl = bit(c.interpolation, 9) | bit(c.double_edge, 8) | field(8_u8.saturating_sub(c.microsteps), 0);
+    // Parameters 165 and 166 change their meaning with the chopper mode (manual chapter 4, parameter 163):
+    // in spreadCycle they are HEND and HSTRT; with constant off time the four bits of the fast decay time
+    // are HSTRT and, as the highest, bit 11, and HEND holds the sine wave offset.
+    let (hend, hstrt, decay) = if c.constant_toff {
+        (
+            c.hysteresis_start,
+            c.hysteresis_end & 7,
+            bit(c.no_fast_decay_comparator, 12) | field(c.hysteresis_end >> 3, 11),
+        )
+    } else {
+        // Parameter 166 goes up to 8, HSTRT only to 7.
+        (c.hysteresis_end, c.hysteresis_start.min(7), 0)
+    };
+    let chopconf = 0b100 << 17
+        | field(c.blank_time, 15)
+        | bit(c.constant_toff, 14)
+        | bit(c.random_off_time, 13)
+        | decay
+        | field(hend, 7)
+        | field(hstrt, 4)
+        | field(c.off_time, 0);
+    // The upper coolStep threshold is (172 + 170 + 1) * 32, so SEMAX is parameter 170 as it is.
+    let smarten = 0b101 << 17
+        | field(c.current_minimum, 15)
+        | field(c.down_step, 13)
+        | field(c.hysteresis, 8)
+        | field(c.up_step, 5)
+        | field(c.cool_step, 0);
+    let sgcsconf = 0b110 << 17 | bit(c.filter, 16) | (c.threshold as u32 & 0x7F) << 8 | c.current.bits();
+    let drvconf = 0b111 << 17
+        | field(c.slope_high, 14)
+        | field(c.slope_low, 12)
+        | bit(c.no_short_protection, 10)
+        | field(c.short_timer, 8)
+        | bit(c.vsense, 6);
+    [drvctrl, chopconf, smarten, sgcsconf, drvconf]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn defaults() -> Configuration {
+        Configuration {
+            microsteps: 8,
+            interpolation: false,
+            double_edge: false,
+            blank_time: 2,
+            constant_toff: false,
+            no_fast_decay_comparator: false,
+            hysteresis_end: 2,
+            hysteresis_start: 3,
+            off_time: 5,
+            random_off_time: false,
+            current_minimum: 0,
+            down_step: 0,
+            hysteresis: 0,
+            up_step: 0,
+            cool_step: 0,
+            filter: true,
+            threshold: 5,
+            current: CurrentScale::from_parameter(40),
+            slope_high: 3,
+            slope_low: 3,
+            no_short_protection: false,
+            short_timer: 0,
+            vsense: true,
+        }
+    }
+
+    /// The words the vendor's open sibling firmware writes after reset (with RDSEL 2 it sends DRVCONF as
+    /// EF060): DRVCTRL 00000, CHOPCONF 90135, SMARTEN A0000, SGCSCONF D0505.
+    #[test]
+    fn words_of_the_sibling_firmware() {
+        assert_eq!(words(&defaults()), [0x00000, 0x90135, 0xA0000, 0xD0505, 0xEF040]);
+    }
+
+    #[test]
+    fn constant_off_time_moves_the_fields() {
+        let c = Configuration {
+            constant_toff: true,
+            no_fast_decay_comparator: true,
+            hysteresis_end: 0b1010,
+            hysteresis_start: 8,
+            ..defaults()
+        };
+        // TBL 2 -> bit 16; CHM bit 14; bit 12 and the decay time's bit 3 in bit 11; HEND 8 -> bit 10;
+        // HSTRT 2 -> bit 5; TOFF 5.
+        assert_eq!(words(&c)[1], 0x80000 | 1 << 16 | 1 << 14 | 1 << 12 | 1 << 11 | 1 << 10 | 1 << 5 | 5);
+    }
+
+    #[test]
+    fn microsteps_current_and_threshold() {
+        let c = Configuration {
+            microsteps: 0,
+            hysteresis_start: 8,
+            threshold: -64,
+            current: CurrentScale::from_parameter(255),
+            ..defaults()
+        };
+        let [drvctrl, chopconf, _, sgcsconf, _] = words(&c);
+        assert_eq!(drvctrl, 8);
+        assert_eq!(chopconf >> 4 & 7, 7);
+        assert_eq!(sgcsconf, 0xC0000 | 1 << 16 | 0x40 << 8 | 31);
+    }
+}

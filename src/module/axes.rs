@@ -1,0 +1,222 @@
+//! Commands to an axis: motion, axis parameters, coordinates (manual sections 3.7.1 to 3.7.8, 3.7.24 to
+//! 3.7.27).
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+
+use super::{Done, Module, Subscription, UserFunctions};
+use crate::motion;
+use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
+use crate::store::Slot;
+use crate::tmcl::{Command, Status};
+use crate::units::{INTERNAL_MAX, Internal, Micros};
+
+/// The motor number that means all axes.
+pub(super) const ALL_AXES: u8 = 255;
+
+/// The bit of an axis in command 138.
+pub(super) fn bit(axis: usize) -> i32 {
+    1_i32.unbounded_shl(axis as u32)
+}
+
+impl From<motion::Error> for Status {
+    fn from(error: motion::Error) -> Self {
+        match error {
+            motion::Error::ReadOnly => Status::WrongType,
+            motion::Error::OutOfRange => Status::InvalidValue,
+            motion::Error::Chip => Status::NotAvailable,
+        }
+    }
+}
+
+fn parameter(number: u8) -> Result<AxisParameter, Status> {
+    AxisParameter::from_number(number).ok_or(Status::WrongType)
+}
+
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+    /// ROR with a positive speed, ROL with a negative one, MST with zero.
+    pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: Internal) -> Result<(), Status> {
+        if !(-INTERNAL_MAX..=INTERNAL_MAX).contains(&speed) {
+            return Err(Status::InvalidValue);
+        }
+        self.disarm(axis);
+        let (axis, chip) = self.axis(axis)?;
+        Ok(axis.rotate(now, chip, speed)?)
+    }
+
+    /// MVP. The reply carries the absolute target, of the first axis where several move.
+    pub(super) fn move_position(&mut self, now: Micros, command: Command) -> Result<Done, Status> {
+        let Command { kind, motor, value, .. } = command;
+        let target = match (kind, motor) {
+            (0, _) if motor != ALL_AXES => value,
+            (1, _) if motor != ALL_AXES => {
+                let (axis, chip) = self.axis(motor)?;
+                axis.actual_position(chip)?.wrapping_add(value)
+            }
+            (2, _) => {
+                let number = coordinate(u8::try_from(value).map_err(|_| Status::InvalidValue)?)?;
+                let first = if motor == ALL_AXES { 0 } else { motor };
+                if motor == ALL_AXES {
+                    for axis in 1..AXES as u8 {
+                        let target = self.coordinate(axis, number)?;
+                        self.move_axis(now, axis, target)?;
+                    }
+                }
+                let target = self.coordinate(first, number)?;
+                self.move_axis(now, first, target)?;
+                return Ok(Done::Value(target));
+            }
+            (0 | 1, _) => return Err(Status::InvalidValue),
+            _ => return Err(Status::WrongType),
+        };
+        self.move_axis(now, motor, target)?;
+        Ok(Done::Value(target))
+    }
+
+    fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
+        let (axis, chip) = self.axis(number)?;
+        axis.move_to(now, chip, target)?;
+        if let Some(subscription) = &mut self.subscription {
+            let bit = bit(number.into());
+            subscription.armed |= subscription.mask & bit;
+            if subscription.once {
+                subscription.mask &= !bit;
+            }
+        }
+        Ok(())
+    }
+
+    /// Command 138: asks for a reply when a positioning move arrives.
+    pub(super) fn subscribe(&mut self, source: super::Source, command: Command) -> Result<Done, Status> {
+        let Command { kind, value: mask, .. } = command;
+        let once = match kind {
+            0 => true,
+            1 => false,
+            _ => return Err(Status::WrongType),
+        };
+        if !(0..bit(AXES)).contains(&mask) {
+            return Err(Status::InvalidValue);
+        }
+        self.subscription = Some(Subscription { source, mask, once, armed: 0 });
+        Ok(Done::Value(mask))
+    }
+
+    /// A move that gives way to a rotation will not arrive.
+    fn disarm(&mut self, axis: u8) {
+        if let Some(subscription) = &mut self.subscription {
+            subscription.armed &= !bit(axis.into());
+        }
+    }
+
+    /// GAP.
+    pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Done, Status> {
+        let parameter = parameter(number)?;
+        let (axis, chip) = self.axis(axis)?;
+        Ok(Done::Value(axis.read(chip, parameter)?))
+    }
+
+    /// SAP, AAP. `echo` is the reply's value.
+    pub(super) fn set_axis(
+        &mut self,
+        now: Micros,
+        number: u8,
+        axis: u8,
+        value: i32,
+        echo: i32,
+    ) -> Result<Done, Status> {
+        let parameter = parameter(number)?;
+        let (state, chip) = self.axis(axis)?;
+        state.write(now, chip, parameter, value)?;
+        if parameter == AxisParameter::TargetSpeed {
+            self.disarm(axis);
+        }
+        Ok(Done::Value(echo))
+    }
+
+    /// STAP.
+    pub(super) fn store_axis(&mut self, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
+        let parameter = stored(number)?;
+        let (state, chip) = self.axis(axis)?;
+        let value = state.read(chip, parameter)?;
+        self.store.set(Slot::Axis(axis, parameter), value);
+        Ok(Done::Stored(echo))
+    }
+
+    /// RSAP.
+    pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
+        let parameter = stored(number)?;
+        let value = self.store.get(Slot::Axis(axis, parameter)).ok_or(Status::WrongType)?;
+        let (state, chip) = self.axis(axis)?;
+        state.write(now, chip, parameter, value)?;
+        Ok(Done::Value(echo))
+    }
+
+    /// SCO, CCO, ACO to one axis: the value goes to RAM, and to the EEPROM where parameter 84 says so.
+    pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Done, Status> {
+        let number = coordinate(number)?;
+        *self.place(axis, number)? = value;
+        if self.global(G::CoordinateStorage) != 0 {
+            self.store.set(Slot::Coordinate(axis, number), value);
+            return Ok(Done::Stored(echo));
+        }
+        Ok(Done::Value(echo))
+    }
+
+    /// GCO from one axis.
+    pub(super) fn coordinate(&mut self, axis: u8, number: u8) -> Result<i32, Status> {
+        let number = coordinate(number)?;
+        Ok(*self.place(axis, number)?)
+    }
+
+    /// SCO with motor 255: coordinates of all axes from RAM to EEPROM, one number or, by 0, all.
+    pub(super) fn store_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
+        for (axis, number) in selection::<AXES>(number)? {
+            let value = *self.place(axis, number)?;
+            self.store.set(Slot::Coordinate(axis, number), value);
+        }
+        Ok(Done::Stored(echo))
+    }
+
+    /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.
+    pub(super) fn restore_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
+        for (axis, number) in selection::<AXES>(number)? {
+            *self.place(axis, number)? = self.store.get(Slot::Coordinate(axis, number)).unwrap_or_default();
+        }
+        Ok(Done::Value(echo))
+    }
+
+    /// CCO: the position now.
+    pub(super) fn position(&mut self, axis: u8) -> Result<i32, Status> {
+        let (axis, chip) = self.axis(axis)?;
+        Ok(axis.actual_position(chip)?)
+    }
+
+    fn axis(&mut self, number: u8) -> Result<(&mut motion::Axis<D>, &mut crate::chip::tmc429::Tmc429<M>), Status> {
+        let axis = self.axes.get_mut(usize::from(number)).ok_or(Status::InvalidValue)?;
+        Ok((axis, &mut self.chip))
+    }
+
+    fn place(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {
+        let places = self.coordinates.get_mut(usize::from(axis)).ok_or(Status::InvalidValue)?;
+        places.get_mut(usize::from(number)).ok_or(Status::InvalidValue)
+    }
+}
+
+fn coordinate(number: u8) -> Result<u8, Status> {
+    if usize::from(number) < COORDINATES { Ok(number) } else { Err(Status::InvalidValue) }
+}
+
+/// Only a parameter with a place in the EEPROM can be stored or restored.
+fn stored(number: u8) -> Result<AxisParameter, Status> {
+    let parameter = parameter(number)?;
+    if parameter.row().stored() { Ok(parameter) } else { Err(Status::WrongType) }
+}
+
+/// The coordinates that the 255 forms mean: one of 1..=20, or all of them by 0; of every axis.
+fn selection<const AXES: usize>(number: u8) -> Result<impl Iterator<Item = (u8, u8)>, Status> {
+    let (first, last) = match coordinate(number)? {
+        0 => (1, (COORDINATES as u8).saturating_sub(1)),
+        one => (one, one),
+    };
+    Ok((0..AXES as u8).flat_map(move |axis| (first..=last).map(move |number| (axis, number))))
+}

@@ -1,0 +1,187 @@
+//! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+
+use super::{Done, Module, UserFunctions};
+use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, Row, STORED_USER_VARIABLES, Storage};
+use crate::store::Slot;
+use crate::tmcl::Status;
+use crate::units::Micros;
+
+/// The tick timer and random numbers have 31 bits (manual section 5.1, parameters 132 and 133).
+const BITS_31: u32 = 0x7FFF_FFFF;
+
+/// A parameter by number and bank.
+enum Global {
+    Bank0(G),
+    Variable(u8),
+    Interrupt(InterruptParameter),
+}
+
+fn global(number: u8, bank: u8) -> Result<Global, Status> {
+    match bank {
+        0 => G::from_number(number).map(Global::Bank0).ok_or(Status::WrongType),
+        2 => Ok(Global::Variable(number)),
+        3 => InterruptParameter::from_number(number).map(Global::Interrupt).ok_or(Status::WrongType),
+        _ => Err(Status::InvalidValue),
+    }
+}
+
+fn check(row: &Row, value: i32) -> Result<(), Status> {
+    if !row.writable() {
+        Err(Status::WrongType)
+    } else if !row.accepts(value) {
+        Err(Status::InvalidValue)
+    } else {
+        Ok(())
+    }
+}
+
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+    /// The value of a parameter of bank 0 as set.
+    pub(super) fn global(&self, parameter: G) -> i32 {
+        self.globals.get(parameter.index()).copied().unwrap_or_default()
+    }
+
+    fn set_global_value(&mut self, parameter: G, value: i32) {
+        if let Some(place) = self.globals.get_mut(parameter.index()) {
+            *place = value;
+        }
+    }
+
+    /// GGP.
+    pub(super) fn get_global(&mut self, now: Micros, number: u8, bank: u8) -> Result<Done, Status> {
+        let value = match global(number, bank)? {
+            Global::Bank0(G::TickTimer) => self.tick_timer(now).cast_signed(),
+            Global::Bank0(G::RandomNumber) => self.random().cast_signed(),
+            Global::Bank0(parameter) => self.global(parameter),
+            Global::Variable(number) => self.variables.get(usize::from(number)).copied().unwrap_or_default(),
+            Global::Interrupt(parameter) => self.interrupts.get(parameter.index()).copied().unwrap_or_default(),
+        };
+        Ok(Done::Value(value))
+    }
+
+    /// SGP, AGP. `echo` is the reply's value.
+    pub(super) fn set_global(
+        &mut self,
+        now: Micros,
+        number: u8,
+        bank: u8,
+        value: i32,
+        echo: i32,
+    ) -> Result<Done, Status> {
+        match global(number, bank)? {
+            Global::Bank0(parameter) => {
+                let row = parameter.row();
+                check(row, value)?;
+                match parameter {
+                    G::TickTimer => self.tick_offset = (now.millis() as u32).wrapping_sub(value.cast_unsigned()),
+                    G::RandomNumber => self.random = value.cast_unsigned(),
+                    _ => self.set_global_value(parameter, value),
+                }
+                if matches!(parameter, G::EndSwitchPolarity | G::ReverseShaft) {
+                    self.apply_polarity_and_direction()?;
+                }
+                if row.storage == Storage::Automatic {
+                    self.store.set(Slot::Global(parameter), value);
+                    return Ok(Done::Stored(echo));
+                }
+            }
+            Global::Variable(number) => {
+                if let Some(place) = self.variables.get_mut(usize::from(number)) {
+                    *place = value;
+                }
+            }
+            Global::Interrupt(parameter) => {
+                check(parameter.row(), value)?;
+                if let Some(place) = self.interrupts.get_mut(parameter.index()) {
+                    *place = value;
+                }
+            }
+        }
+        Ok(Done::Value(echo))
+    }
+
+    /// STGP: user variables only; the rest of bank 0 is stored by SGP.
+    pub(super) fn store_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
+        let slot = self.stored_variable(number, bank)?;
+        let value = self.variables.get(usize::from(number)).copied().unwrap_or_default();
+        self.store.set(slot, value);
+        Ok(Done::Stored(echo))
+    }
+
+    /// RSGP.
+    pub(super) fn restore_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
+        let slot = self.stored_variable(number, bank)?;
+        let value = self.store.get(slot).unwrap_or_default();
+        if let Some(place) = self.variables.get_mut(usize::from(number)) {
+            *place = value;
+        }
+        Ok(Done::Value(echo))
+    }
+
+    fn stored_variable(&self, number: u8, bank: u8) -> Result<Slot, Status> {
+        match global(number, bank)? {
+            Global::Variable(number) if usize::from(number) < STORED_USER_VARIABLES => Ok(Slot::Variable(number)),
+            _ => Err(Status::WrongType),
+        }
+    }
+
+    /// Brings switch polarity (79) and shaft direction (90) to the chip and the encoders.
+    pub(super) fn apply_polarity_and_direction(&mut self) -> Result<(), crate::motion::Error> {
+        let polarity = self.global(G::EndSwitchPolarity) != 0;
+        let reverse = self.global(G::ReverseShaft) != 0;
+        for axis in &mut self.axes {
+            axis.set_reverse(reverse);
+        }
+        Ok(self.chip.write_interface(polarity, reverse)?)
+    }
+
+    /// Takes everything that is restored at start-up from the store.
+    pub(super) fn restore(&mut self) {
+        self.reload_globals();
+        if self.global(G::DoNotRestoreVariables) == 0 {
+            for (number, variable) in (0..=u8::MAX).zip(&mut self.variables) {
+                *variable = self.store.get(Slot::Variable(number)).unwrap_or_default();
+            }
+        }
+        let coordinates = self.global(G::CoordinateStorage) != 0;
+        for (number, (axis, places)) in (0..=u8::MAX).zip(self.axes.iter_mut().zip(&mut self.coordinates)) {
+            for parameter in crate::param::AxisParameter::ALL {
+                if let Some(value) = self.store.get(Slot::Axis(number, *parameter)) {
+                    axis.preset(*parameter, value);
+                }
+            }
+            if coordinates {
+                for (n, place) in (0..COORDINATES as u8).zip(places) {
+                    *place = self.store.get(Slot::Coordinate(number, n)).unwrap_or_default();
+                }
+            }
+        }
+    }
+
+    /// Takes the stored parameters of bank 0 from the store.
+    pub(super) fn reload_globals(&mut self) {
+        for parameter in G::ALL {
+            if let Some(value) = self.store.get(Slot::Global(*parameter)).filter(|v| parameter.row().accepts(*v)) {
+                self.set_global_value(*parameter, value);
+            }
+        }
+    }
+
+    fn tick_timer(&self, now: Micros) -> u32 {
+        (now.millis() as u32).wrapping_sub(self.tick_offset) & BITS_31
+    }
+
+    /// The next random number, 31 bits: xorshift32 (Marsaglia, "Xorshift RNGs", 2003), which never leaves
+    /// zero by itself.
+    fn random(&mut self) -> u32 {
+        let mut x = if self.random == 0 { BITS_31 } else { self.random };
+        x ^= x << 13;
+        x ^= x >> 17;
+        x ^= x << 5;
+        self.random = x;
+        x & BITS_31
+    }
+}

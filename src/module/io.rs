@@ -1,0 +1,110 @@
+//! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+
+use super::{Done, Module, UserFunctions};
+use crate::tmcl::Status;
+
+/// Milliseconds of the status LED's on and off time.
+pub(super) const BLINK_MS: u64 = 1000;
+/// Digital inputs IN0..IN3.
+const INPUTS: usize = 4;
+/// The port number that means all ports.
+const ALL: u8 = 255;
+/// Half width of "near the encoder's absolute zero", in 1/1024 turn.
+const NEAR_ZERO: u16 = 4;
+
+/// The signals at the module's inputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inputs {
+    /// Levels of IN0..IN3; IN1 is also the left stop switch, IN2 the right one, IN3 home.
+    pub digital: [bool; INPUTS],
+    /// Analog value of IN0, 0..=4095.
+    pub analog: u16,
+    /// Supply voltage in 0.1 V.
+    pub supply: u16,
+    /// Temperature in degrees Celsius.
+    pub temperature: i16,
+    /// SG_TST output of the driver.
+    pub stall: bool,
+    /// Angle of the built-in encoder, 0..=1023.
+    pub encoder: u16,
+    /// Counter of the external ABN encoder, wrapping at 16 bits.
+    pub external: u16,
+}
+
+/// What the module wants at its outputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outputs {
+    /// General purpose outputs, OUT0 in bit 0.
+    pub digital: u8,
+    /// Pull-up resistors of IN1..IN3.
+    pub pull_ups: bool,
+    /// Status LED.
+    pub led: bool,
+    /// The firmware shall start anew.
+    pub restart: bool,
+}
+
+impl Default for Outputs {
+    /// Outputs low, pull-ups on, as after power-on.
+    fn default() -> Self {
+        Outputs { digital: 0, pull_ups: true, led: false, restart: false }
+    }
+}
+
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+    pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Done, Status> {
+        let all = 1_u8.checked_shl(self.spec.outputs.into()).unwrap_or(0).wrapping_sub(1);
+        match (bank, port) {
+            (0, 0) => self.outputs.pull_ups = flag(value)?,
+            (2, ALL) => {
+                let bits = if value == -1 { self.registers.accumulator } else { value };
+                // Bits without an output are ignored, in a constant as in the accumulator.
+                if value != -1 && !(0..=255).contains(&value) {
+                    return Err(Status::InvalidValue);
+                }
+                self.outputs.digital = (bits & i32::from(all)) as u8;
+            }
+            (2, port) if port < self.spec.outputs => {
+                let bit = 1_u8.checked_shl(port.into()).unwrap_or(0);
+                if flag(value)? {
+                    self.outputs.digital |= bit;
+                } else {
+                    self.outputs.digital &= !bit;
+                }
+            }
+            (0 | 2, _) => return Err(Status::WrongType),
+            _ => return Err(Status::InvalidValue),
+        }
+        Ok(Done::Value(value))
+    }
+
+    pub(super) fn get_input(&self, port: u8, bank: u8) -> Result<Done, Status> {
+        let value = match (bank, port) {
+            (0, ALL) => self.inputs.digital.iter().rev().fold(0, |bits, level| bits << 1 | i32::from(*level)),
+            (0, 11) => {
+                let angle = self.inputs.encoder;
+                let turn = crate::chip::encoder::TURN;
+                (angle.min(turn.saturating_sub(angle)) <= NEAR_ZERO).into()
+            }
+            (0, port) => (*self.inputs.digital.get(usize::from(port)).ok_or(Status::WrongType)?).into(),
+            (1, 0) => self.inputs.analog.into(),
+            (1, 8) => self.inputs.supply.into(),
+            (1, 9) => self.inputs.temperature.into(),
+            (2, port) if port < self.spec.outputs => (self.outputs.digital.unbounded_shr(port.into()) & 1).into(),
+            (1 | 2, _) => return Err(Status::WrongType),
+            _ => return Err(Status::InvalidValue),
+        };
+        Ok(Done::Value(value))
+    }
+}
+
+fn flag(value: i32) -> Result<bool, Status> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Status::InvalidValue),
+    }
+}

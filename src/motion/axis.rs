@@ -1,0 +1,432 @@
+//! One axis: a ramp generator of the TMC429, a TMC262, and what happens to them over time.
+
+use embedded_hal::spi::SpiDevice;
+
+use super::Error;
+use super::current::{Current, Drive, Phase};
+use super::position::Position;
+use super::ramp::braking;
+use crate::chip::encoder::{Counter, TURN};
+use crate::chip::tmc262::{Configuration, Tmc262};
+use crate::chip::tmc429::{Mode, Motor, Register, Tmc429, reference, signed};
+use crate::param::AxisParameter as P;
+use crate::units::{INTERNAL_MAX, Internal, Micros};
+
+/// What an axis feels besides its chips, sampled once per poll.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sensors {
+    /// SG_TST output of the driver: load value zero.
+    pub stall: bool,
+    /// Home switch, polarity applied.
+    pub home: bool,
+    /// Built-in encoder, 0..=1023.
+    pub encoder: u16,
+    /// Counter of the external ABN encoder, wrapping.
+    pub external: u16,
+}
+
+/// What happened to an axis since the last poll.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Events {
+    /// The target of a positioning move was reached.
+    pub reached: bool,
+    /// A positioning move ended before its target, by a stop switch or a stall.
+    pub cut_short: bool,
+}
+
+/// Bits of axis parameter 207 (manual chapter 4).
+const STALL_ERROR: i32 = 1;
+
+/// Modulus of the ABN counter.
+const ABN_COUNTS: u32 = 1 << 16;
+
+/// One axis.
+#[derive(Debug)]
+pub struct Axis<D> {
+    motor: Motor,
+    pub(super) driver: Tmc262<D>,
+    values: [i32; P::COUNT],
+    pub(super) position: Position,
+    pub(super) mode: Mode,
+    /// Commanded speed in velocity mode.
+    pub(super) target_speed: Internal,
+    pub(super) reverse: bool,
+    speed: Internal,
+    right: bool,
+    /// A positioning move is under way: its end will be told.
+    travelling: bool,
+    pub(super) errors: i32,
+    current: Current,
+    drive: Option<Drive>,
+    pub(super) sensors: Sensors,
+    pub(super) encoder: Counter<{ TURN as u32 }>,
+    pub(super) external: Counter<ABN_COUNTS>,
+    slot: u8,
+}
+
+impl<D: SpiDevice> Axis<D> {
+    /// The axis on ramp generator `motor`, with factory defaults; nothing is written yet.
+    pub fn new(motor: Motor, driver: D) -> Self {
+        Axis {
+            motor,
+            driver: Tmc262::new(driver),
+            values: P::defaults(),
+            position: Position::default(),
+            mode: Mode::Ramp,
+            target_speed: 0,
+            reverse: false,
+            speed: 0,
+            right: false,
+            travelling: false,
+            errors: 0,
+            current: Current::default(),
+            drive: None,
+            sensors: Sensors::default(),
+            encoder: Counter::new(),
+            external: Counter::new(),
+            slot: 0,
+        }
+    }
+
+    /// The driver's SPI device back, as for a restart of the firmware.
+    pub fn release(self) -> D {
+        self.driver.release()
+    }
+
+    /// Brings both chips to the parameters' values after power-on or a restart: position zero, no motion.
+    /// The TMC429 has been halted before.
+    pub fn start<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        chip.write(self.motor, Register::XActual, 0)?;
+        chip.write(self.motor, Register::XTarget, 0)?;
+        self.position.set(0);
+        self.refresh_drive(now, Phase::Still)?;
+        let (ramp_div, pulse_div) = self.divisors();
+        if braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_none() {
+            // Each divisor was accepted once, but not with the other one it was stored with.
+            for divisor in [P::RampDivisor, P::PulseDivisor] {
+                self.set_value(divisor, divisor.row().default);
+            }
+        }
+        self.mode = Mode::Ramp;
+        self.configure(chip)
+    }
+
+    /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
+    /// (MST).
+    pub fn rotate<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, speed: Internal) -> Result<(), Error> {
+        self.begin(now, speed != 0)?;
+        self.travelling = false;
+        self.set_mode(chip, Mode::Velocity)?;
+        chip.write(self.motor, Register::VTarget, speed as u32)?;
+        self.target_speed = speed;
+        // The speed limit comes last: in ramp mode it would have acted at once.
+        self.configure(chip)
+    }
+
+    /// Moves to `target` (MVP, SAP 0). In soft mode it stays in soft mode.
+    pub fn move_to<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, target: i32) -> Result<(), Error> {
+        self.begin(now, true)?;
+        self.position.aim(target);
+        self.travelling = true;
+        if self.mode == Mode::Velocity { self.resume(chip, Mode::Ramp) } else { self.write_leg(chip) }
+    }
+
+    /// Where the motor is now, in microsteps: one datagram.
+    pub fn actual_position<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
+        let counter = chip.read(self.motor, Register::XActual)?;
+        self.position.track(counter);
+        Ok(self.position.actual)
+    }
+
+    /// Changes the ramp mode (parameter 138). Into velocity mode the motor keeps the speed it was heading
+    /// for; out of it, it goes to the last target.
+    pub(super) fn change_mode<M: SpiDevice>(
+        &mut self,
+        now: Micros,
+        chip: &mut Tmc429<M>,
+        mode: Mode,
+    ) -> Result<(), Error> {
+        match (self.mode, mode) {
+            (Mode::Velocity, Mode::Velocity) => Ok(()),
+            (_, Mode::Velocity) => {
+                let heading = self.target_speed(chip)?;
+                self.rotate(now, chip, heading)
+            }
+            (Mode::Velocity, _) => {
+                self.begin(now, self.position.target != self.position.actual)?;
+                self.position.aim(self.position.target);
+                self.travelling = true;
+                self.resume(chip, mode)
+            }
+            (_, _) => self.set_mode(chip, mode),
+        }
+    }
+
+    /// Overwrites the position counter (parameter 1). Target and position become equal, so that nothing
+    /// moves; a motor that was positioning is stopped along the ramp. The chip wants velocity mode for this
+    /// (datasheet section 8.1.2).
+    pub(super) fn set_position<M: SpiDevice>(
+        &mut self,
+        now: Micros,
+        chip: &mut Tmc429<M>,
+        value: i32,
+    ) -> Result<(), Error> {
+        let mode = self.mode;
+        let standing = self.position.actual == self.position.target && self.speed == 0;
+        if mode != Mode::Velocity {
+            self.rotate(now, chip, 0)?;
+        }
+        chip.write(self.motor, Register::XActual, value as u32)?;
+        chip.write(self.motor, Register::XTarget, value as u32)?;
+        self.position.set(value);
+        if mode != Mode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
+    }
+
+    /// The speed the motor is heading for: the commanded one, or the ramp generator's own.
+    pub(super) fn target_speed<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<Internal, Error> {
+        Ok(match self.mode {
+            Mode::Velocity | Mode::Hold => self.target_speed,
+            Mode::Ramp | Mode::Soft => signed(chip.read(self.motor, Register::VTarget)?, 12),
+        })
+    }
+
+    /// The speed right now: one datagram.
+    pub(super) fn actual_speed<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<Internal, Error> {
+        self.speed = signed(chip.read(self.motor, Register::VActual)?, 12);
+        Ok(self.speed)
+    }
+
+    /// The magnitude of the chip's smoothed acceleration.
+    pub(super) fn actual_acceleration<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<Internal, Error> {
+        Ok(signed(chip.read(self.motor, Register::AActual)?, 12).abs())
+    }
+
+    /// Left and right stop switch, polarity applied: one datagram.
+    pub(super) fn switches<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<(bool, bool), Error> {
+        let bits = chip.reference_switches()? >> (2 * self.motor as u32);
+        self.right = bits & 1 != 0;
+        Ok((bits & 2 != 0, self.right))
+    }
+
+    /// Reverses the shaft (global parameter 90). The direction output is common to the chip's motors and is
+    /// switched elsewhere; here the encoders follow.
+    pub fn set_reverse(&mut self, reverse: bool) {
+        self.reverse = reverse;
+    }
+
+    /// Writes all settings of the ramp generator; the chip's driver skips what it has already.
+    pub(super) fn configure<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        let m = self.motor;
+        let (ramp_div, pulse_div) = self.divisors();
+        chip.write(m, Register::VMin, self.value(P::MinimumSpeed) as u32)?;
+        self.write_divisors(chip, u32::from(pulse_div) << 12 | u32::from(ramp_div) << 8)?;
+        chip.write(m, Register::DxRefTolerance, self.value(P::ReferenceTolerance) as u32)?;
+        let limit = self.value(P::MaximumSpeed);
+        let wanted = self.value(P::MaximumAcceleration);
+        if self.mode == Mode::Velocity {
+            // Velocity mode goes up to the full range and takes the acceleration as it is.
+            chip.write(m, Register::AMax, wanted as u32)?;
+            chip.write(m, Register::VMax, INTERNAL_MAX as u32)?;
+        } else {
+            let b = braking(wanted, ramp_div, pulse_div, limit).ok_or(Error::OutOfRange)?;
+            chip.write(m, Register::AMax, b.acceleration as u32)?;
+            chip.write(m, Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv))?;
+            chip.write(m, Register::VMax, limit as u32)?;
+        }
+        // A new mode comes last, when all that it needs is in place.
+        self.write_reference(chip)
+    }
+
+    /// RAMP_DIV and PULSE_DIV.
+    pub(super) fn divisors(&self) -> (u8, u8) {
+        (self.value(P::RampDivisor) as u8, self.value(P::PulseDivisor) as u8)
+    }
+
+    /// Gives the driver the parameters and the present current.
+    pub(super) fn write_driver(&mut self) -> Result<(), Error> {
+        if let Some(drive) = self.drive {
+            let configuration = self.configuration(drive);
+            self.driver.apply(&configuration)?;
+        }
+        Ok(())
+    }
+
+    /// A parameter's value as set.
+    pub(super) fn value(&self, parameter: P) -> i32 {
+        self.values.get(parameter.index()).copied().unwrap_or_default()
+    }
+
+    pub(super) fn set_value(&mut self, parameter: P, value: i32) {
+        if let Some(place) = self.values.get_mut(parameter.index()) {
+            *place = value;
+        }
+    }
+
+    /// Advances everything by one turn of the 1 kHz poll: two datagrams to the TMC429, or one and one to
+    /// the driver.
+    pub fn poll<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, sensors: Sensors) -> Result<Events, Error> {
+        self.sensors = sensors;
+        self.encoder.update(sensors.encoder.into(), self.value(P::EncoderPrescaler) & !0xF, self.reverse);
+        self.external.update(sensors.external.into(), self.value(P::ExternalEncoderPrescaler) & !0x1C, self.reverse);
+        self.actual_position(chip)?;
+        let left = chip.left_switch(self.motor);
+        match self.slot {
+            0 | 2 => drop(self.actual_speed(chip)?),
+            1 => self.driver.refresh()?,
+            _ => drop(self.switches(chip)?),
+        }
+        self.slot = (self.slot + 1) % 4;
+
+        let mut events = Events::default();
+        if self.mode != Mode::Velocity && self.position.advance() {
+            self.write_leg(chip)?;
+        }
+        if self.stalled(chip)? {
+            events.cut_short = self.travelling;
+            self.hard_stop(now, chip)?;
+            self.errors |= STALL_ERROR;
+        }
+        let held = self.held(left);
+        if self.travelling {
+            let reached = self.position.actual == self.position.target;
+            events.reached = reached;
+            events.cut_short |= held && !reached;
+            self.travelling = !(reached || held);
+        }
+        self.refresh_drive(now, self.phase(held))?;
+        Ok(events)
+    }
+
+    /// Stops at once, without a ramp. A written zero in V_ACTUAL clears the hidden bits of the velocity.
+    fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        self.rotate(now, chip, 0)?;
+        chip.write(self.motor, Register::VActual, 0)?;
+        self.speed = 0;
+        Ok(())
+    }
+
+    /// Stop on stall (parameter 181): a load value of zero above the speed given there.
+    fn stalled<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
+        let above = self.value(P::StopOnStall);
+        Ok(above > 0 && self.sensors.stall && self.actual_speed(chip)?.abs() > above)
+    }
+
+    /// True while a stop switch holds the motor against its command.
+    fn held(&self, left: bool) -> bool {
+        let ahead = match self.mode {
+            Mode::Velocity | Mode::Hold => self.target_speed,
+            Mode::Ramp | Mode::Soft => self.position.target.wrapping_sub(self.position.actual),
+        };
+        let by_left = left && ahead < 0 && self.value(P::LeftSwitchDisable) == 0;
+        let by_right = self.right && ahead > 0 && self.value(P::RightSwitchDisable) == 0;
+        self.speed == 0 && (by_left || by_right)
+    }
+
+    fn phase(&self, held: bool) -> Phase {
+        let (moving, cruise) = match self.mode {
+            Mode::Velocity | Mode::Hold => (self.target_speed != 0 || self.speed != 0, self.target_speed.abs()),
+            Mode::Ramp | Mode::Soft => {
+                (self.position.actual != self.position.target || self.speed != 0, self.value(P::MaximumSpeed))
+            }
+        };
+        if !moving || (held && self.value(P::EndSwitchPowerDown) != 0) {
+            Phase::Still
+        } else if held || self.speed.abs() == cruise {
+            if self.speed.abs() < self.value(P::SmartEnergyThresholdSpeed) { Phase::Slow } else { Phase::Running }
+        } else {
+            Phase::Changing
+        }
+    }
+
+    /// A motion command arrives: error flags go, and before the first step there is full current.
+    fn begin(&mut self, now: Micros, moves: bool) -> Result<(), Error> {
+        self.errors = 0;
+        if moves {
+            self.current.wake();
+            self.refresh_drive(now, Phase::Changing)?;
+        }
+        Ok(())
+    }
+
+    fn refresh_drive(&mut self, now: Micros, phase: Phase) -> Result<(), Error> {
+        let values = &self.values;
+        let value = |p: P| values.get(p.index()).copied().unwrap_or_default();
+        let drive = self.current.select(now, phase, self.speed, value);
+        if self.drive != Some(drive) {
+            self.drive = Some(drive);
+            self.write_driver()?;
+        }
+        Ok(())
+    }
+
+    /// Goes into a positioning mode: ramp settings and target first, the mode last.
+    fn resume<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
+        self.mode = mode;
+        self.write_leg(chip)?;
+        self.configure(chip)
+    }
+
+    fn write_leg<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        Ok(chip.write(self.motor, Register::XTarget, self.position.leg as u32)?)
+    }
+
+    fn set_mode<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
+        self.mode = mode;
+        self.write_reference(chip)
+    }
+
+    fn write_reference<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        let bit = |parameter: P, bit: u32| if self.value(parameter) != 0 { bit } else { 0 };
+        let word = bit(P::LeftSwitchDisable, reference::DISABLE_STOP_L)
+            | bit(P::RightSwitchDisable, reference::DISABLE_STOP_R)
+            | bit(P::SoftStop, reference::SOFT_STOP)
+            | self.mode as u32;
+        Ok(chip.write(self.motor, Register::RefConfMode, word)?)
+    }
+
+    fn configuration(&self, drive: Drive) -> Configuration {
+        let byte = |parameter: P| self.value(parameter) as u8;
+        let flag = |parameter: P| self.value(parameter) != 0;
+        Configuration {
+            microsteps: byte(P::MicrostepResolution),
+            interpolation: flag(P::StepInterpolation),
+            double_edge: flag(P::DoubleStep),
+            blank_time: byte(P::ChopperBlankTime),
+            constant_toff: flag(P::ConstantToffMode),
+            no_fast_decay_comparator: flag(P::DisableFastDecayComparator),
+            hysteresis_end: byte(P::ChopperHysteresisEnd),
+            hysteresis_start: byte(P::ChopperHysteresisStart),
+            off_time: if drive.free { 0 } else { byte(P::ChopperOffTime) },
+            random_off_time: flag(P::RandomToffMode),
+            current_minimum: byte(P::SmartEnergyCurrentMinimum),
+            down_step: byte(P::SmartEnergyDownStep),
+            hysteresis: byte(P::SmartEnergyHysteresis),
+            up_step: byte(P::SmartEnergyUpStep),
+            cool_step: if drive.cool_step { byte(P::SmartEnergyHysteresisStart) } else { 0 },
+            filter: flag(P::StallGuardFilter),
+            threshold: self.value(P::StallGuardThreshold) as i8,
+            current: drive.scale,
+            slope_high: byte(P::SlopeHighSide),
+            slope_low: byte(P::SlopeLowSide),
+            no_short_protection: flag(P::ShortProtectionDisable),
+            short_timer: byte(P::ShortDetectionTimer),
+            vsense: flag(P::Vsense),
+        }
+    }
+
+    /// PULSE_DIV may make a stray step when changed outside ramp mode while the motor stands (datasheet
+    /// section 8.1.13): for the moment of the change the chip is in ramp mode with its target where it is.
+    fn write_divisors<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, word: u32) -> Result<(), Error> {
+        let standing = self.mode == Mode::Velocity && self.target_speed == 0 && self.speed == 0;
+        if !standing || chip.holds(self.motor, Register::Divisors, word) {
+            return Ok(chip.write(self.motor, Register::Divisors, word)?);
+        }
+        let here = self.actual_position(chip)?;
+        chip.write(self.motor, Register::XTarget, here as u32)?;
+        self.set_mode(chip, Mode::Ramp)?;
+        chip.write(self.motor, Register::Divisors, word)?;
+        self.set_mode(chip, Mode::Velocity)?;
+        // The ramp generator has used V_TARGET for itself.
+        Ok(chip.write(self.motor, Register::VTarget, self.target_speed as u32)?)
+    }
+}

@@ -1,0 +1,75 @@
+//! Which motor current applies: run, boost, slow, standby or none (manual chapter 4, parameters 6, 7, 150,
+//! 182, 183, 200, 204, 214).
+
+use crate::param::AxisParameter as P;
+use crate::units::{CurrentScale, Internal, Micros};
+
+/// What the motor does, as far as its current is concerned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// Stands, or is held by an end switch that powers it down.
+    Still,
+    /// Runs below the coolStep threshold speed.
+    Slow,
+    /// Accelerates or brakes.
+    Changing,
+    /// Runs at its speed.
+    Running,
+}
+
+/// What the driver is told beyond the parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Drive {
+    /// Current scale.
+    pub scale: CurrentScale,
+    /// Bridges off.
+    pub free: bool,
+    /// coolStep may work.
+    pub cool_step: bool,
+}
+
+/// Chooses the current and keeps the standstill's time.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Current {
+    still_since: Option<Micros>,
+}
+
+impl Current {
+    /// A motion begins: full current from now on.
+    pub(super) fn wake(&mut self) {
+        self.still_since = None;
+    }
+
+    /// What applies now.
+    pub(super) fn select(&mut self, now: Micros, phase: Phase, speed: Internal, value: impl Fn(P) -> i32) -> Drive {
+        let threshold = value(P::SmartEnergyThresholdSpeed);
+        let run = value(P::MaximumCurrent);
+        let mut drive =
+            Drive { scale: CurrentScale::from_parameter(run), free: false, cool_step: speed.abs() >= threshold };
+        if phase != Phase::Still {
+            self.still_since = None;
+        }
+        match phase {
+            Phase::Still => {
+                let stood = now.since(*self.still_since.get_or_insert(now));
+                if stood >= ticks(value(P::PowerDownDelay)) {
+                    drive.scale = CurrentScale::from_parameter(value(P::StandbyCurrent));
+                }
+                let freewheeling = value(P::Freewheeling);
+                drive.free = freewheeling != 0 && stood >= ticks(freewheeling);
+            }
+            Phase::Slow => drive.scale = CurrentScale::from_parameter(value(P::SmartEnergySlowRunCurrent)),
+            Phase::Changing => {
+                let boost = value(P::BoostCurrent);
+                drive.scale = CurrentScale::from_parameter(if boost == 0 { run } else { boost });
+            }
+            Phase::Running => {}
+        }
+        drive
+    }
+}
+
+/// Parameters 204 and 214 count hundredths of a second.
+fn ticks(n: i32) -> Micros {
+    Micros::from_millis(10 * u64::from(n.unsigned_abs()))
+}

@@ -1,0 +1,127 @@
+//! The braking parameter p of the TMC429 and the accelerations that have one (datasheet sections 8.1.7.1
+//! and 8.1.10).
+//!
+//! p = A / (128 * 2^(RAMP_DIV - PULSE_DIV)), and the chip takes it as PMUL / 2^(3 + PDIV) with PMUL in
+//! 128..=255 and PDIV in 0..=13. To avoid overshooting, p is made a little smaller: 0.988 keeps the
+//! datasheet's criterion 0.95 < p'/p < 1 even after PMUL is truncated (0.988 * 128/129 = 0.980).
+
+use crate::units::{INTERNAL_MAX, Internal};
+
+/// Reduction of p, in thousandths.
+const REDUCTION: u64 = 988;
+/// Largest PDIV.
+const PDIV_MAX: u32 = 13;
+/// Up to this speed the 2^19 steps of the chip's longest braking ramp reach twice as far: 2048/sqrt(2).
+const HALF_LIMIT_SPEED: Internal = 1448;
+
+/// A setting of the ramp generator for positioning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Braking {
+    /// A_MAX, 1..=2047.
+    pub acceleration: Internal,
+    /// PMUL, 128..=255.
+    pub pmul: u8,
+    /// PDIV, 0..=13.
+    pub pdiv: u8,
+}
+
+/// PMUL and PDIV for one acceleration, if there are any. The divisors are 0..=13.
+fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)> {
+    let a = u64::try_from(acceleration).ok()?;
+    // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)).
+    // At most 988 * 2047 * 2^26 < 2^47.
+    let denominator = 1000_u64 << (4 + ramp_div);
+    (0..=PDIV_MAX).rev().find_map(|pdiv| {
+        let pmul = ((REDUCTION * a) << (u32::from(pulse_div) + pdiv)) / denominator;
+        match pmul {
+            128..=255 => Some((pmul as u8, pdiv as u8)),
+            _ => None,
+        }
+    })
+}
+
+/// The setting for an acceleration of `wanted` (1..=2047): the smallest acceleration from there on that has
+/// a PMUL/PDIV pair and keeps the braking ramp within the chip's 2^19 steps at `speed`; the largest one if
+/// `wanted` lies above them all. `None` if the divisors admit none.
+pub fn braking(wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
+    let ratio = i32::from(ramp_div) - i32::from(pulse_div);
+    // Smallest A with PMUL >= 128 at PDIV 13: 988 * A * 2^(PULSE_DIV + 13) >= 128 000 * 2^(4 + RAMP_DIV).
+    let smallest = (128_000_u64 << (4 + ramp_div)).div_ceil(REDUCTION << (u32::from(pulse_div) + PDIV_MAX));
+    let smallest = i32::try_from(smallest).ok().filter(|a| *a <= INTERNAL_MAX)?;
+    // The datasheet's limits: 2^(ratio - 1) below (half of it for slow motion, which `smallest` is), and
+    // 2^(ratio + 12) - 1 above.
+    let lower = if speed > HALF_LIMIT_SPEED && ratio >= 1 { smallest.max(1 << (ratio - 1)) } else { smallest };
+    let upper = if ratio >= 0 { INTERNAL_MAX } else { (4096 >> -ratio) - 1 };
+    // With the ratio at its extremes the limits leave no room; the pair that exists is used then.
+    let upper = upper.clamp(smallest, INTERNAL_MAX);
+    let acceleration = wanted.clamp(lower.min(upper), upper);
+    let (pmul, pdiv) = pair(acceleration, ramp_div, pulse_div)?;
+    Some(Braking { acceleration, pmul, pdiv })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs worked out by the datasheet's rule, (A, RAMP_DIV, PULSE_DIV) -> (PMUL, PDIV).
+    #[test]
+    fn pairs_of_the_datasheet_rule() {
+        for ((a, r, p), expected) in [
+            ((500, 3, 2), (247, 4)),
+            ((1000, 7, 3), (247, 6)),
+            ((2047, 7, 3), (252, 5)),
+            ((100, 7, 5), (197, 7)),
+            ((1, 0, 0), (252, 12)),
+            ((2047, 0, 0), (252, 1)),
+        ] {
+            assert_eq!(pair(a, r, p), Some(expected), "A {a} R {r} P {p}");
+        }
+        assert_eq!(pair(2047, 0, 13), None);
+        assert_eq!(pair(1, 13, 0), None);
+    }
+
+    /// 0.95 < p'/p < 1 for every acceleration and divisor pair that has one, in exact arithmetic:
+    /// p'/p = PMUL * 128 * 2^R / (2^(3 + PDIV) * A * 2^P).
+    #[test]
+    fn quality_of_every_pair() {
+        let mut pairs = 0;
+        for r in 0..=13_u8 {
+            for p in 0..=13_u8 {
+                for a in 1..=2047 {
+                    let Some((pmul, pdiv)) = pair(a, r, p) else { continue };
+                    pairs += 1;
+                    let ours = u128::from(pmul) << (7 + u32::from(r));
+                    let exact = (a as u128) << (3 + u32::from(pdiv) + u32::from(p));
+                    assert!(100 * ours > 95 * exact && ours < exact, "A {a} R {r} P {p}");
+                }
+            }
+        }
+        assert!(pairs > 200_000, "only {pairs} pairs");
+    }
+
+    #[test]
+    fn accelerations_without_a_pair_are_raised() {
+        // At the default divisors 7/3, A = 1..=4 have no pair; 5 has (988 * 5 * 2^16 / (1000 * 2^11) = 158).
+        assert_eq!(braking(1, 7, 3, 1000), Some(Braking { acceleration: 5, pmul: 158, pdiv: 13 }));
+        // Above 1448 the braking ramp would not fit 2^19 steps below 2^(7 - 3 - 1) = 8.
+        assert_eq!(braking(1, 7, 3, 2047).map(|b| b.acceleration), Some(8));
+        assert_eq!(braking(1000, 7, 3, 2047).map(|b| b.acceleration), Some(1000));
+        // RAMP_DIV 0, PULSE_DIV 6: at most 2^6 - 1.
+        assert_eq!(braking(1000, 0, 6, 2047).map(|b| b.acceleration), Some(63));
+    }
+
+    /// The only divisor pairs without any acceleration are those whose ratio is 2^13 either way.
+    #[test]
+    fn divisor_pairs_without_braking() {
+        for r in 0..=13_u8 {
+            for p in 0..=13_u8 {
+                for speed in [1, 2047] {
+                    let any = (1..=2047).any(|a| pair(a, r, p).is_some());
+                    assert_eq!(braking(1000, r, p, speed).is_some(), any, "R {r} P {p}");
+                }
+            }
+        }
+        assert_eq!(braking(1, 0, 13, 1), None);
+        assert_eq!(braking(1, 13, 0, 1), None);
+    }
+}

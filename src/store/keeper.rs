@@ -1,0 +1,57 @@
+//! Carries out page writes on the EEPROM: started, waited for without blocking, read back and compared.
+
+use embedded_hal::spi::SpiDevice;
+
+use super::page::Job;
+use crate::chip::at25::{At25, PAGE};
+use crate::units::Micros;
+
+/// A page takes up to 5 ms; after four times that the part is taken for dead.
+const PATIENCE: Micros = Micros::from_millis(20);
+
+/// The EEPROM with at most one page on its way.
+#[derive(Debug)]
+pub struct Keeper<SPI> {
+    part: At25<SPI>,
+    writing: Option<(Job, Micros)>,
+}
+
+impl<SPI: SpiDevice> Keeper<SPI> {
+    /// Takes charge of the part.
+    pub const fn new(part: At25<SPI>) -> Self {
+        Keeper { part, writing: None }
+    }
+
+    /// The SPI device back, as for a restart of the firmware.
+    pub fn release(self) -> SPI {
+        self.part.release()
+    }
+
+    /// Goes on with the page on its way, or takes the next one from `next`. Returns whether a page was
+    /// written, once that is known. To be called about once a millisecond.
+    pub fn poll(&mut self, now: Micros, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
+        match self.writing.take() {
+            None => {
+                let job = next()?;
+                if self.part.start_write(job.address, &job.page).is_err() {
+                    return Some(false);
+                }
+                self.writing = Some((job, now));
+                None
+            }
+            Some((job, since)) => match self.part.busy() {
+                Ok(true) if now.since(since) < PATIENCE => {
+                    self.writing = Some((job, since));
+                    None
+                }
+                Ok(false) => Some(self.holds(&job)),
+                Ok(true) | Err(_) => Some(false),
+            },
+        }
+    }
+
+    fn holds(&mut self, job: &Job) -> bool {
+        let mut page = [0; PAGE];
+        self.part.read(job.address, &mut page).is_ok() && page == job.page
+    }
+}

@@ -1,0 +1,68 @@
+//! Where each setting lives: global parameters, user variables, then every axis with its parameters and its
+//! coordinates.
+
+use super::page::{PAGES, VALUES};
+use crate::param::{AxisParameter, COORDINATES, GlobalParameter, STORED_USER_VARIABLES};
+
+/// Axes the settings area has room for.
+pub const AXES_MAX: usize = (PAGES * VALUES - COMMON) / PER_AXIS;
+
+const COMMON: usize = GlobalParameter::STORED + STORED_USER_VARIABLES;
+/// Coordinate 0 is not stored.
+const PER_AXIS: usize = AxisParameter::STORED + COORDINATES - 1;
+
+/// Something that can be stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// A global parameter of bank 0.
+    Global(GlobalParameter),
+    /// A user variable, 0..=55.
+    Variable(u8),
+    /// A parameter of an axis.
+    Axis(u8, AxisParameter),
+    /// A coordinate of an axis, 1..=20.
+    Coordinate(u8, u8),
+}
+
+impl Slot {
+    /// Page and index within it; `None` for what is not stored.
+    pub(super) fn place(self) -> Option<(usize, usize)> {
+        let of_axis = |axis: u8, index: usize| {
+            let axis = usize::from(axis);
+            (axis < AXES_MAX).then_some(COMMON + axis * PER_AXIS + index)
+        };
+        let slot = match self {
+            Slot::Global(parameter) => parameter.stored_index()?,
+            Slot::Variable(number) => {
+                let number = usize::from(number);
+                (number < STORED_USER_VARIABLES).then_some(GlobalParameter::STORED + number)?
+            }
+            Slot::Axis(axis, parameter) => of_axis(axis, parameter.stored_index()?)?,
+            Slot::Coordinate(axis, number) => {
+                let number = usize::from(number);
+                (1..COORDINATES).contains(&number).then_some(())?;
+                of_axis(axis, AxisParameter::STORED + number - 1)?
+            }
+        };
+        Some((slot / VALUES, slot % VALUES))
+    }
+
+    /// Value after a factory reset.
+    pub(super) fn default(self) -> i32 {
+        match self {
+            Slot::Global(parameter) => parameter.row().default,
+            Slot::Axis(_, parameter) => parameter.row().default,
+            Slot::Variable(_) | Slot::Coordinate(..) => 0,
+        }
+    }
+
+    /// Every slot there is.
+    pub(super) fn all() -> impl Iterator<Item = Slot> {
+        let variables = (0..STORED_USER_VARIABLES as u8).map(Slot::Variable);
+        let axes = (0..AXES_MAX as u8).flat_map(|axis| {
+            let parameters = AxisParameter::ALL.iter().map(move |p| Slot::Axis(axis, *p));
+            parameters.chain((1..COORDINATES as u8).map(move |n| Slot::Coordinate(axis, n)))
+        });
+        GlobalParameter::ALL.iter().map(|p| Slot::Global(*p)).chain(variables).chain(axes)
+    }
+}

@@ -1,0 +1,64 @@
+//! TMCL on CAN: identifier in place of the address, no checksum, seven or eight data bytes (manual section
+//! 3.1; what hosts rely on beyond it: the reply has as many bytes as the request had).
+
+use super::{Command, Reply};
+
+/// Data of a request or reply: at most eight bytes.
+pub type Data = heapless::Vec<u8, 8>;
+
+/// The command in a frame of seven or more data bytes; a shorter frame is none.
+pub fn decode_command(data: &[u8]) -> Option<Command> {
+    Some(Command::from_bytes(*data.first_chunk()?))
+}
+
+/// A request's data, eight bytes long.
+pub fn encode_command(command: Command) -> Data {
+    let mut data = Data::new();
+    // Eight bytes fit by the type's capacity.
+    let _ = data.extend_from_slice(&command.to_bytes());
+    let _ = data.push(0);
+    data
+}
+
+/// A reply of `length` (7 or 8) bytes from the module that receives on identifier `id`: low byte of that
+/// identifier, status, command, value. A special reply has no room for the host address and starts with
+/// what follows it; it is whole only in eight bytes.
+pub fn encode_reply(id: u16, length: usize, reply: &Reply) -> Data {
+    let full = match *reply {
+        Reply::Plain { status, opcode, value } => {
+            let [a, b, c, d] = value.to_be_bytes();
+            let [_, low] = id.to_be_bytes();
+            [low, status as u8, opcode, a, b, c, d, 0]
+        }
+        Reply::Version(text) => text,
+        Reply::Memory(command) => {
+            let [opcode, kind, motor, a, b, c, d] = command.to_bytes();
+            [opcode, kind, motor, a, b, c, d, 0]
+        }
+    };
+    full.iter().take(if length == Command::SIZE { 7 } else { 8 }).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Status;
+    use super::*;
+
+    #[test]
+    fn the_reply_mirrors_the_length_of_the_request() {
+        let reply = Reply::Plain { status: Status::Ok, opcode: 6, value: -2 };
+        assert_eq!(encode_reply(0x701, 7, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE]);
+        assert_eq!(encode_reply(0x701, 8, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE, 0]);
+        assert_eq!(encode_reply(1, 8, &Reply::Version(*b"1140V142")).as_slice(), b"1140V142");
+    }
+
+    #[test]
+    fn requests_need_seven_bytes() {
+        let command = Command::new(4, 1, 0, -10_000);
+        let data = encode_command(command);
+        assert_eq!(data.as_slice(), [4, 1, 0, 0xFF, 0xFF, 0xD8, 0xF0, 0]);
+        assert_eq!(decode_command(&data), Some(command));
+        assert_eq!(decode_command(&data[..7]), Some(command));
+        assert_eq!(decode_command(&data[..6]), None);
+    }
+}

@@ -1,0 +1,36 @@
+//! A TMCL command: seven bytes in a telegram and in program memory (manual section 3.1).
+
+/// One command as it travels. Unknown numbers survive: they are answered, stored and shown as they are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Command {
+    /// Command number.
+    pub opcode: u8,
+    /// Type field: parameter number, port, operation or variant.
+    pub kind: u8,
+    /// Motor or bank field.
+    pub motor: u8,
+    /// Value field.
+    pub value: i32,
+}
+
+impl Command {
+    /// Length in program memory and in a CAN frame, in bytes.
+    pub const SIZE: usize = 7;
+
+    /// Puts a command together.
+    pub const fn new(opcode: u8, kind: u8, motor: u8, value: i32) -> Self {
+        Command { opcode, kind, motor, value }
+    }
+
+    /// The seven bytes: number, type, motor, value with the most significant byte first.
+    pub const fn to_bytes(self) -> [u8; Self::SIZE] {
+        let [a, b, c, d] = self.value.to_be_bytes();
+        [self.opcode, self.kind, self.motor, a, b, c, d]
+    }
+
+    /// The reverse of [`Command::to_bytes`].
+    pub const fn from_bytes(bytes: [u8; Self::SIZE]) -> Self {
+        let [opcode, kind, motor, a, b, c, d] = bytes;
+        Command { opcode, kind, motor, value: i32::from_be_bytes([a, b, c, d]) }
+    }
+}

@@ -1,0 +1,170 @@
+//! The instruction table: number, mnemonic, operands and where a command may run (manual sections 3.5, 3.7).
+
+/// One operand of the mnemonic form, and the field of the command it fills.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Field {
+    /// The type field as a number.
+    Kind,
+    /// The type field by name; the position in the list is the number.
+    Named(&'static [&'static str]),
+    /// The motor or bank field.
+    Motor,
+    /// The value field.
+    Value,
+}
+
+/// What the motor/bank field of a command holds; axis numbers are checked before anything else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Motor {
+    /// An axis.
+    Axis,
+    /// An axis, or 255 for the special form.
+    AxisOrAll,
+    /// A bank of parameters or ports, or nothing.
+    Other,
+}
+
+/// One row of the instruction table.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Instruction {
+    /// Command number.
+    pub opcode: Opcode,
+    /// Mnemonic; empty for control commands, which have none.
+    pub mnemonic: &'static str,
+    /// Operands in the order they are written.
+    pub fields: &'static [Field],
+    /// What the motor field means.
+    pub motor: Motor,
+    /// May be sent by a host for immediate execution.
+    pub direct: bool,
+    /// May stand in a program.
+    pub program: bool,
+    /// May be entered on the ASCII command line (manual section 3.4).
+    pub ascii: bool,
+}
+
+const MVP: &[&str] = &["ABS", "REL", "COORD"];
+const RFS: &[&str] = &["START", "STOP", "STATUS"];
+const CALC: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD"];
+const CALCX: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD", "SWAP"];
+const JC: &[&str] = &["ZE", "NZ", "EQ", "NE", "GT", "GE", "LT", "LE", "ETO", "EAL", "EDV", "EPO"];
+const WAIT: &[&str] = &["TICKS", "POS", "REFSW", "LIMSW", "RFS"];
+const CLE: &[&str] = &["ALL", "ETO", "EAL", "EDV", "EPO", "ESD"];
+
+macro_rules! instructions {
+    ($($number:literal $opcode:ident $mnemonic:literal [$($field:expr),*] $motor:ident $direct:literal $program:literal $ascii:literal,)*) => {
+        /// Every command number this firmware family knows; the variants are named after the mnemonics.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        #[allow(missing_docs)]
+        pub enum Opcode {
+            $($opcode = $number,)*
+        }
+
+        impl Opcode {
+            /// The command with this number, if there is one.
+            pub const fn from_number(number: u8) -> Option<Self> {
+                match number {
+                    $($number => Some(Opcode::$opcode),)*
+                    _ => None,
+                }
+            }
+
+            /// Its row of the table.
+            pub const fn instruction(self) -> &'static Instruction {
+                match self {
+                    $(Opcode::$opcode => &Instruction {
+                        opcode: Opcode::$opcode,
+                        mnemonic: $mnemonic,
+                        fields: &[$($field),*],
+                        motor: Motor::$motor,
+                        direct: $direct != 0,
+                        program: $program != 0,
+                        ascii: $ascii != 0,
+                    },)*
+                }
+            }
+        }
+
+        /// All instructions in the order of their numbers.
+        const ALL: &[Opcode] = &[$(Opcode::$opcode),*];
+    };
+}
+
+use Field::{Kind, Named, Value};
+
+/// The motor operand, under the name it has in the table below.
+const AXIS: Field = Field::Motor;
+
+instructions! {
+    // number, variant, mnemonic, operands, motor field, direct mode, program, ASCII
+    1 Ror "ROR" [AXIS, Value] Axis 1 1 1,
+    2 Rol "ROL" [AXIS, Value] Axis 1 1 1,
+    3 Mst "MST" [AXIS] Axis 1 1 1,
+    4 Mvp "MVP" [Named(MVP), AXIS, Value] AxisOrAll 1 1 1,
+    5 Sap "SAP" [Kind, AXIS, Value] Axis 1 1 1,
+    6 Gap "GAP" [Kind, AXIS] Axis 1 1 1,
+    7 Stap "STAP" [Kind, AXIS] Axis 1 1 1,
+    8 Rsap "RSAP" [Kind, AXIS] Axis 1 1 1,
+    9 Sgp "SGP" [Kind, AXIS, Value] Other 1 1 1,
+    10 Ggp "GGP" [Kind, AXIS] Other 1 1 1,
+    11 Stgp "STGP" [Kind, AXIS] Other 1 1 1,
+    12 Rsgp "RSGP" [Kind, AXIS] Other 1 1 1,
+    13 Rfs "RFS" [Named(RFS), AXIS] Axis 1 1 1,
+    14 Sio "SIO" [Kind, AXIS, Value] Other 1 1 1,
+    15 Gio "GIO" [Kind, AXIS] Other 1 1 1,
+    19 Calc "CALC" [Named(CALC), Value] Other 1 1 0,
+    20 Comp "COMP" [Value] Other 0 1 0,
+    21 Jc "JC" [Named(JC), Value] Other 0 1 0,
+    22 Ja "JA" [Value] Other 0 1 0,
+    23 Csub "CSUB" [Value] Other 0 1 0,
+    24 Rsub "RSUB" [] Other 0 1 0,
+    25 Ei "EI" [Kind] Other 1 1 0,
+    26 Di "DI" [Kind] Other 1 1 0,
+    27 Wait "WAIT" [Named(WAIT), AXIS, Value] Other 0 1 0,
+    28 Stop "STOP" [] Other 0 1 0,
+    30 Sco "SCO" [Kind, AXIS, Value] AxisOrAll 1 1 1,
+    31 Gco "GCO" [Kind, AXIS] AxisOrAll 1 1 1,
+    32 Cco "CCO" [Kind, AXIS] Axis 1 1 1,
+    33 Calcx "CALCX" [Named(CALCX)] Other 1 1 0,
+    34 Aap "AAP" [Kind, AXIS] Axis 1 1 0,
+    35 Agp "AGP" [Kind, AXIS] Other 1 1 0,
+    36 Cle "CLE" [Named(CLE)] Other 1 1 0,
+    37 Vect "VECT" [Kind, Value] Other 1 1 0,
+    38 Reti "RETI" [] Other 0 1 0,
+    39 Aco "ACO" [Kind, AXIS] Axis 1 1 0,
+    64 Uf0 "UF0" [Kind, AXIS, Value] Other 1 1 1,
+    65 Uf1 "UF1" [Kind, AXIS, Value] Other 1 1 1,
+    66 Uf2 "UF2" [Kind, AXIS, Value] Other 1 1 1,
+    67 Uf3 "UF3" [Kind, AXIS, Value] Other 1 1 1,
+    68 Uf4 "UF4" [Kind, AXIS, Value] Other 1 1 1,
+    69 Uf5 "UF5" [Kind, AXIS, Value] Other 1 1 1,
+    70 Uf6 "UF6" [Kind, AXIS, Value] Other 1 1 1,
+    71 Uf7 "UF7" [Kind, AXIS, Value] Other 1 1 1,
+    128 StopApplication "" [] Other 1 0 0,
+    129 RunApplication "" [] Other 1 0 0,
+    130 StepApplication "" [] Other 1 0 0,
+    131 ResetApplication "" [] Other 1 0 0,
+    132 EnterDownload "" [] Other 1 0 0,
+    133 ExitDownload "" [] Other 1 0 0,
+    134 ReadMemory "" [] Other 1 0 0,
+    135 ApplicationStatus "" [] Other 1 0 0,
+    136 FirmwareVersion "" [] Other 1 0 0,
+    137 FactorySettings "" [] Other 1 0 0,
+    138 PositionReachedEvent "" [] Other 1 0 0,
+    139 EnterAscii "" [] Other 1 0 0,
+    242 EnterBootloader "" [] Other 1 0 0,
+    255 SoftwareReset "" [] Other 1 0 0,
+}
+
+impl Instruction {
+    /// All instructions, in the order of their numbers.
+    pub fn all() -> impl Iterator<Item = &'static Instruction> {
+        ALL.iter().map(|opcode| opcode.instruction())
+    }
+
+    /// The instruction with this mnemonic, in any case.
+    pub fn by_mnemonic(mnemonic: &str) -> Option<&'static Instruction> {
+        Self::all().find(|i| !i.mnemonic.is_empty() && i.mnemonic.eq_ignore_ascii_case(mnemonic))
+    }
+}

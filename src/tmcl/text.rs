@@ -1,0 +1,234 @@
+//! Commands on paper: `MVP ABS, 0, 90000`, as in the manual, on the ASCII command line and in programs.
+
+use core::fmt;
+
+use super::{Command, Field, Instruction, Opcode};
+
+/// What is wrong with a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error<'a> {
+    /// There is nothing on the line.
+    Empty,
+    /// No command has this name.
+    UnknownMnemonic(&'a str),
+    /// The command wants more operands; the field that is missing.
+    Missing(&'static Instruction, Field),
+    /// The command wants fewer operands; the first that is too many.
+    Unexpected(&'static Instruction, &'a str),
+    /// An operand is neither a number nor a name the command knows.
+    BadOperand(&'static Instruction, &'a str),
+    /// A number does not fit the field.
+    OutOfRange(&'static Instruction, &'a str),
+}
+
+impl fmt::Display for Error<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Empty => write!(f, "no command; try GAP 1, 0"),
+            Error::UnknownMnemonic(word) => write!(f, "unknown command '{word}'"),
+            Error::Missing(i, field) => write!(f, "{}: missing {}; usage: {i}", i.mnemonic, FieldName(*field)),
+            Error::Unexpected(i, word) => write!(f, "{}: '{word}' is one operand too many; usage: {i}", i.mnemonic),
+            Error::BadOperand(i, word) => {
+                write!(f, "{}: '{word}' is neither a number nor a known name; usage: {i}", i.mnemonic)
+            }
+            Error::OutOfRange(i, word) => write!(f, "{}: {word} is out of range; usage: {i}", i.mnemonic),
+        }
+    }
+}
+
+impl core::error::Error for Error<'_> {}
+
+struct FieldName(Field);
+
+impl fmt::Display for FieldName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Field::Kind => f.write_str("<type>"),
+            Field::Motor => f.write_str("<motor or bank>"),
+            Field::Value => f.write_str("<value>"),
+            Field::Named(names) => {
+                f.write_str("<")?;
+                for (i, name) in names.iter().enumerate() {
+                    write!(f, "{}{name}", if i == 0 { "" } else { "|" })?;
+                }
+                f.write_str(">")
+            }
+        }
+    }
+}
+
+/// The usage line: mnemonic and operands.
+impl fmt::Display for Instruction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.mnemonic)?;
+        for (i, field) in self.fields.iter().enumerate() {
+            write!(f, "{}{}", if i == 0 { " " } else { ", " }, FieldName(*field))?;
+        }
+        Ok(())
+    }
+}
+
+/// The mnemonic form; a number without a mnemonic is shown as its four fields.
+impl fmt::Display for Command {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let instruction = Opcode::from_number(self.opcode).map(Opcode::instruction).filter(|i| !i.mnemonic.is_empty());
+        let Some(instruction) = instruction else {
+            return write!(f, "{}, {}, {}, {}", self.opcode, self.kind, self.motor, self.value);
+        };
+        f.write_str(instruction.mnemonic)?;
+        for (i, field) in instruction.fields.iter().enumerate() {
+            f.write_str(if i == 0 { " " } else { ", " })?;
+            match field {
+                Field::Kind => write!(f, "{}", self.kind)?,
+                Field::Motor => write!(f, "{}", self.motor)?,
+                Field::Value => write!(f, "{}", self.value)?,
+                Field::Named(names) => match names.get(usize::from(self.kind)) {
+                    Some(name) => f.write_str(name)?,
+                    None => write!(f, "{}", self.kind)?,
+                },
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads one command. Operands are separated by commas, spaces around them do not count; a comma right
+/// after the mnemonic is tolerated, and so is a missing motor at the end (`MST` means `MST 0`). Numbers are
+/// decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic: then all
+/// four fields are numbers, those left out zero.
+pub fn parse(line: &str) -> Result<Command, Error<'_>> {
+    let line = line.trim();
+    let end = line.find(|c: char| c.is_whitespace() || c == ',').unwrap_or(line.len());
+    let (mnemonic, rest) = line.split_at(end);
+    if mnemonic.is_empty() {
+        return Err(Error::Empty);
+    }
+    let rest = rest.trim_start();
+    let rest = rest.strip_prefix(',').unwrap_or(rest).trim();
+    let mut operands = rest.split(',').map(str::trim).filter(|_| !rest.is_empty());
+    if let Some(number) = number(mnemonic) {
+        return numeric(mnemonic, number, operands);
+    }
+    let instruction = Instruction::by_mnemonic(mnemonic).ok_or(Error::UnknownMnemonic(mnemonic))?;
+    let mut command = Command { opcode: instruction.opcode as u8, ..Command::default() };
+    for (i, field) in instruction.fields.iter().enumerate() {
+        let Some(word) = operands.next() else {
+            let last = i + 1 == instruction.fields.len();
+            if last && *field == Field::Motor {
+                break;
+            }
+            return Err(Error::Missing(instruction, *field));
+        };
+        fill(&mut command, instruction, *field, word)?;
+    }
+    match operands.next() {
+        Some(word) => Err(Error::Unexpected(instruction, word)),
+        None => Ok(command),
+    }
+}
+
+fn fill<'a>(
+    command: &mut Command,
+    instruction: &'static Instruction,
+    field: Field,
+    word: &'a str,
+) -> Result<(), Error<'a>> {
+    let named = match field {
+        Field::Named(names) => names.iter().position(|name| name.eq_ignore_ascii_case(word)),
+        Field::Kind | Field::Motor | Field::Value => None,
+    };
+    let value = match named {
+        Some(position) => position as i64,
+        None => number(word).ok_or(Error::BadOperand(instruction, word))?,
+    };
+    let out_of_range = Error::OutOfRange(instruction, word);
+    match field {
+        Field::Kind | Field::Named(_) => command.kind = u8::try_from(value).map_err(|_| out_of_range)?,
+        Field::Motor => command.motor = u8::try_from(value).map_err(|_| out_of_range)?,
+        Field::Value => command.value = value_field(value).ok_or(out_of_range)?,
+    }
+    Ok(())
+}
+
+fn numeric<'a>(word: &'a str, opcode: i64, operands: impl Iterator<Item = &'a str>) -> Result<Command, Error<'a>> {
+    let mut fields = [opcode, 0, 0, 0];
+    let mut places = fields.iter_mut().skip(1);
+    for operand in operands {
+        let place = places.next().ok_or(Error::UnknownMnemonic(word))?;
+        *place = number(operand).ok_or(Error::UnknownMnemonic(word))?;
+    }
+    let [opcode, kind, motor, value] = fields;
+    let byte = |n: i64| u8::try_from(n).map_err(|_| Error::UnknownMnemonic(word));
+    Ok(Command {
+        opcode: byte(opcode)?,
+        kind: byte(kind)?,
+        motor: byte(motor)?,
+        value: value_field(value).ok_or(Error::UnknownMnemonic(word))?,
+    })
+}
+
+/// A value as signed or unsigned 32 bits: -2147483648..=4294967295.
+fn value_field(value: i64) -> Option<i32> {
+    i32::try_from(value).ok().or_else(|| u32::try_from(value).ok().map(u32::cast_signed))
+}
+
+fn number(word: &str) -> Option<i64> {
+    let (negative, digits) = match word.strip_prefix('-') {
+        Some(rest) => (true, rest.trim_start()),
+        None => (false, word.strip_prefix('+').unwrap_or(word)),
+    };
+    let hex = digits.strip_prefix('$').or_else(|| digits.strip_prefix("0x")).or_else(|| digits.strip_prefix("0X"));
+    let magnitude = match hex {
+        Some(hex) => u32::from_str_radix(hex, 16).ok()?,
+        None if digits.starts_with(|c: char| c.is_ascii_digit()) => digits.parse::<u32>().ok()?,
+        None => return None,
+    };
+    Some(if negative { -i64::from(magnitude) } else { i64::from(magnitude) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_what_people_write() {
+        let gap = Command::new(6, 1, 0, 0);
+        for line in ["GAP 1, 0", "gap 1,0", "GAP, 1, 0", "  GAP   1 ,0 ", "GAP 1", "6, 1, 0, 0", "6 1"] {
+            assert_eq!(parse(line), Ok(gap), "{line}");
+        }
+        assert_eq!(parse("MVP REL, 0, -10000"), Ok(Command::new(4, 1, 0, -10_000)));
+        assert_eq!(parse("MVP 1, 0, $FFFFD8F0"), Ok(Command::new(4, 1, 0, -10_000)));
+        assert_eq!(parse("MST"), Ok(Command::new(3, 0, 0, 0)));
+        assert_eq!(parse("136, 1"), Ok(Command::new(136, 1, 0, 0)));
+    }
+
+    #[test]
+    fn says_what_is_wrong() {
+        let text = |line: &str| parse(line).unwrap_err().to_string();
+        assert_eq!(text(""), "no command; try GAP 1, 0");
+        assert_eq!(text("GOTO 1"), "unknown command 'GOTO'");
+        assert_eq!(text("SAP 4, 0"), "SAP: missing <value>; usage: SAP <type>, <motor or bank>, <value>");
+        assert_eq!(text("MST 0, 1"), "MST: '1' is one operand too many; usage: MST <motor or bank>");
+        assert_eq!(
+            text("MVP UP, 0, 1"),
+            "MVP: 'UP' is neither a number nor a known name; usage: MVP <ABS|REL|COORD>, <motor or bank>, <value>"
+        );
+        assert_eq!(text("GAP 256, 0"), "GAP: 256 is out of range; usage: GAP <type>, <motor or bank>");
+    }
+
+    /// Every instruction with a mnemonic reads back what it prints.
+    #[test]
+    fn printing_and_reading_agree() {
+        for instruction in Instruction::all().filter(|i| !i.mnemonic.is_empty()) {
+            let fields = instruction.fields;
+            let command = Command {
+                opcode: instruction.opcode as u8,
+                kind: if fields.iter().any(|f| matches!(f, Field::Kind | Field::Named(_))) { 3 } else { 0 },
+                motor: if fields.contains(&Field::Motor) { 2 } else { 0 },
+                value: if fields.contains(&Field::Value) { -7 } else { 0 },
+            };
+            let text = command.to_string();
+            assert_eq!(parse(&text), Ok(command), "{text}");
+        }
+    }
+}

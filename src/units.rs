@@ -1,0 +1,78 @@
+//! The units of the module, as types where mixing two would go unnoticed.
+
+/// A point in time or a span, in microseconds since the firmware started. Wraps after 584 000 years.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Micros(pub u64);
+
+impl Micros {
+    /// `n` milliseconds.
+    pub const fn from_millis(n: u64) -> Self {
+        Micros(n * 1_000)
+    }
+
+    /// Whole milliseconds.
+    pub const fn millis(self) -> u64 {
+        self.0 / 1_000
+    }
+
+    /// This point in time, `span` later.
+    pub const fn after(self, span: Micros) -> Self {
+        Micros(self.0.wrapping_add(span.0))
+    }
+
+    /// The span since `earlier`; zero if that lies ahead.
+    pub const fn since(self, earlier: Micros) -> Micros {
+        Micros(self.0.saturating_sub(earlier.0))
+    }
+}
+
+/// A velocity or acceleration in internal units of the TMC429 (manual section 6.1), -2047..=2047.
+pub type Internal = i32;
+
+/// Largest magnitude of an internal velocity or acceleration.
+pub const INTERNAL_MAX: Internal = 2047;
+
+/// Step rate in microsteps per second of internal velocity `v` at pulse divisor `pulse_div` (0..=13), at the
+/// module's 16 MHz: f * v / (2^pulse_div * 2048 * 32) (manual section 6.1.1). Rounded towards zero.
+pub const fn velocity_to_pps(v: Internal, pulse_div: u8) -> i32 {
+    (16_000_000_i64 * v as i64 / ((2048 * 32) << pulse_div)) as i32
+}
+
+/// The driver's current scale CS, 0..=31: the current is (CS + 1)/32 of full scale.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CurrentScale(u8);
+
+impl CurrentScale {
+    /// From a current parameter (6, 7, 183, 200), 0..=255 in 32 steps of eight (manual chapter 4,
+    /// parameter 6).
+    pub const fn from_parameter(value: i32) -> Self {
+        CurrentScale(((value as u32 & 0xFF) >> 3) as u8)
+    }
+
+    /// The value for the chip's CS field.
+    pub const fn bits(self) -> u32 {
+        self.0 as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The example of manual section 6.1.1: 1678 at divisor 3 is about 51 208.5 pps... 16e6 * 1678 /
+    /// (8 * 65536) = 51 208.49.
+    #[test]
+    fn velocity_conversion_of_the_manual() {
+        assert_eq!(velocity_to_pps(1678, 3), 51_208);
+        assert_eq!(velocity_to_pps(-1000, 3), -30_517);
+    }
+
+    #[test]
+    fn current_in_steps_of_eight() {
+        assert_eq!(CurrentScale::from_parameter(0).bits(), 0);
+        assert_eq!(CurrentScale::from_parameter(7).bits(), 0);
+        assert_eq!(CurrentScale::from_parameter(8).bits(), 1);
+        assert_eq!(CurrentScale::from_parameter(128).bits(), 16);
+        assert_eq!(CurrentScale::from_parameter(255).bits(), 31);
+    }
+}

@@ -1,0 +1,114 @@
+//! A virtual module on the bench: telegrams in, telegrams and world out, in virtual time.
+
+#![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::control::Line;
+use hal_sim::world::config::WorldConfig;
+use tmcl_cli::virtual_module::{Sent, VirtualModule};
+use tmcm::module::Source;
+use tmcm::tmcl::binary::{self, Received, Telegram};
+use tmcm::tmcl::{Command, text};
+
+/// Longest time a test waits for a reply.
+const PATIENCE: Nanos = 2_000 * MILLISECOND;
+
+/// Status of a reply: executed.
+pub const OK: u8 = 100;
+/// Unknown type, or read-only.
+pub const WRONG_TYPE: u8 = 3;
+/// Out of range.
+pub const INVALID_VALUE: u8 = 4;
+/// EEPROM locked.
+pub const EEPROM_LOCKED: u8 = 5;
+/// Not in this mode or state.
+pub const NOT_AVAILABLE: u8 = 6;
+
+pub struct Bench {
+    pub module: VirtualModule,
+}
+
+impl Bench {
+    /// A module in the default world, with a fresh EEPROM.
+    pub fn new() -> Self {
+        Self::in_world("")
+    }
+
+    /// A module in the world that the text describes.
+    pub fn in_world(toml: &str) -> Self {
+        let config = WorldConfig::parse(toml).unwrap();
+        Bench { module: VirtualModule::new(&config, None, 1) }
+    }
+
+    /// Sends bytes of a telegram over USB and waits for the reply; `None` if there is none.
+    pub fn exchange(&mut self, source: Source, telegram: Telegram) -> Option<Sent> {
+        self.module.receive(source, telegram);
+        let end = self.module.now() + PATIENCE;
+        while self.module.now() < end {
+            let next = self.module.next_event().unwrap_or(end).min(end);
+            self.module.run_until(next);
+            if let Some(sent) = self.module.sent() {
+                return Some(sent);
+            }
+        }
+        None
+    }
+
+    /// Sends a command over USB and gives the reply as the host sees it.
+    pub fn send(&mut self, command: Command) -> Received {
+        let sent = self.exchange(Source::Usb, binary::encode_command(1, command));
+        let telegram = sent.unwrap_or_else(|| panic!("no reply to {command}")).telegram;
+        binary::decode_reply(&telegram).unwrap()
+    }
+
+    /// Sends a command in mnemonic form and gives status and value.
+    pub fn ask(&mut self, line: &str) -> (u8, i32) {
+        let reply = self.send(text::parse(line).unwrap());
+        (reply.status, reply.value)
+    }
+
+    /// Sends a command that must succeed and gives the value.
+    pub fn ok(&mut self, line: &str) -> i32 {
+        let (status, value) = self.ask(line);
+        assert_eq!(status, OK, "{line}");
+        value
+    }
+
+    /// Lets time pass.
+    pub fn run(&mut self, span: Nanos) {
+        self.module.run(span);
+    }
+
+    /// Lets time pass until `done`, looking every millisecond; panics after `limit`.
+    pub fn run_until(&mut self, limit: Nanos, mut done: impl FnMut(&mut Self) -> bool) {
+        let end = self.module.now() + limit;
+        while !done(self) {
+            assert!(self.module.now() < end, "not in time");
+            self.run(MILLISECOND);
+        }
+    }
+
+    /// A command of the control protocol, as `tmcl sim --control` takes it.
+    pub fn control(&mut self, line: &str) {
+        let line = Line::parse(line).unwrap();
+        line.control.apply(&mut self.module.board().borrow_mut());
+    }
+
+    /// Switches the supply off and on again.
+    pub fn power_cycle(&mut self) {
+        self.module.set_power(false);
+        self.run(10 * MILLISECOND);
+        self.module.set_power(true);
+        self.run(MILLISECOND);
+    }
+
+    /// Where the rotor is, in 1/256 full steps.
+    pub fn rotor(&self) -> i64 {
+        self.module.board().borrow().world().motor().rotor()
+    }
+
+    /// Full steps the rotor has lost against the field.
+    pub fn lost_steps(&self) -> i64 {
+        self.module.board().borrow().world().motor().lost_steps()
+    }
+}
