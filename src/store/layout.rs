@@ -29,19 +29,20 @@ impl Slot {
     pub(super) fn place(self) -> Option<(usize, usize)> {
         let of_axis = |axis: u8, index: usize| {
             let axis = usize::from(axis);
-            (axis < AXES_MAX).then_some(COMMON + axis * PER_AXIS + index)
+            let first = axis.checked_mul(PER_AXIS)?.checked_add(COMMON)?;
+            if axis < AXES_MAX { first.checked_add(index) } else { None }
         };
         let slot = match self {
             Slot::Global(parameter) => parameter.stored_index()?,
             Slot::Variable(number) => {
                 let number = usize::from(number);
-                (number < STORED_USER_VARIABLES).then_some(GlobalParameter::STORED + number)?
+                (number < STORED_USER_VARIABLES).then_some(number.checked_add(GlobalParameter::STORED)?)?
             }
             Slot::Axis(axis, parameter) => of_axis(axis, parameter.stored_index()?)?,
             Slot::Coordinate(axis, number) => {
                 let number = usize::from(number);
                 (1..COORDINATES).contains(&number).then_some(())?;
-                of_axis(axis, AxisParameter::STORED + number - 1)?
+                of_axis(axis, number.checked_sub(1)?.checked_add(AxisParameter::STORED)?)?
             }
         };
         Some((slot / VALUES, slot % VALUES))

@@ -7,6 +7,8 @@
 //! Nothing in here touches the part. [`Store`] knows what is durable and what is wanted, and hands out page
 //! writes one at a time; the [`Keeper`] carries them out beside everything else.
 
+#![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
+
 mod keeper;
 mod layout;
 mod page;
@@ -190,4 +192,5 @@ impl Store {
 }
 
 #[cfg(test)]
+#[allow(clippy::arithmetic_side_effects)]
 mod tests;

@@ -40,8 +40,8 @@ pub(super) struct Decoded {
 
 /// Address of a page's first or second copy.
 pub(super) fn address(page: usize, second: bool) -> u16 {
-    let number = page * 2 + usize::from(second);
-    SIZE - SETTINGS + (number * PAGE) as u16
+    let copy = page.saturating_mul(2).saturating_add(second.into());
+    (SIZE - SETTINGS).saturating_add(copy.saturating_mul(PAGE) as u16)
 }
 
 /// True when epoch `a` came after `b`; they wrap.

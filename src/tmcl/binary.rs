@@ -109,7 +109,7 @@ impl Framer {
         if let Some(place) = self.buffer.get_mut(self.length) {
             *place = byte;
         }
-        self.length += 1;
+        self.length = self.length.saturating_add(1);
         (self.length == TELEGRAM).then(|| {
             self.length = 0;
             self.buffer

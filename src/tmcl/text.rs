@@ -113,7 +113,7 @@ pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     let mut command = Command { opcode: instruction.opcode as u8, ..Command::default() };
     for (i, field) in instruction.fields.iter().enumerate() {
         let Some(word) = operands.next() else {
-            let last = i + 1 == instruction.fields.len();
+            let last = i.saturating_add(1) == instruction.fields.len();
             if last && *field == Field::Motor {
                 break;
             }
@@ -183,7 +183,7 @@ fn number(word: &str) -> Option<i64> {
         None if digits.starts_with(|c: char| c.is_ascii_digit()) => digits.parse::<u32>().ok()?,
         None => return None,
     };
-    Some(if negative { -i64::from(magnitude) } else { i64::from(magnitude) })
+    Some(if negative { i64::from(magnitude).wrapping_neg() } else { i64::from(magnitude) })
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! A virtual module on the bench: telegrams in, telegrams and world out, in virtual time.
 
-#![allow(dead_code, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::Line;

