@@ -124,11 +124,11 @@ impl Move {
             }
             bench.run(20 * MILLISECOND);
             let trace = take_trace(&bench);
-            if bench.rotor() != target {
-                return Err(format!("stands at {} in place of {target}", bench.rotor()));
-            }
             if trace.overshoot(start, target) != 0 {
                 return Err(format!("overshoots by {}", trace.overshoot(start, target)));
+            }
+            if bench.rotor() != target {
+                return Err(format!("stands at {} in place of {target}", bench.rotor()));
             }
             if bench.lost_steps() != 0 {
                 return Err(format!("slipped by {} full steps", bench.lost_steps()));
@@ -291,6 +291,44 @@ fn a_move_of_2_26_keeps_its_speed_backwards() {
 fn a_move_of_2_26_keeps_its_speed_across_the_32_bit_wrap() {
     let start = i32::MAX - (1 << 25);
     long_move(start, start.wrapping_add(1 << 26));
+}
+
+/// At the default divisors no acceleration below 5 has a PMUL/PDIV pair: positioning uses 5, velocity mode 1.
+#[test]
+fn an_acceleration_without_a_pair_is_raised_for_positioning_only() {
+    for (line, acceleration) in [("MVP ABS, 0, 2000", 5), ("ROR 0, 1000", 1)] {
+        let mut bench = Bench::new();
+        bench.ok("SAP 5, 0, 1");
+        assert_eq!(bench.ok("GAP 5, 0"), 1);
+        start_trace(&bench, 0);
+        bench.ok(line);
+        bench.run(3 * SECOND);
+        let trace = take_trace(&bench);
+        let a = 2.0 * (20.0 / (passes(&trace, 900) - passes(&trace, 100))).powi(2);
+        assert_near(line, a, pps2(acceleration, 7, 3), 0.02);
+    }
+}
+
+/// The TMC429 keeps running through a restart of the firmware: the first thing it is told is to stop.
+#[test]
+fn a_restart_stops_a_running_motor() {
+    for mode in ["ROR 0, 1000", "MVP ABS, 0, 10000000"] {
+        let mut bench = Bench::new();
+        bench.ok(mode);
+        bench.run(SECOND);
+        bench.ok("255, 0, 0, 1234");
+        let running = bench.rotor();
+        bench.run(50 * MILLISECOND);
+        assert!(bench.rotor() - running > 1000, "it stopped before the restart");
+        bench.run(100 * MILLISECOND);
+        let stopped = bench.rotor();
+        bench.run(SECOND);
+        assert_eq!(bench.rotor(), stopped);
+        assert_eq!((bench.ok("GAP 1, 0"), bench.ok("GAP 3, 0")), (0, 0));
+        bench.ok("MVP ABS, 0, 500");
+        bench.run(SECOND);
+        assert_eq!(bench.rotor(), stopped + 500);
+    }
 }
 
 #[test]

@@ -113,8 +113,8 @@ pub enum Mode {
     Hold = 3,
 }
 
-/// Last power-on value of the datasheet plus identification: bits 23..0 of TYPE_VERSION.
-pub const TYPE_VERSION: u32 = 0x42_9101;
+/// What the type and version register reads (datasheet section 7.3).
+const TYPE_VERSION: u32 = 0x42_9101;
 
 const WORD: u32 = 0x00FF_FFFF;
 const READ: u8 = 1;
@@ -218,9 +218,9 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         self.transfer(COMMON, Common::ReferenceSwitches as u8, None)
     }
 
-    /// Reads type and version.
-    pub fn type_version(&mut self) -> Result<u32, SPI::Error> {
-        self.transfer(COMMON, Common::TypeVersion as u8, None)
+    /// True when the chip answers with its type and version: it is there and the bus works.
+    pub fn present(&mut self) -> Result<bool, SPI::Error> {
+        Ok(self.transfer(COMMON, Common::TypeVersion as u8, None)? == TYPE_VERSION)
     }
 
     /// Target reached, as of the last datagram (xEQt of the status byte).

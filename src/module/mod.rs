@@ -23,7 +23,7 @@ use embedded_hal::spi::SpiDevice;
 use heapless::{Deque, Vec};
 
 use crate::chip::tmc429::{Motor, Tmc429};
-use crate::motion::{Axis, Sensors};
+use crate::motion::{self, Axis, Sensors};
 use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, USER_VARIABLES};
 use crate::store::Store;
 use crate::tmcl::{Command, Opcode, Reply, Status};
@@ -160,7 +160,7 @@ where
     /// Starts the module: stops whatever the motion controller was doing, restores the stored settings,
     /// sets up the chips and only then switches the drivers on. `seed` starts the random numbers.
     ///
-    /// A chip that does not take its datagrams leaves the drivers off; the module answers all the same.
+    /// With a motion controller that does not answer the drivers stay off; the module answers all the same.
     pub fn new(
         spec: &'static Spec,
         parts: Parts<M, D, E, AXES>,
@@ -203,9 +203,12 @@ where
         module
     }
 
-    fn start(&mut self, now: Micros) -> Result<(), crate::motion::Error> {
+    fn start(&mut self, now: Micros) -> Result<(), motion::Error> {
         self.chip.halt()?;
         self.chip.initialise()?;
+        if !self.chip.present()? {
+            return Err(motion::Error::Chip);
+        }
         self.apply_polarity_and_direction()?;
         for axis in &mut self.axes {
             axis.start(now, &mut self.chip)?;
