@@ -1,5 +1,42 @@
 //! The program `tmcl`.
 
-fn main() {
-    println!("tmcl");
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tmcl_cli::failure::Failure;
+use tmcl_cli::{send, sim};
+
+/// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
+///
+/// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
+/// it prints; talk to a module - virtual or real - with `tmcl send`.
+#[derive(Parser, Debug)]
+#[command(name = "tmcl", version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+enum Command {
+    Sim(sim::Options),
+    Send(send::Options),
+}
+
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Sim(options) => sim::run(&options),
+        Command::Send(options) => send::run(&options),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if failure != Failure::Said {
+                // Where standard error is closed there is nobody to tell.
+                let _ = writeln!(std::io::stderr(), "tmcl: {failure}");
+            }
+            failure.exit_code()
+        }
+    }
 }

@@ -10,9 +10,10 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Answer, Inputs, Module, Parts, Source, TMCM_1140};
+use tmcm::module::{self, Answer, Inputs, Module, Parts, Source, TMCM_1140};
 use tmcm::store::{Keeper, Store};
-use tmcm::tmcl::binary::Telegram;
+use tmcm::tmcl::binary::{self, Telegram};
+use tmcm::tmcl::{Opcode, Status};
 use tmcm::units::Micros;
 
 /// SPI clock of the TMC429: 84 MHz / 64, as on the target.
@@ -46,6 +47,19 @@ impl Firmware {
     }
 }
 
+/// Who sent a telegram, where several share a link, as the connections to a TCP port do. The module does
+/// not know of it; replies find their way back by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Client(pub u64);
+
+/// A telegram on its way to the firmware.
+#[derive(Clone, Copy, Debug)]
+struct Request {
+    source: Source,
+    client: Client,
+    telegram: Telegram,
+}
+
 /// A reply on its way to the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sent {
@@ -53,6 +67,8 @@ pub struct Sent {
     pub at: Nanos,
     /// The link it goes to.
     pub source: Source,
+    /// Whom on that link it is for.
+    pub client: Client,
     /// The reply.
     pub telegram: Telegram,
 }
@@ -63,8 +79,12 @@ pub struct VirtualModule {
     firmware: Option<Firmware>,
     seed: u32,
     /// Telegrams that wait until their link has its reply.
-    inbox: VecDeque<(Source, Telegram)>,
+    inbox: VecDeque<Request>,
     outbox: VecDeque<Sent>,
+    /// Who waits for a reply that comes later.
+    waiting: Vec<(Source, Client)>,
+    /// Who has asked for the event of command 138.
+    subscriber: Option<Client>,
     /// Messages for a person, such as that of an EEPROM with unknown contents.
     log: Vec<String>,
 }
@@ -83,6 +103,8 @@ impl VirtualModule {
             seed,
             inbox: VecDeque::new(),
             outbox: VecDeque::new(),
+            waiting: Vec::new(),
+            subscriber: None,
             log: Vec::new(),
         };
         module.boot();
@@ -116,12 +138,39 @@ impl VirtualModule {
         self.run_until(self.now() + span);
     }
 
-    /// A telegram arrives over a link.
+    /// A telegram arrives over a link that nobody shares.
     pub fn receive(&mut self, source: Source, telegram: Telegram) {
+        self.receive_from(source, Client::default(), telegram);
+    }
+
+    /// A telegram from one of those who share a link arrives.
+    pub fn receive_from(&mut self, source: Source, client: Client, telegram: Telegram) {
         if self.firmware.is_some() {
-            self.inbox.push_back((source, telegram));
+            self.inbox.push_back(Request { source, client, telegram });
             self.deliver();
         }
+    }
+
+    /// How many telegrams wait because their link still waits for a reply.
+    pub fn backlog(&self) -> usize {
+        self.inbox.len()
+    }
+
+    /// True while a telegram of this client has not been answered as it will be.
+    pub fn owes(&self, client: Client) -> bool {
+        self.inbox.iter().any(|request| request.client == client)
+            || self.outbox.iter().any(|sent| sent.client == client)
+            || self.waiting.iter().any(|(_, waiting)| *waiting == client)
+    }
+
+    /// A client has gone: it gets no event any more. What it has sent is carried out all the same.
+    pub fn forget(&mut self, client: Client) {
+        self.subscriber = self.subscriber.filter(|subscriber| *subscriber != client);
+    }
+
+    /// True while somebody may hear from the module without a further request.
+    pub fn is_busy(&self) -> bool {
+        !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty() || self.subscriber.is_some()
     }
 
     /// Replies that are on the wire by now, oldest first.
@@ -149,6 +198,8 @@ impl VirtualModule {
             self.firmware = None;
             self.inbox.clear();
             self.outbox.clear();
+            self.waiting.clear();
+            self.subscriber = None;
             self.board.borrow_mut().power_off();
         }
     }
@@ -160,7 +211,9 @@ impl VirtualModule {
 
     fn boot(&mut self) {
         let started = self.now();
+        let Ok(()) = module::halt(self.board.spi(Chip::Tmc429, TMC429_HZ));
         let mut eeprom = At25::new(self.board.spi(Chip::At25, AT25_HZ));
+        let Ok(()) = eeprom.settle();
         let (store, report) = match Store::load(|address, page| eeprom.read(address, page)) {
             Ok(loaded) => loaded,
             Err(never) => match never {},
@@ -210,6 +263,8 @@ impl VirtualModule {
         self.deliver();
         if outputs.restart {
             self.firmware = None;
+            self.waiting.clear();
+            self.subscriber = None;
             self.board.borrow_mut().warm_reset();
             self.boot();
         }
@@ -219,29 +274,59 @@ impl VirtualModule {
     fn deliver(&mut self) {
         let Some(firmware) = &mut self.firmware else { return };
         let mut index = 0;
-        while let Some((source, telegram)) = self.inbox.get(index).copied() {
+        while let Some(Request { source, client, telegram }) = self.inbox.get(index).copied() {
             if firmware.core.awaits(source) {
                 index += 1;
                 continue;
             }
             self.inbox.remove(index);
             let arrived = self.board.borrow().now();
-            let answer = firmware.core.serial(firmware.time(arrived), source, &telegram);
-            if let Answer::Now(telegram) = answer {
-                let at = on_the_wire(source, arrived, self.board.borrow().now());
-                self.outbox.push_back(Sent { at, source, telegram });
+            match firmware.core.serial(firmware.time(arrived), source, &telegram) {
+                Answer::Now(reply) => {
+                    if let Some(wanted) = subscription(&telegram, &reply) {
+                        self.subscriber = wanted.then_some(client);
+                    }
+                    let at = on_the_wire(source, arrived, self.board.borrow().now());
+                    self.outbox.push_back(Sent { at, source, client, telegram: reply });
+                }
+                Answer::Later => self.waiting.push((source, client)),
+                Answer::None => {}
             }
         }
     }
 
     /// Takes the replies that have become due.
     fn collect(&mut self) {
-        let now = self.now();
+        let at = self.now();
         let Some(firmware) = &mut self.firmware else { return };
         while let Some((source, telegram)) = firmware.core.next_telegram() {
-            self.outbox.push_back(Sent { at: now, source, telegram });
+            let client = if is_event(&telegram) {
+                self.subscriber
+            } else {
+                let place = self.waiting.iter().position(|(waiting, _)| *waiting == source);
+                place.map(|place| self.waiting.remove(place).1)
+            };
+            if let Some(client) = client {
+                // Not before the replies ahead of it, which may wait for their frame.
+                let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
+                self.outbox.push_back(Sent { at: ahead.map_or(at, |ahead| ahead.max(at)), source, client, telegram });
+            }
         }
     }
+}
+
+/// Whether this request has armed (true) or disarmed (false) the event of command 138.
+fn subscription(request: &Telegram, reply: &Telegram) -> Option<bool> {
+    let command = binary::decode_command(request)?;
+    let taken = binary::decode_reply(reply)?.status() == Some(Status::Ok);
+    (command.opcode == Opcode::PositionReachedEvent as u8 && taken).then_some(command.value != 0)
+}
+
+/// True for the second reply of command 138.
+fn is_event(reply: &Telegram) -> bool {
+    binary::decode_reply(reply).is_some_and(|reply| {
+        reply.opcode == Opcode::PositionReachedEvent as u8 && reply.status() == Some(Status::PositionReached)
+    })
 }
 
 fn on_the_wire(source: Source, arrived: Nanos, ready: Nanos) -> Nanos {

@@ -17,7 +17,7 @@ pub enum Control {
         /// Pressed or released.
         pressed: bool,
     },
-    /// `input N 0|1`: level of a digital input; 1..3 are the switches, 0 sets the analog input to an end of
+    /// `input N 0|1`: level of a digital input; 1..3 press or release the switches, 0 sets the analog input to an end of
     /// its range.
     Input {
         /// Number of the input, 0..=3.
@@ -140,9 +140,9 @@ impl Control {
         match self {
             Self::Press { pin, pressed } => board.change_world(|world| world.press(pin, pressed)),
             Self::Input { number, high } => board.change_world(|world| match number {
-                1 => world.press(Pin::Left, high),
-                2 => world.press(Pin::Right, high),
-                3 => world.press(Pin::Home, high),
+                1 => world.set_level(Pin::Left, high),
+                2 => world.set_level(Pin::Right, high),
+                3 => world.set_level(Pin::Home, high),
                 _ => world.set_analog(if high { ANALOG_MAX } else { 0 }),
             }),
             Self::Analog { reading } => board.change_world(|world| world.set_analog(reading)),
@@ -245,7 +245,7 @@ pub struct State {
     pub temperature: i32,
 }
 
-/// The switches, true is pressed.
+/// The levels of the switches' pins: true (high) is pressed, but released for a normally closed switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Switches {
     /// IN1.

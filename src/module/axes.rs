@@ -4,7 +4,8 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::{Done, Module, Subscription, UserFunctions};
+use super::{Done, Module, Subscription, Undo, UserFunctions};
+use crate::chip::tmc429::Mode;
 use crate::motion;
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
 use crate::store::Slot;
@@ -101,7 +102,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         Ok(Done::Value(mask))
     }
 
-    /// A move that gives way to a rotation will not arrive.
+    /// A move that gives way to something else will not arrive.
     fn disarm(&mut self, axis: u8) {
         if let Some(subscription) = &mut self.subscription {
             subscription.armed &= !bit(axis.into());
@@ -127,7 +128,12 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let parameter = parameter(number)?;
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
-        if parameter == AxisParameter::TargetSpeed {
+        let travels_on = match parameter {
+            AxisParameter::TargetPosition | AxisParameter::ActualPosition | AxisParameter::TargetSpeed => false,
+            AxisParameter::RampMode => value != Mode::Velocity as i32,
+            _ => true,
+        };
+        if !travels_on {
             self.disarm(axis);
         }
         Ok(Done::Value(echo))
@@ -139,7 +145,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let (state, chip) = self.axis(axis)?;
         let value = state.read(chip, parameter)?;
         self.store.set(Slot::Axis(axis, parameter), value);
-        Ok(Done::Stored(echo))
+        Ok(Done::Stored(echo, None))
     }
 
     /// RSAP.
@@ -154,10 +160,10 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     /// SCO, CCO, ACO to one axis: the value goes to RAM, and to the EEPROM where parameter 84 says so.
     pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Done, Status> {
         let number = coordinate(number)?;
-        *self.place(axis, number)? = value;
+        let before = core::mem::replace(self.place(axis, number)?, value);
         if self.global(G::CoordinateStorage) != 0 {
             self.store.set(Slot::Coordinate(axis, number), value);
-            return Ok(Done::Stored(echo));
+            return Ok(Done::Stored(echo, Some(Undo { axis, number, value: before })));
         }
         Ok(Done::Value(echo))
     }
@@ -174,7 +180,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             let value = *self.place(axis, number)?;
             self.store.set(Slot::Coordinate(axis, number), value);
         }
-        Ok(Done::Stored(echo))
+        Ok(Done::Stored(echo, None))
     }
 
     /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.
@@ -196,7 +202,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         Ok((axis, &mut self.chip))
     }
 
-    fn place(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {
+    pub(super) fn place(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {
         let places = self.coordinates.get_mut(usize::from(axis)).ok_or(Status::InvalidValue)?;
         places.get_mut(usize::from(number)).ok_or(Status::InvalidValue)
     }

@@ -75,17 +75,19 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             Global::Bank0(parameter) => {
                 let row = parameter.row();
                 check(row, value)?;
+                let before = self.global(parameter);
                 match parameter {
                     G::TickTimer => self.tick_offset = (now.millis() as u32).wrapping_sub(value.cast_unsigned()),
                     G::RandomNumber => self.random = value.cast_unsigned(),
                     _ => self.set_global_value(parameter, value),
                 }
-                if matches!(parameter, G::EndSwitchPolarity | G::ReverseShaft) {
-                    self.apply_polarity_and_direction()?;
+                if let Err(error) = self.apply_polarity_and_direction() {
+                    self.set_global_value(parameter, before);
+                    return Err(error.into());
                 }
                 if row.storage == Storage::Automatic {
                     self.store.set(Slot::Global(parameter), value);
-                    return Ok(Done::Stored(echo));
+                    return Ok(Done::Stored(echo, None));
                 }
             }
             Global::Variable(number) => {
@@ -108,7 +110,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let slot = self.stored_variable(number, bank)?;
         let value = self.variables.get(usize::from(number)).copied().unwrap_or_default();
         self.store.set(slot, value);
-        Ok(Done::Stored(echo))
+        Ok(Done::Stored(echo, None))
     }
 
     /// RSGP.

@@ -60,9 +60,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     /// Takes a telegram from a byte link. On the RS485 bus it must carry one of the module's addresses; a
     /// point-to-point link accepts any. Whoever is addressed answers a wrong checksum with status 1.
     pub fn serial(&mut self, now: Micros, source: Source, telegram: &Telegram) -> Answer {
-        if self.waiting.is_empty() {
-            self.links = Links::of(&self.globals);
-        }
+        self.update_links();
         let Links { address, secondary, .. } = self.links;
         let [to, ..] = *telegram;
         if source == Source::Rs485 && to != address && (secondary == 0 || to != secondary) {
@@ -82,6 +80,14 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     pub fn next_telegram(&mut self) -> Option<(Source, Telegram)> {
         let (source, reply) = self.next_reply()?;
         Some((source, self.encode(&reply)))
+    }
+
+    /// Lets the interface settings follow the parameters, unless a reply is still to go out under the old
+    /// ones.
+    pub(super) fn update_links(&mut self) {
+        if self.waiting.is_empty() && self.replies.is_empty() {
+            self.links = Links::of(&self.globals);
+        }
     }
 
     fn encode(&self, reply: &Reply) -> Telegram {

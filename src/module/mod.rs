@@ -86,12 +86,21 @@ impl UserFunctions for () {}
 enum Done {
     /// Executed; the value of the reply.
     Value(i32),
-    /// Executed, and answered with the value once it is durable.
-    Stored(i32),
+    /// Executed, and answered with the value once it is durable; what to take back if that fails.
+    Stored(i32, Option<Undo>),
     /// A reply of another form.
     Special(Reply),
     /// Executed without an answer.
     Silent,
+}
+
+/// A coordinate before the command that set and stored it. Parameters need none: what is stored of them is
+/// what they are.
+#[derive(Clone, Copy, Debug)]
+struct Undo {
+    axis: u8,
+    number: u8,
+    value: i32,
 }
 
 /// A reply that waits for the store.
@@ -101,6 +110,7 @@ struct Waiting {
     command: Command,
     /// The value of the reply if all goes well.
     value: i32,
+    undo: Option<Undo>,
     silent: bool,
 }
 
@@ -148,6 +158,15 @@ pub struct Module<M, D, E, U, const AXES: usize> {
     tick_offset: u32,
     restart: Option<Micros>,
     next: Micros,
+}
+
+/// Stops all motors, whatever the motion controller was doing: it keeps its registers through a restart of
+/// the firmware and would run on. To be done before anything that takes time, such as reading the EEPROM.
+///
+/// # Errors
+/// Those of the bus.
+pub fn halt<M: SpiDevice>(tmc429: M) -> Result<(), M::Error> {
+    Tmc429::new(tmc429).halt()
 }
 
 impl<M, D, E, U, const AXES: usize> Module<M, D, E, U, AXES>
@@ -233,15 +252,15 @@ where
         let reply = match self.dispatch(now, source, command) {
             Ok(Done::Silent) => return Outcome::Silent,
             Ok(Done::Special(reply)) => reply,
-            Ok(Done::Stored(value)) if !self.store.settled() => {
-                let waiting = Waiting { source, command, value, silent };
+            Ok(Done::Stored(value, undo)) if !self.store.settled() => {
+                let waiting = Waiting { source, command, value, undo, silent };
                 return match self.waiting.push(waiting) {
                     Ok(()) => Outcome::Pending,
                     // Only a host that does not wait for replies comes here.
                     Err(_) => Outcome::Reply(Reply::echo(Status::NotAvailable, command)),
                 };
             }
-            Ok(Done::Value(value) | Done::Stored(value)) => {
+            Ok(Done::Value(value) | Done::Stored(value, _)) => {
                 Reply::Plain { status: Status::Ok, opcode: command.opcode, value }
             }
             Err(status) => Reply::echo(status, command),
@@ -259,6 +278,7 @@ where
         let due = self.next.after(PERIOD);
         self.next = if due > now { due } else { now.after(PERIOD) };
         self.inputs = *inputs;
+        self.update_links();
         let polarity = self.global(G::EndSwitchPolarity) != 0;
         let [_, _, _, home] = inputs.digital;
         let sensors =
@@ -266,10 +286,13 @@ where
         for (number, axis) in self.axes.iter_mut().enumerate() {
             // A datagram that did not get through is tried again with the next poll.
             let Ok(events) = axis.poll(now, &mut self.chip, sensors) else { continue };
+            let bit = axes::bit(number);
             if events.cut_short {
                 self.registers.raise(ErrorFlag::Position);
+                if let Some(subscription) = &mut self.subscription {
+                    subscription.armed &= !bit;
+                }
             }
-            let bit = axes::bit(number);
             if let Some(subscription) = self.subscription.as_mut().filter(|s| events.reached && s.armed & bit != 0) {
                 subscription.armed &= !bit;
                 let opcode = Opcode::PositionReachedEvent as u8;
@@ -309,7 +332,15 @@ where
         }
         // What could not be stored is not in force either.
         self.reload_globals();
-        for Waiting { source, command, silent, .. } in core::mem::take(&mut self.waiting) {
+        let waiting = core::mem::take(&mut self.waiting);
+        for Undo { axis, number, value } in waiting.iter().rev().filter_map(|waiting| waiting.undo) {
+            if let Ok(place) = self.place(axis, number) {
+                *place = value;
+            }
+        }
+        // If the motion controller does not answer either, its driver knows that it has to write this again.
+        let _ = self.apply_polarity_and_direction();
+        for Waiting { source, command, silent, .. } in waiting {
             if !silent {
                 let _ = self.replies.push_back((source, Reply::echo(Status::EepromLocked, command)));
             }
@@ -320,7 +351,7 @@ where
         if !self.store.settled() {
             return;
         }
-        for Waiting { source, command, value, silent } in core::mem::take(&mut self.waiting) {
+        for Waiting { source, command, value, silent, .. } in core::mem::take(&mut self.waiting) {
             if !silent {
                 let reply = Reply::Plain { status: Status::Ok, opcode: command.opcode, value };
                 let _ = self.replies.push_back((source, reply));

@@ -13,13 +13,18 @@ const PATIENCE: Micros = Micros::from_millis(20);
 #[derive(Debug)]
 pub struct Keeper<SPI> {
     part: At25<SPI>,
+    /// The part answered at the start. If not, what was read from it was nothing, and nothing is written over
+    /// settings that nobody has seen.
+    readable: bool,
     writing: Option<(Job, Micros)>,
 }
 
 impl<SPI: SpiDevice> Keeper<SPI> {
-    /// Takes charge of the part.
-    pub const fn new(part: At25<SPI>) -> Self {
-        Keeper { part, writing: None }
+    /// Takes charge of the part, right after the settings have been read from it. If it is busy or does not
+    /// answer, all writes fail until the next restart.
+    pub fn new(mut part: At25<SPI>) -> Self {
+        let readable = matches!(part.busy(), Ok(false));
+        Keeper { part, readable, writing: None }
     }
 
     /// The SPI device back, as for a restart of the firmware.
@@ -33,7 +38,7 @@ impl<SPI: SpiDevice> Keeper<SPI> {
         match self.writing.take() {
             None => {
                 let job = next()?;
-                if self.part.start_write(job.address, &job.page).is_err() {
+                if !self.readable || self.part.start_write(job.address, &job.page).is_err() {
                     return Some(false);
                 }
                 self.writing = Some((job, now));

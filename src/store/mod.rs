@@ -137,9 +137,10 @@ impl Store {
         };
     }
 
-    /// True when all that is wanted is durable.
+    /// True when all that is wanted is durable. A page on its way may be about to become something else, so
+    /// it counts until it is known how it went.
     pub fn settled(&self) -> bool {
-        self.dirty == 0 && self.resetting == 0
+        self.dirty == 0 && self.resetting == 0 && self.in_flight.is_none()
     }
 
     /// The next page to write; until [`Store::finish`] there is no other.

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+pub mod table;
+
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::Line;
 use hal_sim::world::config::WorldConfig;
@@ -15,6 +17,10 @@ const PATIENCE: Nanos = 2_000 * MILLISECOND;
 
 /// Status of a reply: executed.
 pub const OK: u8 = 100;
+/// The checksum was wrong.
+pub const WRONG_CHECKSUM: u8 = 1;
+/// Unknown command number.
+pub const INVALID_COMMAND: u8 = 2;
 /// Unknown type, or read-only.
 pub const WRONG_TYPE: u8 = 3;
 /// Out of range.
@@ -40,7 +46,12 @@ impl Bench {
         Bench { module: VirtualModule::new(&config, None, 1) }
     }
 
-    /// Sends bytes of a telegram over USB and waits for the reply; `None` if there is none.
+    /// A module whose EEPROM holds this.
+    pub fn with_eeprom(contents: &[u8]) -> Self {
+        Bench { module: VirtualModule::new(&WorldConfig::default(), Some(contents), 1) }
+    }
+
+    /// Sends bytes of a telegram over a link and waits for the reply; `None` if there is none.
     pub fn exchange(&mut self, source: Source, telegram: Telegram) -> Option<Sent> {
         self.module.receive(source, telegram);
         let end = self.module.now() + PATIENCE;
@@ -72,6 +83,32 @@ impl Bench {
         let (status, value) = self.ask(line);
         assert_eq!(status, OK, "{line}");
         value
+    }
+
+    /// Sends a command that must be refused with this status, and checks that the reply echoes it.
+    pub fn refused(&mut self, line: &str, status: u8) {
+        let command = text::parse(line).unwrap();
+        let reply = self.send(command);
+        assert_eq!((reply.status, reply.opcode, reply.value), (status, command.opcode, command.value), "{line}");
+    }
+
+    /// Sends a command to an address over a link and gives the reply; `None` if there is none.
+    pub fn ask_over(&mut self, source: Source, address: u8, line: &str) -> Option<Received> {
+        let telegram = binary::encode_command(address, text::parse(line).unwrap());
+        let sent = self.exchange(source, telegram)?;
+        assert_eq!(sent.source, source, "{line}: the reply goes where the command came from");
+        Some(binary::decode_reply(&sent.telegram).unwrap())
+    }
+
+    /// Lets time pass and gives the telegrams that came without being waited for.
+    pub fn listen(&mut self, span: Nanos) -> Vec<Received> {
+        self.run(span);
+        std::iter::from_fn(|| self.module.sent()).map(|sent| binary::decode_reply(&sent.telegram).unwrap()).collect()
+    }
+
+    /// What the EEPROM holds at this moment, as it would survive a power cut.
+    pub fn eeprom(&self) -> Vec<u8> {
+        self.module.board().borrow().at25().contents().to_vec()
     }
 
     /// Lets time pass.

@@ -2,6 +2,7 @@
 //! `hal-sim/worlds/stage.toml` shows them all.
 
 use super::motor::{FULL_STEP, FULL_TORQUE, MotorConfig};
+use super::stage::Pin;
 use serde::Deserialize;
 
 /// A world as its file describes it. The default is a bare 200-step motor on a 24 V supply at
@@ -66,16 +67,91 @@ impl Default for MotorTable {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StageConfig {
-    /// The left stop switch is closed at this position and below.
+    /// The left stop switch closes at this position on the way down; without a width it is closed from there
+    /// on downwards.
     pub left: Option<i64>,
-    /// The right stop switch is closed at this position and above.
+    /// How many positions keep the left switch closed, 1 or more: from `left - left_width + 1` to `left`, both
+    /// included.
+    pub left_width: Option<i64>,
+    /// The right stop switch closes at this position on the way up; without a width it is closed from there on
+    /// upwards.
     pub right: Option<i64>,
+    /// How many positions keep the right switch closed, 1 or more: from `right` to `right + right_width - 1`,
+    /// both included.
+    pub right_width: Option<i64>,
     /// The home switch is closed from the first to the second position, both included.
     pub home: Option<[i64; 2]>,
+    /// Switches that are normally closed: their pins are low where others' are high, and the other way round.
+    pub normally_closed: Vec<Pin>,
+    /// How much further than where it closes a switch opens again, on both sides; 0 by default.
+    pub hysteresis: i64,
+    /// A rotary stage: the switches come again after so many units, in both directions. Every switch needs a
+    /// width then and there are no hard ends.
+    pub circle: Option<i64>,
     /// The lowest position the stage can reach; it is blocked there.
     pub hard_left: Option<i64>,
     /// The highest position the stage can reach.
     pub hard_right: Option<i64>,
+}
+
+impl StageConfig {
+    fn check(&self) -> Result<(), String> {
+        let positions = [
+            ("stage.left", self.left),
+            ("stage.right", self.right),
+            ("stage.home", self.home.map(|[from, _]| from)),
+            ("stage.home", self.home.map(|[_, to]| to)),
+            ("stage.hard_left", self.hard_left),
+            ("stage.hard_right", self.hard_right),
+        ];
+        for (name, position) in positions {
+            if let Some(position) = position {
+                within(name, position, -FARTHEST, FARTHEST)?;
+            }
+        }
+        if let Some([from, to]) = self.home
+            && from > to
+        {
+            return Err(format!("stage.home: {from} is above {to}; give the lower position first"));
+        }
+        within("stage.hysteresis", self.hysteresis, 0, FARTHEST)?;
+        let end_switches = [("stage.left", self.left, self.left_width), ("stage.right", self.right, self.right_width)];
+        for (name, position, width) in end_switches {
+            if let Some(width) = width {
+                within(&format!("{name}_width"), width, 1, FARTHEST)?;
+                if position.is_none() {
+                    return Err(format!("{name}_width: there is no {name}"));
+                }
+            }
+            if self.circle.is_some() && position.is_some() && width.is_none() {
+                return Err(format!("{name}: on a rotary stage (stage.circle) it needs {name}_width"));
+            }
+        }
+        if let Some(circle) = self.circle {
+            within("stage.circle", circle, 2, FARTHEST)?;
+            if self.hard_left.or(self.hard_right).is_some() {
+                return Err("stage.circle: a rotary stage has no hard ends; leave out stage.hard_left and \
+                     stage.hard_right, or stage.circle"
+                    .into());
+            }
+            let home = self.home.map(|[from, to]| to - from + 1);
+            let widths =
+                [("stage.left_width", self.left_width), ("stage.right_width", self.right_width), ("stage.home", home)];
+            for (name, width) in widths {
+                let width = width.unwrap_or(1) + 2 * self.hysteresis;
+                if width >= circle {
+                    return Err(format!(
+                        "{name}: with the hysteresis it takes {width} of the {circle} units of a circle"
+                    ));
+                }
+            }
+        }
+        let (lowest, highest) = (self.hard_left.unwrap_or(-FARTHEST), self.hard_right.unwrap_or(FARTHEST));
+        if lowest >= highest {
+            return Err(format!("stage.hard_left: {lowest} is not below stage.hard_right ({highest})"));
+        }
+        Ok(())
+    }
 }
 
 /// Table `[abn]`: an encoder on the motor's shaft.
@@ -163,12 +239,6 @@ impl WorldConfig {
         let stage = &self.stage;
         let positions = [
             ("motor.start", Some(motor.start)),
-            ("stage.left", stage.left),
-            ("stage.right", stage.right),
-            ("stage.home", stage.home.map(|[from, _]| from)),
-            ("stage.home", stage.home.map(|[_, to]| to)),
-            ("stage.hard_left", stage.hard_left),
-            ("stage.hard_right", stage.hard_right),
             ("encoder.offset", Some(self.encoder.offset)),
             ("abn.index", self.abn.as_ref().map(|abn| abn.index)),
         ];
@@ -177,21 +247,14 @@ impl WorldConfig {
                 within(name, position, -FARTHEST, FARTHEST)?;
             }
         }
-        if let Some([from, to]) = stage.home
-            && from > to
-        {
-            return Err(format!("stage.home: {from} is above {to}; give the lower position first"));
-        }
+        stage.check()?;
         let (lowest, highest) = (stage.hard_left.unwrap_or(-FARTHEST), stage.hard_right.unwrap_or(FARTHEST));
-        if lowest >= highest {
-            return Err(format!("stage.hard_left: {lowest} is not below stage.hard_right ({highest})"));
-        }
         within("motor.start", motor.start, lowest, highest)?;
         if let Some(abn) = &self.abn {
             within("abn.lines", abn.lines, 1, 100_000)?;
-            if stage.left.is_some() || stage.right.is_some() || stage.home.is_some() {
-                return Err("[abn] uses the pins of the switches: leave out stage.left, stage.right and \
-                     stage.home, or [abn]"
+            if stage.left.or(stage.right).is_some() || stage.home.is_some() || !stage.normally_closed.is_empty() {
+                return Err("[abn] uses the pins of the switches: leave out stage.left, stage.right, stage.home and \
+                     stage.normally_closed, or [abn]"
                     .into());
             }
         }
@@ -245,6 +308,14 @@ mod tests {
         assert!(error("[stage]\nhard_left = 5\nhard_right = 1").contains("stage.hard_left"));
         assert!(error("[stage]\nhard_left = 5").contains("motor.start"));
         assert!(error("[stage]\nleft = 5\n[abn]\nlines = 500").contains("[abn]"));
+        assert!(error("[stage]\nleft_width = 5").contains("there is no stage.left"));
+        assert!(error("[stage]\nright = 5\nright_width = 0").contains("stage.right_width: 0 is not within 1"));
+        assert!(error("[stage]\nhysteresis = -1").contains("stage.hysteresis"));
+        assert!(error("[stage]\ncircle = 1").contains("stage.circle"));
+        assert!(error("[stage]\nleft = 5\ncircle = 100").contains("needs stage.left_width"));
+        assert!(error("[stage]\nhard_right = 5\ncircle = 100").contains("no hard ends"));
+        assert!(error("[stage]\nhome = [1, 90]\nhysteresis = 5\ncircle = 100").contains("stage.home: with the"));
+        assert!(error("[stage]\nnormally_closed = ['front']").contains("front"));
         assert!(error("[abn]\nindex = 5").contains("lines"));
         assert!(error("[supply]\nvolts = 'high'").contains("volts"));
     }

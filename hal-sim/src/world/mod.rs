@@ -4,6 +4,7 @@
 pub mod config;
 pub mod motor;
 pub mod stage;
+mod switch;
 pub mod trace;
 
 use crate::clock::Nanos;
@@ -45,7 +46,7 @@ impl World {
     pub fn new(config: &WorldConfig) -> Self {
         let mut motor = Motor::new(config.motor(), config.motor.start);
         motor.set_load(config::torque(config.motor.load));
-        let stage = Stage::new(config.stage.clone(), config.abn.clone(), config.units_per_turn(), motor.rotor());
+        let stage = Stage::new(&config.stage, config.abn.clone(), config.units_per_turn(), motor.rotor());
         Self {
             motor,
             stage,
@@ -111,6 +112,11 @@ impl World {
     /// Presses or releases a switch by hand.
     pub fn press(&mut self, pin: Pin, pressed: bool) {
         self.stage.press(pin, pressed);
+    }
+
+    /// Presses or releases a switch by hand so that its pin has this level.
+    pub fn set_level(&mut self, pin: Pin, high: bool) {
+        self.stage.set_level(pin, high);
     }
 
     /// Sets the supply voltage in volts, rounded to 0.1 V.

@@ -3,12 +3,17 @@
 //!
 //! Electrically every pin is driven by a push-pull sensor: low when the switch is open or not
 //! there, high when it is pressed. (With the polarity parameter at 0 the TMC429 takes a high pin as an active
-//! switch.) Pressing by hand is OR-ed with what the stage does. The module's pull-ups change nothing.
+//! switch.) A normally closed switch is the other way round: high unless it is pressed. Pressing by hand is
+//! OR-ed with what the stage does. The module's pull-ups change nothing.
+//! What counts is where the rotor comes to stand: a blow that carries it across a switch leaves the switch as it is.
 
 use super::config::{AbnConfig, StageConfig};
+use super::switch::{Cam, Window};
+use serde::Deserialize;
 
 /// The three digital inputs, in the order of their numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Pin {
     /// IN1: left stop switch, encoder track A.
     Left,
@@ -39,36 +44,32 @@ pub struct Abn {
     pub count_at_null: i64,
 }
 
-/// Which positions share the pin levels of the present one, so that most steps need no evaluation.
-#[derive(Clone, Copy, Debug)]
-struct Window {
-    lowest: i64,
-    highest: i64,
-}
-
 /// The stage. Positions are in 1/256 full steps of the rotor.
 #[derive(Clone, Debug)]
 pub struct Stage {
-    config: StageConfig,
+    cams: Vec<(Pin, Cam)>,
     abn_config: Option<AbnConfig>,
     units_per_turn: i64,
     window: Window,
     sensed: u8,
     by_hand: u8,
+    /// The pins of normally closed switches.
+    inverted: u8,
     abn: Abn,
 }
 
 impl Stage {
     /// A stage on a motor with `units_per_turn` units in a turn, whose rotor is at `rotor`. An ABN encoder takes
     /// the place of the switches.
-    pub fn new(config: StageConfig, abn_config: Option<AbnConfig>, units_per_turn: i64, rotor: i64) -> Self {
+    pub fn new(config: &StageConfig, abn_config: Option<AbnConfig>, units_per_turn: i64, rotor: i64) -> Self {
         let mut stage = Self {
-            config,
+            cams: Cam::all(config),
             abn_config,
             units_per_turn: units_per_turn.max(1),
             window: Window { lowest: rotor, highest: rotor },
             sensed: 0,
             by_hand: 0,
+            inverted: config.normally_closed.iter().fold(0, |pins, pin| pins | pin.bit()),
             abn: Abn::default(),
         };
         if let Some(abn) = &stage.abn_config {
@@ -81,7 +82,7 @@ impl Stage {
     /// The rotor is at `rotor` now. Cheap as long as no pin changes.
     #[inline]
     pub fn move_to(&mut self, rotor: i64) {
-        if rotor < self.window.lowest || rotor > self.window.highest {
+        if !self.window.contains(rotor) {
             self.sense(rotor);
         }
     }
@@ -89,7 +90,7 @@ impl Stage {
     /// Levels of the pins: bit 0 IN1, bit 1 IN2, bit 2 IN3.
     #[inline]
     pub fn pins(&self) -> u8 {
-        self.sensed | self.by_hand
+        (self.sensed | self.by_hand) ^ self.inverted
     }
 
     /// Presses or releases a switch by hand.
@@ -99,6 +100,11 @@ impl Stage {
         } else {
             self.by_hand &= !pin.bit();
         }
+    }
+
+    /// Presses or releases a switch by hand so that its pin has this level, if the stage does not press it.
+    pub fn set_level(&mut self, pin: Pin, high: bool) {
+        self.press(pin, high != (self.inverted & pin.bit() != 0));
     }
 
     /// The ABN encoder's counter; all zero without one.
@@ -121,28 +127,14 @@ impl Stage {
     }
 
     fn sense_switches(&mut self, rotor: i64) {
-        let mut window = Window { lowest: i64::MIN, highest: i64::MAX };
+        let mut window = Window::ALL;
         let mut sensed = 0;
-        // A switch is closed from `from` to `to`, both included.
-        let mut switch = |pin: Pin, from: i64, to: i64| {
-            if rotor < from {
-                window.highest = window.highest.min(from - 1);
-            } else if rotor > to {
-                window.lowest = window.lowest.max(to + 1);
-            } else {
+        for (pin, cam) in &self.cams {
+            let (closed, same) = cam.sense(rotor, self.sensed & pin.bit() != 0);
+            window = window.and(same);
+            if closed {
                 sensed |= pin.bit();
-                window.lowest = window.lowest.max(from);
-                window.highest = window.highest.min(to);
             }
-        };
-        if let Some(left) = self.config.left {
-            switch(Pin::Left, i64::MIN, left);
-        }
-        if let Some(right) = self.config.right {
-            switch(Pin::Right, right, i64::MAX);
-        }
-        if let Some([from, to]) = self.config.home {
-            switch(Pin::Home, from, to);
         }
         self.sensed = sensed;
         self.window = window;
@@ -192,7 +184,7 @@ mod tests {
     fn stage() -> Stage {
         let config =
             StageConfig { left: Some(-1_000), right: Some(1_000), home: Some([-10, 10]), ..StageConfig::default() };
-        Stage::new(config, None, 51_200, 0)
+        Stage::new(&config, None, 51_200, 0)
     }
 
     #[test]
@@ -226,6 +218,76 @@ mod tests {
     }
 
     #[test]
+    fn with_a_width_a_switch_opens_again_behind_the_cam() {
+        let config = StageConfig {
+            left: Some(-1_000),
+            left_width: Some(100),
+            right: Some(1_000),
+            right_width: Some(1),
+            ..StageConfig::default()
+        };
+        let mut stage = Stage::new(&config, None, 51_200, 0);
+        let expected =
+            [(-1_100, 0), (-1_099, LEFT), (-1_000, LEFT), (-999, 0), (999, 0), (1_000, RIGHT), (1_001, 0), (9_999, 0)];
+        for &(at, pins) in expected.iter().chain(expected.iter().rev()) {
+            stage.move_to(at);
+            assert_eq!(stage.pins(), pins, "at {at}");
+        }
+    }
+
+    /// A rotary stage of 3000 units with switches that overlap, over three circles, looked at as the steps
+    /// come: each switch is closed where its remainder says.
+    #[test]
+    fn a_rotary_stage_repeats_its_switches() {
+        let config = StageConfig {
+            left: Some(-1_000),
+            left_width: Some(50),
+            right: Some(4_000),
+            right_width: Some(50),
+            home: Some([-10, 1_010]),
+            circle: Some(3_000),
+            ..StageConfig::default()
+        };
+        let mut stage = Stage::new(&config, None, 51_200, 0);
+        for at in (0..5_000_i64).chain((-5_000..5_000).rev()) {
+            stage.move_to(at);
+            let phase = at.rem_euclid(3_000);
+            let level = |pin: u8, closed: bool| if closed { pin } else { 0 };
+            let expected = level(LEFT, (1_951..=2_000).contains(&phase))
+                | level(RIGHT, (1_000..1_050).contains(&phase))
+                | level(HOME, phase <= 1_010 || phase >= 2_990);
+            assert_eq!(stage.pins(), expected, "at {at}");
+        }
+    }
+
+    #[test]
+    fn hysteresis_holds_every_switch() {
+        let config = StageConfig { left: Some(-100), home: Some([50, 60]), hysteresis: 8, ..StageConfig::default() };
+        let mut stage = Stage::new(&config, None, 51_200, 0);
+        for (at, pins) in
+            [(-99, 0), (-100, LEFT), (-92, LEFT), (-91, 0), (-99, 0), (50, HOME), (68, HOME), (69, 0), (61, 0), (42, 0)]
+        {
+            stage.move_to(at);
+            assert_eq!(stage.pins(), pins, "at {at}");
+        }
+    }
+
+    #[test]
+    fn a_normally_closed_switch_is_low_when_pressed() {
+        let config =
+            StageConfig { left: Some(-1_000), normally_closed: vec![Pin::Left, Pin::Home], ..StageConfig::default() };
+        let mut stage = Stage::new(&config, None, 51_200, 0);
+        assert_eq!(stage.pins(), LEFT | HOME);
+        stage.press(Pin::Home, true);
+        assert_eq!(stage.pins(), LEFT);
+        stage.move_to(-1_000);
+        assert_eq!(stage.pins(), 0);
+        stage.set_level(Pin::Home, true);
+        stage.set_level(Pin::Right, true);
+        assert_eq!(stage.pins(), RIGHT | HOME);
+    }
+
+    #[test]
     fn a_switch_can_be_pressed_by_hand_wherever_the_stage_is() {
         let mut stage = stage();
         stage.move_to(500);
@@ -238,7 +300,7 @@ mod tests {
 
     #[test]
     fn without_switches_all_pins_stay_low() {
-        let mut stage = Stage::new(StageConfig::default(), None, 51_200, 0);
+        let mut stage = Stage::new(&StageConfig::default(), None, 51_200, 0);
         for at in [i64::MIN / 4, 0, i64::MAX / 4] {
             stage.move_to(at);
             assert_eq!(stage.pins(), 0);
@@ -249,7 +311,7 @@ mod tests {
     fn the_encoder_counts_four_per_line_and_shows_its_tracks() {
         // 512 lines are 2048 counts a turn: 51 200 / 2048 = 25 units a count.
         let abn = AbnConfig { lines: 512, index: 0 };
-        let mut stage = Stage::new(StageConfig::default(), Some(abn), 51_200, 1);
+        let mut stage = Stage::new(&StageConfig::default(), Some(abn), 51_200, 1);
         let tracks: Vec<u8> = (0..5)
             .map(|count| {
                 stage.move_to(count * 25);
@@ -267,7 +329,7 @@ mod tests {
     #[test]
     fn null_is_counted_once_a_turn_however_far_a_step_goes() {
         let abn = AbnConfig { lines: 512, index: 100 };
-        let mut stage = Stage::new(StageConfig::default(), Some(abn), 51_200, 50);
+        let mut stage = Stage::new(&StageConfig::default(), Some(abn), 51_200, 50);
         for at in 50..=51_400 {
             stage.move_to(at);
         }

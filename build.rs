@@ -1,0 +1,20 @@
+//! Linker arguments of the images. On the host there is nothing to do: there the images are stand-ins.
+
+use std::env::var;
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=memory.x");
+    if var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
+        return;
+    }
+    // link.x, of cortex-m-rt, includes memory.x.
+    if let Ok(root) = var("CARGO_MANIFEST_DIR") {
+        println!("cargo:rustc-link-search={root}");
+    }
+    // Said here rather than as rustflags in .cargo/config.toml, so that RUSTFLAGS in the environment does not
+    // undo it. --nmagic: sections need not begin at a multiple of 64 KiB.
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo:rustc-link-arg-bins={argument}");
+    }
+}

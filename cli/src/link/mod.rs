@@ -1,0 +1,165 @@
+//! The host's end of a link to a module: one request out, one reply in.
+
+mod serial;
+mod simulated;
+mod tcp;
+
+use std::fmt;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec};
+use tmcm::tmcl::binary::{TELEGRAM, Telegram};
+
+use crate::failure::Failure;
+use serial::Serial;
+use simulated::Simulated;
+use tcp::Tcp;
+
+/// Where a module is, as it is written on the command line: the path of a serial device, `tcp:HOST:PORT`, or `sim`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// A serial device: USB, an RS485 adapter, or the pseudo terminal of `tmcl sim`.
+    Serial(String),
+    /// A TCP port that carries the bytes of a serial link.
+    Tcp(String),
+    /// A virtual module of one's own, in virtual time.
+    Simulated,
+}
+
+impl Place {
+    /// Reads a place. The error says how to write one.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if text == "sim" {
+            return Ok(Place::Simulated);
+        }
+        if let Some(address) = text.strip_prefix("tcp:") {
+            let parts = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
+            return match parts.map(|(_, port)| port.parse::<u16>()) {
+                Some(Ok(_)) => Ok(Place::Tcp(address.into())),
+                _ => Err("give a host and a port, for example tcp:127.0.0.1:4140".into()),
+            };
+        }
+        if text.is_empty() {
+            return Err("give a serial device such as /dev/ttyACM0, tcp:HOST:PORT, or sim".into());
+        }
+        Ok(Place::Serial(text.into()))
+    }
+}
+
+/// Why there is no reply.
+#[derive(Debug)]
+pub enum LinkError {
+    /// None came in time.
+    NoReply {
+        /// How many bytes came instead.
+        bytes: usize,
+    },
+    /// The other side has closed the connection.
+    Closed,
+    /// The device or the connection failed.
+    Io(std::io::Error),
+}
+
+impl fmt::Display for LinkError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LinkError::NoReply { bytes: 0 } => {
+                f.write_str("no reply; check power, wiring, --address, and on RS485 --baud and termination")
+            }
+            LinkError::NoReply { bytes } => {
+                write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check --baud")
+            }
+            LinkError::Closed => f.write_str("the other side has closed the connection"),
+            LinkError::Io(error) => write!(f, "the link failed: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for LinkError {}
+
+impl From<std::io::Error> for LinkError {
+    fn from(error: std::io::Error) -> Self {
+        LinkError::Io(error)
+    }
+}
+
+/// An open link.
+#[derive(Debug)]
+pub struct Link {
+    wire: Wire,
+    timeout: Duration,
+}
+
+#[derive(Debug)]
+enum Wire {
+    Serial(Serial),
+    Tcp(Tcp),
+    Simulated(Box<Simulated>),
+}
+
+impl Link {
+    /// Opens a link; `baud` is for serial devices, `timeout` is how long to wait for a reply.
+    pub fn open(place: &Place, baud: u32, timeout: Duration) -> Result<Self, Failure> {
+        let wire = match place {
+            Place::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
+            Place::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
+            Place::Simulated => Wire::Simulated(Box::new(Simulated::new())),
+        };
+        Ok(Link { wire, timeout })
+    }
+
+    /// Sends a request and waits for a reply. Bytes that have come before are thrown away.
+    pub fn exchange(&mut self, request: &Telegram) -> Result<Telegram, LinkError> {
+        let timeout = self.timeout;
+        match &mut self.wire {
+            Wire::Serial(serial) => serial.exchange(request, timeout),
+            Wire::Tcp(tcp) => tcp.exchange(request, timeout),
+            Wire::Simulated(module) => module.exchange(request, timeout),
+        }
+    }
+}
+
+/// Waits until a device can be read. False if it cannot within the time.
+fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::Result<bool> {
+    loop {
+        let left = until.saturating_duration_since(Instant::now());
+        let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+        match rustix::event::poll(&mut [PollFd::new(fd, PollFlags::IN)], Some(&timeout)) {
+            Ok(count) => return Ok(count > 0),
+            Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+/// Reads a reply from a device that is in non-blocking mode, or gives up after `timeout`.
+fn read_reply(device: &mut (impl std::io::Read + std::os::fd::AsFd), timeout: Duration) -> Result<Telegram, LinkError> {
+    let until = Instant::now() + timeout;
+    let mut reply: Telegram = [0; TELEGRAM];
+    let mut bytes = 0;
+    while let Some(rest) = reply.get_mut(bytes..).filter(|rest| !rest.is_empty()) {
+        if !readable(device, until)? {
+            return Err(LinkError::NoReply { bytes });
+        }
+        match device.read(rest) {
+            Ok(0) => return Err(LinkError::Closed),
+            Ok(count) => bytes += count,
+            Err(error) if matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::Interrupted) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(reply)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_told_apart() {
+        assert_eq!(Place::parse("sim"), Ok(Place::Simulated));
+        assert_eq!(Place::parse("/dev/ttyACM0"), Ok(Place::Serial("/dev/ttyACM0".into())));
+        assert_eq!(Place::parse("tcp:localhost:4140"), Ok(Place::Tcp("localhost:4140".into())));
+        assert!(["tcp:localhost", "tcp::4140", "tcp:localhost:x", ""].iter().all(|text| Place::parse(text).is_err()));
+    }
+}

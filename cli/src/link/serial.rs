@@ -1,0 +1,55 @@
+//! A link over a serial device.
+
+use std::fs::File;
+use std::io::Write;
+use std::time::Duration;
+
+use rustix::fs::{Mode, OFlags};
+use rustix::io::Errno;
+use rustix::termios::{OptionalActions, QueueSelector};
+use tmcm::tmcl::binary::Telegram;
+
+use super::{LinkError, read_reply};
+use crate::failure::Failure;
+
+/// An open serial device, raw and non-blocking.
+#[derive(Debug)]
+pub(super) struct Serial(File);
+
+impl Serial {
+    pub(super) fn open(path: &str, baud: u32) -> Result<Self, Failure> {
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let device = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
+            let hint = match error {
+                Errno::NOENT => ". Is the module connected? Or start a virtual one: tmcl sim --serial PATH",
+                Errno::ACCESS => ". Your user may have to be in the group that owns the device (often dialout)",
+                _ => "",
+            };
+            Failure::Failed(format!("cannot open {path}: {error}{hint}"))
+        })?;
+        configure(&device, baud).map_err(|error| {
+            Failure::Failed(match error {
+                Errno::NOTTY => format!("{path} is not a serial device"),
+                Errno::INVAL => format!("{path} does not do {baud} baud"),
+                _ => format!("cannot set up {path}: {error}"),
+            })
+        })?;
+        Ok(Serial(File::from(device)))
+    }
+
+    pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
+        rustix::termios::tcflush(&self.0, QueueSelector::IFlush).map_err(std::io::Error::from)?;
+        // A telegram always fits the device's buffer.
+        self.0.write_all(request)?;
+        read_reply(&mut self.0, timeout)
+    }
+}
+
+fn configure(device: &impl std::os::fd::AsFd, baud: u32) -> Result<(), Errno> {
+    let mut settings = rustix::termios::tcgetattr(device)?;
+    settings.make_raw();
+    settings.control_modes |= rustix::termios::ControlModes::CREAD | rustix::termios::ControlModes::CLOCAL;
+    settings.control_modes &= !(rustix::termios::ControlModes::CSTOPB | rustix::termios::ControlModes::CRTSCTS);
+    settings.set_speed(baud)?;
+    rustix::termios::tcsetattr(device, OptionalActions::Now, &settings)
+}

@@ -1,0 +1,45 @@
+//! A link to a virtual module of one's own, which lives as long as the link does.
+
+use std::fmt;
+use std::time::Duration;
+
+use hal_sim::clock::Nanos;
+use hal_sim::world::config::WorldConfig;
+use tmcm::module::Source;
+use tmcm::tmcl::binary::Telegram;
+
+use super::LinkError;
+use crate::virtual_module::VirtualModule;
+
+/// Start of the module's random numbers.
+const SEED: u32 = 1;
+
+/// A virtual module in the default world, with a fresh EEPROM. Time passes only during an exchange.
+pub(super) struct Simulated(VirtualModule);
+
+impl fmt::Debug for Simulated {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Simulated").field("now", &self.0.now()).finish()
+    }
+}
+
+impl Simulated {
+    pub(super) fn new() -> Self {
+        Simulated(VirtualModule::new(&WorldConfig::default(), None, SEED))
+    }
+
+    pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
+        let module = &mut self.0;
+        // Late replies and events.
+        while module.sent().is_some() {}
+        let end = module.now() + timeout.as_nanos() as Nanos;
+        module.receive(Source::Usb, *request);
+        while module.now() < end {
+            module.run_until(module.next_event().map_or(end, |next| next.min(end)));
+            if let Some(sent) = module.sent() {
+                return Ok(sent.telegram);
+            }
+        }
+        Err(LinkError::NoReply { bytes: 0 })
+    }
+}

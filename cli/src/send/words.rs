@@ -1,0 +1,175 @@
+//! Replies in words: status, value with its unit, and what the value is.
+
+use std::fmt::Write;
+
+use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row, Unit};
+use tmcm::tmcl::binary::{self, Received, Telegram};
+use tmcm::tmcl::{Command, Opcode, Status};
+
+/// A reply, put into words.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Meaning {
+    /// One line.
+    pub text: String,
+    /// The command has been executed.
+    pub done: bool,
+}
+
+/// The value that a factory reset wants as a safeguard.
+const CONFIRMATION: i32 = 1234;
+
+/// True for commands that are not answered when they are executed.
+pub fn is_silent(command: Command) -> bool {
+    match Opcode::from_number(command.opcode) {
+        Some(Opcode::FactorySettings) => command.value == CONFIRMATION,
+        Some(Opcode::EnterBootloader) => true,
+        _ => false,
+    }
+}
+
+/// What a reply to `command` says.
+pub fn meaning(command: Command, reply: &Telegram) -> Meaning {
+    if let Some(special) = special(command, reply) {
+        return Meaning { text: special, done: true };
+    }
+    let Some(received) = binary::decode_reply(reply) else {
+        let text = format!("reply with a wrong checksum: {}", hexadecimal(reply));
+        return Meaning { text, done: false };
+    };
+    let Received { status: number, opcode, .. } = received;
+    let done = matches!(received.status(), Some(Status::Ok | Status::Loaded)) && opcode == command.opcode;
+    let status = received.status().map_or("a status this program does not know", Status::meaning);
+    let mut text = if done { what(command, received.value) } else { String::new() };
+    if !text.is_empty() {
+        text += ", ";
+    }
+    // Writing to a string cannot fail.
+    let _ = write!(text, "status {number} {status}");
+    let refused = opcode == 0 && received.status() == Some(Status::WrongChecksum);
+    if opcode != command.opcode && !refused {
+        let _ = write!(text, ", but it answers command {opcode}: {}", hexadecimal(reply));
+    }
+    Meaning { text, done }
+}
+
+/// The replies that have a shape of their own: the version string and commands out of program memory.
+fn special(command: Command, reply: &Telegram) -> Option<String> {
+    let plain = binary::decode_reply(reply);
+    match (Opcode::from_number(command.opcode)?, command.kind) {
+        (Opcode::FirmwareVersion, 0) => {
+            let (_, characters) = reply.split_first()?;
+            let printable = characters.iter().all(|byte| (b' '..=b'~').contains(byte));
+            printable.then(|| String::from_utf8_lossy(characters).into_owned())
+        }
+        (Opcode::ReadMemory, _) => {
+            let refused = plain.is_none_or(|reply| reply.opcode == command.opcode && reply.status().is_some());
+            let stored = binary::decode_command(reply).filter(|_| !refused)?;
+            Some(format!("{stored}"))
+        }
+        _ => None,
+    }
+}
+
+/// The value of a reply in its unit, and its name; empty where the value says nothing.
+fn what(command: Command, value: i32) -> String {
+    let Some(opcode) = Opcode::from_number(command.opcode) else { return value.to_string() };
+    let parameter = parameter(opcode, command);
+    match opcode {
+        Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp => {
+            parameter.map_or_else(String::new, |row| row.name.into())
+        }
+        Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Ggp | Opcode::Sgp | Opcode::Agp => match parameter {
+            Some(row) => format!("{} ({})", with_unit(value, row.unit.symbol()), row.name),
+            None => value.to_string(),
+        },
+        Opcode::Mvp => format!("{} (target)", with_unit(value, Unit::Microsteps.symbol())),
+        Opcode::Ror | Opcode::Rol => with_unit(value, Unit::Internal.symbol()),
+        Opcode::Sco | Opcode::Gco | Opcode::Cco => with_unit(value, Unit::Microsteps.symbol()),
+        Opcode::Gio => match (command.motor, command.kind) {
+            (1, 8) => format!("{}.{} V (supply)", value / 10, (value % 10).abs()),
+            (1, 9) => format!("{value} degC (temperature)"),
+            _ => value.to_string(),
+        },
+        Opcode::FirmwareVersion => {
+            let [high, low, major, minor] = value.to_be_bytes();
+            format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
+        }
+        Opcode::Mst => String::new(),
+        _ => value.to_string(),
+    }
+}
+
+/// The table's row for the parameter that a command concerns.
+fn parameter(opcode: Opcode, command: Command) -> Option<&'static Row> {
+    let number = command.kind;
+    match opcode {
+        Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Stap | Opcode::Rsap => {
+            AxisParameter::from_number(number).map(AxisParameter::row)
+        }
+        Opcode::Ggp | Opcode::Sgp | Opcode::Agp | Opcode::Stgp | Opcode::Rsgp => match command.motor {
+            0 => GlobalParameter::from_number(number).map(GlobalParameter::row),
+            3 => InterruptParameter::from_number(number).map(InterruptParameter::row),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn with_unit(value: i32, unit: &str) -> String {
+    if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
+}
+
+fn hexadecimal(telegram: &Telegram) -> String {
+    telegram.map(|byte| format!("{byte:02X}")).join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tmcm::tmcl::{Reply, text};
+
+    fn told(line: &str, status: Status, value: i32) -> String {
+        let command = text::parse(line).unwrap();
+        let reply = binary::encode_reply(2, 1, &Reply::Plain { status, opcode: command.opcode, value });
+        meaning(command, &reply).text
+    }
+
+    #[test]
+    fn values_have_units_and_names() {
+        assert_eq!(told("GAP 4, 0", Status::Ok, 1000), "1000 int (maximum positioning speed), status 100 ok");
+        assert_eq!(told("GAP 1, 0", Status::Ok, -7), "-7 microsteps (actual position), status 100 ok");
+        assert_eq!(told("GGP 66, 0", Status::Ok, 1), "1 (serial address), status 100 ok");
+        assert_eq!(told("GGP 0, 3", Status::Ok, 5), "5 ms (timer 0 period), status 100 ok");
+        assert_eq!(told("GGP 9, 2", Status::Ok, 5), "5, status 100 ok");
+        assert_eq!(told("GIO 8, 1", Status::Ok, 241), "24.1 V (supply), status 100 ok");
+        assert_eq!(told("GIO 9, 1", Status::Ok, 25), "25 degC (temperature), status 100 ok");
+        assert_eq!(told("STAP 4, 0", Status::Ok, 0), "maximum positioning speed, status 100 ok");
+        assert_eq!(told("MST 0", Status::Ok, 0), "status 100 ok");
+        assert_eq!(told("136, 1", Status::Ok, 0x0474_012A), "TMCM-1140, firmware version 1.42, status 100 ok");
+    }
+
+    #[test]
+    fn what_was_not_done_is_told_without_a_value() {
+        let text = "status 4 value, motor or bank out of range";
+        assert_eq!(told("SAP 4, 0, 5000", Status::InvalidValue, 5000), text);
+        let command = text::parse("MST 0").unwrap();
+        let refused = binary::encode_reply(2, 1, &Reply::WRONG_CHECKSUM);
+        let expected = Meaning { text: "status 1 wrong checksum".into(), done: false };
+        assert_eq!(meaning(command, &refused), expected);
+        assert_eq!(meaning(command, &[1; 9]).text, "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01");
+        let other = binary::encode_reply(2, 1, &Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
+        let told = meaning(command, &other);
+        assert!(!told.done && told.text.contains("it answers command 6"), "{told:?}");
+    }
+
+    #[test]
+    fn special_replies() {
+        let version = text::parse("136, 0").unwrap();
+        let reply = binary::encode_reply(2, 1, &Reply::Version(*b"1140V142"));
+        assert_eq!(meaning(version, &reply), Meaning { text: "1140V142".into(), done: true });
+        let read = text::parse("134, 0, 0, 12").unwrap();
+        let reply = binary::encode_reply(2, 1, &Reply::Memory(text::parse("MVP ABS, 0, 90000").unwrap()));
+        assert_eq!(meaning(read, &reply).text, "MVP ABS, 0, 90000");
+        assert_eq!(told("134, 0, 0, 12", Status::NotAvailable, 12), "status 6 not available in this mode or state");
+    }
+}

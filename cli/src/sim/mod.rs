@@ -1,0 +1,185 @@
+//! `tmcl sim`: a virtual module at the pace of a clock, with links that host software opens.
+//!
+//! One thread. A turn lets virtual time pass up to now, takes what has arrived, hands out the replies that are due,
+//! and sleeps until bytes arrive or the module has something to do.
+
+pub mod control;
+pub mod eeprom;
+pub mod endpoint;
+pub mod links;
+mod options;
+pub mod pacing;
+pub mod pty;
+pub mod stream;
+pub mod tcp;
+
+pub use options::Options;
+
+use std::io::Write;
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::world::config::WorldConfig;
+use rustix::event::{PollFd, PollFlags, Timespec};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use tmcm::module::{Spec, TMCM_1140};
+
+use crate::failure::Failure;
+use crate::virtual_module::VirtualModule;
+use eeprom::EepromFile;
+use links::Links;
+use pacing::Pacer;
+
+/// Start of everything that is random; a world file has a seed of its own.
+const SEED: u32 = 1;
+/// Longest sleep while nobody waits for anything. Virtual time then passes in portions of this length.
+const NAP: Duration = Duration::from_millis(5);
+/// Longest time for which virtual time passes without a look at the links.
+const LONGEST_TURN: Duration = Duration::from_millis(2);
+/// Portion of virtual time between two looks at the clock.
+const PORTION: Nanos = MILLISECOND;
+
+/// Runs the virtual module until a signal ends it.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let stop = stop_signals().map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))?;
+    let world = match &options.world {
+        Some(path) => read_world(path)?,
+        None => WorldConfig::default(),
+    };
+    let mut eeprom = options.eeprom.as_deref().map(EepromFile::open).transpose()?;
+    let module = VirtualModule::new(&world, eeprom.as_ref().and_then(EepromFile::contents), SEED);
+    if let Some(file) = &mut eeprom {
+        file.save(module.board().borrow().at25().contents())?;
+    }
+    let links = Links::open(options)?;
+    let mut out = std::io::stdout().lock();
+    let Spec { number, major, minor, .. } = TMCM_1140;
+    writeln!(out, "A virtual TMCM-{number} with firmware version {major}.{minor:02}. Ctrl-C ends it.")?;
+    links.introduce(&mut out)?;
+    writeln!(out, "ready")?;
+    out.flush()?;
+    let pacer = Pacer::new(options.speed, Instant::now());
+    Simulator { stop, modules: vec![module], links, eeprom, pacer }.run()
+}
+
+fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
+    let shown = path.display();
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| Failure::Failed(format!("--world: cannot read {shown}: {error}")))?;
+    WorldConfig::parse(&text).map_err(|error| Failure::Failed(format!("--world: {shown}: {}", error.trim_end())))
+}
+
+/// A socket that can be read once a signal has asked for the end.
+fn stop_signals() -> std::io::Result<UnixStream> {
+    let (stop, bell) = UnixStream::pair()?;
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::low_level::pipe::register(signal, bell.try_clone()?)?;
+    }
+    Ok(stop)
+}
+
+/// A module that runs, and everything around it.
+struct Simulator {
+    stop: UnixStream,
+    /// Module 1 is the one with the serial and the TCP link.
+    modules: Vec<VirtualModule>,
+    links: Links,
+    eeprom: Option<EepromFile>,
+    pacer: Pacer,
+}
+
+impl Simulator {
+    fn run(mut self) -> Result<(), Failure> {
+        while !self.sleep()? {
+            self.let_time_pass();
+            self.take_requests();
+            self.keep_eeprom();
+            self.hand_out_replies();
+            self.tell();
+        }
+        match (&mut self.eeprom, self.modules.first()) {
+            (Some(file), Some(module)) => file.save(module.board().borrow().at25().contents()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Sleeps until there is something to do. True if it is time to end.
+    fn sleep(&mut self) -> Result<bool, Failure> {
+        let Some(first) = self.modules.first() else { return Ok(true) };
+        let nap = if self.pacer.is_behind() { Duration::ZERO } else { NAP };
+        let mut wake = self.pacer.when(self.pacer.reached()) + nap;
+        for module in self.modules.iter().filter(|module| module.is_busy()) {
+            wake = module.next_event().map_or(wake, |due| wake.min(self.pacer.when(due)));
+        }
+        wake = self.links.silence_ends().map_or(wake, |end| wake.min(end));
+        let left = wake.saturating_duration_since(Instant::now());
+        let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+
+        let interests = self.links.interests(first);
+        let mut polled = vec![PollFd::from_borrowed_fd(self.stop.as_fd(), PollFlags::IN)];
+        polled.extend(interests.into_iter().map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)));
+        match rustix::event::poll(&mut polled, Some(&timeout)) {
+            Ok(_) => Ok(polled.first().is_some_and(|stop| !stop.revents().is_empty())),
+            Err(rustix::io::Errno::INTR) => Ok(false),
+            Err(error) => Err(Failure::Failed(format!("cannot wait for the links: {error}"))),
+        }
+    }
+
+    /// Virtual time passes up to now, or as far as there is time for.
+    fn let_time_pass(&mut self) {
+        let begun = Instant::now();
+        let goal = self.pacer.advance(begun);
+        while self.pacer.is_behind() && begun.elapsed() < LONGEST_TURN {
+            let to = goal.min(self.pacer.reached() + PORTION);
+            for module in &mut self.modules {
+                module.run_until(to);
+            }
+            self.pacer.reach(to);
+        }
+    }
+
+    fn take_requests(&mut self) {
+        if let Some(module) = self.modules.first_mut() {
+            self.links.receive(module);
+        }
+        if let Some(server) = &mut self.links.control {
+            server.accept(control::Controller::new);
+            for controller in &mut server.clients {
+                controller.receive(|line| control::execute(line, &mut self.modules, &self.pacer));
+            }
+        }
+    }
+
+    /// Before replies go out: what they acknowledge is in the file.
+    fn keep_eeprom(&mut self) {
+        if let (Some(file), Some(module)) = (&mut self.eeprom, self.modules.first())
+            && let Some(message) = file.keep(module.board().borrow().at25().contents())
+        {
+            say(&message);
+        }
+    }
+
+    fn hand_out_replies(&mut self) {
+        if let Some(module) = self.modules.first_mut() {
+            while let Some(sent) = module.sent() {
+                self.links.send(&sent);
+            }
+            self.links.tidy(module);
+        }
+    }
+
+    fn tell(&mut self) {
+        for message in self.modules.iter_mut().flat_map(VirtualModule::take_log) {
+            say(&message);
+        }
+    }
+}
+
+/// A message for a person.
+fn say(message: &str) {
+    // Where standard error is closed there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "tmcl sim: {message}");
+}

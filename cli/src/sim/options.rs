@@ -1,0 +1,98 @@
+//! The command line of `tmcl sim`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Slowest and fastest virtual time.
+const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
+
+/// Run a virtual TMCM-1140 that host software drives like a real one
+///
+/// The module's own firmware runs against models of its chips, a motor and a stage. Host software connects to the
+/// serial port or the TCP port that is printed, and needs no change. Without --serial and --tcp it makes one of
+/// each. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted
+/// (Ctrl-C or SIGTERM).
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// Offer the module's USB link as a serial port: a pseudo terminal with a symbolic link to it at PATH
+    ///
+    /// A symbolic link to a terminal that is left from an earlier run is replaced, any other file is left alone.
+    #[arg(long, value_name = "PATH")]
+    pub serial: Option<PathBuf>,
+
+    /// Offer the module's USB link on a TCP port, to any number of clients at once
+    ///
+    /// Port 0 takes a free one and prints it.
+    #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
+    pub tcp: Option<String>,
+
+    /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
+    ///
+    /// press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X (0 free to
+    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, state. Port 0 takes a free one and prints it.
+    #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
+    pub control: Option<String>,
+
+    /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
+    ///
+    /// 16384 bytes as the chip has them. What the module has acknowledged as stored is in the file.
+    #[arg(long, value_name = "FILE")]
+    pub eeprom: Option<PathBuf>,
+
+    /// Describe the motor, its stage, switches, encoder and supply
+    ///
+    /// Without it there is a free 200-step motor on 24 V and nothing at the inputs.
+    #[arg(long, value_name = "FILE.toml")]
+    pub world: Option<PathBuf>,
+
+    /// Let time pass FACTOR times as fast, 0.001 to 1000
+    ///
+    /// Where the computer cannot keep up, time passes as fast as it can; `state` on the control port tells.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
+    pub speed: f64,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl sim
+      a module on a serial port and a TCP port; prints how to connect
+  tmcl sim --serial /tmp/tmcm1140 --control 127.0.0.1:4141
+      a serial port under a name of your own; then, say: echo 'press left' | nc 127.0.0.1 4141
+  tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10
+      settings survive, there is a stage with switches, and ten seconds pass in one";
+
+/// An address to listen on, as it is written. Whether it can be used shows later.
+fn address(text: &str) -> Result<String, String> {
+    let parts = text.rsplit_once(':').filter(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+    match parts {
+        Some(_) => Ok(text.into()),
+        None => Err("give an address and a port (0..65535), for example 127.0.0.1:4140".into()),
+    }
+}
+
+fn speed(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|factor| SPEEDS.contains(factor))
+        .ok_or_else(|| format!("give a number from {} to {}; 1 is real time", SPEEDS.start(), SPEEDS.end()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_need_a_port() {
+        assert_eq!(address("127.0.0.1:0"), Ok("127.0.0.1:0".into()));
+        assert_eq!(address("[::1]:4140"), Ok("[::1]:4140".into()));
+        assert!(["4140", ":4140", "localhost", "localhost:70000", ""].iter().all(|text| address(text).is_err()));
+    }
+
+    #[test]
+    fn speeds_are_positive_and_finite() {
+        assert_eq!(speed("2.5"), Ok(2.5));
+        assert!(["0", "-1", "nan", "inf", "1001", "fast"].iter().all(|text| speed(text).is_err()));
+    }
+}

@@ -1,0 +1,98 @@
+//! A serial port for host software: a pseudo terminal, with a symbolic link to it.
+
+use std::fs::{self, File};
+use std::io;
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::OpenptFlags;
+use rustix::termios::OptionalActions;
+
+use super::endpoint::Endpoint;
+use super::stream::Stream;
+use crate::failure::Failure;
+use crate::virtual_module::Client;
+
+/// A pseudo terminal in raw mode.
+#[derive(Debug)]
+pub struct Pty {
+    /// What hosts send, and where replies go.
+    pub endpoint: Endpoint<File>,
+    device: PathBuf,
+    link: Option<PathBuf>,
+    /// Kept open so that the terminal stays as it is, raw, while no host has it open.
+    _slave: OwnedFd,
+}
+
+impl Pty {
+    /// Makes a pseudo terminal and, if a path is given, a symbolic link to it there.
+    pub fn open(link: Option<&Path>, client: Client) -> Result<Self, Failure> {
+        let (master, slave, device) =
+            terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {error}")))?;
+        if let Some(link) = link {
+            place(link, &device)?;
+        }
+        // One telegram may wait for a host that does not read; then replies are lost, as on a wire.
+        let stream = Stream::new(File::from(master), 1);
+        Ok(Pty { endpoint: Endpoint::new(stream, client), device, link: link.map(Path::to_path_buf), _slave: slave })
+    }
+
+    /// The terminal's device.
+    pub fn device(&self) -> &Path {
+        &self.device
+    }
+
+    /// The path for host software: the link if there is one.
+    pub fn path(&self) -> &Path {
+        self.link.as_deref().unwrap_or(&self.device)
+    }
+}
+
+impl Drop for Pty {
+    /// Removes the link, unless it has become somebody else's.
+    fn drop(&mut self) {
+        if let Some(link) = &self.link
+            && fs::read_link(link).is_ok_and(|target| target == self.device)
+        {
+            // There is nobody to tell if it cannot be removed; the next run replaces it.
+            let _ = fs::remove_file(link);
+        }
+    }
+}
+
+fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
+    let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
+    rustix::pty::grantpt(&master)?;
+    rustix::pty::unlockpt(&master)?;
+    let name = rustix::pty::ptsname(&master, Vec::new())?;
+    let device = PathBuf::from(name.to_string_lossy().into_owned());
+    let slave = rustix::fs::open(&device, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
+    let mut settings = rustix::termios::tcgetattr(&slave)?;
+    settings.make_raw();
+    rustix::termios::tcsetattr(&slave, OptionalActions::Now, &settings)?;
+    let flags = rustix::fs::fcntl_getfl(&master)?;
+    rustix::fs::fcntl_setfl(&master, flags | OFlags::NONBLOCK)?;
+    Ok((master, slave, device))
+}
+
+/// Makes the symbolic link. What an earlier run has left there is replaced, anything else stays.
+fn place(link: &Path, device: &Path) -> Result<(), Failure> {
+    let shown = link.display();
+    if let Ok(found) = fs::symlink_metadata(link) {
+        let leftover = found.is_symlink()
+            && (!link.exists() || fs::read_link(link).is_ok_and(|target| target.starts_with("/dev")));
+        if !leftover {
+            let message = format!(
+                "--serial: {shown} exists and is not a link to a terminal; it is left alone. Give a path where \
+                 there is nothing yet"
+            );
+            return Err(Failure::Failed(message));
+        }
+        fs::remove_file(link)
+            .map_err(|error| Failure::Failed(format!("--serial: cannot replace the old link {shown}: {error}")))?;
+    }
+    std::os::unix::fs::symlink(device, link).map_err(|error| {
+        Failure::Failed(format!("--serial: cannot make a link at {shown}: {error}. Its directory has to exist"))
+    })
+}

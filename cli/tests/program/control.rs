@@ -1,0 +1,106 @@
+//! The control port of `tmcl sim`, and time.
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::time::{Duration, Instant};
+
+use super::harness::{PATIENCE, Sim, request};
+
+const LINKS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
+
+#[test]
+fn the_world_is_changed_and_seen() {
+    let sim = Sim::start(&LINKS);
+    let mut host = sim.tcp();
+    assert_eq!(sim.control(&["press left", "supply 12.5", "analog 0 777"])["ok"], true);
+    host.until("GIO 1, 0", 1);
+    host.until("GIO 8, 1", 125);
+    host.until("GIO 0, 1", 777);
+    sim.control(&["release left"]);
+    host.until("GIO 1, 0", 0);
+    host.ok("SIO 1, 2, 1");
+    host.ok("MVP ABS, 0, -3000");
+    host.until("GAP 8, 0", 1);
+    let state = sim.control(&["module 1 state"]);
+    assert_eq!((&state["ok"], &state["power"], &state["position"]), (&true.into(), &true.into(), &(-3000).into()));
+    assert_eq!(state["outputs"][1], true);
+    assert!(state["time_us"].as_u64().unwrap() > 0);
+    assert!(state["speed_factor"].is_f64());
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let sim = Sim::start(&LINKS);
+    let error = |line: &str| {
+        let answer = sim.control(&[line]);
+        assert_eq!(answer["ok"], false, "{line}");
+        answer["error"].as_str().unwrap().to_owned()
+    };
+    assert!(error("jump").contains("press, release"));
+    assert!(error("").contains("empty line"));
+    assert!(error("load 2").contains("0 to 1"));
+    assert!(error("module 2 press left").contains("there is 1 module"));
+}
+
+#[test]
+fn lines_may_come_together_and_the_last_without_an_end() {
+    let sim = Sim::start(&LINKS);
+    let mut stream = TcpStream::connect(sim.told("control")).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.write_all(b"press home\r\nrelease home\nstate").unwrap();
+    stream.shutdown(Shutdown::Write).unwrap();
+    let mut answers = String::new();
+    stream.read_to_string(&mut answers).unwrap();
+    let answers: Vec<&str> = answers.lines().collect();
+    assert_eq!(answers[..2], [r#"{"ok":true}"#; 2]);
+    assert!(answers[2].starts_with(r#"{"ok":true,"time_us":"#), "{answers:?}");
+}
+
+#[test]
+fn without_power_the_module_is_silent_and_with_it_starts_anew() {
+    let sim = Sim::start(&LINKS);
+    let mut host = sim.tcp();
+    host.ok("SAP 4, 0, 1500");
+    host.ok("STAP 4, 0");
+    host.ok("SAP 4, 0, 1600");
+    host.ok("SAP 6, 0, 64");
+    assert_eq!(sim.control(&["power off", "state"])["power"], false);
+    host.write(&request("GAP 4, 0"));
+    assert!(!host.has_news(Duration::from_millis(200)));
+    sim.control(&["power on"]);
+    assert_eq!((host.ok("GAP 4, 0"), host.ok("GAP 6, 0")), (1500, 128));
+}
+
+#[test]
+fn a_software_reset_starts_it_anew() {
+    let sim = Sim::start(&LINKS);
+    let mut host = sim.tcp();
+    host.ok("SAP 6, 0, 64");
+    host.ok("255, 0, 0, 1234");
+    host.until("GAP 6, 0", 128);
+}
+
+#[test]
+fn time_passes_as_fast_as_it_is_told() {
+    let sim = Sim::start(&[&LINKS[..], &["--speed", "20"]].concat());
+    let mut host = sim.tcp();
+    host.ok("SGP 132, 0, 0");
+    let begun = Instant::now();
+    while host.ok("GGP 132, 0") < 20_000 {
+        assert!(begun.elapsed() < PATIENCE);
+    }
+    assert_eq!(sim.control(&["state"])["speed_wanted"], 20.0);
+}
+
+#[test]
+fn a_world_file_sets_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("stage.toml"), "[stage]\nright = 5000\n[supply]\nvolts = 18.0\n").unwrap();
+    let sim = Sim::start_in(folder, &[&LINKS[..], &["--world", "{}/stage.toml"]].concat());
+    let mut host = sim.tcp();
+    host.until("GIO 8, 1", 180);
+    host.ok("SAP 12, 0, 0");
+    host.ok("ROR 0, 500");
+    host.until("GAP 10, 0", 1);
+    host.until("GAP 3, 0", 0);
+}

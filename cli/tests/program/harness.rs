@@ -1,0 +1,191 @@
+//! A running `tmcl sim`, and what talks to it.
+
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::os::fd::AsFd;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec};
+use rustix::process::{Pid, Signal};
+use tmcm::tmcl::binary::{self, Received, TELEGRAM, Telegram};
+use tmcm::tmcl::text;
+
+/// Longest time a test waits for anything; a busy computer is slow.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+/// A silence that ends an unfinished telegram, however busy the computer.
+pub(crate) const SILENCE: Duration = Duration::from_millis(300);
+
+/// The program with these arguments.
+pub(crate) fn tmcl(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tmcl"));
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+/// Runs the program to its end.
+pub(crate) fn run(arguments: &[&str]) -> Output {
+    tmcl(arguments).output().unwrap()
+}
+
+/// What a program that ended wrote to its standard error.
+pub(crate) fn complaint(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A request in mnemonic form.
+pub(crate) fn request(line: &str) -> Telegram {
+    binary::encode_command(1, text::parse(line).unwrap())
+}
+
+/// A running virtual module, and a folder of its own.
+pub(crate) struct Sim {
+    child: Child,
+    told: HashMap<String, String>,
+    pub(crate) folder: tempfile::TempDir,
+}
+
+impl Sim {
+    /// Starts a module; `{}` in an argument stands for its folder.
+    pub(crate) fn start(arguments: &[&str]) -> Self {
+        Self::start_in(tempfile::tempdir().unwrap(), arguments)
+    }
+
+    /// Starts a module in a folder that exists.
+    pub(crate) fn start_in(folder: tempfile::TempDir, arguments: &[&str]) -> Self {
+        let path = folder.path().to_str().unwrap();
+        let arguments: Vec<String> = arguments.iter().map(|argument| argument.replace("{}", path)).collect();
+        let child = tmcl(&["sim"]).args(arguments).stderr(Stdio::inherit()).spawn().unwrap();
+        let mut sim = Sim { child, told: HashMap::new(), folder };
+        let (sender, lines) = mpsc::channel();
+        let stdout = sim.child.stdout.take().unwrap();
+        std::thread::spawn(move || {
+            for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+                let _ = sender.send(line);
+            }
+        });
+        loop {
+            let line = lines.recv_timeout(PATIENCE).expect("not ready");
+            if line == "ready" {
+                return sim;
+            }
+            if let Some((name, value)) = line.split_once(": ") {
+                sim.told.insert(name.into(), value.into());
+            }
+        }
+    }
+
+    /// Where it says it listens.
+    pub(crate) fn told(&self, link: &str) -> &str {
+        &self.told[link]
+    }
+
+    /// A path in its folder.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// A new connection to its TCP port.
+    pub(crate) fn tcp(&self) -> Host<TcpStream> {
+        let stream = TcpStream::connect(self.told("tcp")).unwrap();
+        stream.set_nodelay(true).unwrap();
+        Host(stream)
+    }
+
+    /// Opens its serial port, as plain as can be.
+    pub(crate) fn serial(&self) -> Host<File> {
+        Host(OpenOptions::new().read(true).write(true).open(self.told("serial")).unwrap())
+    }
+
+    /// Carries out lines of the control protocol and gives the last answer.
+    pub(crate) fn control(&self, lines: &[&str]) -> serde_json::Value {
+        let mut stream = TcpStream::connect(self.told("control")).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let mut answers = BufReader::new(stream.try_clone().unwrap()).lines();
+        let mut last = serde_json::Value::Null;
+        for line in lines {
+            stream.write_all(format!("{line}\n").as_bytes()).unwrap();
+            last = serde_json::from_str(&answers.next().unwrap().unwrap()).unwrap();
+        }
+        last
+    }
+
+    /// Sends a signal and waits for the end.
+    pub(crate) fn end(mut self, signal: Signal) -> (ExitStatus, tempfile::TempDir) {
+        rustix::process::kill_process(Pid::from_child(&self.child), signal).unwrap();
+        let status = self.child.wait().unwrap();
+        let folder = std::mem::replace(&mut self.folder, tempfile::tempdir().unwrap());
+        (status, folder)
+    }
+}
+
+impl Drop for Sim {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Host software at the other end of a link.
+pub(crate) struct Host<T>(pub(crate) T);
+
+impl<T: Read + Write + AsFd> Host<T> {
+    /// Sends bytes.
+    pub(crate) fn write(&mut self, bytes: &[u8]) {
+        self.0.write_all(bytes).unwrap();
+    }
+
+    /// The next reply.
+    pub(crate) fn read(&mut self) -> Telegram {
+        let mut reply = [0; TELEGRAM];
+        let mut length = 0;
+        while length < TELEGRAM {
+            assert!(self.has_news(PATIENCE), "{length} of {TELEGRAM} bytes");
+            let count = self.0.read(&mut reply[length..]).unwrap();
+            assert!(count > 0, "closed after {length} bytes");
+            length += count;
+        }
+        reply
+    }
+
+    /// Whether anything can be read within the time.
+    pub(crate) fn has_news(&self, within: Duration) -> bool {
+        let timeout = Timespec { tv_sec: within.as_secs() as i64, tv_nsec: within.subsec_nanos().into() };
+        rustix::event::poll(&mut [PollFd::new(&self.0, PollFlags::IN)], Some(&timeout)).unwrap() > 0
+    }
+
+    /// Sends a request and takes the reply.
+    pub(crate) fn ask(&mut self, line: &str) -> Received {
+        self.write(&request(line));
+        binary::decode_reply(&self.read()).unwrap()
+    }
+
+    /// Sends a request that must succeed and gives the value.
+    pub(crate) fn ok(&mut self, line: &str) -> i32 {
+        let reply = self.ask(line);
+        assert_eq!(reply.status, 100, "{line}");
+        reply.value
+    }
+
+    /// Asks until the value is there.
+    pub(crate) fn until(&mut self, line: &str, value: i32) {
+        let end = Instant::now() + PATIENCE;
+        while self.ok(line) != value {
+            assert!(Instant::now() < end, "{line} is not {value}");
+        }
+    }
+}
+
+/// What a folder has in it.
+pub(crate) fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}

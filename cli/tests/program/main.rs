@@ -1,0 +1,10 @@
+//! The program `tmcl` as its users meet it: real processes, pseudo terminals and sockets.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod control;
+mod eeprom;
+mod harness;
+mod links;
+mod messages;
+mod send;

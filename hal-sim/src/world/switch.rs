@@ -1,0 +1,130 @@
+//! Where a switch of the stage is closed.
+
+use super::config::StageConfig;
+use super::stage::Pin;
+
+/// Which positions share the levels of the present one, so that most steps need no evaluation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Window {
+    pub(super) lowest: i64,
+    pub(super) highest: i64,
+}
+
+impl Window {
+    /// All positions.
+    pub(super) const ALL: Self = Self { lowest: i64::MIN, highest: i64::MAX };
+
+    #[inline]
+    pub(super) fn contains(self, at: i64) -> bool {
+        at >= self.lowest && at <= self.highest
+    }
+
+    /// The positions in both.
+    pub(super) fn and(self, other: Self) -> Self {
+        Self { lowest: self.lowest.max(other.lowest), highest: self.highest.min(other.highest) }
+    }
+}
+
+/// A cam: it closes its switch from the first position to the last, both included; on a rotary stage once a
+/// circle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cam {
+    first: i64,
+    last: i64,
+    circle: Option<i64>,
+    hysteresis: i64,
+}
+
+impl Cam {
+    /// The cams of a stage and the pins their switches are connected to.
+    pub(super) fn all(stage: &StageConfig) -> Vec<(Pin, Self)> {
+        let cam = |first, last| Self { first, last, circle: stage.circle, hysteresis: stage.hysteresis };
+        let left = stage.left.map(|at| {
+            let first = stage.left_width.map_or(i64::MIN, |width| at.saturating_sub(width - 1));
+            (Pin::Left, cam(first, at))
+        });
+        let right = stage.right.map(|at| {
+            let last = stage.right_width.map_or(i64::MAX, |width| at.saturating_add(width - 1));
+            (Pin::Right, cam(at, last))
+        });
+        let home = stage.home.map(|[first, last]| (Pin::Home, cam(first, last)));
+        [left, right, home].into_iter().flatten().collect()
+    }
+
+    /// Whether the switch is closed at `at`, when before it was as `closed` says, and the positions around it
+    /// where that stays so.
+    pub(super) fn sense(&self, at: i64, closed: bool) -> (bool, Window) {
+        let Some(circle) = self.circle.filter(|circle| *circle > 0) else {
+            return self.sense_one(at, closed);
+        };
+        // The last cam that does not begin behind `at`, and the one after it: that one's hysteresis may reach
+        // down to here.
+        let here = self.shifted((at - self.first).div_euclid(circle) * circle);
+        let next = here.shifted(circle);
+        match (here.sense_one(at, closed), next.sense_one(at, closed)) {
+            (now @ (true, _), _) | (_, now @ (true, _)) => now,
+            ((_, above), (_, below)) => (false, above.and(below)),
+        }
+    }
+
+    fn shifted(self, by: i64) -> Self {
+        Self { first: self.first + by, last: self.last + by, ..self }
+    }
+
+    /// As [`Cam::sense`], as if there were no others in the circle.
+    fn sense_one(&self, at: i64, closed: bool) -> (bool, Window) {
+        let closes = Window { lowest: self.first, highest: self.last };
+        let opens = Window {
+            lowest: self.first.saturating_sub(self.hysteresis),
+            highest: self.last.saturating_add(self.hysteresis),
+        };
+        if closes.contains(at) || closed && opens.contains(at) {
+            (true, opens)
+        } else if at < self.first {
+            (false, Window { highest: self.first - 1, ..Window::ALL })
+        } else {
+            (false, Window { lowest: self.last + 1, ..Window::ALL })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The positions where the level changes, on the way up and back down.
+    fn edges(cam: Cam, from: i64, to: i64) -> Vec<(i64, bool)> {
+        let mut closed = cam.sense(from, false).0;
+        let mut edges = Vec::new();
+        for at in (from..=to).chain((from..=to).rev()) {
+            let (now, window) = cam.sense(at, closed);
+            assert!(window.contains(at), "at {at}");
+            // What the window promises is what a look at each position would show.
+            assert_eq!(cam.sense(window.lowest.max(from), now).0, now, "at {at}");
+            assert_eq!(cam.sense(window.highest.min(to), now).0, now, "at {at}");
+            if now != closed {
+                edges.push((at, now));
+                closed = now;
+            }
+        }
+        edges
+    }
+
+    #[test]
+    fn a_cam_opens_its_hysteresis_later_than_it_closes() {
+        let cam = Cam { first: -5, last: 5, circle: None, hysteresis: 0 };
+        assert_eq!(edges(cam, -20, 20), [(-5, true), (6, false), (5, true), (-6, false)]);
+        let cam = Cam { hysteresis: 3, ..cam };
+        assert_eq!(edges(cam, -20, 20), [(-5, true), (9, false), (5, true), (-9, false)]);
+        assert!(!cam.sense(7, false).0, "it has not been closed yet");
+    }
+
+    #[test]
+    fn on_a_circle_cams_come_again() {
+        let cam = Cam { first: 95, last: 102, circle: Some(100), hysteresis: 2 };
+        assert_eq!(
+            edges(cam, -80, 120),
+            [(-5, true), (5, false), (95, true), (105, false), (102, true), (92, false), (2, true), (-8, false)]
+        );
+    }
+}

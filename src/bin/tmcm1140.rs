@@ -1,0 +1,29 @@
+//! The image for the TMCM-1140. `cargo fw` builds it, `cargo flash` brings it to a module.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![deny(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod image {
+    use core::panic::PanicInfo;
+
+    use embassy_executor::Spawner;
+    use tmcm::board::{self, Board};
+    use tmcm::module::TMCM_1140;
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        board::run(Board::start(), &TMCM_1140, spawner);
+    }
+
+    #[panic_handler]
+    fn panic(info: &PanicInfo) -> ! {
+        board::panicked(info)
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() -> std::process::ExitCode {
+    eprintln!("This is the firmware image; a computer cannot run it. `cargo fw` builds it, `cargo sim` runs its core.");
+    std::process::ExitCode::FAILURE
+}

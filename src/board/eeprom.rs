@@ -1,0 +1,53 @@
+//! The EEPROM: read at start-up, then written page by page beside everything else.
+
+use embassy_stm32::gpio::Output;
+use embassy_time::Timer;
+use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
+
+use super::mail::{PAGE, WRITTEN};
+use super::now;
+use super::tmcm1140::{Bus, Eeprom};
+use crate::chip::at25::At25;
+use crate::store::{Keeper, Store};
+
+type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
+
+/// Reads the stored settings: 2 048 bytes, 7 ms.
+pub(super) fn load(eeprom: Eeprom) -> (Keeper<Device>, Store) {
+    // The select pin is high already; setting it again cannot fail.
+    let Ok(device) = ExclusiveDevice::new_no_delay(eeprom.bus, eeprom.select);
+    let mut part = At25::new(device);
+    let read = part.settle().and_then(|()| Store::load(|address, page| part.read(address, page)));
+    let store = match read {
+        Ok((store, report)) => {
+            if report.foreign > 0 {
+                defmt::warn!(
+                    "EEPROM: {=u8} settings pages are not this firmware's or damaged, {=u8} are good; defaults or the older copies apply",
+                    report.foreign,
+                    report.valid
+                );
+            }
+            store
+        }
+        Err(_) => {
+            defmt::warn!("EEPROM cannot be read: defaults apply");
+            Store::empty()
+        }
+    };
+    (Keeper::new(part), store)
+}
+
+/// Writes the pages it is given and tells how that went.
+#[embassy_executor::task]
+pub(super) async fn keep(mut keeper: Keeper<Device>) {
+    loop {
+        let mut page = Some(PAGE.wait().await);
+        let written = loop {
+            if let Some(written) = keeper.poll(now(), || page.take()) {
+                break written;
+            }
+            Timer::after_millis(1).await;
+        };
+        WRITTEN.signal(written);
+    }
+}

@@ -1,0 +1,248 @@
+//! The parameters as the manual has them, typed apart from the firmware's own tables: the two must agree.
+
+use super::Bench;
+use tmcm::tmcl::Command;
+
+/// One parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    pub number: u8,
+    pub name: &'static str,
+    /// Inclusive ranges of the values it takes.
+    pub ranges: &'static [(i32, i32)],
+    pub kind: Kind,
+}
+
+/// What may be done to a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Read and write, and it has a place in the EEPROM; its value after a factory reset.
+    Stored(i32),
+    /// Read and write, in RAM only; its value at the start.
+    Volatile(i32),
+    /// What the module measures or does.
+    ReadOnly,
+}
+
+impl Row {
+    pub fn accepts(&self, value: i32) -> bool {
+        self.ranges.iter().any(|range| (range.0..=range.1).contains(&value))
+    }
+
+    pub fn is_writable(&self) -> bool {
+        self.kind != Kind::ReadOnly
+    }
+
+    pub fn is_stored(&self) -> bool {
+        matches!(self.kind, Kind::Stored(_))
+    }
+
+    /// The value after a factory reset; `None` for what is measured.
+    pub fn default(&self) -> Option<i32> {
+        match self.kind {
+            Kind::Stored(value) | Kind::Volatile(value) => Some(value),
+            Kind::ReadOnly => None,
+        }
+    }
+
+    /// The lowest and the highest value of every range.
+    pub fn limits(&self) -> impl Iterator<Item = i32> {
+        self.ranges.iter().flat_map(|range| [range.0, range.1])
+    }
+
+    /// The values just outside the ranges, and the ends of the 32 bits if they lie outside.
+    pub fn beyond(&self) -> impl Iterator<Item = i32> {
+        let next = self.ranges.iter().flat_map(|range| [range.0.checked_sub(1), range.1.checked_add(1)]);
+        next.flatten().chain([i32::MIN, i32::MAX]).filter(|value| !self.accepts(*value))
+    }
+
+    /// A value that is accepted and is not the default.
+    pub fn another(&self) -> i32 {
+        self.limits().find(|value| Some(*value) != self.default()).unwrap()
+    }
+}
+
+/// A table of parameters, and the commands that reach it.
+#[derive(Debug)]
+pub struct Table {
+    pub rows: &'static [Row],
+    /// GAP or GGP.
+    get: u8,
+    /// SAP or SGP.
+    set: u8,
+    /// The motor or bank field.
+    place: u8,
+}
+
+impl Table {
+    pub fn read(&self, bench: &mut Bench, number: u8) -> (u8, i32) {
+        let reply = bench.send(Command::new(self.get, number, self.place, 0));
+        (reply.status, reply.value)
+    }
+
+    pub fn value(&self, bench: &mut Bench, row: &Row) -> i32 {
+        let (status, value) = self.read(bench, row.number);
+        assert_eq!(status, super::OK, "{}", row.name);
+        value
+    }
+
+    /// Writes and gives the status; the reply must echo the value.
+    pub fn write(&self, bench: &mut Bench, number: u8, value: i32) -> u8 {
+        let reply = bench.send(Command::new(self.set, number, self.place, value));
+        assert_eq!((reply.opcode, reply.value), (self.set, value));
+        reply.status
+    }
+
+    /// Writes what must be accepted.
+    pub fn set(&self, bench: &mut Bench, row: &Row, value: i32) {
+        assert_eq!(self.write(bench, row.number, value), super::OK, "{} = {value}", row.name);
+    }
+
+    pub fn row(&self, number: u8) -> Option<&'static Row> {
+        self.rows.iter().find(|row| row.number == number)
+    }
+
+    /// The rows that have a place in the EEPROM.
+    pub fn stored(&self) -> impl Iterator<Item = &'static Row> {
+        self.rows.iter().filter(|row| row.is_stored())
+    }
+
+    /// The values of all settings, live values left out.
+    pub fn settings(&self, bench: &mut Bench) -> Vec<i32> {
+        self.stored().map(|row| self.value(bench, row)).collect()
+    }
+}
+
+/// Parameters of axis 0: GAP and SAP.
+pub const AXIS: Table = Table { rows: AXIS_ROWS, get: 6, set: 5, place: 0 };
+/// Bank 0: GGP and SGP.
+pub const GLOBAL: Table = Table { rows: GLOBAL_ROWS, get: 10, set: 9, place: 0 };
+/// Bank 3, the configuration of interrupts.
+pub const INTERRUPT: Table = Table { rows: INTERRUPT_ROWS, get: 10, set: 9, place: 3 };
+
+const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
+const FLAG: &[(i32, i32)] = &[(0, 1)];
+
+const fn stored(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
+    Row { number, name, ranges, kind: Kind::Stored(default) }
+}
+
+const fn volatile(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
+    Row { number, name, ranges, kind: Kind::Volatile(default) }
+}
+
+const fn read_only(number: u8, name: &'static str, ranges: &'static [(i32, i32)]) -> Row {
+    Row { number, name, ranges, kind: Kind::ReadOnly }
+}
+
+/// Chapter 4 of the manual. For the two prescalers, 210 and 217, it gives no limits: a negative one means
+/// nothing to us.
+const AXIS_ROWS: &[Row] = &[
+    volatile(0, "target position", ANY, 0),
+    volatile(1, "actual position", ANY, 0),
+    volatile(2, "target speed", &[(-2047, 2047)], 0),
+    read_only(3, "actual speed", &[(-2047, 2047)]),
+    stored(4, "maximum positioning speed", &[(1, 2047)], 1000),
+    stored(5, "maximum acceleration", &[(1, 2047)], 1000),
+    stored(6, "maximum current", &[(0, 255)], 128),
+    stored(7, "standby current", &[(0, 255)], 8),
+    read_only(8, "position reached flag", FLAG),
+    read_only(9, "home switch state", FLAG),
+    read_only(10, "right limit switch state", FLAG),
+    read_only(11, "left limit switch state", FLAG),
+    stored(12, "right limit switch disable", FLAG, 1),
+    stored(13, "left limit switch disable", FLAG, 1),
+    stored(130, "minimum speed", &[(1, 2047)], 1),
+    read_only(135, "actual acceleration", &[(0, 2047)]),
+    volatile(138, "ramp mode", &[(0, 2)], 0),
+    stored(140, "microstep resolution", &[(0, 8)], 8),
+    stored(141, "reference switch tolerance", &[(0, 4095)], 0),
+    stored(149, "soft stop flag", FLAG, 0),
+    stored(150, "end switch power down mode", FLAG, 0),
+    stored(153, "ramp divisor", &[(0, 13)], 7),
+    stored(154, "pulse divisor", &[(0, 13)], 3),
+    stored(160, "step interpolation enable", FLAG, 0),
+    stored(161, "double step enable", FLAG, 0),
+    stored(162, "chopper blank time", &[(0, 3)], 2),
+    stored(163, "constant TOff mode", FLAG, 0),
+    stored(164, "disable fast decay comparator", FLAG, 0),
+    stored(165, "chopper hysteresis end / fast decay time", &[(0, 15)], 2),
+    stored(166, "chopper hysteresis start / sine wave offset", &[(0, 8)], 3),
+    stored(167, "chopper off time", &[(0, 15)], 5),
+    stored(168, "smartEnergy current minimum", FLAG, 0),
+    stored(169, "smartEnergy current down step", &[(0, 3)], 0),
+    stored(170, "smartEnergy hysteresis", &[(0, 15)], 0),
+    stored(171, "smartEnergy current up step", &[(0, 3)], 0),
+    stored(172, "smartEnergy hysteresis start", &[(0, 15)], 0),
+    stored(173, "stallGuard2 filter enable", FLAG, 1),
+    stored(174, "stallGuard2 threshold", &[(-64, 63)], 5),
+    stored(175, "slope control high side", &[(0, 3)], 3),
+    stored(176, "slope control low side", &[(0, 3)], 3),
+    stored(177, "short protection disable", FLAG, 0),
+    stored(178, "short detection timer", &[(0, 3)], 0),
+    read_only(179, "Vsense", FLAG),
+    read_only(180, "smartEnergy actual current", &[(0, 31)]),
+    stored(181, "stop on stall", &[(0, 2047)], 0),
+    stored(182, "smartEnergy threshold speed", &[(0, 2047)], 0),
+    stored(183, "smartEnergy slow run current", &[(0, 255)], 0),
+    stored(184, "random TOFF mode", FLAG, 0),
+    stored(193, "reference search mode", &[(1, 8), (65, 68), (133, 136)], 1),
+    stored(194, "reference search speed", &[(0, 2047)], 500),
+    stored(195, "reference switch speed", &[(0, 2047)], 100),
+    read_only(196, "end switch distance", ANY),
+    read_only(197, "last reference position", ANY),
+    stored(200, "boost current", &[(0, 255)], 0),
+    stored(204, "freewheeling", &[(0, 65535)], 0),
+    read_only(206, "actual load value", &[(0, 1023)]),
+    read_only(207, "extended error flags", &[(0, 3)]),
+    read_only(208, "TMC262 error flags", &[(0, 255)]),
+    volatile(209, "encoder position", ANY, 0),
+    stored(210, "encoder prescaler", &[(0, i32::MAX)], 25600),
+    stored(212, "maximum encoder deviation", &[(0, i32::MAX)], 0),
+    stored(214, "power down delay", &[(1, 65535)], 200),
+    read_only(215, "absolute resolver value", &[(0, 1023)]),
+    volatile(216, "external encoder position", ANY, 0),
+    stored(217, "external encoder prescaler", &[(0, i32::MAX)], 512),
+    stored(218, "maximum external encoder deviation", &[(0, i32::MAX)], 0),
+];
+
+/// Section 5.1 of the manual.
+const GLOBAL_ROWS: &[Row] = &[
+    stored(65, "RS485 baud rate", &[(0, 8)], 0),
+    stored(66, "serial address", &[(1, 255)], 1),
+    stored(67, "ASCII mode", &[(0, 63)], 0),
+    stored(68, "serial heartbeat", &[(0, 65535)], 0),
+    stored(69, "CAN bit rate", &[(2, 8)], 8),
+    stored(70, "CAN reply ID", &[(0, 2047)], 2),
+    stored(71, "CAN ID", &[(0, 2047)], 1),
+    stored(75, "telegram pause time", &[(0, 255)], 0),
+    stored(76, "serial host address", &[(0, 255)], 2),
+    stored(77, "auto start mode", FLAG, 0),
+    stored(79, "end switch polarity", FLAG, 0),
+    stored(81, "TMCL code protection", &[(0, 3)], 0),
+    stored(82, "CAN heartbeat", &[(0, 65535)], 0),
+    stored(83, "CAN secondary address", &[(0, 2047)], 0),
+    stored(84, "coordinate storage", FLAG, 0),
+    stored(85, "do not restore user variables", FLAG, 0),
+    stored(87, "serial secondary address", &[(0, 255)], 0),
+    stored(90, "reverse shaft", FLAG, 0),
+    read_only(128, "TMCL application status", &[(0, 3)]),
+    read_only(129, "download mode", FLAG),
+    read_only(130, "TMCL program counter", ANY),
+    volatile(132, "TMCL tick timer", &[(0, i32::MAX)], 0),
+    volatile(133, "random number", &[(0, i32::MAX)], 0),
+    volatile(255, "suppress reply", FLAG, 0),
+];
+
+/// Section 5.4 of the manual. The timers are unsigned: all 32 bits count.
+const INTERRUPT_ROWS: &[Row] = &[
+    volatile(0, "timer 0 period", ANY, 0),
+    volatile(1, "timer 1 period", ANY, 0),
+    volatile(2, "timer 2 period", ANY, 0),
+    volatile(27, "stop left 0 transition", &[(0, 3)], 0),
+    volatile(28, "stop right 0 transition", &[(0, 3)], 0),
+    volatile(39, "input 0 transition", &[(0, 3)], 0),
+    volatile(40, "input 1 transition", &[(0, 3)], 0),
+    volatile(41, "input 2 transition", &[(0, 3)], 0),
+    volatile(42, "input 3 transition", &[(0, 3)], 0),
+];

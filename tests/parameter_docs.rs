@@ -1,0 +1,106 @@
+//! `docs/parameters.md` is made from the parameter tables. This test compares it; with `UPDATE_DOCS=1` in the
+//! environment it writes it anew.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::fmt::Write;
+use std::path::Path;
+
+use tmcm::param::{
+    AxisParameter, GlobalParameter, InterruptParameter, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES, Unit,
+};
+
+const HEAD: &str = "\
+# Parameters
+
+Generated from the tables in `src/param` - do not edit. After a change there:
+
+    UPDATE_DOCS=1 cargo test --test parameter_docs
+
+*Access*: R can be read, RW also written. *Stored*: *yes* by STAP (user variables: STGP) and restored at start-up,
+*at once* by the command that sets it, nothing: lost with the power. A value outside the range is answered with
+status 4, a write to a parameter that can only be read with status 3, and nothing changes. Internal units (*int*)
+of velocity and acceleration are those of the TMC429.
+";
+
+/// What stands above each table.
+const AXIS: &str = "Read by GAP, written by SAP and AAP, stored by STAP, restored by RSAP.";
+const GLOBAL: &str = "Read by GGP, written by SGP and AGP.";
+const INTERRUPT: &str = "Read by GGP, written by SGP and AGP; the timers are unsigned.";
+
+fn range(row: &Row, (low, high): (i32, i32)) -> String {
+    match (low, high) {
+        (i32::MIN, i32::MAX) if row.unit == Unit::Milliseconds => "0..4294967295".into(),
+        (i32::MIN, i32::MAX) => "any".into(),
+        (low, high) if high.checked_sub(low) == Some(1) => format!("{low}, {high}"),
+        (low, high) => format!("{low}..{high}"),
+    }
+}
+
+fn line(row: &Row) -> String {
+    let ranges: Vec<_> = row.ranges.iter().map(|limits| range(row, *limits)).collect();
+    let stored = match row.storage {
+        Storage::Volatile => "",
+        Storage::OnCommand => "yes",
+        Storage::Automatic => "at once",
+    };
+    let (access, default) = if row.writable() { ("RW", row.default.to_string()) } else { ("R", String::new()) };
+    let cells: [&str; 8] =
+        [&row.number.to_string(), row.name, &ranges.join(", "), row.unit.symbol(), access, stored, &default, row.note];
+    let cells = cells.map(|cell| if cell.is_empty() { "| ".into() } else { format!("| {cell} ") });
+    cells.concat() + "|\n"
+}
+
+fn table(title: &str, about: &str, rows: &[&Row]) -> String {
+    let mut text = format!("\n## {title}\n\n{about}\n\n");
+    text += "| number | name | range | unit | access | stored | default | note |\n";
+    text += "|---:|---|---|---|---|---|---:|---|\n";
+    rows.iter().for_each(|row| text += &line(row));
+    text
+}
+
+fn render() -> String {
+    let mut text = String::from(HEAD);
+    text += &table("Axis parameters", AXIS, &AxisParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
+    text +=
+        &table("Global parameters, bank 0", GLOBAL, &GlobalParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
+    let (all, stored) = (USER_VARIABLES - 1, STORED_USER_VARIABLES - 1);
+    write!(
+        text,
+        "\n## User variables, bank 2\n\n\
+         0..{all}, any value, 0 at the start. 0..{stored} can be stored by STGP and are restored by RSGP, and at\n\
+         start-up unless global parameter 85 is 1.\n"
+    )
+    .unwrap();
+    let interrupts: Vec<_> = InterruptParameter::ALL.iter().map(|p| p.row()).collect();
+    text + &table("Interrupt parameters, bank 3", INTERRUPT, &interrupts)
+}
+
+#[test]
+fn the_page_is_what_the_tables_say() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/parameters.md");
+    let expected = render();
+    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, expected).unwrap();
+        return;
+    }
+    // A checkout may have brought other line ends along.
+    let found = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+    let difference = expected.lines().zip(found.lines().chain(std::iter::repeat(""))).find(|(a, b)| a != b);
+    if let Some((expected, found)) = difference {
+        panic!("{} is stale: UPDATE_DOCS=1 cargo test --test parameter_docs\n- {found}\n+ {expected}", path.display());
+    }
+    assert!(found == expected, "{} has lines too many", path.display());
+}
+
+/// A pipe or a line break in a note would break the table.
+#[test]
+fn every_row_has_its_eight_cells() {
+    let text = render();
+    let rows: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
+    assert_eq!(rows.len(), AxisParameter::COUNT + GlobalParameter::COUNT + InterruptParameter::COUNT + 3 * 2);
+    for row in rows {
+        assert_eq!(row.matches('|').count(), 9, "{row}");
+    }
+}
