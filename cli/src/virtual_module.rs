@@ -9,6 +9,7 @@ use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
+use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
 use tmcm::module::{self, Answer, Inputs, Module, Parts, Source, TMCM_1140};
 use tmcm::store::{Keeper, Store};
@@ -35,11 +36,20 @@ struct Firmware {
     keeper: Keeper<SimSpi>,
     /// When it was started: its own time counts from there.
     started: Nanos,
+    /// Edges of the encoder's null track that it has been told of: low, high.
+    null_edges: [u64; 2],
 }
 
 impl Firmware {
     fn time(&self, now: Nanos) -> Micros {
         Micros((now - self.started) / MICROSECOND)
+    }
+
+    /// Where the encoder's null track became low, and high, since the last call.
+    fn null_edges(&mut self, abn: Abn) -> [Option<u16>; 2] {
+        let edges = [abn.null_low, abn.null_high];
+        let before = std::mem::replace(&mut self.null_edges, edges.map(|edge| edge.times));
+        std::array::from_fn(|n| (edges[n].times != before[n]).then_some(edges[n].count as u16))
     }
 
     fn deadline(&self) -> Nanos {
@@ -230,9 +240,11 @@ impl VirtualModule {
             tmc262: [self.board.spi(Chip::Tmc262, TMC262_HZ)],
             enable: self.board.enable_pin(),
         };
+        let abn = self.board.borrow().inputs().abn;
+        let null_edges = [abn.null_low.times, abn.null_high.times];
         let now = Micros((self.now() - started) / MICROSECOND);
         let core = Module::new(&TMCM_1140, parts, (), store, now, self.seed);
-        self.firmware = Some(Firmware { core, keeper: Keeper::new(eeprom), started });
+        self.firmware = Some(Firmware { core, keeper: Keeper::new(eeprom), started, null_edges });
     }
 
     fn poll(&mut self) {
@@ -244,11 +256,12 @@ impl VirtualModule {
         let inputs = Inputs {
             digital: std::array::from_fn(|n| seen.digital >> n & 1 != 0),
             analog: seen.analog,
-            supply: seen.supply,
+            supply: Some(seen.supply),
             temperature: seen.temperature.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
             stall: seen.stall,
             encoder: seen.encoder,
             external: seen.abn.count as u16,
+            null: firmware.null_edges(seen.abn),
         };
         let outputs = firmware.core.poll(now, &inputs);
         if let Some(written) = firmware.keeper.poll(now, || firmware.core.store().next_job()) {

@@ -23,15 +23,28 @@ impl<const MODULUS: u32> Counter<MODULUS> {
 
     /// Takes a new raw count; `prescaler` is in 1/512 microsteps per count, function bits masked off. The
     /// motor may have moved less than half of `MODULUS` since the last call. The first call sets the start.
-    pub fn update(&mut self, raw: u32, prescaler: i32, reverse: bool) {
+    /// True when the raw count has passed zero, one way or the other.
+    pub fn update(&mut self, raw: u32, prescaler: i32, reverse: bool) -> bool {
         let raw = raw % MODULUS;
-        if let Some(last) = self.raw.replace(raw) {
-            let ahead = raw.wrapping_sub(last) % MODULUS;
-            let half = MODULUS / 2;
-            let counts = if ahead >= half { i64::from(ahead) - i64::from(MODULUS) } else { i64::from(ahead) };
-            let counts = if reverse { -counts } else { counts };
-            self.scaled = self.scaled.wrapping_add(counts.wrapping_mul(i64::from(prescaler)));
-        }
+        let Some(last) = self.raw.replace(raw) else { return false };
+        let moved = Self::distance(last, raw);
+        let counts = if reverse { -moved } else { moved };
+        self.scaled = self.scaled.wrapping_add(counts.wrapping_mul(i64::from(prescaler)));
+        // Passing zero is wrapping: the sum leaves the range on the side of the movement.
+        let sum = i64::from(last) + moved;
+        sum != i64::from(raw)
+    }
+
+    /// Makes the position zero at raw count `count`, which the motor has passed less than half of `MODULUS` ago.
+    pub fn zero_at(&mut self, count: u32, prescaler: i32, reverse: bool) {
+        let beyond = Self::distance(count % MODULUS, self.raw.unwrap_or(count) % MODULUS);
+        self.scaled = if reverse { -beyond } else { beyond } * i64::from(prescaler);
+    }
+
+    /// The shorter way from one raw count to another.
+    fn distance(from: u32, to: u32) -> i64 {
+        let ahead = i64::from(to.wrapping_sub(from) % MODULUS);
+        if ahead >= i64::from(MODULUS / 2) { ahead - i64::from(MODULUS) } else { ahead }
     }
 
     /// Position in microsteps.
@@ -59,6 +72,13 @@ mod tests {
         assert_eq!(counter.position(), 51_200);
         counter.update(1000, 25_600, false);
         assert_eq!(counter.position(), 51_200 - 24 * 50);
+        assert!(counter.update(10, 25_600, false));
+        counter.zero_at(0, 25_600, false);
+        assert_eq!(counter.position(), 10 * 50);
+        assert!(!counter.update(30, 25_600, false));
+        assert!(counter.update(1000, 25_600, false));
+        counter.zero_at(0, 25_600, false);
+        assert_eq!(counter.position(), -24 * 50);
         counter.set(7);
         counter.update(999, 25_600, true);
         assert_eq!(counter.position(), 57);

@@ -163,6 +163,11 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         Ok(())
     }
 
+    /// Forgets what the chip was told: the next configuration is written whole.
+    pub fn forget(&mut self) {
+        self.written = [None; REGISTERS];
+    }
+
     /// Rewrites one register in turn and takes the reading its answer brings. A driver that lost its
     /// supply is whole again after eight turns.
     pub fn refresh(&mut self) -> Result<(), SPI::Error> {

@@ -96,6 +96,8 @@ pub mod reference {
     pub const DISABLE_STOP_R: u32 = 1 << 9;
     /// Stop along the ramp, not at once.
     pub const SOFT_STOP: u32 = 1 << 10;
+    /// The position is latched at the right switch, not at the left one.
+    pub const REF_RNL: u32 = 1 << 11;
 }
 
 /// How a ramp generator moves (datasheet section 8.1.11.1).

@@ -4,13 +4,14 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::{Done, Module, Subscription, Undo, UserFunctions};
-use crate::chip::tmc429::Mode;
-use crate::motion;
+use super::{Done, Inputs, Module, Subscription, Undo, UserFunctions};
+use crate::chip::tmc429::{Mode, Tmc429};
+use crate::motion::{self, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
 use crate::store::Slot;
-use crate::tmcl::{Command, Status};
+use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
+use crate::vm::ErrorFlag;
 
 /// The motor number that means all axes.
 pub(super) const ALL_AXES: u8 = 255;
@@ -25,7 +26,7 @@ impl From<motion::Error> for Status {
         match error {
             motion::Error::ReadOnly => Status::WrongType,
             motion::Error::OutOfRange => Status::InvalidValue,
-            motion::Error::Chip => Status::NotAvailable,
+            motion::Error::NotNow | motion::Error::Chip => Status::NotAvailable,
         }
     }
 }
@@ -35,14 +36,86 @@ fn parameter(number: u8) -> Result<AxisParameter, Status> {
 }
 
 impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+    /// One turn of all axes, and what comes of it.
+    pub(super) fn poll_axes(&mut self, now: Micros) {
+        let Inputs { stall, encoder, external, null, digital: [_, _, _, home], .. } = self.inputs;
+        let home = home != (self.global(G::EndSwitchPolarity) != 0);
+        let sensors = Sensors { stall, home, encoder, external, null };
+        for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
+            // A datagram that did not get through is tried again with the next poll.
+            let Ok(events) = axis.poll(now, &mut self.chip, sensors) else { continue };
+            for (event, flag) in [
+                (events.cut_short, ErrorFlag::Position),
+                (events.deviation, ErrorFlag::Deviation),
+                (events.alarm, ErrorFlag::Alarm),
+            ] {
+                if event {
+                    self.registers.raise(flag);
+                }
+            }
+            let Some(subscription) = &mut self.subscription else { continue };
+            let bit = bit(number.into());
+            if events.reached && subscription.armed & bit != 0 {
+                let opcode = Opcode::PositionReachedEvent as u8;
+                let event = Reply::Plain { status: Status::PositionReached, opcode, value: bit };
+                // There is room, unless the host has not fetched the replies before.
+                let _ = self.replies.push_back((subscription.source, event));
+            }
+            if events.reached || events.cut_short {
+                subscription.armed &= !bit;
+            }
+        }
+    }
+
+    /// Does something to all axes that ends their moves.
+    pub(super) fn interrupt(
+        &mut self,
+        act: impl Fn(&mut motion::Axis<D>, &mut Tmc429<M>) -> Result<(), motion::Error>,
+    ) {
+        for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
+            if axis.travelling() {
+                self.registers.raise(ErrorFlag::Position);
+            }
+            // A motor that does not hear will not hear a second time either; the guard goes on looking.
+            let _ = act(axis, &mut self.chip);
+            if let Some(subscription) = &mut self.subscription {
+                subscription.armed &= !bit(number.into());
+            }
+        }
+    }
+
+    /// While the supply is too low nothing may move.
+    fn unlocked(&self) -> Result<(), Status> {
+        if self.supervision.locked() { Err(Status::NotAvailable) } else { Ok(()) }
+    }
+
     /// ROR with a positive speed, ROL with a negative one, MST with zero.
     pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: Internal) -> Result<(), Status> {
         if !(-INTERNAL_MAX..=INTERNAL_MAX).contains(&speed) {
             return Err(Status::InvalidValue);
         }
+        if speed != 0 {
+            self.unlocked()?;
+        }
         self.disarm(axis);
         let (axis, chip) = self.axis(axis)?;
         Ok(axis.rotate(now, chip, speed)?)
+    }
+
+    /// RFS.
+    pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Done, Status> {
+        if kind == 0 {
+            self.unlocked()?;
+            self.disarm(axis);
+        }
+        let (state, chip) = self.axis(axis)?;
+        match kind {
+            0 => state.start_search(now, chip)?,
+            1 => state.stop_search(now, chip)?,
+            2 => return Ok(Done::Value(state.search_status())),
+            _ => return Err(Status::WrongType),
+        }
+        Ok(Done::Value(echo))
     }
 
     /// MVP. The reply carries the absolute target, of the first axis where several move.
@@ -75,6 +148,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     }
 
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
+        self.unlocked()?;
         let (axis, chip) = self.axis(number)?;
         axis.move_to(now, chip, target)?;
         if let Some(subscription) = &mut self.subscription {
@@ -126,6 +200,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         echo: i32,
     ) -> Result<Done, Status> {
         let parameter = parameter(number)?;
+        if matches!(parameter, AxisParameter::TargetPosition | AxisParameter::TargetSpeed | AxisParameter::RampMode) {
+            self.unlocked()?;
+        }
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
         let travels_on = match parameter {
@@ -197,7 +274,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         Ok(axis.actual_position(chip)?)
     }
 
-    fn axis(&mut self, number: u8) -> Result<(&mut motion::Axis<D>, &mut crate::chip::tmc429::Tmc429<M>), Status> {
+    fn axis(&mut self, number: u8) -> Result<(&mut motion::Axis<D>, &mut Tmc429<M>), Status> {
         let axis = self.axes.get_mut(usize::from(number)).ok_or(Status::InvalidValue)?;
         Ok((axis, &mut self.chip))
     }

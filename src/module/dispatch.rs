@@ -41,6 +41,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             Opcode::Ggp => return self.get_global(now, kind, motor),
             Opcode::Stgp => return self.store_global(kind, motor, value),
             Opcode::Rsgp => return self.restore_global(kind, motor, value),
+            Opcode::Rfs => return self.reference_search(now, kind, motor, value),
             Opcode::Sio => return self.set_output(kind, motor, value),
             Opcode::Gio => return self.get_input(kind, motor),
             Opcode::Sco if motor == ALL_AXES => return self.store_coordinates(kind, value),
@@ -95,9 +96,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 confirmed(value)?;
                 self.restart = Some(now.after(RESTART_DELAY));
             }
-            // Programs, reference search, ASCII mode and the bootloader are not there yet.
-            Opcode::Rfs
-            | Opcode::Ei
+            // Programs, ASCII mode and the bootloader are not there yet.
+            Opcode::Ei
             | Opcode::Di
             | Opcode::Vect
             | Opcode::StopApplication

@@ -22,8 +22,8 @@ pub struct Inputs {
     pub digital: [bool; INPUTS],
     /// Analog value of IN0, 0..=4095.
     pub analog: u16,
-    /// Supply voltage in 0.1 V.
-    pub supply: u16,
+    /// Supply voltage in 0.1 V, where it is measured.
+    pub supply: Option<u16>,
     /// Temperature in degrees Celsius.
     pub temperature: i16,
     /// SG_TST output of the driver.
@@ -32,6 +32,8 @@ pub struct Inputs {
     pub encoder: u16,
     /// Counter of the external ABN encoder, wrapping at 16 bits.
     pub external: u16,
+    /// Where that counter was when its N track last became low, and high, since the poll before.
+    pub null: [Option<u16>; 2],
 }
 
 /// What the module wants at its outputs.
@@ -91,7 +93,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             }
             (0, port) => (*self.inputs.digital.get(usize::from(port)).ok_or(Status::WrongType)?).into(),
             (1, 0) => self.inputs.analog.into(),
-            (1, 8) => self.inputs.supply.into(),
+            (1, 8) => self.inputs.supply.ok_or(Status::NotAvailable)?.into(),
             (1, 9) => self.inputs.temperature.into(),
             (2, port) if port < self.spec.outputs => (self.outputs.digital.unbounded_shr(port.into()) & 1).into(),
             (1 | 2, _) => return Err(Status::WrongType),

@@ -13,22 +13,25 @@ mod globals;
 mod io;
 mod link;
 mod spec;
+mod supervision;
 
 pub use io::{Inputs, Outputs};
 pub use link::{Answer, Links};
 pub use spec::{Spec, TMCM_1140};
+
+use supervision::Supervision;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::{Deque, Vec};
 
 use crate::chip::tmc429::{Motor, Tmc429};
-use crate::motion::{self, Axis, Sensors};
+use crate::motion::{self, Axis};
 use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, USER_VARIABLES};
 use crate::store::Store;
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::{ErrorFlag, Registers};
+use crate::vm::Registers;
 
 /// The hardware the core drives itself, as embedded-hal devices. The enable pin is low when the motor
 /// drivers are on.
@@ -151,6 +154,7 @@ pub struct Module<M, D, E, U, const AXES: usize> {
     waiting: Vec<Waiting, LINKS>,
     replies: Deque<(Source, Reply), REPLIES>,
     subscription: Option<Subscription>,
+    supervision: Supervision,
     inputs: Inputs,
     outputs: Outputs,
     random: u32,
@@ -205,6 +209,7 @@ where
             waiting: Vec::new(),
             replies: Deque::new(),
             subscription: None,
+            supervision: Supervision::new(now),
             inputs: Inputs::default(),
             outputs: Outputs::default(),
             random: seed,
@@ -248,6 +253,7 @@ where
 
     /// Executes a command from a link.
     pub fn execute(&mut self, now: Micros, source: Source, command: Command) -> Outcome {
+        self.supervision.hear(now, source);
         let silent = self.suppressed(command.opcode);
         let reply = match self.dispatch(now, source, command) {
             Ok(Done::Silent) => return Outcome::Silent,
@@ -279,28 +285,8 @@ where
         self.next = if due > now { due } else { now.after(PERIOD) };
         self.inputs = *inputs;
         self.update_links();
-        let polarity = self.global(G::EndSwitchPolarity) != 0;
-        let [_, _, _, home] = inputs.digital;
-        let sensors =
-            Sensors { stall: inputs.stall, home: home != polarity, encoder: inputs.encoder, external: inputs.external };
-        for (number, axis) in self.axes.iter_mut().enumerate() {
-            // A datagram that did not get through is tried again with the next poll.
-            let Ok(events) = axis.poll(now, &mut self.chip, sensors) else { continue };
-            let bit = axes::bit(number);
-            if events.cut_short {
-                self.registers.raise(ErrorFlag::Position);
-                if let Some(subscription) = &mut self.subscription {
-                    subscription.armed &= !bit;
-                }
-            }
-            if let Some(subscription) = self.subscription.as_mut().filter(|s| events.reached && s.armed & bit != 0) {
-                subscription.armed &= !bit;
-                let opcode = Opcode::PositionReachedEvent as u8;
-                let event = Reply::Plain { status: Status::PositionReached, opcode, value: bit };
-                // There is room, unless the host has not fetched the replies before.
-                let _ = self.replies.push_back((subscription.source, event));
-            }
-        }
+        self.supervise(now);
+        self.poll_axes(now);
         self.settle();
         let blink = (now.millis() / io::BLINK_MS).is_multiple_of(2);
         self.outputs.led = blink;

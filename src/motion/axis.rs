@@ -6,6 +6,7 @@ use super::Error;
 use super::current::{Current, Drive, Phase};
 use super::position::Position;
 use super::ramp::braking;
+use super::search::Search;
 use crate::chip::encoder::{Counter, TURN};
 use crate::chip::tmc262::{Configuration, Tmc262};
 use crate::chip::tmc429::{Mode, Motor, Register, Tmc429, reference, signed};
@@ -23,6 +24,8 @@ pub struct Sensors {
     pub encoder: u16,
     /// Counter of the external ABN encoder, wrapping.
     pub external: u16,
+    /// Where that counter was when its N track last became low, and high, since the poll before.
+    pub null: [Option<u16>; 2],
 }
 
 /// What happened to an axis since the last poll.
@@ -30,12 +33,25 @@ pub struct Sensors {
 pub struct Events {
     /// The target of a positioning move was reached.
     pub reached: bool,
-    /// A positioning move ended before its target, by a stop switch or a stall.
+    /// A positioning move ended before its target, by a stop switch or by what [`Events::deviation`] and
+    /// [`Events::alarm`] tell of, or by a stall.
     pub cut_short: bool,
+    /// An encoder has begun to deviate too far from the position.
+    pub deviation: bool,
+    /// The driver has shut down: over-temperature or short to ground.
+    pub alarm: bool,
 }
 
-/// Bits of axis parameter 207 (manual chapter 4).
-const STALL_ERROR: i32 = 1;
+/// Bits of parameter 210 that are functions, not prescaler (manual section 6.2.1).
+const ENCODER_FUNCTIONS: i32 = 0xF;
+/// Bits of parameter 217 that are functions, not prescaler (manual section 6.3).
+const EXTERNAL_FUNCTIONS: i32 = 0x1C;
+/// Parameters 210 and 217: clear the counter at the absolute zero point, or at an N event.
+const CLEAR: i32 = 4;
+/// Parameter 217: at every N event, not only at the next.
+const CLEAR_ALWAYS: i32 = 8;
+/// Parameter 217: the N event is the track becoming high, not low.
+const NULL_HIGH: i32 = 16;
 
 /// Modulus of the ABN counter.
 const ABN_COUNTS: u32 = 1 << 16;
@@ -43,7 +59,7 @@ const ABN_COUNTS: u32 = 1 << 16;
 /// One axis.
 #[derive(Debug)]
 pub struct Axis<D> {
-    motor: Motor,
+    pub(super) motor: Motor,
     pub(super) driver: Tmc262<D>,
     values: [i32; P::COUNT],
     pub(super) position: Position,
@@ -51,13 +67,18 @@ pub struct Axis<D> {
     /// Commanded speed in velocity mode.
     pub(super) target_speed: Internal,
     pub(super) reverse: bool,
-    speed: Internal,
+    pub(super) speed: Internal,
     right: bool,
     /// A positioning move is under way: its end will be told.
-    travelling: bool,
+    pub(super) travelling: bool,
+    pub(super) search: Option<Search>,
     pub(super) errors: i32,
+    /// Driver faults since the last motion command, as bits of parameter 208.
+    pub(super) alarms: u8,
+    /// The external encoder is to be zeroed at its next N event.
+    pub(super) null_armed: bool,
     current: Current,
-    drive: Option<Drive>,
+    pub(super) drive: Option<Drive>,
     pub(super) sensors: Sensors,
     pub(super) encoder: Counter<{ TURN as u32 }>,
     pub(super) external: Counter<ABN_COUNTS>,
@@ -78,7 +99,10 @@ impl<D: SpiDevice> Axis<D> {
             speed: 0,
             right: false,
             travelling: false,
+            search: None,
             errors: 0,
+            alarms: 0,
+            null_armed: false,
             current: Current::default(),
             drive: None,
             sensors: Sensors::default(),
@@ -96,9 +120,8 @@ impl<D: SpiDevice> Axis<D> {
     /// Brings both chips to the parameters' values after power-on or a restart: position zero, no motion.
     /// The TMC429 has been halted before.
     pub fn start<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        chip.write(self.motor, Register::XActual, 0)?;
-        chip.write(self.motor, Register::XTarget, 0)?;
-        self.position.set(0);
+        self.write_position(chip, 0)?;
+        self.arm_null(true);
         self.refresh_drive(now, Phase::Still)?;
         let (ramp_div, pulse_div) = self.divisors();
         if braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_none() {
@@ -114,8 +137,27 @@ impl<D: SpiDevice> Axis<D> {
     /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
     /// (MST).
     pub fn rotate<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, speed: Internal) -> Result<(), Error> {
-        self.begin(now, speed != 0)?;
+        self.search = None;
         self.travelling = false;
+        self.run_at(now, chip, speed)
+    }
+
+    /// Moves to `target` (MVP, SAP 0). In soft mode it stays in soft mode.
+    pub fn move_to<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, target: i32) -> Result<(), Error> {
+        self.search = None;
+        self.travel_to(now, chip, target)?;
+        self.travelling = true;
+        Ok(())
+    }
+
+    /// Rotates, for a command or a reference search.
+    pub(super) fn run_at<M: SpiDevice>(
+        &mut self,
+        now: Micros,
+        chip: &mut Tmc429<M>,
+        speed: Internal,
+    ) -> Result<(), Error> {
+        self.begin(now, speed != 0)?;
         self.set_mode(chip, Mode::Velocity)?;
         chip.write(self.motor, Register::VTarget, speed as u32)?;
         self.target_speed = speed;
@@ -123,12 +165,21 @@ impl<D: SpiDevice> Axis<D> {
         self.configure(chip)
     }
 
-    /// Moves to `target` (MVP, SAP 0). In soft mode it stays in soft mode.
-    pub fn move_to<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, target: i32) -> Result<(), Error> {
+    /// Positions, for a command or a reference search.
+    pub(super) fn travel_to<M: SpiDevice>(
+        &mut self,
+        now: Micros,
+        chip: &mut Tmc429<M>,
+        target: i32,
+    ) -> Result<(), Error> {
         self.begin(now, true)?;
         self.position.aim(target);
-        self.travelling = true;
         if self.mode == Mode::Velocity { self.resume(chip, Mode::Ramp) } else { self.write_leg(chip) }
+    }
+
+    /// True while a positioning move is under way.
+    pub const fn travelling(&self) -> bool {
+        self.travelling
     }
 
     /// Where the motor is now, in microsteps: one datagram.
@@ -176,10 +227,16 @@ impl<D: SpiDevice> Axis<D> {
         if mode != Mode::Velocity {
             self.rotate(now, chip, 0)?;
         }
+        self.write_position(chip, value)?;
+        if mode != Mode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
+    }
+
+    /// Makes target and position `value`, in a mode in which the chip takes it.
+    fn write_position<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, value: i32) -> Result<(), Error> {
         chip.write(self.motor, Register::XActual, value as u32)?;
         chip.write(self.motor, Register::XTarget, value as u32)?;
         self.position.set(value);
-        if mode != Mode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
+        Ok(())
     }
 
     /// The speed the motor is heading for: the commanded one, or the ramp generator's own.
@@ -266,8 +323,7 @@ impl<D: SpiDevice> Axis<D> {
     /// the driver.
     pub fn poll<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, sensors: Sensors) -> Result<Events, Error> {
         self.sensors = sensors;
-        self.encoder.update(sensors.encoder.into(), self.value(P::EncoderPrescaler) & !0xF, self.reverse);
-        self.external.update(sensors.external.into(), self.value(P::ExternalEncoderPrescaler) & !0x1C, self.reverse);
+        self.count_encoders();
         self.actual_position(chip)?;
         let left = chip.left_switch(self.motor);
         match self.slot {
@@ -277,14 +333,12 @@ impl<D: SpiDevice> Axis<D> {
         }
         self.slot = (self.slot + 1) % 4;
 
-        let mut events = Events::default();
         if self.mode != Mode::Velocity && self.position.advance() {
             self.write_leg(chip)?;
         }
-        if self.stalled(chip)? {
-            events.cut_short = self.travelling;
-            self.hard_stop(now, chip)?;
-            self.errors |= STALL_ERROR;
+        let mut events = self.guard(now, chip)?;
+        if let Some(search) = self.search {
+            events.cut_short |= self.poll_search(now, chip, search)?;
         }
         let held = self.held(left);
         if self.travelling {
@@ -297,18 +351,27 @@ impl<D: SpiDevice> Axis<D> {
         Ok(events)
     }
 
-    /// Stops at once, without a ramp. A written zero in V_ACTUAL clears the hidden bits of the velocity.
-    fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        self.rotate(now, chip, 0)?;
-        chip.write(self.motor, Register::VActual, 0)?;
-        self.speed = 0;
-        Ok(())
+    fn count_encoders(&mut self) {
+        let Sensors { encoder, external, null, .. } = self.sensors;
+        let setting = self.value(P::EncoderPrescaler);
+        let prescaler = setting & !ENCODER_FUNCTIONS;
+        if self.encoder.update(encoder.into(), prescaler, self.reverse) && setting & CLEAR != 0 {
+            self.encoder.zero_at(0, prescaler, self.reverse);
+        }
+        let setting = self.value(P::ExternalEncoderPrescaler);
+        let prescaler = setting & !EXTERNAL_FUNCTIONS;
+        self.external.update(external.into(), prescaler, self.reverse);
+        let [low, high] = null;
+        let event = if setting & NULL_HIGH != 0 { high } else { low };
+        if let Some(count) = event.filter(|_| self.null_armed) {
+            self.external.zero_at(count.into(), prescaler, self.reverse);
+            self.arm_null(setting & CLEAR_ALWAYS != 0);
+        }
     }
 
-    /// Stop on stall (parameter 181): a load value of zero above the speed given there.
-    fn stalled<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
-        let above = self.value(P::StopOnStall);
-        Ok(above > 0 && self.sensors.stall && self.actual_speed(chip)?.abs() > above)
+    /// Lets the next N event zero the external encoder, if parameter 217 asks for it at all and `again`.
+    pub(super) fn arm_null(&mut self, again: bool) {
+        self.null_armed = again && self.value(P::ExternalEncoderPrescaler) & CLEAR != 0;
     }
 
     /// True while a stop switch holds the motor against its command.
@@ -342,6 +405,7 @@ impl<D: SpiDevice> Axis<D> {
     fn begin(&mut self, now: Micros, moves: bool) -> Result<(), Error> {
         self.errors = 0;
         if moves {
+            self.release_driver()?;
             self.current.wake();
             self.refresh_drive(now, Phase::Changing)?;
         }
@@ -377,11 +441,15 @@ impl<D: SpiDevice> Axis<D> {
 
     fn write_reference<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
         let bit = |parameter: P, bit: u32| if self.value(parameter) != 0 { bit } else { 0 };
-        let word = bit(P::LeftSwitchDisable, reference::DISABLE_STOP_L)
-            | bit(P::RightSwitchDisable, reference::DISABLE_STOP_R)
-            | bit(P::SoftStop, reference::SOFT_STOP)
-            | self.mode as u32;
-        Ok(chip.write(self.motor, Register::RefConfMode, word)?)
+        let switches = match &self.search {
+            Some(search) => search.reference(),
+            None => {
+                bit(P::LeftSwitchDisable, reference::DISABLE_STOP_L)
+                    | bit(P::RightSwitchDisable, reference::DISABLE_STOP_R)
+                    | bit(P::SoftStop, reference::SOFT_STOP)
+            }
+        };
+        Ok(chip.write(self.motor, Register::RefConfMode, switches | self.mode as u32)?)
     }
 
     fn configuration(&self, drive: Drive) -> Configuration {

@@ -2,9 +2,11 @@
 
 mod axis;
 mod current;
+mod guard;
 mod parameters;
 mod position;
 pub mod ramp;
+mod search;
 
 pub use axis::{Axis, Events, Sensors};
 
@@ -15,6 +17,8 @@ pub enum Error {
     ReadOnly,
     /// The value is out of range, or the divisors admit no positioning ramp.
     OutOfRange,
+    /// Not with the parameters as they are.
+    NotNow,
     /// A chip did not take the datagram.
     Chip,
 }

@@ -25,7 +25,7 @@ impl<D: SpiDevice> Axis<D> {
             P::SmartEnergyActualCurrent => self.driver.current().into(),
             P::ActualLoad => self.driver.load().into(),
             P::ExtendedErrorFlags => core::mem::take(&mut self.errors),
-            P::DriverErrorFlags => self.driver.flags().into(),
+            P::DriverErrorFlags => self.driver_flags().into(),
             P::EncoderPosition => self.encoder.position(),
             P::AbsoluteResolverValue => self.sensors.encoder.into(),
             P::ExternalEncoderPosition => self.external.position(),
@@ -123,6 +123,11 @@ impl<D: SpiDevice> Axis<D> {
                 self.external.set(value);
                 Ok(())
             }
+            P::ExternalEncoderPrescaler => {
+                self.set_value(parameter, value);
+                self.arm_null(true);
+                Ok(())
+            }
             P::RampDivisor | P::PulseDivisor => {
                 let (ramp_div, pulse_div) = self.divisors();
                 let (ramp_div, pulse_div) = match parameter {
@@ -176,7 +181,6 @@ impl<D: SpiDevice> Axis<D> {
             | P::EncoderPrescaler
             | P::MaximumEncoderDeviation
             | P::PowerDownDelay
-            | P::ExternalEncoderPrescaler
             | P::MaximumExternalEncoderDeviation => {
                 self.set_value(parameter, value);
                 Ok(())

@@ -24,8 +24,13 @@ pub(super) struct Position {
 impl Position {
     /// Takes the chip's counter, 24 bits.
     pub(super) fn track(&mut self, counter: u32) {
-        let moved = crate::chip::tmc429::signed(counter.wrapping_sub(self.actual as u32), 24);
-        self.actual = self.actual.wrapping_add(moved);
+        self.actual = self.extend(counter);
+    }
+
+    /// The position near the motor that has these low 24 bits.
+    pub(super) fn extend(&self, counter: u32) -> i32 {
+        let away = crate::chip::tmc429::signed(counter.wrapping_sub(self.actual as u32), 24);
+        self.actual.wrapping_add(away)
     }
 
     /// Sets a new target; the shorter way round counts.

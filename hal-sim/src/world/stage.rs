@@ -38,10 +38,25 @@ impl Pin {
 pub struct Abn {
     /// Quadrature counts since the start of the world, four per line.
     pub count: i64,
-    /// How many times the null track has become active.
-    pub nulls: u64,
-    /// The count at which it last did.
-    pub count_at_null: i64,
+    /// When the null track became high.
+    pub null_high: Edges,
+    /// When it became low.
+    pub null_low: Edges,
+}
+
+/// Edges of the null track, one way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Edges {
+    /// How many there have been.
+    pub times: u64,
+    /// The count right after the last one.
+    pub count: i64,
+}
+
+impl Edges {
+    fn add(&mut self, times: u64, count: i64) {
+        *self = Self { times: self.times + times, count };
+    }
 }
 
 /// The stage. Positions are in 1/256 full steps of the rotor.
@@ -146,13 +161,15 @@ impl Stage {
         // N is active for the one count of a turn that begins at the index.
         let (from, to) = (before.div_euclid(per_turn), count.div_euclid(per_turn));
         if to > from {
-            self.abn.nulls += to.abs_diff(from);
-            self.abn.count_at_null = to * per_turn;
+            self.abn.null_high.add(to.abs_diff(from), to * per_turn);
+        } else if to < from {
+            self.abn.null_low.add(from.abs_diff(to), (to + 1) * per_turn - 1);
         }
         let (from, to) = ((before - 1).div_euclid(per_turn), (count - 1).div_euclid(per_turn));
         if to < from {
-            self.abn.nulls += from.abs_diff(to);
-            self.abn.count_at_null = (to + 1) * per_turn;
+            self.abn.null_high.add(from.abs_diff(to), (to + 1) * per_turn);
+        } else if to > from {
+            self.abn.null_low.add(to.abs_diff(from), to * per_turn + 1);
         }
         self.abn.count = count;
         // Counting up, A leads B: 00, 10, 11, 01.
@@ -333,13 +350,13 @@ mod tests {
         for at in 50..=51_400 {
             stage.move_to(at);
         }
-        assert_eq!(stage.abn().nulls, 2);
-        assert_eq!(stage.abn().count_at_null, 2_048);
+        assert_eq!(stage.abn().null_high.times, 2);
+        assert_eq!(stage.abn().null_high.count, 2_048);
         stage.move_to(51_250);
-        assert_eq!(stage.abn().nulls, 3, "back over it");
+        assert_eq!(stage.abn().null_high.times, 3, "back over it");
         stage.move_to(0);
-        assert_eq!((stage.abn().nulls, stage.abn().count_at_null), (4, 0));
+        assert_eq!((stage.abn().null_high.times, stage.abn().null_high.count), (4, 0));
         stage.move_to(3 * 51_200);
-        assert_eq!((stage.abn().nulls, stage.abn().count_at_null), (7, 4_096));
+        assert_eq!((stage.abn().null_high.times, stage.abn().null_high.count), (7, 4_096));
     }
 }

@@ -1,0 +1,86 @@
+//! What stops an axis by itself: a stall, an encoder that deviates, a driver that has shut down, an
+//! under-voltage.
+
+use embedded_hal::spi::SpiDevice;
+
+use super::current::Drive;
+use super::{Axis, Error, Events};
+use crate::chip::tmc262::flags;
+use crate::chip::tmc429::{Register, Tmc429};
+use crate::param::AxisParameter as P;
+use crate::units::Micros;
+
+/// Bit of parameter 207: stopped by stallGuard2 (manual chapter 4).
+const STALL: i32 = 1;
+/// Bit of parameter 207: stopped by an encoder deviation.
+const DEVIATION: i32 = 2;
+/// Driver flags that mean its bridges are shut down.
+const SHUT_DOWN: u8 = flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B;
+
+impl<D: SpiDevice> Axis<D> {
+    /// Looks after the motor once a poll and stops it at once where that is due. What was found stays in
+    /// parameters 207 and 208; only what is new is an event.
+    pub(super) fn guard<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<Events, Error> {
+        let stall = self.stalled(chip)?;
+        let deviation = self.deviates() && self.errors & DEVIATION == 0;
+        let faults = self.driver.flags() & SHUT_DOWN & !self.alarms;
+        let mut events = Events { deviation, alarm: faults != 0, ..Events::default() };
+        if stall || deviation || faults != 0 {
+            events.cut_short = self.travelling;
+            let errors = self.errors;
+            self.hard_stop(now, chip)?;
+            self.errors = errors | if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
+            self.alarms |= faults;
+        }
+        Ok(events)
+    }
+
+    /// Stops at once, without a ramp, and ends what was going on. A written zero in V_ACTUAL clears the hidden
+    /// bits of the velocity.
+    pub fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        self.rotate(now, chip, 0)?;
+        chip.write(self.motor, Register::VActual, 0)?;
+        self.speed = 0;
+        Ok(())
+    }
+
+    /// Sets the driver up anew, as after its supply has come back.
+    pub fn restart_driver(&mut self) -> Result<(), Error> {
+        self.driver.forget();
+        self.write_driver()
+    }
+
+    /// Driver flags as parameter 208 shows them: those of now, and shut-downs since the last motion command.
+    pub(super) fn driver_flags(&self) -> u8 {
+        self.driver.flags() | self.alarms
+    }
+
+    /// Before a motion: a driver that has shut down is given another chance. Switching the chopper off and on
+    /// ends the shut-down (TMC262: short to ground stays latched until TOFF was zero).
+    pub(super) fn release_driver(&mut self) -> Result<(), Error> {
+        if let Some(drive) = self.drive.take_if(|_| self.alarms != 0) {
+            self.alarms = 0;
+            self.drive = Some(Drive { free: true, ..drive });
+            self.write_driver()?;
+            // The new current, whatever it is, will be written.
+            self.drive = None;
+        }
+        Ok(())
+    }
+
+    /// Stop on stall (parameter 181): a load value of zero above the speed given there.
+    fn stalled<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
+        let above = self.value(P::StopOnStall);
+        Ok(above > 0 && self.sensors.stall && self.actual_speed(chip)?.abs() > above)
+    }
+
+    /// Deviation supervision (parameters 212 and 218); 0 switches it off.
+    fn deviates(&self) -> bool {
+        let far = |position: i32, limit: P| {
+            let limit = self.value(limit).unsigned_abs();
+            limit != 0 && self.position.actual.wrapping_sub(position).unsigned_abs() > limit
+        };
+        far(self.encoder.position(), P::MaximumEncoderDeviation)
+            || far(self.external.position(), P::MaximumExternalEncoderDeviation)
+    }
+}

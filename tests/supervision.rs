@@ -1,0 +1,166 @@
+//! What stops the motor from outside: heartbeats, a low supply, a driver that has shut down; and coolStep.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::{Bench, NOT_AVAILABLE, OK};
+use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm::module::Source;
+use tmcm::tmcl::{binary, text};
+
+fn configure(bench: &mut Bench, lines: &[&str]) {
+    for line in lines {
+        bench.ok(line);
+    }
+}
+
+/// The motor's speed as the chip has it, asked of nobody.
+fn speed(bench: &Bench) -> i32 {
+    bench.module.board().borrow().tmc429().velocity(0)
+}
+
+/// Global parameter 68: the motor runs as long as commands come, over RS485 or USB, and stops along its ramp
+/// when none has come for that long.
+#[test]
+fn the_serial_heartbeat() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SGP 68, 0, 200", "ROR 0, 500"]);
+    for source in [Source::Usb, Source::Rs485].into_iter().cycle().take(10) {
+        bench.run(190 * MILLISECOND);
+        let telegram = binary::encode_command(1, text::parse("GAP 1, 0").unwrap());
+        assert!(bench.exchange(source, telegram).is_some());
+        assert_eq!(speed(&bench), 500);
+    }
+    bench.run(195 * MILLISECOND);
+    assert_eq!(speed(&bench), 500);
+    // 500 at acceleration 1000: 33 ms.
+    bench.run(50 * MILLISECOND);
+    assert_eq!(speed(&bench), 0);
+    // The next command is heard; nothing starts by itself.
+    assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GAP 207, 0")), (0, 0));
+    // Telegrams for somebody else, or broken ones, are no sign of life.
+    configure(&mut bench, &["ROR 0, 500"]);
+    for _ in 0..20 {
+        bench.run(15 * MILLISECOND);
+        bench.module.receive(Source::Rs485, binary::encode_command(77, text::parse("GAP 1, 0").unwrap()));
+    }
+    assert_eq!(speed(&bench), 0);
+    configure(&mut bench, &["SGP 68, 0, 0", "ROR 0, 500"]);
+    bench.run(5 * SECOND);
+    assert_eq!(speed(&bench), 500);
+}
+
+/// Below 8.5 V the motor stops and is locked, above 9.5 V it is released; in between nothing changes.
+#[test]
+fn a_low_supply_locks_the_motor() {
+    let mut bench = Bench::new();
+    bench.ok("ROR 0, 500");
+    bench.run(SECOND);
+    for volts in ["20", "10", "9.0", "8.6", "8.5"] {
+        bench.control(&format!("supply {volts}"));
+        bench.run(20 * MILLISECOND);
+        assert_eq!(speed(&bench), 500, "{volts}");
+    }
+    for volts in ["8.4", "5", "8.6", "9.5"] {
+        bench.control(&format!("supply {volts}"));
+        bench.run(2 * MILLISECOND);
+        assert_eq!(speed(&bench), 0, "{volts}");
+        for line in [
+            "ROR 0, 500",
+            "ROL 0, 1",
+            "MVP ABS, 0, 100",
+            "MVP REL, 0, 1",
+            "MVP COORD, 0, 1",
+            "SAP 0, 0, 7",
+            "SAP 2, 0, 7",
+            "SAP 138, 0, 0",
+            "RFS START, 0",
+        ] {
+            assert_eq!(bench.ask(line).0, NOT_AVAILABLE, "{line} at {volts} V");
+        }
+        for line in ["MST 0", "GAP 1, 0", "SAP 4, 0, 900", "RFS STOP, 0", "RFS STATUS, 0", "GIO 8, 1"] {
+            assert_eq!(bench.ask(line).0, OK, "{line} at {volts} V");
+        }
+    }
+    bench.control("supply 9.6");
+    bench.run(2 * MILLISECOND);
+    assert_eq!(speed(&bench), 0);
+    bench.ok("ROR 0, 500");
+    bench.run(SECOND);
+    assert_eq!(speed(&bench), 500);
+}
+
+/// A module that runs on USB power alone has no driver supply; once that comes the driver is set up.
+#[test]
+fn the_driver_is_set_up_when_its_supply_comes() {
+    let mut bench = Bench::in_world("[supply]\nvolts = 0\n");
+    bench.run(SECOND);
+    assert_eq!(bench.ask("ROR 0, 500").0, NOT_AVAILABLE);
+    configure(&mut bench, &["SAP 140, 0, 6"]);
+    bench.control("supply 24");
+    bench.run(3 * MILLISECOND);
+    let registers = bench.module.board().borrow().tmc262().registers();
+    assert_eq!((registers.chopconf, registers.drvctrl), (0x9_0135, 2));
+    bench.ok("MVP ABS, 0, 640");
+    bench.run(SECOND);
+    assert_eq!((bench.rotor(), bench.lost_steps()), (640 * 4, 0));
+}
+
+/// Over-temperature (bit 1) and shorts (bits 3 and 4 of parameter 208) stop the motor and stay readable until
+/// the next motion command, which gives the driver another chance.
+#[test]
+fn a_driver_that_shuts_down_stops_the_motor() {
+    for (fault, flag) in [("overtemperature", 2), ("short-a", 8), ("short-b", 16)] {
+        let mut bench = Bench::new();
+        bench.ok("MVP ABS, 0, 1000000");
+        bench.run(SECOND);
+        bench.control(&format!("fault {fault} on"));
+        bench.run(10 * MILLISECOND);
+        assert_eq!(speed(&bench), 0, "{fault}");
+        assert_eq!(bench.ok("GAP 208, 0") & flag, flag, "{fault}");
+        // As long as it is there the motor does not get far.
+        bench.ok("ROR 0, 500");
+        bench.run(20 * MILLISECOND);
+        assert_eq!(speed(&bench), 0, "{fault}");
+        bench.control(&format!("fault {fault} off"));
+        bench.run(SECOND);
+        assert_eq!(bench.ok("GAP 208, 0") & flag, flag, "{fault}: gone, but still readable");
+        let start = bench.ok("GAP 1, 0");
+        bench.ok("MVP REL, 0, 51200");
+        bench.run(3 * SECOND);
+        assert_eq!((bench.ok("GAP 1, 0") - start, bench.ok("GAP 208, 0") & flag), (51_200, 0), "{fault}");
+        assert!(bench.module.board().borrow().tmc262().bridges_on(), "{fault}");
+    }
+}
+
+/// coolStep (parameters 168 to 172): without load the current falls to half or a quarter of CS, under load it
+/// rises to CS again; only above the speed of parameter 182.
+#[test]
+fn coolstep_follows_the_load() {
+    // CS 31: half of it is 15, a quarter 7.
+    for (minimum, floor) in [(0, 15), (1, 7)] {
+        let mut bench = Bench::new();
+        configure(&mut bench, &["SAP 6, 0, 255", "SAP 174, 0, 13", "SAP 173, 0, 0", "SAP 169, 0, 3", "SAP 171, 0, 1"]);
+        configure(&mut bench, &[&format!("SAP 168, 0, {minimum}"), "SAP 172, 0, 2", "SAP 170, 0, 2"]);
+        configure(&mut bench, &["SAP 182, 0, 600", "SAP 183, 0, 200", "ROR 0, 500"]);
+        bench.run(2 * SECOND);
+        // Below the threshold speed: the slow run current of 200 / 8 = 25, and no coolStep.
+        assert_eq!(bench.ok("GAP 180, 0"), 25);
+        bench.ok("ROR 0, 1000");
+        bench.run(3 * SECOND);
+        assert_eq!(bench.ok("GAP 180, 0"), floor);
+        // A load that grows faster than the current would stall the motor.
+        for load in 1..=9 {
+            bench.control(&format!("load 0.{load}"));
+            bench.run(SECOND);
+            let current = bench.ok("GAP 180, 0");
+            // Enough for the load, and no more than CS.
+            assert!(32 * load < 10 * (current + 1) && current <= 31, "load 0.{load}: {current}");
+        }
+        assert_eq!((bench.ok("GAP 180, 0"), bench.lost_steps()), (31, 0));
+        bench.control("load 0");
+        bench.run(3 * SECOND);
+        assert_eq!(bench.ok("GAP 180, 0"), floor);
+    }
+}
