@@ -4,7 +4,7 @@
 //! The modules in dependency order; each knows only those above it (`tests/layers.rs` keeps it so):
 //!
 //! * [`units`] - microseconds, internal velocity, current scale
-//! * [`tmcl`] - the language: instruction table, commands, replies, the binary and CAN codecs, text
+//! * [`tmcl`] - the language: instruction table, commands, replies, the binary, ASCII and CAN codecs, text
 //! * [`param`] - the parameter tables
 //! * [`chip`] - one driver per part, on embedded-hal
 //! * [`motion`] - what an axis does

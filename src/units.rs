@@ -32,12 +32,6 @@ pub type Internal = i32;
 /// Largest magnitude of an internal velocity or acceleration.
 pub const INTERNAL_MAX: Internal = 2047;
 
-/// Step rate in microsteps per second of internal velocity `v` at pulse divisor `pulse_div` (0..=13), at the
-/// module's 16 MHz: f * v / (2^pulse_div * 2048 * 32) (manual section 6.1.1). Rounded towards zero.
-pub const fn velocity_to_pps(v: Internal, pulse_div: u8) -> i32 {
-    (16_000_000_i64 * v as i64 / ((2048 * 32) << pulse_div)) as i32
-}
-
 /// The driver's current scale CS, 0..=31: the current is (CS + 1)/32 of full scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CurrentScale(u8);
@@ -58,14 +52,6 @@ impl CurrentScale {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The example of manual section 6.1.1: 1678 at divisor 3 is about 51 208.5 pps... 16e6 * 1678 /
-    /// (8 * 65536) = 51 208.49.
-    #[test]
-    fn velocity_conversion_of_the_manual() {
-        assert_eq!(velocity_to_pps(1678, 3), 51_208);
-        assert_eq!(velocity_to_pps(-1000, 3), -30_517);
-    }
 
     #[test]
     fn current_in_steps_of_eight() {

@@ -34,7 +34,7 @@ fn a_wrong_checksum_is_answered_and_nothing_is_done() {
     for source in [Source::Usb, Source::Rs485] {
         let mut bench = Bench::new();
         for line in ["SAP 4, 0, 5", "ROR 0, 500", "SGP 66, 0, 9", "137, 0, 0, 1234", "255, 0, 0, 1234", "99, 0, 0, 0"] {
-            let reply = bench.exchange(source, broken(line)).map(|sent| sent.telegram);
+            let reply = bench.exchange(source, broken(line)).and_then(|sent| sent.telegram());
             assert_eq!(reply, Some([2, 1, WRONG_CHECKSUM, 0, 0, 0, 0, 0, 4]), "{line}");
         }
         assert_eq!((bench.ok("GAP 4, 0"), bench.ok("GAP 2, 0"), bench.ok("GGP 66, 0")), (1000, 0, 1));
@@ -309,6 +309,26 @@ fn a_factory_reset_that_cannot_be() {
     assert_eq!(bench.ok("GGP 68, 0"), 5);
 }
 
+/// An EEPROM that does not answer at the start: even a value that it may well hold already is not stored.
+#[test]
+fn nothing_is_stored_where_nothing_could_be_read() {
+    let mut bench = Bench::new();
+    bench.ok("SAP 4, 0, 1500");
+    bench.ok("STAP 4, 0");
+    bench.control("fault eeprom on");
+    bench.power_cycle();
+    assert_eq!(bench.ok("GAP 4, 0"), 1000);
+    for line in ["STAP 4, 0", "SGP 66, 0, 1", "SGP 66, 0, 7", "STGP 0, 2", "SCO 0, 255, 0"] {
+        assert_eq!(bench.ask(line).0, EEPROM_LOCKED, "{line}");
+    }
+    // Nor does it when it answers again, before a restart has read it.
+    bench.control("fault eeprom off");
+    assert_eq!(bench.ask("STAP 4, 0").0, EEPROM_LOCKED);
+    bench.power_cycle();
+    assert_eq!(bench.ok("GAP 4, 0"), 1500);
+    bench.ok("STAP 4, 0");
+}
+
 /// Another firmware's data is left alone until something is to be stored.
 #[test]
 fn foreign_contents_of_the_eeprom() {
@@ -480,7 +500,7 @@ fn replies(bench: &mut Bench, wanted: impl Fn(&Sent) -> bool) -> Vec<Sent> {
 /// come in between.
 fn ask(bench: &mut Bench, line: &str) -> Option<i32> {
     bench.module.receive(Source::Usb, telegram(line));
-    let success = |sent: &Sent| binary::decode_reply(&sent.telegram).filter(|reply| reply.status == OK);
+    let success = |sent: &Sent| binary::decode_reply(&sent.telegram().unwrap()).filter(|reply| reply.status == OK);
     let replies = replies(bench, |sent| success(sent).is_some());
     replies.iter().find_map(success).map(|reply| reply.value)
 }
@@ -512,11 +532,11 @@ fn bombard(bench: &mut Bench, random: &mut Random, count: usize) {
 /// A reply must be to the telegram, or an event.
 fn check_reply(sent: &Sent, source: Source, telegram: &Telegram, command: Command) {
     let valid = binary::decode_command(telegram) == Some(command);
-    if sent.telegram[1..] == *b"1140V142" {
+    if sent.bytes[1..] == *b"1140V142" {
         return assert!(valid && (command.opcode, command.kind) == (136, 0));
     }
-    let reply = binary::decode_reply(&sent.telegram).unwrap_or_else(|| panic!("{:02X?}", sent.telegram));
-    let status = reply.status().unwrap_or_else(|| panic!("unknown status in {:02X?}", sent.telegram));
+    let reply = binary::decode_reply(&sent.telegram().unwrap()).unwrap_or_else(|| panic!("{:02X?}", sent.bytes));
+    let status = reply.status().unwrap_or_else(|| panic!("unknown status in {:02X?}", sent.bytes));
     match status {
         Status::PositionReached => assert_eq!(reply.opcode, 138),
         Status::WrongChecksum => assert!(!valid && reply.opcode == 0 && reply.value == 0),
@@ -528,6 +548,8 @@ fn check_reply(sent: &Sent, source: Source, telegram: &Telegram, command: Comman
 fn assert_sane(bench: &mut Bench) {
     // No more events.
     ask(bench, "138, 0, 0, 0");
+    // And no start in ASCII mode.
+    ask(bench, "SGP 67, 0, 0");
     for restarted in [false, true] {
         for table in [AXIS, GLOBAL, INTERRUPT] {
             for row in table.rows {
@@ -580,6 +602,8 @@ fn random_telegrams_on_failing_hardware() {
         bench.control("supply 24");
         bench.control("load 0");
         bench.control("release left");
+        // No start in ASCII mode.
+        ask(&mut bench, "SGP 67, 0, 0");
         bench.power_cycle();
         assert_sane(&mut bench);
     }

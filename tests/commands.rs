@@ -425,7 +425,7 @@ fn firmware_version_in_both_forms() {
     let mut bench = Bench::new();
     let mut exchange = |kind, host: u8| {
         let request = binary::encode_command(1, Command::new(136, kind, 0, 0));
-        let telegram = bench.exchange(Source::Usb, request).unwrap().telegram;
+        let telegram = bench.exchange(Source::Usb, request).unwrap().telegram().unwrap();
         bench.ok(&format!("SGP 76, 0, {}", host + 1));
         telegram
     };
@@ -521,7 +521,7 @@ fn the_event_comes_on_arrival_over_the_link_that_asked() {
         }
     };
     assert_eq!((bench.rotor(), event.source), (20_000, Source::Rs485));
-    assert_eq!(event.telegram, [2, 1, 128, 138, 0, 0, 0, 1, 0x0E]);
+    assert_eq!(event.bytes, [2, 1, 128, 138, 0, 0, 0, 1, 0x0E]);
 }
 
 /// First the reply to MVP, then the event.

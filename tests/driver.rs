@@ -207,6 +207,45 @@ fn stop_on_stall() {
     assert_eq!((bench.ok("GAP 207, 0"), bench.ok("GAP 3, 0")), (0, 400));
 }
 
+/// The stop is a hard one: from full speed to none between two polls.
+#[test]
+fn stop_on_stall_is_immediate() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 174, 0, 9", "ROR 0, 1000"]);
+    bench.run(SECOND);
+    bench.ok("SAP 181, 0, 500");
+    bench.control("load 1");
+    let speed = |bench: &Bench| bench.module.board().borrow().tmc429().velocity(0);
+    while speed(&bench) == 1000 {
+        bench.run(MILLISECOND);
+    }
+    assert_eq!(speed(&bench), 0);
+}
+
+/// The status LED is on for a second, then off for a second.
+#[test]
+fn the_led_blinks() {
+    let mut bench = Bench::new();
+    bench.run(SECOND / 2);
+    for second in 0..6 {
+        let lit = bench.module.board().borrow().world().outputs().leds[0];
+        assert_eq!(lit, second % 2 == 0, "second {second}");
+        bench.run(SECOND);
+    }
+}
+
+/// Divisors that were stored one by one may not fit together: then both are the defaults, and the motor moves.
+#[test]
+fn stored_divisors_that_admit_no_ramp() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 153, 0, 0", "STAP 153, 0", "SAP 153, 0, 13", "SAP 154, 0, 13", "STAP 154, 0"]);
+    bench.power_cycle();
+    assert_eq!((bench.ok("GAP 153, 0"), bench.ok("GAP 154, 0")), (7, 3));
+    bench.ok("MVP ABS, 0, 1000");
+    bench.run(SECOND);
+    assert_eq!(bench.rotor(), 1000);
+}
+
 /// A driver that lost its supply has its settings back within the eight turns of the refresh, 4 ms each.
 #[test]
 fn the_driver_recovers_from_a_supply_dip() {

@@ -43,6 +43,16 @@ fn the_built_in_encoder_follows_the_motor() {
     assert_near("encoder at half the prescaler", bench.ok("GAP 209, 0"), 1_025_000, 50);
 }
 
+/// GIO 11, 0: within four counts of the absolute zero point, 200 microsteps either way.
+#[test]
+fn near_the_absolute_zero_point() {
+    let mut bench = Bench::new();
+    for (target, near) in [(0, 1), (150, 1), (300, 0), (25_600, 0), (50_900, 0), (51_050, 1), (51_200, 1)] {
+        go(&mut bench, target);
+        assert_eq!(bench.ok("GIO 11, 0"), near, "at {target}");
+    }
+}
+
 /// Function bit 4 of parameter 210: at the absolute zero point the counter becomes zero, each time, whichever
 /// way it is passed.
 #[test]

@@ -179,15 +179,16 @@ fn set_divisors(bench: &mut Bench, ramp_div: u32, pulse_div: u32) {
     }
 }
 
-/// Accelerations to try at a pair of divisors: the datasheet's limits, and a few in between. A pair of PMUL
-/// and PDIV exists for p = A * 2^(PULSE_DIV - RAMP_DIV - 7) from 128/65536 (less 1.2 %) up to 255/8.
+/// Accelerations to try at a pair of divisors: the datasheet's limits, 2^(R - P - 1) and 2^(R - P + 12) - 1, and
+/// one in between. The only pairs without any are those whose ratio is 2^13, one way or the other.
 fn accelerations(ramp_div: u32, pulse_div: u32) -> Vec<i32> {
-    let ratio = 2_f64.powi(ramp_div as i32 - pulse_div as i32);
-    let lowest = (ratio / 2.0).max(1.0).ceil() as i32;
-    let highest = (ratio * 4096.0 - 1.0).min(2047.0) as i32;
-    if lowest > 2047 || highest < 1 {
+    if ramp_div.abs_diff(pulse_div) > 12 {
         return vec![];
     }
+    let ratio = 2_f64.powi(ramp_div as i32 - pulse_div as i32);
+    // Where the limits leave nothing within 1..=2047, a PMUL/PDIV pair exists for that end of the range.
+    let lowest = ((ratio / 2.0).ceil() as i32).clamp(1, 2047);
+    let highest = ((ratio * 4096.0 - 1.0) as i32).clamp(1, 2047);
     let middle = (f64::from(lowest) * f64::from(highest)).sqrt() as i32;
     let mut all = vec![lowest, middle.clamp(lowest, highest), highest];
     all.dedup();
@@ -215,7 +216,7 @@ fn every_divisor_pair(ramp_divs: impl Iterator<Item = u32>) {
             }
         }
     }
-    assert!(moves > 90, "only {moves} moves");
+    assert!(moves > 200, "only {moves} moves");
 }
 
 #[test]
@@ -355,6 +356,31 @@ fn relative_moves_start_from_the_actual_position() {
     assert_eq!(bench.ok("MVP REL, 0, -3000"), -2000);
     bench.run(SECOND);
     assert_eq!(bench.rotor(), -2000);
+    // On its way to a target far away, the offset still counts from where the motor is.
+    bench.ok("MVP ABS, 0, 1000000");
+    bench.run(SECOND);
+    let here = bench.rotor();
+    let target = i64::from(bench.ok("MVP REL, 0, 20000"));
+    assert!((20_000..20_100).contains(&(target - here)), "{target} from {here}");
+    bench.run(3 * SECOND);
+    assert_eq!(bench.rotor(), target);
+}
+
+/// Overwriting the position of a motor that stands moves nothing and leaves the mode as it was.
+#[test]
+fn overwriting_the_position_moves_nothing() {
+    for (line, mode) in [("MVP ABS, 0, 3000", 0), ("ROR 0, 100", 2)] {
+        let mut bench = Bench::new();
+        bench.ok(line);
+        bench.run(SECOND);
+        bench.ok(if mode == 2 { "MST 0" } else { "GAP 1, 0" });
+        bench.run(SECOND);
+        let rotor = bench.rotor();
+        bench.ok("SAP 1, 0, -777");
+        bench.run(SECOND);
+        assert_eq!((bench.rotor(), bench.ok("GAP 1, 0"), bench.ok("GAP 0, 0")), (rotor, -777, -777), "{line}");
+        assert_eq!((bench.ok("GAP 138, 0"), bench.ok("GAP 8, 0")), (mode, 1), "{line}");
+    }
 }
 
 #[test]

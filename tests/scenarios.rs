@@ -20,7 +20,7 @@ use tmcm::tmcl::{Command, binary};
 impl Rig for Bench {
     fn send(&mut self, command: Command) -> Option<(u8, i32)> {
         let sent = self.exchange(Source::Usb, binary::encode_command(1, command))?;
-        let reply = binary::decode_reply(&sent.telegram).expect("a reply with a wrong checksum");
+        let reply = binary::decode_reply(&sent.telegram().unwrap()).expect("a reply with a wrong checksum");
         assert_eq!(reply.opcode, command.opcode, "the reply is to another command");
         Some((reply.status, reply.value))
     }

@@ -117,9 +117,11 @@ fn stgp_and_rsgp_are_for_user_variables_up_to_55() {
 fn bank_0_is_stored_at_once_and_the_rest_never() {
     for row in GLOBAL.stored() {
         let mut bench = Bench::new();
-        GLOBAL.set(&mut bench, row, row.another());
+        // Parameter 67 without its bit 0: that would be a start in ASCII mode.
+        let value = if row.number == 67 { 16 } else { row.another() };
+        GLOBAL.set(&mut bench, row, value);
         bench.power_cycle();
-        assert_eq!(GLOBAL.value(&mut bench, row), row.another(), "{}", row.name);
+        assert_eq!(GLOBAL.value(&mut bench, row), value, "{}", row.name);
     }
     let mut bench = Bench::new();
     for row in INTERRUPT.rows {

@@ -214,7 +214,11 @@ fn a_module_answers_in_these_bytes() {
     let mut bench = Bench::new();
     let mut exchange = |request: &str, reply: Telegram| {
         let request = binary::encode_command(1, text::parse(request).unwrap());
-        assert_eq!(bench.exchange(Source::Rs485, request).map(|sent| sent.telegram), Some(reply), "{request:02X?}");
+        assert_eq!(
+            bench.exchange(Source::Rs485, request).and_then(|sent| sent.telegram()),
+            Some(reply),
+            "{request:02X?}"
+        );
     };
     let plain = |opcode, value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode, value });
     exchange("CALC MUL, -5000", REPLIES[1].0);
@@ -225,7 +229,7 @@ fn a_module_answers_in_these_bytes() {
     bench.control("analog 0 302");
     bench.run(2 * hal_sim::clock::MILLISECOND);
     let request = binary::encode_command(3, text::parse("GIO 0, 1").unwrap());
-    let reply = bench.exchange(Source::Rs485, request).unwrap().telegram;
+    let reply = bench.exchange(Source::Rs485, request).unwrap().telegram().unwrap();
     let received = binary::decode_reply(&reply).unwrap();
     assert_eq!((received.module, received.status, received.value), (3, OK, 302));
 }

@@ -1,6 +1,6 @@
 //! A virtual module: the firmware's core on the simulated board, in virtual time.
 //!
-//! Whoever owns it says how far time goes; in between it polls the firmware whenever that is due. Telegrams
+//! Whoever owns it says how far time goes; in between it polls the firmware whenever that is due. Bytes
 //! go in at the present time and come out with the time at which they are on the wire.
 
 use std::collections::VecDeque;
@@ -11,11 +11,15 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{self, Answer, Inputs, Module, Parts, Source, TMCM_1140};
-use tmcm::store::{Keeper, Store};
+use tmcm::module::{self, Answer, Inputs, Module, Parts, Request, Source, TMCM_1140};
+use tmcm::param::GlobalParameter;
+use tmcm::store::{Keeper, Slot};
 use tmcm::tmcl::binary::{self, Telegram};
-use tmcm::tmcl::{Opcode, Status};
+use tmcm::tmcl::can::Frame;
+use tmcm::tmcl::{Opcode, Reply, Status};
 use tmcm::units::Micros;
+
+use crate::ports::{Heard, Ports};
 
 /// SPI clock of the TMC429: 84 MHz / 64, as on the target.
 const TMC429_HZ: u32 = 1_312_500;
@@ -27,6 +31,11 @@ const AT25_HZ: u32 = 2_625_000;
 /// after MVP and would take 0 for "arrived".
 const USB_FRAME: Nanos = MILLISECOND;
 
+/// The CAN bus, for questions to which the length of a frame is nothing.
+const CAN: Source = Source::Can { length: 8 };
+/// Bit rates of the RS485 interface, by number (global parameter 65).
+const BAUD_RATES: [u64; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
+
 /// The firmware as a type: one axis, devices of the simulated board, no user functions.
 type Core = Module<SimSpi, SimSpi, SimPin, (), 1>;
 
@@ -34,10 +43,14 @@ type Core = Module<SimSpi, SimSpi, SimPin, (), 1>;
 struct Firmware {
     core: Core,
     keeper: Keeper<SimSpi>,
+    /// Its byte links.
+    ports: Ports,
     /// When it was started: its own time counts from there.
     started: Nanos,
     /// Edges of the encoder's null track that it has been told of: low, high.
     null_edges: [u64; 2],
+    /// Bit rate of the RS485 interface since the start.
+    baud: u64,
 }
 
 impl Firmware {
@@ -57,30 +70,34 @@ impl Firmware {
     }
 }
 
-/// Who sent a telegram, where several share a link, as the connections to a TCP port do. The module does
+/// Who sent something, where several share a link, as the connections to a TCP port do. The module does
 /// not know of it; replies find their way back by it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Client(pub u64);
 
-/// A telegram on its way to the firmware.
-#[derive(Clone, Copy, Debug)]
-struct Request {
-    source: Source,
-    client: Client,
-    telegram: Telegram,
+/// Bytes on their way to the host: a reply, or an echo in ASCII mode.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// When they are on the wire.
+    pub at: Nanos,
+    /// The link they go to.
+    pub source: Source,
+    /// Whom on that link they are for.
+    pub client: Client,
+    /// What is sent.
+    pub bytes: Vec<u8>,
 }
 
-/// A reply on its way to the host.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sent {
-    /// When it is on the wire.
-    pub at: Nanos,
-    /// The link it goes to.
-    pub source: Source,
-    /// Whom on that link it is for.
-    pub client: Client,
-    /// The reply.
-    pub telegram: Telegram,
+impl Sent {
+    /// Something, unless there is nothing to be sent.
+    fn new(at: Nanos, source: Source, client: Client, bytes: &[u8]) -> Option<Self> {
+        (!bytes.is_empty()).then(|| Sent { at, source, client, bytes: bytes.to_vec() })
+    }
+
+    /// The bytes as a telegram, if that is what they are.
+    pub fn telegram(&self) -> Option<Telegram> {
+        self.bytes.as_slice().try_into().ok()
+    }
 }
 
 /// A module with its board and world.
@@ -88,9 +105,12 @@ pub struct VirtualModule {
     board: SharedBoard,
     firmware: Option<Firmware>,
     seed: u32,
-    /// Telegrams that wait until their link has its reply.
-    inbox: VecDeque<Request>,
+    /// Requests that wait until their link has its reply.
+    inbox: VecDeque<(Source, Client, Request)>,
     outbox: VecDeque<Sent>,
+    /// Frames that wait until the CAN link has its reply.
+    frames_in: VecDeque<Frame>,
+    frames_out: VecDeque<Frame>,
     /// Who waits for a reply that comes later.
     waiting: Vec<(Source, Client)>,
     /// Who has asked for the event of command 138.
@@ -113,6 +133,8 @@ impl VirtualModule {
             seed,
             inbox: VecDeque::new(),
             outbox: VecDeque::new(),
+            frames_in: VecDeque::new(),
+            frames_out: VecDeque::new(),
             waiting: Vec::new(),
             subscriber: None,
             log: Vec::new(),
@@ -150,37 +172,71 @@ impl VirtualModule {
 
     /// A telegram arrives over a link that nobody shares.
     pub fn receive(&mut self, source: Source, telegram: Telegram) {
-        self.receive_from(source, Client::default(), telegram);
+        self.hear(source, Client::default(), &telegram);
     }
 
-    /// A telegram from one of those who share a link arrives.
-    pub fn receive_from(&mut self, source: Source, client: Client, telegram: Telegram) {
-        if self.firmware.is_some() {
-            self.inbox.push_back(Request { source, client, telegram });
+    /// Bytes from one of those who share a link arrive.
+    pub fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports.push(source, client, bytes, firmware.core.links());
             self.deliver();
         }
     }
 
-    /// How many telegrams wait because their link still waits for a reply.
-    pub fn backlog(&self) -> usize {
-        self.inbox.len()
+    /// Nothing has come from a client for so long that an unfinished telegram is given up.
+    pub fn silence(&mut self, source: Source, client: Client) {
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports.silence(source, client);
+        }
     }
 
-    /// True while a telegram of this client has not been answered as it will be.
+    /// A frame arrives on the CAN bus.
+    pub fn receive_frame(&mut self, frame: Frame) {
+        if self.firmware.is_some() {
+            self.frames_in.push_back(frame);
+            self.deliver();
+        }
+    }
+
+    /// Frames that the module wants on the CAN bus by now, oldest first.
+    pub fn frame(&mut self) -> Option<Frame> {
+        self.frames_out.pop_front()
+    }
+
+    /// How fast the module sends on RS485, in bit/s, and how long after it has last heard something; `None` without
+    /// power.
+    pub fn rs485(&self) -> Option<(u64, Nanos)> {
+        let firmware = self.firmware.as_ref()?;
+        Some((firmware.baud, Nanos::from(firmware.core.links().pause) * MILLISECOND))
+    }
+
+    /// How many telegrams wait because their link still waits for a reply.
+    pub fn backlog(&self) -> usize {
+        let unread = self.firmware.as_ref().map_or(0, |firmware| firmware.ports.backlog());
+        unread + self.inbox.len() + self.frames_in.len()
+    }
+
+    /// True while a request of this client has not been answered as it will be.
     pub fn owes(&self, client: Client) -> bool {
-        self.inbox.iter().any(|request| request.client == client)
+        self.firmware.as_ref().is_some_and(|firmware| firmware.ports.owes(client))
+            || self.inbox.iter().any(|(_, from, _)| *from == client)
             || self.outbox.iter().any(|sent| sent.client == client)
             || self.waiting.iter().any(|(_, waiting)| *waiting == client)
     }
 
-    /// A client has gone: it gets no event any more. What it has sent is carried out all the same.
+    /// A client has gone: it gets no event any more. Requests it has sent are carried out all the same.
     pub fn forget(&mut self, client: Client) {
         self.subscriber = self.subscriber.filter(|subscriber| *subscriber != client);
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports.forget(client);
+        }
     }
 
     /// True while somebody may hear from the module without a further request.
     pub fn is_busy(&self) -> bool {
-        !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty() || self.subscriber.is_some()
+        let owes_frame = self.firmware.as_ref().is_some_and(|firmware| firmware.core.awaits(CAN));
+        let owes = !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty() || owes_frame;
+        owes || self.subscriber.is_some()
     }
 
     /// Replies that are on the wire by now, oldest first.
@@ -198,7 +254,7 @@ impl VirtualModule {
 
     /// Switches the supply off or on. What was on its way is lost; the EEPROM keeps its contents.
     pub fn set_power(&mut self, on: bool) {
-        if on == self.board.borrow().is_powered() {
+        if on == self.firmware.is_some() {
             return;
         }
         if on {
@@ -208,6 +264,8 @@ impl VirtualModule {
             self.firmware = None;
             self.inbox.clear();
             self.outbox.clear();
+            self.frames_in.clear();
+            self.frames_out.clear();
             self.waiting.clear();
             self.subscriber = None;
             self.board.borrow_mut().power_off();
@@ -222,13 +280,10 @@ impl VirtualModule {
     fn boot(&mut self) {
         let started = self.now();
         let Ok(()) = module::halt(self.board.spi(Chip::Tmc429, TMC429_HZ));
-        let mut eeprom = At25::new(self.board.spi(Chip::At25, AT25_HZ));
-        let Ok(()) = eeprom.settle();
-        let (store, report) = match Store::load(|address, page| eeprom.read(address, page)) {
-            Ok(loaded) => loaded,
-            Err(never) => match never {},
-        };
-        if report.foreign > 0 {
+        let (keeper, store, report) = Keeper::load(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
+        if report.unreachable {
+            self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
+        } else if report.foreign > 0 {
             let (foreign, valid) = (report.foreign, report.valid);
             self.log.push(format!(
                 "EEPROM: {foreign} settings pages are not this firmware's or damaged, {valid} are good; \
@@ -240,11 +295,14 @@ impl VirtualModule {
             tmc262: [self.board.spi(Chip::Tmc262, TMC262_HZ)],
             enable: self.board.enable_pin(),
         };
+        let baud = store.get(Slot::Global(GlobalParameter::SerialBaudRate)).unwrap_or_default();
+        let baud = usize::try_from(baud).ok().and_then(|number| BAUD_RATES.get(number)).copied().unwrap_or(9_600);
         let abn = self.board.borrow().inputs().abn;
         let null_edges = [abn.null_low.times, abn.null_high.times];
         let now = Micros((self.now() - started) / MICROSECOND);
         let core = Module::new(&TMCM_1140, parts, (), store, now, self.seed);
-        self.firmware = Some(Firmware { core, keeper: Keeper::new(eeprom), started, null_edges });
+        let ports = Ports::new(core.links().start);
+        self.firmware = Some(Firmware { core, keeper, ports, started, null_edges, baud });
     }
 
     fn poll(&mut self) {
@@ -283,27 +341,59 @@ impl VirtualModule {
         }
     }
 
-    /// Gives the firmware the telegrams whose links are free.
+    /// Gives the firmware the requests whose links are free. An answer may make it possible to read on.
     fn deliver(&mut self) {
+        while self.listen() {
+            self.serve();
+        }
+        self.serve();
+    }
+
+    /// Reads one request, or bytes that are echoed; false if there is nothing more to be read now.
+    fn listen(&mut self) -> bool {
+        let Some(firmware) = &mut self.firmware else { return false };
+        let Some(Heard { source, client, echo, request }) = firmware.ports.next(firmware.core.links()) else {
+            return false;
+        };
+        self.inbox.extend(request.map(|request| (source, client, request)));
+        let now = self.board.borrow().now();
+        self.outbox.extend(Sent::new(on_the_wire(source, now, now), source, client, &echo));
+        true
+    }
+
+    /// Serves the requests whose links are free.
+    fn serve(&mut self) {
         let Some(firmware) = &mut self.firmware else { return };
         let mut index = 0;
-        while let Some(Request { source, client, telegram }) = self.inbox.get(index).copied() {
+        while let Some((source, client, request)) = self.inbox.get(index).copied() {
             if firmware.core.awaits(source) {
                 index += 1;
                 continue;
             }
             self.inbox.remove(index);
             let arrived = self.board.borrow().now();
-            match firmware.core.serial(firmware.time(arrived), source, &telegram) {
-                Answer::Now(reply) => {
-                    if let Some(wanted) = subscription(&telegram, &reply) {
-                        self.subscriber = wanted.then_some(client);
-                    }
-                    let at = on_the_wire(source, arrived, self.board.borrow().now());
-                    self.outbox.push_back(Sent { at, source, client, telegram: reply });
+            let (answer, mode) = firmware.core.serial(firmware.time(arrived), source, &request);
+            let reply = match answer {
+                Answer::Now(reply) => Some(reply),
+                Answer::None => None,
+                Answer::Later => {
+                    self.waiting.push((source, client));
+                    continue;
                 }
-                Answer::Later => self.waiting.push((source, client)),
-                Answer::None => {}
+            };
+            if let Some(wanted) = reply.and_then(|reply| subscription(&request, &reply)) {
+                self.subscriber = wanted.then_some(client);
+            }
+            let bytes = firmware.ports.answer((source, client), reply.as_ref(), Some(mode), firmware.core.links());
+            let at = on_the_wire(source, arrived, self.board.borrow().now());
+            self.outbox.extend(Sent::new(at, source, client, &bytes));
+        }
+        while !firmware.core.awaits(CAN)
+            && let Some(Frame { id, data }) = self.frames_in.pop_front()
+        {
+            let now = firmware.time(self.board.borrow().now());
+            if let Answer::Now(reply) = firmware.core.can(now, id, &data) {
+                self.frames_out.push_back(reply);
             }
         }
     }
@@ -312,39 +402,41 @@ impl VirtualModule {
     fn collect(&mut self) {
         let at = self.now();
         let Some(firmware) = &mut self.firmware else { return };
-        while let Some((source, telegram)) = firmware.core.next_telegram() {
-            let client = if is_event(&telegram) {
+        loop {
+            self.frames_out.extend(std::iter::from_fn(|| firmware.core.next_frame()));
+            let links = *firmware.core.links();
+            let Some((source, reply)) = firmware.core.next_serial() else { break };
+            let client = if reply.is_event() {
                 self.subscriber
             } else {
                 let place = self.waiting.iter().position(|(waiting, _)| *waiting == source);
                 place.map(|place| self.waiting.remove(place).1)
             };
-            if let Some(client) = client {
-                // Not before the replies ahead of it, which may wait for their frame.
-                let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
-                self.outbox.push_back(Sent { at: ahead.map_or(at, |ahead| ahead.max(at)), source, client, telegram });
-            }
+            let Some(client) = client else { continue };
+            let bytes = firmware.ports.answer((source, client), Some(&reply), None, &links);
+            // Not before the replies ahead of it, which may wait for their frame.
+            let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
+            self.outbox.extend(Sent::new(ahead.map_or(at, |ahead| ahead.max(at)), source, client, &bytes));
+        }
+        // Where the reply is suppressed, that is the answer.
+        let silent = self.waiting.extract_if(.., |(source, _)| !firmware.core.awaits(*source));
+        for to in silent {
+            firmware.ports.answer(to, None, None, firmware.core.links());
         }
     }
 }
 
 /// Whether this request has armed (true) or disarmed (false) the event of command 138.
-fn subscription(request: &Telegram, reply: &Telegram) -> Option<bool> {
-    let command = binary::decode_command(request)?;
-    let taken = binary::decode_reply(reply)?.status() == Some(Status::Ok);
+fn subscription(request: &Request, reply: &Reply) -> Option<bool> {
+    let Request::Telegram(telegram) = request else { return None };
+    let command = binary::decode_command(telegram)?;
+    let taken = matches!(reply, Reply::Plain { status: Status::Ok, .. });
     (command.opcode == Opcode::PositionReachedEvent as u8 && taken).then_some(command.value != 0)
-}
-
-/// True for the second reply of command 138.
-fn is_event(reply: &Telegram) -> bool {
-    binary::decode_reply(reply).is_some_and(|reply| {
-        reply.opcode == Opcode::PositionReachedEvent as u8 && reply.status() == Some(Status::PositionReached)
-    })
 }
 
 fn on_the_wire(source: Source, arrived: Nanos, ready: Nanos) -> Nanos {
     match source {
         Source::Usb => ready.max(arrived + USB_FRAME),
-        Source::Rs485 => ready,
+        Source::Rs485 | Source::Can { .. } => ready,
     }
 }

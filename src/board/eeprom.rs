@@ -16,25 +16,17 @@ type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
 pub(super) fn load(eeprom: Eeprom) -> (Keeper<Device>, Store) {
     // The select pin is high already; setting it again cannot fail.
     let Ok(device) = ExclusiveDevice::new_no_delay(eeprom.bus, eeprom.select);
-    let mut part = At25::new(device);
-    let read = part.settle().and_then(|()| Store::load(|address, page| part.read(address, page)));
-    let store = match read {
-        Ok((store, report)) => {
-            if report.foreign > 0 {
-                defmt::warn!(
-                    "EEPROM: {=u8} settings pages are not this firmware's or damaged, {=u8} are good; defaults or the older copies apply",
-                    report.foreign,
-                    report.valid
-                );
-            }
-            store
-        }
-        Err(_) => {
-            defmt::warn!("EEPROM cannot be read: defaults apply");
-            Store::empty()
-        }
-    };
-    (Keeper::new(part), store)
+    let (keeper, store, report) = Keeper::load(At25::new(device));
+    if report.unreachable {
+        defmt::warn!("EEPROM does not answer: defaults apply, nothing can be stored");
+    } else if report.foreign > 0 {
+        defmt::warn!(
+            "EEPROM: {=u8} settings pages are not this firmware's or damaged, {=u8} are good; defaults or the older copies apply",
+            report.foreign,
+            report.valid
+        );
+    }
+    (keeper, store)
 }
 
 /// Writes the pages it is given and tells how that went.

@@ -1,27 +1,36 @@
 //! The mailboxes between the tasks.
 
+use core::cell::Cell;
+
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 
-use crate::module::Source;
+use crate::module::{Links, Mode, Request, Source};
 use crate::store::Job;
-use crate::tmcl::binary::Telegram;
+use crate::tmcl::Reply;
 
-/// A telegram to be sent, and the silence it is to be preceded by.
+/// The answer to a request, or an event.
 #[derive(Clone)]
 pub(super) struct Outgoing {
-    pub(super) telegram: Telegram,
-    /// Milliseconds since the last byte received (global parameter 75).
-    pub(super) pause: u8,
+    /// To be sent; nothing, where a request is not answered.
+    pub(super) reply: Option<Reply>,
+    /// The mode the link goes on in, if that is said.
+    pub(super) mode: Option<Mode>,
+    /// The settings under which it is sent.
+    pub(super) links: Links,
 }
 
-/// Telegrams from all links to the owner of the module. A host waits for each reply, so a few places do.
-pub(super) static REQUESTS: Channel<CriticalSectionRawMutex, (Source, Telegram), 4> = Channel::new();
+/// Requests from all links to the owner of the module. A host waits for each reply, so a few places do.
+pub(super) static REQUESTS: Channel<CriticalSectionRawMutex, (Source, Request), 4> = Channel::new();
 
-/// Telegrams to the RS485 link: a reply and an event, and one more of each. They stay in here until they are
+/// Answers to the RS485 link: a reply and an event, and one more of each. They stay in here until they are
 /// on the wire, so that "empty" means that all is said.
 pub(super) static RS485: Channel<CriticalSectionRawMutex, Outgoing, 4> = Channel::new();
+
+/// The interface settings in force; none before the module is there.
+pub(super) static LINKS: Mutex<CriticalSectionRawMutex, Cell<Option<Links>>> = Mutex::new(Cell::new(None));
 
 /// The EEPROM page to be written. The store hands out one at a time.
 pub(super) static PAGE: Signal<CriticalSectionRawMutex, Job> = Signal::new();

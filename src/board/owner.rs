@@ -1,4 +1,4 @@
-//! The task that owns the module: polls it every millisecond and brings it the telegrams of all links.
+//! The task that owns the module: polls it every millisecond and brings it the requests of all links.
 
 use core::cell::RefCell;
 
@@ -11,12 +11,12 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
 
-use super::mail::{Outgoing, PAGE, REQUESTS, RS485, WRITTEN};
+use super::mail::{LINKS, Outgoing, PAGE, REQUESTS, RS485, WRITTEN};
 use super::now;
 use super::tmcm1140::{Bus, Motion, Signals, drivers_off, tmc262_spi, tmc429_spi};
-use crate::module::{Answer, Inputs, Module, Outputs, Parts, Source, Spec};
+use crate::module::{Answer, Inputs, Mode, Module, Outputs, Parts, Request, Source, Spec};
 use crate::store::Store;
-use crate::tmcl::binary::Telegram;
+use crate::tmcl::Reply;
 
 /// A chip on SPI1, with its own clock.
 type Chip<'a> = SpiDeviceWithConfig<'a, NoopRawMutex, Bus, Output<'static>>;
@@ -24,8 +24,8 @@ type Chip<'a> = SpiDeviceWithConfig<'a, NoopRawMutex, Bus, Output<'static>>;
 /// The module on this board.
 type Core<'a> = Module<Chip<'a>, Chip<'a>, Output<'static>, (), 1>;
 
-/// Telegrams that wait until their link has its last reply.
-type Held = Vec<(Source, Telegram), 4>;
+/// Requests that wait until their link has its last reply.
+type Held = Vec<(Source, Request), 4>;
 
 /// Runs the module.
 #[embassy_executor::task]
@@ -43,15 +43,20 @@ pub(super) async fn own(spec: &'static Spec, motion: Motion, store: Store, seed:
     let mut module = Module::new(spec, parts, (), store, now(), seed);
     defmt::info!("module runs at address {=u8}", module.links().address);
 
+    let mut links = *module.links();
+    LINKS.lock(|shared| shared.set(Some(links)));
     let mut held = Held::new();
+    // RS485 waits for an answer that comes later.
+    let mut owed = false;
     loop {
         let tick = Timer::at(Instant::from_ticks(module.deadline().0));
         // Requests are looked at first, since setting the alarm takes its time.
-        if let Either::First((source, telegram)) = select(REQUESTS.receive(), tick).await {
+        if let Either::First((source, request)) = select(REQUESTS.receive(), tick).await {
             if !module.awaits(source) {
-                serve(&mut module, source, &telegram);
-            } else if held.push((source, telegram)).is_err() {
-                defmt::warn!("a host does not wait for its replies: telegram dropped");
+                owed |= serve(&mut module, source, &request);
+            } else if held.push((source, request)).is_err() {
+                defmt::warn!("a host does not wait for its replies: request dropped");
+                send(&module, source, None, None);
             }
         }
         // After each request, too: a busy host does not hold up the motor.
@@ -60,8 +65,12 @@ pub(super) async fn own(spec: &'static Spec, motion: Motion, store: Store, seed:
         }
         let outputs = module.poll(now(), &signals.read());
         signals.write(&outputs);
-        exchange(&mut module);
-        release(&mut module, &mut held);
+        exchange(&mut module, &mut owed);
+        owed |= release(&mut module, &mut held);
+        if links != *module.links() {
+            links = *module.links();
+            LINKS.lock(|shared| shared.set(Some(links)));
+        }
         if outputs.restart && RS485.is_empty() {
             defmt::info!("restart");
             drivers_off();
@@ -71,7 +80,7 @@ pub(super) async fn own(spec: &'static Spec, motion: Motion, store: Store, seed:
 }
 
 /// Brings the EEPROM its pages and the links the replies that have become due.
-fn exchange(module: &mut Core) {
+fn exchange(module: &mut Core, owed: &mut bool) {
     if let Some(written) = WRITTEN.try_take() {
         if !written {
             defmt::warn!("EEPROM: a page could not be written");
@@ -81,27 +90,45 @@ fn exchange(module: &mut Core) {
     if let Some(job) = module.store().next_job() {
         PAGE.signal(job);
     }
-    while let Some((source, telegram)) = module.next_telegram() {
-        send(source, telegram, module.links().pause);
+    // The settings may change with the last reply, and this one goes out under those from before.
+    while let (before, Some((source, reply))) = (*module.links(), module.next_serial()) {
+        deliver(source, Outgoing { reply: Some(reply), mode: None, links: before });
+        *owed &= source != Source::Rs485 || reply.is_event();
+    }
+    if *owed && !module.awaits(Source::Rs485) {
+        // The reply is suppressed: that is the answer.
+        *owed = false;
+        send(module, Source::Rs485, None, None);
     }
 }
 
-/// Serves the telegrams whose links have become free, oldest first.
-fn release(module: &mut Core, held: &mut Held) {
+/// Serves the requests whose links have become free, oldest first. True if RS485 waits for an answer now.
+fn release(module: &mut Core, held: &mut Held) -> bool {
+    let mut owed = false;
     while let Some(index) = held.iter().position(|(source, _)| !module.awaits(*source)) {
-        let (source, telegram) = held.remove(index);
-        serve(module, source, &telegram);
+        let (source, request) = held.remove(index);
+        owed |= serve(module, source, &request);
     }
+    owed
 }
 
-fn serve(module: &mut Core, source: Source, telegram: &Telegram) {
-    if let Answer::Now(reply) = module.serial(now(), source, telegram) {
-        send(source, reply, module.links().pause);
+/// Serves one request. True if RS485 waits for the answer.
+fn serve(module: &mut Core, source: Source, request: &Request) -> bool {
+    let (answer, mode) = module.serial(now(), source, request);
+    match answer {
+        Answer::Now(reply) => send(module, source, Some(reply), Some(mode)),
+        Answer::None => send(module, source, None, Some(mode)),
+        Answer::Later => return source == Source::Rs485,
     }
+    false
 }
 
-fn send(source: Source, telegram: Telegram, pause: u8) {
-    if source == Source::Rs485 && RS485.try_send(Outgoing { telegram, pause }).is_err() {
+fn send(module: &Core, source: Source, reply: Option<Reply>, mode: Option<Mode>) {
+    deliver(source, Outgoing { reply, mode, links: *module.links() });
+}
+
+fn deliver(source: Source, outgoing: Outgoing) {
+    if source == Source::Rs485 && RS485.try_send(outgoing).is_err() {
         defmt::warn!("RS485: more replies than fit, one dropped");
     }
 }

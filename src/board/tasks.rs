@@ -44,6 +44,7 @@ pub fn run(mut board: Board, spec: &'static Spec, spawner: Spawner) {
     interrupt::UART5.set_priority(Priority::P5);
     interrupt::UART4.set_priority(Priority::P6);
     // Each task is started once, so there is room for it.
+    // The module runs as soon as it is spawned, so it is there when the link asks for the mode to start in.
     let module = defmt::unwrap!(owner::own(spec, board.motion, store, seed()));
     MODULE.start(interrupt::UART4).spawn(module);
     LINKS.start(interrupt::UART5).spawn(defmt::unwrap!(rs485::carry(port, direction)));

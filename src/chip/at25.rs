@@ -73,14 +73,15 @@ impl<SPI: SpiDevice> At25<SPI> {
     }
 
     /// Waits for the end of a write that a restart of the firmware has overtaken: until then the part can
-    /// not be read. Gives up after about 20 ms, four times what a write takes.
-    pub fn settle(&mut self) -> Result<(), SPI::Error> {
+    /// not be read. False if that takes longer than about 20 ms, four times what a write takes: then there is
+    /// no part that answers.
+    pub fn settle(&mut self) -> Result<bool, SPI::Error> {
         for _ in 0..SETTLE_READS {
             if !self.busy()? {
-                break;
+                return Ok(true);
             }
         }
-        Ok(())
+        Ok(false)
     }
 
     /// True while a write is going on.

@@ -225,11 +225,6 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         Ok(self.transfer(COMMON, Common::TypeVersion as u8, None)? == TYPE_VERSION)
     }
 
-    /// Target reached, as of the last datagram (xEQt of the status byte).
-    pub const fn target_reached(&self, motor: Motor) -> bool {
-        self.status & (1 << (2 * motor as u8)) != 0
-    }
-
     /// Left reference switch active, as of the last datagram.
     pub const fn left_switch(&self, motor: Motor) -> bool {
         self.status & (2 << (2 * motor as u8)) != 0

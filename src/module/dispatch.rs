@@ -96,7 +96,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 confirmed(value)?;
                 self.restart = Some(now.after(RESTART_DELAY));
             }
-            // Programs, ASCII mode and the bootloader are not there yet.
+            // The link changes its mode; CAN has but one.
+            Opcode::EnterAscii if !matches!(source, Source::Can { .. }) => {}
+            // Programs and the bootloader are not there yet.
             Opcode::Ei
             | Opcode::Di
             | Opcode::Vect

@@ -3,14 +3,16 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
+use super::port::{Mode, Request};
 use super::{Module, Outcome, Source, UserFunctions};
 use crate::param::GlobalParameter as G;
-use crate::tmcl::Reply;
+use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::{self, Telegram};
+use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
 
 /// Interface settings in force. They follow the parameters only after the reply to the command that set
-/// them.
+/// them, but for the echo, which changes at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Links {
     /// Address on the RS485 bus (parameter 66).
@@ -21,29 +23,57 @@ pub struct Links {
     pub host: u8,
     /// Pause before a reply on RS485, in milliseconds (parameter 75).
     pub pause: u8,
+    /// What ASCII mode echoes (parameter 67, bits 4 and 5).
+    pub echo: Echo,
+    /// The mode byte links start in (parameter 67, bit 0).
+    pub start: Mode,
+    /// Identifier of requests on CAN (parameter 71).
+    pub can_id: u16,
+    /// Second identifier of requests there; 0 for none (parameter 83).
+    pub can_secondary: u16,
+    /// Identifier of replies there (parameter 70).
+    pub can_reply: u16,
 }
 
 impl Links {
     pub(super) fn of(globals: &[i32; G::COUNT]) -> Self {
-        let byte = |parameter: G| globals.get(parameter.index()).copied().unwrap_or_default() as u8;
+        let value = |parameter: G| globals.get(parameter.index()).copied().unwrap_or_default();
+        let byte = |parameter| value(parameter) as u8;
+        let identifier = |parameter| value(parameter) as u16;
         Links {
             address: byte(G::SerialAddress),
             secondary: byte(G::SerialSecondaryAddress),
             host: byte(G::SerialHostAddress),
             pause: byte(G::TelegramPause),
+            echo: Echo::from_parameter(value(G::AsciiMode)),
+            start: if value(G::AsciiMode) & 1 == 0 { Mode::Binary } else { Mode::Ascii },
+            can_id: identifier(G::CanId),
+            can_secondary: identifier(G::CanSecondaryId),
+            can_reply: identifier(G::CanReplyId),
         }
     }
 }
 
-/// The answer to a telegram.
+/// The answer to a request of a byte link, or to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum Answer<T = Reply> {
     /// Send this.
-    Now(Telegram),
-    /// It comes by [`Module::next_telegram`].
+    Now(T),
+    /// It comes by [`Module::next_serial`] or [`Module::next_frame`].
     Later,
     /// There is none.
     None,
+}
+
+impl<T> Answer<T> {
+    /// What became of a command, as `encode` puts its reply.
+    pub(super) fn of(outcome: Outcome, encode: impl FnOnce(&Reply) -> T) -> Self {
+        match outcome {
+            Outcome::Reply(reply) => Answer::Now(encode(&reply)),
+            Outcome::Pending => Answer::Later,
+            Outcome::Silent => Answer::None,
+        }
+    }
 }
 
 impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
@@ -54,32 +84,66 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
 
     /// True while a command of this link waits for its reply: the link is not to bring another one.
     pub fn awaits(&self, source: Source) -> bool {
-        self.waiting.iter().any(|waiting| waiting.source == source)
+        self.waiting.iter().any(|waiting| waiting.source.same_link(source))
     }
 
-    /// Takes a telegram from a byte link. On the RS485 bus it must carry one of the module's addresses; a
-    /// point-to-point link accepts any. Whoever is addressed answers a wrong checksum with status 1.
-    pub fn serial(&mut self, now: Micros, source: Source, telegram: &Telegram) -> Answer {
+    /// Takes a request from a byte link and answers it; in which mode the link goes on is part of the answer.
+    /// The reply is the [`Port`](super::Port)'s to encode, with the [`Module::links`] of this moment.
+    pub fn serial(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, Mode) {
         self.update_links();
-        let Links { address, secondary, .. } = self.links;
-        let [to, ..] = *telegram;
-        if source == Source::Rs485 && to != address && (secondary == 0 || to != secondary) {
-            return Answer::None;
-        }
-        let Some(command) = binary::decode_command(telegram) else {
-            return Answer::Now(self.encode(&Reply::WRONG_CHECKSUM));
-        };
-        match self.execute(now, source, command) {
-            Outcome::Reply(reply) => Answer::Now(self.encode(&reply)),
-            Outcome::Pending => Answer::Later,
-            Outcome::Silent => Answer::None,
+        match request {
+            Request::Telegram(telegram) => self.telegram(now, source, telegram),
+            Request::Line(line) => self.line(now, source, *line),
         }
     }
 
-    /// A telegram that has become due, and the byte link it goes to.
-    pub fn next_telegram(&mut self) -> Option<(Source, Telegram)> {
-        let (source, reply) = self.next_reply()?;
-        Some((source, self.encode(&reply)))
+    /// A reply of a byte link that has become due. What is due on CAN before it is to be fetched first.
+    pub fn next_serial(&mut self) -> Option<(Source, Reply)> {
+        let reply = self.replies.pop_front_if(|(source, _)| !matches!(source, Source::Can { .. }));
+        if reply.is_none() {
+            // All is said under the old settings.
+            self.update_links();
+        }
+        reply
+    }
+
+    /// On the RS485 bus a telegram must carry one of the module's addresses; a point-to-point link accepts
+    /// any. Whoever is addressed answers a wrong checksum with status 1. A module that has the host's address
+    /// knows replies to requests to others when it hears them, and is silent.
+    fn telegram(&mut self, now: Micros, source: Source, telegram: &Telegram) -> (Answer, Mode) {
+        let command = binary::decode_command(telegram);
+        if source == Source::Rs485 {
+            let Links { address, secondary, host, .. } = self.links;
+            let [to, content @ .., _] = *telegram;
+            let [overheard, _] = &mut self.overheard;
+            if to != address && (secondary == 0 || to != secondary) {
+                overheard.asked(now, command);
+                return (Answer::None, Mode::Binary);
+            }
+            if to == host && overheard.is_reply(now, content) {
+                return (Answer::None, Mode::Binary);
+            }
+        }
+        let Some(command) = command else {
+            return (Answer::Now(Reply::WRONG_CHECKSUM), Mode::Binary);
+        };
+        let mode = if command.opcode == Opcode::EnterAscii as u8 { Mode::Ascii } else { Mode::Binary };
+        (Answer::of(self.execute(now, source, command), |reply| *reply), mode)
+    }
+
+    /// A line in ASCII mode (manual section 3.4). BIN is answered as text, as everything is that was asked in
+    /// ASCII mode.
+    fn line(&mut self, now: Micros, source: Source, line: Line) -> (Answer, Mode) {
+        let (status, mode) = match line {
+            Line::Command(command) => {
+                return (Answer::of(self.execute(now, source, command), |reply| *reply), Mode::Ascii);
+            }
+            Line::Leave => (Status::Ok, Mode::Binary),
+            Line::Wrong(status) => (status, Mode::Ascii),
+        };
+        let reply = Reply::echo(status, Command::default());
+        let answer = if self.suppressed(0) { Answer::None } else { Answer::Now(reply) };
+        (answer, mode)
     }
 
     /// Lets the interface settings follow the parameters, unless a reply is still to go out under the old
@@ -88,9 +152,6 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         if self.waiting.is_empty() && self.replies.is_empty() {
             self.links = Links::of(&self.globals);
         }
-    }
-
-    fn encode(&self, reply: &Reply) -> Telegram {
-        binary::encode_reply(self.links.host, self.links.address, reply)
+        self.links.echo = Echo::from_parameter(self.global(G::AsciiMode));
     }
 }

@@ -1,24 +1,29 @@
 //! The device: everything a telegram can ask for, and what goes on between telegrams.
 //!
-//! Two entrances: a command comes in by [`Module::execute`] (or as a telegram by [`Module::serial`]) and
-//! time by [`Module::poll`]. A reply may come later: `poll` is followed by [`Module::next_reply`] until that
-//! has nothing more. There is no clock, no wait and no hardware access but through the chip drivers;
-//! digital and analog signals are exchanged as plain values.
+//! Two entrances: a command comes in by [`Module::execute`] (or from a byte link's [`Port`] by
+//! [`Module::serial`], as a frame by [`Module::can`]) and time by [`Module::poll`]. A reply may come later: `poll`
+//! is followed by [`Module::next_reply`] until that has nothing more. There is no clock, no wait and no hardware
+//! access but through the chip drivers; digital and analog signals are exchanged as plain values.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod axes;
+mod can;
 mod dispatch;
 mod globals;
 mod io;
 mod link;
+mod overheard;
+mod port;
 mod spec;
 mod supervision;
 
 pub use io::{Inputs, Outputs};
 pub use link::{Answer, Links};
+pub use port::{Heard, Message, Mode, Port, Request};
 pub use spec::{Spec, TMCM_1140};
 
+use overheard::Overheard;
 use supervision::Supervision;
 
 use embedded_hal::digital::OutputPin;
@@ -52,10 +57,22 @@ pub enum Source {
     Usb,
     /// The RS485 bus.
     Rs485,
+    /// The CAN bus.
+    Can {
+        /// Data bytes of the request, 7 or 8; its replies have as many.
+        length: u8,
+    },
+}
+
+impl Source {
+    /// True if both are the same link.
+    fn same_link(self, other: Self) -> bool {
+        core::mem::discriminant(&self) == core::mem::discriminant(&other)
+    }
 }
 
 /// Links that can wait for a reply at the same time.
-const LINKS: usize = 2;
+const LINKS: usize = 3;
 /// Replies on their way: one per link, and one event.
 const REPLIES: usize = LINKS + 1;
 
@@ -151,6 +168,8 @@ pub struct Module<M, D, E, U, const AXES: usize> {
     coordinates: [[i32; COORDINATES]; AXES],
     registers: Registers,
     links: Links,
+    /// What was asked of other modules, on RS485 and on CAN.
+    overheard: [Overheard; 2],
     waiting: Vec<Waiting, LINKS>,
     replies: Deque<(Source, Reply), REPLIES>,
     subscription: Option<Subscription>,
@@ -206,6 +225,7 @@ where
             coordinates: [[0; COORDINATES]; AXES],
             registers: Registers::default(),
             links: Links::default(),
+            overheard: Default::default(),
             waiting: Vec::new(),
             replies: Deque::new(),
             subscription: None,
@@ -299,7 +319,8 @@ where
         self.next
     }
 
-    /// A reply that has become due, and the link it goes to.
+    /// A reply that has become due, and the link it goes to. As a host sees it:
+    /// [`Module::next_serial`] and [`Module::next_frame`].
     pub fn next_reply(&mut self) -> Option<(Source, Reply)> {
         self.replies.pop_front()
     }

@@ -32,6 +32,7 @@ const HEARTBEATS: usize = 2;
 fn heartbeat(source: Source) -> usize {
     match source {
         Source::Usb | Source::Rs485 => 0,
+        Source::Can { .. } => 1,
     }
 }
 

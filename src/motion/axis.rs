@@ -225,7 +225,9 @@ impl<D: SpiDevice> Axis<D> {
         let mode = self.mode;
         let standing = self.position.actual == self.position.target && self.speed == 0;
         if mode != Mode::Velocity {
+            let errors = self.errors;
             self.rotate(now, chip, 0)?;
+            self.errors = errors;
         }
         self.write_position(chip, value)?;
         if mode != Mode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
@@ -434,7 +436,7 @@ impl<D: SpiDevice> Axis<D> {
         Ok(chip.write(self.motor, Register::XTarget, self.position.leg as u32)?)
     }
 
-    fn set_mode<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
+    pub(super) fn set_mode<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
         self.mode = mode;
         self.write_reference(chip)
     }

@@ -6,7 +6,7 @@ use embedded_hal::spi::SpiDevice;
 use super::current::Drive;
 use super::{Axis, Error, Events};
 use crate::chip::tmc262::flags;
-use crate::chip::tmc429::{Register, Tmc429};
+use crate::chip::tmc429::{Mode, Register, Tmc429};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -35,13 +35,14 @@ impl<D: SpiDevice> Axis<D> {
         Ok(events)
     }
 
-    /// Stops at once, without a ramp, and ends what was going on. A written zero in V_ACTUAL clears the hidden
-    /// bits of the velocity.
+    /// Stops at once, without a ramp, and ends what was going on. V_ACTUAL may be written in hold mode only
+    /// (datasheet section 8.1.6); a written zero clears the hidden bits of the velocity, too.
     pub fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        self.rotate(now, chip, 0)?;
+        self.set_mode(chip, Mode::Hold)?;
         chip.write(self.motor, Register::VActual, 0)?;
+        chip.write(self.motor, Register::VTarget, 0)?;
         self.speed = 0;
-        Ok(())
+        self.rotate(now, chip, 0)
     }
 
     /// Sets the driver up anew, as after its supply has come back.

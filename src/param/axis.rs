@@ -11,7 +11,7 @@ parameters! {
     2 TargetSpeed "target speed" Internal &[(-2047, 2047)], ReadWrite Volatile 0 "velocity mode; not valid in position mode",
     3 ActualSpeed "actual speed" Internal &[(-2047, 2047)], Read Volatile 0 "speed of the ramp generator",
     4 MaximumSpeed "maximum positioning speed" Internal &[(1, 2047)], ReadWrite OnCommand 1000 "top speed of positioning ramps",
-    5 MaximumAcceleration "maximum acceleration" Internal &[(1, 2047)], ReadWrite OnCommand 1000 "positioning uses the nearest value that has a PMUL/PDIV pair (manual 6.1.3), velocity mode the value as it is",
+    5 MaximumAcceleration "maximum acceleration" Internal &[(1, 2047)], ReadWrite OnCommand 1000 "for positioning raised to the smallest value within the limits of manual section 6.1.3, or lowered to the largest; velocity mode takes it as it is",
     6 MaximumCurrent "maximum current" Current &[(0, 255)], ReadWrite OnCommand 128 "32 steps of 8; CS = value/8",
     7 StandbyCurrent "standby current" Current &[(0, 255)], ReadWrite OnCommand 8 "used after parameter 214 has elapsed at standstill",
     8 PositionReached "position reached flag" Flag FLAG, Read Volatile 0 "1 while target and actual position are equal",

@@ -3,6 +3,7 @@
 use embedded_hal::spi::SpiDevice;
 
 use super::page::Job;
+use super::{Report, Store};
 use crate::chip::at25::{At25, PAGE};
 use crate::units::Micros;
 
@@ -20,11 +21,17 @@ pub struct Keeper<SPI> {
 }
 
 impl<SPI: SpiDevice> Keeper<SPI> {
-    /// Takes charge of the part, right after the settings have been read from it. If it is busy or does not
-    /// answer, all writes fail until the next restart.
-    pub fn new(mut part: At25<SPI>) -> Self {
-        let readable = matches!(part.busy(), Ok(false));
-        Keeper { part, readable, writing: None }
+    /// Takes charge of the part and reads the settings from it, once a write that a restart has overtaken is
+    /// over. If the part does not answer, defaults apply and all writes fail until the next restart.
+    pub fn load(mut part: At25<SPI>) -> (Self, Store, Report) {
+        let loaded = match part.settle() {
+            Ok(true) => Store::load(|address, page| part.read(address, page)).ok(),
+            Ok(false) | Err(_) => None,
+        };
+        let readable = loaded.is_some();
+        let unreachable = || (Store::unreachable(), Report { unreachable: true, ..Report::default() });
+        let (store, report) = loaded.unwrap_or_else(unreachable);
+        (Keeper { part, readable, writing: None }, store, report)
     }
 
     /// The SPI device back, as for a restart of the firmware.

@@ -26,6 +26,8 @@ pub struct Report {
     pub valid: u8,
     /// Page copies that hold something else: another firmware's data, or a write cut short.
     pub foreign: u8,
+    /// The part does not answer.
+    pub unreachable: bool,
 }
 
 /// The settings as they are in the EEPROM and as they shall be.
@@ -41,6 +43,8 @@ pub struct Store {
     /// Copies of page 0 a factory reset still has to write.
     resetting: u8,
     in_flight: Option<Flight>,
+    /// Nobody knows what is durable.
+    unreachable: bool,
 }
 
 /// A page handed out to be written.
@@ -92,7 +96,7 @@ impl Store {
         Ok((store, report))
     }
 
-    /// A store that reads as factory defaults, as with a fresh EEPROM, or one that cannot be read.
+    /// A store that reads as factory defaults, as with a fresh EEPROM.
     pub fn empty() -> Self {
         let mut defaults = [Values::default(); PAGES];
         for slot in Slot::all() {
@@ -108,7 +112,13 @@ impl Store {
             dirty: 0,
             resetting: 0,
             in_flight: None,
+            unreachable: false,
         }
+    }
+
+    /// The same for a part that does not answer: nothing counts as durable, whatever its value.
+    pub fn unreachable() -> Self {
+        Store { unreachable: true, ..Self::empty() }
     }
 
     /// The stored value of a slot; `None` if there is no such slot.
@@ -133,6 +143,7 @@ impl Store {
             resetting: RESET_WRITES,
             in_flight: self.in_flight,
             newest: self.newest,
+            unreachable: self.unreachable,
             ..Self::empty()
         };
     }
@@ -184,7 +195,7 @@ impl Store {
 
     fn mark(&mut self, page: usize) {
         let Some(bit) = u32::try_from(page).ok().and_then(|page| 1_u16.checked_shl(page)) else { return };
-        if self.wanted.get(page) == self.durable.get(page) {
+        if self.wanted.get(page) == self.durable.get(page) && !self.unreachable {
             self.dirty &= !bit;
         } else {
             self.dirty |= bit;

@@ -35,7 +35,7 @@ impl Part {
 #[test]
 fn an_empty_part_reads_as_defaults_and_is_left_alone() {
     let (mut store, report) = Part::fresh().load();
-    assert_eq!(report, Report { valid: 0, foreign: 0 });
+    assert_eq!(report, Report::default());
     assert_eq!(store.get(SPEED), Some(1000));
     assert_eq!(store.get(Slot::Global(GlobalParameter::SerialAddress)), Some(1));
     assert_eq!(store.next_job(), None);
@@ -117,10 +117,22 @@ fn a_failed_write_gives_up_what_is_not_durable() {
 }
 
 #[test]
+fn nothing_is_durable_in_a_part_that_does_not_answer() {
+    let mut store = Store::unreachable();
+    assert!(store.settled());
+    // Even a value that is what the store reads already.
+    store.set(SPEED, 1000);
+    assert!(!store.settled() && store.next_job().is_some());
+    store.finish(false);
+    assert!(store.settled());
+    assert_eq!(store.get(SPEED), Some(1000));
+}
+
+#[test]
 fn foreign_contents_are_reported_and_count_as_defaults() {
     let part = Part((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
     let (store, report) = part.load();
-    assert_eq!(report, Report { valid: 0, foreign: 32 });
+    assert_eq!(report, Report { foreign: 32, ..Report::default() });
     assert_eq!(store.get(SPEED), Some(1000));
 }
 

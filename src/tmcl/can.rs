@@ -6,6 +6,15 @@ use super::{Command, Reply};
 /// Data of a request or reply: at most eight bytes.
 pub type Data = heapless::Vec<u8, 8>;
 
+/// A data frame with an 11-bit identifier.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Frame {
+    /// Its identifier.
+    pub id: u16,
+    /// Its data.
+    pub data: Data,
+}
+
 /// The command in a frame of seven or more data bytes; a shorter frame is none.
 pub fn decode_command(data: &[u8]) -> Option<Command> {
     Some(Command::from_bytes(*data.first_chunk()?))

@@ -83,6 +83,11 @@ impl Reply {
         Reply::Plain { status, opcode: command.opcode, value: command.value }
     }
 
+    /// True for the event of command 138, which answers no request at that moment.
+    pub const fn is_event(&self) -> bool {
+        matches!(self, Reply::Plain { status: Status::PositionReached, .. })
+    }
+
     /// The answer to a telegram with a wrong checksum: nothing of it can be trusted, so nothing is echoed.
     pub const WRONG_CHECKSUM: Reply = Reply::Plain { status: Status::WrongChecksum, opcode: 0, value: 0 };
 }

@@ -16,9 +16,9 @@ pub enum Error<'a> {
     /// The command wants fewer operands; the first that is too many.
     Unexpected(&'static Instruction, &'a str),
     /// An operand is neither a number nor a name the command knows.
-    BadOperand(&'static Instruction, &'a str),
+    BadOperand(&'static Instruction, Field, &'a str),
     /// A number does not fit the field.
-    OutOfRange(&'static Instruction, &'a str),
+    OutOfRange(&'static Instruction, Field, &'a str),
 }
 
 impl fmt::Display for Error<'_> {
@@ -28,10 +28,10 @@ impl fmt::Display for Error<'_> {
             Error::UnknownMnemonic(word) => write!(f, "unknown command '{word}'"),
             Error::Missing(i, field) => write!(f, "{}: missing {}; usage: {i}", i.mnemonic, FieldName(*field)),
             Error::Unexpected(i, word) => write!(f, "{}: '{word}' is one operand too many; usage: {i}", i.mnemonic),
-            Error::BadOperand(i, word) => {
+            Error::BadOperand(i, _, word) => {
                 write!(f, "{}: '{word}' is neither a number nor a known name; usage: {i}", i.mnemonic)
             }
-            Error::OutOfRange(i, word) => write!(f, "{}: {word} is out of range; usage: {i}", i.mnemonic),
+            Error::OutOfRange(i, _, word) => write!(f, "{}: {word} is out of range; usage: {i}", i.mnemonic),
         }
     }
 }
@@ -139,9 +139,9 @@ fn fill<'a>(
     };
     let value = match named {
         Some(position) => position as i64,
-        None => number(word).ok_or(Error::BadOperand(instruction, word))?,
+        None => number(word).ok_or(Error::BadOperand(instruction, field, word))?,
     };
-    let out_of_range = Error::OutOfRange(instruction, word);
+    let out_of_range = Error::OutOfRange(instruction, field, word);
     match field {
         Field::Kind | Field::Named(_) => command.kind = u8::try_from(value).map_err(|_| out_of_range)?,
         Field::Motor => command.motor = u8::try_from(value).map_err(|_| out_of_range)?,

@@ -58,7 +58,9 @@ class Simulator:
 
     def __init__(self, binary, folder):
         self.serial = str(Path(folder) / "tmcm1140")
-        arguments = ["sim", "--serial", self.serial, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]
+        self.slcan = str(Path(folder) / "slcan")
+        links = ["--serial", self.serial, "--slcan", self.slcan, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]
+        arguments = ["sim", *links]
         self.process = subprocess.Popen([binary, *arguments], stdout=subprocess.PIPE, text=True)
         told = {}
         for line in self.process.stdout:
@@ -231,6 +233,7 @@ def main():
                 ("serial_tmcl", f"--port {simulator.serial} --data-rate 9600"),
                 ("usb_tmcl", f"--port {simulator.serial}"),
                 ("socket_serial_tmcl", f"--port {simulator.tcp}"),
+                ("slcan_tmcl", f"--port {simulator.slcan}"),
             ):
                 try:
                     session(name, arguments, simulator)

@@ -68,7 +68,7 @@ impl Bench {
     /// Sends a command over USB and gives the reply as the host sees it.
     pub fn send(&mut self, command: Command) -> Received {
         let sent = self.exchange(Source::Usb, binary::encode_command(1, command));
-        let telegram = sent.unwrap_or_else(|| panic!("no reply to {command}")).telegram;
+        let telegram = sent.unwrap_or_else(|| panic!("no reply to {command}")).telegram().unwrap();
         binary::decode_reply(&telegram).unwrap()
     }
 
@@ -97,13 +97,15 @@ impl Bench {
         let telegram = binary::encode_command(address, text::parse(line).unwrap());
         let sent = self.exchange(source, telegram)?;
         assert_eq!(sent.source, source, "{line}: the reply goes where the command came from");
-        Some(binary::decode_reply(&sent.telegram).unwrap())
+        Some(binary::decode_reply(&sent.telegram().unwrap()).unwrap())
     }
 
     /// Lets time pass and gives the telegrams that came without being waited for.
     pub fn listen(&mut self, span: Nanos) -> Vec<Received> {
         self.run(span);
-        std::iter::from_fn(|| self.module.sent()).map(|sent| binary::decode_reply(&sent.telegram).unwrap()).collect()
+        std::iter::from_fn(|| self.module.sent())
+            .map(|sent| binary::decode_reply(&sent.telegram().unwrap()).unwrap())
+            .collect()
     }
 
     /// What the EEPROM holds at this moment, as it would survive a power cut.

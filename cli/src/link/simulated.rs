@@ -36,8 +36,8 @@ impl Simulated {
         module.receive(Source::Usb, *request);
         while module.now() < end {
             module.run_until(module.next_event().map_or(end, |next| next.min(end)));
-            if let Some(sent) = module.sent() {
-                return Ok(sent.telegram);
+            if let Some(telegram) = module.sent().and_then(|sent| sent.telegram()) {
+                return Ok(telegram);
             }
         }
         Err(LinkError::NoReply { bytes: 0 })

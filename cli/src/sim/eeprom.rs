@@ -45,6 +45,18 @@ impl EepromFile {
         Ok(EepromFile { path, kept, failed: None })
     }
 
+    /// The files of several modules: that of the first has the name given, the others' have their number added.
+    pub fn open_all(path: &Path, modules: usize) -> Result<Vec<Self>, Failure> {
+        let name = |number: usize| {
+            let mut name = path.as_os_str().to_owned();
+            if number > 1 {
+                name.push(format!(".{number}"));
+            }
+            name
+        };
+        (1..=modules).map(|number| Self::open(Path::new(&name(number)))).collect()
+    }
+
     /// What is in the file.
     pub fn contents(&self) -> Option<&[u8]> {
         self.kept.as_deref()

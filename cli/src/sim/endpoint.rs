@@ -1,11 +1,10 @@
-//! One end of a byte link: bytes become telegrams, replies become bytes.
+//! One end of a byte link: the bytes of one client, and the silences between them.
 
 use std::io::{Read, Write};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-use tmcm::tmcl::binary::{Framer, Telegram};
-use tmcm::units::Micros;
+use tmcm::tmcl::binary::Framer;
 
 use super::stream::{Input, Stream};
 use crate::virtual_module::Client;
@@ -13,50 +12,50 @@ use crate::virtual_module::Client;
 /// Silence after which an unfinished telegram is given up. It counts from when bytes were read, and only if
 /// another look found none: a host or a simulator that was held up for a moment does not tear a telegram.
 const GAP: Duration = Duration::from_micros(Framer::GAP.0);
-/// The framer is told of silences by [`Framer::reset`] alone; for it all bytes arrive at one time.
-const NOW: Micros = Micros(0);
 /// Bytes read in one turn, so that one link cannot keep all others waiting.
 const PORTION: usize = 4096;
 
-/// A stream of telegrams from one client.
+/// What comes from a client.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Arrival<'a> {
+    /// Bytes, at least one.
+    Bytes(&'a [u8]),
+    /// The end of a telegram, finished or not: nothing has come for a while. Told once.
+    Silence,
+}
+
+/// A stream of bytes from one client.
 #[derive(Debug)]
 pub struct Endpoint<T> {
     /// The bytes.
     pub stream: Stream<T>,
     /// Who sends them.
     pub client: Client,
-    framer: Framer,
-    unfinished: bool,
-    heard: Instant,
+    /// When bytes were last read, until the silence after them has been told.
+    heard: Option<Instant>,
 }
 
 impl<T: Read + Write + AsFd> Endpoint<T> {
     /// An endpoint at which nothing has arrived yet.
     pub fn new(stream: Stream<T>, client: Client) -> Self {
-        Endpoint { stream, client, framer: Framer::new(), unfinished: false, heard: Instant::now() }
+        Endpoint { stream, client, heard: None }
     }
 
-    /// Takes what has arrived and hands out the telegrams that are complete.
-    pub fn receive(&mut self, mut take: impl FnMut(Telegram)) {
+    /// Takes what has arrived.
+    pub fn receive(&mut self, take: impl FnOnce(Arrival<'_>)) {
         let mut buffer = [0; PORTION];
-        let Input::Bytes(count) = self.stream.read(&mut buffer) else {
-            if self.silence_ends().is_some_and(|end| end <= Instant::now()) {
-                self.framer.reset();
-                self.unfinished = false;
-            }
-            return;
-        };
-        for byte in buffer.iter().take(count) {
-            let telegram = self.framer.push(*byte, NOW);
-            self.unfinished = telegram.is_none();
-            telegram.into_iter().for_each(&mut take);
+        if let Input::Bytes(count) = self.stream.read(&mut buffer) {
+            self.heard = Some(Instant::now());
+            take(Arrival::Bytes(buffer.get(..count).unwrap_or_default()));
+        } else if self.silence_ends().is_some_and(|end| end <= Instant::now()) {
+            self.heard = None;
+            take(Arrival::Silence);
         }
-        self.heard = Instant::now();
     }
 
-    /// When the unfinished telegram is given up, if there is one.
+    /// When the silence has lasted long enough to be told, if it has not been.
     pub fn silence_ends(&self) -> Option<Instant> {
-        self.unfinished.then(|| self.heard + GAP)
+        self.heard.map(|heard| heard + GAP)
     }
 }
 
@@ -64,48 +63,44 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
 mod tests {
     use super::*;
     use std::os::unix::net::UnixStream;
-    use tmcm::tmcl::{Command, binary};
 
     /// The host's end of a link, and the module's.
     fn link() -> (UnixStream, Endpoint<UnixStream>) {
         let (host, module) = UnixStream::pair().unwrap();
         module.set_nonblocking(true).unwrap();
-        (host, Endpoint::new(Stream::new(module, TELEGRAM), Client(1)))
+        (host, Endpoint::new(Stream::new(module, 1), Client(1)))
     }
 
-    const TELEGRAM: usize = binary::TELEGRAM;
-
-    fn telegram() -> Telegram {
-        binary::encode_command(1, Command::new(6, 4, 0, 0))
-    }
-
-    fn received(endpoint: &mut Endpoint<UnixStream>) -> Vec<Telegram> {
+    /// Bytes, or `None` for a silence.
+    fn received(endpoint: &mut Endpoint<UnixStream>) -> Vec<Option<Vec<u8>>> {
         let mut all = Vec::new();
-        endpoint.receive(|telegram| all.push(telegram));
+        endpoint.receive(|arrival| {
+            all.push(if let Arrival::Bytes(bytes) = arrival { Some(bytes.to_vec()) } else { None });
+        });
         all
     }
 
     #[test]
-    fn a_simulator_that_was_held_up_does_not_tear_a_telegram() {
+    fn a_simulator_that_was_held_up_sees_no_silence() {
         let (mut host, mut endpoint) = link();
-        host.write_all(&telegram()[..4]).unwrap();
-        assert!(received(&mut endpoint).is_empty());
-        host.write_all(&telegram()[4..]).unwrap();
+        host.write_all(b"1234").unwrap();
+        assert_eq!(received(&mut endpoint), [Some(b"1234".to_vec())]);
+        host.write_all(b"56789").unwrap();
         std::thread::sleep(3 * GAP);
-        assert_eq!(received(&mut endpoint), [telegram()]);
-        assert_eq!(endpoint.silence_ends(), None);
+        assert_eq!(received(&mut endpoint), [Some(b"56789".to_vec())]);
     }
 
     #[test]
-    fn a_silence_that_was_seen_ends_an_unfinished_telegram() {
+    fn a_silence_is_told_once() {
         let (mut host, mut endpoint) = link();
-        host.write_all(&telegram()[..4]).unwrap();
+        assert_eq!(endpoint.silence_ends(), None);
         assert!(received(&mut endpoint).is_empty());
-        assert!(endpoint.silence_ends().is_some());
+        host.write_all(b"1234").unwrap();
+        assert_eq!(received(&mut endpoint), [Some(b"1234".to_vec())]);
+        assert!(received(&mut endpoint).is_empty() && endpoint.silence_ends().is_some());
         std::thread::sleep(3 * GAP);
+        assert_eq!(received(&mut endpoint), [None]);
         assert!(received(&mut endpoint).is_empty());
         assert_eq!(endpoint.silence_ends(), None);
-        host.write_all(&[telegram(), telegram()].concat()).unwrap();
-        assert_eq!(received(&mut endpoint), [telegram(), telegram()]);
     }
 }

@@ -1,117 +1,138 @@
-//! All that the simulator listens to, and how it says so.
+//! All that the simulator listens to.
 
-use std::io::{self, Write};
+use std::fs::File;
 use std::net::TcpStream;
 use std::os::fd::BorrowedFd;
+use std::path::Path;
 use std::time::Instant;
 
 use rustix::event::PollFlags;
+use tmcm::module::Source;
 
 use super::Options;
 use super::control::Controller;
-use super::endpoint::Endpoint;
+use super::endpoint::{Arrival, Endpoint};
 use super::pty::Pty;
+use super::slcan::Port;
 use super::tcp::Server;
 use crate::failure::Failure;
+use crate::fleet::Fleet;
 use crate::virtual_module::{Client, Sent, VirtualModule};
-use tmcm::module::Source;
 
 /// The TCP port that is used when none is asked for, if it is free.
 const USUAL_PORT: u16 = 4140;
-/// The client at the serial port; TCP connections count up from there.
+/// The clients at the pseudo terminals; TCP connections count up from the last.
 const SERIAL: Client = Client(0);
-/// Telegrams that may wait in the module; while there are more, nothing is read from its links.
+const RS485: Client = Client(1);
+const SLCAN: Client = Client(2);
+/// Requests that may wait; while there are more, nothing is read.
 const BACKLOG: usize = 64;
 
-/// The links of the USB interface of module 1, and the control port.
+/// The USB interface of module 1, the buses, and the control port.
 #[derive(Debug)]
 pub struct Links {
-    serial: Option<Pty>,
-    tcp: Option<Server<Endpoint<TcpStream>>>,
+    pub(super) serial: Option<Pty<Endpoint<File>>>,
+    pub(super) tcp: Option<Server<Endpoint<TcpStream>>>,
+    pub(super) rs485: Option<Pty<Endpoint<File>>>,
+    pub(super) slcan: Option<Pty<Port<File>>>,
+    pub(super) slcan_tcp: Option<Server<Port<TcpStream>>>,
     /// The control port.
     pub control: Option<Server<Controller>>,
     last_client: Client,
 }
 
 impl Links {
-    /// Opens what the options ask for, and one link of each kind if they ask for none.
+    /// Opens what the options ask for, and a serial port and a TCP port if they ask for none.
     pub fn open(options: &Options) -> Result<Self, Failure> {
-        let bare = options.serial.is_none() && options.tcp.is_none();
+        let ptys = [&options.serial, &options.rs485, &options.slcan];
+        let bare = ptys.iter().all(|path| path.is_none()) && options.tcp.is_none() && options.slcan_tcp.is_none();
         let tcp = match &options.tcp {
-            Some(address) => Some(Server::listen("--tcp", address)?),
             None if bare => Some(
                 Server::bind(&format!("127.0.0.1:{USUAL_PORT}")).or_else(|_| Server::listen("--tcp", "127.0.0.1:0"))?,
             ),
-            None => None,
+            address => listen("--tcp", address.as_deref())?,
         };
-        let control = match &options.control {
-            Some(address) => Some(Server::listen("--control", address)?),
-            None => None,
+        let serial = if bare {
+            Some(Pty::open("--serial", None, |stream| Endpoint::new(stream, SERIAL))?)
+        } else {
+            pty("--serial", options.serial.as_deref(), SERIAL)?
         };
-        let link = options.serial.as_deref();
-        let serial = if bare || link.is_some() { Some(Pty::open(link, SERIAL)?) } else { None };
-        Ok(Links { serial, tcp, control, last_client: SERIAL })
+        let slcan = options.slcan.as_deref();
+        let adapter = |link| Pty::open("--slcan", Some(link), |stream| Port::new(Endpoint::new(stream, SLCAN)));
+        Ok(Links {
+            serial,
+            tcp,
+            rs485: pty("--rs485", options.rs485.as_deref(), RS485)?,
+            slcan: slcan.map(adapter).transpose()?,
+            slcan_tcp: listen("--slcan-tcp", options.slcan_tcp.as_deref())?,
+            control: listen("--control", options.control.as_deref())?,
+            last_client: SLCAN,
+        })
     }
 
-    /// Says where the module can be reached, with lines to copy.
-    pub fn introduce(&self, out: &mut impl Write) -> io::Result<()> {
-        if let Some(pty) = &self.serial {
-            let path = pty.path().display();
-            writeln!(out, "serial: {path}")?;
-            if pty.path() != pty.device() {
-                writeln!(out, "    (a link to {})", pty.device().display())?;
-            }
-            writeln!(out, "    tmcl send {path} \"GAP 1, 0\"")?;
-            writeln!(out, "    ConnectionManager(\"--interface usb_tmcl --port {path}\")")?;
-            writeln!(out, "    ConnectionManager(\"--interface serial_tmcl --port {path} --data-rate 9600\")")?;
-        }
-        if let Some(server) = &self.tcp {
-            let to = server.reachable();
-            writeln!(out, "tcp: {}", server.address())?;
-            writeln!(out, "    tmcl send tcp:{to} \"GAP 1, 0\"")?;
-            if to.is_ipv4() {
-                writeln!(out, "    ConnectionManager(\"--interface socket_serial_tmcl --port {to}\")")?;
-            }
-        }
-        if let Some(server) = &self.control {
-            let to = server.reachable();
-            writeln!(out, "control: {}", server.address())?;
-            writeln!(out, "    echo state | nc {} {}", to.ip(), to.port())?;
-        }
-        Ok(())
-    }
-
-    /// Gives the module the telegrams that have arrived.
-    pub fn receive(&mut self, module: &mut VirtualModule) {
-        if module.backlog() < BACKLOG
-            && let Some(pty) = &mut self.serial
-        {
-            pty.endpoint.receive(|telegram| module.receive_from(Source::Usb, SERIAL, telegram));
-        }
-        let Some(server) = &mut self.tcp else { return };
+    /// Gives the modules what has arrived.
+    pub fn receive(&mut self, fleet: &mut Fleet) {
         let last = &mut self.last_client.0;
-        server.accept(|stream| {
+        let mut next = || {
             *last += 1;
-            Endpoint::new(stream, Client(*last))
-        });
-        for endpoint in &mut server.clients {
-            let client = endpoint.client;
-            if module.backlog() < BACKLOG {
-                endpoint.receive(|telegram| module.receive_from(Source::Usb, client, telegram));
+            Client(*last)
+        };
+        if let Some(server) = &mut self.tcp {
+            server.accept(|stream| Endpoint::new(stream, next()));
+        }
+        if let Some(server) = &mut self.slcan_tcp {
+            server.accept(|stream| Port::new(Endpoint::new(stream, next())));
+        }
+        let serial = self.serial.iter_mut().map(|pty| &mut pty.end);
+        for endpoint in serial {
+            usb(fleet, endpoint);
+        }
+        for endpoint in self.tcp.iter_mut().flat_map(|server| &mut server.clients) {
+            usb(fleet, endpoint);
+        }
+        if let Some(pty) = self.rs485.as_mut().filter(|_| fleet.backlog() < BACKLOG) {
+            pty.end.receive(|arrival| match arrival {
+                Arrival::Bytes(bytes) => fleet.send_rs485(bytes),
+                Arrival::Silence => fleet.silence_rs485(),
+            });
+        }
+        if let Some(pty) = self.slcan.as_mut().filter(|_| fleet.backlog() < BACKLOG) {
+            pty.end.receive(fleet);
+        }
+        for port in self.slcan_tcp.iter_mut().flat_map(|server| &mut server.clients) {
+            if fleet.backlog() < BACKLOG {
+                port.receive(fleet);
             }
         }
     }
 
-    /// Takes a reply to the client that it is for.
-    pub fn send(&mut self, sent: &Sent) {
+    /// Takes what the modules have sent to whom it is for.
+    pub fn send(&mut self, fleet: &mut Fleet) {
+        while let Some((module, sent)) = fleet.sent() {
+            // Nobody is at the USB connectors of the others.
+            if module == 0 {
+                self.reply(&sent);
+            }
+        }
+        let bytes = fleet.rs485();
+        if let Some(pty) = self.rs485.as_mut().filter(|_| !bytes.is_empty()) {
+            pty.end.stream.write(&bytes);
+        }
+        while let Some(heard) = fleet.can() {
+            self.slcan.iter_mut().for_each(|pty| pty.end.hear(&heard));
+            self.slcan_tcp.iter_mut().flat_map(|server| &mut server.clients).for_each(|port| port.hear(&heard));
+        }
+    }
+
+    fn reply(&mut self, sent: &Sent) {
         if sent.client == SERIAL
             && let Some(pty) = &mut self.serial
         {
             // A reply that nobody reads is lost.
-            pty.endpoint.stream.write(&sent.telegram);
+            pty.end.stream.write(&sent.bytes);
         } else if let Some(server) = &mut self.tcp
             && let Some(endpoint) = server.clients.iter_mut().find(|endpoint| endpoint.client == sent.client)
-            && !endpoint.stream.write(&sent.telegram)
+            && !endpoint.stream.write(&sent.bytes)
         {
             // A client that sends and never reads is cut off.
             endpoint.stream.give_up();
@@ -119,11 +140,11 @@ impl Links {
     }
 
     /// Writes what waits and closes connections that are done with.
-    pub fn tidy(&mut self, module: &mut VirtualModule) {
-        if let Some(pty) = &mut self.serial {
-            pty.endpoint.stream.flush();
-        }
-        if let Some(server) = &mut self.tcp {
+    pub fn tidy(&mut self, fleet: &mut Fleet) {
+        let quiet = !fleet.is_busy();
+        self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());
+        self.slcan.iter_mut().for_each(|pty| pty.end.endpoint.stream.flush());
+        if let (Some(server), Some(module)) = (&mut self.tcp, fleet.modules_mut().first_mut()) {
             server.clients.retain_mut(|Endpoint { stream, client, .. }| {
                 stream.flush();
                 let done = stream.ended() && stream.drained() && !module.owes(*client);
@@ -131,6 +152,14 @@ impl Links {
                     module.forget(*client);
                 }
                 !done && !stream.broken()
+            });
+        }
+        if let Some(server) = &mut self.slcan_tcp {
+            server.clients.retain_mut(|port| {
+                let stream = &mut port.endpoint.stream;
+                stream.flush();
+                // Who has said all may still be told something.
+                !(stream.ended() && stream.drained() && quiet || stream.broken())
             });
         }
         if let Some(server) = &mut self.control {
@@ -142,25 +171,56 @@ impl Links {
     }
 
     /// What there is to wait for.
-    pub fn interests(&self, module: &VirtualModule) -> Vec<(BorrowedFd<'_>, PollFlags)> {
-        let full = module.backlog() >= BACKLOG;
+    pub fn interests(&self, fleet: &Fleet) -> Vec<(BorrowedFd<'_>, PollFlags)> {
+        let full = fleet.backlog() >= BACKLOG;
         let mut wanted: Vec<(BorrowedFd<'_>, PollFlags)> = Vec::new();
-        wanted.extend(self.serial.as_ref().and_then(|pty| pty.endpoint.stream.interest(full)));
-        if let Some(server) = &self.tcp {
-            wanted.extend(server.listening().map(|fd| (fd, PollFlags::IN)));
-            wanted.extend(server.clients.iter().filter_map(|endpoint| endpoint.stream.interest(full)));
-        }
-        if let Some(server) = &self.control {
-            wanted.extend(server.listening().map(|fd| (fd, PollFlags::IN)));
-            wanted.extend(server.clients.iter().filter_map(|controller| controller.stream.interest(false)));
-        }
+        wanted.extend(self.files().filter_map(|endpoint| endpoint.stream.interest(full)));
+        wanted.extend(self.sockets().filter_map(|endpoint| endpoint.stream.interest(full)));
+        let tcp = self.tcp.as_ref().and_then(Server::listening);
+        let slcan_tcp = self.slcan_tcp.as_ref().and_then(Server::listening);
+        let control = self.control.as_ref().and_then(Server::listening);
+        wanted.extend([tcp, slcan_tcp, control].into_iter().flatten().map(|fd| (fd, PollFlags::IN)));
+        let controllers = self.control.iter().flat_map(|server| &server.clients);
+        wanted.extend(controllers.filter_map(|controller| controller.stream.interest(false)));
         wanted
     }
 
-    /// When the first unfinished telegram is given up.
+    /// When the first silence is to be told.
     pub fn silence_ends(&self) -> Option<Instant> {
-        let serial = self.serial.iter().filter_map(|pty| pty.endpoint.silence_ends());
-        let tcp = self.tcp.iter().flat_map(|server| server.clients.iter().filter_map(Endpoint::silence_ends));
-        serial.chain(tcp).min()
+        let files = self.files().filter_map(Endpoint::silence_ends);
+        files.chain(self.sockets().filter_map(Endpoint::silence_ends)).min()
+    }
+
+    fn files(&self) -> impl Iterator<Item = &Endpoint<File>> {
+        let slcan = self.slcan.iter().map(|pty| &pty.end.endpoint);
+        self.serial.iter().chain(&self.rs485).map(|pty| &pty.end).chain(slcan)
+    }
+
+    fn sockets(&self) -> impl Iterator<Item = &Endpoint<TcpStream>> {
+        let slcan = self.slcan_tcp.iter().flat_map(|server| &server.clients).map(|port| &port.endpoint);
+        self.tcp.iter().flat_map(|server| &server.clients).chain(slcan)
+    }
+}
+
+fn listen<C>(option: &str, address: Option<&str>) -> Result<Option<Server<C>>, Failure> {
+    address.map(|address| Server::listen(option, address)).transpose()
+}
+
+fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<Endpoint<File>>>, Failure> {
+    link.map(|link| Pty::open(option, Some(link), |stream| Endpoint::new(stream, client))).transpose()
+}
+
+/// Brings module 1 what has come from a client on its USB link.
+fn usb<T: std::io::Read + std::io::Write + std::os::fd::AsFd>(fleet: &mut Fleet, endpoint: &mut Endpoint<T>) {
+    let client = endpoint.client;
+    let full = fleet.backlog() >= BACKLOG;
+    let Some(module) = fleet.modules_mut().first_mut().filter(|_| !full) else { return };
+    endpoint.receive(|arrival| take(module, client, arrival));
+}
+
+fn take(module: &mut VirtualModule, client: Client, arrival: Arrival<'_>) {
+    match arrival {
+        Arrival::Bytes(bytes) => module.hear(Source::Usb, client, bytes),
+        Arrival::Silence => module.silence(Source::Usb, client),
     }
 }

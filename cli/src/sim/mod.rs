@@ -1,4 +1,4 @@
-//! `tmcl sim`: a virtual module at the pace of a clock, with links that host software opens.
+//! `tmcl sim`: virtual modules at the pace of a clock, with links that host software opens.
 //!
 //! One thread. A turn lets virtual time pass up to now, takes what has arrived, hands out the replies that are due,
 //! and sleeps until bytes arrive or the module has something to do.
@@ -6,10 +6,12 @@
 pub mod control;
 pub mod eeprom;
 pub mod endpoint;
+mod introduce;
 pub mod links;
 mod options;
 pub mod pacing;
 pub mod pty;
+pub mod slcan;
 pub mod stream;
 pub mod tcp;
 
@@ -28,6 +30,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::module::{Spec, TMCM_1140};
 
 use crate::failure::Failure;
+use crate::fleet::Fleet;
 use crate::virtual_module::VirtualModule;
 use eeprom::EepromFile;
 use links::Links;
@@ -49,20 +52,28 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(path) => read_world(path)?,
         None => WorldConfig::default(),
     };
-    let mut eeprom = options.eeprom.as_deref().map(EepromFile::open).transpose()?;
-    let module = VirtualModule::new(&world, eeprom.as_ref().and_then(EepromFile::contents), SEED);
-    if let Some(file) = &mut eeprom {
+    let count = usize::from(options.modules);
+    let mut eeproms = match &options.eeprom {
+        Some(path) => EepromFile::open_all(path, count)?,
+        None => Vec::new(),
+    };
+    let contents: Vec<Option<&[u8]>> =
+        (0..count).map(|index| eeproms.get(index).and_then(EepromFile::contents)).collect();
+    let mut fleet = Fleet::new(&world, &contents, SEED);
+    fleet.await_silences();
+    for (file, module) in eeproms.iter_mut().zip(fleet.modules()) {
         file.save(module.board().borrow().at25().contents())?;
     }
     let links = Links::open(options)?;
     let mut out = std::io::stdout().lock();
     let Spec { number, major, minor, .. } = TMCM_1140;
-    writeln!(out, "A virtual TMCM-{number} with firmware version {major}.{minor:02}. Ctrl-C ends it.")?;
-    links.introduce(&mut out)?;
+    let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
+    writeln!(out, "{article} virtual TMCM-{number}{plural} with firmware version {major}.{minor:02}. Ctrl-C ends it.")?;
+    introduce::introduce(&links, &mut out)?;
     writeln!(out, "ready")?;
     out.flush()?;
     let pacer = Pacer::new(options.speed, Instant::now());
-    Simulator { stop, modules: vec![module], links, eeprom, pacer }.run()
+    Simulator { stop, fleet, links, eeproms, pacer }.run()
 }
 
 fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
@@ -81,13 +92,13 @@ fn stop_signals() -> std::io::Result<UnixStream> {
     Ok(stop)
 }
 
-/// A module that runs, and everything around it.
+/// Modules that run, and everything around them.
 struct Simulator {
     stop: UnixStream,
-    /// Module 1 is the one with the serial and the TCP link.
-    modules: Vec<VirtualModule>,
+    fleet: Fleet,
     links: Links,
-    eeprom: Option<EepromFile>,
+    /// In the order of the modules, or none.
+    eeproms: Vec<EepromFile>,
     pacer: Pacer,
 }
 
@@ -100,25 +111,22 @@ impl Simulator {
             self.hand_out_replies();
             self.tell();
         }
-        match (&mut self.eeprom, self.modules.first()) {
-            (Some(file), Some(module)) => file.save(module.board().borrow().at25().contents()),
-            _ => Ok(()),
-        }
+        let mut files = self.eeproms.iter_mut().zip(self.fleet.modules());
+        files.try_for_each(|(file, module)| file.save(module.board().borrow().at25().contents()))
     }
 
     /// Sleeps until there is something to do. True if it is time to end.
     fn sleep(&mut self) -> Result<bool, Failure> {
-        let Some(first) = self.modules.first() else { return Ok(true) };
         let nap = if self.pacer.is_behind() { Duration::ZERO } else { NAP };
         let mut wake = self.pacer.when(self.pacer.reached()) + nap;
-        for module in self.modules.iter().filter(|module| module.is_busy()) {
-            wake = module.next_event().map_or(wake, |due| wake.min(self.pacer.when(due)));
+        if self.fleet.is_busy() {
+            wake = self.fleet.next_event().map_or(wake, |due| wake.min(self.pacer.when(due)));
         }
         wake = self.links.silence_ends().map_or(wake, |end| wake.min(end));
         let left = wake.saturating_duration_since(Instant::now());
         let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
 
-        let interests = self.links.interests(first);
+        let interests = self.links.interests(&self.fleet);
         let mut polled = vec![PollFd::from_borrowed_fd(self.stop.as_fd(), PollFlags::IN)];
         polled.extend(interests.into_iter().map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)));
         match rustix::event::poll(&mut polled, Some(&timeout)) {
@@ -134,45 +142,37 @@ impl Simulator {
         let goal = self.pacer.advance(begun);
         while self.pacer.is_behind() && begun.elapsed() < LONGEST_TURN {
             let to = goal.min(self.pacer.reached() + PORTION);
-            for module in &mut self.modules {
-                module.run_until(to);
-            }
+            self.fleet.run_until(to);
             self.pacer.reach(to);
         }
     }
 
     fn take_requests(&mut self) {
-        if let Some(module) = self.modules.first_mut() {
-            self.links.receive(module);
-        }
+        self.links.receive(&mut self.fleet);
         if let Some(server) = &mut self.links.control {
             server.accept(control::Controller::new);
             for controller in &mut server.clients {
-                controller.receive(|line| control::execute(line, &mut self.modules, &self.pacer));
+                controller.receive(|line| control::execute(line, self.fleet.modules_mut(), &self.pacer));
             }
         }
     }
 
     /// Before replies go out: what they acknowledge is in the file.
     fn keep_eeprom(&mut self) {
-        if let (Some(file), Some(module)) = (&mut self.eeprom, self.modules.first())
-            && let Some(message) = file.keep(module.board().borrow().at25().contents())
-        {
-            say(&message);
+        for (file, module) in self.eeproms.iter_mut().zip(self.fleet.modules()) {
+            if let Some(message) = file.keep(module.board().borrow().at25().contents()) {
+                say(&message);
+            }
         }
     }
 
     fn hand_out_replies(&mut self) {
-        if let Some(module) = self.modules.first_mut() {
-            while let Some(sent) = module.sent() {
-                self.links.send(&sent);
-            }
-            self.links.tidy(module);
-        }
+        self.links.send(&mut self.fleet);
+        self.links.tidy(&mut self.fleet);
     }
 
     fn tell(&mut self) {
-        for message in self.modules.iter_mut().flat_map(VirtualModule::take_log) {
+        for message in self.fleet.modules_mut().iter_mut().flat_map(VirtualModule::take_log) {
             say(&message);
         }
     }

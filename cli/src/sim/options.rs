@@ -4,14 +4,16 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+/// Modules at one time, as many as an RS485 bus carries.
+const MOST_MODULES: i64 = 32;
 /// Slowest and fastest virtual time.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
-/// Run a virtual TMCM-1140 that host software drives like a real one
+/// Run a virtual TMCM-1140, or several on a bus, that host software drives like real ones
 ///
 /// The module's own firmware runs against models of its chips, a motor and a stage. Host software connects to the
-/// serial port or the TCP port that is printed, and needs no change. Without --serial and --tcp it makes one of
-/// each. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted
+/// ports that are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it
+/// makes a serial port and a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted
 /// (Ctrl-C or SIGTERM).
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -28,16 +30,41 @@ pub struct Options {
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub tcp: Option<String>,
 
+    /// Offer the RS485 bus of all modules as a serial port, made as that of --serial
+    ///
+    /// All modules hear what the host and other modules send, and those addressed answer, global parameter 75 and the
+    /// time on the wire later. The host's bytes are on the bus at once, whatever its bit rate.
+    #[arg(long, value_name = "PATH")]
+    pub rs485: Option<PathBuf>,
+
+    /// Offer the CAN bus of all modules as a serial CAN adapter (SLCAN) on a port made as that of --serial
+    ///
+    /// It speaks as LAWICEL adapters do and does not mind the bit rate.
+    #[arg(long, value_name = "PATH")]
+    pub slcan: Option<PathBuf>,
+
+    /// Offer the CAN bus on a TCP port; each client has an adapter of its own
+    #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
+    pub slcan_tcp: Option<String>,
+
+    /// Number of modules
+    ///
+    /// A fresh module K has serial address and CAN identifier K; as in the factory, all reply to address and
+    /// identifier 2. --serial and --tcp belong to module 1. A factory reset takes a module back to address 1.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=MOST_MODULES))]
+    pub modules: u8,
+
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
     /// press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X (0 free to
-    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, state. Port 0 takes a free one and prints it.
+    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, state; `module K` before it for another module than 1.
+    /// Port 0 takes a free one and prints it.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// 16384 bytes as the chip has them. What the module has acknowledged as stored is in the file.
+    /// 16384 bytes as the chip has them; of several modules the second has FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
@@ -60,6 +87,8 @@ Examples:
       a module on a serial port and a TCP port; prints how to connect
   tmcl sim --serial /tmp/tmcm1140 --control 127.0.0.1:4141
       a serial port under a name of your own; then, say: echo 'press left' | nc 127.0.0.1 4141
+  tmcl sim --modules 3 --slcan /tmp/can --rs485 /tmp/rs485
+      three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
   tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10
       settings survive, there is a stage with switches, and ten seconds pass in one";
 

@@ -9,33 +9,31 @@ use rustix::fs::{Mode, OFlags};
 use rustix::pty::OpenptFlags;
 use rustix::termios::OptionalActions;
 
-use super::endpoint::Endpoint;
 use super::stream::Stream;
 use crate::failure::Failure;
-use crate::virtual_module::Client;
 
 /// A pseudo terminal in raw mode.
 #[derive(Debug)]
-pub struct Pty {
+pub struct Pty<E> {
     /// What hosts send, and where replies go.
-    pub endpoint: Endpoint<File>,
+    pub end: E,
     device: PathBuf,
     link: Option<PathBuf>,
     /// Kept open so that the terminal stays as it is, raw, while no host has it open.
     _slave: OwnedFd,
 }
 
-impl Pty {
-    /// Makes a pseudo terminal and, if a path is given, a symbolic link to it there.
-    pub fn open(link: Option<&Path>, client: Client) -> Result<Self, Failure> {
+impl<E> Pty<E> {
+    /// Makes a pseudo terminal and, if `option` was given a path, a symbolic link to it there.
+    pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
         let (master, slave, device) =
             terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {error}")))?;
         if let Some(link) = link {
-            place(link, &device)?;
+            place(option, link, &device)?;
         }
         // One telegram may wait for a host that does not read; then replies are lost, as on a wire.
         let stream = Stream::new(File::from(master), 1);
-        Ok(Pty { endpoint: Endpoint::new(stream, client), device, link: link.map(Path::to_path_buf), _slave: slave })
+        Ok(Pty { end: end(stream), device, link: link.map(Path::to_path_buf), _slave: slave })
     }
 
     /// The terminal's device.
@@ -49,7 +47,7 @@ impl Pty {
     }
 }
 
-impl Drop for Pty {
+impl<E> Drop for Pty<E> {
     /// Removes the link, unless it has become somebody else's.
     fn drop(&mut self) {
         if let Some(link) = &self.link
@@ -77,22 +75,22 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
 }
 
 /// Makes the symbolic link. What an earlier run has left there is replaced, anything else stays.
-fn place(link: &Path, device: &Path) -> Result<(), Failure> {
+fn place(option: &str, link: &Path, device: &Path) -> Result<(), Failure> {
     let shown = link.display();
     if let Ok(found) = fs::symlink_metadata(link) {
         let leftover = found.is_symlink()
             && (!link.exists() || fs::read_link(link).is_ok_and(|target| target.starts_with("/dev")));
         if !leftover {
             let message = format!(
-                "--serial: {shown} exists and is not a link to a terminal; it is left alone. Give a path where \
+                "{option}: {shown} exists and is not a link to a terminal; it is left alone. Give a path where \
                  there is nothing yet"
             );
             return Err(Failure::Failed(message));
         }
         fs::remove_file(link)
-            .map_err(|error| Failure::Failed(format!("--serial: cannot replace the old link {shown}: {error}")))?;
+            .map_err(|error| Failure::Failed(format!("{option}: cannot replace the old link {shown}: {error}")))?;
     }
     std::os::unix::fs::symlink(device, link).map_err(|error| {
-        Failure::Failed(format!("--serial: cannot make a link at {shown}: {error}. Its directory has to exist"))
+        Failure::Failed(format!("{option}: cannot make a link at {shown}: {error}. Its directory has to exist"))
     })
 }

@@ -75,6 +75,8 @@ pub struct Board {
     selected: [bool; Chip::ALL.len()],
     motion_bus_stuck: bool,
     overtemperature: bool,
+    eeprom_bytes: u64,
+    cut_at: Option<u64>,
 }
 
 /// What the TMC429's step/direction outputs and reference inputs are connected to.
@@ -117,6 +119,8 @@ impl Board {
             selected: [false; Chip::ALL.len()],
             motion_bus_stuck: false,
             overtemperature: false,
+            eeprom_bytes: 0,
+            cut_at: None,
         };
         board.connect();
         board
@@ -253,7 +257,26 @@ impl Board {
             return FLOATING;
         }
         let miso = self.slave(chip).byte(mosi);
-        if self.motion_bus_stuck && chip != Chip::At25 { FLOATING } else { miso }
+        if chip == Chip::At25 {
+            self.eeprom_bytes += 1;
+            if self.cut_at == Some(self.eeprom_bytes) {
+                self.power_off();
+                return FLOATING;
+            }
+            return miso;
+        }
+        if self.motion_bus_stuck { FLOATING } else { miso }
+    }
+
+    /// How many bytes the EEPROM has exchanged since the board was made.
+    pub fn eeprom_bytes(&self) -> u64 {
+        self.eeprom_bytes
+    }
+
+    /// The power is cut right after that many bytes in all have been exchanged with the EEPROM, whatever is
+    /// going on then.
+    pub fn cut_power_at_byte(&mut self, bytes: u64) {
+        self.cut_at = Some(bytes);
     }
 
     /// Chip select of `chip` rises; its datagram takes effect.

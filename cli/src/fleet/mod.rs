@@ -1,0 +1,171 @@
+//! Several virtual modules that share one virtual time, an RS485 bus and a CAN bus.
+
+mod can;
+mod rs485;
+
+use std::collections::VecDeque;
+
+use hal_sim::clock::Nanos;
+use hal_sim::world::config::WorldConfig;
+use tmcm::module::Source;
+use tmcm::param::GlobalParameter;
+use tmcm::store::{Slot, Store};
+
+pub use can::{Heard, Node};
+
+use crate::slcan::CanFrame;
+use crate::virtual_module::{Sent, VirtualModule};
+
+/// Bytes in an AT25128.
+const EEPROM: usize = 16_384;
+
+/// Modules and what connects them.
+pub struct Fleet {
+    modules: Vec<VirtualModule>,
+    now: Nanos,
+    rs485: rs485::Rs485,
+    can: can::Bus,
+    /// Replies on point-to-point links, and the module each comes from.
+    sent: VecDeque<(usize, Sent)>,
+}
+
+impl Fleet {
+    /// As many modules as there are EEPROMs, numbered from 1, each in a world of its own described by `config`. A
+    /// fresh EEPROM (`None`) is that of a module to which somebody has given its number as serial address and CAN
+    /// identifier. `seed` makes everything that is random.
+    pub fn new(config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
+        let start = |(number, eeprom): (i32, &Option<&[u8]>)| {
+            let numbered = if eeprom.is_none() { numbered(number) } else { None };
+            VirtualModule::new(config, eeprom.or(numbered.as_deref()), seed.wrapping_add(number.cast_unsigned() - 1))
+        };
+        let modules: Vec<VirtualModule> = (1..).zip(eeproms).map(start).collect();
+        let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
+        // All have started.
+        let now = modules.iter().map(VirtualModule::now).max().unwrap_or_default();
+        Fleet { modules, now, rs485, can, sent: VecDeque::new() }
+    }
+
+    /// The modules.
+    pub fn modules(&self) -> &[VirtualModule] {
+        &self.modules
+    }
+
+    /// The modules, to do something to one of them.
+    pub fn modules_mut(&mut self) -> &mut [VirtualModule] {
+        &mut self.modules
+    }
+
+    /// Virtual time.
+    pub fn now(&self) -> Nanos {
+        self.now
+    }
+
+    /// Lets time pass until `to`.
+    pub fn run_until(&mut self, to: Nanos) {
+        let to = to.max(self.now);
+        loop {
+            self.exchange();
+            self.now = self.next_event().map_or(to, |at| at.clamp(self.now, to));
+            for module in &mut self.modules {
+                module.run_until(self.now);
+            }
+            if self.now == to {
+                return self.exchange();
+            }
+        }
+    }
+
+    /// Lets `span` pass.
+    pub fn run(&mut self, span: Nanos) {
+        self.run_until(self.now + span);
+    }
+
+    /// When something happens next.
+    pub fn next_event(&self) -> Option<Nanos> {
+        let modules = self.modules.iter().filter_map(VirtualModule::next_event);
+        modules.chain(self.rs485.next_event()).chain(self.can.next_event()).min()
+    }
+
+    /// True while somebody may hear something without doing anything for it.
+    pub fn is_busy(&self) -> bool {
+        let wires = self.rs485.next_event().is_some() || self.can.next_event().is_some();
+        wires || self.modules.iter().any(VirtualModule::is_busy)
+    }
+
+    /// How many requests wait because their link still waits for a reply, at the module with most of them, or for the
+    /// CAN bus.
+    pub fn backlog(&self) -> usize {
+        let modules = self.modules.iter().map(VirtualModule::backlog).max();
+        modules.unwrap_or_default().max(self.can.waiting())
+    }
+
+    /// A reply over a point-to-point link, and the index of the module that it comes from.
+    pub fn sent(&mut self) -> Option<(usize, Sent)> {
+        self.exchange();
+        self.sent.pop_front()
+    }
+
+    /// The host sends bytes on the RS485 bus.
+    pub fn send_rs485(&mut self, bytes: &[u8]) {
+        self.rs485.send(&mut self.modules, self.now, bytes);
+    }
+
+    /// From now on the host's silences on the RS485 bus are those it is told of by [`Fleet::silence_rs485`]: the host
+    /// lives in another time than the modules. Else a silence is one of virtual time.
+    pub fn await_silences(&mut self) {
+        self.rs485.told = true;
+    }
+
+    /// The host has been silent on the RS485 bus.
+    pub fn silence_rs485(&mut self) {
+        self.rs485.silence(&mut self.modules);
+    }
+
+    /// What the host has heard on the RS485 bus since the last call.
+    pub fn rs485(&mut self) -> Vec<u8> {
+        self.rs485.host.drain(..).collect()
+    }
+
+    /// An adapter sends a frame on the CAN bus.
+    pub fn send_can(&mut self, adapter: u64, frame: CanFrame) {
+        self.can.send(self.now, Node::Adapter(adapter), frame);
+    }
+
+    /// A frame that was on the CAN bus.
+    pub fn can(&mut self) -> Option<Heard> {
+        self.can.heard.pop_front()
+    }
+
+    /// Brings everybody what has arrived by now, and what that leads to on its way.
+    fn exchange(&mut self) {
+        self.rs485.deliver(&mut self.modules, self.now);
+        self.can.deliver(&mut self.modules, self.now);
+        for (index, module) in self.modules.iter_mut().enumerate() {
+            while let Some(sent) = module.sent() {
+                if sent.source == Source::Rs485 {
+                    self.rs485.reply(index, module, sent.at, &sent.bytes);
+                } else {
+                    self.sent.push_back((index, sent));
+                }
+            }
+            while let Some(frame) = module.frame() {
+                self.can.send(self.now, Node::Module(index), frame.into());
+            }
+        }
+    }
+}
+
+/// The EEPROM of a module with an address of its own; `None` where that is the factory default.
+fn numbered(number: i32) -> Option<Vec<u8>> {
+    let parameters = [GlobalParameter::SerialAddress, GlobalParameter::CanId];
+    let mut store = Store::empty();
+    parameters.iter().for_each(|parameter| store.set(Slot::Global(*parameter), number));
+    let mut contents = vec![0xFF; EEPROM];
+    while !store.settled() {
+        let job = store.next_job()?;
+        let address = usize::from(job.address);
+        contents.get_mut(address..)?.get_mut(..job.page.len())?.copy_from_slice(&job.page);
+        store.finish(true);
+    }
+    parameters.iter().any(|parameter| parameter.row().default != number).then_some(contents)
+}

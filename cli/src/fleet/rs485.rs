@@ -1,0 +1,114 @@
+//! An RS485 bus with the virtual modules and a host on it.
+//!
+//! Whoever sends is heard by all others with the same bit rate, byte by byte; the host hears everybody. Its own bytes
+//! are on the bus the moment it writes them. When two send at once their bytes come mixed, which nobody understands.
+
+use std::collections::VecDeque;
+
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use tmcm::module::Source;
+
+use crate::virtual_module::{Client, VirtualModule};
+
+/// Bits of a byte on the wire: start bit, eight data bits, stop bit.
+const BITS: u64 = 10;
+/// A longer silence between two bytes gives up an unfinished telegram.
+const GAP: Nanos = 5 * MILLISECOND;
+
+/// A byte on its way.
+#[derive(Debug)]
+struct Flight {
+    /// When it has arrived.
+    at: Nanos,
+    from: usize,
+    baud: u64,
+    byte: u8,
+}
+
+/// A module's place on the bus.
+#[derive(Clone, Copy, Debug, Default)]
+struct Place {
+    /// When it last heard a byte.
+    heard: Nanos,
+    /// That byte was the host's.
+    host: bool,
+    /// Until when it sends; meanwhile it hears nothing.
+    sends: Nanos,
+}
+
+/// The bus.
+#[derive(Debug)]
+pub(super) struct Rs485 {
+    /// In the order of arrival.
+    wire: VecDeque<Flight>,
+    places: Vec<Place>,
+    /// What the host has heard.
+    pub(super) host: VecDeque<u8>,
+    /// The host tells its silences itself, since its clock is another one.
+    pub(super) told: bool,
+}
+
+impl Rs485 {
+    pub(super) fn new(modules: usize) -> Self {
+        Rs485 { wire: VecDeque::new(), places: vec![Place::default(); modules], host: VecDeque::new(), told: false }
+    }
+
+    /// The host sends.
+    pub(super) fn send(&mut self, modules: &mut [VirtualModule], now: Nanos, bytes: &[u8]) {
+        for (place, module) in self.places.iter_mut().zip(modules) {
+            place.host = true;
+            place.hear(module, now, bytes, self.told);
+        }
+    }
+
+    /// The host has been silent for long enough to give up an unfinished telegram, if it is not a reply.
+    pub(super) fn silence(&mut self, modules: &mut [VirtualModule]) {
+        for (_, module) in self.places.iter().zip(modules).filter(|(place, _)| place.host) {
+            module.silence(Source::Rs485, Client::default());
+        }
+    }
+
+    /// A module has something to send: after its telegram pause, and what it has said before.
+    pub(super) fn reply(&mut self, from: usize, module: &VirtualModule, at: Nanos, bytes: &[u8]) {
+        let (Some((baud, pause)), Some(place)) = (module.rs485(), self.places.get_mut(from)) else { return };
+        let mut at = at.max(place.heard + pause).max(place.sends);
+        for byte in bytes {
+            at += BITS * SECOND / baud;
+            let behind = self.wire.partition_point(|flight| flight.at <= at);
+            self.wire.insert(behind, Flight { at, from, baud, byte: *byte });
+        }
+        place.sends = at;
+    }
+
+    /// When the next byte arrives.
+    pub(super) fn next_event(&self) -> Option<Nanos> {
+        self.wire.front().map(|flight| flight.at)
+    }
+
+    /// Hands out the bytes that have arrived by now.
+    pub(super) fn deliver(&mut self, modules: &mut [VirtualModule], now: Nanos) {
+        while let Some(Flight { at, from, baud, byte }) = self.wire.pop_front_if(|flight| flight.at <= now) {
+            self.host.push_back(byte);
+            for (index, (place, module)) in self.places.iter_mut().zip(&mut *modules).enumerate() {
+                // At another bit rate it is noise.
+                if index != from && module.rs485().is_some_and(|(own, _)| own == baud) {
+                    place.host = false;
+                    place.hear(module, at, &[byte], false);
+                }
+            }
+        }
+    }
+}
+
+impl Place {
+    fn hear(&mut self, module: &mut VirtualModule, at: Nanos, bytes: &[u8], told: bool) {
+        if at < self.sends {
+            return;
+        }
+        if !told && at.saturating_sub(self.heard) > GAP {
+            module.silence(Source::Rs485, Client::default());
+        }
+        self.heard = at;
+        module.hear(Source::Rs485, Client::default(), bytes);
+    }
+}

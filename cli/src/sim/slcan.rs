@@ -1,0 +1,53 @@
+//! A host's adapter on the CAN bus.
+
+use std::io::{Read, Write};
+use std::os::fd::AsFd;
+
+use hal_sim::clock::MILLISECOND;
+
+use super::endpoint::{Arrival, Endpoint};
+use crate::fleet::{Fleet, Heard, Node};
+use crate::slcan::Adapter;
+
+/// A byte link to a host, and the adapter behind it.
+#[derive(Debug)]
+pub struct Port<T> {
+    /// The bytes.
+    pub endpoint: Endpoint<T>,
+    adapter: Adapter,
+}
+
+impl<T: Read + Write + AsFd> Port<T> {
+    /// An adapter as it is when it is plugged in.
+    pub fn new(endpoint: Endpoint<T>) -> Self {
+        Port { endpoint, adapter: Adapter::default() }
+    }
+
+    /// Takes what has arrived from the host.
+    pub fn receive(&mut self, fleet: &mut Fleet) {
+        let Port { endpoint, adapter } = self;
+        let number = endpoint.client.0;
+        endpoint.receive(|arrival| {
+            if let Arrival::Bytes(bytes) = arrival {
+                bytes.iter().filter_map(|byte| adapter.push(*byte)).for_each(|frame| fleet.send_can(number, frame));
+            }
+        });
+        self.write();
+    }
+
+    /// Something was on the bus.
+    pub fn hear(&mut self, heard: &Heard) {
+        if heard.from != Node::Adapter(self.endpoint.client.0) {
+            self.adapter.hear(&heard.frame, heard.at / MILLISECOND);
+            self.write();
+        }
+    }
+
+    fn write(&mut self) {
+        let bytes = self.adapter.take();
+        if !bytes.is_empty() {
+            // What a host does not read is lost to it.
+            self.endpoint.stream.write(&bytes);
+        }
+    }
+}

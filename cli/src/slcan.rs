@@ -1,0 +1,219 @@
+//! CAN frames as text, the way serial CAN adapters write them (LAWICEL CAN232 and CANUSB manuals), and such an
+//! adapter.
+
+use std::fmt::{self, Write};
+
+use tmcm::tmcl::can::{Data, Frame};
+
+/// End of a line, and the answer to a command that was carried out.
+pub const DONE: u8 = b'\r';
+/// The answer to a command that was not.
+pub const REFUSED: u8 = 7;
+/// Longest line: an extended frame of eight bytes.
+const LONGEST: usize = 26;
+/// Where time stamps, in milliseconds, begin anew.
+const MINUTE: u64 = 60_000;
+
+/// A frame of any kind.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CanFrame {
+    /// Identifier, of 11 bits or of 29.
+    pub id: u32,
+    /// It has 29.
+    pub extended: bool,
+    /// Number of data bytes, that of a remote frame without their being there.
+    pub length: u8,
+    /// The data; `None` for a remote frame.
+    pub data: Option<Data>,
+}
+
+impl From<Frame> for CanFrame {
+    fn from(Frame { id, data }: Frame) -> Self {
+        CanFrame { id: id.into(), extended: false, length: data.len() as u8, data: Some(data) }
+    }
+}
+
+impl CanFrame {
+    /// The frame as a TMCL module takes it: with data and an 11-bit identifier.
+    pub fn plain(&self) -> Option<Frame> {
+        let id = u16::try_from(self.id).ok().filter(|_| !self.extended)?;
+        Some(Frame { id, data: self.data.clone()? })
+    }
+
+    /// Reads a line: `t`, `T`, `r` or `R`, identifier, length, data.
+    pub fn parse(line: &str) -> Option<Self> {
+        let kind = line.chars().next()?;
+        let (extended, remote) = match kind {
+            't' => (false, false),
+            'T' => (true, false),
+            'r' => (false, true),
+            'R' => (true, true),
+            _ => return None,
+        };
+        let (digits, largest) = if extended { (8, 0x1FFF_FFFF) } else { (3, 0x7FF) };
+        let id = hex(line.get(1..1 + digits)?).filter(|id| *id <= largest)?;
+        let length = hex(line.get(1 + digits..2 + digits)?).filter(|length| *length <= 8)? as u8;
+        let rest = line.get(2 + digits..)?;
+        let data = if remote {
+            rest.is_empty().then_some(None)?
+        } else {
+            (rest.len() == 2 * usize::from(length)).then_some(())?;
+            let bytes = (0..rest.len()).step_by(2).map(|at| rest.get(at..at + 2).and_then(hex));
+            Some(bytes.map(|byte| byte.map(|byte| byte as u8)).collect::<Option<Data>>()?)
+        };
+        Some(CanFrame { id, extended, length, data })
+    }
+}
+
+/// The line, without its end.
+impl fmt::Display for CanFrame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = if self.data.is_some() { 't' } else { 'r' };
+        if self.extended {
+            write!(f, "{}{:08X}{}", kind.to_ascii_uppercase(), self.id, self.length)?;
+        } else {
+            write!(f, "{kind}{:03X}{}", self.id, self.length)?;
+        }
+        self.data.iter().flatten().try_for_each(|byte| write!(f, "{byte:02X}"))
+    }
+}
+
+fn hex(digits: &str) -> Option<u32> {
+    let all = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    u32::from_str_radix(digits, 16).ok().filter(|_| all)
+}
+
+/// Whether the channel to the bus is open.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Channel {
+    #[default]
+    Closed,
+    Open,
+    /// Open to listen only.
+    Listening,
+}
+
+/// An adapter: lines of a host in, answers and frames of the bus out. The bus has one bit rate; which one the host
+/// sets is nothing to it. Opening what is open and closing what is closed does no harm.
+#[derive(Clone, Debug, Default)]
+pub struct Adapter {
+    channel: Channel,
+    stamps: bool,
+    line: Vec<u8>,
+    /// Bytes for the host.
+    out: Vec<u8>,
+}
+
+impl Adapter {
+    /// Takes a byte from the host. Gives the frame that it wants on the bus.
+    pub fn push(&mut self, byte: u8) -> Option<CanFrame> {
+        if byte != DONE {
+            // Adapters ignore line feeds; a line too long is cut, and refused as what it then is.
+            if byte != b'\n' && self.line.len() <= LONGEST {
+                self.line.push(byte);
+            }
+            return None;
+        }
+        let line = std::mem::take(&mut self.line);
+        let line = std::str::from_utf8(&line).unwrap_or("?");
+        let frame = CanFrame::parse(line).filter(|_| self.channel == Channel::Open);
+        let (answer, end) = match &frame {
+            Some(frame) => (if frame.extended { "Z" } else { "z" }, DONE),
+            None => self.command(line).map_or(("", REFUSED), |answer| (answer, DONE)),
+        };
+        self.out.extend_from_slice(answer.as_bytes());
+        self.out.push(end);
+        frame
+    }
+
+    /// A frame on the bus, at this many milliseconds.
+    pub fn hear(&mut self, frame: &CanFrame, millis: u64) {
+        if self.channel == Channel::Closed {
+            return;
+        }
+        let mut line = frame.to_string();
+        if self.stamps {
+            // Writing to a string does not fail.
+            let _ = write!(line, "{:04X}", millis % MINUTE);
+        }
+        self.out.extend_from_slice(line.as_bytes());
+        self.out.push(DONE);
+    }
+
+    /// Bytes for the host since the last call.
+    pub fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// Carries out a command that sends nothing, and gives the answer; `None` to refuse it.
+    fn command(&mut self, line: &str) -> Option<&'static str> {
+        let open = self.channel != Channel::Closed;
+        let mut letters = line.chars();
+        match (letters.next(), letters.as_str()) {
+            (None, _) => {}
+            (Some('C'), "") => self.channel = Channel::Closed,
+            (Some('O'), "") => self.channel = Channel::Open,
+            (Some('L'), "") => self.channel = Channel::Listening,
+            (Some('S'), "0" | "1" | "2" | "3" | "4" | "5" | "6" | "7" | "8") if !open => {}
+            (Some('s'), registers) if !open && registers.len() == 4 => hex(registers).map(|_| ())?,
+            (Some('Z'), "0" | "1") if !open => self.stamps = line == "Z1",
+            // Nothing is wrong with the bus.
+            (Some('F'), "") if open => return Some("F00"),
+            (Some('V'), "") => return Some("V0101"),
+            (Some('v'), "") => return Some("v0101"),
+            (Some('N'), "") => return Some("NTMCL"),
+            _ => return None,
+        }
+        Some("")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn say(adapter: &mut Adapter, text: &str) -> (Vec<CanFrame>, String) {
+        let frames = text.bytes().filter_map(|byte| adapter.push(byte)).collect();
+        (frames, String::from_utf8(adapter.take()).unwrap())
+    }
+
+    #[test]
+    fn frames_are_read_and_written() {
+        for line in ["t0018060401000000AA00", "t7FF0", "T1FFFFFFF3010203", "r1238", "R000000020"] {
+            let frame = CanFrame::parse(line);
+            assert_eq!(frame.map(|frame| frame.to_string()).as_deref(), Some(line));
+        }
+        for line in
+            ["", "t", "t001", "t8000", "t0019", "t001200", "t00110", "t001101x", "t+011", "r00110", "x0010", "tä"]
+        {
+            assert_eq!(CanFrame::parse(line), None, "{line}");
+        }
+    }
+
+    #[test]
+    fn hosts_open_and_close_as_they_like() {
+        let mut adapter = Adapter::default();
+        assert_eq!(say(&mut adapter, "t0010\r"), (vec![], "\x07".into()));
+        assert_eq!(say(&mut adapter, "\r\rC\rC\rS8\r\rO\rO\r").1, "\r".repeat(8));
+        let (frames, answer) = say(&mut adapter, "t0010\rT000000020\r");
+        assert_eq!((frames.len(), answer.as_str()), (2, "z\rZ\r"));
+        assert_eq!(say(&mut adapter, "S8\rZ1\rF\rV\rv\rN\rX\r").1, "\x07\x07F00\rV0101\rv0101\rNTMCL\r\x07");
+        let frame = CanFrame::parse("t0021AB").unwrap();
+        adapter.hear(&frame, 60_018);
+        assert_eq!(adapter.take(), b"t0021AB\r");
+        assert_eq!(say(&mut adapter, "C\rs031C\rZ1\rL\rt0010\r"), (vec![], "\r\r\r\r\x07".into()));
+        adapter.hear(&frame, 60_018);
+        assert_eq!(adapter.take(), b"t0021AB0012\r");
+        assert_eq!(say(&mut adapter, "C\r").1, "\r");
+        adapter.hear(&frame, 0);
+        assert_eq!(adapter.take(), b"");
+    }
+
+    #[test]
+    fn what_is_no_command_is_refused_and_forgotten() {
+        let mut adapter = Adapter::default();
+        assert_eq!(say(&mut adapter, &("t0018".to_owned() + &"0".repeat(100) + "\rO\r")).1, "\x07\r");
+        adapter.push(0xFF);
+        assert_eq!(say(&mut adapter, "\rS9\rS\rQ1\r").1, "\x07\x07\x07\x07");
+    }
+}

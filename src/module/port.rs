@@ -1,0 +1,156 @@
+//! The module's end of a byte link: bytes become requests, replies become bytes, in binary or in ASCII mode.
+
+use heapless::Vec;
+
+use super::Links;
+use crate::tmcl::ascii::{self, Editor, Line};
+use crate::tmcl::binary::{self, Framer, Telegram};
+use crate::tmcl::{Opcode, Reply};
+use crate::units::Micros;
+
+/// The language of a byte link (manual section 3.4.1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mode {
+    /// Telegrams of nine bytes.
+    #[default]
+    Binary,
+    /// Lines of text.
+    Ascii,
+}
+
+/// What a byte link brings the module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// In binary mode; whom it is for is checked by the module.
+    Telegram(Telegram),
+    /// In ASCII mode; it is for this module.
+    Line(Line),
+}
+
+/// What became of a byte.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Heard<'a> {
+    /// To be sent back at once.
+    pub echo: &'a [u8],
+    /// What it completes.
+    pub request: Option<Request>,
+}
+
+/// A reply as it goes over a byte link.
+pub type Message = Vec<u8, { ascii::REPLY }>;
+
+/// The state of a byte link. Each link has its own, and with it a mode of its own.
+///
+/// While the answer to a line, or to the command that may change the mode, is outstanding, it is not known
+/// how to read on: as long as [`Port::is_waiting`], bytes are to be kept elsewhere.
+#[derive(Clone, Debug, Default)]
+pub struct Port {
+    mode: Mode,
+    framer: Framer,
+    editor: Editor,
+    /// Requests without an answer.
+    open: u8,
+    /// The last of them decides how to read on.
+    decides: bool,
+}
+
+impl Port {
+    /// A link as it starts in a mode.
+    pub const fn new(mode: Mode) -> Self {
+        Port { mode, framer: Framer::new(), editor: Editor::new(), open: 0, decides: false }
+    }
+
+    /// Takes one byte that arrived at `at`. Each request is to be followed by [`Port::answer`].
+    pub fn push(&mut self, byte: u8, at: Micros, links: &Links) -> Heard<'_> {
+        let (echo, request): (&[u8], _) = match self.mode {
+            Mode::Binary => (&[], self.framer.push(byte, at).map(Request::Telegram)),
+            Mode::Ascii => {
+                let typed = self.editor.push(byte, [links.address, links.secondary], links.echo);
+                (typed.echo, typed.line.map(Request::Line))
+            }
+        };
+        if let Some(request) = request {
+            self.open = self.open.saturating_add(1);
+            self.decides = match request {
+                Request::Telegram([_, opcode, ..]) => opcode == Opcode::EnterAscii as u8,
+                Request::Line(_) => true,
+            };
+        }
+        Heard { echo, request }
+    }
+
+    /// True while it is not known how to read on.
+    pub const fn is_waiting(&self) -> bool {
+        self.decides && self.open > 0
+    }
+
+    /// The answer to a request, or the event of command 138 in between: the bytes to be sent, none if there
+    /// is no reply. The link goes on in the mode given, if one is.
+    pub fn answer(&mut self, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) -> Message {
+        let message = reply.map(|reply| self.encode(reply, links)).unwrap_or_default();
+        if !reply.is_some_and(Reply::is_event) {
+            self.open = self.open.saturating_sub(1);
+        }
+        if let Some(mode) = mode.filter(|mode| *mode != self.mode) {
+            *self = Port { mode, open: self.open, ..Port::new(mode) };
+        }
+        message
+    }
+
+    fn encode(&self, reply: &Reply, links: &Links) -> Message {
+        match self.mode {
+            Mode::Binary => Message::from(binary::encode_reply(links.host, links.address, reply)),
+            Mode::Ascii => ascii::encode_reply(links.host, links.address, reply),
+        }
+    }
+
+    /// Gives up waiting for answers that will not come.
+    pub const fn give_up(&mut self) {
+        self.open = 0;
+    }
+
+    /// A silence: an unfinished telegram is given up. What is typed may take its time.
+    pub fn silence(&mut self) {
+        self.framer.reset();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tmcl::ascii::Echo;
+    use crate::tmcl::{Command, Status};
+
+    fn links() -> Links {
+        Links { address: 1, host: 2, echo: Echo::Characters, ..Links::default() }
+    }
+
+    fn push(port: &mut Port, bytes: &[u8]) -> (std::vec::Vec<u8>, std::vec::Vec<Request>) {
+        let (mut echo, mut requests) = (std::vec::Vec::new(), std::vec::Vec::new());
+        for byte in bytes {
+            let heard = port.push(*byte, Micros(0), &links());
+            echo.extend_from_slice(heard.echo);
+            requests.extend(heard.request);
+        }
+        (echo, requests)
+    }
+
+    #[test]
+    fn there_and_back() {
+        let mut port = Port::new(Mode::Binary);
+        let get = binary::encode_command(1, Command::new(6, 1, 0, 0));
+        let enter = binary::encode_command(1, Command::new(139, 0, 0, 0));
+        let ok = Reply::Plain { status: Status::Ok, opcode: 139, value: 0 };
+        assert_eq!(push(&mut port, &get).1, [Request::Telegram(get)]);
+        assert!(!port.is_waiting(), "another telegram may follow at once");
+        assert_eq!(push(&mut port, &enter).1, [Request::Telegram(enter)]);
+        port.answer(None, Some(Mode::Binary), &links());
+        assert!(port.is_waiting(), "the answer to the one before decides nothing");
+        assert_eq!(port.answer(Some(&ok), Some(Mode::Ascii), &links()), [2, 1, 100, 139, 0, 0, 0, 0, 242]);
+        assert!(!port.is_waiting());
+        assert_eq!(push(&mut port, b"\rABIN\r"), (b"ABIN\r".to_vec(), vec![Request::Line(Line::Leave)]));
+        assert!(port.is_waiting());
+        assert_eq!(port.answer(Some(&ok), Some(Mode::Binary), &links()), *b"BA 100 0\r");
+        assert_eq!(push(&mut port, &get).1, [Request::Telegram(get)]);
+    }
+}

@@ -1,0 +1,132 @@
+//! The CAN bus: identifiers, the length of replies, and modules that do not disturb each other.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::world::config::WorldConfig;
+use tmcl_cli::fleet::{Fleet, Node};
+use tmcl_cli::slcan::CanFrame;
+use tmcm::tmcl::can::{self, Data, Frame};
+use tmcm::tmcl::text;
+
+/// Longest time a test waits.
+const PATIENCE: Nanos = 50 * MILLISECOND;
+
+struct Bus(Fleet);
+
+impl Bus {
+    fn new(modules: usize) -> Self {
+        Bus(Fleet::new(&WorldConfig::default(), &vec![None; modules], 1))
+    }
+
+    /// What modules say within a time.
+    fn listen(&mut self, span: Nanos) -> Vec<(u16, Vec<u8>)> {
+        self.0.run(span);
+        let heard = std::iter::from_fn(|| self.0.can()).filter(|heard| matches!(heard.from, Node::Module(_)));
+        heard.map(|heard| heard.frame.plain().unwrap()).map(|frame| (frame.id, frame.data.to_vec())).collect()
+    }
+
+    /// Sends a request of so many bytes and gives all that is said then.
+    fn exchange(&mut self, id: u16, line: &str, length: usize) -> Vec<(u16, Vec<u8>)> {
+        let mut data = can::encode_command(text::parse(line).unwrap());
+        data.truncate(length);
+        self.0.send_can(1, Frame { id, data }.into());
+        self.listen(PATIENCE)
+    }
+
+    /// Sends a request that one module must carry out: identifier of the reply, low byte of its own, and value.
+    fn ok(&mut self, id: u16, line: &str) -> (u16, u8, i32) {
+        let said = self.exchange(id, line, 8);
+        let [(reply, data)] = said.as_slice() else { panic!("{id}: {line}: {said:?}") };
+        let [own, status, opcode, a, b, c, d, 0] = *data.as_slice() else { panic!("{line}: {data:?}") };
+        assert_eq!((status, opcode), (100, text::parse(line).unwrap().opcode), "{id}: {line}");
+        (*reply, own, i32::from_be_bytes([a, b, c, d]))
+    }
+}
+
+#[test]
+fn a_reply_is_as_long_as_its_request() {
+    let mut bus = Bus::new(1);
+    for line in ["GAP 4, 0", "STAP 4, 0", "SGP 77, 0, 1"] {
+        for length in [7, 8] {
+            let said = bus.exchange(1, line, length);
+            assert_eq!(said.len(), 1, "{line}");
+            assert_eq!((said[0].0, said[0].1.len(), said[0].1[1]), (2, length, 100), "{line}");
+        }
+    }
+    for length in 0..7 {
+        assert_eq!(bus.exchange(1, "GAP 4, 0", length), []);
+    }
+}
+
+#[test]
+fn special_replies_leave_out_the_host_address() {
+    let mut bus = Bus::new(1);
+    assert_eq!(bus.exchange(1, "136, 0", 8), [(2, b"1140V142".to_vec())]);
+    assert_eq!(bus.exchange(1, "136, 0", 7), [(2, b"1140V14".to_vec())]);
+    assert_eq!(bus.ok(1, "136, 1"), (2, 1, 0x0474_012A));
+}
+
+#[test]
+fn identifiers_change_after_the_reply() {
+    let mut bus = Bus::new(1);
+    assert_eq!(bus.exchange(0, "GAP 4, 0", 8), [], "a second identifier of 0 is none");
+    assert_eq!(bus.ok(1, "SGP 83, 0, 0x300").0, 2);
+    assert_eq!(bus.ok(0x300, "GAP 4, 0"), (2, 1, 1000), "the reply carries the first identifier");
+    assert_eq!(bus.ok(1, "SGP 70, 0, 0x7FF").0, 2);
+    assert_eq!(bus.ok(1, "SGP 71, 0, 0x456"), (0x7FF, 1, 0x456));
+    assert_eq!(bus.exchange(1, "GAP 4, 0", 8), []);
+    assert_eq!(bus.ok(0x456, "GAP 4, 0"), (0x7FF, 0x56, 1000));
+    assert_eq!(bus.ok(0x300, "SGP 83, 0, 0"), (0x7FF, 0x56, 0));
+    assert_eq!(bus.exchange(0x300, "GAP 4, 0", 8), []);
+}
+
+#[test]
+fn the_event_is_as_long_as_the_request_for_it() {
+    for length in [7, 8] {
+        let mut bus = Bus::new(1);
+        assert_eq!(bus.exchange(1, "138, 0, 0, 1", length).len(), 1);
+        bus.ok(1, "MVP ABS, 0, 20000");
+        let mut said = bus.listen(10_000 * MILLISECOND);
+        let (id, data) = said.pop().expect("no event");
+        assert!(said.is_empty());
+        assert_eq!((id, &data[..7], data.len()), (2, &[1, 128, 138, 0, 0, 0, 1][..], length));
+    }
+}
+
+#[test]
+fn three_modules_answer_for_themselves() {
+    let mut bus = Bus::new(3);
+    for id in 1..=3 {
+        bus.ok(id, &format!("SAP 4, 0, {}", 1100 + id));
+    }
+    for id in [3, 1, 2, 1, 3, 2] {
+        assert_eq!(bus.ok(id, "GAP 4, 0"), (2, id as u8, 1100 + i32::from(id)));
+        // To module 2, whose identifier replies have, this is the most different from a request.
+        assert_eq!(bus.exchange(id, "136, 0", 8), [(2, b"1140V142".to_vec())]);
+        assert_eq!(bus.exchange(id, "0, 0, 0, 0", 8), [(2, vec![id as u8, 2, 0, 0, 0, 0, 0, 0])]);
+    }
+    assert_eq!(bus.exchange(4, "GAP 4, 0", 8), []);
+}
+
+#[test]
+fn other_kinds_of_frames_are_nobodys() {
+    let mut bus = Bus::new(1);
+    let data = can::encode_command(text::parse("GAP 4, 0").unwrap());
+    let extended = CanFrame { id: 1, extended: true, length: 8, data: Some(data) };
+    let remote = CanFrame { id: 1, extended: false, length: 8, data: None };
+    for frame in [extended, remote, Frame { id: 1, data: Data::new() }.into()] {
+        bus.0.send_can(1, frame);
+        assert_eq!(bus.listen(PATIENCE), []);
+    }
+}
+
+#[test]
+fn a_host_that_does_not_wait_is_answered_in_turn() {
+    let mut bus = Bus::new(1);
+    for line in ["SGP 77, 0, 1", "GGP 77, 0", "GAP 4, 0"] {
+        bus.0.send_can(1, Frame { id: 1, data: can::encode_command(text::parse(line).unwrap()) }.into());
+    }
+    let opcodes: Vec<u8> = bus.listen(PATIENCE).iter().map(|(_, data)| data[2]).collect();
+    assert_eq!(opcodes, [9, 10, 6]);
+}
