@@ -12,6 +12,9 @@ use crate::virtual_module::Client;
 /// Silence after which an unfinished telegram is given up. It counts from when bytes were read, and only if
 /// another look found none: a host or a simulator that was held up for a moment does not tear a telegram.
 const GAP: Duration = Duration::from_micros(Framer::GAP.0);
+/// The same on TCP, where a host's bytes may be held back: Nagle's algorithm waits for an acknowledgement, and
+/// the peer's delays that for up to 200 ms.
+const TCP_GAP: Duration = Duration::from_millis(250);
 /// Bytes read in one turn, so that one link cannot keep all others waiting.
 const PORTION: usize = 4096;
 
@@ -31,6 +34,7 @@ pub struct Endpoint<T> {
     pub stream: Stream<T>,
     /// Who sends them.
     pub client: Client,
+    gap: Duration,
     /// When bytes were last read, until the silence after them has been told.
     heard: Option<Instant>,
 }
@@ -38,7 +42,12 @@ pub struct Endpoint<T> {
 impl<T: Read + Write + AsFd> Endpoint<T> {
     /// An endpoint at which nothing has arrived yet.
     pub fn new(stream: Stream<T>, client: Client) -> Self {
-        Endpoint { stream, client, heard: None }
+        Endpoint { stream, client, gap: GAP, heard: None }
+    }
+
+    /// The same for a TCP connection.
+    pub fn over_tcp(stream: Stream<T>, client: Client) -> Self {
+        Endpoint { gap: TCP_GAP, ..Self::new(stream, client) }
     }
 
     /// Takes what has arrived.
@@ -55,7 +64,7 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
 
     /// When the silence has lasted long enough to be told, if it has not been.
     pub fn silence_ends(&self) -> Option<Instant> {
-        self.heard.map(|heard| heard + GAP)
+        self.heard.map(|heard| heard + self.gap)
     }
 }
 

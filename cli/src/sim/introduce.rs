@@ -39,7 +39,7 @@ pub(super) fn introduce(links: &Links, out: &mut impl Write) -> io::Result<()> {
     if let Some(server) = &links.control {
         let to = server.reachable();
         writeln!(out, "control: {}", server.address())?;
-        writeln!(out, "    echo state | nc {} {}", to.ip(), to.port())?;
+        writeln!(out, "    echo state | nc -N {} {}", to.ip(), to.port())?;
     }
     Ok(())
 }

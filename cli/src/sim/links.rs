@@ -78,7 +78,7 @@ impl Links {
             Client(*last)
         };
         if let Some(server) = &mut self.tcp {
-            server.accept(|stream| Endpoint::new(stream, next()));
+            server.accept(|stream| Endpoint::over_tcp(stream, next()));
         }
         if let Some(server) = &mut self.slcan_tcp {
             server.accept(|stream| Port::new(Endpoint::new(stream, next())));

@@ -86,7 +86,7 @@ Examples:
   tmcl sim
       a module on a serial port and a TCP port; prints how to connect
   tmcl sim --serial /tmp/tmcm1140 --control 127.0.0.1:4141
-      a serial port under a name of your own; then, say: echo 'press left' | nc 127.0.0.1 4141
+      a serial port under a name of your own; then, say: echo 'press left' | nc -N 127.0.0.1 4141
   tmcl sim --modules 3 --slcan /tmp/can --rs485 /tmp/rs485
       three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
   tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10

@@ -78,8 +78,7 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
 fn place(option: &str, link: &Path, device: &Path) -> Result<(), Failure> {
     let shown = link.display();
     if let Ok(found) = fs::symlink_metadata(link) {
-        let leftover = found.is_symlink()
-            && (!link.exists() || fs::read_link(link).is_ok_and(|target| target.starts_with("/dev")));
+        let leftover = found.is_symlink() && fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts"));
         if !leftover {
             let message = format!(
                 "{option}: {shown} exists and is not a link to a terminal; it is left alone. Give a path where \
