@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::Bench;
+use common::{Bench, random_inputs};
 use hal_sim::clock::MILLISECOND;
 use tmcl_cli::virtual_module::Client;
 use tmcm::module::Source;
@@ -294,7 +294,7 @@ fn an_event_in_digits() {
 /// Noise does no harm: every line for this module has one answer, and the next is understood.
 #[test]
 fn noise() {
-    const LINES: usize = 4_000;
+    let lines = random_inputs(4_000);
     const WORDS: [&[u8]; 16] = [
         b"A",
         b"a",
@@ -319,7 +319,7 @@ fn noise() {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (seed >> 33) as usize % limit
     };
-    for number in 0..LINES {
+    for number in 0..lines {
         let mut line = Vec::new();
         for _ in 0..below(12) {
             match below(4) {

@@ -303,6 +303,8 @@ impl VirtualModule {
         let core = Module::new(&TMCM_1140, parts, (), store, now, self.seed);
         let ports = Ports::new(core.links().start);
         self.firmware = Some(Firmware { core, keeper, ports, started, null_edges, baud });
+        // The first poll is due at once: only then the module knows its inputs.
+        self.poll();
     }
 
     fn poll(&mut self) {

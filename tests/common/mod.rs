@@ -30,6 +30,12 @@ pub const EEPROM_LOCKED: u8 = 5;
 /// Not in this mode or state.
 pub const NOT_AVAILABLE: u8 = 6;
 
+/// How many random inputs a test takes: the number given, or that of the environment variable RANDOM_INPUTS, as
+/// in `RANDOM_INPUTS=1000000 cargo test --test bad_input --test ascii`.
+pub fn random_inputs(usual: u64) -> u64 {
+    std::env::var("RANDOM_INPUTS").map_or(usual, |text| text.parse().expect("RANDOM_INPUTS is not a number"))
+}
+
 pub struct Bench {
     pub module: VirtualModule,
 }

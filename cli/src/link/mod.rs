@@ -2,6 +2,7 @@
 
 mod serial;
 mod simulated;
+mod slcan;
 mod tcp;
 
 use std::fmt;
@@ -13,15 +14,19 @@ use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 use crate::failure::Failure;
 use serial::Serial;
 use simulated::Simulated;
+use slcan::Slcan;
 use tcp::Tcp;
 
-/// Where a module is, as it is written on the command line: the path of a serial device, `tcp:HOST:PORT`, or `sim`.
+/// Where a module is, as it is written on the command line: the path of a serial device, `tcp:HOST:PORT`, `sim`, or
+/// one of the first two behind `slcan:`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Place {
     /// A serial device: USB, an RS485 adapter, or the pseudo terminal of `tmcl sim`.
     Serial(String),
     /// A TCP port that carries the bytes of a serial link.
     Tcp(String),
+    /// A serial CAN adapter at a place of its own.
+    Slcan(Box<Place>),
     /// A virtual module of one's own, in virtual time.
     Simulated,
 }
@@ -32,6 +37,14 @@ impl Place {
         if text == "sim" {
             return Ok(Place::Simulated);
         }
+        if let Some(adapter) = text.strip_prefix("slcan:") {
+            return match Self::parse(adapter)? {
+                place @ (Place::Serial(_) | Place::Tcp(_)) => Ok(Place::Slcan(Box::new(place))),
+                _ => {
+                    Err("give the adapter's device, for example slcan:/dev/ttyACM0 or slcan:tcp:127.0.0.1:4142".into())
+                }
+            };
+        }
         if let Some(address) = text.strip_prefix("tcp:") {
             let parts = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
             return match parts.map(|(_, port)| port.parse::<u16>()) {
@@ -40,7 +53,7 @@ impl Place {
             };
         }
         if text.is_empty() {
-            return Err("give a serial device such as /dev/ttyACM0, tcp:HOST:PORT, or sim".into());
+            return Err("give a serial device such as /dev/ttyACM0, tcp:HOST:PORT, slcan:DEVICE, or sim".into());
         }
         Ok(Place::Serial(text.into()))
     }
@@ -94,6 +107,8 @@ pub struct Link {
 enum Wire {
     Serial(Serial),
     Tcp(Tcp),
+    SlcanSerial(Slcan<std::fs::File>),
+    SlcanTcp(Slcan<std::net::TcpStream>),
     Simulated(Box<Simulated>),
 }
 
@@ -103,9 +118,19 @@ impl Link {
         let wire = match place {
             Place::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
             Place::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
+            Place::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
             Place::Simulated => Wire::Simulated(Box::new(Simulated::new())),
         };
         Ok(Link { wire, timeout })
+    }
+
+    fn open_adapter(place: &Place, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
+        let wire = match place {
+            Place::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Wire::SlcanTcp),
+            Place::Serial(path) => Slcan::open(Serial::open(path, baud)?.0).map(Wire::SlcanSerial),
+            Place::Slcan(_) | Place::Simulated => Err(std::io::ErrorKind::Unsupported.into()),
+        };
+        wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
     }
 
     /// Sends a request and waits for a reply. Bytes that have come before are thrown away.
@@ -114,6 +139,8 @@ impl Link {
         match &mut self.wire {
             Wire::Serial(serial) => serial.exchange(request, timeout),
             Wire::Tcp(tcp) => tcp.exchange(request, timeout),
+            Wire::SlcanSerial(adapter) => adapter.exchange(request, timeout),
+            Wire::SlcanTcp(adapter) => adapter.exchange(request, timeout),
             Wire::Simulated(module) => module.exchange(request, timeout),
         }
     }
@@ -160,6 +187,12 @@ mod tests {
         assert_eq!(Place::parse("sim"), Ok(Place::Simulated));
         assert_eq!(Place::parse("/dev/ttyACM0"), Ok(Place::Serial("/dev/ttyACM0".into())));
         assert_eq!(Place::parse("tcp:localhost:4140"), Ok(Place::Tcp("localhost:4140".into())));
-        assert!(["tcp:localhost", "tcp::4140", "tcp:localhost:x", ""].iter().all(|text| Place::parse(text).is_err()));
+        let adapter = Place::Slcan(Box::new(Place::Serial("/dev/ttyACM0".into())));
+        assert_eq!(Place::parse("slcan:/dev/ttyACM0"), Ok(adapter));
+        assert!(
+            ["slcan:", "slcan:sim", "slcan:slcan:x", "tcp:localhost", "tcp::4140", "tcp:localhost:x", ""]
+                .iter()
+                .all(|text| Place::parse(text).is_err())
+        );
     }
 }

@@ -14,7 +14,7 @@ use crate::failure::Failure;
 
 /// An open serial device, raw and non-blocking.
 #[derive(Debug)]
-pub(super) struct Serial(File);
+pub(super) struct Serial(pub(super) File);
 
 impl Serial {
     pub(super) fn open(path: &str, baud: u32) -> Result<Self, Failure> {

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 
 /// An open connection in non-blocking mode.
 #[derive(Debug)]
-pub(super) struct Tcp(TcpStream);
+pub(super) struct Tcp(pub(super) TcpStream);
 
 impl Tcp {
     pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {

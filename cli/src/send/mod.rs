@@ -15,14 +15,15 @@ use words::{Meaning, is_silent, meaning};
 /// Send commands to a module and show its replies
 ///
 /// LINK is where the module is: the path of a serial device (USB, an RS485 adapter, the serial port of `tmcl sim`),
-/// tcp:HOST:PORT (the TCP port of `tmcl sim`), or sim for a virtual module that lives only as long as this program.
+/// tcp:HOST:PORT (the TCP port of `tmcl sim`), slcan:DEVICE or slcan:tcp:HOST:PORT (a serial CAN adapter), or sim for
+/// a virtual module that lives only as long as this program.
 ///
 /// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands
 /// without a mnemonic are four numbers: command, type, motor or bank, value.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// Where the module is: a serial device, tcp:HOST:PORT, or sim
+    /// Where the module is: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
     #[arg(value_name = "LINK", value_parser = Place::parse)]
     pub link: Place,
 
@@ -30,7 +31,7 @@ pub struct Options {
     #[arg(value_name = "COMMAND", required = true, value_parser = command)]
     pub commands: Vec<Command>,
 
-    /// The module's address, for several modules on an RS485 bus
+    /// The module's address on an RS485 bus, or its CAN identifier
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub address: u8,
 
@@ -47,6 +48,7 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl send /dev/ttyACM0 \"GAP 1, 0\"                   where the motor is
   tmcl send tcp:127.0.0.1:4140 \"ROR 0, 500\"           rotate right
+  tmcl send slcan:/dev/ttyACM0 --address 3 \"GAP 1, 0\"   the module with CAN identifier 3
   tmcl send sim \"SAP 4, 0, 1500\" \"GAP 4, 0\"           two commands to a virtual module
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";

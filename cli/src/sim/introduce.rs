@@ -29,12 +29,12 @@ pub(super) fn introduce(links: &Links, out: &mut impl Write) -> io::Result<()> {
     }
     if let Some(pty) = &links.slcan {
         let path = head(out, "slcan", pty)?;
-        adapter(out, &path)?;
+        adapter(out, &path, &path)?;
     }
     if let Some(server) = &links.slcan_tcp {
         let to = server.reachable();
         writeln!(out, "slcan-tcp: {}", server.address())?;
-        adapter(out, &format!("socket://{to}"))?;
+        adapter(out, &format!("tcp:{to}"), &format!("socket://{to}"))?;
     }
     if let Some(server) = &links.control {
         let to = server.reachable();
@@ -53,8 +53,9 @@ fn head<E>(out: &mut impl Write, name: &str, pty: &Pty<E>) -> io::Result<String>
     Ok(path)
 }
 
-/// The lines for a CAN adapter, where pySerial finds it.
-fn adapter(out: &mut impl Write, url: &str) -> io::Result<()> {
+/// The lines for a CAN adapter, where `tmcl` and where pySerial finds it.
+fn adapter(out: &mut impl Write, place: &str, url: &str) -> io::Result<()> {
+    writeln!(out, "    tmcl send slcan:{place} --address 1 \"GAP 1, 0\"")?;
     writeln!(out, "    ConnectionManager(\"--interface slcan_tmcl --port {url} --module-id 1\")")?;
     writeln!(out, "    can.Bus(interface=\"slcan\", channel=\"{url}\", bitrate=1000000)")
 }

@@ -20,12 +20,42 @@ const REPLIES: [&str; 7] = [
 fn replies_are_the_same_over_every_link() {
     let tcp = Sim::start(&["--tcp", "127.0.0.1:0"]);
     let serial = Sim::start(&["--serial", "{}/port"]);
-    for link in ["sim", &format!("tcp:{}", tcp.told("tcp")), serial.told("serial")] {
+    let can = Sim::start(&["--slcan", "{}/can"]);
+    let can_tcp = Sim::start(&["--slcan-tcp", "127.0.0.1:0"]);
+    let adapters = [format!("slcan:{}", can.told("slcan")), format!("slcan:tcp:{}", can_tcp.told("slcan-tcp"))];
+    let [adapter, adapter_tcp] = &adapters;
+    for link in ["sim", &format!("tcp:{}", tcp.told("tcp")), serial.told("serial"), adapter, adapter_tcp] {
         let output = run(&[&["send", link], &LINES[..]].concat());
         assert!(output.status.success(), "{link}: {}", complaint(&output));
         let lines: Vec<String> = String::from_utf8(output.stdout).unwrap().lines().map(String::from).collect();
         assert_eq!(lines, REPLIES, "{link}");
     }
+}
+
+/// Three modules on the CAN bus and on the RS485 bus: each keeps its own settings, and each has an EEPROM file and
+/// a place on the control port of its own.
+#[test]
+fn three_modules_on_two_buses() {
+    let arguments =
+        ["--modules", "3", "--slcan", "{}/can", "--rs485", "{}/bus", "--control", "127.0.0.1:0", "--eeprom"];
+    let sim = Sim::start(&[&arguments[..], &["{}/eeprom"]].concat());
+    let (can, bus) = (format!("slcan:{}", sim.told("slcan")), sim.told("rs485").to_string());
+    for module in ["1", "2", "3"] {
+        let line = format!("SAP 4, 0, 100{module}");
+        assert!(run(&["send", &can, "--address", module, &line, "STAP 4, 0"]).status.success(), "module {module}");
+    }
+    for module in ["3", "1", "2"] {
+        let output = run(&["send", &bus, "--address", module, "GAP 4, 0", "GGP 66, 0"]);
+        let lines = String::from_utf8(output.stdout).unwrap();
+        assert!(lines.contains(&format!("GAP 4, 0: 100{module} int")), "module {module}: {lines}");
+        assert!(lines.contains(&format!("GGP 66, 0: {module} ")), "module {module}: {lines}");
+    }
+    let pressed = sim.control(&["module 2 press left", "module 2 state"]);
+    assert_eq!(pressed["switches"]["left"], true);
+    assert_eq!(sim.control(&["module 3 state"])["switches"]["left"], false);
+    assert_eq!(sim.control(&["module 4 state"])["ok"], false);
+    let files = ["eeprom", "eeprom.2", "eeprom.3"].map(|name| std::fs::read(sim.path(name)).unwrap());
+    assert!(files[0] != files[1] && files[1] != files[2] && files.iter().all(|file| file.len() == 16_384));
 }
 
 #[test]
