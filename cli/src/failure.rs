@@ -6,9 +6,8 @@ use std::process::ExitCode;
 /// What went wrong, told to a person, and the exit code that goes with it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// The program was called in a way it cannot be: exit code 2.
-    Usage(String),
-    /// It was called well but could not do it: exit code 1.
+    /// The program was called well but could not do it: exit code 1. (Calls it does not understand end with 2,
+    /// before this.)
     Failed(String),
     /// All has been said already: exit code 1.
     Said,
@@ -18,7 +17,6 @@ impl Failure {
     /// The exit code of the program.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Failure::Usage(_) => ExitCode::from(2),
             Failure::Failed(_) | Failure::Said => ExitCode::FAILURE,
         }
     }
@@ -27,7 +25,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::Usage(message) | Failure::Failed(message) => f.write_str(message),
+            Failure::Failed(message) => f.write_str(message),
             Failure::Said => Ok(()),
         }
     }

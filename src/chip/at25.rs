@@ -49,11 +49,6 @@ impl<SPI: SpiDevice> At25<SPI> {
         At25 { spi }
     }
 
-    /// The SPI device back, as for a restart of the firmware.
-    pub fn release(self) -> SPI {
-        self.spi
-    }
-
     /// Reads from `address` on.
     pub fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), SPI::Error> {
         let [high, low] = address.to_be_bytes();

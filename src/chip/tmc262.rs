@@ -145,11 +145,6 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         }
     }
 
-    /// The SPI device back, as for a restart of the firmware.
-    pub fn release(self) -> SPI {
-        self.spi
-    }
-
     /// Brings the chip to a configuration: only registers that differ are written.
     pub fn apply(&mut self, configuration: &Configuration) -> Result<(), SPI::Error> {
         self.words = words(configuration);

@@ -142,11 +142,6 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         Tmc429 { spi, status: 0, shadow: [[None; REGISTERS]; 3], interface: None }
     }
 
-    /// The SPI device back, as for a restart of the firmware.
-    pub fn release(self) -> SPI {
-        self.spi
-    }
-
     /// Stops all motors at once, whatever they were doing: hold mode is the one in which V_ACTUAL may be
     /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse.
     pub fn halt(&mut self) -> Result<(), SPI::Error> {

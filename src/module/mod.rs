@@ -2,8 +2,9 @@
 //!
 //! Two entrances: a command comes in by [`Module::execute`] (or from a byte link's [`Port`] by
 //! [`Module::serial`], as a frame by [`Module::can`]) and time by [`Module::poll`]. A reply may come later: `poll`
-//! is followed by [`Module::next_reply`] until that has nothing more. There is no clock, no wait and no hardware
-//! access but through the chip drivers; digital and analog signals are exchanged as plain values.
+//! is followed by [`Module::next_serial`] and [`Module::next_frame`] until they have nothing more. There is no clock, no
+//! wait and no hardware access but through the chip drivers; digital and analog signals are exchanged as plain
+//! values.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -81,7 +82,7 @@ const REPLIES: usize = LINKS + 1;
 pub enum Outcome {
     /// Answer at once.
     Reply(Reply),
-    /// The reply comes by [`Module::next_reply`]; until then the link brings no other command.
+    /// The reply comes by [`Module::next_serial`] or [`Module::next_frame`]; until then the link brings no other command.
     Pending,
     /// No reply.
     Silent,
@@ -260,12 +261,6 @@ where
         Ok(())
     }
 
-    /// The hardware back, as for a restart of the firmware. The drivers are switched off.
-    pub fn release(mut self) -> Parts<M, D, E, AXES> {
-        let _ = self.enable.set_high();
-        Parts { tmc429: self.chip.release(), tmc262: self.axes.map(Axis::release), enable: self.enable }
-    }
-
     /// What the module is.
     pub const fn spec(&self) -> &'static Spec {
         self.spec
@@ -317,12 +312,6 @@ where
     /// When [`Module::poll`] wants to be called next.
     pub const fn deadline(&self) -> Micros {
         self.next
-    }
-
-    /// A reply that has become due, and the link it goes to. As a host sees it:
-    /// [`Module::next_serial`] and [`Module::next_frame`].
-    pub fn next_reply(&mut self) -> Option<(Source, Reply)> {
-        self.replies.pop_front()
     }
 
     /// The settings on their way to the EEPROM: take jobs from here, tell how they went.

@@ -112,11 +112,6 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// The driver's SPI device back, as for a restart of the firmware.
-    pub fn release(self) -> D {
-        self.driver.release()
-    }
-
     /// Brings both chips to the parameters' values after power-on or a restart: position zero, no motion.
     /// The TMC429 has been halted before.
     pub fn start<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {

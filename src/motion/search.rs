@@ -222,7 +222,10 @@ impl<D: SpiDevice> Axis<D> {
         let switches = Switches { left, right, home: self.sensors.home };
         let progress = match search.stage {
             Stage::Ready if self.actual_speed(chip)? != 0 => Progress::Searching,
-            Stage::Ready => self.begin_leg(now, chip, &mut search, switches)?,
+            Stage::Ready => {
+                self.begin_leg(now, chip, &mut search, switches)?;
+                Progress::Searching
+            }
             Stage::Running => self.watch_leg(now, chip, &mut search, switches)?,
             Stage::Stopping => {
                 search.number = search.number.saturating_add(1);
@@ -250,7 +253,7 @@ impl<D: SpiDevice> Axis<D> {
         chip: &mut Tmc429<M>,
         search: &mut Search,
         switches: Switches,
-    ) -> Result<Progress, Error> {
+    ) -> Result<(), Error> {
         let leg = search.leg();
         search.stage = if leg.is_some() { Stage::Running } else { Stage::Homing };
         search.closed = switches.closed(search);
@@ -260,13 +263,12 @@ impl<D: SpiDevice> Axis<D> {
         // The stop switches act as this leg wants it.
         self.search = Some(*search);
         match leg {
-            Some(leg) => self.run_at(now, chip, self.leg_speed(search, leg))?,
+            Some(leg) => self.run_at(now, chip, self.leg_speed(search, leg)),
             None => {
                 let span = search.second.wrapping_sub(search.first);
-                self.travel_to(now, chip, search.first.wrapping_add(span / 2))?;
+                self.travel_to(now, chip, search.first.wrapping_add(span / 2))
             }
         }
-        Ok(Progress::Searching)
     }
 
     /// The chip will keep the position where the closed switch opens. Where the motor stands on the edge, it

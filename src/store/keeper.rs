@@ -34,11 +34,6 @@ impl<SPI: SpiDevice> Keeper<SPI> {
         (Keeper { part, readable, writing: None }, store, report)
     }
 
-    /// The SPI device back, as for a restart of the firmware.
-    pub fn release(self) -> SPI {
-        self.part.release()
-    }
-
     /// Goes on with the page on its way, or takes the next one from `next`. Returns whether a page was
     /// written, once that is known. To be called about once a millisecond.
     pub fn poll(&mut self, now: Micros, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
