@@ -8,8 +8,7 @@ use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYP
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::{Module, Outcome, Parts, Source, TMCM_1140, UserFunctions};
-use tmcm::store::Store;
+use tmcm::module::{Hooks, Module, Outcome, Parts, Source, TMCM_1140};
 use tmcm::tmcl::{Command, Reply, Status, binary, text};
 use tmcm::units::Micros;
 
@@ -605,7 +604,7 @@ struct Functions {
     memory: i32,
 }
 
-impl UserFunctions for Functions {
+impl Hooks for Functions {
     fn call(&mut self, number: u8, command: Command) -> Result<i32, Status> {
         match number {
             0 => Ok(command.value + i32::from(command.kind) + i32::from(command.motor)),
@@ -625,8 +624,7 @@ fn user_functions_of_an_image() {
         enable: board.enable_pin(),
     };
     let user = Functions::default();
-    let mut module: Module<SimSpi, SimSpi, SimPin, _, 1> =
-        Module::new(&TMCM_1140, parts, user, Store::empty(), Micros(0), 1);
+    let mut module: Module<SimSpi, SimSpi, SimPin, _, 1> = Module::new(&TMCM_1140, parts, user, |_| {}, Micros(0), 1);
     for (line, status, value) in [
         ("UF0 200, 100, 1000", Status::Ok, 1300),
         ("UF1 0, 0, 5", Status::InvalidValue, 5),

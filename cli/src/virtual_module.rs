@@ -11,9 +11,9 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{self, Answer, Inputs, Module, Parts, Request, Source, TMCM_1140};
+use tmcm::module::{Answer, Inputs, Module, Parts, Request, Source, TMCM_1140};
 use tmcm::param::GlobalParameter;
-use tmcm::store::{Keeper, Slot};
+use tmcm::store::{Keeper, Report, Slot, Worth};
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::can::Frame;
 use tmcm::tmcl::{Opcode, Reply, Status};
@@ -51,6 +51,8 @@ struct Firmware {
     null_edges: [u64; 2],
     /// Bit rate of the RS485 interface since the start.
     baud: u64,
+    /// When the EEPROM is looked after next.
+    keep: Micros,
 }
 
 impl Firmware {
@@ -278,9 +280,14 @@ impl VirtualModule {
     }
 
     fn boot(&mut self) {
-        let started = self.now();
-        let Ok(()) = module::halt(self.board.spi(Chip::Tmc429, TMC429_HZ));
-        let (keeper, store, report) = Keeper::load(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
+        let parts = Parts {
+            tmc429: self.board.spi(Chip::Tmc429, TMC429_HZ),
+            tmc262: [self.board.spi(Chip::Tmc262, TMC262_HZ)],
+            enable: self.board.enable_pin(),
+        };
+        let mut keeper = Keeper::new(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
+        let mut report = Report::default();
+        let mut core = Module::new(&TMCM_1140, parts, (), |store| report = keeper.load(store), Micros(0), self.seed);
         if report.unreachable {
             self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
         } else if report.foreign > 0 {
@@ -290,19 +297,17 @@ impl VirtualModule {
                  defaults or the older copies apply"
             ));
         }
-        let parts = Parts {
-            tmc429: self.board.spi(Chip::Tmc429, TMC429_HZ),
-            tmc262: [self.board.spi(Chip::Tmc262, TMC262_HZ)],
-            enable: self.board.enable_pin(),
-        };
-        let baud = store.get(Slot::Global(GlobalParameter::SerialBaudRate)).unwrap_or_default();
+        if report.program == Worth::Incomplete {
+            self.log.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
+        }
+        let baud = core.store().get(Slot::Global(GlobalParameter::SerialBaudRate)).unwrap_or_default();
         let baud = usize::try_from(baud).ok().and_then(|number| BAUD_RATES.get(number)).copied().unwrap_or(9_600);
         let abn = self.board.borrow().inputs().abn;
         let null_edges = [abn.null_low.times, abn.null_high.times];
-        let now = Micros((self.now() - started) / MICROSECOND);
-        let core = Module::new(&TMCM_1140, parts, (), store, now, self.seed);
         let ports = Ports::new(core.links().start);
-        self.firmware = Some(Firmware { core, keeper, ports, started, null_edges, baud });
+        // Its clock starts when all is read.
+        let started = self.now();
+        self.firmware = Some(Firmware { core, keeper, ports, started, null_edges, baud, keep: Micros(0) });
         // The first poll is due at once: only then the module knows its inputs.
         self.poll();
     }
@@ -324,8 +329,12 @@ impl VirtualModule {
             null: firmware.null_edges(seen.abn),
         };
         let outputs = firmware.core.poll(now, &inputs);
-        if let Some(written) = firmware.keeper.poll(now, || firmware.core.store().next_job()) {
-            firmware.core.stored(written);
+        // The slices of a program come between the milliseconds.
+        if now >= firmware.keep {
+            firmware.keep = now.after(Micros::from_millis(1));
+            if let Some(written) = firmware.keeper.poll(now, || firmware.core.store().next_job()) {
+                firmware.core.stored(written);
+            }
         }
         self.board.borrow_mut().set_outputs(Outputs {
             out: std::array::from_fn(|n| outputs.digital >> n & 1 != 0),

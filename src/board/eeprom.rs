@@ -8,15 +8,20 @@ use super::mail::{PAGE, WRITTEN};
 use super::now;
 use super::tmcm1140::{Bus, Eeprom};
 use crate::chip::at25::At25;
-use crate::store::{Keeper, Store};
+use crate::store::{Keeper, Store, Worth};
 
 type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
 
-/// Reads the stored settings: 2 048 bytes, 7 ms.
-pub(super) fn load(eeprom: Eeprom) -> (Keeper<Device>, Store) {
+/// Takes charge of the EEPROM.
+pub(super) fn keeper(eeprom: Eeprom) -> Keeper<Device> {
     // The select pin is high already; setting it again cannot fail.
     let Ok(device) = ExclusiveDevice::new_no_delay(eeprom.bus, eeprom.select);
-    let (keeper, store, report) = Keeper::load(At25::new(device));
+    Keeper::new(At25::new(device))
+}
+
+/// Reads what is stored: 16 384 bytes, 50 ms.
+pub(super) fn load(keeper: &mut Keeper<Device>, store: &mut Store) {
+    let report = keeper.load(store);
     if report.unreachable {
         defmt::warn!("EEPROM does not answer: defaults apply, nothing can be stored");
     } else if report.foreign > 0 {
@@ -26,7 +31,14 @@ pub(super) fn load(eeprom: Eeprom) -> (Keeper<Device>, Store) {
             report.valid
         );
     }
-    (keeper, store)
+    match report.program {
+        Worth::Empty => {}
+        Worth::Whole => defmt::info!("EEPROM holds a program"),
+        Worth::Incomplete => {
+            defmt::warn!("EEPROM: the program is damaged or its download was cut short: it will not run")
+        }
+        Worth::Erasing(_) => defmt::info!("EEPROM: the program is being erased"),
+    }
 }
 
 /// Writes the pages it is given and tells how that went.

@@ -10,6 +10,7 @@ use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use embassy_time::{Instant, Timer};
 use heapless::Vec;
+use static_cell::StaticCell;
 
 use super::mail::{LINKS, Outgoing, PAGE, REQUESTS, RS485, WRITTEN};
 use super::now;
@@ -18,31 +19,50 @@ use crate::module::{Answer, Inputs, Mode, Module, Outputs, Parts, Request, Sourc
 use crate::store::Store;
 use crate::tmcl::Reply;
 
+/// SPI1 with what is on it.
+type Shared = Mutex<NoopRawMutex, RefCell<Bus>>;
+
 /// A chip on SPI1, with its own clock.
-type Chip<'a> = SpiDeviceWithConfig<'a, NoopRawMutex, Bus, Output<'static>>;
+type Chip = SpiDeviceWithConfig<'static, NoopRawMutex, Bus, Output<'static>>;
 
 /// The module on this board.
-type Core<'a> = Module<Chip<'a>, Chip<'a>, Output<'static>, (), 1>;
+pub(super) type Core = Module<Chip, Chip, Output<'static>, (), 1>;
 
 /// Requests that wait until their link has its last reply.
 type Held = Vec<(Source, Request), 4>;
 
-/// Runs the module.
-#[embassy_executor::task]
-pub(super) async fn own(spec: &'static Spec, motion: Motion, store: Store, seed: u32) {
-    let Motion { bus, select_tmc429, select_tmc262, enable, mut signals } = motion;
+/// Builds the module where it stays, with what `load` reads from the EEPROM.
+pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut Store), seed: u32) -> Owner {
+    static BUS: StaticCell<Shared> = StaticCell::new();
+    static MODULE: StaticCell<Core> = StaticCell::new();
+    let Motion { bus, select_tmc429, select_tmc262, enable, signals } = motion;
     // Each transaction gives the bus the clock of its chip. Chip select is to be low for three clocks of the
     // TMC429 - 188 ns, 32 cycles here - before the first edge and after the last. The SPI driver takes 57 cycles
     // to the first byte, and it waits for the end of the last bit, half a bit (64 cycles) after its edge.
-    let bus = Mutex::new(RefCell::new(bus));
+    let bus = BUS.init(Mutex::new(RefCell::new(bus)));
     let parts = Parts {
-        tmc429: Chip::new(&bus, select_tmc429, tmc429_spi()),
-        tmc262: [Chip::new(&bus, select_tmc262, tmc262_spi())],
+        tmc429: Chip::new(bus, select_tmc429, tmc429_spi()),
+        tmc262: [Chip::new(bus, select_tmc262, tmc262_spi())],
         enable,
     };
-    let mut module = Module::new(spec, parts, (), store, now(), seed);
+    let module = MODULE.init_with(|| Module::new(spec, parts, (), load, now(), seed));
     defmt::info!("module runs at address {=u8}", module.links().address);
+    Owner { module, signals }
+}
 
+/// The module and its signals, on their way to the task that owns them.
+pub(super) struct Owner {
+    pub(super) module: &'static mut Core,
+    signals: Signals,
+}
+
+// SAFETY: whoever has it has all of it - module, bus, pins -, and gives it away whole.
+unsafe impl Send for Owner {}
+
+/// Runs the module.
+#[embassy_executor::task]
+pub(super) async fn own(owner: Owner) {
+    let Owner { module, mut signals } = owner;
     let mut links = *module.links();
     LINKS.lock(|shared| shared.set(Some(links)));
     let mut held = Held::new();
@@ -53,10 +73,10 @@ pub(super) async fn own(spec: &'static Spec, motion: Motion, store: Store, seed:
         // Requests are looked at first, since setting the alarm takes its time.
         if let Either::First((source, request)) = select(REQUESTS.receive(), tick).await {
             if !module.awaits(source) {
-                owed |= serve(&mut module, source, &request);
+                owed |= serve(module, source, &request);
             } else if held.push((source, request)).is_err() {
                 defmt::warn!("a host does not wait for its replies: request dropped");
-                send(&module, source, None, None);
+                send(module, source, None, None);
             }
         }
         // After each request, too: a busy host does not hold up the motor.
@@ -65,8 +85,8 @@ pub(super) async fn own(spec: &'static Spec, motion: Motion, store: Store, seed:
         }
         let outputs = module.poll(now(), &signals.read());
         signals.write(&outputs);
-        exchange(&mut module, &mut owed);
-        owed |= release(&mut module, &mut held);
+        exchange(module, &mut owed);
+        owed |= release(module, &mut held);
         if links != *module.links() {
             links = *module.links();
             LINKS.lock(|shared| shared.set(Some(links)));

@@ -30,12 +30,12 @@ unsafe fn UART4() {
     unsafe { MODULE.on_interrupt() }
 }
 
-/// Starts everything: stops the motor, reads the settings, then brings the module to life, then the links. `spawner` is that of
+/// Starts everything: the module, which stops the motor first and then reads what is stored, then the links. `spawner` is that of
 /// thread mode.
-pub fn run(mut board: Board, spec: &'static Spec, spawner: Spawner) {
-    board.motion.halt();
-    let (keeper, store) = eeprom::load(board.eeprom);
-    let baud = baud_rate(&store);
+pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
+    let mut keeper = eeprom::keeper(board.eeprom);
+    let owner = owner::build(spec, board.motion, |store| eeprom::load(&mut keeper, store), seed());
+    let baud = baud_rate(owner.module.store());
     defmt::info!("RS485 at {=u32} bit/s", baud);
     let (port, direction) = defmt::unwrap!(board.rs485.open(baud));
 
@@ -45,7 +45,7 @@ pub fn run(mut board: Board, spec: &'static Spec, spawner: Spawner) {
     interrupt::UART4.set_priority(Priority::P6);
     // Each task is started once, so there is room for it.
     // The module runs as soon as it is spawned, so it is there when the link asks for the mode to start in.
-    let module = defmt::unwrap!(owner::own(spec, board.motion, store, seed()));
+    let module = defmt::unwrap!(owner::own(owner));
     MODULE.start(interrupt::UART4).spawn(module);
     LINKS.start(interrupt::UART5).spawn(defmt::unwrap!(rs485::carry(port, direction)));
     spawner.spawn(defmt::unwrap!(eeprom::keep(keeper)));

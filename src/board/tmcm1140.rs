@@ -37,10 +37,7 @@ use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::usart::{self, BufferedUart};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
-use embedded_hal_bus::spi::ExclusiveDevice;
 use static_cell::ConstStaticCell;
-
-use crate::module;
 
 /// Bit of ENN in port E.
 const ENN: usize = 1;
@@ -138,16 +135,6 @@ impl Board {
                 tx: p.PB10,
                 direction: Output::new(p.PE15, Level::Low, Speed::Medium),
             },
-        }
-    }
-}
-
-impl Motion {
-    /// Stops a motor that a restart of the firmware has left running. The bus has the TMC429's clock still.
-    pub(super) fn halt(&mut self) {
-        let Ok(chip) = ExclusiveDevice::new_no_delay(&mut self.bus, &mut self.select_tmc429);
-        if module::halt(chip).is_err() {
-            defmt::warn!("TMC429: not reached");
         }
     }
 }

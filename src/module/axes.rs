@@ -4,14 +4,14 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::{Done, Inputs, Module, Subscription, Undo, UserFunctions};
+use super::{Done, Hooks, Inputs, Module, Subscription, Undo};
 use crate::chip::tmc429::{Mode, Tmc429};
 use crate::motion::{self, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
-use crate::store::Slot;
+use crate::store::{Need, Slot};
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
-use crate::vm::ErrorFlag;
+use crate::vm::{ErrorFlag, Signals};
 
 /// The motor number that means all axes.
 pub(super) const ALL_AXES: u8 = 255;
@@ -35,9 +35,10 @@ fn parameter(number: u8) -> Result<AxisParameter, Status> {
     AxisParameter::from_number(number).ok_or(Status::WrongType)
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
-    /// One turn of all axes, and what comes of it.
-    pub(super) fn poll_axes(&mut self, now: Micros) {
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+    /// One turn of all axes, and what comes of it; what a program may want to know of is returned.
+    pub(super) fn poll_axes(&mut self, now: Micros) -> Signals {
+        let mut signals = Signals::default();
         let Inputs { stall, encoder, external, null, digital: [_, _, _, home], .. } = self.inputs;
         let home = home != (self.global(G::EndSwitchPolarity) != 0);
         let sensors = Sensors { stall, home, encoder, external, null };
@@ -50,8 +51,17 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 (events.alarm, ErrorFlag::Alarm),
             ] {
                 if event {
-                    self.registers.raise(flag);
+                    self.machine.errors.raise(flag);
                 }
+            }
+            if events.at_target {
+                signals.reached(number);
+            }
+            if events.stall {
+                signals.stall(number);
+            }
+            if events.deviation {
+                signals.deviation(number);
             }
             let Some(subscription) = &mut self.subscription else { continue };
             let bit = bit(number.into());
@@ -65,6 +75,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 subscription.armed &= !bit;
             }
         }
+        signals
     }
 
     /// Does something to all axes that ends their moves.
@@ -74,7 +85,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     ) {
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
             if axis.travelling() {
-                self.registers.raise(ErrorFlag::Position);
+                self.machine.errors.raise(ErrorFlag::Position);
             }
             // A motor that does not hear will not hear a second time either; the guard goes on looking.
             let _ = act(axis, &mut self.chip);
@@ -112,7 +123,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         match kind {
             0 => state.start_search(now, chip)?,
             1 => state.stop_search(now, chip)?,
-            2 => return Ok(Done::Value(state.search_status())),
+            2 => return Ok(Done::Read(state.search_status())),
             _ => return Err(Status::WrongType),
         }
         Ok(Done::Value(echo))
@@ -187,7 +198,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Done, Status> {
         let parameter = parameter(number)?;
         let (axis, chip) = self.axis(axis)?;
-        Ok(Done::Value(axis.read(chip, parameter)?))
+        Ok(Done::Read(axis.read(chip, parameter)?))
     }
 
     /// SAP, AAP. `echo` is the reply's value.
@@ -222,7 +233,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let (state, chip) = self.axis(axis)?;
         let value = state.read(chip, parameter)?;
         self.store.set(Slot::Axis(axis, parameter), value);
-        Ok(Done::Stored(echo, None))
+        Ok(Done::stored(echo))
     }
 
     /// RSAP.
@@ -240,7 +251,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let before = core::mem::replace(self.place(axis, number)?, value);
         if self.global(G::CoordinateStorage) != 0 {
             self.store.set(Slot::Coordinate(axis, number), value);
-            return Ok(Done::Stored(echo, Some(Undo { axis, number, value: before })));
+            let undo = Some(Undo { axis, number, value: before });
+            return Ok(Done::Stored { value: echo, need: Need::Settings, undo });
         }
         Ok(Done::Value(echo))
     }
@@ -257,7 +269,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             let value = *self.place(axis, number)?;
             self.store.set(Slot::Coordinate(axis, number), value);
         }
-        Ok(Done::Stored(echo, None))
+        Ok(Done::stored(echo))
     }
 
     /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.

@@ -4,26 +4,39 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
 use super::axes::ALL_AXES;
-use super::{Done, Module, RESTART_DELAY, Source, UserFunctions};
+use super::{Done, Hooks, Module, RESTART_DELAY, Source, program};
 use crate::tmcl::{Command, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::Operation;
+use crate::vm::{Interrupts, Operation};
 
 /// The value that commands 137 and 255 want as a safeguard.
 const CONFIRMATION: i32 = 1234;
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run
     /// here, the motor, and what the command itself wants.
     pub(super) fn dispatch(&mut self, now: Micros, source: Source, command: Command) -> Result<Done, Status> {
+        if let Some(done) = self.download(source, command) {
+            return done;
+        }
         let opcode = Opcode::from_number(command.opcode).ok_or(Status::InvalidCommand)?;
-        let instruction = opcode.instruction();
-        if !instruction.direct {
+        if !opcode.instruction().direct {
             return Err(Status::NotAvailable);
         }
+        self.perform(now, Some(source), opcode, command)
+    }
+
+    /// Executes a command from a link, or from the program where that is `None`.
+    pub(super) fn perform(
+        &mut self,
+        now: Micros,
+        source: Option<Source>,
+        opcode: Opcode,
+        command: Command,
+    ) -> Result<Done, Status> {
         let Command { kind, motor, value, .. } = command;
         let known = usize::from(motor) < AXES;
-        match instruction.motor {
+        match opcode.instruction().motor {
             Motor::Axis if !known => return Err(Status::InvalidValue),
             Motor::AxisOrAll if !known && motor != ALL_AXES => return Err(Status::InvalidValue),
             Motor::Axis | Motor::AxisOrAll | Motor::Other => {}
@@ -47,23 +60,23 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             Opcode::Sco if motor == ALL_AXES => return self.store_coordinates(kind, value),
             Opcode::Sco => return self.set_coordinate(kind, motor, value, value),
             Opcode::Gco if motor == ALL_AXES => return self.restore_coordinates(kind, value),
-            Opcode::Gco => return self.coordinate(motor, kind).map(Done::Value),
+            Opcode::Gco => return self.coordinate(motor, kind).map(Done::Read),
             Opcode::Cco => {
                 let position = self.position(motor)?;
                 return self.set_coordinate(kind, motor, position, position);
             }
-            Opcode::Aco => return self.set_coordinate(kind, motor, self.registers.accumulator, value),
-            Opcode::Aap => return self.set_axis(now, kind, motor, self.registers.accumulator, value),
-            Opcode::Agp => return self.set_global(now, kind, motor, self.registers.accumulator, value),
+            Opcode::Aco => return self.set_coordinate(kind, motor, self.machine.registers.accumulator, value),
+            Opcode::Aap => return self.set_axis(now, kind, motor, self.machine.registers.accumulator, value),
+            Opcode::Agp => return self.set_global(now, kind, motor, self.machine.registers.accumulator, value),
             Opcode::Calc => {
                 let operation = Operation::from_number(kind).ok_or(Status::WrongType)?;
-                if !self.registers.calc(operation, value) {
+                if !self.machine.registers.calc(operation, value) {
                     return Err(Status::WrongType);
                 }
             }
-            Opcode::Calcx => self.registers.calcx(Operation::from_number(kind).ok_or(Status::WrongType)?),
+            Opcode::Calcx => self.machine.registers.calcx(Operation::from_number(kind).ok_or(Status::WrongType)?),
             Opcode::Cle => {
-                if !self.registers.clear(kind) {
+                if !self.machine.errors.clear(kind) {
                     return Err(Status::WrongType);
                 }
             }
@@ -76,7 +89,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             | Opcode::Uf6
             | Opcode::Uf7 => {
                 let number = command.opcode.saturating_sub(Opcode::Uf0 as u8);
-                return self.user.call(number, command).map(Done::Value);
+                return self.hooks.call(number, command).map(Done::Value);
             }
             Opcode::FirmwareVersion => {
                 return match kind {
@@ -85,7 +98,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                     _ => Err(Status::WrongType),
                 };
             }
-            Opcode::PositionReachedEvent => return self.subscribe(source, command),
+            Opcode::PositionReachedEvent => return self.subscribe(source.ok_or(Status::NotAvailable)?, command),
             Opcode::FactorySettings => {
                 confirmed(value)?;
                 self.store.reset();
@@ -97,22 +110,26 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 self.restart = Some(now.after(RESTART_DELAY));
             }
             // The link changes its mode; CAN has but one.
-            Opcode::EnterAscii if !matches!(source, Source::Can { .. }) => {}
-            // Programs and the bootloader are not there yet.
-            Opcode::Ei
-            | Opcode::Di
-            | Opcode::Vect
-            | Opcode::StopApplication
-            | Opcode::RunApplication
-            | Opcode::StepApplication
-            | Opcode::ResetApplication
-            | Opcode::EnterDownload
-            | Opcode::ExitDownload
-            | Opcode::ReadMemory
-            | Opcode::ApplicationStatus
-            | Opcode::EnterAscii
-            | Opcode::EnterBootloader => return Err(Status::NotAvailable),
-            Opcode::Comp
+            Opcode::EnterAscii if !matches!(source, Some(Source::Can { .. })) => {}
+            Opcode::Ei | Opcode::Di => {
+                interrupt::<AXES>(kind, true)?;
+                self.machine.interrupts.enable(kind, opcode == Opcode::Ei);
+            }
+            Opcode::Vect => {
+                interrupt::<AXES>(kind, false)?;
+                self.machine.interrupts.set_vector(kind, program::address(value)?);
+            }
+            Opcode::StopApplication | Opcode::RunApplication | Opcode::StepApplication | Opcode::ResetApplication => {
+                return self.control(opcode, command);
+            }
+            Opcode::EnterDownload => return self.enter_download(source.ok_or(Status::NotAvailable)?, value),
+            Opcode::ExitDownload => return Ok(self.exit_download(value)),
+            Opcode::ReadMemory => return self.read_memory(value),
+            Opcode::ApplicationStatus => return self.application_status(kind),
+            // There is no bootloader, and what follows is the interpreter's own.
+            Opcode::EnterAscii
+            | Opcode::EnterBootloader
+            | Opcode::Comp
             | Opcode::Jc
             | Opcode::Ja
             | Opcode::Csub
@@ -123,6 +140,12 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         }
         Ok(Done::Value(value))
     }
+}
+
+/// Checks the number of an interrupt; `all` if the one that means all is one, too.
+fn interrupt<const AXES: usize>(number: u8, all: bool) -> Result<(), Status> {
+    let known = Interrupts::exists(number, AXES) || (all && number == Interrupts::GLOBAL);
+    if known { Ok(()) } else { Err(Status::WrongType) }
 }
 
 fn confirmed(value: i32) -> Result<(), Status> {

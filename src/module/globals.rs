@@ -3,7 +3,7 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::{Done, Module, UserFunctions};
+use super::{Done, Hooks, Module};
 use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, Row, STORED_USER_VARIABLES, Storage};
 use crate::store::Slot;
 use crate::tmcl::Status;
@@ -38,13 +38,13 @@ fn check(row: &Row, value: i32) -> Result<(), Status> {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
     /// The value of a parameter of bank 0 as set.
     pub(super) fn global(&self, parameter: G) -> i32 {
         self.globals.get(parameter.index()).copied().unwrap_or_default()
     }
 
-    fn set_global_value(&mut self, parameter: G, value: i32) {
+    pub(super) fn set_global_value(&mut self, parameter: G, value: i32) {
         if let Some(place) = self.globals.get_mut(parameter.index()) {
             *place = value;
         }
@@ -55,11 +55,14 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let value = match global(number, bank)? {
             Global::Bank0(G::TickTimer) => self.tick_timer(now).cast_signed(),
             Global::Bank0(G::RandomNumber) => self.random().cast_signed(),
+            Global::Bank0(G::ApplicationStatus) => self.machine.mode() as i32,
+            Global::Bank0(G::DownloadMode) => self.store.downloading().is_some().into(),
+            Global::Bank0(G::ProgramCounter) => self.machine.counter().into(),
             Global::Bank0(parameter) => self.global(parameter),
             Global::Variable(number) => self.variables.get(usize::from(number)).copied().unwrap_or_default(),
-            Global::Interrupt(parameter) => self.interrupts.get(parameter.index()).copied().unwrap_or_default(),
+            Global::Interrupt(parameter) => self.machine.interrupts.setting(parameter),
         };
-        Ok(Done::Value(value))
+        Ok(Done::Read(value))
     }
 
     /// SGP, AGP. `echo` is the reply's value.
@@ -77,6 +80,12 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 check(row, value)?;
                 let before = self.global(parameter);
                 match parameter {
+                    G::CodeProtection if self.uncovers(value) => {
+                        // The parameter changes when there is nothing to be seen any more.
+                        self.machine.stop();
+                        self.store.erase(value);
+                        return Ok(Done::written(echo));
+                    }
                     G::TickTimer => self.tick_offset = (now.millis() as u32).wrapping_sub(value.cast_unsigned()),
                     G::RandomNumber => self.random = value.cast_unsigned(),
                     _ => self.set_global_value(parameter, value),
@@ -87,7 +96,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
                 }
                 if row.storage == Storage::Automatic {
                     self.store.set(Slot::Global(parameter), value);
-                    return Ok(Done::Stored(echo, None));
+                    return Ok(Done::stored(echo));
                 }
             }
             Global::Variable(number) => {
@@ -97,9 +106,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             }
             Global::Interrupt(parameter) => {
                 check(parameter.row(), value)?;
-                if let Some(place) = self.interrupts.get_mut(parameter.index()) {
-                    *place = value;
-                }
+                self.machine.interrupts.set(parameter, value);
             }
         }
         Ok(Done::Value(echo))
@@ -110,7 +117,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
         let slot = self.stored_variable(number, bank)?;
         let value = self.variables.get(usize::from(number)).copied().unwrap_or_default();
         self.store.set(slot, value);
-        Ok(Done::Stored(echo, None))
+        Ok(Done::stored(echo))
     }
 
     /// RSGP.

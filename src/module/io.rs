@@ -3,7 +3,7 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::{Done, Module, UserFunctions};
+use super::{Done, Hooks, Module};
 use crate::tmcl::Status;
 
 /// Milliseconds of the status LED's on and off time.
@@ -56,13 +56,13 @@ impl Default for Outputs {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Done, Status> {
         let all = 1_u8.checked_shl(self.spec.outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {
             (0, 0) => self.outputs.pull_ups = flag(value)?,
             (2, ALL) => {
-                let bits = if value == -1 { self.registers.accumulator } else { value };
+                let bits = if value == -1 { self.machine.registers.accumulator } else { value };
                 // Bits without an output are ignored, in a constant as in the accumulator.
                 if value != -1 && !(0..=255).contains(&value) {
                     return Err(Status::InvalidValue);
@@ -99,7 +99,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
             (1 | 2, _) => return Err(Status::WrongType),
             _ => return Err(Status::InvalidValue),
         };
-        Ok(Done::Value(value))
+        Ok(Done::Read(value))
     }
 }
 

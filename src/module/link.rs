@@ -4,7 +4,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
 use super::port::{Mode, Request};
-use super::{Module, Outcome, Source, UserFunctions};
+use super::{Hooks, Module, Outcome, Source};
 use crate::param::GlobalParameter as G;
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::{self, Telegram};
@@ -76,7 +76,7 @@ impl<T> Answer<T> {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
     /// The interface settings in force.
     pub const fn links(&self) -> &Links {
         &self.links
@@ -84,7 +84,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
 
     /// True while a command of this link waits for its reply: the link is not to bring another one.
     pub fn awaits(&self, source: Source) -> bool {
-        self.waiting.iter().any(|waiting| waiting.source.same_link(source))
+        self.waiting.iter().any(|waiting| waiting.from.is_some_and(|from| from.same_link(source)))
     }
 
     /// Takes a request from a byte link and answers it; in which mode the link goes on is part of the answer.
@@ -149,7 +149,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usi
     /// Lets the interface settings follow the parameters, unless a reply is still to go out under the old
     /// ones.
     pub(super) fn update_links(&mut self) {
-        if self.waiting.is_empty() && self.replies.is_empty() {
+        if self.waiting.iter().all(|waiting| waiting.from.is_none()) && self.replies.is_empty() {
             self.links = Links::of(&self.globals);
         }
         self.links.echo = Echo::from_parameter(self.global(G::AsciiMode));

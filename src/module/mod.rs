@@ -12,13 +12,16 @@ mod axes;
 mod can;
 mod dispatch;
 mod globals;
+mod hooks;
 mod io;
 mod link;
 mod overheard;
 mod port;
+mod program;
 mod spec;
 mod supervision;
 
+pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
 pub use link::{Answer, Links};
 pub use port::{Heard, Message, Mode, Port, Request};
@@ -33,11 +36,11 @@ use heapless::{Deque, Vec};
 
 use crate::chip::tmc429::{Motor, Tmc429};
 use crate::motion::{self, Axis};
-use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, USER_VARIABLES};
-use crate::store::Store;
+use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
+use crate::store::{Need, Slot, Store};
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::Registers;
+use crate::vm::Machine;
 
 /// The hardware the core drives itself, as embedded-hal devices. The enable pin is low when the motor
 /// drivers are on.
@@ -76,6 +79,8 @@ impl Source {
 const LINKS: usize = 3;
 /// Replies on their way: one per link, and one event.
 const REPLIES: usize = LINKS + 1;
+/// Commands that can wait for the store: one per link, and the program's.
+const WAITING: usize = LINKS + 1;
 
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,31 +93,38 @@ pub enum Outcome {
     Silent,
 }
 
-/// Commands UF0..UF7: an image may give them a meaning (manual section 3.7.36).
-pub trait UserFunctions {
-    /// Executes user function `number`, 0..=7. The value is returned in the reply.
-    ///
-    /// # Errors
-    /// The status to answer with; [`Status::NotAvailable`] unless overridden.
-    fn call(&mut self, number: u8, command: Command) -> Result<i32, Status> {
-        let _ = (number, command);
-        Err(Status::NotAvailable)
-    }
-}
-
-impl UserFunctions for () {}
-
 /// What a command led to, before it becomes a reply.
 #[derive(Clone, Copy, Debug)]
 enum Done {
     /// Executed; the value of the reply.
     Value(i32),
-    /// Executed, and answered with the value once it is durable; what to take back if that fails.
-    Stored(i32, Option<Undo>),
+    /// A value was read: a program gets it into its accumulator.
+    Read(i32),
+    /// Executed, and answered once it is durable.
+    Stored {
+        /// The value of the reply.
+        value: i32,
+        /// What is to be durable.
+        need: Need,
+        /// What to take back if that fails.
+        undo: Option<Undo>,
+    },
     /// A reply of another form.
     Special(Reply),
     /// Executed without an answer.
     Silent,
+}
+
+impl Done {
+    /// A setting was stored.
+    const fn stored(value: i32) -> Self {
+        Done::Stored { value, need: Need::Settings, undo: None }
+    }
+
+    /// Program memory was written.
+    const fn written(value: i32) -> Self {
+        Done::Stored { value, need: Need::Program, undo: None }
+    }
 }
 
 /// A coordinate before the command that set and stored it. Parameters need none: what is stored of them is
@@ -124,11 +136,13 @@ struct Undo {
     value: i32,
 }
 
-/// A reply that waits for the store.
+/// A command that waits for the store.
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
-    source: Source,
+    /// The link that waits for the reply; the program if `None`.
+    from: Option<Source>,
     command: Command,
+    need: Need,
     /// The value of the reply if all goes well.
     value: i32,
     undo: Option<Undo>,
@@ -156,22 +170,29 @@ const PERIOD: Micros = Micros::from_millis(1);
 
 /// A module: axes, parameters, storage and links.
 #[derive(Debug)]
-pub struct Module<M, D, E, U, const AXES: usize> {
+pub struct Module<M, D, E, H, const AXES: usize> {
     spec: &'static Spec,
     chip: Tmc429<M>,
     axes: [Axis<D>; AXES],
     enable: E,
-    user: U,
+    hooks: H,
     store: Store,
     globals: [i32; G::COUNT],
     variables: [i32; USER_VARIABLES],
-    interrupts: [i32; InterruptParameter::COUNT],
     coordinates: [[i32; COORDINATES]; AXES],
-    registers: Registers,
+    machine: Machine,
+    /// The program is to be started if parameter 77 says so.
+    starts: bool,
+    /// The link that downloads a program.
+    downloader: Option<Source>,
+    /// The time of the program: of the millisecond it is in, however late the poll.
+    turn: Micros,
+    /// What it may spend until the next one.
+    fuel: u32,
     links: Links,
     /// What was asked of other modules, on RS485 and on CAN.
     overheard: [Overheard; 2],
-    waiting: Vec<Waiting, LINKS>,
+    waiting: Vec<Waiting, WAITING>,
     replies: Deque<(Source, Reply), REPLIES>,
     subscription: Option<Subscription>,
     supervision: Supervision,
@@ -184,31 +205,23 @@ pub struct Module<M, D, E, U, const AXES: usize> {
     next: Micros,
 }
 
-/// Stops all motors, whatever the motion controller was doing: it keeps its registers through a restart of
-/// the firmware and would run on. To be done before anything that takes time, such as reading the EEPROM.
-///
-/// # Errors
-/// Those of the bus.
-pub fn halt<M: SpiDevice>(tmc429: M) -> Result<(), M::Error> {
-    Tmc429::new(tmc429).halt()
-}
-
-impl<M, D, E, U, const AXES: usize> Module<M, D, E, U, AXES>
+impl<M, D, E, H, const AXES: usize> Module<M, D, E, H, AXES>
 where
     M: SpiDevice,
     D: SpiDevice,
     E: OutputPin,
-    U: UserFunctions,
+    H: Hooks,
 {
-    /// Starts the module: stops whatever the motion controller was doing, restores the stored settings,
-    /// sets up the chips and only then switches the drivers on. `seed` starts the random numbers.
+    /// Starts the module: stops whatever the motion controller was doing - it keeps its registers through a
+    /// restart of the firmware and would run on -, restores what is stored, sets up the chips and only then switches
+    /// the drivers on. `load` fills the store, which takes its time; `seed` starts the random numbers.
     ///
     /// With a motion controller that does not answer the drivers stay off; the module answers all the same.
     pub fn new(
         spec: &'static Spec,
         parts: Parts<M, D, E, AXES>,
-        user: U,
-        store: Store,
+        hooks: H,
+        load: impl FnOnce(&mut Store),
         now: Micros,
         seed: u32,
     ) -> Self {
@@ -218,13 +231,16 @@ where
             chip: Tmc429::new(parts.tmc429),
             axes: parts.tmc262.map(|driver| Axis::new(motors.next().unwrap_or(Motor::M0), driver)),
             enable: parts.enable,
-            user,
-            store,
+            hooks,
+            store: Store::new(),
             globals: G::defaults(),
             variables: [0; USER_VARIABLES],
-            interrupts: InterruptParameter::defaults(),
             coordinates: [[0; COORDINATES]; AXES],
-            registers: Registers::default(),
+            machine: Machine::default(),
+            starts: true,
+            downloader: None,
+            turn: now,
+            fuel: 0,
             links: Links::default(),
             overheard: Default::default(),
             waiting: Vec::new(),
@@ -240,6 +256,9 @@ where
         };
         // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
         let _ = module.enable.set_high();
+        // One that does not hear now is asked again before the drivers are switched on.
+        let _ = module.chip.halt();
+        load(&mut module.store);
         module.restore();
         module.links = Links::of(&module.globals);
         if module.start(now).is_ok() {
@@ -273,15 +292,15 @@ where
         let reply = match self.dispatch(now, source, command) {
             Ok(Done::Silent) => return Outcome::Silent,
             Ok(Done::Special(reply)) => reply,
-            Ok(Done::Stored(value, undo)) if !self.store.settled() => {
-                let waiting = Waiting { source, command, value, undo, silent };
+            Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {
+                let waiting = Waiting { from: Some(source), command, need, value, undo, silent };
                 return match self.waiting.push(waiting) {
                     Ok(()) => Outcome::Pending,
                     // Only a host that does not wait for replies comes here.
                     Err(_) => Outcome::Reply(Reply::echo(Status::NotAvailable, command)),
                 };
             }
-            Ok(Done::Value(value) | Done::Stored(value, _)) => {
+            Ok(Done::Value(value) | Done::Read(value) | Done::Stored { value, .. }) => {
                 Reply::Plain { status: Status::Ok, opcode: command.opcode, value }
             }
             Err(status) => Reply::echo(status, command),
@@ -291,27 +310,32 @@ where
 
     /// Lets time pass: once a millisecond, or as soon after [`Module::deadline`] as can be. Takes the
     /// inputs as they are now and returns the outputs as they shall be.
+    ///
+    /// A program gets its turn in slices: while it has something to do in this millisecond the deadline is past,
+    /// and the call executes the next few commands.
     pub fn poll(&mut self, now: Micros, inputs: &Inputs) -> Outputs {
-        if now < self.next {
-            return self.outputs;
+        if now >= self.next {
+            self.inputs = *inputs;
+            // From a late poll the next one is counted anew: polls do not bunch up.
+            let due = self.next.after(PERIOD);
+            (self.turn, self.next) = if due > now { (self.next, due) } else { (now, now.after(PERIOD)) };
+            self.update_links();
+            self.supervise(now);
+            let events = self.poll_axes(now);
+            self.settle();
+            self.autostart();
+            self.begin_turn(events);
+            let blink = (now.millis() / io::BLINK_MS).is_multiple_of(2);
+            self.outputs.led = blink;
         }
-        // From a late poll the next one is counted anew: polls do not bunch up.
-        let due = self.next.after(PERIOD);
-        self.next = if due > now { due } else { now.after(PERIOD) };
-        self.inputs = *inputs;
-        self.update_links();
-        self.supervise(now);
-        self.poll_axes(now);
-        self.settle();
-        let blink = (now.millis() / io::BLINK_MS).is_multiple_of(2);
-        self.outputs.led = blink;
-        self.outputs.restart = self.restart.is_some_and(|at| now >= at) && self.store.settled();
+        self.run_slice(now);
+        self.outputs.restart = self.restart.is_some_and(|at| now >= at) && self.store.settled(Need::Settings);
         self.outputs
     }
 
     /// When [`Module::poll`] wants to be called next.
     pub const fn deadline(&self) -> Micros {
-        self.next
+        if self.fuel > 0 && self.machine.busy() { self.turn } else { self.next }
     }
 
     /// The settings on their way to the EEPROM: take jobs from here, tell how they went.
@@ -319,38 +343,51 @@ where
         &mut self.store
     }
 
-    /// Releases the replies that waited for the store, once it is settled; if writing failed, with the
-    /// status for that.
+    /// Releases what waited for the store, once that is settled; if writing failed, with the status for that.
     pub fn stored(&mut self, written: bool) {
-        self.store.finish(written);
-        if written {
-            return self.settle();
-        }
-        // What could not be stored is not in force either.
-        self.reload_globals();
-        let waiting = core::mem::take(&mut self.waiting);
-        for Undo { axis, number, value } in waiting.iter().rev().filter_map(|waiting| waiting.undo) {
-            if let Ok(place) = self.place(axis, number) {
-                *place = value;
+        let failed = self.store.finish(written);
+        self.set_global_value(G::CodeProtection, self.store.get(Slot::Global(G::CodeProtection)).unwrap_or_default());
+        let Some(failed) = failed else { return self.settle() };
+        if failed == Need::Settings {
+            // What could not be stored is not in force either.
+            self.reload_globals();
+            for waiting in self.waiting.clone().iter().rev() {
+                let Some(Undo { axis, number, value }) = waiting.undo else { continue };
+                if let Ok(place) = self.place(axis, number) {
+                    *place = value;
+                }
             }
+            // If the motion controller does not answer either, its driver knows that it has to write this again.
+            let _ = self.apply_polarity_and_direction();
         }
-        // If the motion controller does not answer either, its driver knows that it has to write this again.
-        let _ = self.apply_polarity_and_direction();
-        for Waiting { source, command, silent, .. } in waiting {
-            if !silent {
-                let _ = self.replies.push_back((source, Reply::echo(Status::EepromLocked, command)));
+        // Without its settings the program is not stored either.
+        self.release(Status::EepromLocked, |waiting| failed == Need::Settings || waiting.need == failed);
+    }
+
+    fn settle(&mut self) {
+        for need in [Need::Settings, Need::Program] {
+            if self.store.settled(need) {
+                self.release(Status::Ok, |waiting| waiting.need == need);
             }
         }
     }
 
-    fn settle(&mut self) {
-        if !self.store.settled() {
-            return;
-        }
-        for Waiting { source, command, value, silent, .. } in core::mem::take(&mut self.waiting) {
+    /// Answers the commands that waited for the store.
+    fn release(&mut self, status: Status, which: impl Fn(&Waiting) -> bool) {
+        for waiting in core::mem::take(&mut self.waiting) {
+            if !which(&waiting) {
+                // It comes from a list of the same size.
+                let _ = self.waiting.push(waiting);
+                continue;
+            }
+            let Waiting { from, command, value, silent, .. } = waiting;
+            let Some(source) = from else {
+                self.machine.stored();
+                continue;
+            };
+            let value = if status == Status::Ok { value } else { command.value };
             if !silent {
-                let reply = Reply::Plain { status: Status::Ok, opcode: command.opcode, value };
-                let _ = self.replies.push_back((source, reply));
+                let _ = self.replies.push_back((source, Reply::Plain { status, opcode: command.opcode, value }));
             }
         }
     }

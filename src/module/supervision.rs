@@ -4,7 +4,7 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::{Module, Source, UserFunctions};
+use super::{Hooks, Module, Source};
 use crate::param::GlobalParameter as G;
 use crate::units::Micros;
 use crate::vm::ErrorFlag;
@@ -93,20 +93,26 @@ impl Supervision {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, U: UserFunctions, const AXES: usize> Module<M, D, E, U, AXES> {
-    /// Stops the motors where a host has fallen silent or the supply is too low.
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+    /// Stops the motors where a host has fallen silent, and with the program where the supply is too low.
     pub(super) fn supervise(&mut self, now: Micros) {
         let limits = [self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat)];
         if self.supervision.silence(now, limits) {
             self.interrupt(|axis, chip| axis.rotate(now, chip, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
-            Supply::Lost => self.interrupt(|axis, chip| axis.hard_stop(now, chip)),
-            Supply::Restored => self.interrupt(|axis, _| axis.restart_driver()),
+            Supply::Lost => {
+                self.machine.stop();
+                self.interrupt(|axis, chip| axis.hard_stop(now, chip));
+            }
+            Supply::Restored => {
+                self.interrupt(|axis, _| axis.restart_driver());
+                self.starts = true;
+            }
             Supply::Steady => {}
         }
         if self.supervision.locked() {
-            self.registers.raise(ErrorFlag::Shutdown);
+            self.machine.errors.raise(ErrorFlag::Shutdown);
         }
     }
 }

@@ -33,6 +33,10 @@ pub struct Sensors {
 pub struct Events {
     /// The target of a positioning move was reached.
     pub reached: bool,
+    /// Parameter 8 has become 1, by whatever move.
+    pub at_target: bool,
+    /// stallGuard2 has stopped the motor.
+    pub stall: bool,
     /// A positioning move ended before its target, by a stop switch or by what [`Events::deviation`] and
     /// [`Events::alarm`] tell of, or by a stall.
     pub cut_short: bool,
@@ -71,6 +75,8 @@ pub struct Axis<D> {
     right: bool,
     /// A positioning move is under way: its end will be told.
     pub(super) travelling: bool,
+    /// The position was the target at the last poll, and no other target has been given since.
+    at_target: bool,
     pub(super) search: Option<Search>,
     pub(super) errors: i32,
     /// Driver faults since the last motion command, as bits of parameter 208.
@@ -99,6 +105,7 @@ impl<D: SpiDevice> Axis<D> {
             speed: 0,
             right: false,
             travelling: false,
+            at_target: true,
             search: None,
             errors: 0,
             alarms: 0,
@@ -168,8 +175,29 @@ impl<D: SpiDevice> Axis<D> {
         target: i32,
     ) -> Result<(), Error> {
         self.begin(now, true)?;
-        self.position.aim(target);
+        self.aim(target);
         if self.mode == Mode::Velocity { self.resume(chip, Mode::Ramp) } else { self.write_leg(chip) }
+    }
+
+    fn aim(&mut self, target: i32) {
+        self.position.aim(target);
+        self.at_target &= self.at_target();
+    }
+
+    /// True when the position is the target, as parameter 8 tells; as of the last datagram.
+    pub const fn at_target(&self) -> bool {
+        self.position.actual == self.position.target
+    }
+
+    /// Home switch as of the last poll, polarity applied.
+    pub const fn home_switch(&self) -> bool {
+        self.sensors.home
+    }
+
+    /// Left and right stop switch, polarity applied: the left one as of the last datagram, the right one at most
+    /// four polls old.
+    pub fn stop_switches<M: SpiDevice>(&self, chip: &Tmc429<M>) -> [bool; 2] {
+        [chip.left_switch(self.motor), self.right]
     }
 
     /// True while a positioning move is under way.
@@ -200,7 +228,7 @@ impl<D: SpiDevice> Axis<D> {
             }
             (Mode::Velocity, _) => {
                 self.begin(now, self.position.target != self.position.actual)?;
-                self.position.aim(self.position.target);
+                self.aim(self.position.target);
                 self.travelling = true;
                 self.resume(chip, mode)
             }
@@ -338,8 +366,9 @@ impl<D: SpiDevice> Axis<D> {
             events.cut_short |= self.poll_search(now, chip, search)?;
         }
         let held = self.held(left);
+        let reached = self.at_target();
+        events.at_target = reached && !core::mem::replace(&mut self.at_target, reached);
         if self.travelling {
-            let reached = self.position.actual == self.position.target;
             events.reached = reached;
             events.cut_short |= held && !reached;
             self.travelling = !(reached || held);

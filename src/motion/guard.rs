@@ -24,7 +24,7 @@ impl<D: SpiDevice> Axis<D> {
         let stall = self.stalled(chip)?;
         let deviation = self.deviates() && self.errors & DEVIATION == 0;
         let faults = self.driver.flags() & SHUT_DOWN & !self.alarms;
-        let mut events = Events { deviation, alarm: faults != 0, ..Events::default() };
+        let mut events = Events { deviation, alarm: faults != 0, stall, ..Events::default() };
         if stall || deviation || faults != 0 {
             events.cut_short = self.travelling;
             let errors = self.errors;

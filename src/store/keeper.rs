@@ -21,17 +21,20 @@ pub struct Keeper<SPI> {
 }
 
 impl<SPI: SpiDevice> Keeper<SPI> {
-    /// Takes charge of the part and reads the settings from it, once a write that a restart has overtaken is
-    /// over. If the part does not answer, defaults apply and all writes fail until the next restart.
-    pub fn load(mut part: At25<SPI>) -> (Self, Store, Report) {
-        let loaded = match part.settle() {
-            Ok(true) => Store::load(|address, page| part.read(address, page)).ok(),
+    /// Takes charge of the part.
+    pub const fn new(part: At25<SPI>) -> Self {
+        Keeper { part, readable: false, writing: None }
+    }
+
+    /// Reads everything into the store, once a write that a restart has overtaken is over. If the part does not
+    /// answer, defaults apply and all writes fail until the next restart.
+    pub fn load(&mut self, store: &mut Store) -> Report {
+        let loaded = match self.part.settle() {
+            Ok(true) => store.load(|address, page| self.part.read(address, page)).ok(),
             Ok(false) | Err(_) => None,
         };
-        let readable = loaded.is_some();
-        let unreachable = || (Store::unreachable(), Report { unreachable: true, ..Report::default() });
-        let (store, report) = loaded.unwrap_or_else(unreachable);
-        (Keeper { part, readable, writing: None }, store, report)
+        self.readable = loaded.is_some();
+        loaded.unwrap_or_else(|| store.unreachable())
     }
 
     /// Goes on with the page on its way, or takes the next one from `next`. Returns whether a page was

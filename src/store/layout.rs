@@ -1,4 +1,4 @@
-//! Where each setting lives: global parameters, user variables, then every axis with its parameters and its
+//! Where each setting lives: what the program is worth, global parameters, user variables, then every axis with its parameters and its
 //! coordinates.
 
 use super::page::{PAGES, VALUES};
@@ -7,13 +7,19 @@ use crate::param::{AxisParameter, COORDINATES, GlobalParameter, STORED_USER_VARI
 /// Axes the settings area has room for.
 pub const AXES_MAX: usize = (PAGES * VALUES - COMMON) / PER_AXIS;
 
-const COMMON: usize = GlobalParameter::STORED + STORED_USER_VARIABLES;
+const COMMON: usize = OF_PROGRAM + GlobalParameter::STORED + STORED_USER_VARIABLES;
+/// They are in the first page, which a factory reset writes.
+const OF_PROGRAM: usize = 2;
 /// Coordinate 0 is not stored.
 const PER_AXIS: usize = AxisParameter::STORED + COORDINATES - 1;
 
 /// Something that can be stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
+    /// What program memory is worth.
+    ProgramState,
+    /// Its check sum.
+    ProgramSum,
     /// A global parameter of bank 0.
     Global(GlobalParameter),
     /// A user variable, 0..=55.
@@ -33,10 +39,12 @@ impl Slot {
             if axis < AXES_MAX { first.checked_add(index) } else { None }
         };
         let slot = match self {
-            Slot::Global(parameter) => parameter.stored_index()?,
+            Slot::ProgramState => 0,
+            Slot::ProgramSum => 1,
+            Slot::Global(parameter) => parameter.stored_index()?.checked_add(OF_PROGRAM)?,
             Slot::Variable(number) => {
                 let number = usize::from(number);
-                (number < STORED_USER_VARIABLES).then_some(number.checked_add(GlobalParameter::STORED)?)?
+                (number < STORED_USER_VARIABLES).then_some(number.checked_add(OF_PROGRAM + GlobalParameter::STORED)?)?
             }
             Slot::Axis(axis, parameter) => of_axis(axis, parameter.stored_index()?)?,
             Slot::Coordinate(axis, number) => {
@@ -53,7 +61,7 @@ impl Slot {
         match self {
             Slot::Global(parameter) => parameter.row().default,
             Slot::Axis(_, parameter) => parameter.row().default,
-            Slot::Variable(_) | Slot::Coordinate(..) => 0,
+            Slot::ProgramState | Slot::ProgramSum | Slot::Variable(_) | Slot::Coordinate(..) => 0,
         }
     }
 
@@ -64,6 +72,7 @@ impl Slot {
             let parameters = AxisParameter::ALL.iter().map(move |p| Slot::Axis(axis, *p));
             parameters.chain((1..COORDINATES as u8).map(move |n| Slot::Coordinate(axis, n)))
         });
-        GlobalParameter::ALL.iter().map(|p| Slot::Global(*p)).chain(variables).chain(axes)
+        let globals = GlobalParameter::ALL.iter().map(|p| Slot::Global(*p));
+        [Slot::ProgramState, Slot::ProgramSum].into_iter().chain(globals).chain(variables).chain(axes)
     }
 }

@@ -1,8 +1,11 @@
-//! What survives power-off: the settings in the last 2 048 bytes of the EEPROM.
+//! What survives power-off: the program in the first 14 336 bytes of the EEPROM, the settings in the last 2 048.
 //!
 //! A setting has a [`Slot`]; 14 slots make a page of 64 bytes. Each page exists twice and the two copies are
 //! written in turn, with a sequence number and a CRC: a write cut short leaves the older copy. A factory
 //! reset is one page write, too: it begins a new epoch, and pages of an older one count no more.
+//!
+//! The program exists once. Two slots say what it is worth: whether it is whole, and its check sum. They change
+//! before the first of its pages and after the last one, so that a download cut short is known as such.
 //!
 //! Nothing in here touches the part. [`Store`] knows what is durable and what is wanted, and hands out page
 //! writes one at a time; the [`Keeper`] carries them out beside everything else.
@@ -12,12 +15,19 @@
 mod keeper;
 mod layout;
 mod page;
+mod program;
+mod settings;
 
 pub use keeper::Keeper;
 pub use layout::{AXES_MAX, Slot};
 pub use page::{Job, PAGES, SETTINGS};
+pub use program::COMMANDS;
 
-use page::{Image, Values};
+use crate::param::GlobalParameter;
+use crate::tmcl::Command;
+use page::Image;
+use program::Program;
+use settings::Settings;
 
 /// What was found in the EEPROM at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,178 +38,262 @@ pub struct Report {
     pub foreign: u8,
     /// The part does not answer.
     pub unreachable: bool,
+    /// The program.
+    pub program: Worth,
 }
 
-/// The settings as they are in the EEPROM and as they shall be.
-#[derive(Debug)]
-pub struct Store {
-    durable: [Values; PAGES],
-    wanted: [Values; PAGES],
-    /// Which copy of each page is the newest, and its sequence number.
-    newest: [(bool, u8); PAGES],
-    epoch: u16,
-    /// Pages that differ.
-    dirty: u16,
-    /// Copies of page 0 a factory reset still has to write.
-    resetting: u8,
-    in_flight: Option<Flight>,
-    /// Nobody knows what is durable.
-    unreachable: bool,
+/// What program memory is worth.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Worth {
+    /// There is no program.
+    #[default]
+    Empty,
+    /// There is one.
+    Whole,
+    /// A download has not come to its end: it must not run.
+    Incomplete,
+    /// The program is to be erased, and then parameter 81 gets this value.
+    Erasing(i32),
 }
 
-/// A page handed out to be written.
-#[derive(Clone, Copy, Debug)]
-struct Flight {
-    page: usize,
-    epoch: u16,
-    values: Values,
-}
+impl Worth {
+    /// Added to the value for parameter 81.
+    const ERASING: i32 = 4;
 
-/// Copies of page 0 that a factory reset writes: both, so that no single failing page brings old settings
-/// back.
-const RESET_WRITES: u8 = 2;
-
-impl Store {
-    /// Reads the settings area through `read(address, page)`. Pages that are not ours, or damaged, are left
-    /// alone and count as factory defaults.
-    pub fn load<E>(mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<(Self, Report), E> {
-        let mut store = Self::empty();
-        let mut report = Report::default();
-        let mut found = [[None; 2]; PAGES];
-        for (index, copies) in found.iter_mut().enumerate() {
-            for (side, copy) in copies.iter_mut().enumerate() {
-                let mut image: Image = [0; _];
-                read(page::address(index, side != 0), &mut image)?;
-                *copy = page::decode(index, &image);
-                match copy {
-                    Some(_) => report.valid = report.valid.saturating_add(1),
-                    None if image.iter().all(|byte| *byte == 0xFF) => {}
-                    None => report.foreign = report.foreign.saturating_add(1),
-                }
-            }
+    fn from_slot(value: i32) -> Self {
+        match value {
+            0 => Worth::Empty,
+            1 => Worth::Whole,
+            4..=7 => Worth::Erasing(value & 3),
+            _ => Worth::Incomplete,
         }
-        let epochs = found.iter().flatten().flatten().map(|page| page.epoch);
-        store.epoch = epochs.reduce(|a, b| if page::newer(b, a) { b } else { a }).unwrap_or_default();
-        let places = store.durable.iter_mut().zip(&mut store.newest);
-        for ((values, newest), copies) in places.zip(found) {
-            let [first, second] = copies.map(|copy| copy.filter(|copy| copy.epoch == store.epoch));
-            let second_is_newer = match (first, second) {
-                (Some(first), Some(second)) => page::follows(second.sequence, first.sequence),
-                (first, _) => first.is_none(),
-            };
-            if let Some(copy) = if second_is_newer { second } else { first } {
-                *values = copy.values;
-                *newest = (second_is_newer, copy.sequence);
-            }
-        }
-        store.wanted = store.durable;
-        Ok((store, report))
     }
 
+    fn to_slot(self) -> i32 {
+        match self {
+            Worth::Empty => 0,
+            Worth::Whole => 1,
+            Worth::Incomplete => 2,
+            Worth::Erasing(protection) => Worth::ERASING | protection,
+        }
+    }
+}
+
+/// What goes on with program memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Idle,
+    /// Commands come in, the next one to this address; pages before it are written behind.
+    Downloading {
+        next: u16,
+        failed: bool,
+    },
+    /// All pages are written, then the program counts as whole.
+    Closing,
+    /// As soon as the intent is durable the memory is emptied.
+    Intending,
+    /// All pages are written, then the program counts as gone and parameter 81 changes.
+    Erasing,
+}
+
+/// What a command waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Need {
+    /// The settings.
+    Settings,
+    /// The settings and the program.
+    Program,
+}
+
+/// The settings and the program, as they are in the EEPROM and as they shall be.
+#[derive(Debug)]
+pub struct Store {
+    settings: Settings,
+    program: Program,
+    phase: Phase,
+    /// The check sum is wrong, whatever the slot says of the program.
+    damaged: bool,
+}
+
+impl Default for Store {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Store {
     /// A store that reads as factory defaults, as with a fresh EEPROM.
-    pub fn empty() -> Self {
-        let mut defaults = [Values::default(); PAGES];
-        for slot in Slot::all() {
-            if let Some(place) = slot.place().and_then(|(page, index)| defaults.get_mut(page)?.get_mut(index)) {
-                *place = slot.default();
+    pub fn new() -> Self {
+        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, damaged: false }
+    }
+
+    /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
+    /// left alone and count as factory defaults. A program that is not whole is none.
+    pub fn load<E>(&mut self, mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<Report, E> {
+        let mut report = self.settings.load(&mut read)?;
+        self.program.load(&mut read)?;
+        self.phase = Phase::Idle;
+        let sum = self.get(Slot::ProgramSum).map(i32::cast_unsigned);
+        self.damaged = self.program.sum() != sum;
+        report.program = self.worth();
+        match report.program {
+            Worth::Whole => {}
+            Worth::Empty | Worth::Incomplete => self.program.erase(),
+            Worth::Erasing(_) => {
+                self.phase = Phase::Intending;
+                self.advance();
             }
         }
-        Store {
-            durable: defaults,
-            wanted: defaults,
-            newest: [(false, 0); PAGES],
-            epoch: 0,
-            dirty: 0,
-            resetting: 0,
-            in_flight: None,
-            unreachable: false,
-        }
+        Ok(report)
     }
 
     /// The same for a part that does not answer: nothing counts as durable, whatever its value.
-    pub fn unreachable() -> Self {
-        Store { unreachable: true, ..Self::empty() }
+    pub fn unreachable(&mut self) -> Report {
+        *self = Self::new();
+        self.settings.unreachable = true;
+        Report { unreachable: true, ..Report::default() }
     }
 
     /// The stored value of a slot; `None` if there is no such slot.
     pub fn get(&self, slot: Slot) -> Option<i32> {
-        let (page, index) = slot.place()?;
-        self.wanted.get(page)?.get(index).copied()
+        self.settings.get(slot)
     }
 
     /// Wants a value in a slot. What is there already is not written again.
     pub fn set(&mut self, slot: Slot, value: i32) {
-        let Some((page, index)) = slot.place() else { return };
-        if let Some(place) = self.wanted.get_mut(page).and_then(|values| values.get_mut(index)) {
-            *place = value;
-        }
-        self.mark(page);
+        self.settings.set(slot, value);
     }
 
-    /// Wants factory defaults everywhere.
+    /// Wants factory defaults everywhere. The program stays, unless it is protected against being read.
     pub fn reset(&mut self) {
-        *self = Store {
-            epoch: self.epoch.wrapping_add(1),
-            resetting: RESET_WRITES,
-            in_flight: self.in_flight,
-            newest: self.newest,
-            unreachable: self.unreachable,
-            ..Self::empty()
-        };
+        let protection = self.get(Slot::Global(GlobalParameter::CodeProtection)).unwrap_or_default();
+        let worth = if protection & 1 != 0 { Worth::Erasing(0) } else { self.worth() };
+        let sum = self.get(Slot::ProgramSum).unwrap_or_default();
+        self.settings.reset();
+        // Both are in the page that begins the new epoch.
+        self.settings.set(Slot::ProgramState, worth.to_slot());
+        self.settings.set(Slot::ProgramSum, sum);
     }
 
-    /// True when all that is wanted is durable. A page on its way may be about to become something else, so
-    /// it counts until it is known how it went.
-    pub fn settled(&self) -> bool {
-        self.dirty == 0 && self.resetting == 0 && self.in_flight.is_none()
+    /// What program memory is worth.
+    pub fn worth(&self) -> Worth {
+        match Worth::from_slot(self.get(Slot::ProgramState).unwrap_or_default()) {
+            Worth::Whole if self.damaged => Worth::Incomplete,
+            worth => worth,
+        }
+    }
+
+    /// The command at an address of program memory; `None` outside.
+    pub fn command(&self, address: u16) -> Option<Command> {
+        self.program.command(address)
+    }
+
+    /// Where the next command of a download goes, while there is one.
+    pub fn downloading(&self) -> Option<u16> {
+        match self.phase {
+            Phase::Downloading { next, .. } => Some(next),
+            _ => None,
+        }
+    }
+
+    /// Begins a download: from now on the program is not whole.
+    pub fn begin_download(&mut self, address: u16) {
+        self.set(Slot::ProgramState, Worth::Incomplete.to_slot());
+        self.phase = Phase::Downloading { next: address, failed: false };
+    }
+
+    /// Takes the next command of a download. False when it would lie outside the memory.
+    pub fn download(&mut self, command: Command) -> bool {
+        let Phase::Downloading { next, .. } = &mut self.phase else { return false };
+        if *next >= COMMANDS {
+            return false;
+        }
+        self.program.write(*next, command);
+        *next = next.saturating_add(1);
+        true
+    }
+
+    /// Ends a download: when all is written, the program is whole.
+    pub fn end_download(&mut self) {
+        if self.downloading().is_some() {
+            self.phase = Phase::Closing;
+            self.advance();
+        }
+    }
+
+    /// Erases the program, and then gives parameter 81 this value. The intent is recorded first: what is to be
+    /// hidden is never seen again.
+    pub fn erase(&mut self, protection: i32) {
+        self.set(Slot::ProgramState, Worth::Erasing(protection).to_slot());
+        self.phase = Phase::Intending;
+        self.advance();
+    }
+
+    /// True when what is wanted is durable.
+    pub fn settled(&self, need: Need) -> bool {
+        let busy = matches!(self.phase, Phase::Closing | Phase::Intending | Phase::Erasing);
+        self.settings.settled() && !(busy && need == Need::Program)
     }
 
     /// The next page to write; until [`Store::finish`] there is no other.
     pub fn next_job(&mut self) -> Option<Job> {
-        if self.in_flight.is_some() {
+        if self.program.in_flight() {
             return None;
         }
-        let index = if self.resetting > 0 { 0 } else { usize::try_from(self.dirty.trailing_zeros()).ok()? };
-        let values = *self.wanted.get(index)?;
-        let (side, sequence) = *self.newest.get(index)?;
-        self.in_flight = Some(Flight { page: index, epoch: self.epoch, values });
-        Some(Job {
-            address: page::address(index, !side),
-            page: page::encode(index, self.epoch, sequence.wrapping_add(1), &values),
-        })
+        // The settings go first: they say what the program is worth.
+        if !self.settings.settled() {
+            return self.settings.next_job();
+        }
+        let end = match self.phase {
+            Phase::Downloading { next, failed: false } => usize::from(next).saturating_mul(Command::SIZE),
+            Phase::Closing | Phase::Erasing => usize::MAX,
+            Phase::Idle | Phase::Intending | Phase::Downloading { .. } => return None,
+        };
+        self.program.next_job(end)
     }
 
-    /// The page handed out last is durable, or could not be written. In the latter case all that is not
-    /// durable is given up, so that what is stored and what reads as stored stay the same.
-    pub fn finish(&mut self, written: bool) {
-        let Some(flight) = self.in_flight.take() else { return };
-        if !written {
-            self.wanted = self.durable;
-            self.dirty = 0;
-            self.resetting = 0;
-            return;
-        }
-        if let Some(newest) = self.newest.get_mut(flight.page) {
-            *newest = (!newest.0, newest.1.wrapping_add(1));
-        }
-        if flight.epoch != self.epoch {
-            // A factory reset came in between: what was written counts no more.
-            return;
-        }
-        if let Some(durable) = self.durable.get_mut(flight.page) {
-            *durable = flight.values;
-        }
-        self.resetting = self.resetting.saturating_sub(1);
-        self.mark(flight.page);
-    }
-
-    fn mark(&mut self, page: usize) {
-        let Some(bit) = u32::try_from(page).ok().and_then(|page| 1_u16.checked_shl(page)) else { return };
-        if self.wanted.get(page) == self.durable.get(page) && !self.unreachable {
-            self.dirty &= !bit;
+    /// The page handed out last is durable, or could not be written. Then what needed it has failed; of the
+    /// settings all that is not durable is given up, so that what is stored and what reads as stored stay the
+    /// same. Tells what has failed.
+    pub fn finish(&mut self, written: bool) -> Option<Need> {
+        let failed = if self.program.finish(written) {
+            (!written).then_some(Need::Program)
         } else {
-            self.dirty |= bit;
+            self.settings.finish(written);
+            (!written).then_some(Need::Settings)
+        };
+        match (failed, self.phase) {
+            (None, _) => self.advance(),
+            // Tried again at the end of the download.
+            (Some(Need::Program), Phase::Downloading { next, .. }) => {
+                self.phase = Phase::Downloading { next, failed: true };
+            }
+            (Some(Need::Settings), Phase::Downloading { .. }) if self.worth() == Worth::Incomplete => {}
+            (Some(_), _) => self.phase = Phase::Idle,
         }
+        failed
+    }
+
+    /// Goes on to what has become possible.
+    fn advance(&mut self) {
+        if self.phase == Phase::Intending && self.settings.settled() {
+            self.program.erase();
+            self.phase = Phase::Erasing;
+        }
+        let Some(sum) = self.program.sum() else { return };
+        match (self.phase, self.worth()) {
+            (Phase::Closing, _) => {
+                self.damaged = false;
+                self.set(Slot::ProgramSum, sum.cast_signed());
+                self.set(Slot::ProgramState, Worth::Whole.to_slot());
+            }
+            (Phase::Erasing, Worth::Erasing(protection)) => {
+                self.set(Slot::Global(GlobalParameter::CodeProtection), protection);
+                self.set(Slot::ProgramState, Worth::Empty.to_slot());
+            }
+            _ => return,
+        }
+        self.phase = Phase::Idle;
     }
 }
 

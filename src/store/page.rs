@@ -17,7 +17,7 @@ pub(super) type Image = [u8; PAGE];
 pub(super) type Values = [i32; VALUES];
 
 /// Version of the layout. It goes into the CRC, so that a page of another layout is foreign.
-const LAYOUT: &[u8] = b"tmcm settings 1";
+const LAYOUT: &[u8] = b"tmcm settings 2";
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 

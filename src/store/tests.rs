@@ -16,7 +16,9 @@ impl Part {
             *page = *self.0[address.into()..].first_chunk().unwrap();
             Ok::<(), ()>(())
         };
-        Store::load(read).unwrap()
+        let mut store = Store::new();
+        let report = store.load(read).unwrap();
+        (store, report)
     }
 
     fn settle(&mut self, store: &mut Store) -> u32 {
@@ -27,7 +29,7 @@ impl Part {
             store.finish(true);
             writes += 1;
         }
-        assert!(store.settled());
+        assert!(store.settled(Need::Program));
         writes
     }
 }
@@ -49,7 +51,7 @@ fn values_survive_and_unchanged_ones_are_not_written() {
     store.set(Slot::Coordinate(0, 20), -1);
     assert_eq!(part.settle(&mut store), 2);
     store.set(SPEED, 2000);
-    assert!(store.settled());
+    assert!(store.settled(Need::Program));
     let (store, report) = part.load();
     assert_eq!(report.valid, 2);
     assert_eq!((store.get(SPEED), store.get(Slot::Coordinate(0, 20))), (Some(2000), Some(-1)));
@@ -112,19 +114,20 @@ fn a_failed_write_gives_up_what_is_not_durable() {
     store.set(SPEED, 200);
     assert!(store.next_job().is_some());
     store.finish(false);
-    assert!(store.settled());
+    assert!(store.settled(Need::Program));
     assert_eq!(store.get(SPEED), Some(100));
 }
 
 #[test]
 fn nothing_is_durable_in_a_part_that_does_not_answer() {
-    let mut store = Store::unreachable();
-    assert!(store.settled());
+    let mut store = Store::new();
+    store.unreachable();
+    assert!(store.settled(Need::Program));
     // Even a value that is what the store reads already.
     store.set(SPEED, 1000);
-    assert!(!store.settled() && store.next_job().is_some());
+    assert!(!store.settled(Need::Program) && store.next_job().is_some());
     store.finish(false);
-    assert!(store.settled());
+    assert!(store.settled(Need::Program));
     assert_eq!(store.get(SPEED), Some(1000));
 }
 

@@ -9,7 +9,7 @@ use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::param::GlobalParameter;
-use tmcm::store::{Slot, Store};
+use tmcm::store::{Need, Slot, Store};
 
 pub use can::{Heard, Node};
 
@@ -158,10 +158,10 @@ impl Fleet {
 /// The EEPROM of a module with an address of its own; `None` where that is the factory default.
 fn numbered(number: i32) -> Option<Vec<u8>> {
     let parameters = [GlobalParameter::SerialAddress, GlobalParameter::CanId];
-    let mut store = Store::empty();
+    let mut store = Store::new();
     parameters.iter().for_each(|parameter| store.set(Slot::Global(*parameter), number));
     let mut contents = vec![0xFF; EEPROM];
-    while !store.settled() {
+    while !store.settled(Need::Settings) {
         let job = store.next_job()?;
         let address = usize::from(job.address);
         contents.get_mut(address..)?.get_mut(..job.page.len())?.copy_from_slice(&job.page);

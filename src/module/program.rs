@@ -1,0 +1,243 @@
+//! Programs: they are executed command by command beside everything else, and the commands 128 to 135 control
+//! them (manual sections 3.3, 3.7.38).
+//!
+//! In each millisecond a program may spend 128 units: 16 on a command that talks to the chips, one on any
+//! other. So its speed is the same everywhere and leaves room for the rest. It spends them in slices of 16, and
+//! between two slices the links are looked at.
+
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiDevice;
+
+use super::{Done, Executed, Hooks, Module, Source, Waiting};
+use crate::param::GlobalParameter as G;
+use crate::store::Worth;
+use crate::tmcl::{Command, Opcode, Reply, Status};
+use crate::units::Micros;
+use crate::vm::{self, Awaited, Machine, Signals, Wait};
+
+/// Units a program may spend in a millisecond.
+pub(super) const FUEL: u32 = 128;
+/// What a command costs that talks to the chips.
+const CHIP_COST: u32 = 16;
+/// Units spent before the links are looked at again.
+const SLICE: u32 = 16;
+
+/// Commands below this number are stored in download mode, those from it on control the module.
+const CONTROL: u8 = 128;
+/// Bits of parameter 81.
+const AGAINST_READING: i32 = 1;
+const AGAINST_WRITING: i32 = 2;
+
+/// A value as an address in program memory.
+pub(super) fn address(value: i32) -> Result<u16, Status> {
+    vm::address(value).ok_or(Status::InvalidValue)
+}
+
+impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+    /// The interpreter, to look at.
+    pub const fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    /// A program may run when it is whole, and when it can move something.
+    fn runnable(&self) -> Result<(), Status> {
+        let whole = matches!(self.store.worth(), Worth::Whole | Worth::Empty) && self.store.downloading().is_none();
+        if whole && !self.supervision.locked() { Ok(()) } else { Err(Status::NotAvailable) }
+    }
+
+    fn protected(&self, against: i32) -> bool {
+        self.global(G::CodeProtection) & against != 0
+    }
+
+    /// Commands 128 to 131: stop, run, step, reset.
+    pub(super) fn control(&mut self, opcode: Opcode, command: Command) -> Result<Done, Status> {
+        let Command { kind, value, .. } = command;
+        match opcode {
+            Opcode::StopApplication => self.machine.stop(),
+            Opcode::RunApplication => {
+                let from = match kind {
+                    0 => None,
+                    1 => Some(address(value)?),
+                    _ => return Err(Status::WrongType),
+                };
+                self.runnable()?;
+                match from {
+                    Some(from) => self.machine.run_from(from),
+                    None => self.machine.run(),
+                }
+            }
+            Opcode::StepApplication => {
+                self.runnable()?;
+                self.machine.step();
+            }
+            _ => self.machine.reset(),
+        }
+        Ok(Done::Value(value))
+    }
+
+    /// Command 135.
+    pub(super) fn application_status(&self, kind: u8) -> Result<Done, Status> {
+        let pointer = match kind {
+            0 => self.store.downloading().unwrap_or_default(),
+            1 => self.machine.counter(),
+            2 => return Ok(Done::Value(self.machine.registers.accumulator)),
+            3 => return Ok(Done::Value(self.machine.registers.x)),
+            _ => return Err(Status::WrongType),
+        };
+        let [high, low] = pointer.to_be_bytes();
+        let waits = u8::from(self.machine.wait().is_some());
+        Ok(Done::Value(i32::from_be_bytes([self.machine.mode() as u8, waits, high, low])))
+    }
+
+    /// Command 132. What the same link sends from now on is stored.
+    pub(super) fn enter_download(&mut self, source: Source, value: i32) -> Result<Done, Status> {
+        let address = address(value)?;
+        if self.protected(AGAINST_WRITING) {
+            return Err(Status::EepromLocked);
+        }
+        self.machine.stop();
+        self.downloader = Some(source);
+        self.store.begin_download(address);
+        Ok(Done::stored(value))
+    }
+
+    /// A command that is not to be executed but stored; `None` for any other.
+    pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Done, Status>> {
+        let downloads = self.store.downloading().is_some() && self.downloader.is_some_and(|d| d.same_link(source));
+        if !downloads || command.opcode >= CONTROL {
+            return None;
+        }
+        Some(if self.protected(AGAINST_WRITING) {
+            Err(Status::EepromLocked)
+        } else if self.store.download(command) {
+            Ok(Done::Special(Reply::echo(Status::Loaded, command)))
+        } else {
+            Err(Status::InvalidValue)
+        })
+    }
+
+    /// Command 133.
+    pub(super) fn exit_download(&mut self, value: i32) -> Done {
+        self.store.end_download();
+        Done::written(value)
+    }
+
+    /// Command 134. What is protected reads as an empty command.
+    pub(super) fn read_memory(&self, value: i32) -> Result<Done, Status> {
+        let command = self.store.command(address(value)?).unwrap_or_default();
+        let shown = if self.protected(AGAINST_READING) { Command::default() } else { command };
+        Ok(Done::Special(Reply::Memory(shown)))
+    }
+
+    /// Whether writing parameter 81 takes the program with it.
+    pub(super) fn uncovers(&self, protection: i32) -> bool {
+        self.protected(AGAINST_READING) && protection & AGAINST_READING == 0
+    }
+
+    /// At the start and when the supply is back: starts the program if parameter 77 says so.
+    pub(super) fn autostart(&mut self) {
+        if self.supervision.locked() || !core::mem::take(&mut self.starts) {
+            return;
+        }
+        if self.global(G::AutoStart) != 0 && self.runnable().is_ok() {
+            self.machine.reset();
+            self.machine.run();
+        }
+    }
+
+    /// Tells the program what has happened since the last millisecond and lets it spend anew.
+    pub(super) fn begin_turn(&mut self, events: Signals) {
+        let mut signals = events;
+        for (number, axis) in (0..AXES as u8).zip(&self.axes) {
+            let [left, right] = axis.stop_switches(&self.chip);
+            signals.stop_switches(number, left, right);
+        }
+        signals.inputs(&self.inputs.digital);
+        self.machine.interrupts.look(self.turn, signals, self.machine.runs());
+        self.fuel = FUEL;
+    }
+
+    /// Executes commands until the slice is used up, or the program has nothing more to do in this
+    /// millisecond.
+    pub(super) fn run_slice(&mut self, now: Micros) {
+        let mut slice = SLICE;
+        while self.machine.busy() && self.fuel > 0 {
+            self.machine.interrupt(self.turn);
+            if let Some(wait) = self.machine.wait() {
+                if !self.is_over(wait) {
+                    // Nothing changes before the next millisecond.
+                    self.fuel = 0;
+                }
+                continue;
+            }
+            let counter = self.machine.counter();
+            let Some(command) = self.store.command(counter) else { return self.machine.stop() };
+            let opcode = Opcode::from_number(command.opcode);
+            let cost = if opcode.is_some_and(|opcode| opcode.instruction().chip) { CHIP_COST } else { 1 };
+            if cost > slice {
+                return;
+            }
+            slice = slice.saturating_sub(cost);
+            let Some(left) = self.fuel.checked_sub(cost) else {
+                self.fuel = 0;
+                return;
+            };
+            self.fuel = left;
+            let refused = self.run_command(now, opcode, command).err();
+            let executed = Executed { at: now, address: counter, command, refused };
+            self.hooks.executed(&executed, &self.machine);
+        }
+    }
+
+    /// Executes a command of the program. One that is refused has no effect, and the program goes on.
+    fn run_command(&mut self, now: Micros, opcode: Option<Opcode>, command: Command) -> Result<(), Status> {
+        if command.opcode == 0 {
+            self.machine.stop();
+            return Ok(());
+        }
+        let done = match opcode {
+            Some(opcode) if self.machine.execute(self.turn, opcode, command) => return Ok(()),
+            Some(opcode) if opcode.instruction().program => self.perform(now, None, opcode, command),
+            Some(_) => Err(Status::NotAvailable),
+            None => Err(Status::InvalidCommand),
+        };
+        match done {
+            Ok(Done::Read(value)) => self.machine.registers.load(value),
+            Ok(Done::Stored { need, undo, .. }) if !self.store.settled(need) => {
+                let waiting = Waiting { from: None, command, need, value: 0, undo, silent: true };
+                if self.machine.runs() && self.waiting.push(waiting).is_ok() {
+                    self.machine.wait_for_store();
+                    return Ok(());
+                }
+            }
+            // A vector outside the memory is like a jump to there.
+            Err(Status::InvalidValue) if opcode == Some(Opcode::Vect) => self.machine.stop(),
+            _ => {}
+        }
+        // A program that has erased itself has stopped here.
+        if self.machine.runs() {
+            self.machine.next();
+        }
+        done.map(|_| ())
+    }
+
+    /// Whether the program's wait has come to its end; if so, it is ended.
+    fn is_over(&mut self, wait: Wait) -> bool {
+        let Wait::For { awaited, motor, until } = wait else { return false };
+        let axis = self.axes.get(usize::from(motor));
+        let come = match (awaited, axis) {
+            (Awaited::Ticks, _) => false,
+            (Awaited::Position, Some(axis)) => axis.at_target(),
+            (Awaited::ReferenceSwitch, Some(axis)) => axis.home_switch(),
+            (Awaited::LimitSwitch, Some(axis)) => axis.stop_switches(&self.chip).contains(&true),
+            (Awaited::ReferenceSearch, Some(axis)) => axis.search_status() == 0,
+            // There is no such motor: the command has no effect.
+            (_, None) => true,
+        };
+        let over = come || until.is_some_and(|until| self.turn >= until);
+        if over {
+            self.machine.waited(awaited, come);
+        }
+        over
+    }
+}

@@ -1,0 +1,172 @@
+//! The settings: what is durable, what is wanted, and the page writes that make the one the other.
+
+use super::Report;
+use super::layout::Slot;
+use super::page::{self, Image, Job, PAGES, Values};
+
+/// The settings as they are in the EEPROM and as they shall be.
+#[derive(Debug)]
+pub(super) struct Settings {
+    durable: [Values; PAGES],
+    wanted: [Values; PAGES],
+    /// Which copy of each page is the newest, and its sequence number.
+    newest: [(bool, u8); PAGES],
+    epoch: u16,
+    /// Pages that differ.
+    dirty: u16,
+    /// Copies of page 0 a factory reset still has to write.
+    resetting: u8,
+    in_flight: Option<Flight>,
+    /// Nobody knows what is durable: nothing counts as such, whatever its value.
+    pub(super) unreachable: bool,
+}
+
+/// A page handed out to be written.
+#[derive(Clone, Copy, Debug)]
+struct Flight {
+    page: usize,
+    epoch: u16,
+    values: Values,
+}
+
+/// Copies of page 0 that a factory reset writes: both, so that no single failing page brings old settings
+/// back.
+const RESET_WRITES: u8 = 2;
+
+impl Settings {
+    /// Reads the settings area through `read(address, page)`.
+    pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<Report, E> {
+        *self = Self::new();
+        let mut report = Report::default();
+        let mut found = [[None; 2]; PAGES];
+        for (index, copies) in found.iter_mut().enumerate() {
+            for (side, copy) in copies.iter_mut().enumerate() {
+                let mut image: Image = [0; _];
+                read(page::address(index, side != 0), &mut image)?;
+                *copy = page::decode(index, &image);
+                match copy {
+                    Some(_) => report.valid = report.valid.saturating_add(1),
+                    None if image.iter().all(|byte| *byte == 0xFF) => {}
+                    None => report.foreign = report.foreign.saturating_add(1),
+                }
+            }
+        }
+        let epochs = found.iter().flatten().flatten().map(|page| page.epoch);
+        self.epoch = epochs.reduce(|a, b| if page::newer(b, a) { b } else { a }).unwrap_or_default();
+        let places = self.durable.iter_mut().zip(&mut self.newest);
+        for ((values, newest), copies) in places.zip(found) {
+            let [first, second] = copies.map(|copy| copy.filter(|copy| copy.epoch == self.epoch));
+            let second_is_newer = match (first, second) {
+                (Some(first), Some(second)) => page::follows(second.sequence, first.sequence),
+                (first, _) => first.is_none(),
+            };
+            if let Some(copy) = if second_is_newer { second } else { first } {
+                *values = copy.values;
+                *newest = (second_is_newer, copy.sequence);
+            }
+        }
+        self.wanted = self.durable;
+        Ok(report)
+    }
+
+    /// Settings that read as factory defaults, as with a fresh EEPROM.
+    pub(super) fn new() -> Self {
+        let mut defaults = [Values::default(); PAGES];
+        for slot in Slot::all() {
+            if let Some(place) = slot.place().and_then(|(page, index)| defaults.get_mut(page)?.get_mut(index)) {
+                *place = slot.default();
+            }
+        }
+        Settings {
+            durable: defaults,
+            wanted: defaults,
+            newest: [(false, 0); PAGES],
+            epoch: 0,
+            dirty: 0,
+            resetting: 0,
+            in_flight: None,
+            unreachable: false,
+        }
+    }
+
+    /// The stored value of a slot; `None` if there is no such slot.
+    pub(super) fn get(&self, slot: Slot) -> Option<i32> {
+        let (page, index) = slot.place()?;
+        self.wanted.get(page)?.get(index).copied()
+    }
+
+    /// Wants a value in a slot. What is there already is not written again.
+    pub(super) fn set(&mut self, slot: Slot, value: i32) {
+        let Some((page, index)) = slot.place() else { return };
+        if let Some(place) = self.wanted.get_mut(page).and_then(|values| values.get_mut(index)) {
+            *place = value;
+        }
+        self.mark(page);
+    }
+
+    /// Wants factory defaults everywhere.
+    pub(super) fn reset(&mut self) {
+        *self = Settings {
+            epoch: self.epoch.wrapping_add(1),
+            resetting: RESET_WRITES,
+            in_flight: self.in_flight,
+            newest: self.newest,
+            unreachable: self.unreachable,
+            ..Self::new()
+        };
+    }
+
+    /// True when all that is wanted is durable. A page on its way may be about to become something else, so
+    /// it counts until it is known how it went.
+    pub(super) fn settled(&self) -> bool {
+        self.dirty == 0 && self.resetting == 0 && self.in_flight.is_none()
+    }
+
+    /// The next page to write; until [`Store::finish`] there is no other.
+    pub(super) fn next_job(&mut self) -> Option<Job> {
+        if self.in_flight.is_some() {
+            return None;
+        }
+        let index = if self.resetting > 0 { 0 } else { usize::try_from(self.dirty.trailing_zeros()).ok()? };
+        let values = *self.wanted.get(index)?;
+        let (side, sequence) = *self.newest.get(index)?;
+        self.in_flight = Some(Flight { page: index, epoch: self.epoch, values });
+        Some(Job {
+            address: page::address(index, !side),
+            page: page::encode(index, self.epoch, sequence.wrapping_add(1), &values),
+        })
+    }
+
+    /// The page handed out last is durable; or it could not be written, and all that is not durable is given
+    /// up.
+    pub(super) fn finish(&mut self, written: bool) {
+        let Some(flight) = self.in_flight.take() else { return };
+        if !written {
+            self.wanted = self.durable;
+            self.dirty = 0;
+            self.resetting = 0;
+            return;
+        }
+        if let Some(newest) = self.newest.get_mut(flight.page) {
+            *newest = (!newest.0, newest.1.wrapping_add(1));
+        }
+        if flight.epoch != self.epoch {
+            // A factory reset came in between: what was written counts no more.
+            return;
+        }
+        if let Some(durable) = self.durable.get_mut(flight.page) {
+            *durable = flight.values;
+        }
+        self.resetting = self.resetting.saturating_sub(1);
+        self.mark(flight.page);
+    }
+
+    fn mark(&mut self, page: usize) {
+        let Some(bit) = u32::try_from(page).ok().and_then(|page| 1_u16.checked_shl(page)) else { return };
+        if self.wanted.get(page) == self.durable.get(page) && !self.unreachable {
+            self.dirty &= !bit;
+        } else {
+            self.dirty |= bit;
+        }
+    }
+}

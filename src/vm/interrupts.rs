@@ -1,0 +1,301 @@
+//! Which events call which handler (manual section 3.6.6): enables, vectors, bank 3, what is pending.
+
+use crate::param::InterruptParameter as P;
+use crate::units::Micros;
+
+/// Interrupt numbers; the manual's go up to 42, those of a module with six axes up to 46.
+const NUMBERS: usize = 64;
+/// Timers, numbered from 0.
+const TIMERS: usize = 3;
+/// First numbers of the kinds of which each axis has one.
+const REACHED: u8 = 3;
+const STALL: u8 = 15;
+const DEVIATION: u8 = 21;
+/// First number of the stop switches, left and right for each axis.
+const STOP_SWITCHES: u8 = 27;
+/// First number of the inputs, and how many there are.
+const INPUTS: u8 = 39;
+const INPUT_COUNT: u8 = 4;
+
+/// No vector.
+const NONE: u16 = u16::MAX;
+
+/// What happened since the last look, and the levels of what has edges; both as bits, by interrupt number.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Signals {
+    events: u64,
+    levels: u64,
+}
+
+impl Signals {
+    /// The target position of an axis was reached: parameter 8 became 1.
+    pub fn reached(&mut self, axis: u8) {
+        self.events |= bit(REACHED.saturating_add(axis));
+    }
+
+    /// stallGuard2 has stopped an axis.
+    pub fn stall(&mut self, axis: u8) {
+        self.events |= bit(STALL.saturating_add(axis));
+    }
+
+    /// Deviation supervision has stopped an axis.
+    pub fn deviation(&mut self, axis: u8) {
+        self.events |= bit(DEVIATION.saturating_add(axis));
+    }
+
+    /// Which stop switches of an axis are active.
+    pub fn stop_switches(&mut self, axis: u8, left: bool, right: bool) {
+        let first = STOP_SWITCHES.saturating_add(axis.saturating_mul(2));
+        self.level(first, left);
+        self.level(first.saturating_add(1), right);
+    }
+
+    /// The levels of the digital inputs.
+    pub fn inputs(&mut self, levels: &[bool]) {
+        for (number, level) in (INPUTS..).zip(levels) {
+            self.level(number, *level);
+        }
+    }
+
+    fn level(&mut self, number: u8, level: bool) {
+        if level {
+            self.levels |= bit(number);
+        }
+    }
+}
+
+/// The state of all interrupts.
+#[derive(Clone, Debug)]
+pub struct Interrupts {
+    settings: [i32; P::COUNT],
+    vectors: [u16; NUMBERS],
+    enabled: u64,
+    global: bool,
+    pending: u64,
+    /// When each timer that runs is due.
+    timers: [Option<Micros>; TIMERS],
+    /// The levels at the last look, once there was one.
+    levels: Option<u64>,
+}
+
+impl Default for Interrupts {
+    fn default() -> Self {
+        Interrupts {
+            settings: P::defaults(),
+            vectors: [NONE; _],
+            enabled: 0,
+            global: false,
+            pending: 0,
+            timers: [None; _],
+            levels: None,
+        }
+    }
+}
+
+impl Interrupts {
+    /// The number in EI and DI that means all interrupts.
+    pub const GLOBAL: u8 = 255;
+
+    /// True if a module with this many axes has an interrupt of this number.
+    pub fn exists(number: u8, axes: usize) -> bool {
+        let of_axis = |first: u8, each: usize| {
+            let offset = number.checked_sub(first).map(usize::from);
+            offset.is_some_and(|offset| offset < axes.saturating_mul(each))
+        };
+        usize::from(number) < TIMERS
+            || [REACHED, STALL, DEVIATION].into_iter().any(|first| of_axis(first, 1))
+            || of_axis(STOP_SWITCHES, 2)
+            || (INPUTS..INPUTS.saturating_add(INPUT_COUNT)).contains(&number)
+    }
+
+    /// EI and DI. An interrupt that is switched off forgets its event.
+    pub fn enable(&mut self, number: u8, on: bool) {
+        if number == Self::GLOBAL {
+            self.global = on;
+        } else if on {
+            self.enabled |= bit(number);
+        } else {
+            self.enabled &= !bit(number);
+            self.pending &= !bit(number);
+        }
+    }
+
+    /// VECT.
+    pub fn set_vector(&mut self, number: u8, address: u16) {
+        if let Some(vector) = self.vectors.get_mut(usize::from(number)) {
+            *vector = address;
+        }
+    }
+
+    /// A parameter of bank 3.
+    pub fn setting(&self, parameter: P) -> i32 {
+        self.settings.get(parameter.index()).copied().unwrap_or_default()
+    }
+
+    /// Changes a parameter of bank 3. A timer starts anew with its period.
+    pub fn set(&mut self, parameter: P, value: i32) {
+        if let Some(place) = self.settings.get_mut(parameter.index()) {
+            *place = value;
+        }
+        if let Some(timer) = self.timers.get_mut(usize::from(parameter.row().number)) {
+            *timer = None;
+        }
+    }
+
+    /// Command 131: enables, vectors and pending events go, bank 3 stays.
+    pub fn reset(&mut self) {
+        *self = Interrupts { settings: self.settings, levels: self.levels, ..Self::default() };
+    }
+
+    /// Takes what happened since the last look. While no program runs events are dropped and timers stand.
+    pub fn look(&mut self, now: Micros, signals: Signals, program_runs: bool) {
+        let edges = self.edges(signals.levels);
+        if !program_runs {
+            self.pending = 0;
+            self.timers = [None; _];
+            return;
+        }
+        self.pending |= (signals.events | edges | self.timers(now)) & self.enabled;
+    }
+
+    /// The handler of the pending interrupt that goes first, if one may run; its event is taken.
+    pub fn take(&mut self) -> Option<u16> {
+        if !self.global {
+            return None;
+        }
+        let mut candidates = self.pending;
+        while candidates != 0 {
+            let number = candidates.trailing_zeros();
+            let vector = self.vectors.get(usize::try_from(number).ok()?).copied()?;
+            if vector != NONE {
+                self.pending &= !1_u64.wrapping_shl(number);
+                return Some(vector);
+            }
+            candidates &= candidates.wrapping_sub(1);
+        }
+        None
+    }
+
+    /// Numbers whose level has changed in the way that bank 3 asks for.
+    fn edges(&mut self, levels: u64) -> u64 {
+        let before = self.levels.replace(levels).unwrap_or(levels);
+        let (rising, falling) = (levels & !before, before & !levels);
+        if rising | falling == 0 {
+            return 0;
+        }
+        let settings = P::ALL.iter().zip(self.settings).filter(|(p, _)| p.row().number >= STOP_SWITCHES);
+        settings.fold(0, |events, (parameter, transition)| {
+            let wanted = if transition & 1 != 0 { rising } else { 0 } | if transition & 2 != 0 { falling } else { 0 };
+            events | wanted & bit(parameter.row().number)
+        })
+    }
+
+    /// Timers that are due. Each keeps its rhythm, however late the look is.
+    fn timers(&mut self, now: Micros) -> u64 {
+        let mut due = 0;
+        for ((number, timer), period) in (0..).zip(&mut self.timers).zip(self.settings) {
+            // Milliseconds, unsigned 32 bits (manual section 5.4).
+            let period = Micros::from_millis(period.cast_unsigned().into());
+            if self.enabled & bit(number) == 0 || period == Micros(0) {
+                *timer = None;
+                continue;
+            }
+            let at = *timer.get_or_insert(now.after(period));
+            if now >= at {
+                due |= bit(number);
+                let next = at.after(period);
+                // Where whole periods were missed the rhythm begins anew.
+                *timer = Some(if next > now { next } else { now.after(period) });
+            }
+        }
+        due
+    }
+}
+
+fn bit(number: u8) -> u64 {
+    1_u64.unbounded_shl(number.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T: fn(u64) -> Micros = Micros::from_millis;
+
+    fn armed(number: u8) -> Interrupts {
+        let mut interrupts = Interrupts::default();
+        interrupts.set_vector(number, u16::from(number) + 100);
+        interrupts.enable(number, true);
+        interrupts.enable(Interrupts::GLOBAL, true);
+        interrupts
+    }
+
+    #[test]
+    fn the_manuals_numbers_exist_and_no_others() {
+        let one: Vec<u8> = (0..=255).filter(|n| Interrupts::exists(*n, 1)).collect();
+        assert_eq!(one, [0, 1, 2, 3, 15, 21, 27, 28, 39, 40, 41, 42]);
+        assert!(Interrupts::exists(20, 6) && Interrupts::exists(38, 6) && !Interrupts::exists(9, 6));
+    }
+
+    #[test]
+    fn lowest_number_first_and_each_event_once() {
+        let mut interrupts = armed(39);
+        interrupts.set_vector(3, 7);
+        interrupts.enable(3, true);
+        interrupts.set(P::Input0, 1);
+        interrupts.look(T(0), Signals::default(), true);
+        let mut signals = Signals::default();
+        signals.inputs(&[true]);
+        signals.reached(0);
+        interrupts.look(T(1), signals, true);
+        interrupts.look(T(2), signals, true);
+        assert_eq!([(); 3].map(|()| interrupts.take()), [Some(7), Some(139), None]);
+    }
+
+    #[test]
+    fn events_wait_for_the_global_enable_but_not_for_their_own() {
+        let mut interrupts = armed(3);
+        let mut signals = Signals::default();
+        signals.reached(0);
+        interrupts.enable(3, false);
+        interrupts.look(T(0), signals, true);
+        interrupts.enable(3, true);
+        assert_eq!(interrupts.take(), None);
+        interrupts.enable(Interrupts::GLOBAL, false);
+        interrupts.look(T(1), signals, true);
+        assert_eq!(interrupts.take(), None);
+        interrupts.enable(Interrupts::GLOBAL, true);
+        assert_eq!(interrupts.take(), Some(103));
+        interrupts.look(T(2), signals, false);
+        assert_eq!(interrupts.take(), None, "no program runs");
+    }
+
+    #[test]
+    fn edges_as_bank_3_asks_for_them() {
+        for (transition, expected) in [(0, [false, false]), (1, [true, false]), (2, [false, true]), (3, [true, true])] {
+            let mut interrupts = armed(28);
+            interrupts.set(P::StopRight0, transition);
+            let taken = [false, true, false].map(|right| {
+                let mut signals = Signals::default();
+                signals.stop_switches(0, false, right);
+                interrupts.look(T(0), signals, true);
+                interrupts.take().is_some()
+            });
+            assert_eq!(taken, [false, expected[0], expected[1]], "transition {transition}");
+        }
+    }
+
+    #[test]
+    fn a_timer_keeps_its_rhythm_when_the_look_is_late() {
+        let mut interrupts = armed(0);
+        interrupts.set(P::Timer0, 10);
+        let late = |n: u64| Micros(n * 1_000 + n * 377 % 900);
+        let due: Vec<u64> = (0..100)
+            .filter(|n| {
+                interrupts.look(late(*n), Signals::default(), true);
+                interrupts.take().is_some()
+            })
+            .collect();
+        assert_eq!(due, [10, 20, 30, 40, 50, 60, 70, 80, 90]);
+    }
+}

@@ -1,0 +1,299 @@
+//! The program counter and what moves it: jumps, calls, WAIT, STOP, handlers (manual sections 3.7.17 to 3.7.23,
+//! 3.7.35), run and step.
+
+use heapless::Vec;
+
+use super::{Condition, ErrorFlag, Errors, Interrupts, Registers};
+use crate::store::COMMANDS;
+use crate::tmcl::{Command, Opcode};
+use crate::units::Micros;
+
+/// Nested subroutine calls (manual section 3.7.20).
+const STACK: usize = 8;
+/// Length of a tick of WAIT (manual section 3.7.22).
+const TICK_MS: u64 = 10;
+
+/// What the program is doing: the values of global parameter 128.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Mode {
+    /// It has ended or has been stopped.
+    #[default]
+    Stop = 0,
+    /// It runs.
+    Run = 1,
+    /// It is executed command by command.
+    Step = 2,
+    /// It has been reset.
+    Reset = 3,
+}
+
+/// What a WAIT waits for, by its type number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Awaited {
+    /// TICKS: the time alone.
+    Ticks,
+    /// POS: the target position.
+    Position,
+    /// REFSW: the reference switch.
+    ReferenceSwitch,
+    /// LIMSW: a limit switch.
+    LimitSwitch,
+    /// RFS: the end of the reference search.
+    ReferenceSearch,
+}
+
+/// Why the program does not go on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wait {
+    /// A WAIT command.
+    For {
+        /// What for.
+        awaited: Awaited,
+        /// Of which motor.
+        motor: u8,
+        /// When it ends whatever happens.
+        until: Option<Micros>,
+    },
+    /// What a command stores is not durable yet.
+    Store,
+}
+
+/// What an interrupt has interrupted.
+#[derive(Clone, Copy, Debug)]
+struct Interrupted {
+    registers: Registers,
+    counter: u16,
+    wait: Option<Wait>,
+    at: Micros,
+}
+
+/// The state of the interpreter.
+#[derive(Clone, Debug, Default)]
+pub struct Machine {
+    /// Accumulator, X register, arithmetic flags.
+    pub registers: Registers,
+    /// Error flags.
+    pub errors: Errors,
+    /// Interrupts.
+    pub interrupts: Interrupts,
+    mode: Mode,
+    counter: u16,
+    stack: Vec<u16, STACK>,
+    wait: Option<Wait>,
+    /// What goes on after the handler that runs.
+    interrupted: Option<Interrupted>,
+    /// A handler has just ended: the program gets its turn before the next one.
+    returned: bool,
+    /// In mode step: a command is to be executed.
+    stepping: bool,
+}
+
+impl Machine {
+    /// What the program is doing.
+    pub const fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Address of the current command.
+    pub const fn counter(&self) -> u16 {
+        self.counter
+    }
+
+    /// Why the program does not go on with the next command, if it does not.
+    pub const fn wait(&self) -> Option<Wait> {
+        self.wait
+    }
+
+    /// True while events count: the program runs, or is stepped through.
+    pub const fn runs(&self) -> bool {
+        matches!(self.mode, Mode::Run | Mode::Step)
+    }
+
+    /// True while there is something to be executed, or waited for.
+    pub const fn busy(&self) -> bool {
+        matches!(self.mode, Mode::Run) || self.stepping
+    }
+
+    /// Command 129, type 0: starts, or goes on where the program was stopped.
+    pub fn run(&mut self) {
+        self.mode = Mode::Run;
+        self.stepping = false;
+    }
+
+    /// Command 129, type 1: starts a routine. Calls and handlers that were left halfway are forgotten; registers,
+    /// enables and vectors stay.
+    pub fn run_from(&mut self, address: u16) {
+        self.stack.clear();
+        self.interrupted = None;
+        self.go_to(address);
+        self.run();
+    }
+
+    /// Command 130: executes one command.
+    pub fn step(&mut self) {
+        self.mode = Mode::Step;
+        self.stepping = true;
+    }
+
+    /// Command 128, STOP, the end of the program. A WAIT that is left begins anew if the program goes on.
+    pub fn stop(&mut self) {
+        self.mode = Mode::Stop;
+        self.stepping = false;
+        self.wait = None;
+    }
+
+    /// Command 131: everything as after power-on but bank 3.
+    pub fn reset(&mut self) {
+        let mut interrupts = core::mem::take(&mut self.interrupts);
+        interrupts.reset();
+        *self = Machine { interrupts, mode: Mode::Reset, ..Self::default() };
+    }
+
+    /// Goes to the handler of an interrupt, if one is due and may run: between two commands, or in a WAIT.
+    pub fn interrupt(&mut self, now: Micros) {
+        let turn = core::mem::take(&mut self.returned);
+        if turn || self.interrupted.is_some() || self.wait == Some(Wait::Store) {
+            return;
+        }
+        if let Some(handler) = self.interrupts.take() {
+            self.interrupted =
+                Some(Interrupted { registers: self.registers, counter: self.counter, wait: self.wait.take(), at: now });
+            self.counter = handler;
+        }
+    }
+
+    /// The command is done: goes on with the next one.
+    pub fn next(&mut self) {
+        self.go_to(self.counter.saturating_add(1));
+        self.stepping = false;
+    }
+
+    /// Waits until what the command stores is durable.
+    pub fn wait_for_store(&mut self) {
+        self.wait = Some(Wait::Store);
+    }
+
+    /// What was to be stored is durable, or cannot be.
+    pub fn stored(&mut self) {
+        if self.wait == Some(Wait::Store) {
+            self.next();
+        }
+    }
+
+    /// A WAIT is over; `in_time` if what it waited for has come.
+    pub fn waited(&mut self, awaited: Awaited, in_time: bool) {
+        if !in_time && awaited != Awaited::Ticks {
+            self.errors.raise(ErrorFlag::Timeout);
+        }
+        self.next();
+    }
+
+    /// Executes a command that is nothing but the program's. False if it is another one.
+    pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> bool {
+        let Command { kind, motor, value, .. } = command;
+        match opcode {
+            Opcode::Comp => self.registers.compare(value),
+            Opcode::Jc => {
+                if Condition::from_number(kind).is_some_and(|c| self.registers.meets(c, self.errors)) {
+                    self.jump(value);
+                    return true;
+                }
+            }
+            Opcode::Ja => {
+                self.jump(value);
+                return true;
+            }
+            Opcode::Csub => {
+                if self.stack.push(self.counter.saturating_add(1)).is_ok() {
+                    self.jump(value);
+                    return true;
+                }
+            }
+            Opcode::Rsub => {
+                if let Some(back) = self.stack.pop() {
+                    self.go_to(back);
+                    self.stepping = false;
+                    return true;
+                }
+            }
+            Opcode::Wait => {
+                if let Some(wait) = self.begin_wait(now, kind, motor, value) {
+                    self.wait = Some(wait);
+                    return true;
+                }
+            }
+            Opcode::Stop => {
+                self.stop();
+                return true;
+            }
+            Opcode::Reti => {
+                if self.return_from_handler(now) {
+                    return true;
+                }
+            }
+            _ => return false,
+        }
+        self.next();
+        true
+    }
+
+    /// Goes to an address, or stops at this command where there is none.
+    fn jump(&mut self, to: i32) {
+        match address(to) {
+            Some(to) => {
+                self.go_to(to);
+                self.stepping = false;
+            }
+            None => self.stop(),
+        }
+    }
+
+    /// Running off the end stops the program.
+    fn go_to(&mut self, address: u16) {
+        self.counter = address;
+        self.wait = None;
+        if address >= COMMANDS {
+            self.stop();
+        }
+    }
+
+    /// A time of -1 is in the accumulator; a negative one is none, and the command has no effect.
+    fn begin_wait(&self, now: Micros, kind: u8, motor: u8, value: i32) -> Option<Wait> {
+        let awaited = match kind {
+            0 => Awaited::Ticks,
+            1 => Awaited::Position,
+            2 => Awaited::ReferenceSwitch,
+            3 => Awaited::LimitSwitch,
+            4 => Awaited::ReferenceSearch,
+            _ => return None,
+        };
+        let ticks = if value == -1 { self.registers.accumulator } else { value };
+        let ticks = u64::try_from(ticks).ok()?;
+        let until = (ticks != 0 || awaited == Awaited::Ticks)
+            .then(|| now.after(Micros::from_millis(ticks.saturating_mul(TICK_MS))));
+        Some(Wait::For { awaited, motor, until })
+    }
+
+    /// RETI. A WAIT that was interrupted goes on with the time it had left.
+    fn return_from_handler(&mut self, now: Micros) -> bool {
+        let Some(Interrupted { registers, counter, wait, at }) = self.interrupted.take() else { return false };
+        self.registers = registers;
+        self.counter = counter;
+        self.wait = match wait {
+            Some(Wait::For { awaited, motor, until }) => {
+                let until = until.map(|until| now.after(until.since(at)));
+                Some(Wait::For { awaited, motor, until })
+            }
+            other => other,
+        };
+        self.returned = true;
+        self.stepping = false;
+        true
+    }
+}
+
+/// A value as an address in program memory.
+pub fn address(value: i32) -> Option<u16> {
+    u16::try_from(value).ok().filter(|address| *address < COMMANDS)
+}
