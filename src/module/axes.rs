@@ -239,7 +239,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// RSAP.
     pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
         let parameter = stored(number)?;
-        let value = self.store.get(Slot::Axis(axis, parameter)).ok_or(Status::WrongType)?;
+        let value = self.recall(Slot::Axis(axis, parameter))?;
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
         Ok(Done::Value(echo))
@@ -275,7 +275,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.
     pub(super) fn restore_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
         for (axis, number) in selection::<AXES>(number)? {
-            *self.place(axis, number)? = self.store.get(Slot::Coordinate(axis, number)).unwrap_or_default();
+            let value = self.recall(Slot::Coordinate(axis, number))?;
+            *self.place(axis, number)? = value;
         }
         Ok(Done::Value(echo))
     }

@@ -123,11 +123,19 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// RSGP.
     pub(super) fn restore_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
         let slot = self.stored_variable(number, bank)?;
-        let value = self.store.get(slot).unwrap_or_default();
+        let value = self.recall(slot)?;
         if let Some(place) = self.variables.get_mut(usize::from(number)) {
             *place = value;
         }
         Ok(Done::Value(echo))
+    }
+
+    /// What the EEPROM holds in a slot, for a command that asks for it.
+    pub(super) fn recall(&self, slot: Slot) -> Result<i32, Status> {
+        if self.store.is_unreachable() {
+            return Err(Status::EepromLocked);
+        }
+        self.store.get(slot).ok_or(Status::WrongType)
     }
 
     fn stored_variable(&self, number: u8, bank: u8) -> Result<Slot, Status> {

@@ -13,7 +13,7 @@ use crate::param::GlobalParameter as G;
 use crate::store::Worth;
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::{self, Awaited, Machine, Signals, Wait};
+use crate::vm::{self, Awaited, Machine, Mode, Signals, Wait};
 
 /// Units a program may spend in a millisecond.
 pub(super) const FUEL: u32 = 128;
@@ -85,7 +85,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             _ => return Err(Status::WrongType),
         };
         let [high, low] = pointer.to_be_bytes();
-        let waits = u8::from(self.machine.wait().is_some());
+        // A step that is still to be done is waited for, too.
+        let waits = u8::from(self.machine.wait().is_some() || self.machine.mode() == Mode::Step && self.machine.busy());
         Ok(Done::Value(i32::from_be_bytes([self.machine.mode() as u8, waits, high, low])))
     }
 
@@ -162,13 +163,14 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     pub(super) fn run_slice(&mut self, now: Micros) {
         let mut slice = SLICE;
         while self.machine.busy() && self.fuel > 0 {
-            self.machine.interrupt(self.turn);
-            if let Some(wait) = self.machine.wait() {
-                if !self.is_over(wait) {
-                    // Nothing changes before the next millisecond.
-                    self.fuel = 0;
-                }
+            if self.machine.wait().is_some_and(|wait| self.is_over(wait)) {
                 continue;
+            }
+            self.machine.interrupt(self.turn);
+            if self.machine.wait().is_some() {
+                // Nothing changes before the next millisecond.
+                self.fuel = 0;
+                return;
             }
             let counter = self.machine.counter();
             let Some(command) = self.store.command(counter) else { return self.machine.stop() };

@@ -154,6 +154,11 @@ impl Store {
         Report { unreachable: true, ..Report::default() }
     }
 
+    /// True when nobody knows what is stored, because the part does not answer.
+    pub const fn is_unreachable(&self) -> bool {
+        self.settings.unreachable
+    }
+
     /// The stored value of a slot; `None` if there is no such slot.
     pub fn get(&self, slot: Slot) -> Option<i32> {
         self.settings.get(slot)

@@ -14,8 +14,10 @@ pub(super) struct Settings {
     epoch: u16,
     /// Pages that differ.
     dirty: u16,
-    /// Copies of page 0 a factory reset still has to write.
-    resetting: u8,
+    /// How many copies of each page are to be written whatever is in them.
+    forced: [u8; PAGES],
+    /// Pages that hold something which is not ours. The first store writes over it.
+    alien: [bool; PAGES],
     in_flight: Option<Flight>,
     /// Nobody knows what is durable: nothing counts as such, whatever its value.
     pub(super) unreachable: bool,
@@ -29,9 +31,9 @@ struct Flight {
     values: Values,
 }
 
-/// Copies of page 0 that a factory reset writes: both, so that no single failing page brings old settings
-/// back.
-const RESET_WRITES: u8 = 2;
+/// Both copies of a page: what a factory reset writes, so that no single failing page brings old settings back,
+/// and what makes a page ours.
+const BOTH: u8 = 2;
 
 impl Settings {
     /// Reads the settings area through `read(address, page)`.
@@ -39,17 +41,25 @@ impl Settings {
         *self = Self::new();
         let mut report = Report::default();
         let mut found = [[None; 2]; PAGES];
-        for (index, copies) in found.iter_mut().enumerate() {
+        for (index, (copies, alien)) in found.iter_mut().zip(&mut self.alien).enumerate() {
+            let mut ours = false;
             for (side, copy) in copies.iter_mut().enumerate() {
                 let mut image: Image = [0; _];
                 read(page::address(index, side != 0), &mut image)?;
                 *copy = page::decode(index, &image);
                 match copy {
-                    Some(_) => report.valid = report.valid.saturating_add(1),
+                    Some(_) => {
+                        report.valid = report.valid.saturating_add(1);
+                        ours = true;
+                    }
                     None if image.iter().all(|byte| *byte == 0xFF) => {}
-                    None => report.foreign = report.foreign.saturating_add(1),
+                    None => {
+                        report.foreign = report.foreign.saturating_add(1);
+                        *alien = true;
+                    }
                 }
             }
+            *alien &= !ours;
         }
         let epochs = found.iter().flatten().flatten().map(|page| page.epoch);
         self.epoch = epochs.reduce(|a, b| if page::newer(b, a) { b } else { a }).unwrap_or_default();
@@ -83,7 +93,8 @@ impl Settings {
             newest: [(false, 0); PAGES],
             epoch: 0,
             dirty: 0,
-            resetting: 0,
+            forced: [0; PAGES],
+            alien: [false; PAGES],
             in_flight: None,
             unreachable: false,
         }
@@ -102,24 +113,39 @@ impl Settings {
             *place = value;
         }
         self.mark(page);
+        if !self.settled() {
+            self.format();
+        }
     }
 
     /// Wants factory defaults everywhere.
     pub(super) fn reset(&mut self) {
         *self = Settings {
             epoch: self.epoch.wrapping_add(1),
-            resetting: RESET_WRITES,
+            alien: self.alien,
             in_flight: self.in_flight,
             newest: self.newest,
             unreachable: self.unreachable,
             ..Self::new()
         };
+        let [first, ..] = &mut self.forced;
+        *first = BOTH;
+        self.format();
+    }
+
+    /// Makes the pages ours that are not.
+    fn format(&mut self) {
+        for (forced, alien) in self.forced.iter_mut().zip(&mut self.alien) {
+            if core::mem::take(alien) {
+                *forced = BOTH;
+            }
+        }
     }
 
     /// True when all that is wanted is durable. A page on its way may be about to become something else, so
     /// it counts until it is known how it went.
     pub(super) fn settled(&self) -> bool {
-        self.dirty == 0 && self.resetting == 0 && self.in_flight.is_none()
+        self.dirty == 0 && self.forced == [0; PAGES] && self.in_flight.is_none()
     }
 
     /// The next page to write; until [`Store::finish`] there is no other.
@@ -127,7 +153,8 @@ impl Settings {
         if self.in_flight.is_some() {
             return None;
         }
-        let index = if self.resetting > 0 { 0 } else { usize::try_from(self.dirty.trailing_zeros()).ok()? };
+        let forced = self.forced.iter().position(|forced| *forced > 0);
+        let index = forced.or_else(|| (0..PAGES).find(|index| self.dirty & bit(*index) != 0))?;
         let values = *self.wanted.get(index)?;
         let (side, sequence) = *self.newest.get(index)?;
         self.in_flight = Some(Flight { page: index, epoch: self.epoch, values });
@@ -144,7 +171,7 @@ impl Settings {
         if !written {
             self.wanted = self.durable;
             self.dirty = 0;
-            self.resetting = 0;
+            self.forced = [0; PAGES];
             return;
         }
         if let Some(newest) = self.newest.get_mut(flight.page) {
@@ -157,16 +184,21 @@ impl Settings {
         if let Some(durable) = self.durable.get_mut(flight.page) {
             *durable = flight.values;
         }
-        self.resetting = self.resetting.saturating_sub(1);
+        if let Some(forced) = self.forced.get_mut(flight.page) {
+            *forced = forced.saturating_sub(1);
+        }
         self.mark(flight.page);
     }
 
     fn mark(&mut self, page: usize) {
-        let Some(bit) = u32::try_from(page).ok().and_then(|page| 1_u16.checked_shl(page)) else { return };
-        if self.wanted.get(page) == self.durable.get(page) && !self.unreachable {
-            self.dirty &= !bit;
+        if self.wanted.get(page) != self.durable.get(page) || self.unreachable {
+            self.dirty |= bit(page);
         } else {
-            self.dirty |= bit;
+            self.dirty &= !bit(page);
         }
     }
+}
+
+fn bit(page: usize) -> u16 {
+    1_u16.unbounded_shl(page as u32)
 }

@@ -152,3 +152,18 @@ fn a_reset_during_a_write_is_not_undone_by_it() {
     assert_eq!(store.get(SPEED), Some(1000));
     assert_eq!(part.load().0.get(SPEED), Some(1000));
 }
+
+#[test]
+fn the_first_store_makes_foreign_pages_ours() {
+    let mut part = Part((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
+    let (mut store, _) = part.load();
+    assert_eq!(store.next_job(), None, "nothing is written before");
+    store.set(SPEED, 2000);
+    assert_eq!(part.settle(&mut store), 32, "both copies of 16 pages");
+    let (mut store, report) = part.load();
+    assert_eq!(report, Report { valid: 32, ..Report::default() });
+    assert_eq!(store.get(SPEED), Some(2000));
+    store.set(SPEED, 1);
+    store.set(SPEED, 2000);
+    assert!(store.settled(Need::Settings), "what is the same again is not written");
+}

@@ -152,7 +152,7 @@ impl Machine {
 
     /// Goes to the handler of an interrupt, if one is due and may run: between two commands, or in a WAIT.
     pub fn interrupt(&mut self, now: Micros) {
-        let turn = core::mem::take(&mut self.returned);
+        let turn = self.returned && self.wait.is_none();
         if turn || self.interrupted.is_some() || self.wait == Some(Wait::Store) {
             return;
         }
@@ -204,12 +204,15 @@ impl Machine {
                 self.jump(value);
                 return true;
             }
-            Opcode::Csub => {
-                if self.stack.push(self.counter.saturating_add(1)).is_ok() {
-                    self.jump(value);
-                    return true;
+            Opcode::Csub if !self.stack.is_full() => {
+                let back = self.counter.saturating_add(1);
+                if self.jump(value) {
+                    // There is room.
+                    let _ = self.stack.push(back);
                 }
+                return true;
             }
+            Opcode::Csub => {}
             Opcode::Rsub => {
                 if let Some(back) = self.stack.pop() {
                     self.go_to(back);
@@ -239,20 +242,23 @@ impl Machine {
     }
 
     /// Goes to an address, or stops at this command where there is none.
-    fn jump(&mut self, to: i32) {
-        match address(to) {
+    fn jump(&mut self, to: i32) -> bool {
+        let to = address(to);
+        match to {
             Some(to) => {
                 self.go_to(to);
                 self.stepping = false;
             }
             None => self.stop(),
         }
+        to.is_some()
     }
 
     /// Running off the end stops the program.
     fn go_to(&mut self, address: u16) {
         self.counter = address;
         self.wait = None;
+        self.returned = false;
         if address >= COMMANDS {
             self.stop();
         }
