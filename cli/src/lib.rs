@@ -6,8 +6,12 @@
 //! * [`sim`] - the virtual module at the pace of a clock, with links that host software opens
 //! * [`link`] - the host's end of a link to a module, whatever it is made of
 //! * [`send`] - commands in mnemonic form to a module, replies in words
+//! * [`asm`] - the assembler for TMCL programs
+//! * [`disasm`] - assembled programs as source again
 //! * [`failure`] - how a command ends when it does not succeed
 
+pub mod asm;
+pub mod disasm;
 pub mod failure;
 pub mod fleet;
 pub mod link;

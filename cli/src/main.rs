@@ -5,12 +5,12 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
-use tmcl_cli::{send, sim};
+use tmcl_cli::{asm, disasm, send, sim};
 
 /// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
 ///
 /// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
-/// it prints; talk to a module - virtual or real - with `tmcl send`.
+/// it prints; talk to a module - virtual or real - with `tmcl send`. `tmcl asm` assembles TMCL programs.
 #[derive(Parser, Debug)]
 #[command(name = "tmcl", version, max_term_width = 100)]
 struct Arguments {
@@ -22,12 +22,16 @@ struct Arguments {
 enum Command {
     Sim(sim::Options),
     Send(send::Options),
+    Asm(asm::Options),
+    Disasm(disasm::Options),
 }
 
 fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),
         Command::Send(options) => send::run(&options),
+        Command::Asm(options) => asm::run(&options),
+        Command::Disasm(options) => disasm::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,5 +1,7 @@
 //! The instruction table: number, mnemonic, operands and where a command may run (manual sections 3.5, 3.7).
 
+use super::Command;
+
 /// One operand of the mnemonic form, and the field of the command it fills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
@@ -169,5 +171,21 @@ impl Instruction {
     /// The instruction with this mnemonic, in any case.
     pub fn by_mnemonic(mnemonic: &str) -> Option<&'static Instruction> {
         Self::all().find(|i| !i.mnemonic.is_empty() && i.mnemonic.eq_ignore_ascii_case(mnemonic))
+    }
+
+    /// How many operands have to be written: a motor at the end may be left out, `MST` means `MST 0`.
+    pub fn required(&self) -> usize {
+        match self.fields.split_last() {
+            Some((Field::Motor, others)) => others.len(),
+            _ => self.fields.len(),
+        }
+    }
+
+    /// True when the mnemonic form says all that is in `command`.
+    pub(super) fn tells(&self, command: &Command) -> bool {
+        let kind = self.fields.iter().any(|f| matches!(f, Field::Kind | Field::Named(_)));
+        let (motor, value) = (self.fields.contains(&Field::Motor), self.fields.contains(&Field::Value));
+        let hidden = (!kind && command.kind != 0) || (!motor && command.motor != 0) || (!value && command.value != 0);
+        !self.mnemonic.is_empty() && !hidden
     }
 }

@@ -68,10 +68,11 @@ impl fmt::Display for Instruction {
     }
 }
 
-/// The mnemonic form; a number without a mnemonic is shown as its four fields.
+/// The mnemonic form. A command that it cannot tell in full - a number without a mnemonic, or something in a
+/// field that the mnemonic does not write - is shown as its four fields; both forms read back as the same command.
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let instruction = Opcode::from_number(self.opcode).map(Opcode::instruction).filter(|i| !i.mnemonic.is_empty());
+        let instruction = Opcode::from_number(self.opcode).map(Opcode::instruction).filter(|i| i.tells(self));
         let Some(instruction) = instruction else {
             return write!(f, "{}, {}, {}, {}", self.opcode, self.kind, self.motor, self.value);
         };
@@ -113,8 +114,7 @@ pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     let mut command = Command { opcode: instruction.opcode as u8, ..Command::default() };
     for (i, field) in instruction.fields.iter().enumerate() {
         let Some(word) = operands.next() else {
-            let last = i.saturating_add(1) == instruction.fields.len();
-            if last && *field == Field::Motor {
+            if i >= instruction.required() {
                 break;
             }
             return Err(Error::Missing(instruction, *field));
@@ -229,6 +229,22 @@ mod tests {
             };
             let text = command.to_string();
             assert_eq!(parse(&text), Ok(command), "{text}");
+        }
+    }
+
+    /// What a mnemonic does not write is not lost.
+    #[test]
+    fn fields_without_an_operand_are_printed() {
+        for (command, text) in [
+            (Command::new(28, 0, 0, 0), "STOP"),
+            (Command::new(28, 0, 0, 5), "28, 0, 0, 5"),
+            (Command::new(6, 1, 0, -1), "6, 1, 0, -1"),
+            (Command::new(22, 7, 0, 12), "22, 7, 0, 12"),
+            (Command::new(37, 0, 1, 12), "37, 0, 1, 12"),
+            (Command::new(4, 9, 0, 1), "MVP 9, 0, 1"),
+        ] {
+            assert_eq!(command.to_string(), text);
+            assert_eq!(parse(text), Ok(command));
         }
     }
 }

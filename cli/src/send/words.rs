@@ -100,7 +100,7 @@ fn what(command: Command, value: i32) -> String {
 }
 
 /// The table's row for the parameter that a command concerns.
-fn parameter(opcode: Opcode, command: Command) -> Option<&'static Row> {
+pub(crate) fn parameter(opcode: Opcode, command: Command) -> Option<&'static Row> {
     let number = command.kind;
     match opcode {
         Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Stap | Opcode::Rsap => {

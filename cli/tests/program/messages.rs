@@ -70,7 +70,9 @@ fn links_that_cannot_be_opened_are_told() {
 
 #[test]
 fn help_is_there() {
-    for arguments in [&["--help"][..], &["sim", "--help"], &["send", "--help"]] {
+    for arguments in
+        [&["--help"][..], &["sim", "--help"], &["send", "--help"], &["asm", "--help"], &["disasm", "--help"]]
+    {
         let output = run(arguments);
         assert!(output.status.success());
         assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: tmcl"));

@@ -1,0 +1,298 @@
+//! From sources to commands: reads all files, gives labels their addresses, works out constants, then commands.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tmcm::tmcl::{Command, Instruction, Opcode, text};
+
+use super::check;
+use super::diagnostic::{Diagnostic, Diagnostics, SHOWN, Severity};
+use super::encode;
+use super::expression::evaluate;
+use super::include;
+use super::program::PROGRAM_SIZE;
+use super::source::{Problem, Source};
+use super::statement::{self, CommandLine, Name, Operand, Statement};
+use super::suggest::suggestion;
+use super::symbol::{Meaning, Symbols};
+use super::token::Lexer;
+
+/// Files may include each other so deep.
+const DEEPEST: usize = 16;
+/// So many files are included at most, counting each time; more of them would only be there by mistake.
+const MOST_FILES: usize = 500;
+
+/// An assembled program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assembly {
+    /// The commands, in the order of their addresses, the STOP at the end included.
+    pub commands: Vec<Command>,
+    /// Labels and constants.
+    pub symbols: Symbols,
+    /// Every line of every file as they were read; an included file follows the line that includes it.
+    pub lines: Vec<SourceLine>,
+    /// What may not do what is meant.
+    pub warnings: Diagnostics,
+    /// By address, the place in `lines`.
+    origins: Vec<usize>,
+}
+
+/// A line of a source file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SourceLine {
+    /// The file.
+    pub source: Arc<Source>,
+    /// The line in it, from 1.
+    pub number: usize,
+    /// Address of the command in this line.
+    pub address: Option<usize>,
+}
+
+impl SourceLine {
+    /// What is written there.
+    pub fn text(&self) -> &str {
+        self.source.lines.get(self.number.saturating_sub(1)).map_or("", String::as_str)
+    }
+}
+
+impl Assembly {
+    /// The line that a command was made from; the STOP that was put at the end has none.
+    pub fn line(&self, address: usize) -> Option<&SourceLine> {
+        self.lines.get(*self.origins.get(address)?)
+    }
+}
+
+/// Assembles a file and what it includes.
+pub fn assemble_file(path: &Path) -> Result<Assembly, Diagnostics> {
+    let source = Source::read(path).map_err(|message| Diagnostics(vec![Diagnostic::without_place(message)]))?;
+    assemble(source)
+}
+
+/// Assembles a text; `name` is what diagnostics call it, and files that it includes are looked for in the current
+/// directory.
+pub fn assemble_text(name: &str, text: &str) -> Result<Assembly, Diagnostics> {
+    assemble(Source::from_text(name, text))
+}
+
+fn assemble(source: Source) -> Result<Assembly, Diagnostics> {
+    let mut assembler = Assembler::default();
+    assembler.read(Arc::new(source));
+    assembler.evaluate();
+    let commands = assembler.encode();
+    if assembler.errors == 0 {
+        assembler.check(&commands);
+    }
+    let Assembler { lines, symbols, commands: written, mut found, errors, .. } = assembler;
+    // In the order of the lines, whichever pass has found it.
+    found.sort_by_key(|(line, _)| *line);
+    let diagnostics = Diagnostics(found.into_iter().map(|(_, diagnostic)| diagnostic).collect());
+    if errors == 0 {
+        let origins = written.into_iter().map(|(line, _)| line).collect();
+        return Ok(Assembly { commands, symbols, lines, warnings: diagnostics, origins });
+    }
+    Err(diagnostics)
+}
+
+/// A statement that is worked out when all names are known, and the place of its line in `Assembler::lines`.
+type Pending<T> = Vec<(usize, T)>;
+
+#[derive(Default)]
+struct Assembler {
+    lines: Vec<SourceLine>,
+    symbols: Symbols,
+    constants: Pending<(Name, Operand)>,
+    commands: Pending<CommandLine>,
+    no_stop: bool,
+    found: Vec<(usize, Diagnostic)>,
+    errors: usize,
+    /// The files that are being read, the outermost first.
+    open: Vec<PathBuf>,
+    files: usize,
+}
+
+impl Assembler {
+    fn report(&mut self, line: usize, severity: Severity, problem: Problem) {
+        let Some(SourceLine { source, number, .. }) = self.lines.get(line) else { return };
+        self.found.push((line, Diagnostic::new(severity, source, *number, problem)));
+        self.errors += usize::from(severity == Severity::Error);
+    }
+
+    fn error(&mut self, line: usize, problem: Problem) {
+        self.report(line, Severity::Error, problem);
+    }
+
+    /// More would not be shown.
+    fn gives_up(&self) -> bool {
+        self.errors > SHOWN
+    }
+
+    /// The first pass: cuts the lines of a file, and of those it includes, into statements and gives labels their
+    /// addresses.
+    fn read(&mut self, source: Arc<Source>) {
+        let mut lexer = Lexer::default();
+        let path = source.path.as_deref().map(canonical);
+        self.open.extend(path.clone());
+        for (number, text) in (1..).zip(&source.lines) {
+            if self.gives_up() {
+                return;
+            }
+            let line = self.lines.len();
+            self.lines.push(SourceLine { source: Arc::clone(&source), number, address: None });
+            let (tokens, problem) = lexer.line(line, text);
+            let (labels, tokens) = statement::labels(&tokens);
+            for label in &labels {
+                if self.gives_up() {
+                    return;
+                }
+                self.define(line, label, Meaning::Label(self.commands.len()));
+            }
+            let statement = match problem {
+                Some(problem) => Err(problem),
+                None => statement::statement(tokens, unknown_command),
+            };
+            match statement {
+                Ok(Some(statement)) => self.take(line, statement),
+                Ok(None) => {}
+                Err(problem) => self.error(line, problem),
+            }
+        }
+        if let Some((line, problem)) = lexer.finish() {
+            self.error(line, problem);
+        }
+        if path.is_some() {
+            self.open.pop();
+        }
+    }
+
+    fn take(&mut self, line: usize, statement: Statement) {
+        match statement {
+            Statement::Include(file) => match self.find(line, &file.text) {
+                Ok(Some(source)) => self.read(Arc::new(source)),
+                Ok(None) => {}
+                Err(message) => self.error(line, Problem::new(file.span, message)),
+            },
+            Statement::NoStop => self.no_stop = true,
+            Statement::Constant(name, value) => {
+                self.define(line, &name, Meaning::Constant(None));
+                self.constants.push((line, (name, value)));
+            }
+            Statement::Command(command) => {
+                if self.commands.len() == PROGRAM_SIZE {
+                    let message = format!("the program is too long: program memory holds {PROGRAM_SIZE} commands");
+                    self.error(line, Problem::new(command.span, message));
+                }
+                let address = self.commands.len();
+                if let Some(line) = self.lines.get_mut(line) {
+                    line.address = Some(address);
+                }
+                self.commands.push((line, command));
+            }
+        }
+    }
+
+    fn define(&mut self, line: usize, name: &Name, meaning: Meaning) {
+        let Some(SourceLine { source, number, .. }) = self.lines.get(line) else { return };
+        if let Err(message) = self.symbols.define(&name.text, meaning, source, *number) {
+            self.error(line, Problem::new(name.span, message));
+        }
+    }
+
+    /// The file of an `#include`, beside the file that includes it or built in; `None` if there is nothing to read.
+    fn find(&mut self, line: usize, name: &str) -> Result<Option<Source>, String> {
+        self.files += 1;
+        if self.open.len() >= DEEPEST {
+            return Err(format!("files include each other more than {DEEPEST} deep"));
+        }
+        if self.files > MOST_FILES {
+            return Err(format!("more than {MOST_FILES} files are included"));
+        }
+        // Programs come from Windows, too.
+        let relative = name.replace('\\', "/");
+        let including = self.lines.get(line).and_then(|line| line.source.path.as_deref());
+        let path = including.and_then(Path::parent).unwrap_or(Path::new("")).join(relative);
+        if !path.exists()
+            && let Some(source) = include::source(name)
+        {
+            // Its names need not be defined twice.
+            let again = self.lines.iter().any(|line| line.source.built_in && line.source.name == source.name);
+            return Ok((!again).then_some(source));
+        }
+        if self.open.contains(&canonical(&path)) {
+            return Err(format!("{} includes itself", path.display()));
+        }
+        let hint = if path.exists() { "" } else { "; TMCLParam.tmc and Interrupts.inc are built in" };
+        Source::read(&path).map(Some).map_err(|message| message + hint)
+    }
+
+    /// Works out the constants in their order; a constant can use labels, and constants above it.
+    fn evaluate(&mut self) {
+        for (line, (name, value)) in std::mem::take(&mut self.constants) {
+            if self.gives_up() {
+                return;
+            }
+            let value = evaluate(&value.tokens, value.span, &|name| self.symbols.resolve(name));
+            if let Some(SourceLine { source, number, .. }) = self.lines.get(line) {
+                // One error is enough: with any value the rest of the program can be looked at.
+                self.symbols.set(&name.text, *value.as_ref().unwrap_or(&0), source, *number);
+            }
+            if let Err(problem) = value {
+                self.error(line, problem);
+            }
+        }
+    }
+
+    /// The second pass: makes the commands, and puts STOP at the end.
+    fn encode(&mut self) -> Vec<Command> {
+        let mut commands = Vec::new();
+        let written = std::mem::take(&mut self.commands);
+        for (line, command) in &written {
+            if self.gives_up() {
+                break;
+            }
+            let text = self.lines.get(*line).map_or("", SourceLine::text);
+            match encode::command(command, text, &self.symbols) {
+                Ok(command) => commands.push(command),
+                Err(problem) => self.error(*line, problem),
+            }
+        }
+        self.commands = written;
+        let stop = Command { opcode: Opcode::Stop as u8, ..Command::default() };
+        let label_behind = self.symbols.labels().any(|(_, address)| address >= commands.len());
+        if !self.no_stop && (commands.last() != Some(&stop) || label_behind) {
+            if commands.len() == PROGRAM_SIZE
+                && self.errors == 0
+                && let Some((line, last)) = self.commands.last()
+            {
+                let message = format!(
+                    "the program is too long: with the STOP behind this it has {} commands, and program memory \
+                     holds {PROGRAM_SIZE}; make STOP the last, or write #nostop",
+                    PROGRAM_SIZE + 1
+                );
+                let (line, problem) = (*line, Problem::new(last.span, message));
+                self.error(line, problem);
+            }
+            commands.push(stop);
+        }
+        commands
+    }
+
+    /// Warns about commands that a module would refuse.
+    fn check(&mut self, commands: &[Command]) {
+        let written = std::mem::take(&mut self.commands);
+        for (command, (line, text)) in commands.iter().zip(&written) {
+            for (part, message) in check::warnings(*command, commands.len()) {
+                self.report(*line, Severity::Warning, Problem::new(encode::span(text, part), message));
+            }
+        }
+        self.commands = written;
+    }
+}
+
+fn canonical(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.into())
+}
+
+fn unknown_command(word: &str) -> String {
+    let mnemonics = Instruction::all().map(|i| i.mnemonic).filter(|mnemonic| !mnemonic.is_empty());
+    format!("{}{}", text::Error::UnknownMnemonic(word), suggestion(word, mnemonics))
+}

@@ -1,0 +1,215 @@
+//! What a module would refuse: warnings about commands that can be assembled.
+
+use tmcm::param::{AxisParameter, COORDINATES, Row, STORED_USER_VARIABLES};
+use tmcm::tmcl::{Command, Field, Instruction, Motor, Opcode};
+
+use super::include::is_interrupt;
+use super::program::target;
+use crate::send::words::parameter;
+
+/// The axes of the module.
+const AXES: u8 = 1;
+/// In place of the motor: the special form of SCO and GCO, and all axes of MVP COORD.
+const ALL_AXES: u8 = 255;
+/// Type of MVP COORD.
+const COORD: u8 = 2;
+/// The first command number that is carried out, not stored, while a program is loaded into a module.
+const FIRST_CONTROL: u8 = 128;
+
+/// The part of a command that is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Number,
+    Kind,
+    Motor,
+    Value,
+}
+
+/// The warnings for a command of a program with `length` commands.
+pub(super) fn warnings(command: Command, length: usize) -> Vec<(Part, String)> {
+    let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
+    let instruction = opcode.instruction();
+    if !instruction.program {
+        return unknown(command.opcode);
+    }
+    let found = [
+        kind(command, opcode, instruction),
+        motor(command, opcode, instruction),
+        value(command, opcode),
+        jump(command, length),
+    ];
+    found.into_iter().flatten().collect()
+}
+
+/// Number 0 ends a program, and some hosts put it there.
+fn unknown(number: u8) -> Vec<(Part, String)> {
+    let message = match number {
+        0 => return Vec::new(),
+        FIRST_CONTROL.. => {
+            format!("command {number} cannot be in a program: a module carries it out while the program is loaded")
+        }
+        _ => format!("there is no command {number}; a module skips it"),
+    };
+    vec![(Part::Number, message)]
+}
+
+fn kind(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
+    let number = command.kind;
+    let row = parameter(opcode, command);
+    let message = match opcode {
+        Opcode::Sap | Opcode::Gap | Opcode::Stap | Opcode::Rsap | Opcode::Aap => {
+            access(opcode, "axis parameter", number, row)
+        }
+        Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp => match command.motor {
+            0 => access(opcode, "global parameter", number, row),
+            2 => user_variable(opcode, number),
+            3 => access(opcode, "interrupt parameter", number, row),
+            _ => None,
+        },
+        Opcode::Sco | Opcode::Gco | Opcode::Cco | Opcode::Aco => coordinate(i32::from(number)),
+        Opcode::Ei | Opcode::Di | Opcode::Vect => {
+            (!is_interrupt(number)).then(|| format!("there is no interrupt {number}"))
+        }
+        _ => match instruction.fields.first() {
+            Some(Field::Named(names)) if names.get(usize::from(number)).is_none() => {
+                Some(format!("{} has no type {number}, only {}", instruction.mnemonic, names.join(", ")))
+            }
+            _ => None,
+        },
+    };
+    message.map(|message| (Part::Kind, message))
+}
+
+fn access(opcode: Opcode, what: &str, number: u8, row: Option<&Row>) -> Option<String> {
+    let Some(row) = row else { return Some(format!("there is no {what} {number}")) };
+    match opcode {
+        Opcode::Sap | Opcode::Sgp | Opcode::Aap | Opcode::Agp if !row.writable() => {
+            Some(format!("{what} {number} ({}) can only be read", row.name))
+        }
+        Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp if !row.stored() => {
+            Some(format!("{what} {number} ({}) cannot be stored", row.name))
+        }
+        _ => None,
+    }
+}
+
+fn user_variable(opcode: Opcode, number: u8) -> Option<String> {
+    let stores = matches!(opcode, Opcode::Stgp | Opcode::Rsgp) && usize::from(number) >= STORED_USER_VARIABLES;
+    stores.then(|| format!("user variable {number} cannot be stored, only 0..{}", STORED_USER_VARIABLES - 1))
+}
+
+fn coordinate(number: i32) -> Option<String> {
+    let exists = usize::try_from(number).is_ok_and(|number| number < COORDINATES);
+    (!exists).then(|| format!("there is no coordinate {number}, only 0..{}", COORDINATES - 1))
+}
+
+fn motor(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
+    let motor = command.motor;
+    let message = match (opcode, instruction.motor) {
+        (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _) if !matches!(motor, 0 | 2 | 3) => {
+            format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
+        }
+        (_, Motor::AxisOrAll) if motor == ALL_AXES => return None,
+        (_, Motor::Axis | Motor::AxisOrAll) if motor >= AXES => {
+            format!("there is no axis {motor}; the last of this module is {}", AXES - 1)
+        }
+        _ => return None,
+    };
+    Some((Part::Motor, message))
+}
+
+fn value(command: Command, opcode: Opcode) -> Option<(Part, String)> {
+    let message = match opcode {
+        Opcode::Sap | Opcode::Sgp => range(parameter(opcode, command)?, command.value),
+        Opcode::Ror | Opcode::Rol => range(AxisParameter::TargetSpeed.row(), command.value),
+        Opcode::Mvp if command.kind == COORD => coordinate(command.value),
+        _ => None,
+    };
+    message.map(|message| (Part::Value, message))
+}
+
+fn range(row: &Row, value: i32) -> Option<String> {
+    let ranges: Vec<String> = row.ranges.iter().map(|(low, high)| format!("{low}..{high}")).collect();
+    let writable = row.writable() && !row.accepts(value);
+    writable.then(|| format!("{value} is out of range: {} takes {}", row.name, ranges.join(", ")))
+}
+
+fn jump(command: Command, length: usize) -> Option<(Part, String)> {
+    let target = target(&command)?;
+    let inside = usize::try_from(target).is_ok_and(|target| target < length);
+    let message = || format!("address {target} is outside of the program, which ends at {}", length.saturating_sub(1));
+    (!inside).then(|| (Part::Value, message()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tmcm::tmcl::text;
+
+    fn told(line: &str) -> Vec<String> {
+        warnings(text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
+    }
+
+    #[test]
+    fn good_commands_are_not_warned_about() {
+        for line in [
+            "SAP 4, 0, 2047",
+            "GAP 3, 0",
+            "STAP 4, 0",
+            "SGP 66, 0, 9",
+            "SGP 255, 2, -1",
+            "SGP 0, 3, 1000",
+            "STGP 55, 2",
+            "SAP 193, 0, 65",
+            "MVP COORD, 0, 20",
+            "MVP COORD, 255, 1",
+            "SCO 0, 255, 0",
+            "JA 9",
+            "JC ZE, 0",
+            "EI 255",
+            "VECT 27, 5",
+            "WAIT TICKS, 7, 50",
+            "UF0 200, 200, -1",
+            "0, 0, 0, 0",
+            "CALCX SWAP",
+            "CLE ESD",
+        ] {
+            assert_eq!(told(line), [""; 0], "{line}");
+        }
+    }
+
+    #[test]
+    fn what_a_module_would_refuse_is_told() {
+        for (line, part, message) in [
+            ("GAP 14, 0", Part::Kind, "there is no axis parameter 14"),
+            ("SAP 3, 0, 5", Part::Kind, "axis parameter 3 (actual speed) can only be read"),
+            ("STAP 1, 0", Part::Kind, "axis parameter 1 (actual position) cannot be stored"),
+            ("SAP 4, 0, 3000", Part::Value, "3000 is out of range: maximum positioning speed takes 1..2047"),
+            ("SAP 193, 0, 9", Part::Value, "9 is out of range: reference search mode takes 1..8, 65..68, 133..136"),
+            ("SAP 4, 1, 5", Part::Motor, "there is no axis 1; the last of this module is 0"),
+            ("SGP 4, 0, 5", Part::Kind, "there is no global parameter 4"),
+            ("GGP 4, 3", Part::Kind, "there is no interrupt parameter 4"),
+            ("STGP 56, 2", Part::Kind, "user variable 56 cannot be stored, only 0..55"),
+            (
+                "SGP 4, 1, 5",
+                Part::Motor,
+                "there is no bank 1; 0 has the global parameters, 2 user variables, 3 interrupts",
+            ),
+            ("ROR 0, 2048", Part::Value, "2048 is out of range: target speed takes -2047..2047"),
+            ("MVP COORD, 0, 21", Part::Value, "there is no coordinate 21, only 0..20"),
+            ("CCO 21, 0", Part::Kind, "there is no coordinate 21, only 0..20"),
+            ("EI 4", Part::Kind, "there is no interrupt 4"),
+            ("CALC 10, 5", Part::Kind, "CALC has no type 10, only ADD, SUB, MUL, DIV, MOD, AND, OR, XOR, NOT, LOAD"),
+            ("JA 10", Part::Value, "address 10 is outside of the program, which ends at 9"),
+            ("CSUB -1", Part::Value, "address -1 is outside of the program, which ends at 9"),
+            ("50, 0, 0, 0", Part::Number, "there is no command 50; a module skips it"),
+            (
+                "129, 0, 0, 0",
+                Part::Number,
+                "command 129 cannot be in a program: a module carries it out while the program is loaded",
+            ),
+        ] {
+            assert_eq!(warnings(text::parse(line).unwrap(), 10), [(part, message.to_string())], "{line}");
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! `tmcl asm`: the assembler for TMCL programs.
+//!
+//! A source has one command in a line, written as in the firmware manual, chapter 3.7. Upper and lower case are the
+//! same everywhere.
+//!
+//! ```text
+//! #include TMCLParam.tmc             // names of parameters; another file: "file.tmc"
+//! Speed = 2 * 500                    // a constant
+//!     SAP APMaxPositioningSpeed, Motor0, Speed
+//! Loop:                              // a label, alone or before a command
+//!     MVP REL, 0, 51200              /* comments may
+//!     WAIT POS, 0, 0                    go over several lines */
+//!     JA Loop
+//! ```
+//!
+//! * Numbers are decimal, hexadecimal (`$FF`, `0xFF`) or binary (`%1010`, `0b1010`). Every operand may be an
+//!   expression of numbers, constants and labels with `+ - * /`, signs and parentheses, within 32 bits.
+//! * Labels and, in commands, constants may be used above their line; a constant made of other constants comes after
+//!   them.
+//! * A command number in place of the mnemonic is followed by type, motor or bank, and value: every command there is
+//!   can be written so.
+//! * A file to include is looked for beside the file that includes it. [`include::PARAMETERS`] and
+//!   [`include::INTERRUPTS`] are built in.
+//! * STOP is put at the end, unless it is the last command already and no label follows; `#nostop` leaves it out.
+//!
+//! A program goes through the files of this module in this order: source, token, statement, symbol, expression,
+//! encode, check; the assembler leads it. The [`listing`] and the [`program`] file are what comes out.
+
+mod assembler;
+mod check;
+mod diagnostic;
+mod encode;
+mod expression;
+pub mod include;
+mod listing;
+pub mod program;
+mod source;
+mod statement;
+mod suggest;
+mod symbol;
+mod token;
+
+#[cfg(test)]
+mod tests;
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::failure::Failure;
+pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
+pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
+pub use listing::{listing, symbols};
+pub use source::Source;
+pub use symbol::Symbols;
+
+/// In place of a file: standard input, standard output.
+pub(crate) const STANDARD: &str = "-";
+
+/// Assemble a TMCL program
+///
+/// FILE is a program as text, one command in a line, written as in the firmware manual: "MVP ABS, 0, 51200". What comes
+/// out is a file with eight bytes for each command, as modules store them; STOP is put at the end.
+///
+/// Labels (Loop:), constants (Speed = 2 * 500), comments (// and /* */) and #include work as in the vendor's
+/// assembler. The lines "#include TMCLParam.tmc" and "#include Interrupts.inc" bring names for the numbers of
+/// parameters and interrupts; --names shows them. Warnings tell what a module would refuse, for example a value out of
+/// range.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// The program as text; - is standard input
+    #[arg(value_name = "FILE", required_unless_present = "names")]
+    pub source: Option<PathBuf>,
+
+    /// Where the assembled program goes: FILE with the ending .bin, unless this says otherwise; - is standard output
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Option<PathBuf>,
+
+    /// Show labels with their addresses, and constants with their values
+    #[arg(long)]
+    pub symbols: bool,
+
+    /// Show addresses, bytes and source lines side by side
+    #[arg(long)]
+    pub listing: bool,
+
+    /// Show the built-in files TMCLParam.tmc and Interrupts.inc, and do nothing else
+    #[arg(long, conflicts_with_all = ["source", "output", "symbols", "listing"])]
+    pub names: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl asm stage.tmc                       makes stage.bin
+  tmcl asm stage.tmc -o /tmp/program.bin   makes another file
+  tmcl asm stage.tmc --symbols --listing   shows where everything is
+  tmcl asm --names                         names for all parameters and interrupts
+The exit code is 1 if the program has errors; no file is written then.";
+
+/// Assembles a program into a file.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let Some(source) = &options.source else { return names() };
+    let output = match &options.output {
+        Some(output) => output.clone(),
+        None if source == Path::new(STANDARD) => {
+            return fail("say where the program goes, for example: -o program.bin");
+        }
+        None => source.with_extension("bin"),
+    };
+    let to_standard = output == Path::new(STANDARD);
+    if to_standard && (options.symbols || options.listing) {
+        return fail("standard output cannot have both the program and text; write the program to a file");
+    }
+    let assembled = if source == Path::new(STANDARD) {
+        assemble_text("standard input", &standard_input()?)
+    } else {
+        assemble_file(source)
+    };
+    let assembly = assembled.map_err(|errors| {
+        say(&errors);
+        Failure::Said
+    })?;
+    say(&assembly.warnings);
+    let bytes = program::encode(&assembly.commands);
+    let mut out = std::io::stdout().lock();
+    if to_standard {
+        out.write_all(&bytes)?;
+        return Ok(out.flush()?);
+    }
+    if let Some(source) = overwritten(&assembly, &output) {
+        return fail(format!("{source} is a source of this program; give another file with -o"));
+    }
+    let output_name = output.display();
+    std::fs::write(&output, &bytes).or_else(|error| fail(format!("cannot write {output_name}: {error}")))?;
+    if options.listing {
+        write!(out, "{}", listing(&assembly))?;
+    }
+    if options.symbols {
+        write!(out, "{}", symbols(&assembly))?;
+    }
+    writeln!(out, "{output_name}: {}, {} bytes", program::count(assembly.commands.len()), bytes.len())?;
+    Ok(())
+}
+
+fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
+    Err(Failure::Failed(message.into()))
+}
+
+/// Shows the built-in files.
+fn names() -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    for file in [include::PARAMETERS, include::INTERRUPTS] {
+        writeln!(out, "// {file}\n{}", include::text(file).unwrap_or_default())?;
+    }
+    Ok(())
+}
+
+/// All that comes in on standard input, as text.
+fn standard_input() -> Result<String, Failure> {
+    let mut bytes = Vec::new();
+    let read = std::io::stdin().lock().read_to_end(&mut bytes);
+    read.map_err(|error| Failure::Failed(format!("cannot read standard input: {error}")))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn say(diagnostics: &Diagnostics) {
+    if !diagnostics.is_empty() {
+        // Where standard error is closed there is nobody to tell.
+        let _ = writeln!(std::io::stderr(), "{diagnostics}");
+    }
+}
+
+/// The source that the output would replace.
+fn overwritten<'a>(assembly: &'a Assembly, output: &Path) -> Option<&'a str> {
+    let output = output.canonicalize().ok()?;
+    let same = |path: &Path| path.canonicalize().is_ok_and(|path| path == output);
+    let mut sources = assembly.lines.iter().filter(|line| line.number == 1).map(|line| &line.source);
+    sources.find(|source| source.path.as_deref().is_some_and(same)).map(|source| source.name.as_str())
+}

@@ -1,0 +1,84 @@
+//! An assembled program as a file: no header, eight bytes a command.
+
+use tmcm::tmcl::{Command, Opcode};
+
+/// Commands that program memory holds.
+pub const PROGRAM_SIZE: usize = 2048;
+/// Bytes of a command in a file: the seven of program memory and their sum.
+pub const RECORD: usize = Command::SIZE + 1;
+
+/// The file of a program.
+pub fn encode(commands: &[Command]) -> Vec<u8> {
+    commands.iter().flat_map(|command| record(*command)).collect()
+}
+
+/// A command as it stands in a file.
+pub fn record(command: Command) -> [u8; RECORD] {
+    let [opcode, kind, motor, a, b, c, d] = command.to_bytes();
+    [opcode, kind, motor, a, b, c, d, sum(command)]
+}
+
+/// The program in a file, or what is wrong with it.
+pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
+    let (records, rest) = bytes.as_chunks::<RECORD>();
+    if !rest.is_empty() {
+        let (length, address) = (bytes.len(), records.len());
+        return Err(format!(
+            "command {address} is cut off: it has {} bytes in place of {RECORD}; the file, {length} bytes long, is \
+             damaged, or it is no TMCL program",
+            rest.len()
+        ));
+    }
+    if records.len() > PROGRAM_SIZE {
+        return Err(format!("{} commands or more; program memory holds {PROGRAM_SIZE}", records.len()));
+    }
+    let decoded = records.iter().enumerate().map(|(address, &[opcode, kind, motor, a, b, c, d, found])| {
+        let command = Command::from_bytes([opcode, kind, motor, a, b, c, d]);
+        let wanted = sum(command);
+        if found == wanted {
+            return Ok(command);
+        }
+        Err(format!(
+            "command {address} ({command}) has the checksum {found:02X} and should have {wanted:02X}; \
+             the file is damaged, or it is no TMCL program"
+        ))
+    });
+    decoded.collect()
+}
+
+/// A number of commands in words.
+pub(super) fn count(commands: usize) -> String {
+    format!("{commands} command{}", if commands == 1 { "" } else { "s" })
+}
+
+fn sum(command: Command) -> u8 {
+    command.to_bytes().iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
+}
+
+/// Where a command makes the program go on, now or at an interrupt.
+pub fn target(command: &Command) -> Option<i32> {
+    match Opcode::from_number(command.opcode)? {
+        Opcode::Ja | Opcode::Jc | Opcode::Csub | Opcode::Vect => Some(command.value),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_read_back_and_mistakes_name_the_command() {
+        let commands = [Command::new(4, 1, 0, -10_000), Command::new(28, 0, 0, 0)];
+        let mut bytes = encode(&commands);
+        assert_eq!(bytes, [4, 1, 0, 0xFF, 0xFF, 0xD8, 0xF0, 0xCB, 28, 0, 0, 0, 0, 0, 0, 28]);
+        assert_eq!(decode(&bytes).as_deref(), Ok(&commands[..]));
+        bytes[15] = 29;
+        let error = decode(&bytes).unwrap_err();
+        assert!(error.starts_with("command 1 (STOP) has the checksum 1D and should have 1C"), "{error}");
+        let error = decode(&bytes[..13]).unwrap_err();
+        assert!(error.starts_with("command 1 is cut off: it has 5 bytes in place of 8"), "{error}");
+        assert!(decode(&[0; RECORD * 2048]).is_ok());
+        assert_eq!(decode(&[0; RECORD * 2049]).unwrap_err(), "2049 commands or more; program memory holds 2048");
+    }
+}

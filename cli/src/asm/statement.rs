@@ -1,0 +1,122 @@
+//! The tokens of a line as labels and one statement.
+
+use tmcm::tmcl::Instruction;
+
+use super::source::{Problem, Span};
+use super::token::{Kind, Token};
+
+/// A name and where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Name {
+    pub(super) text: String,
+    pub(super) span: Span,
+}
+
+/// What stands between two commas; its tokens are looked at when all names are known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Operand {
+    pub(super) tokens: Vec<Token>,
+    pub(super) span: Span,
+}
+
+/// What the first word of a command is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Head {
+    Instruction(&'static Instruction),
+    /// A command number in place of the mnemonic: all fields are numbers.
+    Number(i64),
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct CommandLine {
+    pub(super) head: Head,
+    pub(super) span: Span,
+    pub(super) operands: Vec<Operand>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Statement {
+    /// `#include file`
+    Include(Name),
+    /// `#nostop`
+    NoStop,
+    /// `Name = expression`
+    Constant(Name, Operand),
+    /// `MVP ABS, 0, 51200`
+    Command(CommandLine),
+}
+
+/// The labels of a line, and the tokens behind them.
+pub(super) fn labels(mut tokens: &[Token]) -> (Vec<Name>, &[Token]) {
+    let mut labels = Vec::new();
+    while let [Token { kind: Kind::Name(text), span }, colon, rest @ ..] = tokens
+        && colon.is(':')
+    {
+        labels.push(Name { text: text.clone(), span: *span });
+        tokens = rest;
+    }
+    (labels, tokens)
+}
+
+/// What stands behind the labels. `unknown` makes the message for a word that is no mnemonic.
+pub(super) fn statement(tokens: &[Token], unknown: impl FnOnce(&str) -> String) -> Result<Option<Statement>, Problem> {
+    let Some((first, rest)) = tokens.split_first() else { return Ok(None) };
+    match &first.kind {
+        Kind::Directive(word) => directive(word, first.span, rest).map(Some),
+        Kind::Name(name) if rest.first().is_some_and(|token| token.is('=')) => {
+            let (equals, value) = rest.split_first().map_or((first.span, rest), |(equals, value)| (equals.span, value));
+            let span = hull(value).unwrap_or(equals.behind());
+            let name = Name { text: name.clone(), span: first.span };
+            Ok(Some(Statement::Constant(name, Operand { tokens: value.to_vec(), span })))
+        }
+        Kind::Name(name) => match Instruction::by_mnemonic(name) {
+            Some(instruction) => Ok(Some(command(Head::Instruction(instruction), first.span, rest))),
+            None => Err(Problem::new(first.span, unknown(name))),
+        },
+        Kind::Number(number) => Ok(Some(command(Head::Number(*number), first.span, rest))),
+        Kind::Symbol(_) | Kind::File(_) => {
+            Err(Problem::new(first.span, "a line begins with a command, a label or the name of a constant"))
+        }
+    }
+}
+
+fn directive(word: &str, span: Span, rest: &[Token]) -> Result<Statement, Problem> {
+    let (statement, rest) = match (word, rest) {
+        ("include", [Token { kind: Kind::File(file), span }, rest @ ..]) if !file.is_empty() => {
+            (Statement::Include(Name { text: file.clone(), span: *span }), rest)
+        }
+        ("include", _) => return Err(Problem::new(span, "the file is missing; for example: #include TMCLParam.tmc")),
+        ("nostop", rest) => (Statement::NoStop, rest),
+        _ => {
+            let message = "there are #include and #nostop; a constant is written Name = value";
+            return Err(Problem::new(span, message));
+        }
+    };
+    match rest.first() {
+        Some(token) => Err(Problem::new(token.span, "nothing may follow here")),
+        None => Ok(statement),
+    }
+}
+
+fn command(head: Head, span: Span, rest: &[Token]) -> Statement {
+    // A comma right after the mnemonic is tolerated, as on the ASCII command line.
+    let (comma, rest) = match rest.split_first() {
+        Some((first, others)) if first.is(',') => (Some(first.span), others),
+        _ => (None, rest),
+    };
+    let mut operands = Vec::new();
+    if !rest.is_empty() {
+        let mut before = comma.unwrap_or(span);
+        for tokens in rest.split(|token| token.is(',')) {
+            let span = hull(tokens).unwrap_or(before.behind());
+            operands.push(Operand { tokens: tokens.to_vec(), span });
+            before = Span::new(span.end, span.end + 1);
+        }
+    }
+    Statement::Command(CommandLine { head, span, operands })
+}
+
+/// From the first token to the last.
+fn hull(tokens: &[Token]) -> Option<Span> {
+    Some(tokens.first()?.span.to(tokens.last()?.span))
+}

@@ -1,0 +1,82 @@
+//! "Did you mean": the name that was probably meant.
+
+/// Longer words are not compared: nobody mistypes them.
+const LONGEST: usize = 64;
+
+/// The end of a message about an unknown word: the name among `names` that it resembles, or nothing.
+pub(super) fn suggestion<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> String {
+    nearest(word, names).map_or_else(String::new, |name| format!("; did you mean '{name}'?"))
+}
+
+/// One letter in four may be wrong. Failing that, letters may have been left out.
+fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let letters = folded(word);
+    if letters.len() > LONGEST {
+        return None;
+    }
+    let ranked = names.filter(|name| name.len() <= LONGEST).filter_map(|name| {
+        let candidate = folded(name);
+        let distance = distance(&letters, &candidate);
+        let close = distance <= (letters.len() / 4).max(1) && distance < letters.len();
+        let rank = if close { Some((0, distance)) } else { None };
+        rank.or_else(|| abbreviates(&letters, &candidate).then_some((1, candidate.len()))).map(|rank| (rank, name))
+    });
+    ranked.min().map(|(_, name)| name)
+}
+
+fn folded(word: &str) -> Vec<char> {
+    word.to_lowercase().chars().collect()
+}
+
+/// How many letters have to be changed, inserted or removed to make one word of the other.
+fn distance(a: &[char], b: &[char]) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        for (y, above) in b.iter().zip(row.iter_mut().skip(1)) {
+            let changed = diagonal + usize::from(x != y);
+            diagonal = *above;
+            left = changed.min(diagonal + 1).min(left + 1);
+            *above = left;
+        }
+        if let Some(first) = row.first_mut() {
+            *first = i + 1;
+        }
+    }
+    row.last().copied().unwrap_or_default()
+}
+
+/// The name has all letters of the word, in their order, and begins with the same.
+fn abbreviates(word: &[char], name: &[char]) -> bool {
+    let mut letters = name.iter();
+    word.len() >= 4 && word.first() == name.first() && word.iter().all(|letter| letters.any(|other| other == letter))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn typing_errors_and_abbreviations() {
+        let names = ["APMaxPositioningSpeed", "APMinSpeed", "APMaxAcceleration", "Loop", "Timer0Irq", "X"];
+        let nearest = |word| nearest(word, names.into_iter());
+        assert_eq!(nearest("Lop"), Some("Loop"));
+        assert_eq!(nearest("lopp"), Some("Loop"));
+        assert_eq!(nearest("APMaxAceleration"), Some("APMaxAcceleration"));
+        assert_eq!(nearest("APMaxSped"), Some("APMaxPositioningSpeed"));
+        assert_eq!(nearest("Timr1Irq"), Some("Timer0Irq"));
+        assert_eq!(nearest("Y"), None);
+        assert_eq!(nearest("Motor0"), None);
+        assert_eq!(nearest(&"Loop".repeat(100)), None);
+    }
+
+    #[test]
+    fn distances() {
+        let distance = |a: &str, b: &str| distance(&folded(a), &folded(b));
+        assert_eq!(distance("", "abc"), 3);
+        assert_eq!(distance("abc", ""), 3);
+        assert_eq!(distance("kitten", "sitting"), 3);
+        assert_eq!(distance("loop", "LOOP"), 0);
+    }
+}

@@ -1,0 +1,95 @@
+//! `tmcl disasm`: an assembled program as source again.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use tmcm::tmcl::{Command, Instruction, Opcode};
+
+use crate::asm::{STANDARD, program};
+use crate::failure::Failure;
+use crate::send::words::parameter;
+
+/// Show an assembled TMCL program as source
+///
+/// FILE is what `tmcl asm` makes, or the vendor's assembler: eight bytes for each command. The source that is printed
+/// assembles to the same bytes again. Labels are named after their addresses, and parameters are named in comments.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// The assembled program; - is standard input
+    #[arg(value_name = "FILE")]
+    pub program: PathBuf,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl disasm stage.bin
+  tmcl disasm stage.bin > again.tmc && tmcl asm again.tmc
+      stage.bin and again.bin are the same";
+
+/// Column of the comments.
+const COMMENT: usize = 36;
+
+/// Prints the source of a program.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let name = options.program.display();
+    let bytes = read(&options.program).map_err(|error| Failure::Failed(format!("cannot read {name}: {error}")))?;
+    let commands = program::decode(&bytes).map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
+    write!(std::io::stdout().lock(), "{}", source(&commands))?;
+    Ok(())
+}
+
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    // One command more than the longest program, so that it shows that it is too long.
+    let longest = ((program::PROGRAM_SIZE + 1) * program::RECORD) as u64;
+    let mut bytes = Vec::new();
+    if path == Path::new(STANDARD) {
+        std::io::stdin().lock().take(longest).read_to_end(&mut bytes)?;
+    } else {
+        std::fs::File::open(path)?.take(longest).read_to_end(&mut bytes)?;
+    }
+    Ok(bytes)
+}
+
+/// A source that assembles to these commands.
+pub fn source(commands: &[Command]) -> String {
+    let inside = |target: i32| usize::try_from(target).ok().filter(|target| *target < commands.len());
+    let target = |command: &Command| program::target(command).and_then(inside);
+    let labels: BTreeSet<usize> = commands.iter().filter_map(target).collect();
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    if commands.last() != Some(&Command { opcode: Opcode::Stop as u8, ..Command::default() }) {
+        let _ = writeln!(text, "#nostop");
+    }
+    for (address, command) in commands.iter().enumerate() {
+        if labels.contains(&address) {
+            let _ = writeln!(text, "L{address}:");
+        }
+        let plain = command.to_string();
+        // The target is the last operand, in either form of a command.
+        let line = match target(command).zip(plain.rsplit_once(' ')) {
+            Some((target, (front, _))) => format!("    {front} L{target}"),
+            None => format!("    {plain}"),
+        };
+        let _ = match comment(command, &plain) {
+            Some(comment) => writeln!(text, "{line:COMMENT$}// {comment}"),
+            None => writeln!(text, "{line}"),
+        };
+    }
+    text
+}
+
+/// The name of the command's parameter; of a command that had to be written as numbers, its mnemonic.
+fn comment(command: &Command, plain: &str) -> Option<String> {
+    let opcode = Opcode::from_number(command.opcode)?;
+    let Instruction { mnemonic, .. } = opcode.instruction();
+    let name = parameter(opcode, *command).map(|row| row.name);
+    match (mnemonic.is_empty() || plain.starts_with(mnemonic), name) {
+        (true, name) => name.map(String::from),
+        (false, Some(name)) => Some(format!("{mnemonic}, {name}")),
+        (false, None) => Some((*mnemonic).to_string()),
+    }
+}

@@ -1,0 +1,216 @@
+//! `tmcl asm` and `tmcl disasm`: files in, files and text out.
+
+use std::io::Write;
+use std::process::{Output, Stdio};
+
+use super::harness::{complaint, names, run, tmcl};
+
+const SOURCE: &str = "\
+// A flag that goes up and down once per second
+#include TMCLParam.tmc
+#include Interrupts.inc
+Speed = 2 * 500
+
+        SAP APMaxPositioningSpeed, Motor0, Speed
+        VECT TI_TIMER0, Tick
+        EI TI_TIMER0
+Loop:   JA Loop /* all is done
+                   by the interrupt */
+Tick:   MVP REL, 0, -51200
+        RETI
+";
+
+const LISTING: &str = "\
+DIR/flag.tmc:
+                                   1  // A flag that goes up and down once per second
+                                   2  #include TMCLParam.tmc
+                                   3  #include Interrupts.inc
+                                   4  Speed = 2 * 500
+                                   5
+   0  05 04 00 00 00 03 E8 F4      6          SAP APMaxPositioningSpeed, Motor0, Speed
+   1  25 00 00 00 00 00 04 29      7          VECT TI_TIMER0, Tick
+   2  19 00 00 00 00 00 00 19      8          EI TI_TIMER0
+   3  16 00 00 00 00 00 03 19      9  Loop:   JA Loop /* all is done
+                                  10                     by the interrupt */
+   4  04 01 00 FF FF 38 00 3B     11  Tick:   MVP REL, 0, -51200
+   5  26 00 00 00 00 00 00 26     12          RETI
+   6  1C 00 00 00 00 00 00 1C         STOP // put here by the assembler
+labels:
+  Loop = 3
+  Tick = 4
+constants:
+  Speed = 1000
+DIR/flag.bin: 7 commands, 56 bytes
+";
+
+const AGAIN: &str = "    SAP 4, 0, 1000                  // maximum positioning speed
+    VECT 0, L4
+    EI 0
+L3:
+    JA L3
+L4:
+    MVP REL, 0, -51200
+    RETI
+    STOP
+";
+
+/// A folder with files, and the program run in it.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn with(files: &[(&str, &str)]) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, text) in files {
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        Folder(folder)
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.0.path().join(name).to_str().unwrap().into()
+    }
+
+    fn read(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    /// Runs the program in the folder.
+    fn run(&self, arguments: &[&str]) -> Output {
+        tmcl(arguments).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// What it prints when all is well.
+    fn shown(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", complaint(&output));
+        assert!(output.stderr.is_empty(), "{arguments:?}: {}", complaint(&output));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// What it complains about when it ends with 1.
+    fn complaint(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        complaint(&output)
+    }
+}
+
+#[test]
+fn a_program_there_and_back() {
+    let folder = Folder::with(&[("flag.tmc", SOURCE)]);
+    let shown = folder.shown(&["asm", &folder.path("flag.tmc"), "--listing", "--symbols"]);
+    assert_eq!(shown.replace(folder.0.path().to_str().unwrap(), "DIR"), LISTING);
+    let program = folder.read("flag.bin");
+    assert_eq!(program.len(), 56);
+    assert_eq!(program[32..40], [4, 1, 0, 0xFF, 0xFF, 0x38, 0, 0x3B]);
+    let source = folder.shown(&["disasm", "flag.bin"]);
+    assert_eq!(source, AGAIN);
+    std::fs::write(folder.path("again.tmc"), source).unwrap();
+    assert_eq!(folder.shown(&["asm", "again.tmc", "-o", "other"]), "other: 7 commands, 56 bytes\n");
+    assert_eq!(folder.read("other"), program);
+    assert_eq!(names(folder.0.path()), ["again.tmc", "flag.bin", "flag.tmc", "other"]);
+}
+
+#[test]
+fn mistakes_are_shown_with_their_place_and_nothing_is_written() {
+    let folder = Folder::with(&[
+        ("main.tmc", "#include speeds.inc\nLoop: ROR 0, Sped\n\tMVP ABS, 0\n  JA Lop\n"),
+        ("speeds.inc", "Speed = 500 *\n"),
+    ]);
+    let expected = "\
+speeds.inc:1:14: error: a value is missing here
+    Speed = 500 *
+                 ^
+main.tmc:2:14: error: unknown name 'Sped'; did you mean 'Speed'?
+    Loop: ROR 0, Sped
+                 ^^^^
+main.tmc:3:12: error: MVP: missing <value>; usage: MVP <ABS|REL|COORD>, <motor or bank>, <value>
+    \tMVP ABS, 0
+    \t          ^
+main.tmc:4:6: error: unknown name 'Lop'; did you mean 'Loop'?
+      JA Lop
+         ^^^
+";
+    assert_eq!(folder.complaint(&["asm", "main.tmc"]), expected);
+    assert_eq!(names(folder.0.path()), ["main.tmc", "speeds.inc"]);
+}
+
+#[test]
+fn warnings_are_shown_and_the_program_is_written() {
+    let folder = Folder::with(&[("fast.tmc", "SAP 4, 0, 50000\nJA 9\n")]);
+    let output = folder.run(&["asm", "fast.tmc"]);
+    assert!(output.status.success());
+    let expected = "\
+fast.tmc:1:11: warning: 50000 is out of range: maximum positioning speed takes 1..2047
+    SAP 4, 0, 50000
+              ^^^^^
+fast.tmc:2:4: warning: address 9 is outside of the program, which ends at 2
+    JA 9
+       ^
+";
+    assert_eq!(complaint(&output), expected);
+    assert_eq!(folder.read("fast.bin").len(), 24);
+}
+
+#[test]
+fn sources_are_never_replaced() {
+    let folder =
+        Folder::with(&[("main.tmc", "#include part.bin\n"), ("part.bin", "STOP\n"), ("main.bin.tmc", "STOP\n")]);
+    for output in ["main.tmc", "part.bin", "./main.tmc"] {
+        let complaint = folder.complaint(&["asm", "main.tmc", "-o", output]);
+        assert!(complaint.ends_with("is a source of this program; give another file with -o\n"), "{complaint}");
+    }
+    assert_eq!(folder.read("part.bin"), b"STOP\n");
+    assert!(folder.complaint(&["asm", "part.bin"]).contains("part.bin is a source"));
+}
+
+#[test]
+fn files_that_are_no_programs_are_told() {
+    let folder = Folder::with(&[("text.bin", "STOP\n"), ("sum.bin", "........"), ("main.tmc", "STOP\n")]);
+    let text = "tmcl: text.bin: command 0 is cut off: it has 5 bytes in place of 8; the file, 5 bytes long, is damaged, or \
+                it is no TMCL program\n";
+    assert_eq!(folder.complaint(&["disasm", "text.bin"]), text);
+    let sum = "tmcl: sum.bin: command 0 (46, 46, 46, 774778414) has the checksum 2E and should have 42; the file is \
+               damaged, or it is no TMCL program\n";
+    assert_eq!(folder.complaint(&["disasm", "sum.bin"]), sum);
+    std::fs::write(folder.path("long.bin"), [0; 8 * 3000]).unwrap();
+    let long = "tmcl: long.bin: 2049 commands or more; program memory holds 2048\n";
+    assert_eq!(folder.complaint(&["disasm", "long.bin"]), long);
+    assert!(folder.complaint(&["disasm", "none.bin"]).starts_with("tmcl: cannot read none.bin: "));
+    assert!(folder.complaint(&["asm", "none.tmc"]).starts_with("error: cannot read none.tmc: "));
+    let unwritable = folder.complaint(&["asm", "main.tmc", "-o", "none/main.bin"]);
+    assert!(unwritable.starts_with("tmcl: cannot write none/main.bin: "), "{unwritable}");
+}
+
+#[test]
+fn standard_input_and_output() {
+    let through = |arguments: &[&str], input: &[u8]| {
+        let mut child = tmcl(arguments).stdin(Stdio::piped()).spawn().unwrap();
+        // A wrong call ends the program before it reads.
+        let _ = child.stdin.take().unwrap().write_all(input);
+        child.wait_with_output().unwrap()
+    };
+    let program = through(&["asm", "-", "-o", "-"], b"MST 0\n").stdout;
+    assert_eq!(program, [3, 0, 0, 0, 0, 0, 0, 3, 28, 0, 0, 0, 0, 0, 0, 28]);
+    assert_eq!(through(&["disasm", "-"], &program).stdout, b"    MST 0\n    STOP\n");
+    let nowhere = through(&["asm", "-"], b"");
+    assert_eq!((nowhere.status.code(), complaint(&nowhere).contains("-o program.bin")), (Some(1), true));
+    let wrong = through(&["asm", "-", "-o", "-"], b"MTS 0\n");
+    assert!(complaint(&wrong).starts_with("standard input:1:1: error: unknown command 'MTS'"));
+    assert!(wrong.stdout.is_empty());
+    let both = through(&["asm", "-", "-o", "-", "--listing"], b"STOP");
+    assert!(both.stdout.is_empty() && complaint(&both).contains("write the program to a file"));
+}
+
+#[test]
+fn the_names_that_are_built_in() {
+    let output = run(&["asm", "--names"]);
+    let names = String::from_utf8(output.stdout).unwrap();
+    for line in ["// TMCLParam.tmc", "APMaxPositioningSpeed = 4 // maximum positioning speed", "TI_GLOBAL = 255"] {
+        assert!(names.contains(line), "{line}");
+    }
+    let folder = Folder::with(&[("names.tmc", &names)]);
+    assert_eq!(folder.shown(&["asm", "names.tmc"]), "names.bin: 1 command, 8 bytes\n");
+    assert_eq!(run(&["asm"]).status.code(), Some(2));
+}
