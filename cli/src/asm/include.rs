@@ -1,6 +1,7 @@
 //! The include files that are part of the program: names for the numbers in the parameter tables.
 
 use std::fmt::{Debug, Write};
+use std::sync::LazyLock;
 
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
 
@@ -38,14 +39,17 @@ impl Constant {
 /// The text of a built-in file, by its name in any case.
 pub fn text(name: &str) -> Option<String> {
     let (title, constants) = if name.eq_ignore_ascii_case(PARAMETERS) {
-        ("Axis parameters (AP) and global parameters (GP).", parameters())
+        ("Axis parameters (AP) and global parameters (GP).", &PARAMETER_NAMES)
     } else if name.eq_ignore_ascii_case(INTERRUPTS) {
-        ("Interrupts; those that are configured have their parameter in bank 3 under the same number.", interrupts())
+        (
+            "Interrupts; those that are configured have their parameter in bank 3 under the same number.",
+            &INTERRUPT_NAMES,
+        )
     } else {
         return None;
     };
     let mut text = format!("// {title}\n");
-    for Constant { name, number, note } in constants {
+    for Constant { name, number, note } in constants.iter() {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{name} = {number} // {note}");
     }
@@ -61,14 +65,17 @@ pub(super) fn source(name: &str) -> Option<Source> {
 
 /// The built-in file that defines a name.
 pub(super) fn file_with(name: &str) -> Option<&'static str> {
-    let defines = |constants: Vec<Constant>| constants.iter().any(|c| c.name.eq_ignore_ascii_case(name));
-    if defines(parameters()) { Some(PARAMETERS) } else { defines(interrupts()).then_some(INTERRUPTS) }
+    let defines = |constants: &[Constant]| constants.iter().any(|c| c.name.eq_ignore_ascii_case(name));
+    if defines(&PARAMETER_NAMES) { Some(PARAMETERS) } else { defines(&INTERRUPT_NAMES).then_some(INTERRUPTS) }
 }
 
 /// True when the module has an interrupt with this number.
 pub(super) fn is_interrupt(number: u8) -> bool {
     InterruptParameter::from_number(number).is_some() || WITHOUT_PARAMETER.iter().any(|(_, n, _)| *n == number)
 }
+
+static PARAMETER_NAMES: LazyLock<Vec<Constant>> = LazyLock::new(parameters);
+static INTERRUPT_NAMES: LazyLock<Vec<Constant>> = LazyLock::new(interrupts);
 
 fn parameters() -> Vec<Constant> {
     let axis = AxisParameter::ALL.iter().map(|parameter| {

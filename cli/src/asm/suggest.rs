@@ -16,10 +16,15 @@ fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a s
     }
     let ranked = names.filter(|name| name.len() <= LONGEST).filter_map(|name| {
         let candidate = folded(name);
-        let distance = distance(&letters, &candidate);
-        let close = distance <= (letters.len() / 4).max(1) && distance < letters.len();
-        let rank = if close { Some((0, distance)) } else { None };
-        rank.or_else(|| abbreviates(&letters, &candidate).then_some((1, candidate.len()))).map(|rank| (rank, name))
+        let most = (letters.len() / 4).max(1);
+        // The difference of their lengths is a part of it, and soon counted.
+        let comparable = letters.len().abs_diff(candidate.len()) <= most;
+        let distance = comparable.then(|| distance(&letters, &candidate));
+        let close = distance.filter(|distance| *distance <= most && *distance < letters.len());
+        close
+            .map(|distance| (0, distance))
+            .or_else(|| abbreviates(&letters, &candidate).then_some((1, candidate.len())))
+            .map(|rank| (rank, name))
     });
     ranked.min().map(|(_, name)| name)
 }
