@@ -7,6 +7,9 @@ use super::source::{Problem, Source, Span};
 /// So many errors, and so many warnings, are shown; the first few tell what is wrong.
 pub(super) const SHOWN: usize = 20;
 
+/// More characters of a line are not shown.
+const WIDEST: usize = 200;
+
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
@@ -75,9 +78,12 @@ impl fmt::Display for Diagnostic {
         };
         writeln!(f, "{file}:{line}:{column}: {severity}: {}", self.message)?;
         // Control characters must not reach the terminal; a tab does, in both lines, so that the caret is right.
-        let shown: String = text.chars().map(|c| if c.is_control() && c != '\t' { '\u{fffd}' } else { c }).collect();
-        let before = text.chars().take(column - 1).map(|c| if c == '\t' { '\t' } else { ' ' });
-        write!(f, "    {shown}\n    {}{}", before.collect::<String>(), "^".repeat(*length))
+        let shown = |c: char| if c.is_control() && c != '\t' { '\u{fffd}' } else { c };
+        // Of a very long line the part around the place.
+        let skipped = if *column > WIDEST { column - WIDEST / 2 } else { 0 };
+        let line: String = text.chars().skip(skipped).take(WIDEST).map(shown).collect();
+        let before = text.chars().take(column - 1).skip(skipped).map(|c| if c == '\t' { '\t' } else { ' ' });
+        write!(f, "    {line}\n    {}{}", before.collect::<String>(), "^".repeat(WIDEST.min(*length)))
     }
 }
 

@@ -238,6 +238,16 @@ fn many_mistakes_are_not_all_told() {
 }
 
 #[test]
+fn of_a_long_line_the_part_with_the_mistake_is_shown() {
+    let found = errors(&format!("MVP ABS, 0, {} Nobody", "1 + ".repeat(1000)));
+    let lines: Vec<&str> = found.lines().collect();
+    assert_eq!(lines[0], "test.tmc:1:4014: error: unknown name 'Nobody'");
+    let place = lines[2].find('^').unwrap();
+    assert_eq!((&lines[1][place..], lines[2].trim()), ("Nobody", "^^^^^^"));
+    assert!(lines[1].len() <= 204);
+}
+
+#[test]
 fn control_characters_do_not_reach_the_terminal() {
     assert!(!errors("MVP \u{1b}[2J, 0, 0").contains('\u{1b}'));
 }
