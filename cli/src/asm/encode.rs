@@ -39,11 +39,6 @@ fn mnemonic(
     symbols: &Symbols,
 ) -> Result<Command, Problem> {
     let mut command = Command { opcode: instruction.opcode as u8, ..Command::default() };
-    if let Some(operand) = line.operands.get(instruction.fields.len()) {
-        let Span { start, end } = operand.span;
-        let word: String = text.chars().take(end).skip(start).collect();
-        return Err(Problem::new(operand.span, text::Error::Unexpected(instruction, &word).to_string()));
-    }
     for (operand, field) in line.operands.iter().zip(instruction.fields) {
         match *field {
             Field::Kind => command.kind = byte(operand, symbols)?,
@@ -51,6 +46,14 @@ fn mnemonic(
             Field::Motor => command.motor = byte(operand, symbols)?,
             Field::Value => command.value = value(operand, symbols)?,
         }
+    }
+    if let Some(operand) = line.operands.get(instruction.fields.len()) {
+        if operand.tokens.is_empty() {
+            return Err(Problem::new(operand.span, "nothing follows this comma; it is one too many"));
+        }
+        let Span { start, end } = operand.span;
+        let word: String = text.chars().take(end).skip(start).collect();
+        return Err(Problem::new(operand.span, text::Error::Unexpected(instruction, &word).to_string()));
     }
     match instruction.fields.get(line.operands.len()) {
         Some(field) if line.operands.len() < instruction.required() => {

@@ -105,13 +105,22 @@ fn command(head: Head, span: Span, rest: &[Token]) -> Statement {
         _ => (None, rest),
     };
     let mut operands = Vec::new();
-    if !rest.is_empty() {
-        let mut before = comma.unwrap_or(span);
-        for tokens in rest.split(|token| token.is(',')) {
-            let span = hull(tokens).unwrap_or(before.behind());
-            operands.push(Operand { tokens: tokens.to_vec(), span });
-            before = Span::new(span.end, span.end + 1);
+    let mut before = comma.unwrap_or(span);
+    let mut tokens = Vec::new();
+    let operand = |tokens: Vec<Token>, before: Span| {
+        let span = hull(&tokens).unwrap_or(before.behind());
+        Operand { tokens, span }
+    };
+    for token in rest {
+        if token.is(',') {
+            operands.push(operand(std::mem::take(&mut tokens), before));
+            before = token.span;
+        } else {
+            tokens.push(token.clone());
         }
+    }
+    if !rest.is_empty() {
+        operands.push(operand(tokens, before));
     }
     Statement::Command(CommandLine { head, span, operands })
 }

@@ -149,6 +149,7 @@ MST 0, 1 + 1
 GAP 1, 0 ; where
 300, 1
 6, 1, 0, 0, 0
+GAP 1, 0,
 /* no end
 ";
     let expected = "\
@@ -206,7 +207,10 @@ test.tmc:18:1: error: command numbers are 0..255
 test.tmc:19:13: error: one operand too many; after a command number there are type, motor or bank, and value
     6, 1, 0, 0, 0
                 ^
-test.tmc:20:1: error: this comment does not end; close it with */
+test.tmc:20:10: error: nothing follows this comma; it is one too many
+    GAP 1, 0,
+             ^
+test.tmc:21:1: error: this comment does not end; close it with */
     /* no end
     ^^";
     let found = errors(source);
