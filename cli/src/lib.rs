@@ -5,17 +5,35 @@
 //! * [`slcan`] - CAN frames as text, and an adapter that speaks so
 //! * [`sim`] - the virtual module at the pace of a clock, with links that host software opens
 //! * [`link`] - the host's end of a link to a module, whatever it is made of
+//! * [`conversation`] - a host that talks to one module over a link
 //! * [`send`] - commands in mnemonic form to a module, replies in words
 //! * [`asm`] - the assembler for TMCL programs
 //! * [`disasm`] - assembled programs as source again
+//! * [`params`] - a module's settings into a file and back
+//! * [`monitor`] - what an axis does, live
+//! * [`scan`] - the modules on a link
+//! * [`program`] - TMCL programs: from a file, into a module
+//! * [`load`] - a program into a module, checked and started
+//! * [`debug`] - a program in a module, step by step
 //! * [`failure`] - how a command ends when it does not succeed
+//! * [`interrupt`] - Ctrl-C, waited for
+//! * [`progress`] - how far something has got
 
 pub mod asm;
+pub mod conversation;
+pub mod debug;
 pub mod disasm;
 pub mod failure;
 pub mod fleet;
+pub mod interrupt;
 pub mod link;
+pub mod load;
+pub mod monitor;
+pub mod params;
 mod ports;
+pub mod program;
+pub mod progress;
+pub mod scan;
 pub mod send;
 pub mod sim;
 pub mod slcan;

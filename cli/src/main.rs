@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
-use tmcl_cli::{asm, disasm, send, sim};
+use tmcl_cli::{asm, debug, disasm, load, monitor, params, scan, send, sim};
 
 /// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
 ///
@@ -24,6 +24,11 @@ enum Command {
     Send(send::Options),
     Asm(asm::Options),
     Disasm(disasm::Options),
+    Params(params::Options),
+    Monitor(monitor::Options),
+    Scan(scan::Options),
+    Load(load::Options),
+    Debug(debug::Options),
 }
 
 fn main() -> ExitCode {
@@ -32,6 +37,11 @@ fn main() -> ExitCode {
         Command::Send(options) => send::run(&options),
         Command::Asm(options) => asm::run(&options),
         Command::Disasm(options) => disasm::run(&options),
+        Command::Params(options) => params::run(&options),
+        Command::Monitor(options) => monitor::run(&options),
+        Command::Scan(options) => scan::run(&options),
+        Command::Load(options) => load::run(&options),
+        Command::Debug(options) => debug::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -34,7 +34,7 @@ const USB_FRAME: Nanos = MILLISECOND;
 /// The CAN bus, for questions to which the length of a frame is nothing.
 const CAN: Source = Source::Can { length: 8 };
 /// Bit rates of the RS485 interface, by number (global parameter 65).
-const BAUD_RATES: [u64; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
+pub(crate) const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
 
 /// The firmware as a type: one axis, devices of the simulated board, no user functions.
 type Core = Module<SimSpi, SimSpi, SimPin, (), 1>;
@@ -301,7 +301,8 @@ impl VirtualModule {
             self.log.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
         }
         let baud = core.store().get(Slot::Global(GlobalParameter::SerialBaudRate)).unwrap_or_default();
-        let baud = usize::try_from(baud).ok().and_then(|number| BAUD_RATES.get(number)).copied().unwrap_or(9_600);
+        let baud =
+            usize::try_from(baud).ok().and_then(|number| BAUD_RATES.get(number)).copied().unwrap_or(9_600).into();
         let abn = self.board.borrow().inputs().abn;
         let null_edges = [abn.null_low.times, abn.null_high.times];
         let ports = Ports::new(core.links().start);

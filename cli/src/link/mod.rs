@@ -133,6 +133,11 @@ impl Link {
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
     }
 
+    /// From now on waits so long for a reply.
+    pub fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
     /// Sends a request and waits for a reply. Bytes that have come before are thrown away.
     pub fn exchange(&mut self, request: &Telegram) -> Result<Telegram, LinkError> {
         let timeout = self.timeout;
@@ -147,7 +152,7 @@ impl Link {
 }
 
 /// Waits until a device can be read. False if it cannot within the time.
-fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::Result<bool> {
+pub(crate) fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::Result<bool> {
     loop {
         let left = until.saturating_duration_since(Instant::now());
         let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };

@@ -3,45 +3,29 @@
 pub mod words;
 
 use std::io::Write;
-use std::time::Duration;
 
 use clap::Args;
-use tmcm::tmcl::{Command, binary, text};
+use tmcm::tmcl::{Command, text};
 
+use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
-use crate::link::{Link, Place};
+use crate::link::LinkError;
 use words::{Meaning, is_silent, meaning};
 
 /// Send commands to a module and show its replies
-///
-/// LINK is where the module is: the path of a serial device (USB, an RS485 adapter, the serial port of `tmcl sim`),
-/// tcp:HOST:PORT (the TCP port of `tmcl sim`), slcan:DEVICE or slcan:tcp:HOST:PORT (a serial CAN adapter), or sim for
-/// a virtual module that lives only as long as this program.
 ///
 /// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands
 /// without a mnemonic are four numbers: command, type, motor or bank, value.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// Where the module is: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
-    #[arg(value_name = "LINK", value_parser = Place::parse)]
-    pub link: Place,
+    /// The module to talk to
+    #[command(flatten)]
+    pub reach: Reach,
 
     /// The commands, each in quotes
     #[arg(value_name = "COMMAND", required = true, value_parser = command)]
     pub commands: Vec<Command>,
-
-    /// The module's address on an RS485 bus, or its CAN identifier
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub address: u8,
-
-    /// Speed of a serial device, for RS485; USB ignores it
-    #[arg(long, value_name = "N", default_value_t = 9600, value_parser = clap::value_parser!(u32).range(1..))]
-    pub baud: u32,
-
-    /// How long to wait for each reply, in milliseconds
-    #[arg(long, value_name = "MS", default_value_t = 1000, value_parser = clap::value_parser!(u64).range(1..=600_000))]
-    pub timeout: u64,
 }
 
 const EXAMPLES: &str = "\
@@ -53,28 +37,31 @@ Examples:
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";
 
-fn command(line: &str) -> Result<Command, String> {
+/// A command in mnemonic form.
+pub(crate) fn command(line: &str) -> Result<Command, String> {
     text::parse(line).map_err(|error| error.to_string())
 }
 
 /// Sends the commands one after the other.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let mut link = Link::open(&options.link, options.baud, Duration::from_millis(options.timeout))?;
+    let mut module = Conversation::open(&options.reach)?;
     let mut out = std::io::stdout().lock();
     let mut all_done = true;
     for command in &options.commands {
-        let request = binary::encode_command(options.address, *command);
-        match link.exchange(&request) {
-            Ok(reply) => {
-                let Meaning { text, done } = meaning(*command, &reply);
-                writeln!(out, "{command}: {text}")?;
-                all_done &= done;
-            }
-            Err(crate::link::LinkError::NoReply { bytes: 0 }) if is_silent(*command) => {
-                writeln!(out, "{command}: no reply, as it should be")?;
-            }
-            Err(error) => return Err(Failure::Failed(format!("{command}: {error}"))),
-        }
+        let Meaning { text, done } = ask(&mut module, *command)?;
+        writeln!(out, "{command}: {text}")?;
+        all_done &= done;
     }
     if all_done { Ok(()) } else { Err(Failure::Said) }
+}
+
+/// Sends a command and gives the reply in words.
+pub(crate) fn ask(module: &mut Conversation, command: Command) -> Result<Meaning, Error> {
+    match module.exchange(command) {
+        Ok(reply) => Ok(meaning(command, &reply)),
+        Err(LinkError::NoReply { bytes: 0 }) if is_silent(command) => {
+            Ok(Meaning { text: "no reply, as it should be".into(), done: true })
+        }
+        Err(error) => Err(Error::Link { command, error }),
+    }
 }

@@ -1,10 +1,10 @@
 //! Replies in words: status, value with its unit, and what the value is.
 
-use std::fmt::Write;
-
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row, Unit};
 use tmcm::tmcl::binary::{self, Received, Telegram};
-use tmcm::tmcl::{Command, Opcode, Status};
+use tmcm::tmcl::{Command, Opcode};
+
+use crate::conversation::{self, Answer, executed, hexadecimal};
 
 /// A reply, put into words.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,44 +29,26 @@ pub fn is_silent(command: Command) -> bool {
 
 /// What a reply to `command` says.
 pub fn meaning(command: Command, reply: &Telegram) -> Meaning {
-    if let Some(special) = special(command, reply) {
-        return Meaning { text: special, done: true };
-    }
-    let Some(received) = binary::decode_reply(reply) else {
-        let text = format!("reply with a wrong checksum: {}", hexadecimal(reply));
-        return Meaning { text, done: false };
-    };
-    let Received { status: number, opcode, .. } = received;
-    let done = matches!(received.status(), Some(Status::Ok | Status::Loaded)) && opcode == command.opcode;
-    let status = received.status().map_or("a status this program does not know", Status::meaning);
-    let mut text = if done { what(command, received.value) } else { String::new() };
-    if !text.is_empty() {
-        text += ", ";
-    }
-    // Writing to a string cannot fail.
-    let _ = write!(text, "status {number} {status}");
-    let refused = opcode == 0 && received.status() == Some(Status::WrongChecksum);
-    if opcode != command.opcode && !refused {
-        let _ = write!(text, ", but it answers command {opcode}: {}", hexadecimal(reply));
-    }
-    Meaning { text, done }
-}
-
-/// The replies that have a shape of their own: the version string and commands out of program memory.
-fn special(command: Command, reply: &Telegram) -> Option<String> {
-    let plain = binary::decode_reply(reply);
-    match (Opcode::from_number(command.opcode)?, command.kind) {
-        (Opcode::FirmwareVersion, 0) => {
-            let (_, characters) = reply.split_first()?;
-            let printable = characters.iter().all(|byte| (b' '..=b'~').contains(byte));
-            printable.then(|| String::from_utf8_lossy(characters).into_owned())
+    match Answer::read(command, reply) {
+        Answer::Version(text) => Meaning { text, done: true },
+        Answer::Memory(stored) => Meaning { text: stored.to_string(), done: true },
+        Answer::Plain(Received { status, value, .. }) => {
+            let done = executed(status);
+            let what = if done { what(command, value) } else { String::new() };
+            let separator = if what.is_empty() { "" } else { ", " };
+            Meaning { text: format!("{what}{separator}status {status} {}", conversation::meaning(status)), done }
         }
-        (Opcode::ReadMemory, _) => {
-            let refused = plain.is_none_or(|reply| reply.opcode == command.opcode && reply.status().is_some());
-            let stored = binary::decode_command(reply).filter(|_| !refused)?;
-            Some(format!("{stored}"))
+        Answer::Strange => {
+            let bytes = hexadecimal(reply);
+            let text = match binary::decode_reply(reply) {
+                Some(Received { status, opcode, .. }) => {
+                    let status = format!("status {status} {}", conversation::meaning(status));
+                    format!("{status}, but it answers command {opcode}: {bytes}")
+                }
+                None => format!("reply with a wrong checksum: {bytes}"),
+            };
+            Meaning { text, done: false }
         }
-        _ => None,
     }
 }
 
@@ -90,13 +72,16 @@ fn what(command: Command, value: i32) -> String {
             (1, 9) => format!("{value} degC (temperature)"),
             _ => value.to_string(),
         },
-        Opcode::FirmwareVersion => {
-            let [high, low, major, minor] = value.to_be_bytes();
-            format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
-        }
+        Opcode::FirmwareVersion => firmware(value),
         Opcode::Mst => String::new(),
         _ => value.to_string(),
     }
+}
+
+/// Type and firmware of a module, out of the value of `136, 1`.
+pub(crate) fn firmware(value: i32) -> String {
+    let [high, low, major, minor] = value.to_be_bytes();
+    format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
 }
 
 /// The table's row for the parameter that a command concerns.
@@ -119,14 +104,10 @@ fn with_unit(value: i32, unit: &str) -> String {
     if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
 }
 
-fn hexadecimal(telegram: &Telegram) -> String {
-    telegram.map(|byte| format!("{byte:02X}")).join(" ")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tmcm::tmcl::{Reply, text};
+    use tmcm::tmcl::{Reply, Status, text};
 
     fn told(line: &str, status: Status, value: i32) -> String {
         let command = text::parse(line).unwrap();

@@ -19,7 +19,6 @@ pub use options::Options;
 
 use std::io::Write;
 use std::os::fd::AsFd;
-use std::os::unix::net::UnixStream;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -31,6 +30,7 @@ use tmcm::module::{Spec, TMCM_1140};
 
 use crate::failure::Failure;
 use crate::fleet::Fleet;
+use crate::interrupt::Interrupt;
 use crate::virtual_module::VirtualModule;
 use eeprom::EepromFile;
 use links::Links;
@@ -47,7 +47,7 @@ const PORTION: Nanos = MILLISECOND;
 
 /// Runs the virtual module until a signal ends it.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let stop = stop_signals().map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))?;
+    let stop = Interrupt::watch(&[SIGINT, SIGTERM])?;
     let world = match &options.world {
         Some(path) => read_world(path)?,
         None => WorldConfig::default(),
@@ -83,18 +83,9 @@ fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
     WorldConfig::parse(&text).map_err(|error| Failure::Failed(format!("--world: {shown}: {}", error.trim_end())))
 }
 
-/// A socket that can be read once a signal has asked for the end.
-fn stop_signals() -> std::io::Result<UnixStream> {
-    let (stop, bell) = UnixStream::pair()?;
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::low_level::pipe::register(signal, bell.try_clone()?)?;
-    }
-    Ok(stop)
-}
-
 /// Modules that run, and everything around them.
 struct Simulator {
-    stop: UnixStream,
+    stop: Interrupt,
     fleet: Fleet,
     links: Links,
     /// In the order of the modules, or none.

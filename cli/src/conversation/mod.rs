@@ -1,0 +1,174 @@
+//! A host in conversation with one module: commands out, values in, refusals as errors.
+
+mod answer;
+mod reach;
+
+pub use answer::Answer;
+pub(crate) use answer::hexadecimal;
+pub use reach::Reach;
+
+use std::fmt;
+
+use tmcm::param::AxisParameter;
+use tmcm::tmcl::binary::{self, Received, Telegram};
+use tmcm::tmcl::{Command, Opcode, Status};
+
+use crate::failure::Failure;
+use crate::link::{Link, LinkError};
+
+/// Why a command has not been executed, or why nobody knows.
+#[derive(Debug)]
+pub enum Error {
+    /// There is no reply.
+    Link {
+        /// To this command.
+        command: Command,
+        /// Why not.
+        error: LinkError,
+    },
+    /// The module refuses the command.
+    Refused {
+        /// This one.
+        command: Command,
+        /// The status it answers.
+        status: u8,
+    },
+    /// The reply answers something else, or its checksum is wrong.
+    Strange {
+        /// The command that was sent.
+        command: Command,
+        /// What came.
+        reply: Telegram,
+    },
+}
+
+impl Error {
+    /// True if the module has refused the command with this status.
+    pub fn is(&self, refusal: Status) -> bool {
+        matches!(self, Error::Refused { status, .. } if *status == refusal as u8)
+    }
+
+    /// True if the module has refused the command, whatever the reason.
+    pub fn is_refusal(&self) -> bool {
+        matches!(self, Error::Refused { .. })
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Error::Link { command, error } => write!(f, "{command}: {error}"),
+            Error::Refused { command, status } => {
+                write!(f, "{command}: status {status} {}", meaning(*status))
+            }
+            Error::Strange { command, reply } => {
+                write!(f, "{command}: what came is not the reply to it: {}", hexadecimal(reply))
+            }
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Failure::Failed(error.to_string())
+    }
+}
+
+/// True for the statuses that say so.
+pub(crate) fn executed(status: u8) -> bool {
+    matches!(Status::from_number(status), Some(Status::Ok | Status::Loaded))
+}
+
+/// A status in words.
+pub(crate) fn meaning(status: u8) -> &'static str {
+    Status::from_number(status).map_or("a status this program does not know", Status::meaning)
+}
+
+/// The host's side of a conversation with a module.
+#[derive(Debug)]
+pub struct Conversation {
+    link: Link,
+    /// The module's address, or its CAN identifier. It may be changed at any time.
+    pub address: u8,
+}
+
+impl Conversation {
+    /// Begins to talk to the module that the options name.
+    pub fn open(reach: &Reach) -> Result<Self, Failure> {
+        Ok(Self::new(Link::open(&reach.link, reach.baud, reach.patience())?, reach.address))
+    }
+
+    /// Talks over a link that is open.
+    pub fn new(link: Link, address: u8) -> Self {
+        Conversation { link, address }
+    }
+
+    /// Sends a command and takes the nine bytes of its reply as they come.
+    pub fn exchange(&mut self, command: Command) -> Result<Telegram, LinkError> {
+        self.link.exchange(&binary::encode_command(self.address, command))
+    }
+
+    /// Sends a command and takes what is wanted out of the reply.
+    fn ask<T>(&mut self, command: Command, wanted: impl FnOnce(Answer) -> Option<T>) -> Result<T, Error> {
+        let reply = self.exchange(command).map_err(|error| Error::Link { command, error })?;
+        match Answer::read(command, &reply) {
+            Answer::Plain(Received { status, .. }) if !executed(status) => Err(Error::Refused { command, status }),
+            answer => wanted(answer).ok_or(Error::Strange { command, reply }),
+        }
+    }
+
+    /// Sends a command that has to be executed, or loaded into program memory.
+    pub fn request(&mut self, command: Command) -> Result<Received, Error> {
+        self.ask(command, |answer| match answer {
+            Answer::Plain(reply) => Some(reply),
+            _ => None,
+        })
+    }
+
+    /// The value that the reply to a command brings.
+    pub fn value(&mut self, command: Command) -> Result<i32, Error> {
+        Ok(self.request(command)?.value)
+    }
+
+    /// The value of an axis parameter.
+    pub fn axis(&mut self, axis: u8, parameter: AxisParameter) -> Result<i32, Error> {
+        self.value(Command::new(Opcode::Gap as u8, parameter.row().number, axis, 0))
+    }
+
+    /// A control command (manual section 3.7.38): none of them has a motor or bank.
+    pub fn control(&mut self, opcode: Opcode, kind: u8, value: i32) -> Result<i32, Error> {
+        self.value(Command::new(opcode as u8, kind, 0, value))
+    }
+
+    /// The command at an address of program memory (command 134).
+    pub fn memory(&mut self, address: u16) -> Result<Command, Error> {
+        let command = Command::new(Opcode::ReadMemory as u8, 0, 0, address.into());
+        self.ask(command, |answer| match answer {
+            Answer::Memory(stored) => Some(stored),
+            _ => None,
+        })
+    }
+
+    /// The version string (command 136, type 0).
+    pub fn version(&mut self) -> Result<String, Error> {
+        let command = Command::new(Opcode::FirmwareVersion as u8, 0, 0, 0);
+        self.ask(command, |answer| match answer {
+            Answer::Version(text) => Some(text),
+            _ => None,
+        })
+    }
+
+    /// How many axes the module has: it refuses the motor number behind the last.
+    pub fn axes(&mut self) -> Result<u8, Error> {
+        let mut axes = 0;
+        loop {
+            match self.axis(axes, AxisParameter::ActualPosition) {
+                Ok(_) if axes < u8::MAX => axes += 1,
+                Err(error) if !error.is_refusal() || axes == 0 => return Err(error),
+                Ok(_) | Err(_) => return Ok(axes),
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! The options that say where a module is.
+
+use std::time::Duration;
+
+use clap::Args;
+
+use crate::link::Place;
+
+/// Where a module is and how to talk to it: the same for every command that talks to one.
+#[derive(Args, Clone, Debug)]
+pub struct Reach {
+    /// Where the module is: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
+    ///
+    /// The path of a serial device (USB, an RS485 adapter, the serial port of `tmcl sim`), tcp:HOST:PORT (the TCP port
+    /// of `tmcl sim`), slcan:DEVICE or slcan:tcp:HOST:PORT (a serial CAN adapter), or sim for a virtual module that
+    /// lives only as long as this program.
+    #[arg(value_name = "LINK", value_parser = Place::parse)]
+    pub link: Place,
+
+    /// The module's address on an RS485 bus, or its CAN identifier
+    #[arg(long, value_name = "N", default_value_t = 1, global = true)]
+    pub address: u8,
+
+    /// Speed of a serial device, for RS485; USB ignores it
+    #[arg(
+        long, value_name = "N", default_value_t = 9600, global = true,
+        value_parser = clap::value_parser!(u32).range(1..)
+    )]
+    pub baud: u32,
+
+    /// How long to wait for each reply, in milliseconds
+    #[arg(
+        long, value_name = "MS", default_value_t = 1000, global = true,
+        value_parser = clap::value_parser!(u64).range(1..=600_000)
+    )]
+    pub timeout: u64,
+}
+
+impl Reach {
+    /// How long to wait for each reply.
+    pub fn patience(&self) -> Duration {
+        Duration::from_millis(self.timeout)
+    }
+}

@@ -1,0 +1,296 @@
+//! The debugger: the module's program, seen through commands 128 to 135.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use tmcm::param::AxisParameter;
+use tmcm::tmcl::{Command, Opcode};
+
+use super::action::{Action, HELP};
+use crate::conversation::{Conversation, Error};
+use crate::interrupt::Interrupt;
+use crate::program::Program;
+use crate::send;
+
+/// Lines that `list` shows.
+const LINES: u16 = 11;
+/// How often to look whether a WAIT is over.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// What the module does with its program (global parameter 128, command 135).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Mode {
+    Stopped,
+    Running,
+    Stepping,
+    Reset,
+    Unknown(u8),
+}
+
+impl Mode {
+    fn name(self) -> String {
+        match self {
+            Mode::Stopped => "stopped".into(),
+            Mode::Running => "running".into(),
+            Mode::Stepping => "step by step".into(),
+            Mode::Reset => "reset".into(),
+            Mode::Unknown(number) => format!("unknown mode {number}"),
+        }
+    }
+}
+
+/// The state of the program, as command 135, type 1 tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct State {
+    mode: Mode,
+    /// A WAIT is not over yet.
+    waiting: bool,
+    /// The program counter.
+    counter: u16,
+}
+
+impl State {
+    fn of(value: i32) -> Self {
+        let [mode, waiting, high, low] = value.to_be_bytes();
+        let mode = match mode {
+            0 => Mode::Stopped,
+            1 => Mode::Running,
+            2 => Mode::Stepping,
+            3 => Mode::Reset,
+            number => Mode::Unknown(number),
+        };
+        State { mode, waiting: waiting != 0, counter: u16::from_be_bytes([high, low]) }
+    }
+}
+
+/// Types of command 135.
+mod kind {
+    pub(super) const PROGRAM_COUNTER: u8 = 1;
+    pub(super) const ACCUMULATOR: u8 = 2;
+    pub(super) const X_REGISTER: u8 = 3;
+}
+
+/// How a step ended.
+enum Step {
+    /// The command has been executed; the next one is there.
+    Done(u16),
+    /// It was the last: the program stands here.
+    Ended(u16),
+    /// The user did not want to wait for the end of a WAIT.
+    Interrupted(u16),
+}
+
+/// A program in a module.
+pub(super) struct Debugger<'a> {
+    module: &'a mut Conversation,
+    program: &'a Program,
+    breakpoints: BTreeSet<u16>,
+}
+
+impl<'a> Debugger<'a> {
+    pub(super) fn new(module: &'a mut Conversation, program: &'a Program) -> Self {
+        Debugger { module, program, breakpoints: BTreeSet::new() }
+    }
+
+    /// Does what the user wants, and gives what is to be told.
+    pub(super) fn act(&mut self, action: Action, interrupt: &mut Interrupt) -> Result<String, Error> {
+        match action {
+            Action::Step(times) => self.step(times, interrupt),
+            Action::Continue if self.breakpoints.is_empty() => {
+                self.module.control(Opcode::RunApplication, 0, 0)?;
+                Ok("running; stop halts it".into())
+            }
+            Action::Continue => self.advance(interrupt),
+            Action::Stop => {
+                self.module.control(Opcode::StopApplication, 0, 0)?;
+                self.whereabouts()
+            }
+            Action::Reset => {
+                self.module.control(Opcode::ResetApplication, 0, 0)?;
+                self.whereabouts()
+            }
+            Action::Break(None) => Ok(self.list_breakpoints()),
+            Action::Break(Some(place)) => Ok(self.set_breakpoint(&place).unwrap_or_else(|message| message)),
+            Action::Delete(None) => {
+                self.breakpoints.clear();
+                Ok("no breakpoints".into())
+            }
+            Action::Delete(Some(place)) => Ok(self.delete_breakpoint(&place).unwrap_or_else(|message| message)),
+            Action::Registers => self.registers(),
+            Action::List(place) => self.list(place),
+            Action::Send(command) => Ok(format!("{command}: {}", send::ask(self.module, command)?.text)),
+            Action::Help => Ok(HELP.into()),
+            Action::Quit | Action::Nothing => Ok(String::new()),
+        }
+    }
+
+    /// Where the program is.
+    pub(super) fn whereabouts(&mut self) -> Result<String, Error> {
+        let state = self.state()?;
+        match state.mode {
+            Mode::Running => Ok("running; stop halts it".into()),
+            _ => Ok(self.line(state.counter, Some(state.counter))),
+        }
+    }
+
+    /// In which state the module is left.
+    pub(super) fn farewell(&mut self) -> Result<String, Error> {
+        let state = self.state()?;
+        let mut text = match state.mode {
+            Mode::Running => "the program goes on running in the module; command 128 stops it".into(),
+            _ => format!("the program is stopped at address {}", state.counter),
+        };
+        for axis in 0..self.module.axes()? {
+            let speed = self.module.axis(axis, AxisParameter::ActualSpeed)?;
+            if speed != 0 {
+                text += &format!("\nmotor {axis} turns with speed {speed}; MST {axis} stops it");
+            }
+        }
+        Ok(text)
+    }
+
+    fn state(&mut self) -> Result<State, Error> {
+        self.module.control(Opcode::ApplicationStatus, kind::PROGRAM_COUNTER, 0).map(State::of)
+    }
+
+    /// Some steps, as far as the program goes.
+    fn step(&mut self, times: u32, interrupt: &mut Interrupt) -> Result<String, Error> {
+        let Some(mut counter) = self.halted()? else { return Ok(RUNS.into()) };
+        for _ in 0..times {
+            match self.step_once(counter, interrupt)? {
+                Step::Done(next) => counter = next,
+                end => return Ok(self.tell(&end)),
+            }
+            if interrupt.happened() {
+                interrupt.forget();
+                return Ok(self.tell(&Step::Interrupted(counter)));
+            }
+        }
+        Ok(self.line(counter, Some(counter)))
+    }
+
+    /// Steps up to a breakpoint.
+    fn advance(&mut self, interrupt: &mut Interrupt) -> Result<String, Error> {
+        let Some(mut counter) = self.halted()? else { return Ok(RUNS.into()) };
+        loop {
+            match self.step_once(counter, interrupt)? {
+                Step::Done(next) => counter = next,
+                end => return Ok(self.tell(&end)),
+            }
+            if self.breakpoints.contains(&counter) {
+                return Ok(format!("breakpoint\n{}", self.line(counter, Some(counter))));
+            }
+            if interrupt.happened() {
+                interrupt.forget();
+                return Ok(self.tell(&Step::Interrupted(counter)));
+            }
+        }
+    }
+
+    /// The program counter, unless the program runs by itself.
+    fn halted(&mut self) -> Result<Option<u16>, Error> {
+        let state = self.state()?;
+        Ok((state.mode != Mode::Running).then_some(state.counter))
+    }
+
+    /// Executes the command at the program counter.
+    fn step_once(&mut self, counter: u16, interrupt: &mut Interrupt) -> Result<Step, Error> {
+        let last =
+            self.command(counter).is_some_and(|command| command.opcode == 0 || command.opcode == Opcode::Stop as u8);
+        self.module.control(Opcode::StepApplication, 0, 0)?;
+        loop {
+            let state = self.state()?;
+            if !state.waiting {
+                // A program that is stopped for another reason, such as a jump to nowhere, does not advance either.
+                let ended = state.mode == Mode::Stopped && (last || state.counter == counter);
+                return Ok(if ended { Step::Ended(state.counter) } else { Step::Done(state.counter) });
+            }
+            if interrupt.within(LOOK) {
+                interrupt.forget();
+                self.module.control(Opcode::StopApplication, 0, 0)?;
+                return Ok(Step::Interrupted(self.state()?.counter));
+            }
+        }
+    }
+
+    fn tell(&self, end: &Step) -> String {
+        match end {
+            Step::Done(counter) => self.line(*counter, Some(*counter)),
+            Step::Ended(counter) => {
+                format!("the program has ended; reset takes it to its start\n{}", self.line(*counter, Some(*counter)))
+            }
+            Step::Interrupted(counter) => format!("interrupted\n{}", self.line(*counter, Some(*counter))),
+        }
+    }
+
+    fn registers(&mut self) -> Result<String, Error> {
+        let State { mode, waiting, counter } = self.state()?;
+        let accumulator = self.module.control(Opcode::ApplicationStatus, kind::ACCUMULATOR, 0)?;
+        let x = self.module.control(Opcode::ApplicationStatus, kind::X_REGISTER, 0)?;
+        let waiting = if waiting { ", in a WAIT" } else { "" };
+        Ok(format!("{}{waiting}, program counter {counter}, accumulator {accumulator}, X {x}", mode.name()))
+    }
+
+    fn list(&mut self, place: Option<String>) -> Result<String, Error> {
+        let counter = self.state()?.counter;
+        let first = match place.map(|place| self.place(&place)) {
+            None => counter.saturating_sub(LINES / 2),
+            Some(Ok(address)) => address,
+            Some(Err(message)) => return Ok(message),
+        };
+        let addresses = first..=first.saturating_add(LINES - 1);
+        let known = addresses.filter(|address| self.command(*address).is_some());
+        let lines: Vec<String> = known.map(|address| self.line(address, Some(counter))).collect();
+        if lines.is_empty() { Ok(self.line(first, None)) } else { Ok(lines.join("\n")) }
+    }
+
+    fn list_breakpoints(&self) -> String {
+        if self.breakpoints.is_empty() {
+            return "no breakpoints".into();
+        }
+        let lines: Vec<String> = self.breakpoints.iter().map(|address| self.line(*address, None)).collect();
+        lines.join("\n")
+    }
+
+    fn set_breakpoint(&mut self, place: &str) -> Result<String, String> {
+        let address = self.place(place)?;
+        self.breakpoints.insert(address);
+        Ok(self.line(address, None))
+    }
+
+    fn delete_breakpoint(&mut self, place: &str) -> Result<String, String> {
+        let address = self.place(place)?;
+        if self.breakpoints.remove(&address) {
+            Ok(self.list_breakpoints())
+        } else {
+            Err(format!("there is no breakpoint at address {address}"))
+        }
+    }
+
+    /// The address that a user means.
+    fn place(&self, text: &str) -> Result<u16, String> {
+        let address = text.parse().ok().or_else(|| self.program.address(text));
+        match address {
+            Some(address) if self.command(address).is_some() => Ok(address),
+            Some(address) => Err(format!("the program ends before address {address}")),
+            None => Err(format!("'{text}' is neither an address nor a label of the program")),
+        }
+    }
+
+    fn command(&self, address: u16) -> Option<Command> {
+        self.program.commands.get(usize::from(address)).copied()
+    }
+
+    /// A line of the program: an arrow at the program counter, a star at a breakpoint, below the labels that are here.
+    fn line(&self, address: u16, counter: Option<u16>) -> String {
+        let here = self.program.labels.iter().filter(|(_, place)| *place == address);
+        let labels: String = here.map(|(name, _)| format!("{name}:\n")).collect();
+        let arrow = if counter == Some(address) { '>' } else { ' ' };
+        let star = if self.breakpoints.contains(&address) { '*' } else { ' ' };
+        let command = self.command(address).map_or_else(|| "(not in the file)".into(), |command| command.to_string());
+        format!("{labels}{arrow}{star}{address:5}  {command}")
+    }
+}
+
+/// What cannot be done with a program that runs by itself.
+const RUNS: &str = "the program runs; stop halts it";

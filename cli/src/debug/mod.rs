@@ -1,0 +1,89 @@
+//! `tmcl debug`: a program in a module, step by step.
+//!
+//! The module knows no breakpoints; the host makes it execute one command at a time and looks where it is.
+
+mod action;
+mod debugger;
+mod input;
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use signal_hook::consts::SIGINT;
+use tmcm::tmcl::Opcode;
+
+use crate::conversation::{Conversation, Reach};
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::program::{download, is_readable, read_program, verify};
+use action::Action;
+use debugger::Debugger;
+use input::{Input, Line};
+
+/// Run a TMCL program in a module step by step, with breakpoints
+///
+/// Loads FILE, a binary program as for `tmcl load`, and waits at its first command. Then it takes commands, one a line,
+/// from the terminal or from a pipe; `help` lists them. The motors really move. While there are breakpoints the
+/// program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program that runs.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// The module to talk to
+    #[command(flatten)]
+    pub reach: Reach,
+
+    /// The program
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// Do not load the program: the module has it already, and may be running it
+    #[arg(long)]
+    pub attach: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl debug /dev/ttyACM0 program.bin             load it and wait at its first command
+  tmcl debug tcp:127.0.0.1:4140 program.bin --attach   look at what a module is doing
+  printf 'break 3\\ncontinue\\nregisters\\n' | tmcl debug sim program.bin";
+
+/// Debugs until the user has enough, and says in which state the module is left.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let program = read_program(&options.file)?;
+    let mut interrupt = Interrupt::watch(&[SIGINT])?;
+    let mut module = Conversation::open(&options.reach)?;
+    if options.attach {
+        // A protected program has to be taken on trust.
+        if is_readable(&mut module)? {
+            verify(&mut module, &program, 0, &interrupt)?;
+        }
+    } else {
+        download(&mut module, &program, 0, &interrupt)?;
+        module.control(Opcode::ResetApplication, 0, 0)?;
+    }
+    let mut out = std::io::stdout().lock();
+    let mut input = Input::open()?;
+    let mut debugger = Debugger::new(&mut module, &program);
+    writeln!(out, "{}", debugger.whereabouts()?)?;
+    loop {
+        let action = match input.line(&mut out, &mut interrupt)? {
+            Line::Text(line) => Action::parse(&line),
+            Line::Interrupted => Ok(Action::Stop),
+            Line::End => Ok(Action::Quit),
+        };
+        let told = match action {
+            Ok(Action::Quit) => break,
+            Ok(action) => debugger.act(action, &mut interrupt),
+            Err(message) => Ok(message),
+        };
+        match told {
+            Ok(text) if text.is_empty() => {}
+            Ok(text) => writeln!(out, "{text}")?,
+            Err(error) if error.is_refusal() => writeln!(out, "{error}")?,
+            Err(error) => return Err(error.into()),
+        }
+        out.flush()?;
+    }
+    Ok(writeln!(out, "{}", debugger.farewell()?)?)
+}

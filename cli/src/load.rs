@@ -1,0 +1,88 @@
+//! `tmcl load`: a program into a module.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use tmcm::param::GlobalParameter;
+use tmcm::tmcl::{Command, Opcode};
+
+use crate::conversation::{Conversation, Reach};
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::program::{download, read_program, verify};
+
+/// Load a TMCL program into a module, where it stays
+///
+/// FILE is a binary program: eight bytes for each command (number, type, motor or bank, value with the most significant
+/// byte first, and the sum of these seven). A program that runs in the module is stopped first; a motor that it has
+/// set in motion goes on turning. Nothing starts unless --run is given.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// The module to talk to
+    #[command(flatten)]
+    pub reach: Reach,
+
+    /// The program
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+
+    /// Read the program back and compare
+    #[arg(long)]
+    pub verify: bool,
+
+    /// Start it, at the address it is loaded to
+    #[arg(long)]
+    pub run: bool,
+
+    /// Let the module start the program at address 0 by itself after power-up (global parameter 77)
+    #[arg(long)]
+    pub autostart: bool,
+
+    /// Address in program memory of the first command; the rest of the memory stays as it is
+    ///
+    /// Jumps in the program must have been made for that address.
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0)]
+    pub at: u16,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl load /dev/ttyACM0 program.bin --verify --run     load it, compare it, start it
+  tmcl load /dev/ttyACM0 program.bin --autostart        to be run from the next power-up on
+  tmcl load /dev/ttyACM0 routine.bin --at 50            beside the program that is there; start it with
+  tmcl send /dev/ttyACM0 \"129, 1, 0, 50\"";
+
+/// Type of command 129: from an address.
+const FROM_ADDRESS: u8 = 1;
+
+/// Loads a program, and does with it what the options say.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let at = options.at;
+    let program = read_program(&options.file)?;
+    let count = program.commands.len();
+    let Some((last, _)) = program.placed(at).last().filter(|_| program.placed(at).count() == count) else {
+        return Err(Failure::Failed(format!("{count} commands from address {at} on do not fit into any module")));
+    };
+    let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let mut module = Conversation::open(&options.reach)?;
+    download(&mut module, &program, at, &interrupt)?;
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{count} commands loaded to addresses {at} to {last}")?;
+    if options.verify {
+        verify(&mut module, &program, at, &interrupt)?;
+        writeln!(out, "the module has them as they are in the file")?;
+    }
+    if options.autostart {
+        let row = GlobalParameter::AutoStart.row();
+        module.value(Command::new(Opcode::Sgp as u8, row.number, 0, 1))?;
+        writeln!(out, "the program starts by itself after power-up")?;
+    }
+    if options.run {
+        module.control(Opcode::RunApplication, FROM_ADDRESS, at.into())?;
+        writeln!(out, "running from address {at}")?;
+    }
+    Ok(())
+}

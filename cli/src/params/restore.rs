@@ -1,0 +1,142 @@
+//! Writing settings from a file back to a module.
+
+use std::collections::BTreeSet;
+use std::io::Write;
+
+use tmcm::param::{AxisParameter, GlobalParameter};
+use tmcm::tmcl::{Command, Opcode};
+
+use super::file::{ALL_AXES, Setting};
+use crate::conversation::{Conversation, Error, Reach};
+use crate::failure::Failure;
+use crate::link::Place;
+use crate::progress::Progress;
+
+/// Writes the settings to the module; `store` also stores them, `interface` includes those of the interfaces.
+pub(super) fn restore(
+    module: &mut Conversation,
+    reach: &Reach,
+    settings: Vec<Setting>,
+    store: bool,
+    interface: bool,
+) -> Result<(), Failure> {
+    let (mut interfaces, settings): (Vec<_>, Vec<_>) = settings.into_iter().partition(|setting| setting.is_interface());
+    let left = if interface { 0 } else { std::mem::take(&mut interfaces).len() };
+    let effective = match reach.link {
+        Place::Slcan(_) => GlobalParameter::CanId,
+        Place::Serial(_) | Place::Tcp(_) | Place::Simulated => GlobalParameter::SerialAddress,
+    };
+    // The module hears nothing more under its old address.
+    interfaces.sort_by_key(|setting| setting.global() == Some(effective));
+    standstill(module, &settings)?;
+
+    let total = settings.len() + interfaces.len();
+    let progress = Progress::new(format!("restoring {total} settings"), total);
+    let mut restorer = Restorer { module, progress, done: 0, same: 0, changed: 0 };
+    let mut refused = restorer.write(&settings)?;
+    // A parameter may depend on one that comes after it, as acceleration and its divisors do.
+    while !refused.is_empty() {
+        let again: Vec<Setting> = refused.iter().map(|(setting, _)| *setting).collect();
+        refused = restorer.write(&again)?;
+        if refused.len() == again.len() {
+            break;
+        }
+    }
+    let (kept, mut complaints): (Vec<Setting>, Vec<Error>) = refused.into_iter().unzip();
+    if store {
+        let written: Vec<Setting> = settings.into_iter().filter(|setting| !kept.contains(setting)).collect();
+        complaints.extend(restorer.store(&written)?);
+    }
+    complaints.extend(restorer.write(&interfaces)?.into_iter().map(|(_, error)| error));
+    let Restorer { same, changed, progress, .. } = restorer;
+    drop(progress);
+
+    let mut out = std::io::stdout().lock();
+    let stored = if store { ", all stored" } else { "" };
+    writeln!(out, "{changed} settings restored, {same} were the same already{stored}")?;
+    if left > 0 {
+        writeln!(out, "{left} settings of the interfaces left as they are; --interface restores them")?;
+    }
+    for complaint in &complaints {
+        writeln!(out, "refused: {complaint}")?;
+    }
+    if complaints.is_empty() { Ok(()) } else { Err(Failure::Said) }
+}
+
+/// Some parameters must not change while the motor turns.
+fn standstill(module: &mut Conversation, settings: &[Setting]) -> Result<(), Failure> {
+    let axes: BTreeSet<u8> = settings
+        .iter()
+        .filter_map(|setting| match setting {
+            Setting::Axis { axis, .. } => Some(*axis),
+            _ => None,
+        })
+        .collect();
+    for axis in axes {
+        match module.axis(axis, AxisParameter::ActualSpeed) {
+            Ok(0) => {}
+            Ok(_) => {
+                let hint = format!("stop it first, for example with \"MST {axis}\"");
+                return Err(Failure::Failed(format!("motor {axis} turns; {hint}")));
+            }
+            // An axis that is not there is told with its settings.
+            Err(error) if error.is_refusal() => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(())
+}
+
+/// Writing in progress.
+struct Restorer<'a> {
+    module: &'a mut Conversation,
+    progress: Progress,
+    done: usize,
+    same: usize,
+    changed: usize,
+}
+
+impl Restorer<'_> {
+    /// Writes what differs. Gives back what the module refuses.
+    fn write(&mut self, settings: &[Setting]) -> Result<Vec<(Setting, Error)>, Error> {
+        let mut refused = Vec::new();
+        for setting in settings {
+            match self.write_one(*setting) {
+                Ok(()) => {
+                    self.done += 1;
+                    self.progress.reach(self.done);
+                }
+                Err(error) if error.is_refusal() => refused.push((*setting, error)),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(refused)
+    }
+
+    fn write_one(&mut self, setting: Setting) -> Result<(), Error> {
+        if self.module.value(setting.read())? == setting.value() {
+            self.same += 1;
+        } else {
+            self.module.request(setting.write())?;
+            self.changed += 1;
+        }
+        Ok(())
+    }
+
+    /// Stores axis parameters, user variables and coordinates. Gives back what the module refuses.
+    fn store(&mut self, settings: &[Setting]) -> Result<Vec<Error>, Error> {
+        let mut commands: Vec<Command> = settings.iter().filter_map(|setting| setting.store()).collect();
+        if settings.iter().any(|setting| matches!(setting, Setting::Coordinate { .. })) {
+            commands.push(Command::new(Opcode::Sco as u8, 0, ALL_AXES, 0));
+        }
+        let mut refused = Vec::new();
+        for command in commands {
+            match self.module.request(command) {
+                Ok(_) => {}
+                Err(error) if error.is_refusal() => refused.push(error),
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(refused)
+    }
+}

@@ -1,0 +1,83 @@
+//! Reading a module's settings into a file.
+
+use std::io::Write;
+use std::path::Path;
+
+use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Row, STORED_USER_VARIABLES};
+
+use super::file::{Setting, VARIABLES};
+use crate::conversation::{Conversation, Error};
+use crate::failure::Failure;
+use crate::progress::Progress;
+
+/// A heading of the file and the settings below it.
+struct Section {
+    heading: String,
+    settings: Vec<Setting>,
+}
+
+/// Saves a module's settings in a file. Nothing is written unless all of them could be read.
+pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
+    let version = module.version()?;
+    let mut text = format!("// Settings of a module {version}, saved by tmcl params\n");
+    let sections = sections(module.axes()?);
+    let total = sections.iter().map(|section| section.settings.len()).sum();
+    let mut progress = Progress::new(format!("reading {total} settings"), total);
+    let (mut asked, mut saved) = (0, 0);
+    for Section { heading, settings } in sections {
+        text += &format!("\n// {heading}\n");
+        for setting in settings {
+            if let Some(value) = value(module, setting)? {
+                text += &format!("{}\n", setting.with(value).line());
+                saved += 1;
+            }
+            asked += 1;
+            progress.reach(asked);
+        }
+    }
+    drop(progress);
+    let shown = path.display();
+    std::fs::write(path, text).map_err(|error| Failure::Failed(format!("cannot write {shown}: {error}")))?;
+    let missing = match asked - saved {
+        0 => String::new(),
+        missing => format!("; {missing} more are unknown to this module"),
+    };
+    Ok(writeln!(std::io::stdout(), "{saved} settings saved in {shown}{missing}")?)
+}
+
+/// The value, or none if the module knows no such setting.
+fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Error> {
+    match module.value(setting.read()) {
+        Ok(value) => Ok(Some(value)),
+        Err(error) if error.is_refusal() => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// What is saved of a module with so many axes. Of the parameters that can be written, those are settings that can
+/// also be stored; the others are live values.
+fn sections(axes: u8) -> Vec<Section> {
+    let setting = |row: &Row| row.writable() && row.stored();
+    let globals = GlobalParameter::ALL.iter().filter(|parameter| **parameter != GlobalParameter::CodeProtection);
+    let globals = globals.map(|parameter| parameter.row()).filter(|row| setting(row));
+    let globals = globals.map(|row| Setting::Global { number: row.number, bank: 0, value: 0 });
+    let (interface, globals) = globals.partition(|setting| setting.is_interface());
+
+    let mut sections = Vec::new();
+    for axis in 0..axes {
+        let rows = AxisParameter::ALL.iter().map(|parameter| parameter.row()).filter(|row| setting(row));
+        let settings = rows.map(|row| Setting::Axis { number: row.number, axis, value: 0 }).collect();
+        sections.push(Section { heading: format!("Axis {axis}"), settings });
+    }
+    sections.push(Section { heading: "Global parameters".into(), settings: globals });
+    let variables =
+        (0..STORED_USER_VARIABLES as u8).map(|number| Setting::Global { number, bank: VARIABLES, value: 0 });
+    sections.push(Section { heading: "User variables".into(), settings: variables.collect() });
+    for axis in 0..axes {
+        let places = (1..COORDINATES as u8).map(|number| Setting::Coordinate { number, axis, value: 0 });
+        sections.push(Section { heading: format!("Coordinates of axis {axis}"), settings: places.collect() });
+    }
+    let heading = "Interfaces: restored only with --interface".into();
+    sections.push(Section { heading, settings: interface });
+    sections
+}

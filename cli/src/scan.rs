@@ -1,0 +1,224 @@
+//! `tmcl scan`: the modules on a link.
+
+use std::io::Write;
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+use clap::Args;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use tmcm::tmcl::binary::Received;
+use tmcm::tmcl::{Command, Opcode};
+
+use crate::conversation::{Conversation, Error};
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::link::{Link, LinkError, Place};
+use crate::progress::Progress;
+use crate::send::words::firmware;
+use crate::virtual_module::BAUD_RATES;
+
+/// Find the modules on a link: every address, and on a serial device every bit rate
+///
+/// Each address is asked for its firmware version, which changes nothing in a module. A link that leads to one module
+/// whatever the address, such as USB, is noticed. A scan of all 255 addresses at one bit rate takes 13 seconds with
+/// the default time-out, at all nine bit rates two minutes.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// Where to look: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
+    #[arg(value_name = "LINK", value_parser = Place::parse)]
+    pub link: Place,
+
+    /// The addresses on RS485, or the identifiers on CAN, to ask: FIRST-LAST or a single one
+    #[arg(long, value_name = "RANGE", default_value = "1-255", value_parser = addresses)]
+    pub addresses: RangeInclusive<u8>,
+
+    /// Only this bit rate of a serial device, instead of all that modules know
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub baud: Option<u32>,
+
+    /// How long to wait for each reply, in milliseconds
+    ///
+    /// Modules may be set to pause for up to 255 milliseconds before they reply (global parameter 75).
+    #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=600_000))]
+    pub timeout: u64,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl scan /dev/ttyUSB0                        every address at every bit rate
+  tmcl scan /dev/ttyUSB0 --baud 9600 --addresses 1-16
+  tmcl scan slcan:/dev/ttyACM0                  every identifier on a CAN bus
+The exit code is 1 if no module is found.";
+
+/// How long to wait for a connection over TCP.
+const CONNECTION: Duration = Duration::from_secs(5);
+/// No module on a bus has this address: who answers has nobody beside it.
+const NOBODY: u8 = 0;
+/// Who identifies itself: command 136, as a number.
+const IDENTIFY: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
+
+/// Reads `FIRST-LAST`, or one address.
+fn addresses(text: &str) -> Result<RangeInclusive<u8>, String> {
+    let (first, last) = text.split_once('-').unwrap_or((text, text));
+    match (first.trim().parse(), last.trim().parse()) {
+        (Ok(first), Ok(last)) if 1 <= first && first <= last => Ok(first..=last),
+        _ => Err("give addresses from 1 to 255, for example 1-16".into()),
+    }
+}
+
+/// Looks for modules and prints them.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let rates = match (&options.link, &options.baud) {
+        (_, Some(baud)) => std::slice::from_ref(baud),
+        (Place::Serial(_), None) => &BAUD_RATES[..],
+        (Place::Tcp(_) | Place::Slcan(_) | Place::Simulated, None) => &BAUD_RATES[..1],
+    };
+    let mut modules = 0;
+    for baud in rates {
+        let mut scanner = match Scanner::open(options, *baud) {
+            Ok(scanner) => scanner,
+            // An adapter need not know all bit rates.
+            Err(failure) if rates.len() > 1 && *baud != rates[0] => {
+                writeln!(std::io::stderr(), "tmcl: {failure}")?;
+                continue;
+            }
+            Err(failure) => return Err(failure),
+        };
+        let end = scanner.scan(&interrupt)?;
+        modules += scanner.modules;
+        match end {
+            End::Complete => {}
+            End::Alone => break,
+            End::Interrupted => return Err(Failure::Failed("interrupted".into())),
+        }
+        if let Some(address) = scanner.first.filter(|_| rates.len() > 1) {
+            let other = rates.iter().find(|other| *other != baud).copied().unwrap_or(*baud);
+            if Scanner::open(options, other)?.probe(address)?.is_some() {
+                // A link without a bit rate of its own, as a pseudo terminal is: the others would find the same.
+                break;
+            }
+        }
+    }
+    match modules {
+        0 => Err(Failure::Failed("no module answers; check power and wiring, and try a longer --timeout".into())),
+        _ => Ok(()),
+    }
+}
+
+/// How a scan ended.
+enum End {
+    /// All addresses have been asked.
+    Complete,
+    /// There is but one module, whatever the address.
+    Alone,
+    /// A signal has asked for the end.
+    Interrupted,
+}
+
+/// A link at one bit rate that is being looked at.
+struct Scanner<'a> {
+    options: &'a Options,
+    module: Conversation,
+    /// How the bit rate is told in what is printed; empty where there is none.
+    rate: String,
+    /// How many modules have been found.
+    modules: usize,
+    /// The address of the first.
+    first: Option<u8>,
+}
+
+impl<'a> Scanner<'a> {
+    fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
+        let mut link = Link::open(&options.link, baud, CONNECTION)?;
+        link.set_timeout(Duration::from_millis(options.timeout));
+        let rate = match options.link {
+            Place::Serial(_) => format!(" at {baud} baud"),
+            Place::Tcp(_) | Place::Slcan(_) | Place::Simulated => String::new(),
+        };
+        Ok(Scanner { options, module: Conversation::new(link, NOBODY), rate, modules: 0, first: None })
+    }
+
+    fn scan(&mut self, interrupt: &Interrupt) -> Result<End, Failure> {
+        let can = matches!(self.options.link, Place::Slcan(_));
+        if !can && let Some(reply) = self.probe(NOBODY)? {
+            self.module.address = reply.module;
+            let what = self.describe(reply.value)?;
+            self.found(reply.module, &format!("one module, whatever the address: address {}: {what}", reply.module))?;
+            return Ok(End::Alone);
+        }
+        let name = if can { "identifier" } else { "address" };
+        let addresses = self.options.addresses.clone();
+        let what = format!("asking {name} {} to {}{}", addresses.start(), addresses.end(), self.rate);
+        let mut progress = Progress::new(what, addresses.len());
+        for (done, address) in addresses.enumerate() {
+            if interrupt.happened() {
+                return Ok(End::Interrupted);
+            }
+            // Asked once more if the reply names another address: it may have been a late one to an earlier question.
+            let reply = match self.probe(address)? {
+                Some(reply) if reply.module != address => self.probe(address)?,
+                reply => reply,
+            };
+            if let Some(reply) = reply {
+                let what = self.describe(reply.value)?;
+                let own = match reply.module {
+                    own if own == address => String::new(),
+                    own => format!(", the secondary address of module {own}"),
+                };
+                progress.pause();
+                let rate = self.rate.clone();
+                self.found(address, &format!("{name} {address}{rate}: {what}{own}"))?;
+            }
+            progress.reach(done + 1);
+        }
+        Ok(End::Complete)
+    }
+
+    /// Prints a module that has been found.
+    fn found(&mut self, address: u8, line: &str) -> Result<(), Failure> {
+        self.modules += 1;
+        self.first = self.first.or(Some(address));
+        let mut out = std::io::stdout();
+        writeln!(out, "{line}")?;
+        Ok(out.flush()?)
+    }
+
+    /// The reply of whoever has this address. What is no reply at all counts as silence: it is noise, or several
+    /// modules that talk at once.
+    fn probe(&mut self, address: u8) -> Result<Option<Received>, Failure> {
+        self.module.address = address;
+        match self.module.request(IDENTIFY) {
+            Ok(reply) => Ok(Some(reply)),
+            Err(
+                Error::Link { error: LinkError::NoReply { .. }, .. } | Error::Refused { .. } | Error::Strange { .. },
+            ) => Ok(None),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// Type and firmware of the module that has answered.
+    fn describe(&mut self, version: i32) -> Result<String, Failure> {
+        let string = match self.module.version() {
+            Ok(text) => format!(" ({text})"),
+            Err(Error::Link { error: error @ (LinkError::Closed | LinkError::Io(_)), .. }) => {
+                return Err(Failure::Failed(error.to_string()));
+            }
+            Err(_) => String::new(),
+        };
+        Ok(firmware(version) + &string)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_addresses() {
+        assert_eq!(addresses("1-255"), Ok(1..=255));
+        assert_eq!(addresses("7"), Ok(7..=7));
+        assert!(["0-3", "3-1", "1-256", "", "-", "x"].iter().all(|text| addresses(text).is_err()));
+    }
+}
