@@ -8,4 +8,7 @@ mod eeprom;
 mod harness;
 mod links;
 mod messages;
+mod monitor;
+mod params;
+mod scan;
 mod send;

@@ -73,6 +73,16 @@ fn help_is_there() {
     for arguments in
         [&["--help"][..], &["sim", "--help"], &["send", "--help"], &["asm", "--help"], &["disasm", "--help"]]
     {
+    for arguments in [
+        &["--help"][..],
+        &["sim", "--help"],
+        &["send", "--help"],
+        &["params", "--help"],
+        &["monitor", "--help"],
+        &["scan", "--help"],
+        &["load", "--help"],
+        &["debug", "--help"],
+    ] {
         let output = run(arguments);
         assert!(output.status.success());
         assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: tmcl"));

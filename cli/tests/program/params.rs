@@ -1,0 +1,104 @@
+//! `tmcl params`: settings into a file and back.
+
+use std::path::Path;
+
+use super::harness::{Sim, complaint, run};
+
+/// Runs `tmcl params` and gives what it says.
+fn params(link: &[&str], action: &str, file: &Path, options: &[&str]) -> (Option<i32>, String) {
+    let output = run(&[&["params"], link, &[action, file.to_str().unwrap()], options].concat());
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned() + &complaint(&output))
+}
+
+#[test]
+fn settings_come_back_and_stay() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let (file, again) = (sim.path("axis.tmcl"), sim.path("again.tmcl"));
+    let mut host = sim.tcp();
+    let lines = ["SAP 153, 0, 13", "SAP 154, 0, 5", "SAP 4, 0, 1500", "SGP 79, 0, 1", "SGP 55, 2, -7", "SCO 20, 0, 9"];
+    for line in lines {
+        host.ok(line);
+    }
+    let (code, said) = params(&[&link], "save", &file, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("139 settings saved"), "{said}");
+    let saved = std::fs::read_to_string(&file).unwrap();
+    for line in lines {
+        assert!(saved.lines().any(|saved| saved.split(" // ").next() == Some(line)), "{line} is not in {saved}");
+    }
+    assert!(["SAP 0,", "SAP 1,", "SAP 209,", "SGP 132,", "SGP 81,"].iter().all(|live| !saved.contains(live)));
+
+    drop(host);
+    assert_eq!(run(&["send", &link, "--timeout", "200", "137, 0, 0, 1234"]).status.code(), Some(0));
+    // From here the ramp divisor 13 cannot be reached before the pulse divisor has changed.
+    for line in ["SAP 153, 0, 0", "SAP 154, 0, 0"] {
+        sim.tcp().ok(line);
+    }
+    let (code, said) = params(&[&link], "restore", &file, &["--store"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("6 settings restored, 123 were the same already, all stored"), "{said}");
+    assert!(said.contains("10 settings of the interfaces left as they are"), "{said}");
+    sim.control(&["power off", "power on"]);
+    // Coordinates are taken from the EEPROM on request.
+    sim.tcp().ok("GCO 0, 255");
+    let (code, said) = params(&[&link], "save", &again, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(std::fs::read_to_string(&again).unwrap(), saved);
+}
+
+#[test]
+fn interfaces_are_restored_on_demand() {
+    let sim = Sim::start(&["--modules", "3", "--rs485", "{}/bus", "--slcan-tcp", "127.0.0.1:0"]);
+    let bus = sim.told("rs485").to_string();
+    let can = format!("slcan:tcp:{}", sim.told("slcan-tcp"));
+    let file = sim.path("bus.tmcl");
+    std::fs::write(&file, "SGP 66, 0, 9\nSGP 71, 0, 8\nSGP 76, 0, 4 // host\nSAP 4, 0, 1500\n").unwrap();
+    let (code, said) = params(&[&bus, "--address", "2"], "restore", &file, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("1 settings restored, 0 were the same already\n3 settings of the interfaces"), "{said}");
+    let (code, said) = params(&[&bus, "--address", "2"], "restore", &file, &["--interface"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("3 settings restored, 1 were the same already"), "{said}");
+    let output = run(&["send", &bus, "--address", "9", "GGP 71, 0", "GGP 76, 0"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    // On CAN it is the identifier that must change last.
+    let (code, said) = params(&[&can, "--address", "3"], "restore", &file, &["--interface"]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("4 settings restored"), "{said}");
+}
+
+#[test]
+fn refusals_are_told_one_by_one() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let file = sim.path("axis.tmcl");
+    std::fs::write(&file, "SAP 4, 0, 5000\nSAP 250, 0, 1\nSAP 6, 3, 100\nSAP 6, 0, 100\n").unwrap();
+    let (code, said) = params(&[&link], "restore", &file, &["--store"]);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("1 settings restored, 0 were the same already"), "{said}");
+    assert!(said.contains("refused: SAP 4, 0, 5000: status 4 value"), "{said}");
+    assert!(said.contains("refused: GAP 250, 0: status 3 unknown"), "{said}");
+    assert!(said.contains("refused: GAP 6, 3: status 4"), "{said}");
+    assert_eq!(said.matches("refused").count(), 3, "{said}");
+
+    std::fs::write(&file, "SAP 6, 0, 100\nROR 0, 100\n").unwrap();
+    let (code, said) = params(&[&link], "restore", &file, &[]);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("axis.tmcl:2: ROR 0, 100 is not a setting"), "{said}");
+}
+
+#[test]
+fn nothing_is_restored_while_the_motor_turns() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let file = sim.path("axis.tmcl");
+    std::fs::write(&file, "SAP 4, 0, 1500\n").unwrap();
+    let mut host = sim.tcp();
+    host.ok("ROR 0, 100");
+    host.until("GAP 3, 0", 100);
+    let (code, said) = params(&[&link], "restore", &file, &[]);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("motor 0 turns; stop it first"), "{said}");
+    assert_eq!(host.ok("GAP 4, 0"), 1000);
+}
