@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let mut scanner = match Scanner::open(options, *baud) {
             Ok(scanner) => scanner,
             // An adapter need not know all bit rates.
-            Err(failure) if rates.len() > 1 && *baud != rates[0] => {
+            Err(failure) if rates.first() != Some(baud) => {
                 writeln!(std::io::stderr(), "tmcl: {failure}")?;
                 continue;
             }

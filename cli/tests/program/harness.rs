@@ -32,6 +32,14 @@ pub(crate) fn run(arguments: &[&str]) -> Output {
     tmcl(arguments).output().unwrap()
 }
 
+/// Runs the program to its end with this standard input.
+pub(crate) fn type_into(arguments: &[&str], text: &str) -> Output {
+    let mut child = tmcl(arguments).stdin(Stdio::piped()).spawn().unwrap();
+    // A program that has had enough does not read the rest.
+    let _ = child.stdin.take().unwrap().write_all(text.as_bytes());
+    child.wait_with_output().unwrap()
+}
+
 /// What a program that ended wrote to its standard error.
 pub(crate) fn complaint(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()

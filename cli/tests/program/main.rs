@@ -4,9 +4,12 @@
 
 mod asm;
 mod control;
+mod debug;
 mod eeprom;
+mod fake;
 mod harness;
 mod links;
+mod load;
 mod messages;
 mod monitor;
 mod params;

@@ -1,0 +1,81 @@
+//! `tmcl load` with a module that shows faults.
+
+use super::fake::{Fake, State, program};
+use super::harness::{complaint, run};
+
+const PROGRAM: [&str; 3] = ["MVP ABS, 0, 90000", "WAIT POS, 0, 0", "STOP"];
+
+/// Loads the program and gives exit code, standard output and standard error.
+fn load(fake: &Fake, options: &[&str]) -> (Option<i32>, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("program.bin");
+    std::fs::write(&file, program(&PROGRAM)).unwrap();
+    let output = run(&[&["load", &fake.link, file.to_str().unwrap()], options].concat());
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), complaint(&output))
+}
+
+/// What the memory has from an address on.
+fn memory(fake: &Fake, at: usize) -> Vec<String> {
+    fake.state().memory[at..at + PROGRAM.len()].iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn a_program_is_loaded_and_started() {
+    let fake = Fake::start(State::default());
+    let (code, said, complaint) = load(&fake, &["--at", "50", "--verify", "--autostart", "--run"]);
+    assert_eq!(code, Some(0), "{complaint}");
+    let expected = "3 commands loaded to addresses 50 to 52\nthe module has them as they are in the file\n\
+                    the program starts by itself after power-up\nrunning from address 50\n";
+    assert_eq!(said, expected);
+    assert_eq!(memory(&fake, 50), PROGRAM);
+    assert_eq!(fake.state().autostart, 1);
+    assert_eq!(fake.state().mode, 1);
+}
+
+#[test]
+fn what_is_not_as_it_was_sent_is_told() {
+    let fake = Fake::start(State { broken: Some(1), ..State::default() });
+    let (code, _, complaint) = load(&fake, &["--verify", "--run"]);
+    assert_eq!(code, Some(1));
+    let expected = "1 of 3 commands differ; address 1: expected WAIT POS, 0, 0, found 0, 0, 0, 0";
+    assert!(complaint.contains(expected), "{complaint}");
+    assert_ne!(fake.state().mode, 1, "it must not run");
+}
+
+#[test]
+fn protection_is_told() {
+    let fake = Fake::start(State { protection: 3, ..State::default() });
+    let (code, said, complaint) = load(&fake, &["--run"]);
+    assert_eq!((code, said.as_str()), (Some(1), ""));
+    assert!(complaint.contains("program memory is protected (global parameter 81)"), "{complaint}");
+}
+
+#[test]
+fn a_download_that_fails_leaves_nothing_to_run() {
+    let fake = Fake::start(State::default());
+    let (code, _, complaint) = load(&fake, &["--at", "62", "--run"]);
+    assert_eq!(code, Some(1));
+    assert!(complaint.contains("address 64: STOP: status 4"), "{complaint}");
+    assert!(complaint.contains("does not fit"), "{complaint}");
+    assert_eq!(fake.state().memory[62].to_string(), "STOP");
+
+    let fake = Fake::start(State { restarts: Some(1), ..State::default() });
+    let (code, _, complaint) = load(&fake, &["--run"]);
+    assert_eq!(code, Some(1));
+    assert!(complaint.contains("address 1: WAIT POS, 0, 0: the module has not stored"), "{complaint}");
+    assert_eq!(fake.state().memory[0].to_string(), "STOP");
+}
+
+#[test]
+fn files_that_are_no_program_are_told() {
+    let fake = Fake::start(State::default());
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("program.bin");
+    let path = file.to_str().unwrap();
+    let output = run(&["load", &fake.link, path]);
+    assert!(complaint(&output).contains("cannot read"), "{}", complaint(&output));
+    std::fs::write(&file, "STOP").unwrap();
+    let output = run(&["load", &fake.link, path]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("program.bin: 4 bytes are no program"), "{}", complaint(&output));
+}
