@@ -70,7 +70,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     download(&mut module, &program, at, &interrupt)?;
     let mut out = std::io::stdout().lock();
-    writeln!(out, "{count} commands loaded to addresses {at} to {last}")?;
+    writeln!(out, "loaded to addresses {at} to {last}")?;
     if options.verify {
         verify(&mut module, &program, at, &interrupt)?;
         writeln!(out, "the module has them as they are in the file")?;

@@ -95,7 +95,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             seen |= sample[4].unwrap_or_default();
             let line = line(&sample, seen);
             if terminal {
-                write!(out, "\r{line}\x1b[K")?;
+                // A line that wraps around could not be overwritten.
+                write!(out, "\r{line:.width$}\x1b[K", width = columns().saturating_sub(1))?;
             } else {
                 writeln!(out, "{line}")?;
             }
@@ -108,6 +109,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(out)?;
     }
     Ok(())
+}
+
+/// Width of the terminal.
+fn columns() -> usize {
+    let size = rustix::termios::tcgetwinsize(std::io::stdout());
+    size.map(|size| size.ws_col.into()).ok().filter(|columns| *columns > 0).unwrap_or(80)
 }
 
 fn sample(module: &mut Conversation, axis: u8) -> Result<Sample, Error> {

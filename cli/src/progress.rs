@@ -2,8 +2,8 @@
 
 use std::io::{IsTerminal, Write};
 
-/// Width of the bar in characters.
-const WIDTH: usize = 40;
+/// Width of the bar in characters: with its text it has to fit a terminal of 80.
+const WIDTH: usize = 24;
 
 /// A bar that is drawn anew on a terminal and wiped away at the end; elsewhere a single line.
 #[derive(Debug)]

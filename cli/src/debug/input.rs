@@ -49,7 +49,12 @@ impl Input {
         }
         let mut line = String::new();
         match self.lines.read_line(&mut line).map_err(failed)? {
-            0 => Ok(Line::End),
+            0 => {
+                if self.terminal {
+                    writeln!(out)?;
+                }
+                Ok(Line::End)
+            }
             _ => Ok(Line::Text(line)),
         }
     }

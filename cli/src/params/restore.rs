@@ -53,9 +53,9 @@ pub(super) fn restore(
 
     let mut out = std::io::stdout().lock();
     let stored = if store { ", all stored" } else { "" };
-    writeln!(out, "{changed} settings restored, {same} were the same already{stored}")?;
+    writeln!(out, "settings restored: {changed}, the same already: {same}{stored}")?;
     if left > 0 {
-        writeln!(out, "{left} settings of the interfaces left as they are; --interface restores them")?;
+        writeln!(out, "settings of the interfaces left as they are: {left}; --interface restores them")?;
     }
     for complaint in &complaints {
         writeln!(out, "refused: {complaint}")?;
@@ -114,11 +114,14 @@ impl Restorer<'_> {
     }
 
     fn write_one(&mut self, setting: Setting) -> Result<(), Error> {
-        if self.module.value(setting.read())? == setting.value() {
-            self.same += 1;
-        } else {
-            self.module.request(setting.write())?;
-            self.changed += 1;
+        match self.module.value(setting.read()) {
+            Ok(value) if value == setting.value() => self.same += 1,
+            Err(error) if !error.is_refusal() => return Err(error),
+            // What cannot be read is refused when it is written, under the name it has in the file.
+            Ok(_) | Err(_) => {
+                self.module.request(setting.write())?;
+                self.changed += 1;
+            }
         }
         Ok(())
     }

@@ -32,7 +32,7 @@ pub fn download(module: &mut Conversation, program: &Program, at: u16, interrupt
 /// Sends the commands, each of which has to be stored and not executed.
 fn send(module: &mut Conversation, program: &Program, at: u16, interrupt: &Interrupt) -> Result<(), Failure> {
     let total = program.commands.len();
-    let mut progress = Progress::new(format!("loading {total} commands"), total);
+    let mut progress = Progress::new("loading the program", total);
     for (done, (address, command)) in (1..).zip(program.placed(at)) {
         if interrupt.happened() {
             return Err(Failure::Failed("interrupted; the module has no program now".into()));
@@ -73,7 +73,7 @@ pub fn verify(module: &mut Conversation, program: &Program, at: u16, interrupt: 
         return Err(Failure::Failed(message.into()));
     }
     let total = program.commands.len();
-    let mut progress = Progress::new(format!("comparing {total} commands"), total);
+    let mut progress = Progress::new("comparing the program", total);
     let mut differences = Vec::new();
     for (done, (address, expected)) in (1..).zip(program.placed(at)) {
         if interrupt.happened() {

@@ -24,7 +24,7 @@ fn a_program_is_loaded_and_started() {
     let fake = Fake::start(State::default());
     let (code, said, complaint) = load(&fake, &["--at", "50", "--verify", "--autostart", "--run"]);
     assert_eq!(code, Some(0), "{complaint}");
-    let expected = "3 commands loaded to addresses 50 to 52\nthe module has them as they are in the file\n\
+    let expected = "loaded to addresses 50 to 52\nthe module has them as they are in the file\n\
                     the program starts by itself after power-up\nrunning from address 50\n";
     assert_eq!(said, expected);
     assert_eq!(memory(&fake, 50), PROGRAM);

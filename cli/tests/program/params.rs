@@ -37,8 +37,8 @@ fn settings_come_back_and_stay() {
     }
     let (code, said) = params(&[&link], "restore", &file, &["--store"]);
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("6 settings restored, 123 were the same already, all stored"), "{said}");
-    assert!(said.contains("10 settings of the interfaces left as they are"), "{said}");
+    assert!(said.contains("settings restored: 6, the same already: 123, all stored"), "{said}");
+    assert!(said.contains("settings of the interfaces left as they are: 10;"), "{said}");
     sim.control(&["power off", "power on"]);
     // Coordinates are taken from the EEPROM on request.
     sim.tcp().ok("GCO 0, 255");
@@ -56,16 +56,19 @@ fn interfaces_are_restored_on_demand() {
     std::fs::write(&file, "SGP 66, 0, 9\nSGP 71, 0, 8\nSGP 76, 0, 4 // host\nSAP 4, 0, 1500\n").unwrap();
     let (code, said) = params(&[&bus, "--address", "2"], "restore", &file, &[]);
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("1 settings restored, 0 were the same already\n3 settings of the interfaces"), "{said}");
+    assert!(
+        said.contains("settings restored: 1, the same already: 0\nsettings of the interfaces left as they are: 3"),
+        "{said}"
+    );
     let (code, said) = params(&[&bus, "--address", "2"], "restore", &file, &["--interface"]);
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("3 settings restored, 1 were the same already"), "{said}");
+    assert!(said.contains("settings restored: 3, the same already: 1"), "{said}");
     let output = run(&["send", &bus, "--address", "9", "GGP 71, 0", "GGP 76, 0"]);
     assert!(output.status.success(), "{}", complaint(&output));
     // On CAN it is the identifier that must change last.
     let (code, said) = params(&[&can, "--address", "3"], "restore", &file, &["--interface"]);
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("4 settings restored"), "{said}");
+    assert!(said.contains("settings restored: 4"), "{said}");
 }
 
 #[test]
@@ -76,10 +79,10 @@ fn refusals_are_told_one_by_one() {
     std::fs::write(&file, "SAP 4, 0, 5000\nSAP 250, 0, 1\nSAP 6, 3, 100\nSAP 6, 0, 100\n").unwrap();
     let (code, said) = params(&[&link], "restore", &file, &["--store"]);
     assert_eq!(code, Some(1));
-    assert!(said.contains("1 settings restored, 0 were the same already"), "{said}");
+    assert!(said.contains("settings restored: 1, the same already: 0"), "{said}");
     assert!(said.contains("refused: SAP 4, 0, 5000: status 4 value"), "{said}");
-    assert!(said.contains("refused: GAP 250, 0: status 3 unknown"), "{said}");
-    assert!(said.contains("refused: GAP 6, 3: status 4"), "{said}");
+    assert!(said.contains("refused: SAP 250, 0, 1: status 3 unknown"), "{said}");
+    assert!(said.contains("refused: SAP 6, 3, 100: status 4"), "{said}");
     assert_eq!(said.matches("refused").count(), 3, "{said}");
 
     std::fs::write(&file, "SAP 6, 0, 100\nROR 0, 100\n").unwrap();
