@@ -13,5 +13,6 @@ mod load;
 mod messages;
 mod monitor;
 mod params;
+mod programs;
 mod scan;
 mod send;

@@ -70,21 +70,12 @@ fn links_that_cannot_be_opened_are_told() {
 
 #[test]
 fn help_is_there() {
-    for arguments in
-        [&["--help"][..], &["sim", "--help"], &["send", "--help"], &["asm", "--help"], &["disasm", "--help"]]
-    {
-    for arguments in [
-        &["--help"][..],
-        &["sim", "--help"],
-        &["send", "--help"],
-        &["params", "--help"],
-        &["monitor", "--help"],
-        &["scan", "--help"],
-        &["load", "--help"],
-        &["debug", "--help"],
-    ] {
-        let output = run(arguments);
+    for command in ["sim", "send", "asm", "disasm", "params", "monitor", "scan", "load", "debug"] {
+        let output = run(&[command, "--help"]);
         assert!(output.status.success());
-        assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: tmcl"));
+        assert!(String::from_utf8_lossy(&output.stdout).contains(&format!("Usage: tmcl {command}")));
     }
+    let output = run(&["--help"]);
+    assert!(output.status.success());
+    assert!(String::from_utf8_lossy(&output.stdout).contains("Usage: tmcl"));
 }
