@@ -5,9 +5,17 @@
 mod common;
 
 use common::{Bench, NOT_AVAILABLE, OK};
-use hal_sim::clock::{MILLISECOND, SECOND};
-use tmcm::module::Source;
-use tmcm::tmcl::{binary, text};
+use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
+use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
+use hal_sim::control::Line;
+use hal_sim::world::config::WorldConfig;
+use std::cell::Cell;
+use std::rc::Rc;
+use tmcm::module::{Inputs, Module, Outcome, Parts, Source, TMCM_1140};
+use tmcm::tmcl::{Reply, Status, binary, text};
+use tmcm::units::Micros;
+use tmcm::vm::ErrorFlag;
 
 fn configure(bench: &mut Bench, lines: &[&str]) {
     for line in lines {
@@ -162,5 +170,114 @@ fn coolstep_follows_the_load() {
         bench.control("load 0");
         bench.run(3 * SECOND);
         assert_eq!(bench.ok("GAP 180, 0"), floor);
+    }
+}
+
+/// The motion controller behind a bus on which nothing can be written at times: these datagrams do not get through.
+struct Loose(SimSpi, Rc<Cell<bool>>);
+
+impl ErrorType for Loose {
+    type Error = ErrorKind;
+}
+
+impl SpiDevice for Loose {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        // Bit 0 of the first byte tells a read from a write.
+        let write = matches!(operations, [Operation::TransferInPlace([first, ..])] if *first & 1 == 0);
+        if self.1.get() && write {
+            return Err(ErrorKind::Other);
+        }
+        self.0.transaction(operations).map_err(|never| match never {})
+    }
+}
+
+/// A module on such a bus, in virtual time.
+struct LooseBench {
+    board: SharedBoard,
+    module: Module<Loose, SimSpi, SimPin, (), 1>,
+    fails: Rc<Cell<bool>>,
+}
+
+impl LooseBench {
+    fn new() -> Self {
+        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+        let fails = Rc::new(Cell::new(false));
+        let parts = Parts {
+            tmc429: Loose(board.spi(Chip::Tmc429, 1_000_000), fails.clone()),
+            tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
+            enable: board.enable_pin(),
+        };
+        let module = Module::new(&TMCM_1140, parts, (), |_| {}, Micros(0), 1);
+        LooseBench { board, module, fails }
+    }
+
+    fn now(&self) -> Micros {
+        Micros(self.board.borrow().now() / MICROSECOND)
+    }
+
+    fn ok(&mut self, line: &str) {
+        let outcome = self.module.execute(self.now(), Source::Usb, text::parse(line).unwrap());
+        // A setting that is stored is in force before it is durable.
+        let done = matches!(outcome, Outcome::Pending | Outcome::Reply(Reply::Plain { status: Status::Ok, .. }));
+        assert!(done, "{line}: {outcome:?}");
+    }
+
+    fn run(&mut self, milliseconds: u64) {
+        for _ in 0..milliseconds {
+            let next = self.board.borrow().now() + MILLISECOND;
+            self.board.borrow_mut().advance_to(next);
+            let seen = self.board.borrow().inputs();
+            let inputs = Inputs {
+                supply: Some(seen.supply),
+                stall: seen.stall,
+                encoder: seen.encoder,
+                temperature: 25,
+                ..Inputs::default()
+            };
+            let now = self.now();
+            self.module.poll(now, &inputs);
+        }
+    }
+
+    fn control(&mut self, line: &str) {
+        Line::parse(line).unwrap().control.apply(&mut self.board.borrow_mut());
+    }
+
+    fn speed(&self) -> i32 {
+        self.board.borrow().tmc429().velocity(0)
+    }
+
+    fn raised(&self, flag: ErrorFlag) -> bool {
+        self.module.machine().errors.raised(flag)
+    }
+}
+
+/// A stop that does not get through to the motion controller is repeated until it does, whatever it was for, even
+/// if that is over by then; and it is told of at once.
+#[test]
+fn a_stop_that_is_not_heard_is_repeated() {
+    for (set_up, cause, over, flag) in [
+        ("GAP 1, 0", "supply 8.4", "supply 9.0", Some(ErrorFlag::Shutdown)),
+        ("GAP 1, 0", "fault short-a on", "fault short-a off", Some(ErrorFlag::Alarm)),
+        ("SAP 212, 0, 1000", "slip -20", "slip 20", Some(ErrorFlag::Deviation)),
+        ("SGP 68, 0, 300", "supply 24", "supply 24", None),
+    ] {
+        let mut bench = LooseBench::new();
+        bench.ok(set_up);
+        bench.ok("ROR 0, 300");
+        bench.run(250);
+        for flag in [ErrorFlag::Alarm, ErrorFlag::Deviation, ErrorFlag::Position, ErrorFlag::Shutdown] {
+            assert!(!bench.raised(flag), "{cause}");
+        }
+        bench.fails.set(true);
+        bench.control(cause);
+        bench.run(100);
+        assert_eq!(bench.speed(), 300, "{cause}: nothing can be written");
+        assert!(flag.is_none_or(|flag| bench.raised(flag)), "{cause}");
+        bench.control(over);
+        bench.run(5);
+        bench.fails.set(false);
+        bench.run(2);
+        assert_eq!(bench.speed(), 0, "{cause}");
     }
 }

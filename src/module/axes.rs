@@ -43,8 +43,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         let home = home != (self.global(G::EndSwitchPolarity) != 0);
         let sensors = Sensors { stall, home, encoder, external, null };
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
-            // A datagram that did not get through is tried again with the next poll.
-            let Ok(events) = axis.poll(now, &mut self.chip, sensors) else { continue };
+            let events = axis.poll(now, &mut self.chip, sensors);
             for (event, flag) in [
                 (events.cut_short, ErrorFlag::Position),
                 (events.deviation, ErrorFlag::Deviation),
@@ -81,14 +80,17 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// Does something to all axes that ends their moves.
     pub(super) fn interrupt(
         &mut self,
+        now: Micros,
         act: impl Fn(&mut motion::Axis<D>, &mut Tmc429<M>) -> Result<(), motion::Error>,
     ) {
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
             if axis.travelling() {
                 self.machine.errors.raise(ErrorFlag::Position);
             }
-            // A motor that does not hear will not hear a second time either; the guard goes on looking.
-            let _ = act(axis, &mut self.chip);
+            // What does not hear now is stopped hard as soon as it does.
+            if act(axis, &mut self.chip).is_err() {
+                let _ = axis.hard_stop(now, &mut self.chip);
+            }
             if let Some(subscription) = &mut self.subscription {
                 subscription.armed &= !bit(number.into());
             }

@@ -98,15 +98,15 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     pub(super) fn supervise(&mut self, now: Micros) {
         let limits = [self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat)];
         if self.supervision.silence(now, limits) {
-            self.interrupt(|axis, chip| axis.rotate(now, chip, 0));
+            self.interrupt(now, |axis, chip| axis.rotate(now, chip, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
             Supply::Lost => {
                 self.machine.stop();
-                self.interrupt(|axis, chip| axis.hard_stop(now, chip));
+                self.interrupt(now, |axis, chip| axis.hard_stop(now, chip));
             }
             Supply::Restored => {
-                self.interrupt(|axis, _| axis.restart_driver());
+                self.interrupt(now, |axis, _| axis.restart_driver());
                 self.starts = true;
             }
             Supply::Steady => {}

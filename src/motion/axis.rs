@@ -81,6 +81,12 @@ pub struct Axis<D> {
     pub(super) errors: i32,
     /// Driver faults since the last motion command, as bits of parameter 208.
     pub(super) alarms: u8,
+    /// The motor has been stopped because an encoder deviates, and not been sent anywhere since.
+    pub(super) deviating: bool,
+    /// A hard stop has not got through to the chip: it is tried again with every poll.
+    pub(super) stopping: bool,
+    /// What has not been told yet.
+    pub(super) events: Events,
     /// The external encoder is to be zeroed at its next N event.
     pub(super) null_armed: bool,
     current: Current,
@@ -109,6 +115,9 @@ impl<D: SpiDevice> Axis<D> {
             search: None,
             errors: 0,
             alarms: 0,
+            deviating: false,
+            stopping: false,
+            events: Events::default(),
             null_armed: false,
             current: Current::default(),
             drive: None,
@@ -139,6 +148,7 @@ impl<D: SpiDevice> Axis<D> {
     /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
     /// (MST).
     pub fn rotate<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, speed: Internal) -> Result<(), Error> {
+        self.begin(speed != 0);
         self.search = None;
         self.travelling = false;
         self.run_at(now, chip, speed)
@@ -146,6 +156,7 @@ impl<D: SpiDevice> Axis<D> {
 
     /// Moves to `target` (MVP, SAP 0). In soft mode it stays in soft mode.
     pub fn move_to<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, target: i32) -> Result<(), Error> {
+        self.begin(true);
         self.search = None;
         self.travel_to(now, chip, target)?;
         self.travelling = true;
@@ -159,7 +170,9 @@ impl<D: SpiDevice> Axis<D> {
         chip: &mut Tmc429<M>,
         speed: Internal,
     ) -> Result<(), Error> {
-        self.begin(now, speed != 0)?;
+        if speed != 0 {
+            self.wake(now)?;
+        }
         self.set_mode(chip, Mode::Velocity)?;
         chip.write(self.motor, Register::VTarget, speed as u32)?;
         self.target_speed = speed;
@@ -174,7 +187,7 @@ impl<D: SpiDevice> Axis<D> {
         chip: &mut Tmc429<M>,
         target: i32,
     ) -> Result<(), Error> {
-        self.begin(now, true)?;
+        self.wake(now)?;
         self.aim(target);
         if self.mode == Mode::Velocity { self.resume(chip, Mode::Ramp) } else { self.write_leg(chip) }
     }
@@ -227,7 +240,8 @@ impl<D: SpiDevice> Axis<D> {
                 self.rotate(now, chip, heading)
             }
             (Mode::Velocity, _) => {
-                self.begin(now, self.position.target != self.position.actual)?;
+                self.begin(true);
+                self.wake(now)?;
                 self.aim(self.position.target);
                 self.travelling = true;
                 self.resume(chip, mode)
@@ -248,9 +262,8 @@ impl<D: SpiDevice> Axis<D> {
         let mode = self.mode;
         let standing = self.position.actual == self.position.target && self.speed == 0;
         if mode != Mode::Velocity {
-            let errors = self.errors;
-            self.rotate(now, chip, 0)?;
-            self.errors = errors;
+            self.travelling = false;
+            self.run_at(now, chip, 0)?;
         }
         self.write_position(chip, value)?;
         if mode != Mode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
@@ -344,11 +357,21 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// Advances everything by one turn of the 1 kHz poll: two datagrams to the TMC429, or one and one to
-    /// the driver.
-    pub fn poll<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, sensors: Sensors) -> Result<Events, Error> {
+    /// Advances everything by one turn of the 1 kHz poll. That takes two datagrams to the TMC429, or one and one to
+    /// the driver; a few more where the motor is held by a switch, a reference search is on or something is to be
+    /// done.
+    pub fn poll<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, sensors: Sensors) -> Events {
         self.sensors = sensors;
         self.count_encoders();
+        // What did not get through to a chip is tried again with the next poll.
+        let _ = self.turn(now, chip);
+        core::mem::take(&mut self.events)
+    }
+
+    fn turn<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        if self.stopping {
+            self.hard_stop(now, chip)?;
+        }
         self.actual_position(chip)?;
         let left = chip.left_switch(self.motor);
         match self.slot {
@@ -361,20 +384,19 @@ impl<D: SpiDevice> Axis<D> {
         if self.mode != Mode::Velocity && self.position.advance() {
             self.write_leg(chip)?;
         }
-        let mut events = self.guard(now, chip)?;
+        self.guard(now, chip)?;
         if let Some(search) = self.search {
-            events.cut_short |= self.poll_search(now, chip, search)?;
+            self.events.cut_short |= self.poll_search(now, chip, search)?;
         }
         let held = self.held(left);
         let reached = self.at_target();
-        events.at_target = reached && !core::mem::replace(&mut self.at_target, reached);
+        self.events.at_target |= reached && !core::mem::replace(&mut self.at_target, reached);
         if self.travelling {
-            events.reached = reached;
-            events.cut_short |= held && !reached;
+            self.events.reached |= reached;
+            self.events.cut_short |= held && !reached;
             self.travelling = !(reached || held);
         }
-        self.refresh_drive(now, self.phase(held))?;
-        Ok(events)
+        self.refresh_drive(now, self.phase(held))
     }
 
     fn count_encoders(&mut self) {
@@ -427,15 +449,16 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// A motion command arrives: error flags go, and before the first step there is full current.
-    fn begin(&mut self, now: Micros, moves: bool) -> Result<(), Error> {
+    /// A motion command arrives: error flags go, and if it moves the motor a deviation stops that anew.
+    pub(super) fn begin(&mut self, moves: bool) {
         self.errors = 0;
-        if moves {
-            self.release_driver()?;
-            self.current.wake();
-            self.refresh_drive(now, Phase::Changing)?;
-        }
-        Ok(())
+        self.deviating &= !moves;
+    }
+
+    /// Before the first step there is full current.
+    fn wake(&mut self, now: Micros) -> Result<(), Error> {
+        self.release_driver()?;
+        self.refresh_drive(now, Phase::Changing)
     }
 
     fn refresh_drive(&mut self, now: Micros, phase: Phase) -> Result<(), Error> {

@@ -35,11 +35,6 @@ pub(super) struct Current {
 }
 
 impl Current {
-    /// A motion begins: full current from now on.
-    pub(super) fn wake(&mut self) {
-        self.still_since = None;
-    }
-
     /// What applies now.
     pub(super) fn select(&mut self, now: Micros, phase: Phase, speed: Internal, value: impl Fn(P) -> i32) -> Drive {
         let threshold = value(P::SmartEnergyThresholdSpeed);

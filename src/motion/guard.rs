@@ -4,7 +4,7 @@
 use embedded_hal::spi::SpiDevice;
 
 use super::current::Drive;
-use super::{Axis, Error, Events};
+use super::{Axis, Error};
 use crate::chip::tmc262::flags;
 use crate::chip::tmc429::{Mode, Register, Tmc429};
 use crate::param::AxisParameter as P;
@@ -19,30 +19,40 @@ const SHUT_DOWN: u8 = flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B;
 
 impl<D: SpiDevice> Axis<D> {
     /// Looks after the motor once a poll and stops it at once where that is due. What was found stays in
-    /// parameters 207 and 208; only what is new is an event.
-    pub(super) fn guard<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<Events, Error> {
-        let stall = self.stalled(chip)?;
-        let deviation = self.deviates() && self.errors & DEVIATION == 0;
+    /// parameters 207 and 208; only what is new is an event. A motor that has been stopped for a deviation may
+    /// deviate until it is to move again.
+    pub(super) fn guard<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        let deviation = self.deviates() && !self.deviating;
         let faults = self.driver.flags() & SHUT_DOWN & !self.alarms;
-        let mut events = Events { deviation, alarm: faults != 0, stall, ..Events::default() };
-        if stall || deviation || faults != 0 {
-            events.cut_short = self.travelling;
-            let errors = self.errors;
-            self.hard_stop(now, chip)?;
-            self.errors = errors | if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
-            self.alarms |= faults;
+        // Where the speed is not known now it will be with the next poll.
+        let stall = self.stalled(chip).unwrap_or(false);
+        if !(stall || deviation || faults != 0) {
+            return Ok(());
         }
-        Ok(events)
+        self.events.stall |= stall;
+        self.events.deviation |= deviation;
+        self.events.alarm |= faults != 0;
+        self.events.cut_short |= self.travelling;
+        self.errors |= if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
+        self.deviating |= deviation;
+        self.alarms |= faults;
+        self.hard_stop(now, chip)
     }
 
-    /// Stops at once, without a ramp, and ends what was going on. V_ACTUAL may be written in hold mode only
-    /// (datasheet section 8.1.6); a written zero clears the hidden bits of the velocity, too.
+    /// Stops at once, without a ramp, and ends what was going on; if the chip does not hear, as soon as it does.
+    /// V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a written zero clears the hidden bits
+    /// of the velocity, too.
     pub fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        self.stopping = true;
+        self.search = None;
+        self.travelling = false;
         self.set_mode(chip, Mode::Hold)?;
         chip.write(self.motor, Register::VActual, 0)?;
         chip.write(self.motor, Register::VTarget, 0)?;
         self.speed = 0;
-        self.rotate(now, chip, 0)
+        self.run_at(now, chip, 0)?;
+        self.stopping = false;
+        Ok(())
     }
 
     /// Sets the driver up anew, as after its supply has come back.

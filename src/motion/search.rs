@@ -198,7 +198,7 @@ impl<D: SpiDevice> Axis<D> {
         }
         self.rotate(now, chip, 0)?;
         self.search = Some(Search::of(self.value(P::ReferenceSearchMode)));
-        Ok(())
+        self.configure(chip)
     }
 
     /// RFS STOP: ends a search and stops the motor; without a search it does nothing.
