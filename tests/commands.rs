@@ -565,6 +565,35 @@ fn no_event_at_a_stop_switch() {
     assert_eq!(bench.rotor(), 0);
 }
 
+/// A switch that held the motor only before the move, for some milliseconds, or within the tolerance of parameter 141
+/// does not end it: the event comes.
+#[test]
+fn an_event_in_spite_of_a_switch_that_does_not_hold() {
+    for phase in 0..8 {
+        let mut bench = Bench::new();
+        bench.ok("SAP 12, 0, 0");
+        bench.ok("138, 1, 0, 1");
+        bench.control("press right");
+        bench.run((20 + phase) * MILLISECOND);
+        bench.control("release right");
+        bench.ok("MVP ABS, 0, 2000");
+        assert_eq!(events(&mut bench), ARRIVED, "released before, phase {phase}");
+        bench.control("press right");
+        bench.ok("MVP ABS, 0, 4000");
+        bench.run((5 + phase) * MILLISECOND);
+        bench.control("release right");
+        assert_eq!(events(&mut bench), ARRIVED, "released soon after, phase {phase}");
+    }
+    let mut bench = Bench::new();
+    for line in ["SAP 13, 0, 0", "SAP 141, 0, 4000", "SAP 5, 0, 10", "138, 1, 0, 1"] {
+        bench.ok(line);
+    }
+    bench.control("press left");
+    bench.run(20 * MILLISECOND);
+    bench.ok("MVP ABS, 0, -2000");
+    assert_eq!(events(&mut bench), ARRIVED, "within the tolerance");
+}
+
 /// A new target on the way: the event comes once, at the last one.
 #[test]
 fn one_event_for_a_target_changed_on_the_way() {

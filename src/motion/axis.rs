@@ -57,6 +57,10 @@ const CLEAR_ALWAYS: i32 = 8;
 /// Parameter 217: the N event is the track becoming high, not low.
 const NULL_HIGH: i32 = 16;
 
+/// Polls, of a millisecond each, after which a contact has ceased to bounce: what a switch has said all that time
+/// counts.
+pub(super) const SETTLED: u8 = 20;
+
 /// Modulus of the ABN counter.
 const ABN_COUNTS: u32 = 1 << 16;
 
@@ -73,6 +77,8 @@ pub struct Axis<D> {
     pub(super) reverse: bool,
     pub(super) speed: Internal,
     right: bool,
+    /// Polls for which a stop switch has held the motor.
+    held: u8,
     /// A positioning move is under way: its end will be told.
     pub(super) travelling: bool,
     /// The position was the target at the last poll, and no other target has been given since.
@@ -110,6 +116,7 @@ impl<D: SpiDevice> Axis<D> {
             reverse: false,
             speed: 0,
             right: false,
+            held: 0,
             travelling: false,
             at_target: true,
             search: None,
@@ -315,7 +322,7 @@ impl<D: SpiDevice> Axis<D> {
         let (ramp_div, pulse_div) = self.divisors();
         chip.write(m, Register::VMin, self.value(P::MinimumSpeed) as u32)?;
         self.write_divisors(chip, u32::from(pulse_div) << 12 | u32::from(ramp_div) << 8)?;
-        chip.write(m, Register::DxRefTolerance, self.value(P::ReferenceTolerance) as u32)?;
+        chip.write(m, Register::DxRefTolerance, self.tolerance() as u32)?;
         let limit = self.value(P::MaximumSpeed);
         let wanted = self.value(P::MaximumAcceleration);
         if self.mode == Mode::Velocity {
@@ -373,7 +380,6 @@ impl<D: SpiDevice> Axis<D> {
             self.hard_stop(now, chip)?;
         }
         self.actual_position(chip)?;
-        let left = chip.left_switch(self.motor);
         match self.slot {
             0 | 2 => drop(self.actual_speed(chip)?),
             1 => self.driver.refresh()?,
@@ -388,15 +394,16 @@ impl<D: SpiDevice> Axis<D> {
         if let Some(search) = self.search {
             self.events.cut_short |= self.poll_search(now, chip, search)?;
         }
-        let held = self.held(left);
+        self.held = if self.is_held(chip)? { self.held.saturating_add(1) } else { 0 };
         let reached = self.at_target();
         self.events.at_target |= reached && !core::mem::replace(&mut self.at_target, reached);
         if self.travelling {
+            let cut_short = self.held >= SETTLED && !reached;
             self.events.reached |= reached;
-            self.events.cut_short |= held && !reached;
-            self.travelling = !(reached || held);
+            self.events.cut_short |= cut_short;
+            self.travelling = !(reached || cut_short);
         }
-        self.refresh_drive(now, self.phase(held))
+        self.refresh_drive(now, self.phase())
     }
 
     fn count_encoders(&mut self) {
@@ -422,18 +429,36 @@ impl<D: SpiDevice> Axis<D> {
         self.null_armed = again && self.value(P::ExternalEncoderPrescaler) & CLEAR != 0;
     }
 
-    /// True while a stop switch holds the motor against its command.
-    fn held(&self, left: bool) -> bool {
+    /// True while a stop switch holds the motor against its command. What looks like it is looked at anew: the
+    /// samples may be some polls old.
+    fn is_held<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
         let ahead = match self.mode {
             Mode::Velocity | Mode::Hold => self.target_speed,
             Mode::Ramp | Mode::Soft => self.position.target.wrapping_sub(self.position.actual),
         };
-        let by_left = left && ahead < 0 && self.value(P::LeftSwitchDisable) == 0;
-        let by_right = self.right && ahead > 0 && self.value(P::RightSwitchDisable) == 0;
-        self.speed == 0 && (by_left || by_right)
+        // Near the counter's origin the chip lets the motor pass (datasheet section 8.1.14).
+        let tolerance = self.tolerance().unsigned_abs();
+        let near = tolerance != 0 && signed(self.position.actual as u32, 24).unsigned_abs() <= tolerance;
+        let disabled = self.reference();
+        let stops = |left: bool, right: bool| match ahead {
+            ..0 => left && disabled & reference::DISABLE_STOP_L == 0,
+            0 => false,
+            1.. => right && disabled & reference::DISABLE_STOP_R == 0,
+        };
+        if near || self.speed != 0 || !stops(chip.left_switch(self.motor), self.right) {
+            return Ok(false);
+        }
+        let (left, right) = self.switches(chip)?;
+        Ok(stops(left, right) && self.actual_speed(chip)? == 0)
     }
 
-    fn phase(&self, held: bool) -> Phase {
+    /// DX_REF_TOLERANCE.
+    fn tolerance(&self) -> i32 {
+        self.value(P::ReferenceTolerance)
+    }
+
+    fn phase(&self) -> Phase {
+        let held = self.held > 0;
         let (moving, cruise) = match self.mode {
             Mode::Velocity | Mode::Hold => (self.target_speed != 0 || self.speed != 0, self.target_speed.abs()),
             Mode::Ramp | Mode::Soft => {
@@ -442,7 +467,9 @@ impl<D: SpiDevice> Axis<D> {
         };
         if !moving || (held && self.value(P::EndSwitchPowerDown) != 0) {
             Phase::Still
-        } else if held || self.speed.abs() == cruise {
+        } else if held {
+            Phase::Running
+        } else if self.speed.abs() == cruise {
             if self.speed.abs() < self.value(P::SmartEnergyThresholdSpeed) { Phase::Slow } else { Phase::Running }
         } else {
             Phase::Changing
@@ -488,17 +515,21 @@ impl<D: SpiDevice> Axis<D> {
         self.write_reference(chip)
     }
 
-    fn write_reference<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+    /// Reference switch bits as the parameters, or a search, want them.
+    fn reference(&self) -> u32 {
         let bit = |parameter: P, bit: u32| if self.value(parameter) != 0 { bit } else { 0 };
-        let switches = match &self.search {
+        match &self.search {
             Some(search) => search.reference(),
             None => {
                 bit(P::LeftSwitchDisable, reference::DISABLE_STOP_L)
                     | bit(P::RightSwitchDisable, reference::DISABLE_STOP_R)
                     | bit(P::SoftStop, reference::SOFT_STOP)
             }
-        };
-        Ok(chip.write(self.motor, Register::RefConfMode, switches | self.mode as u32)?)
+        }
+    }
+
+    fn write_reference<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        Ok(chip.write(self.motor, Register::RefConfMode, self.reference() | self.mode as u32)?)
     }
 
     fn configuration(&self, drive: Drive) -> Configuration {

@@ -1,5 +1,9 @@
 //! Which motor current applies: run, boost, slow, standby or none (manual chapter 4, parameters 6, 7, 150,
 //! 182, 183, 200, 204, 214).
+//!
+//! A motor that an end switch holds stays at the run current as long as parameter 150 is 0: neither the slow run
+//! current (183), nor standby (214), nor freewheeling (204) applies, although it stands. With 150 at 1 it stands
+//! like any other: standby and freewheeling come after their times.
 
 use crate::param::AxisParameter as P;
 use crate::units::{CurrentScale, Internal, Micros};
@@ -13,7 +17,7 @@ pub(super) enum Phase {
     Slow,
     /// Accelerates or brakes.
     Changing,
-    /// Runs at its speed.
+    /// Runs at its speed, or is held by an end switch and keeps its current.
     Running,
 }
 
