@@ -46,8 +46,10 @@ pub struct Events {
     pub alarm: bool,
 }
 
-/// Bits of parameter 210 that are functions, not prescaler (manual section 6.2.1).
-const ENCODER_FUNCTIONS: i32 = 0xF;
+/// Bits of parameter 210 that are functions, not prescaler. The manual reserves the lowest four (section 6.2.1), but
+/// only this one has a function (section 6.2.2), and in its own table 20 the prescaler of two microsteps, 200, has
+/// bit 3 set.
+const ENCODER_FUNCTIONS: i32 = CLEAR;
 /// Bits of parameter 217 that are functions, not prescaler (manual section 6.3).
 const EXTERNAL_FUNCTIONS: i32 = 0x1C;
 /// Parameters 210 and 217: clear the counter at the absolute zero point, or at an N event.
