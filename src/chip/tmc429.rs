@@ -98,6 +98,8 @@ pub mod reference {
     pub const SOFT_STOP: u32 = 1 << 10;
     /// The position is latched at the right switch, not at the left one.
     pub const REF_RNL: u32 = 1 << 11;
+    /// Read only (lp): the latch is armed and has not latched a position yet.
+    pub const LATCH_PENDING: u32 = 1 << 16;
 }
 
 /// How a ramp generator moves (datasheet section 8.1.11.1).

@@ -66,6 +66,15 @@ pub(super) const SETTLED: u8 = 20;
 /// Modulus of the ABN counter.
 const ABN_COUNTS: u32 = 1 << 16;
 
+/// True if a closed stop switch stops a motor that heads for where `ahead` points, with these reference switch bits.
+pub(super) fn stops(bits: u32, ahead: i32, left: bool, right: bool) -> bool {
+    match ahead {
+        ..0 => left && bits & reference::DISABLE_STOP_L == 0,
+        0 => false,
+        1.. => right && bits & reference::DISABLE_STOP_R == 0,
+    }
+}
+
 /// One axis.
 #[derive(Debug)]
 pub struct Axis<D> {
@@ -198,7 +207,8 @@ impl<D: SpiDevice> Axis<D> {
     ) -> Result<(), Error> {
         self.wake(now)?;
         self.aim(target);
-        if self.mode == Mode::Velocity { self.resume(chip, Mode::Ramp) } else { self.write_leg(chip) }
+        let mode = if self.mode == Mode::Soft { Mode::Soft } else { Mode::Ramp };
+        self.resume(chip, mode)
     }
 
     fn aim(&mut self, target: i32) {
@@ -235,13 +245,16 @@ impl<D: SpiDevice> Axis<D> {
     }
 
     /// Changes the ramp mode (parameter 138). Into velocity mode the motor keeps the speed it was heading
-    /// for; out of it, it goes to the last target.
+    /// for; out of it, it goes to the last target. A reference search ends, as if the motor had been stopped before.
     pub(super) fn change_mode<M: SpiDevice>(
         &mut self,
         now: Micros,
         chip: &mut Tmc429<M>,
         mode: Mode,
     ) -> Result<(), Error> {
+        if self.search.is_some() {
+            self.rotate(now, chip, 0)?;
+        }
         match (self.mode, mode) {
             (Mode::Velocity, Mode::Velocity) => Ok(()),
             (_, Mode::Velocity) => {
@@ -260,8 +273,8 @@ impl<D: SpiDevice> Axis<D> {
     }
 
     /// Overwrites the position counter (parameter 1). Target and position become equal, so that nothing
-    /// moves; a motor that was positioning is stopped along the ramp. The chip wants velocity mode for this
-    /// (datasheet section 8.1.2).
+    /// moves; a motor that was positioning, or searching, is stopped along the ramp. The chip wants velocity mode for
+    /// this (datasheet section 8.1.2).
     pub(super) fn set_position<M: SpiDevice>(
         &mut self,
         now: Micros,
@@ -270,7 +283,8 @@ impl<D: SpiDevice> Axis<D> {
     ) -> Result<(), Error> {
         let mode = self.mode;
         let standing = self.position.actual == self.position.target && self.speed == 0;
-        if mode != Mode::Velocity {
+        if mode != Mode::Velocity || self.search.is_some() {
+            self.search = None;
             self.travelling = false;
             self.run_at(now, chip, 0)?;
         }
@@ -325,7 +339,7 @@ impl<D: SpiDevice> Axis<D> {
         chip.write(m, Register::VMin, self.value(P::MinimumSpeed) as u32)?;
         self.write_divisors(chip, u32::from(pulse_div) << 12 | u32::from(ramp_div) << 8)?;
         chip.write(m, Register::DxRefTolerance, self.tolerance() as u32)?;
-        let limit = self.value(P::MaximumSpeed);
+        let limit = self.positioning_speed();
         let wanted = self.value(P::MaximumAcceleration);
         if self.mode == Mode::Velocity {
             // Velocity mode goes up to the full range and takes the acceleration as it is.
@@ -394,7 +408,7 @@ impl<D: SpiDevice> Axis<D> {
         }
         self.guard(now, chip)?;
         if let Some(search) = self.search {
-            self.events.cut_short |= self.poll_search(now, chip, search)?;
+            self.poll_search(now, chip, search)?;
         }
         self.held = if self.is_held(chip)? { self.held.saturating_add(1) } else { 0 };
         let reached = self.at_target();
@@ -441,22 +455,22 @@ impl<D: SpiDevice> Axis<D> {
         // Near the counter's origin the chip lets the motor pass (datasheet section 8.1.14).
         let tolerance = self.tolerance().unsigned_abs();
         let near = tolerance != 0 && signed(self.position.actual as u32, 24).unsigned_abs() <= tolerance;
-        let disabled = self.reference();
-        let stops = |left: bool, right: bool| match ahead {
-            ..0 => left && disabled & reference::DISABLE_STOP_L == 0,
-            0 => false,
-            1.. => right && disabled & reference::DISABLE_STOP_R == 0,
-        };
-        if near || self.speed != 0 || !stops(chip.left_switch(self.motor), self.right) {
+        let bits = self.reference();
+        if near || self.speed != 0 || !stops(bits, ahead, chip.left_switch(self.motor), self.right) {
             return Ok(false);
         }
         let (left, right) = self.switches(chip)?;
-        Ok(stops(left, right) && self.actual_speed(chip)? == 0)
+        Ok(stops(bits, ahead, left, right) && self.actual_speed(chip)? == 0)
     }
 
-    /// DX_REF_TOLERANCE.
+    /// DX_REF_TOLERANCE: a search wants to be stopped wherever its switch is.
     fn tolerance(&self) -> i32 {
-        self.value(P::ReferenceTolerance)
+        if self.search.is_some() { 0 } else { self.value(P::ReferenceTolerance) }
+    }
+
+    /// The speed at which the axis goes to a position.
+    fn positioning_speed(&self) -> Internal {
+        self.search.map_or_else(|| self.value(P::MaximumSpeed), |search| search.switch_speed())
     }
 
     fn phase(&self) -> Phase {
@@ -464,7 +478,7 @@ impl<D: SpiDevice> Axis<D> {
         let (moving, cruise) = match self.mode {
             Mode::Velocity | Mode::Hold => (self.target_speed != 0 || self.speed != 0, self.target_speed.abs()),
             Mode::Ramp | Mode::Soft => {
-                (self.position.actual != self.position.target || self.speed != 0, self.value(P::MaximumSpeed))
+                (self.position.actual != self.position.target || self.speed != 0, self.positioning_speed())
             }
         };
         if !moving || (held && self.value(P::EndSwitchPowerDown) != 0) {

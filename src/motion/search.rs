@@ -12,7 +12,7 @@
 //! | 5..8 | find the home switch fast, leave it slowly, cross it slowly |
 //!
 //! Then the motor goes to the middle between the edge where it left the switch and the one where it
-//! returned to it, or left it on the far side, and the counter is set to zero there. A switch that is
+//! returned to it, or left it on the far side, and counter and encoders are set to zero there. A switch that is
 //! closed at the start counts as found. A leg across an edge begins with the switch closed, or closes it on
 //! its way: so a fast motor that has run past a narrow home switch finds its way back.
 //!
@@ -21,12 +21,24 @@
 //! way, 1 ms at the speed of parameter 195. The two edges are passed in opposite directions, so both lag
 //! outwards and the middle is off by less than half of that.
 //!
-//! Modes 5 and 6 turn round at the stop switch ahead and give up at the other one; then the motor stands and
-//! the counter is as it was. The other modes go on until they find their switch, or are ended by RFS STOP
-//! or any motion command.
+//! What ends a leg must still be so when the motor has stood for a while, or the leg goes on: neither a glitch nor a
+//! switch that bounces is taken for an edge. Only a fast motor may have run past the home switch. Therefore the leg
+//! that leaves a switch looks for it as far back as the motor had run past it, and a little further; a switch that
+//! is not there was none, and the search for it goes on.
+//!
+//! Modes 5 and 6 turn round at the first stop switch. Any other stop switch that is closed where a leg has to go
+//! ends the search: at the second end, where the home switch overlaps a stop switch, so that it cannot be crossed,
+//! where the stop switch on the other side is in the way. The manual is silent on that; here a search that gives up
+//! leaves the motor standing, RFS STATUS 0 and position and encoders as they were, and raises the error flag EPO.
+//!
+//! Without the switch they look for, modes 1 to 4 and 7 and 8 run on until they are ended by RFS STOP, a motion
+//! command, or a change of parameter 1 or 138; so do modes 3 and 4 where a stop switch never opens on its far side.
+//! After a search the axis is in positioning mode: parameter 138 is 0, also where it was 1 before.
 
 use embedded_hal::spi::SpiDevice;
 
+use super::axis::{SETTLED, stops};
+use super::position::Position;
 use super::{Axis, Error};
 use crate::chip::tmc429::{Register, Tmc429, reference};
 use crate::param::AxisParameter as P;
@@ -36,6 +48,9 @@ use crate::units::{Internal, Micros};
 const RIGHT: i32 = 64;
 /// Modes 5..=8: inverted home switch.
 const INVERTED: i32 = 128;
+
+/// Full steps that a switch may be away from where it was seen, beside the motor's overrun: one electrical period.
+const SLACK: i32 = 4;
 
 /// One run of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +67,8 @@ enum Leg {
     Return,
     /// Back and on until it opens on the far side: the second edge.
     Cross,
+    /// To the middle between the edges, after all others.
+    Middle,
 }
 
 /// What is searched.
@@ -65,17 +82,17 @@ enum Goal {
     Circular,
 }
 
-/// How far a leg is.
+/// What is to be said of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
-    /// To be begun.
-    Ready,
-    /// Under way.
-    Running,
-    /// At its end; the motor comes to a stand.
-    Stopping,
-    /// All legs done: on the way to the middle.
-    Homing,
+enum Verdict {
+    /// It goes on.
+    Underway,
+    /// It is done.
+    Over,
+    /// A stop switch that it does not look for is in its way.
+    Blocked,
+    /// There is no switch where one was seen.
+    Mistaken,
 }
 
 /// A search under way.
@@ -87,25 +104,29 @@ pub(super) struct Search {
     /// Sign of the direction in which the switch is looked for.
     direction: i32,
     turned: bool,
-    number: usize,
-    stage: Stage,
+    /// Parameters 194 and 195 as they were at the start.
+    fast: Internal,
+    slow: Internal,
+    /// How many legs are done.
+    done: usize,
+    /// The motor is on its way in this leg; otherwise it comes to a stand, or stands.
+    running: bool,
+    /// What the last poll said of this leg, and for how many polls the motor has stood with that.
+    verdict: Verdict,
+    stood: u8,
     /// The switch has been closed in this leg.
     closed: bool,
+    /// Where it was seen at first, and how far back it is looked for from there.
+    seen: i32,
+    limit: i32,
+    /// The edges.
     first: i32,
     second: i32,
     far: Option<i32>,
 }
 
-/// How a search stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Progress {
-    Searching,
-    Found,
-    Lost,
-}
-
 impl Search {
-    fn of(mode: i32) -> Self {
+    fn of(mode: i32, fast: Internal, slow: Internal) -> Self {
         use Leg::{Clear, Cross, Far, Find, Leave, Return};
         let number = mode & !(RIGHT | INVERTED);
         // Modes 6 and 7 search the home switch in positive direction.
@@ -123,17 +144,40 @@ impl Search {
             inverted: mode & INVERTED != 0,
             direction: if positive { 1 } else { -1 },
             turned: false,
-            number: 0,
-            stage: Stage::Ready,
+            fast,
+            slow,
+            done: 0,
+            running: false,
+            verdict: Verdict::Underway,
+            stood: 0,
             closed: false,
+            seen: 0,
+            limit: 0,
             first: 0,
             second: 0,
             far: None,
         }
     }
 
-    fn leg(&self) -> Option<Leg> {
-        self.legs.get(self.number).copied()
+    fn leg(&self) -> Leg {
+        self.legs.get(self.done).copied().unwrap_or(Leg::Middle)
+    }
+
+    /// The speed of parameter 195, for all but the rough search.
+    pub(super) const fn switch_speed(&self) -> Internal {
+        self.slow
+    }
+
+    /// Speed of the present leg.
+    fn speed(&self) -> Internal {
+        match self.leg() {
+            Leg::Far => -self.fast * self.direction,
+            Leg::Find => self.fast * self.direction,
+            Leg::Leave => -self.slow * self.direction,
+            Leg::Clear | Leg::Return | Leg::Cross => self.slow * self.direction,
+            // That leg is a positioning move.
+            Leg::Middle => 0,
+        }
     }
 
     /// Reference switch bits of the TMC429 for the present leg. Parameters 12, 13 and 149 do not count.
@@ -143,24 +187,76 @@ impl Search {
         } else {
             (reference::DISABLE_STOP_L, 0)
         };
-        let both = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
         let disabled = match (self.goal, self.leg()) {
-            (Goal::Circular, _) | (_, None) => both,
-            // The motor runs on over the closed switch.
-            (Goal::Stop, Some(Leg::Cross)) => ahead,
-            (Goal::Stop | Goal::Home, Some(_)) => 0,
+            (Goal::Circular, _) => reference::DISABLE_STOP_L | reference::DISABLE_STOP_R,
+            // The motor runs over the closed switch.
+            (Goal::Stop, Leg::Cross | Leg::Middle) => ahead,
+            (Goal::Stop | Goal::Home, _) => 0,
         };
         disabled | latched
+    }
+
+    /// How far `position` lies beyond `mark`, in the direction of the search.
+    fn beyond(&self, position: &Position, mark: i32) -> i32 {
+        position.actual.wrapping_sub(mark).wrapping_mul(self.direction)
+    }
+
+    fn judge(&self, switches: Switches, position: &Position, standing: bool) -> Verdict {
+        let closed = switches.closed(self);
+        let other = switches.stop(-self.direction);
+        let way = position.target.wrapping_sub(position.actual);
+        let over = match self.leg() {
+            Leg::Clear => !other,
+            Leg::Far => other,
+            Leg::Find => self.closed,
+            Leg::Return => closed,
+            Leg::Leave | Leg::Cross => self.closed && !closed,
+            Leg::Middle => self.running && standing && way == 0,
+        };
+        let heading = if self.leg() == Leg::Middle { way } else { self.speed() };
+        if over {
+            Verdict::Over
+        } else if stops(self.reference(), heading, switches.left, switches.right) {
+            Verdict::Blocked
+        } else if self.leg() == Leg::Leave && !self.closed && self.beyond(position, self.limit) < 0 {
+            Verdict::Mistaken
+        } else {
+            Verdict::Underway
+        }
     }
 
     /// The edge that the present leg ends at.
     fn mark(&mut self, edge: i32) {
         match self.leg() {
-            Some(Leg::Far) => self.far = Some(edge),
-            Some(Leg::Leave) => self.first = edge,
-            Some(Leg::Return | Leg::Cross) => self.second = edge,
-            Some(Leg::Clear | Leg::Find) | None => {}
+            Leg::Far => self.far = Some(edge),
+            Leg::Find => self.seen = edge,
+            Leg::Leave => self.first = edge,
+            Leg::Return | Leg::Cross => self.second = edge,
+            Leg::Clear | Leg::Middle => {}
         }
+    }
+
+    /// Turns to what comes next, now that the motor stands; false if there is nothing.
+    fn proceed(&mut self, position: &Position, slack: i32) -> bool {
+        match (self.verdict, self.leg()) {
+            (Verdict::Underway, _) => {}
+            (Verdict::Over, leg) => {
+                if leg == Leg::Find {
+                    let overrun = self.beyond(position, self.seen).saturating_abs();
+                    let back = overrun.saturating_add(slack).wrapping_mul(self.direction);
+                    self.limit = self.seen.wrapping_sub(back);
+                }
+                self.done = self.done.saturating_add(1);
+            }
+            // Back from leaving the switch to finding it.
+            (Verdict::Mistaken, _) => self.done = self.done.saturating_sub(1),
+            (Verdict::Blocked, Leg::Find) if !self.turned => {
+                self.turned = true;
+                self.direction = -self.direction;
+            }
+            (Verdict::Blocked, _) => return false,
+        }
+        true
     }
 }
 
@@ -188,16 +284,19 @@ impl Switches {
 }
 
 impl<D: SpiDevice> Axis<D> {
-    /// RFS START: begins a search by the mode of parameter 193.
+    /// RFS START: begins a search by the mode of parameter 193, at the speeds of parameters 194 and 195; what becomes
+    /// of these parameters later is for the next one.
     ///
     /// # Errors
     /// [`Error::NotNow`] when one of the search speeds (194, 195) is zero: it would never end.
     pub fn start_search<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        if self.value(P::ReferenceSearchSpeed) == 0 || self.value(P::ReferenceSwitchSpeed) == 0 {
+        let (fast, slow) = (self.value(P::ReferenceSearchSpeed), self.value(P::ReferenceSwitchSpeed));
+        if fast == 0 || slow == 0 {
             return Err(Error::NotNow);
         }
         self.rotate(now, chip, 0)?;
-        self.search = Some(Search::of(self.value(P::ReferenceSearchMode)));
+        self.search = Some(Search::of(self.value(P::ReferenceSearchMode), fast, slow));
+        // While the motor comes to a stand the switches act as in the first leg.
         self.configure(chip)
     }
 
@@ -208,67 +307,84 @@ impl<D: SpiDevice> Axis<D> {
 
     /// RFS STATUS: 0, or the number of the leg under way.
     pub fn search_status(&self) -> i32 {
-        self.search.map_or(0, |search| search.number as i32 + 1)
+        self.search.map_or(0, |search| search.done as i32 + 1)
     }
 
-    /// Takes the search on by one poll; the position has been read in it. True if it gave up.
+    /// Takes the search on by one poll; the position has been read in it.
     pub(super) fn poll_search<M: SpiDevice>(
         &mut self,
         now: Micros,
         chip: &mut Tmc429<M>,
         mut search: Search,
-    ) -> Result<bool, Error> {
+    ) -> Result<(), Error> {
         let (left, right) = self.switches(chip)?;
         let switches = Switches { left, right, home: self.sensors.home };
-        let progress = match search.stage {
-            Stage::Ready if self.actual_speed(chip)? != 0 => Progress::Searching,
-            Stage::Ready => {
-                self.begin_leg(now, chip, &mut search, switches)?;
-                Progress::Searching
-            }
-            Stage::Running => self.watch_leg(now, chip, &mut search, switches)?,
-            Stage::Stopping => {
-                search.number = search.number.saturating_add(1);
-                search.stage = Stage::Ready;
-                Progress::Searching
-            }
-            Stage::Homing => self.arrive(now, chip, &search)?,
-        };
-        if progress == Progress::Searching {
-            self.search = Some(search);
-            return Ok(false);
+        let standing = self.actual_speed(chip)? == 0;
+        let closed = switches.closed(&search);
+        if closed && !search.closed {
+            search.closed = true;
+            self.arm_latch(chip)?;
+        } else if search.leg() == Leg::Cross && !closed && search.beyond(&self.position, search.first) < 0 {
+            // Whatever was closed, it was not the switch: that begins where the first edge is.
+            search.closed = false;
         }
-        self.search = None;
-        if progress == Progress::Lost {
+        let verdict = search.judge(switches, &self.position, standing);
+        if verdict == Verdict::Over && search.verdict != Verdict::Over {
+            search.mark(self.edge(chip, &search)?);
+        }
+        search.stood = if standing && verdict == search.verdict { search.stood.saturating_add(1) } else { 0 };
+        search.verdict = verdict;
+        if search.leg() == Leg::Middle && verdict == Verdict::Over {
+            let zeroed = self.zero(now, chip, &search);
+            return self.end_search(chip, zeroed.is_ok());
+        }
+        if search.running && verdict != Verdict::Underway {
             self.run_at(now, chip, 0)?;
+            search.running = false;
+        } else if !search.running && self.target_speed != 0 {
+            // The chip has heard only half of what was to begin the leg.
+            self.run_at(now, chip, 0)?;
+        } else if !search.running && search.stood >= SETTLED {
+            if !search.proceed(&self.position, SLACK << self.value(P::MicrostepResolution)) {
+                return self.end_search(chip, false);
+            }
+            return self.begin_leg(now, chip, search, switches);
         }
-        // From now on the stop switches act as their parameters say.
-        self.configure(chip)?;
-        Ok(progress == Progress::Lost)
+        self.search = Some(search);
+        Ok(())
+    }
+
+    /// From now on the stop switches act as their parameters say.
+    fn end_search<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, found: bool) -> Result<(), Error> {
+        self.search = None;
+        self.events.cut_short |= !found;
+        self.configure(chip)
     }
 
     fn begin_leg<M: SpiDevice>(
         &mut self,
         now: Micros,
         chip: &mut Tmc429<M>,
-        search: &mut Search,
+        mut search: Search,
         switches: Switches,
     ) -> Result<(), Error> {
-        let leg = search.leg();
-        search.stage = if leg.is_some() { Stage::Running } else { Stage::Homing };
-        search.closed = switches.closed(search);
+        search.closed = switches.closed(&search);
+        search.verdict = Verdict::Underway;
+        search.stood = 0;
+        // The stop switches act as this leg wants it.
+        self.search = Some(search);
         if search.closed {
             self.arm_latch(chip)?;
         }
-        // The stop switches act as this leg wants it.
-        self.search = Some(*search);
-        match leg {
-            Some(leg) => self.run_at(now, chip, self.leg_speed(search, leg)),
-            None => {
-                let span = search.second.wrapping_sub(search.first);
-                self.travel_to(now, chip, search.first.wrapping_add(span / 2))
-            }
+        if search.leg() == Leg::Middle {
+            let span = search.second.wrapping_sub(search.first);
+            self.travel_to(now, chip, search.first.wrapping_add(span / 2))?;
+        } else {
+            self.run_at(now, chip, search.speed())?;
         }
+        search.running = true;
+        self.search = Some(search);
+        Ok(())
     }
 
     /// The chip will keep the position where the closed switch opens. Where the motor stands on the edge, it
@@ -277,69 +393,27 @@ impl<D: SpiDevice> Axis<D> {
         Ok(chip.write(self.motor, Register::XLatched, 0)?)
     }
 
-    fn leg_speed(&self, search: &Search, leg: Leg) -> Internal {
-        let speed = match leg {
-            Leg::Far | Leg::Find => self.value(P::ReferenceSearchSpeed),
-            Leg::Clear | Leg::Leave | Leg::Return | Leg::Cross => self.value(P::ReferenceSwitchSpeed),
-        };
-        match leg {
-            Leg::Far | Leg::Leave => -speed * search.direction,
-            Leg::Clear | Leg::Find | Leg::Return | Leg::Cross => speed * search.direction,
+    /// Where the present leg ends: as the chip has latched it, if it has; a standing motor latches nothing (datasheet
+    /// section 8.1.15).
+    fn edge<M: SpiDevice>(&self, chip: &mut Tmc429<M>, search: &Search) -> Result<i32, Error> {
+        let opens = search.goal == Goal::Stop && matches!(search.leg(), Leg::Leave | Leg::Cross);
+        if !opens || chip.read(self.motor, Register::RefConfMode)? & reference::LATCH_PENDING != 0 {
+            return Ok(self.position.actual);
         }
+        Ok(self.position.extend(chip.read(self.motor, Register::XLatched)?))
     }
 
-    fn watch_leg<M: SpiDevice>(
-        &mut self,
-        now: Micros,
-        chip: &mut Tmc429<M>,
-        search: &mut Search,
-        switches: Switches,
-    ) -> Result<Progress, Error> {
-        let Some(leg) = search.leg() else { return Ok(Progress::Lost) };
-        let closed = switches.closed(search);
-        if closed && !search.closed {
-            search.closed = true;
-            self.arm_latch(chip)?;
-        }
-        let other = switches.stop(-search.direction);
-        let over = match leg {
-            Leg::Clear => !other,
-            Leg::Far => other,
-            Leg::Find | Leg::Return => closed,
-            Leg::Leave | Leg::Cross => search.closed && !closed,
-        };
-        if over {
-            let edge = if search.goal == Goal::Stop && matches!(leg, Leg::Leave | Leg::Cross) {
-                self.position.extend(chip.read(self.motor, Register::XLatched)?)
-            } else {
-                self.position.actual
-            };
-            search.mark(edge);
-            search.stage = Stage::Stopping;
-            self.run_at(now, chip, 0)?;
-        } else if search.goal == Goal::Home && switches.stop(self.leg_speed(search, leg).signum()) {
-            // A stop switch in place of the home switch.
-            if search.turned || leg != Leg::Find {
-                return Ok(Progress::Lost);
-            }
-            search.turned = true;
-            search.direction = -search.direction;
-            search.stage = Stage::Ready;
-        }
-        Ok(Progress::Searching)
-    }
-
-    /// Waits for the motor to stand on the middle, and makes it zero.
-    fn arrive<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, search: &Search) -> Result<Progress, Error> {
-        let zero = self.position.target;
-        if self.position.actual != zero || self.actual_speed(chip)? != 0 {
-            return Ok(Progress::Searching);
-        }
+    /// Makes the position zero, which is the middle. The encoders become zero with it: their
+    /// deviation (parameters 212 and 218) is counted from there.
+    fn zero<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, search: &Search) -> Result<(), Error> {
+        let zero = self.position.actual;
+        self.set_position(now, chip, 0)?;
+        self.encoder.set(0);
+        self.external.set(0);
         self.set_value(P::LastReferencePosition, zero);
         if let Some(far) = search.far {
             self.set_value(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());
         }
-        self.set_position(now, chip, 0)?;
-        Ok(Progress::Found)
+        Ok(())
     }
 }
