@@ -97,24 +97,15 @@ const TURNS: [Register; 8] = [
     Register::SgcsConf,
 ];
 
-/// Flags of every answer, all active high, as axis parameter 208 shows them (manual chapter 4).
+/// Flags of every answer, all active high, in the order in which axis parameter 208 shows them (manual chapter 4):
+/// those that mean that the bridges are off.
 pub mod flags {
-    /// stallGuard2 threshold reached.
-    pub const STALL: u8 = 1 << 0;
     /// Shut down by over-temperature.
     pub const OVERTEMPERATURE: u8 = 1 << 1;
-    /// Over-temperature pre-warning.
-    pub const OVERTEMPERATURE_WARNING: u8 = 1 << 2;
     /// Short to ground, coil A.
     pub const SHORT_A: u8 = 1 << 3;
     /// Short to ground, coil B.
     pub const SHORT_B: u8 = 1 << 4;
-    /// Open load, coil A.
-    pub const OPEN_A: u8 = 1 << 5;
-    /// Open load, coil B.
-    pub const OPEN_B: u8 = 1 << 6;
-    /// No step for 2^20 clocks.
-    pub const STANDSTILL: u8 = 1 << 7;
 }
 
 /// The chip on its SPI bus.

@@ -31,8 +31,9 @@
 //! where the stop switch on the other side is in the way. The manual is silent on that; here a search that gives up
 //! leaves the motor standing, RFS STATUS 0 and position and encoders as they were, and raises the error flag EPO.
 //!
-//! Without the switch they look for, modes 1 to 4 and 7 and 8 run on until they are ended by RFS STOP, a motion
-//! command, or a change of parameter 1 or 138; so do modes 3 and 4 where a stop switch never opens on its far side.
+//! Without the switch they look for, and in modes 5 and 6 without stop switches either, searches run on until they are
+//! ended by RFS STOP, a motion command, or a change of parameter 1 or 138; so do modes 3 and 4 where a stop switch
+//! never opens on its far side.
 //! After a search the axis is in positioning mode: parameter 138 is 0, also where it was 1 before.
 
 use embedded_hal::spi::SpiDevice;
