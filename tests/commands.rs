@@ -552,6 +552,27 @@ fn no_event_after_an_interrupted_move() {
     }
 }
 
+/// Nor when a reference search or a stall came in between: the next move is none of the host's concern.
+#[test]
+fn no_event_after_a_search_or_a_stall() {
+    for (interruption, load) in [("RFS START, 0", "load 0"), ("SAP 181, 0, 700", "load 1")] {
+        let mut bench = Bench::new();
+        bench.ok("SAP 174, 0, 9");
+        bench.ok("138, 0, 0, 1");
+        bench.ok("MVP ABS, 0, 300000");
+        bench.run(SECOND);
+        bench.ok(interruption);
+        bench.control(load);
+        bench.run(SECOND);
+        assert_ne!(bench.ok("GAP 3, 0"), 1000, "{interruption}");
+        bench.control("load 0");
+        for line in ["SAP 181, 0, 0", "MVP ABS, 0, 0"] {
+            bench.ok(line);
+        }
+        assert_eq!(events(&mut bench), NOTHING, "{interruption}");
+    }
+}
+
 /// A stop switch ends the move: it has not arrived, then or later.
 #[test]
 fn no_event_at_a_stop_switch() {

@@ -47,7 +47,9 @@ fn the_built_in_encoder_follows_the_motor() {
 #[test]
 fn near_the_absolute_zero_point() {
     let mut bench = Bench::new();
-    for (target, near) in [(0, 1), (150, 1), (300, 0), (25_600, 0), (50_900, 0), (51_050, 1), (51_200, 1)] {
+    for (target, near) in
+        [(0, 1), (150, 1), (225, 1), (275, 0), (300, 0), (25_600, 0), (50_900, 0), (51_050, 1), (51_200, 1)]
+    {
         go(&mut bench, target);
         assert_eq!(bench.ok("GIO 11, 0"), near, "at {target}");
     }
@@ -161,5 +163,27 @@ fn the_reversed_shaft() {
         bench.power_cycle();
         go(&mut bench, -10_000);
         assert_near("after a power cycle", bench.ok("GAP 209, 0"), -10_000, 50);
+    }
+}
+
+/// Zeroing is exact at full speed, ten counts of the built-in encoder and 78 of the external one between two polls,
+/// whichever way the shaft counts.
+#[test]
+fn zeroing_is_exact_at_speed() {
+    for reverse in [0, 1] {
+        let mut bench = Bench::in_world(ABN);
+        configure(&mut bench, &[&format!("SGP 90, 0, {reverse}"), "SAP 154, 0, 0", "SAP 4, 0, 2047"]);
+        configure(&mut bench, &["SAP 210, 0, 25604", "SAP 217, 0, 3292"]);
+        for target in [123_456, -234_567, 345_678] {
+            go(&mut bench, target);
+            assert_eq!(bench.lost_steps(), 0);
+            // 1024 counts a turn.
+            let angle = bench.ok("GAP 215, 0") * if reverse == 0 { 50 } else { -50 };
+            assert_eq!(bench.ok("GAP 209, 0").rem_euclid(51_200), angle.rem_euclid(51_200), "to {target}");
+            // From the track's edge, which is within a count of each turn's start: 6.375 microsteps where 6.4 were.
+            let turn =
+                if bench.ok("GAP 216, 0") < 0 { target.rem_euclid(51_200) - 51_200 } else { target.rem_euclid(51_200) };
+            assert_near("external", bench.ok("GAP 216, 0"), turn * 255 / 256, 14);
+        }
     }
 }

@@ -6,8 +6,12 @@ mod common;
 
 use common::table::{AXIS, GLOBAL, INTERRUPT, Table};
 use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
+use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
+use hal_sim::world::config::WorldConfig;
+use tmcm::chip::tmc429::{Motor, Tmc429};
 use tmcm::module::Source;
+use tmcm::motion::Axis;
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row, Storage};
 use tmcm::tmcl::Command;
 
@@ -371,18 +375,18 @@ fn external_encoder() {
     assert_eq!(bench.ok("GAP 216, 0"), -5 - 4000 * 10);
 }
 
-/// Parameters 210 (bits 0..3) and 217 (bits 2..4): function bits read back and do not scale.
+/// Parameters 210 (bit 2) and 217 (bits 2..4): function bits read back and do not scale.
 #[test]
 fn prescalers_carry_function_bits() {
     let mut bench = Bench::in_world("[abn]\nlines = 1024\nindex = -20000\n");
-    let turn = [(210, 25_600 | 8, 209, 51_200), (217, 512 | 16, 216, 4096)];
-    for (parameter, value, _, _) in turn {
+    let half = [(210, 25_600 | 4, 209, 25_600), (217, 512 | 16, 216, 2048)];
+    for (parameter, value, _, _) in half {
         bench.ok(&format!("SAP {parameter}, 0, {value}"));
         assert_eq!(bench.ok(&format!("GAP {parameter}, 0")), value);
     }
-    bench.ok("MVP ABS, 0, 51200");
+    bench.ok("MVP ABS, 0, 25600");
     bench.run(4 * SECOND);
-    for (_, _, position, expected) in turn {
+    for (_, _, position, expected) in half {
         assert_eq!(bench.ok(&format!("GAP {position}, 0")), expected, "parameter {position}");
     }
 }
@@ -612,4 +616,22 @@ fn reverse_shaft() {
     bench.ok("MVP ABS, 0, 12800");
     bench.run(3 * SECOND);
     assert_eq!((bench.ok("GAP 1, 0"), bench.rotor(), bench.ok("GAP 209, 0")), (12_800, -12_800, 12_800));
+}
+
+/// An axis takes from the store what may stand there, and nothing else.
+#[test]
+fn stored_values_out_of_range_are_not_taken() {
+    let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+    let mut chip = Tmc429::new(board.spi(Chip::Tmc429, 1_000_000));
+    let mut axis = Axis::new(Motor::M0, board.spi(Chip::Tmc262, 1_000_000));
+    for (parameter, value, expected) in [
+        (AxisParameter::MaximumSpeed, 500, 500),
+        (AxisParameter::MaximumSpeed, 0, 500),
+        (AxisParameter::MaximumSpeed, 2048, 500),
+        (AxisParameter::ReferenceSearchMode, 9, 1),
+        (AxisParameter::EndSwitchDistance, 5, 0),
+    ] {
+        axis.preset(parameter, value);
+        assert_eq!(axis.read(&mut chip, parameter), Ok(expected), "{parameter:?} {value}");
+    }
 }

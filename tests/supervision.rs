@@ -281,3 +281,24 @@ fn a_stop_that_is_not_heard_is_repeated() {
         assert_eq!(bench.speed(), 0, "{cause}");
     }
 }
+
+/// A setting that does not get through to the motion controller is not in force, and not shown either.
+#[test]
+fn a_setting_that_is_not_heard_is_taken_back() {
+    for (set, get) in [("SAP 5, 0, 500", "GAP 5, 0"), ("SGP 79, 0, 1", "GGP 79, 0"), ("SGP 90, 0, 1", "GGP 90, 0")] {
+        let mut bench = LooseBench::new();
+        bench.run(2);
+        let fails = bench.fails.clone();
+        let mut ask = |line: &str| {
+            let now = bench.now();
+            match bench.module.execute(now, Source::Usb, text::parse(line).unwrap()) {
+                Outcome::Reply(Reply::Plain { status, value, .. }) => (status, value),
+                other => panic!("{line}: {other:?}"),
+            }
+        };
+        let (_, before) = ask(get);
+        fails.set(true);
+        assert_eq!(ask(set).0, Status::NotAvailable, "{set}");
+        assert_eq!(ask(get), (Status::Ok, before), "{set}");
+    }
+}
