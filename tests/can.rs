@@ -1,4 +1,7 @@
 //! The CAN bus: identifiers, the length of replies, and modules that do not disturb each other.
+//!
+//! Module 2 has the identifier that replies have, as everywhere where modules are numbered and nobody changes
+//! parameter 70: it hears the replies of the others like requests.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -32,6 +35,15 @@ impl Bus {
         data.truncate(length);
         self.0.send_can(1, Frame { id, data }.into());
         self.listen(PATIENCE)
+    }
+
+    /// Sends requests without waiting for a reply and gives the modules that answer, by the first byte of what they
+    /// say.
+    fn at_once(&mut self, requests: &[(u16, &str)]) -> Vec<u8> {
+        for (id, line) in requests {
+            self.0.send_can(1, Frame { id: *id, data: can::encode_command(text::parse(line).unwrap()) }.into());
+        }
+        self.listen(PATIENCE).iter().map(|(_, data)| data[0]).collect()
     }
 
     /// Sends a request that one module must carry out: identifier of the reply, low byte of its own, and value.
@@ -107,6 +119,79 @@ fn three_modules_answer_for_themselves() {
         assert_eq!(bus.exchange(id, "0, 0, 0, 0", 8), [(2, vec![id as u8, 2, 0, 0, 0, 0, 0, 0])]);
     }
     assert_eq!(bus.exchange(4, "GAP 4, 0", 8), []);
+}
+
+#[test]
+fn replies_to_requests_that_are_open_at_once_are_known() {
+    const OTHERS: [u16; 8] = [1, 3, 4, 5, 6, 7, 8, 9];
+    let mut bus = Bus::new(9);
+    bus.ok(2, "SGP 100, 2, 7");
+    for line in ["GAP 4, 0", "ROL 0, 100", "ROR 0, 0", "MST 0", "0, 0, 0, 0", "17, 1, 2, 3", "GAP 250, 0", "128", "134"]
+    {
+        let said = bus.at_once(&OTHERS.map(|id| (id, line)));
+        // A command out of program memory has no address.
+        assert!(said == [1, 3, 4, 5, 6, 7, 8, 9] || line == "134" && said == [0; 8], "{line}: {said:?}");
+    }
+    // Two versions at a time are eight characters each; a reply that comes late comes after those of others.
+    assert_eq!(bus.at_once(&[(8, "136, 0"), (9, "136, 0"), (2, "GAP 4, 0")]), [b'1', b'1', 2]);
+    assert_eq!(bus.at_once(&[(9, "SGP 77, 0, 1"), (8, "GAP 4, 0"), (8, "MST 0"), (3, "ROL 0, 0")]), [8, 8, 3, 9]);
+    assert_eq!(bus.ok(2, "GGP 100, 2").2, 7, "as a request, the reply to ROL of module 9 would have set it");
+}
+
+/// A second identifier that several modules have in common: the replies carry the first.
+#[test]
+fn replies_to_a_group_are_known() {
+    let mut bus = Bus::new(9);
+    bus.ok(2, "SGP 100, 2, 7");
+    for with_module_2 in [false, true] {
+        let group: Vec<u8> = (1..=9).filter(|id| *id != 2 || with_module_2).collect();
+        for id in &group {
+            bus.ok(u16::from(*id), "SGP 83, 0, 0x50");
+        }
+        for line in ["ROL 0, 100", "ROR 0, 0", "MST 0", "GAP 4, 0", "17, 1, 2, 3"] {
+            let mut said = bus.at_once(&[(0x50, line)]);
+            said.sort_unstable();
+            assert_eq!(said, group, "{line}");
+        }
+        assert_eq!(bus.at_once(&[(0x50, "136, 0")]), vec![b'1'; group.len()]);
+    }
+    assert_eq!(bus.ok(2, "GGP 100, 2").2, 7);
+}
+
+#[test]
+fn foreign_traffic_does_not_make_a_reply_a_request() {
+    let mut bus = Bus::new(3);
+    for line in ["SGP 77, 0, 1", "MST 0"] {
+        bus.0.send_can(1, Frame { id: 3, data: can::encode_command(text::parse(line).unwrap()) }.into());
+        for n in 0..200_u8 {
+            let data = Data::from_slice(&[n, 1, 2, 3, 4, 5, 6, 7]).unwrap();
+            bus.0.send_can(1, Frame { id: 0x181 + u16::from(n % 8), data }.into());
+        }
+        assert_eq!(bus.listen(2 * PATIENCE).len(), 1, "{line}");
+    }
+}
+
+/// What looks like a reply is none if nobody was asked for it, or for another value.
+#[test]
+fn requests_are_not_taken_for_replies() {
+    let mut bus = Bus::new(3);
+    // Nobody has identifier 9, nobody answers; 9 is SGP, 2 is ROL and the bank of user variables, too.
+    assert_eq!(bus.at_once(&[(9, "ROL 0, 100"), (2, "SGP 1, 2, 77"), (2, "GGP 1, 2")]), [2, 2]);
+    assert_eq!(bus.ok(2, "GGP 1, 2").2, 77);
+    // Whoever has answered does not do it again.
+    bus.ok(3, "ROR 0, 0");
+    assert_eq!(bus.at_once(&[(2, "GIO 1, 1"), (2, "GIO 2, 1"), (2, "GIO 2, 1")]), [2, 2, 2]);
+    bus.at_once(&[(1, "0, 0, 0, 0"), (5, "0, 0, 0, 0"), (3, "MST 0")]);
+    for kind in [1, 3, 4, 5, 6, 100, 101] {
+        assert_eq!(bus.at_once(&[(2, &format!("GAP {kind}, 0")), (2, &format!("GGP {kind}, 2"))]), [2, 2], "{kind}");
+    }
+}
+
+#[test]
+fn there_is_no_ascii_mode() {
+    let mut bus = Bus::new(1);
+    assert_eq!(bus.exchange(1, "139", 8), [(2, vec![1, 6, 139, 0, 0, 0, 0, 0])]);
+    assert_eq!(bus.ok(1, "GAP 4, 0").2, 1000);
 }
 
 #[test]

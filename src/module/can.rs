@@ -14,7 +14,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it, whichever
     /// identifier the request came under.
     ///
-    /// Where 70 is one of the module's own identifiers, it receives the replies to other modules, too; it knows
+    /// Where 70 is one of the module's own identifiers, it receives the replies of other modules, too; it knows
     /// them if it was given the requests before. Else there is no need to bring it frames it does not answer.
     pub fn can(&mut self, now: Micros, id: u16, data: &[u8]) -> Answer<Frame> {
         self.update_links();
@@ -23,11 +23,15 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         };
         let Links { can_id, can_secondary, can_reply, .. } = self.links;
         let [_, overheard] = &mut self.overheard;
-        if id != can_id && (can_secondary == 0 || id != can_secondary) {
-            overheard.asked(now, Some(command));
+        if id == can_reply && overheard.is_reply(now, *content) {
             return Answer::None;
         }
-        if id == can_reply && overheard.is_reply(now, *content) {
+        // The second identifier may be that of a group: others answer, too.
+        if id != can_id && id != can_reply {
+            let [_, low] = id.to_be_bytes();
+            overheard.asked(now, low, Some(command));
+        }
+        if id != can_id && (can_secondary == 0 || id != can_secondary) {
             return Answer::None;
         }
         let source = Source::Can { length: data.len().min(8) as u8 };

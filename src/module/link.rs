@@ -116,11 +116,14 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             let Links { address, secondary, host, .. } = self.links;
             let [to, content @ .., _] = *telegram;
             let [overheard, _] = &mut self.overheard;
-            if to != address && (secondary == 0 || to != secondary) {
-                overheard.asked(now, command);
+            if to == host && overheard.is_reply(now, content) {
                 return (Answer::None, Mode::Binary);
             }
-            if to == host && overheard.is_reply(now, content) {
+            // Who shares a second address answers, too.
+            if to != address && to != host {
+                overheard.asked(now, to, command);
+            }
+            if to != address && (secondary == 0 || to != secondary) {
                 return (Answer::None, Mode::Binary);
             }
         }

@@ -1,8 +1,23 @@
 //! Replies to other modules, as a module hears them that has the very address they go to: the host's
 //! (parameter 76 on RS485, 70 on CAN).
 //!
-//! Nothing in a reply says that it is none of the requests it looks like, so the module keeps track of what others
-//! are asked: what fits as a reply to that is one.
+//! Who has sent something cannot be seen, and a reply - address, status, command number, value - has the form of a
+//! request - command number, type, motor or bank, value. But where a reply has the number of a command, a request has
+//! a motor or a bank, of which there are few. So most replies are known by their shape alone, however many hosts ask
+//! whatever number of modules at once. For the rest the module keeps track of what others are asked:
+//!
+//! - A reply to one of the commands whose numbers could be motors or banks (0 to 3, and 255 for all motors) carries
+//!   the value of its request.
+//! - A command out of program memory, and the version in characters, have no shape: they are taken for that for as
+//!   long as somebody has been asked for one.
+//!
+//! What remains: a request to this module that has the shape of a reply is lost - its type is the number of a status,
+//! and its motor or bank is none, which is to be answered with status 4, or is the number of a command that was asked
+//! of another module with the same value a moment ago and has not been answered. And a reply to command 0 or to a
+//! telegram with a wrong checksum is taken for a request if the module it comes from was addressed by its second
+//! address. None of this is so where the host has an address of its own.
+
+use heapless::Deque;
 
 use crate::tmcl::{Command, Opcode, Status};
 use crate::units::Micros;
@@ -10,37 +25,106 @@ use crate::units::Micros;
 /// How long a reply may keep the bus waiting: the longest telegram pause, some EEPROM pages, and the wire.
 const PATIENCE: Micros = Micros::from_millis(400);
 
-/// The last request to another module.
-#[derive(Clone, Copy, Debug, Default)]
+/// Requests kept; of more the oldest are forgotten.
+const OPEN: usize = 8;
+
+/// There are no more motors, and no more banks, than this.
+const MOTORS: u8 = 4;
+
+/// In place of a motor it means all of them.
+const ALL: u8 = 255;
+
+/// A request to another module.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    at: Micros,
+    /// The address it went to, on CAN the low byte of the identifier. It is that of the reply unless it is a second
+    /// one, which several modules may have in common.
+    address: u8,
+    /// What was asked; with a wrong checksum nothing that can be read.
+    command: Option<Command>,
+}
+
+/// The requests to other modules whose replies could not be told from requests.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Overheard {
-    request: Option<(Micros, Command)>,
+    open: Deque<Option<Asked>, OPEN>,
+}
+
+/// How well a reply fits a request, in ascending order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Fit {
+    /// It is none to this.
+    Not,
+    /// It may be: the reply can be anything.
+    Anything,
+    /// It is one, and may not be the only one: several modules may have the address in common.
+    Shared,
+    /// It is one, and comes from the module that was asked.
+    Own,
 }
 
 impl Overheard {
-    /// Another module has been asked this; with a wrong checksum, nothing that can be read.
-    pub(super) fn asked(&mut self, now: Micros, command: Option<Command>) {
-        // That is answered as command 0.
-        self.request = Some((now, command.unwrap_or(Command::new(0, 0, 0, 0))));
+    /// Other modules have been asked this; with a wrong checksum, nothing that can be read.
+    pub(super) fn asked(&mut self, now: Micros, address: u8, command: Option<Command>) {
+        if command.is_some_and(|command| !is_place(command.opcode) && !is_special(command)) {
+            return;
+        }
+        if self.open.is_full() {
+            self.open.pop_front();
+        }
+        // There is room now.
+        let _ = self.open.push_back(Some(Asked { at: now, address, command }));
     }
 
-    /// Whether the seven bytes that came to the host's address are another module's reply - identifier or address,
-    /// status, command number and value - or its event of command 138. If not, they are a request. Either way
-    /// the host has its reply or waits no more.
+    /// Whether the seven bytes that came to the host's address are another module's reply - address, status, command
+    /// number and value - or its event of command 138. If not, they are a request.
     pub(super) fn is_reply(&mut self, now: Micros, content: [u8; Command::SIZE]) -> bool {
         let [_, status, opcode, ..] = content;
-        let status = Status::from_number(status);
-        if status == Some(Status::PositionReached) && opcode == Opcode::PositionReachedEvent as u8 {
+        if Status::from_number(status).is_some() && !is_place(opcode) {
             return true;
         }
-        let Some((at, asked)) = self.request.take() else { return false };
-        let fits = match Opcode::from_number(asked.opcode) {
-            // A stored command.
-            Some(Opcode::ReadMemory) => true,
-            Some(Opcode::FirmwareVersion) if asked.kind == 0 => content.iter().all(u8::is_ascii_graphic),
-            _ => status.is_some() && opcode == asked.opcode,
-        };
-        fits && now.since(at) <= PATIENCE
+        let fit = |open: &Option<Asked>| open.map_or(Fit::Not, |asked| asked.fit(now, content));
+        let Some(open) = self.open.iter_mut().max_by_key(|open| fit(open)) else { return false };
+        let fit = fit(open);
+        // A module answers once.
+        if matches!(fit, Fit::Anything | Fit::Own) {
+            *open = None;
+        }
+        fit != Fit::Not
     }
+}
+
+impl Asked {
+    fn fit(&self, now: Micros, content: [u8; Command::SIZE]) -> Fit {
+        let [module, status, opcode, value @ ..] = content;
+        let Asked { at, address, command } = *self;
+        let echo = |asked: Command| opcode == asked.opcode && i32::from_be_bytes(value) == asked.value;
+        let plain = match command {
+            None => status == Status::WrongChecksum as u8 && echo(Command::default()),
+            Some(command) => Status::from_number(status).is_some() && echo(command),
+        };
+        match command {
+            _ if now.since(at) > PATIENCE => Fit::Not,
+            _ if plain && module == address => Fit::Own,
+            // 0 is the motor of nearly every request.
+            _ if plain && opcode != 0 => Fit::Shared,
+            Some(Command { opcode, .. }) if opcode == Opcode::ReadMemory as u8 => Fit::Anything,
+            Some(command) if is_special(command) && content.iter().all(u8::is_ascii_graphic) => Fit::Shared,
+            _ => Fit::Not,
+        }
+    }
+}
+
+/// Whether this number of a command could be that of a motor or a bank.
+const fn is_place(opcode: u8) -> bool {
+    opcode < MOTORS || opcode == ALL
+}
+
+/// Whether the reply to this command does not have the form of others.
+fn is_special(command: Command) -> bool {
+    let Command { opcode, kind, .. } = command;
+    opcode == Opcode::ReadMemory as u8 || opcode == Opcode::FirmwareVersion as u8 && kind == 0
 }
 
 #[cfg(test)]
@@ -48,35 +132,63 @@ mod tests {
     use super::*;
 
     const AT: fn(u64) -> Micros = Micros::from_millis;
-    const GAP: Command = Command::new(6, 1, 0, 0);
-    const REPLY: [u8; 7] = [3, 100, 6, 0, 0, 0, 9];
-    const REQUEST: [u8; 7] = [6, 100, 0, 0, 0, 0, 0];
 
     #[test]
-    fn a_reply_fits_the_request_before_it() {
+    fn most_replies_have_a_shape() {
         let mut overheard = Overheard::default();
-        assert!(!overheard.is_reply(AT(0), REPLY));
-        overheard.asked(AT(10), Some(GAP));
-        assert!(overheard.is_reply(AT(11), REPLY));
-        assert!(!overheard.is_reply(AT(12), REPLY), "the host has its reply");
-        overheard.asked(AT(13), Some(GAP));
-        assert!(!overheard.is_reply(AT(14), REQUEST));
-        assert!(!overheard.is_reply(AT(15), REPLY), "the host waits no more");
-        overheard.asked(AT(20), Some(GAP));
-        assert!(!overheard.is_reply(AT(421), REPLY), "nobody waits that long");
+        for reply in [[3, 100, 6, 0, 0, 0, 9], [3, 2, 17, 0, 0, 0, 0], [3, 128, 138, 0, 0, 0, 1], [3, 4, 4, 0, 0, 0, 0]]
+        {
+            assert!(overheard.is_reply(AT(0), reply));
+        }
+        // MVP REL, GAP 100, SIO 1 of bank 2, SCO 1 of all motors, and what asks for the boot loader.
+        for request in [
+            [4, 1, 0, 0, 0, 0, 9],
+            [6, 100, 0, 0, 0, 0, 0],
+            [14, 1, 2, 0, 0, 0, 1],
+            [30, 1, 255, 0, 0, 0, 0],
+            [242, 129, 146, 0xA3, 0xB4, 0xC5, 0xD6],
+        ] {
+            assert!(!overheard.is_reply(AT(0), request));
+        }
     }
 
     #[test]
-    fn special_replies_and_events_are_known() {
+    fn the_others_fit_what_was_asked() {
         let mut overheard = Overheard::default();
-        assert!(overheard.is_reply(AT(0), [3, 128, 138, 0, 0, 0, 1]));
-        overheard.asked(AT(1), Some(Command::new(136, 0, 0, 0)));
+        let reply = |module, value| [module, 100, 2, 0, 0, 0, value];
+        overheard.asked(AT(0), 9, Some(Command::new(2, 0, 0, 100)));
+        overheard.asked(AT(1), 8, Some(Command::new(2, 0, 0, 100)));
+        assert!(!overheard.is_reply(AT(2), reply(9, 99)), "another value");
+        assert!(overheard.is_reply(AT(3), reply(9, 100)));
+        assert!(overheard.is_reply(AT(4), reply(7, 100)), "7 may have 8 for a second address");
+        assert!(overheard.is_reply(AT(5), reply(8, 100)));
+        assert!(!overheard.is_reply(AT(6), reply(9, 100)), "both have answered");
+        overheard.asked(AT(10), 9, Some(Command::new(2, 0, 0, 100)));
+        assert!(!overheard.is_reply(AT(411), reply(9, 100)), "nobody waits that long");
+    }
+
+    #[test]
+    fn the_reply_to_nothing_comes_from_who_was_asked() {
+        let mut overheard = Overheard::default();
+        overheard.asked(AT(0), 3, None);
+        for request in [[6, 1, 0, 0, 0, 0, 0], [3, 2, 0, 0, 0, 0, 0], [3, 1, 0, 0, 0, 0, 1]] {
+            assert!(!overheard.is_reply(AT(1), request));
+        }
+        assert!(overheard.is_reply(AT(2), [3, 1, 0, 0, 0, 0, 0]));
+        overheard.asked(AT(3), 6, Some(Command::new(0, 0, 0, 0)));
+        assert!(!overheard.is_reply(AT(4), [5, 4, 0, 0, 0, 0, 0]));
+        assert!(overheard.is_reply(AT(5), [6, 2, 0, 0, 0, 0, 0]));
+    }
+
+    #[test]
+    fn special_replies_are_expected() {
+        let mut overheard = Overheard::default();
+        assert!(!overheard.is_reply(AT(0), *b"1140V14"));
+        overheard.asked(AT(1), 3, Some(Command::new(136, 0, 0, 0)));
         assert!(overheard.is_reply(AT(2), *b"1140V14"));
-        overheard.asked(AT(3), Some(Command::new(136, 0, 0, 0)));
         assert!(!overheard.is_reply(AT(4), [136, 0, 0, 0, 0, 0, 0]), "it scans the bus");
-        overheard.asked(AT(5), Some(Command::new(134, 0, 0, 0)));
+        overheard.asked(AT(5), 3, Some(Command::new(134, 0, 0, 0)));
         assert!(overheard.is_reply(AT(6), [3, 0, 0, 0, 0, 0, 0]));
-        overheard.asked(AT(7), None);
-        assert!(overheard.is_reply(AT(8), [3, 1, 0, 0, 0, 0, 0]));
+        assert!(!overheard.is_reply(AT(7), [3, 0, 0, 0, 0, 0, 0]));
     }
 }
