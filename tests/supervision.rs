@@ -16,6 +16,7 @@ use tmcm::module::{Inputs, Module, Outcome, Parts, Source, TMCM_1140};
 use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
+use tmcm::tmcl::can::{Frame, encode_command};
 
 fn configure(bench: &mut Bench, lines: &[&str]) {
     for line in lines {
@@ -57,6 +58,85 @@ fn the_serial_heartbeat() {
     configure(&mut bench, &["SGP 68, 0, 0", "ROR 0, 500"]);
     bench.run(5 * SECOND);
     assert_eq!(speed(&bench), 500);
+}
+
+/// A command over CAN, which is carried out.
+fn can(bench: &mut Bench, line: &str) {
+    let data = encode_command(text::parse(line).unwrap());
+    bench.module.receive_frame(Frame { id: 1, data });
+    let mut reply = None;
+    bench.run_until(50 * MILLISECOND, |bench| {
+        reply = bench.module.frame();
+        reply.is_some()
+    });
+    assert_eq!(reply.unwrap().data[1], OK, "{line}");
+}
+
+/// Parameter 82 is the same for CAN; one heartbeat does not keep up the other.
+#[test]
+fn the_can_heartbeat() {
+    type Link = fn(&mut Bench, &str);
+    for (parameter, source, other) in [(82, can as Link, serial as Link), (68, serial, can)] {
+        let mut bench = Bench::new();
+        // Time counts from here on, however long nobody has said anything.
+        bench.run(SECOND);
+        other(&mut bench, "ROR 0, 500");
+        other(&mut bench, &format!("SGP {parameter}, 0, 200"));
+        bench.run(190 * MILLISECOND);
+        assert_eq!(speed(&bench), 500, "{parameter}");
+        for _ in 0..10 {
+            source(&mut bench, "GAP 1, 0");
+            bench.run(190 * MILLISECOND);
+            assert_eq!(speed(&bench), 500, "{parameter}");
+        }
+        other(&mut bench, "GAP 1, 0");
+        bench.run(15 * MILLISECOND);
+        // It stops along the ramp.
+        assert!((1..500).contains(&speed(&bench)), "{parameter}: {}", speed(&bench));
+        bench.run(50 * MILLISECOND);
+        assert_eq!(speed(&bench), 0, "{parameter}");
+    }
+}
+
+fn serial(bench: &mut Bench, line: &str) {
+    bench.ok(line);
+}
+
+/// As long as the link is silent nothing moves for long, whoever starts it and however often.
+#[test]
+fn a_lost_heartbeat_stops_every_move() {
+    let mut bench = Bench::new();
+    // A program that starts the motor again and again.
+    for line in ["132, 0, 0, 0", "ROR 0, 500", "WAIT TICKS, 0, 1", "JA 0", "133"] {
+        assert!(bench.ask(line).0 >= OK, "{line}");
+    }
+    configure(&mut bench, &["SGP 68, 0, 200"]);
+    bench.run(300 * MILLISECOND);
+    for line in ["ROR 0, 500", "MVP REL, 0, 100000", "SAP 2, 0, -300", "RFS START, 0", "SAP 0, 0, 77777"] {
+        can(&mut bench, line);
+        bench.run(100 * MILLISECOND);
+        assert_eq!(speed(&bench), 0, "{line}");
+    }
+    can(&mut bench, "129");
+    for _ in 0..50 {
+        bench.run(10 * MILLISECOND);
+        assert!(speed(&bench) < 100, "{}", speed(&bench));
+    }
+    can(&mut bench, "128");
+    // What does not move is left as it is, in ramp mode.
+    configure(&mut bench, &["SGP 68, 0, 1000", "MVP REL, 0, 100"]);
+    bench.run(1300 * MILLISECOND);
+    assert_eq!((bench.ok("GAP 138, 0"), bench.ok("GAP 8, 0")), (0, 1));
+    // A new limit begins anew, the same one written again as well.
+    bench.run(300 * MILLISECOND);
+    for limit in [200, 200, 150] {
+        can(&mut bench, &format!("SGP 68, 0, {limit}"));
+        can(&mut bench, "ROR 0, 500");
+        bench.run(90 * MILLISECOND);
+        assert_eq!(speed(&bench), 500);
+        bench.run(200 * MILLISECOND);
+        assert_eq!(speed(&bench), 0);
+    }
 }
 
 /// Below 8.5 V the motor stops and is locked, above 9.5 V it is released; in between nothing changes.

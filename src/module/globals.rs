@@ -90,6 +90,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                     G::RandomNumber => self.random = value.cast_unsigned(),
                     _ => self.set_global_value(parameter, value),
                 }
+                self.supervision.limit(now, parameter);
                 if let Err(error) = self.apply_polarity_and_direction() {
                     self.set_global_value(parameter, before);
                     return Err(error.into());

@@ -5,7 +5,8 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
 use super::{Hooks, Module, Source};
-use crate::param::GlobalParameter as G;
+use crate::motion::Axis;
+use crate::param::{AxisParameter as P, GlobalParameter as G};
 use crate::units::Micros;
 use crate::vm::ErrorFlag;
 
@@ -25,51 +26,42 @@ pub(super) enum Supply {
     Restored,
 }
 
-/// Kinds of links with a heartbeat of their own.
-const HEARTBEATS: usize = 2;
-
-/// Which heartbeat a link keeps up: RS485 and USB share parameter 68.
-fn heartbeat(source: Source) -> usize {
-    match source {
-        Source::Usb | Source::Rs485 => 0,
-        Source::Can { .. } => 1,
-    }
-}
-
 /// When each kind of link was last heard, and whether the motors are locked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supervision {
-    heard: [Micros; HEARTBEATS],
-    silent: [bool; HEARTBEATS],
+    /// RS485 and USB share parameter 68.
+    serial: Micros,
+    can: Micros,
     locked: bool,
 }
 
 impl Supervision {
     pub(super) const fn new(now: Micros) -> Self {
-        Supervision { heard: [now; HEARTBEATS], silent: [false; HEARTBEATS], locked: false }
+        Supervision { serial: now, can: now, locked: false }
     }
 
     /// A command has come in.
     pub(super) fn hear(&mut self, now: Micros, source: Source) {
-        let kind = heartbeat(source);
-        if let (Some(heard), Some(silent)) = (self.heard.get_mut(kind), self.silent.get_mut(kind)) {
-            *heard = now;
-            *silent = false;
+        match source {
+            Source::Usb | Source::Rs485 => self.serial = now,
+            Source::Can { .. } => self.can = now,
         }
     }
 
-    /// True when a link has just fallen silent for longer than its limit, in milliseconds; 0 is no limit.
-    /// A silence is told of once.
-    pub(super) fn silence(&mut self, now: Micros, limits: [i32; HEARTBEATS]) -> bool {
-        let mut fallen = false;
-        for ((heard, silent), limit) in self.heard.iter().zip(&mut self.silent).zip(limits) {
-            let limit = Micros::from_millis(limit.unsigned_abs().into());
-            if limit != Micros(0) && !*silent && now.since(*heard) > limit {
-                *silent = true;
-                fallen = true;
-            }
+    /// A parameter has been written: a limit counts from then on.
+    pub(super) fn limit(&mut self, now: Micros, parameter: G) {
+        match parameter {
+            G::SerialHeartbeat => self.serial = now,
+            G::CanHeartbeat => self.can = now,
+            _ => {}
         }
-        fallen
+    }
+
+    /// True while a link is silent for longer than its limit, in milliseconds; 0 is no limit.
+    fn silent(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
+        let over =
+            |heard, limit: i32| limit != 0 && now.since(heard) > Micros::from_millis(limit.unsigned_abs().into());
+        over(self.serial, serial_limit) || over(self.can, can_limit)
     }
 
     /// Takes the supply voltage in 0.1 V, if it is measured.
@@ -94,10 +86,11 @@ impl Supervision {
 }
 
 impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
-    /// Stops the motors where a host has fallen silent, and with the program where the supply is too low.
+    /// Stops the motors while a host is silent, whoever starts them, and with the program where the supply is too
+    /// low.
     pub(super) fn supervise(&mut self, now: Micros) {
-        let limits = [self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat)];
-        if self.supervision.silence(now, limits) {
+        let silent = self.supervision.silent(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat));
+        if silent && self.under_way() {
             self.interrupt(now, |axis, chip| axis.rotate(now, chip, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
@@ -114,6 +107,13 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         if self.supervision.locked() {
             self.machine.errors.raise(ErrorFlag::Shutdown);
         }
+    }
+
+    /// Whether a motor is to go somewhere, or does not answer.
+    fn under_way(&mut self) -> bool {
+        let Module { axes, chip, .. } = self;
+        let rests = |axis: &mut Axis<D>| !axis.travelling() && matches!(axis.read(chip, P::TargetSpeed), Ok(0));
+        !axes.iter_mut().all(rests)
     }
 }
 
@@ -136,15 +136,17 @@ mod tests {
     }
 
     #[test]
-    fn a_silence_is_told_of_once() {
+    fn each_kind_of_link_has_a_limit() {
         let mut supervision = Supervision::new(Micros(0));
         let at = Micros::from_millis;
-        assert!(!supervision.silence(at(100_000), [0, 0]));
+        assert!(!supervision.silent(at(100_000), 0, 0));
         supervision.hear(at(1_000), Source::Usb);
-        assert!(!supervision.silence(at(1_100), [100, 0]));
-        assert!(supervision.silence(at(1_101), [100, 0]));
-        assert!(!supervision.silence(at(1_102), [100, 0]));
+        assert!(!supervision.silent(at(1_100), 100, 0));
+        assert!(supervision.silent(at(1_101), 100, 0) && supervision.silent(at(1_100), 100, 100));
         supervision.hear(at(1_200), Source::Rs485);
-        assert!(supervision.silence(at(1_301), [100, 0]));
+        assert!(!supervision.silent(at(1_300), 100, 0));
+        supervision.limit(at(1_300), G::CanHeartbeat);
+        supervision.hear(at(1_310), Source::Can { length: 8 });
+        assert!(!supervision.silent(at(1_410), 0, 100) && supervision.silent(at(1_411), 0, 100));
     }
 }
