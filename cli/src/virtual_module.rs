@@ -14,9 +14,8 @@ use tmcm::chip::at25::At25;
 use tmcm::module::{Answer, Inputs, Module, Parts, Request, Source, TMCM_1140};
 use tmcm::param::GlobalParameter;
 use tmcm::store::{Keeper, Report, Slot, Worth};
-use tmcm::tmcl::binary::{self, Telegram};
+use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can::Frame;
-use tmcm::tmcl::{Opcode, Reply, Status};
 use tmcm::units::Micros;
 
 use crate::ports::{Heard, Ports};
@@ -115,7 +114,7 @@ pub struct VirtualModule {
     frames_out: VecDeque<Frame>,
     /// Who waits for a reply that comes later.
     waiting: Vec<(Source, Client)>,
-    /// Who has asked for the event of command 138.
+    /// Who has asked for the event of command 138 last, unless it has gone.
     subscriber: Option<Client>,
     /// Messages for a person, such as that of an EEPROM with unknown contents.
     log: Vec<String>,
@@ -236,9 +235,14 @@ impl VirtualModule {
 
     /// True while somebody may hear from the module without a further request.
     pub fn is_busy(&self) -> bool {
-        let owes_frame = self.firmware.as_ref().is_some_and(|firmware| firmware.core.awaits(CAN));
-        let owes = !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty() || owes_frame;
-        owes || self.subscriber.is_some()
+        let Some(firmware) = &self.firmware else { return false };
+        let waited_for = match firmware.core.subscriber() {
+            Some((Source::Can { .. }, _)) => true,
+            Some(_) => self.subscriber.is_some(),
+            None => false,
+        };
+        let owes = !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty();
+        owes || firmware.core.awaits(CAN) || waited_for
     }
 
     /// Replies that are on the wire by now, oldest first.
@@ -384,7 +388,11 @@ impl VirtualModule {
             }
             self.inbox.remove(index);
             let arrived = self.board.borrow().now();
+            let before = firmware.core.subscriber();
             let (answer, mode) = firmware.core.serial(firmware.time(arrived), source, &request);
+            if firmware.core.subscriber() != before {
+                self.subscriber = Some(client);
+            }
             let reply = match answer {
                 Answer::Now(reply) => Some(reply),
                 Answer::None => None,
@@ -393,9 +401,6 @@ impl VirtualModule {
                     continue;
                 }
             };
-            if let Some(wanted) = reply.and_then(|reply| subscription(&request, &reply)) {
-                self.subscriber = wanted.then_some(client);
-            }
             let bytes = firmware.ports.answer((source, client), reply.as_ref(), Some(mode), firmware.core.links());
             let at = on_the_wire(source, arrived, self.board.borrow().now());
             self.outbox.extend(Sent::new(at, source, client, &bytes));
@@ -436,14 +441,6 @@ impl VirtualModule {
             firmware.ports.answer(to, None, None, firmware.core.links());
         }
     }
-}
-
-/// Whether this request has armed (true) or disarmed (false) the event of command 138.
-fn subscription(request: &Request, reply: &Reply) -> Option<bool> {
-    let Request::Telegram(telegram) = request else { return None };
-    let command = binary::decode_command(telegram)?;
-    let taken = matches!(reply, Reply::Plain { status: Status::Ok, .. });
-    (command.opcode == Opcode::PositionReachedEvent as u8 && taken).then_some(command.value != 0)
 }
 
 fn on_the_wire(source: Source, arrived: Nanos, ready: Nanos) -> Nanos {

@@ -195,6 +195,8 @@ pub struct Module<M, D, E, H, const AXES: usize> {
     waiting: Vec<Waiting, WAITING>,
     replies: Deque<(Source, Reply), REPLIES>,
     subscription: Option<Subscription>,
+    /// How often there was a new one.
+    subscriptions: u32,
     supervision: Supervision,
     inputs: Inputs,
     outputs: Outputs,
@@ -246,6 +248,7 @@ where
             waiting: Vec::new(),
             replies: Deque::new(),
             subscription: None,
+            subscriptions: 0,
             supervision: Supervision::new(now),
             inputs: Inputs::default(),
             outputs: Outputs::default(),
@@ -285,11 +288,22 @@ where
         self.spec
     }
 
+    /// The link on which somebody waits for the event of command 138, if somebody does. The number is another one
+    /// after each such command that was carried out: by it those who share a link are told apart.
+    pub fn subscriber(&self) -> Option<(Source, u32)> {
+        let waited_for = |subscription: &Subscription| subscription.mask | subscription.armed != 0;
+        self.subscription.filter(waited_for).map(|subscription| (subscription.source, self.subscriptions))
+    }
+
     /// Executes a command from a link.
     pub fn execute(&mut self, now: Micros, source: Source, command: Command) -> Outcome {
         self.supervision.hear(now, source);
         let silent = self.suppressed(command.opcode);
-        let reply = match self.dispatch(now, source, command) {
+        let done = self.dispatch(now, source, command);
+        if done.is_ok() && command.opcode == Opcode::PositionReachedEvent as u8 {
+            self.subscriptions = self.subscriptions.wrapping_add(1);
+        }
+        let reply = match done {
             Ok(Done::Silent) => return Outcome::Silent,
             Ok(Done::Special(reply)) => reply,
             Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {

@@ -130,14 +130,26 @@ fn everybody_gets_its_own_replies() {
 #[test]
 fn the_event_goes_to_who_armed_it() {
     let sim = Sim::start(&TCP);
-    let (mut armed, mut other) = (sim.tcp(), sim.tcp());
-    armed.ok("138, 0, 0, 1");
-    armed.ok("MVP ABS, 0, 2000");
-    other.until("GAP 8, 0", 1);
-    let event = binary::decode_reply(&armed.read()).unwrap();
-    assert_eq!((event.status, event.opcode, event.value), (128, 138, 1));
-    assert_eq!(other.ok("GAP 1, 0"), 2000);
-    assert!(!other.has_news(Duration::ZERO));
+    let (mut other, mut armed) = (sim.tcp(), sim.tcp());
+    for (target, suppressed) in [(2000, false), (0, true)] {
+        std::mem::swap(&mut other, &mut armed);
+        if suppressed {
+            // From now on nothing but what is read is answered.
+            armed.ok("SGP 255, 0, 1");
+            armed.write(&request("138, 0, 0, 1"));
+            armed.write(&request(&format!("MVP ABS, 0, {target}")));
+        } else {
+            armed.ok("138, 0, 0, 1");
+            armed.ok(&format!("MVP ABS, 0, {target}"));
+        }
+        let event = binary::decode_reply(&armed.read()).unwrap();
+        assert_eq!((event.status, event.opcode, event.value), (128, 138, 1));
+        assert_eq!(other.ok("GAP 1, 0"), target);
+        assert!(!other.has_news(Duration::ZERO));
+        // Refused, it changes nothing.
+        other.write(&request("138, 2, 0, 1"));
+        assert!(suppressed || binary::decode_reply(&other.read()).unwrap().status == 3);
+    }
 }
 
 #[test]
