@@ -149,6 +149,8 @@ fn every_listed_command_works() {
         ("AGCO 1, 255", 100, 0),
         ("AUF0 1, 0, 2", 6, 2),
         ("AUF7 1, 0, 2", 6, 2),
+        ("AUF0", 6, 0),
+        ("AUF1 1", 6, 0),
         ("ARUN", 100, 0),
         ("ASTOP", 100, 0),
     ] {
@@ -179,6 +181,8 @@ fn errors_have_a_status() {
         ("AROL 2, 500", 4, 500),
         ("ASAP 4, 0", 4, 0),
         ("ASAP 4, 0, 3000", 4, 3000),
+        ("ASAP 4, 0, $+10", 4, 0),
+        ("ASAP 4, 0, 0x-10", 4, 0),
         ("AGGP 0, 7", 4, 0),
         ("AGAP 4, 0", 100, 1000),
     ] {
@@ -197,7 +201,8 @@ fn addresses_and_what_is_left_of_replies() {
     assert_eq!(say(&mut bench, USB, b"ASGP 66, 0, 3\rAMST\rCMST\r"), "ZA 100 3\\rZC 100 0\\r");
     assert_eq!(say(&mut bench, USB, b"CSGP 87, 0, 4\rDMST\rdMST\r"), "ZC 100 4\\rZC 100 0\\rZC 100 0\\r");
     assert_eq!(say(&mut bench, USB, b"CSGP 255, 0, 1\r"), "ZC 100 1\\r");
-    assert_eq!(say(&mut bench, USB, b"CMST\rCFOO\rCSGP 77, 0, 1\rCGAP 4, 0\r"), "ZC 100 1000\\r");
+    assert_eq!(say(&mut bench, USB, b"CMST\rCFOO\rCSGP 77, 0, 1\rCSAP x\rCGAP 4, 0\r"), "ZC 100 1000\\r");
+    assert_eq!(say(&mut bench, USB, b"CGAP 250\rCGAP x\rCGGP\r"), "ZC 3 0\\r".repeat(3), "reading is answered");
     assert_eq!(say(&mut bench, USB, b"CBIN\r"), "");
     assert_eq!(say(&mut bench, USB, &telegram("GAP 4")), "\\x1a\\x03d\\x06\\x00\\x00\\x03\\xe8r");
     assert_eq!(say(&mut bench, USB, &telegram("139")), "");
@@ -213,6 +218,21 @@ fn there_and_back_in_one_go() {
     let expected = "\\x02\\x01d\\x06\\x00\\x00\\x03\\xe8X\\x02\\x01d\\x8b\\x00\\x00\\x00\\x00\\xf2\
                     BA 100 1000\\rBA 100 0\\r\\x02\\x01d\\x06\\x00\\x00\\x03\\xe8X";
     assert_eq!(say(&mut bench, USB, &one), expected);
+    // A LF behind the CR of BIN is none of the telegram; an address of 10 is.
+    let mut to_10 = binary::encode_command(10, text::parse("GAP 4").unwrap());
+    let to_1 = telegram("GAP 4");
+    for (end, first, second) in [("\r\n", to_1, to_10), ("\r", to_10, to_1), ("\r", to_1, to_10)] {
+        bench.ok("139");
+        let text = [b"ABIN", end.as_bytes(), &first, &second].concat();
+        let expected = "BA 100 0\\r".to_owned() + &"\\x02\\x01d\\x06\\x00\\x00\\x03\\xe8X".repeat(2);
+        assert_eq!(say(&mut bench, USB, &text), expected);
+        bench.ok("139");
+        assert_eq!(say(&mut bench, USB, &[b"ABIN", end.as_bytes()].concat()), "BA 100 0\\r");
+        bench.module.silence(USB.source, USB.client);
+        assert_eq!(bench.ok("GAP 4, 0"), 1000);
+    }
+    to_10[8] ^= 1;
+    assert_eq!(say(&mut bench, USB, &to_10), "\\x02\\x01\\x01\\x00\\x00\\x00\\x00\\x00\\x04");
     // The same after something that is answered late.
     let two =
         [telegram("SGP 77, 0, 1").as_slice(), &telegram("139"), b"ASGP 77, 0, 0\rABIN\r", &telegram("GGP 77")].concat();
@@ -258,23 +278,26 @@ fn links_are_independent() {
     assert_eq!(say(&mut bench, RS485, &telegram("GAP 4")), "\\x02\\x01d\\x06\\x00\\x00\\x03\\xe8X");
 }
 
-/// Parameter 67 says how links start: those that are always there with the module, others when they connect.
+/// Parameter 67 says how links start from the next start of the module on: those that are always there, and
+/// others when they connect.
 #[test]
 fn the_mode_at_the_start() {
     let mut bench = Bench::new();
     bench.ok("SGP 67, 0, 33");
-    assert_eq!(bench.ok("GAP 4, 0"), 1000);
-    let late = Terminal { client: Client(7), ..USB };
-    assert_eq!(say(&mut bench, late, b"AGAP 4\r"), "BA 100 1000\\r");
+    let [late, later] = [7, 8].map(|n| Terminal { client: Client(n), ..USB });
+    for terminal in [USB, RS485, late] {
+        assert!(say(&mut bench, terminal, &telegram("GAP 4")).ends_with('X'));
+    }
     bench.power_cycle();
     for terminal in [USB, RS485, late] {
         assert_eq!(say(&mut bench, terminal, b"AGAP 4\r"), "BA 100 1000\\r");
     }
     assert_eq!(say(&mut bench, USB, b"ASGP 67, 0, 0\rABIN\r"), "BA 100 0\\rABIN\\rBA 100 0\\r");
     assert_eq!(bench.ok("GAP 4, 0"), 1000);
+    assert_eq!(say(&mut bench, later, b"AGAP 4\r"), "AGAP 4\\rBA 100 1000\\r");
     bench.ok("255, 0, 0, 1234");
     bench.run(PATIENCE_MS * MILLISECOND);
-    for terminal in [USB, RS485, late] {
+    for terminal in [USB, RS485, late, later] {
         assert!(say(&mut bench, terminal, &telegram("GAP 4")).ends_with('X'));
     }
 }

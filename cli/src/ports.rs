@@ -20,11 +20,11 @@ struct Entry {
     ahead: VecDeque<u8>,
 }
 
-/// The ports. That of a new client starts in the mode of global parameter 67.
+/// The ports. That of a new client starts in the mode that global parameter 67 had at the start of the module.
 pub(crate) struct Ports(Vec<Entry>);
 
 /// What came of a byte.
-pub(crate) struct Heard {
+pub(crate) struct Arrived {
     pub(crate) source: Source,
     pub(crate) client: Client,
     pub(crate) echo: Vec<u8>,
@@ -47,7 +47,7 @@ impl Ports {
 
     fn entry(&mut self, source: Source, client: Client, mode: Mode) -> Option<&mut Entry> {
         let index = self.position(source, client).unwrap_or_else(|| {
-            self.0.push(Entry { source, client, port: Port::new(mode), ahead: VecDeque::new() });
+            self.0.push(Entry { source, client, port: Port::new(source, mode), ahead: VecDeque::new() });
             self.0.len() - 1
         });
         self.0.get_mut(index)
@@ -68,15 +68,15 @@ impl Ports {
     }
 
     /// Reads bytes, as far as it is known how to, up to one that leads to something.
-    pub(crate) fn next(&mut self, links: &Links) -> Option<Heard> {
+    pub(crate) fn next(&mut self, links: &Links) -> Option<Arrived> {
         for Entry { source, client, port, ahead } in &mut self.0 {
             while !port.is_waiting()
                 && let Some(byte) = ahead.pop_front()
             {
-                let heard = port.push(byte, AT, links);
-                if heard.request.is_some() || !heard.echo.is_empty() {
-                    let echo = heard.echo.to_vec();
-                    return Some(Heard { source: *source, client: *client, echo, request: heard.request });
+                let taken = port.push(byte, AT, links);
+                if taken.request.is_some() || !taken.echo.is_empty() {
+                    let echo = taken.echo.to_vec();
+                    return Some(Arrived { source: *source, client: *client, echo, request: taken.request });
                 }
             }
         }

@@ -18,7 +18,7 @@ use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can::Frame;
 use tmcm::units::Micros;
 
-use crate::ports::{Heard, Ports};
+use crate::ports::{Arrived, Ports};
 
 /// SPI clock of the TMC429: 84 MHz / 64, as on the target.
 const TMC429_HZ: u32 = 1_312_500;
@@ -368,7 +368,7 @@ impl VirtualModule {
     /// Reads one request, or bytes that are echoed; false if there is nothing more to be read now.
     fn listen(&mut self) -> bool {
         let Some(firmware) = &mut self.firmware else { return false };
-        let Some(Heard { source, client, echo, request }) = firmware.ports.next(firmware.core.links()) else {
+        let Some(Arrived { source, client, echo, request }) = firmware.ports.next(firmware.core.links()) else {
             return false;
         };
         self.inbox.extend(request.map(|request| (source, client, request)));

@@ -21,8 +21,8 @@ type Echo = Vec<u8, { LINE + 1 }>;
 #[embassy_executor::task]
 pub(super) async fn carry(mut port: BufferedUart<'static>, direction: Output<'static>) {
     let (sender, mut receiver) = port.split_ref();
-    let mut line = Line { sender, direction };
-    let mut port = Port::new(links().start);
+    let mut transmitter = Transmitter { sender, direction };
+    let mut port = Port::new(Source::Rs485, links().start);
     let mut bytes = [0; 16];
     // Bytes that cannot be read before something is answered: a line that is typed ahead.
     let mut ahead = Deque::<u8, { LINE + 48 }>::new();
@@ -43,7 +43,7 @@ pub(super) async fn carry(mut port: BufferedUart<'static>, direction: Output<'st
             Either::Second(Outgoing { reply, mode, links }) => {
                 let message = port.answer(reply.as_ref(), mode, &links);
                 if !message.is_empty() {
-                    line.send(&mut receiver, &message).await;
+                    transmitter.send(&mut receiver, &message).await;
                     port.silence();
                 }
                 // On the wire: now it may go.
@@ -52,7 +52,7 @@ pub(super) async fn carry(mut port: BufferedUart<'static>, direction: Output<'st
         }
         let echo = read(&mut port, &mut ahead, last);
         if !echo.is_empty() {
-            line.send(&mut receiver, &echo).await;
+            transmitter.send(&mut receiver, &echo).await;
         }
     }
 }
@@ -64,10 +64,10 @@ fn read(port: &mut Port, ahead: &mut Deque<u8, { LINE + 48 }>, last: Micros) -> 
     while !port.is_waiting()
         && let Some(byte) = ahead.pop_front()
     {
-        let heard = port.push(byte, last, &links);
+        let taken = port.push(byte, last, &links);
         // More than fits has come while a reply was on its way: such a host does not look at echoes.
-        let _ = echo.extend_from_slice(heard.echo);
-        let Some(request) = heard.request else { continue };
+        let _ = echo.extend_from_slice(taken.echo);
+        let Some(request) = taken.request else { continue };
         if REQUESTS.try_send((Source::Rs485, request)).is_err() {
             defmt::warn!("RS485: a host does not wait for its replies: request dropped");
             port.give_up();
@@ -82,12 +82,12 @@ fn links() -> Links {
 }
 
 /// The way out.
-struct Line<'a> {
+struct Transmitter<'a> {
     sender: BufferedUartTx<'a>,
     direction: Output<'static>,
 }
 
-impl Line<'_> {
+impl Transmitter<'_> {
     async fn send(&mut self, receiver: &mut BufferedUartRx<'_>, message: &[u8]) {
         self.direction.set_high();
         // There is room: what was sent before has been waited for. Flush returns when the last stop bit is out.

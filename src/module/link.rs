@@ -8,7 +8,7 @@ use super::{Hooks, Module, Outcome, Source};
 use crate::param::GlobalParameter as G;
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::{self, Telegram};
-use crate::tmcl::{Command, Opcode, Reply, Status};
+use crate::tmcl::{Opcode, Reply, Status};
 use crate::units::Micros;
 
 /// Interface settings in force. They follow the parameters only after the reply to the command that set
@@ -25,7 +25,7 @@ pub struct Links {
     pub pause: u8,
     /// What ASCII mode echoes (parameter 67, bits 4 and 5).
     pub echo: Echo,
-    /// The mode byte links start in (parameter 67, bit 0).
+    /// The mode byte links start in (parameter 67, bit 0, at the start of the module).
     pub start: Mode,
     /// Identifier of requests on CAN (parameter 71).
     pub can_id: u16,
@@ -137,15 +137,15 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// A line in ASCII mode (manual section 3.4). BIN is answered as text, as everything is that was asked in
     /// ASCII mode.
     fn line(&mut self, now: Micros, source: Source, line: Line) -> (Answer, Mode) {
-        let (status, mode) = match line {
+        let (status, opcode, mode) = match line {
             Line::Command(command) => {
                 return (Answer::of(self.execute(now, source, command), |reply| *reply), Mode::Ascii);
             }
-            Line::Leave => (Status::Ok, Mode::Binary),
-            Line::Wrong(status) => (status, Mode::Ascii),
+            Line::Leave => (Status::Ok, 0, Mode::Binary),
+            Line::Wrong { status, opcode } => (status, opcode, Mode::Ascii),
         };
-        let reply = Reply::echo(status, Command::default());
-        let answer = if self.suppressed(0) { Answer::None } else { Answer::Now(reply) };
+        let reply = Reply::Plain { status, opcode, value: 0 };
+        let answer = if self.suppressed(opcode) { Answer::None } else { Answer::Now(reply) };
         (answer, mode)
     }
 
@@ -153,7 +153,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// ones.
     pub(super) fn update_links(&mut self) {
         if self.waiting.iter().all(|waiting| waiting.from.is_none()) && self.replies.is_empty() {
-            self.links = Links::of(&self.globals);
+            self.links = Links { start: self.links.start, ..Links::of(&self.globals) };
         }
         self.links.echo = Echo::from_parameter(self.global(G::AsciiMode));
     }

@@ -24,7 +24,7 @@ mod supervision;
 pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
 pub use link::{Answer, Links};
-pub use port::{Heard, Message, Mode, Port, Request};
+pub use port::{Message, Mode, Port, Request, Taken};
 pub use spec::{Spec, TMCM_1140};
 
 use overheard::Overheard;

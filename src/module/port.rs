@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::Links;
+use super::{Links, Source};
 use crate::tmcl::ascii::{self, Editor, Line};
 use crate::tmcl::binary::{self, Framer, Telegram};
 use crate::tmcl::{Opcode, Reply};
@@ -29,7 +29,7 @@ pub enum Request {
 
 /// What became of a byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Heard<'a> {
+pub struct Taken<'a> {
     /// To be sent back at once.
     pub echo: &'a [u8],
     /// What it completes.
@@ -43,11 +43,15 @@ pub type Message = Vec<u8, { ascii::REPLY }>;
 ///
 /// While the answer to a line, or to the command that may change the mode, is outstanding, it is not known
 /// how to read on: as long as [`Port::is_waiting`], bytes are to be kept elsewhere.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Port {
+    /// Others are heard here, too.
+    shared: bool,
     mode: Mode,
     framer: Framer,
     editor: Editor,
+    /// No telegram has come since ASCII mode was left.
+    after_text: bool,
     /// Requests without an answer.
     open: u8,
     /// The last of them decides how to read on.
@@ -56,16 +60,19 @@ pub struct Port {
 
 impl Port {
     /// A link as it starts in a mode.
-    pub const fn new(mode: Mode) -> Self {
-        Port { mode, framer: Framer::new(), editor: Editor::new(), open: 0, decides: false }
+    pub const fn new(source: Source, mode: Mode) -> Self {
+        let shared = matches!(source, Source::Rs485);
+        Port { shared, mode, framer: Framer::new(), editor: Editor::new(), after_text: false, open: 0, decides: false }
     }
 
     /// Takes one byte that arrived at `at`. Each request is to be followed by [`Port::answer`].
-    pub fn push(&mut self, byte: u8, at: Micros, links: &Links) -> Heard<'_> {
+    pub fn push(&mut self, byte: u8, at: Micros, links: &Links) -> Taken<'_> {
         let (echo, request): (&[u8], _) = match self.mode {
-            Mode::Binary => (&[], self.framer.push(byte, at).map(Request::Telegram)),
+            Mode::Binary => (&[], self.frame(byte, at).map(Request::Telegram)),
             Mode::Ascii => {
-                let typed = self.editor.push(byte, [links.address, links.secondary], links.echo);
+                let own = [links.address, links.secondary];
+                let echo = if self.shared { links.echo.among_others(own, links.host) } else { links.echo };
+                let typed = self.editor.push(byte, own, echo);
                 (typed.echo, typed.line.map(Request::Line))
             }
         };
@@ -76,7 +83,21 @@ impl Port {
                 Request::Line(_) => true,
             };
         }
-        Heard { echo, request }
+        Taken { echo, request }
+    }
+
+    /// Makes telegrams out of bytes. The last line may have ended with CR and LF: then the LF is no part of the
+    /// telegram behind it, where it would be the address 10.
+    fn frame(&mut self, byte: u8, at: Micros) -> Option<Telegram> {
+        let telegram = self.framer.push(byte, at)?;
+        let after_text = core::mem::take(&mut self.after_text);
+        match telegram {
+            [b'\n', rest @ ..] if after_text && binary::decode_command(&telegram).is_none() => {
+                // One byte is missing now.
+                rest.into_iter().find_map(|byte| self.framer.push(byte, at))
+            }
+            _ => Some(telegram),
+        }
     }
 
     /// True while it is not known how to read on.
@@ -92,7 +113,8 @@ impl Port {
             self.open = self.open.saturating_sub(1);
         }
         if let Some(mode) = mode.filter(|mode| *mode != self.mode) {
-            *self = Port { mode, open: self.open, ..Port::new(mode) };
+            (self.mode, self.after_text) = (mode, mode == Mode::Binary);
+            (self.framer, self.editor) = (Framer::new(), Editor::new());
         }
         message
     }
@@ -112,6 +134,7 @@ impl Port {
     /// A silence: an unfinished telegram is given up. What is typed may take its time.
     pub fn silence(&mut self) {
         self.framer.reset();
+        self.after_text = false;
     }
 }
 
@@ -137,7 +160,7 @@ mod tests {
 
     #[test]
     fn there_and_back() {
-        let mut port = Port::new(Mode::Binary);
+        let mut port = Port::new(Source::Usb, Mode::Binary);
         let get = binary::encode_command(1, Command::new(6, 1, 0, 0));
         let enter = binary::encode_command(1, Command::new(139, 0, 0, 0));
         let ok = Reply::Plain { status: Status::Ok, opcode: 139, value: 0 };

@@ -12,7 +12,7 @@ use core::fmt::Write;
 use heapless::Vec;
 
 use super::text::{self, Error};
-use super::{Command, Field, Instruction, Opcode, Reply, Status};
+use super::{Command, Field, Opcode, Reply, Status};
 
 /// The longest line, in characters, its address character included.
 pub const LINE: usize = 80;
@@ -31,7 +31,9 @@ pub const fn letter(address: u8) -> u8 {
     if address <= b'~' - b'@' { b'@'.wrapping_add(address) } else { b'?' }
 }
 
-/// Whether a character addresses a module with one of these addresses; 0 is none.
+/// Whether a character addresses a module with one of these addresses; 0 is none. A lower-case letter does for
+/// addresses 1 to 26; it is that of a module with an address 32 higher, too, so on a bus with both of them a host has
+/// to write what it means.
 fn addresses(character: u8, addresses: [u8; 2]) -> bool {
     let mut letters = addresses.into_iter().filter(|address| *address != 0).map(letter);
     letters.any(|letter| letter == character || letter == character.to_ascii_uppercase())
@@ -44,14 +46,22 @@ pub enum Line {
     Command(Command),
     /// BIN: back to binary mode.
     Leave,
-    /// Nothing that can be done; the status to answer with.
-    Wrong(Status),
+    /// Nothing that can be done.
+    Wrong {
+        /// The status to answer with.
+        status: Status,
+        /// Number of the command, if one was to be recognised; else 0.
+        opcode: u8,
+    },
 }
 
 impl Line {
+    /// Nothing that is a command.
+    const UNKNOWN: Line = Line::Wrong { status: Status::InvalidCommand, opcode: 0 };
+
     /// Reads what stands after the address character.
     pub fn parse(text: &[u8]) -> Self {
-        let Ok(text) = core::str::from_utf8(text).map(str::trim) else { return Line::Wrong(Status::InvalidCommand) };
+        let Ok(text) = core::str::from_utf8(text).map(str::trim) else { return Line::UNKNOWN };
         let special = |word: &str| text.eq_ignore_ascii_case(word);
         if special("BIN") {
             return Line::Leave;
@@ -64,33 +74,34 @@ impl Line {
         }
         // Only mnemonics: a number in place of one is good elsewhere.
         if !text.starts_with(|c: char| c.is_ascii_alphabetic()) {
-            return Line::Wrong(Status::InvalidCommand);
+            return Line::UNKNOWN;
         }
         match text::parse(text) {
             Ok(command) if Opcode::from_number(command.opcode).is_some_and(|o| o.instruction().ascii) => {
                 Line::Command(command)
             }
-            Ok(_) => Line::Wrong(Status::NotAvailable),
-            Err(error) => Line::Wrong(status(&error)),
+            Ok(Command { opcode, .. }) => Line::Wrong { status: Status::NotAvailable, opcode },
+            Err(error) => wrong(&error),
         }
     }
 }
 
-/// The status for a line that is no command: no such command 2, not on the ASCII command line 6, something
-/// wrong with the type 3, with motor, bank or value 4; one operand too many is such a value.
-fn status(error: &Error<'_>) -> Status {
-    let operand = |instruction: &Instruction, field: Field| match field {
+/// What is wrong with a line that is no command: no such command status 2, not on the ASCII command line 6,
+/// something wrong with the type 3, with motor, bank or value 4; one operand too many is such a value.
+fn wrong(error: &Error<'_>) -> Line {
+    let (instruction, field) = match *error {
+        Error::Empty | Error::UnknownMnemonic(_) => return Line::UNKNOWN,
+        Error::Missing(instruction, field)
+        | Error::BadOperand(instruction, field, _)
+        | Error::OutOfRange(instruction, field, _) => (instruction, field),
+        Error::Unexpected(instruction, _) => (instruction, Field::Value),
+    };
+    let status = match field {
         _ if !instruction.ascii => Status::NotAvailable,
         Field::Kind | Field::Named(_) => Status::WrongType,
         Field::Motor | Field::Value => Status::InvalidValue,
     };
-    match *error {
-        Error::Empty | Error::UnknownMnemonic(_) => Status::InvalidCommand,
-        Error::Missing(instruction, field)
-        | Error::BadOperand(instruction, field, _)
-        | Error::OutOfRange(instruction, field, _) => operand(instruction, field),
-        Error::Unexpected(instruction, _) => operand(instruction, Field::Value),
-    }
+    Line::Wrong { status, opcode: instruction.opcode as u8 }
 }
 
 /// A reply as text: the characters of host and module, status, value, CR (manual section 3.4.3).
@@ -137,6 +148,13 @@ impl Echo {
             1 => Echo::Line,
             _ => Echo::None,
         }
+    }
+
+    /// The echo for a module with these addresses on a bus with others. If one of them is the host's, a reply of
+    /// another module looks like a line for this one until it is complete: nothing is echoed before.
+    #[must_use]
+    pub fn among_others(self, own: [u8; 2], host: u8) -> Self {
+        if self == Echo::Characters && addresses(letter(host), own) { Echo::Line } else { self }
     }
 }
 
@@ -210,7 +228,7 @@ impl Editor {
         if !addresses(*first, own) || is_reply(rest) {
             return Typed::default();
         }
-        let line = if fits { Line::parse(rest) } else { Line::Wrong(Status::InvalidCommand) };
+        let line = if fits { Line::parse(rest) } else { Line::UNKNOWN };
         // One place is kept for it.
         let _ = self.text.push(b'\r');
         let echo = match echo {
@@ -253,7 +271,7 @@ mod tests {
         assert_eq!(lines(b"BGAP 1\r\r\n\r GAP 1\r A GAP 1\r@GAP 1\r"), []);
         // Replies of other modules to a host whose address is ours, and what is none.
         assert_eq!(lines(b"AB 100 -5000\rAB 2 0\r"), []);
-        assert_eq!(lines(b"AB 100 -\rAB 100\rAB 1 2 3\r"), [Line::Wrong(Status::InvalidCommand); 3]);
+        assert_eq!(lines(b"AB 100 -\rAB 100\rAB 1 2 3\r"), [Line::UNKNOWN; 3]);
         assert_eq!(lines(b"Abin\rA BIN \r"), [Line::Leave, Line::Leave]);
         assert_eq!(lines(b"ASTOP\r"), [Line::Command(Command::new(128, 0, 0, 0))]);
         assert_eq!(lines(b"ARUN\r"), [Line::Command(Command::new(129, 0, 0, 0))]);
@@ -262,7 +280,7 @@ mod tests {
     #[test]
     fn long_lines_end_and_can_be_shortened() {
         let long = [b"AGAP 1".as_slice(), &[b' '; 200]].concat();
-        let wrong = Line::Wrong(Status::InvalidCommand);
+        let wrong = Line::UNKNOWN;
         assert_eq!(lines(&[&long, b"\rAGAP 1\r".as_slice()].concat()), [wrong, GAP]);
         assert_eq!(lines(&[&long, [0x7F; 200].as_slice(), b",0\r"].concat()), [GAP]);
         let longest = |spaces| [b"AGAP 1".as_slice(), &[b' '].repeat(spaces), b"\r"].concat();
@@ -321,9 +339,11 @@ mod tests {
             ("SAP 4, 0", Status::InvalidValue),
             ("SAP 4, 0, 4294967296", Status::InvalidValue),
         ] {
-            assert_eq!(Line::parse(text.as_bytes()), Line::Wrong(status), "{text}");
+            let Line::Wrong { status: told, .. } = Line::parse(text.as_bytes()) else { panic!("{text}") };
+            assert_eq!(told, status, "{text}");
         }
-        assert_eq!(Line::parse(b"GAP\xFF"), Line::Wrong(Status::InvalidCommand));
+        assert_eq!(Line::parse(b"GAP\xFF"), Line::UNKNOWN);
+        assert_eq!(Line::parse(b"GAP x"), Line::Wrong { status: Status::WrongType, opcode: 6 });
     }
 
     #[test]

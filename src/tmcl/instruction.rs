@@ -168,17 +168,20 @@ impl Instruction {
         ALL.iter().map(|opcode| opcode.instruction())
     }
 
+    /// How many operands have to be written: all but a motor at the end; of a user function, which may mean anything
+    /// by them, none.
+    pub fn required(&self) -> usize {
+        let user = (Opcode::Uf0 as u8..=Opcode::Uf7 as u8).contains(&(self.opcode as u8));
+        match self.fields {
+            [others @ .., Field::Motor] => others.len(),
+            _ if user => 0,
+            all => all.len(),
+        }
+    }
+
     /// The instruction with this mnemonic, in any case.
     pub fn by_mnemonic(mnemonic: &str) -> Option<&'static Instruction> {
         Self::all().find(|i| !i.mnemonic.is_empty() && i.mnemonic.eq_ignore_ascii_case(mnemonic))
-    }
-
-    /// How many operands have to be written: a motor at the end may be left out, `MST` means `MST 0`.
-    pub fn required(&self) -> usize {
-        match self.fields.split_last() {
-            Some((Field::Motor, others)) => others.len(),
-            _ => self.fields.len(),
-        }
     }
 
     /// True when the mnemonic form says all that is in `command`.

@@ -94,8 +94,8 @@ impl fmt::Display for Command {
 }
 
 /// Reads one command. Operands are separated by commas, spaces around them do not count; a comma right
-/// after the mnemonic is tolerated, and so is a missing motor at the end (`MST` means `MST 0`). Numbers are
-/// decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic: then all
+/// after the mnemonic is tolerated, and so is a missing motor at the end (`MST` means `MST 0`). A user function takes
+/// as many operands as it is given. Numbers are decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic: then all
 /// four fields are numbers, those left out zero.
 pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     let line = line.trim();
@@ -179,9 +179,10 @@ fn number(word: &str) -> Option<i64> {
     };
     let hex = digits.strip_prefix('$').or_else(|| digits.strip_prefix("0x")).or_else(|| digits.strip_prefix("0X"));
     let magnitude = match hex {
-        Some(hex) => u32::from_str_radix(hex, 16).ok()?,
-        None if digits.starts_with(|c: char| c.is_ascii_digit()) => digits.parse::<u32>().ok()?,
-        None => return None,
+        // It would read a sign, too.
+        Some(hex) if hex.bytes().all(|digit| digit.is_ascii_hexdigit()) => u32::from_str_radix(hex, 16).ok()?,
+        None if digits.bytes().all(|digit| digit.is_ascii_digit()) => digits.parse::<u32>().ok()?,
+        _ => return None,
     };
     Some(if negative { i64::from(magnitude).wrapping_neg() } else { i64::from(magnitude) })
 }
@@ -199,6 +200,8 @@ mod tests {
         assert_eq!(parse("MVP REL, 0, -10000"), Ok(Command::new(4, 1, 0, -10_000)));
         assert_eq!(parse("MVP 1, 0, $FFFFD8F0"), Ok(Command::new(4, 1, 0, -10_000)));
         assert_eq!(parse("MST"), Ok(Command::new(3, 0, 0, 0)));
+        assert_eq!(parse("UF0"), Ok(Command::new(64, 0, 0, 0)));
+        assert_eq!(parse("UF7 1, 2"), Ok(Command::new(71, 1, 2, 0)));
         assert_eq!(parse("136, 1"), Ok(Command::new(136, 1, 0, 0)));
     }
 
@@ -213,6 +216,9 @@ mod tests {
             text("MVP UP, 0, 1"),
             "MVP: 'UP' is neither a number nor a known name; usage: MVP <ABS|REL|COORD>, <motor or bank>, <value>"
         );
+        for word in ["$+10", "0x-1", "$", "0x", "+", "--1", "1+1", "$$1", "+-1"] {
+            assert!(text(&format!("SAP 4, 0, {word}")).contains("neither a number"), "{word}");
+        }
         assert_eq!(text("GAP 256, 0"), "GAP: 256 is out of range; usage: GAP <type>, <motor or bank>");
     }
 

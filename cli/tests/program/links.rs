@@ -187,10 +187,10 @@ fn any_address_is_answered_with_the_module_s_own() {
     }
 }
 
-/// ASCII mode is a connection's own; the next one starts as parameter 67 says.
+/// ASCII mode is a connection's own; the next one starts as parameter 67 said when the module started.
 #[test]
 fn each_connection_has_a_mode_of_its_own() {
-    let sim = Sim::start(&TCP);
+    let sim = Sim::start(&[TCP, ["--control", "127.0.0.1:0"]].concat());
     let (mut one, mut other) = (sim.tcp(), sim.tcp());
     one.ok("SGP 67, 0, 32");
     one.ok("139");
@@ -198,13 +198,15 @@ fn each_connection_has_a_mode_of_its_own() {
     assert_eq!(one.read(), *b"BA 100 0\r");
     assert_eq!(other.ok("GAP 4, 0"), 1000);
     assert_eq!(sim.tcp().ok("SGP 67, 0, 33"), 33);
+    assert_eq!(sim.tcp().ok("GAP 4, 0"), 1000);
+    one.write(b"ABIN\r");
+    assert_eq!(one.read(), *b"BA 100 0\r");
+    assert_eq!(one.ok("GAP 4, 0") + other.ok("GAP 4, 0"), 2000);
+    sim.control(&["power off", "power on"]);
     let mut third = sim.tcp();
     // What has been typed before the end is carried out, one after the other.
     third.write(b"ASGP 77, 0, 1\rAGGP 77\r");
     third.0.shutdown(Shutdown::Write).unwrap();
     assert_eq!((third.read(), third.read()), (*b"BA 100 1\r", *b"BA 100 1\r"));
     assert_eq!(third.0.read(&mut [0; 9]).unwrap(), 0, "closed after the last reply");
-    one.write(b"ABIN\r");
-    assert_eq!(one.read(), *b"BA 100 0\r");
-    assert_eq!(one.ok("GAP 4, 0") + other.ok("GAP 4, 0"), 2000);
 }
