@@ -94,6 +94,21 @@ fn a_module_with_the_address_of_the_host_knows_replies_to_others() {
     assert_eq!(bus.ok(2, "ROR 0, 100"), 100);
 }
 
+/// Nobody answers for module 9, and module 2 does not mistake its own requests for that.
+#[test]
+fn a_module_with_the_address_of_the_host_knows_its_requests() {
+    let mut torn = request(9, "GAP 4, 0");
+    torn[8] ^= 1;
+    for before in [request(9, "ROL 0, 100"), request(9, "GAP 4, 0"), request(9, "0, 0, 0, 0"), torn] {
+        for line in ["GAP 1, 0", "GAP 2, 0", "GAP 6, 0", "GIO 1, 1", "GGP 1, 2", "SGP 1, 2, 5", "GGP 100, 2", "MST 0"] {
+            let mut bus = Bus::new();
+            bus.0.send_rs485(&before);
+            bus.0.run(10 * MILLISECOND);
+            assert!(bus.ask(2, line).is_some(), "{line}");
+        }
+    }
+}
+
 #[test]
 fn only_the_one_addressed_tells_of_a_wrong_checksum() {
     let mut bus = Bus::new();
@@ -156,6 +171,117 @@ fn the_telegram_pause_is_kept_before_the_reply() {
     assert!(took < 40 * MILLISECOND, "{took}");
 }
 
+/// In its pause a module hears what goes on, and the pause begins anew.
+#[test]
+fn the_telegram_pause_comes_after_the_last_byte() {
+    let mut bus = Bus::new();
+    bus.ok(3, "SGP 75, 0, 40");
+    bus.0.send_rs485(&request(3, "GAP 4, 0"));
+    bus.0.run(20 * MILLISECOND);
+    let (heard, took) = bus.exchange(&request(9, "GAP 4, 0"));
+    assert_eq!(heard.len(), 9);
+    assert!((40 * MILLISECOND + TELEGRAM..40 * MILLISECOND + TELEGRAM + EXECUTION).contains(&took), "{took}");
+    bus.0.send_rs485(&request(3, "GAP 4, 0"));
+    bus.0.run(20 * MILLISECOND);
+    assert_eq!(bus.exchange(&request(3, "GAP 5, 0")).0.len(), 18, "it has heard the second request, too");
+}
+
+#[test]
+fn who_sends_hears_nothing() {
+    let mut bus = Bus::new();
+    bus.0.send_rs485(&request(3, "GAP 4, 0"));
+    bus.0.run(TELEGRAM / 2);
+    assert_eq!(bus.exchange(&request(3, "GAP 4, 0")).0.len(), 9, "one reply");
+}
+
+#[test]
+fn one_reply_comes_behind_the_other() {
+    let mut bus = Bus::new();
+    let (both, took) = bus.exchange(&[request(3, "GAP 4, 0"), request(3, "GGP 66, 0")].concat());
+    let replies: Vec<Received> =
+        both.as_chunks().0.iter().map(|reply| binary::decode_reply(reply).expect("mixed up")).collect();
+    assert_eq!(replies.iter().map(|reply| (reply.opcode, reply.value)).collect::<Vec<_>>(), [(6, 1000), (10, 3)]);
+    assert!((2 * TELEGRAM..2 * TELEGRAM + EXECUTION).contains(&took), "{took}");
+}
+
+/// A module in ASCII mode among others in binary mode: what it says is no part of their telegrams.
+#[test]
+fn text_on_the_bus_is_over_with_a_silence() {
+    for told in [false, true] {
+        let mut bus = Bus::new();
+        bus.ok(1, "SGP 67, 0, 32");
+        bus.ok(1, "139");
+        if told {
+            bus.0.await_silences();
+        }
+        for line in [&b"\rAMST\r"[..], b"\rAGAP 4, 0\r", b"\rAGGP 76, 0\r", b"\rAGGP 5, 2\r"] {
+            for address in [2, 3] {
+                assert!(bus.exchange(line).0.starts_with(b"BA 100 "));
+                assert_eq!(bus.exchange(&request(address, "GAP 4, 0")).0.len(), 9, "told: {told}");
+                if told {
+                    bus.0.silence_rs485();
+                }
+            }
+        }
+    }
+}
+
+/// Module 2 has the host's letter: replies and echoes of the others are nothing to it, and its own lines are echoed
+/// as a whole, since the first character does not say yet that they are no replies.
+#[test]
+fn nobody_echoes_replies_of_others() {
+    let mut bus = Bus::new();
+    for address in 1..=3 {
+        bus.0.send_rs485(&request(address, "139"));
+        bus.0.run(PATIENCE);
+    }
+    bus.0.rs485();
+    let mut type_in = |text: &[u8]| String::from_utf8(bus.exchange(text).0).unwrap();
+    for _ in 0..2 {
+        assert_eq!(type_in(b"\rAGAP 4, 0\r"), "AGAP 4, 0\rBA 100 1000\r");
+        assert_eq!(type_in(b"CFOO\r"), "CFOO\rBC 2 0\r");
+        assert_eq!(type_in(b"B"), "");
+        assert_eq!(type_in(b"GAP 5, 0\x080\r"), "BGAP 5, 0\rBB 100 1000\r");
+    }
+}
+
+/// A reset comes after its reply, even at this speed and after a pause, and after what is being stored.
+#[test]
+fn a_reset_waits() {
+    let mut bus = Bus::new();
+    bus.ok(3, "SAP 4, 0, 700");
+    bus.ok(3, "SGP 75, 0, 40");
+    bus.0.send_rs485(&request(3, "255, 0, 0, 1234"));
+    bus.0.run(60 * MILLISECOND);
+    assert_eq!(bus.0.rs485().len(), 9);
+    bus.0.send_rs485(&request(3, "GAP 4, 0"));
+    bus.0.send_rs485(&request(3, "SGP 75, 0, 0"));
+    bus.0.run(38 * MILLISECOND);
+    bus.0.send_rs485(&request(3, "SGP 68, 0, 5"));
+    bus.0.run(PATIENCE);
+    let said = bus.0.rs485();
+    let values: Vec<i32> =
+        said.as_chunks().0.iter().map(|reply| binary::decode_reply(reply).expect("mixed up").value).collect();
+    assert_eq!(values, [700, 0, 5]);
+    assert_eq!((bus.ok(3, "GGP 68, 0"), bus.ok(3, "GAP 4, 0")), (5, 1000), "restarted, with what was stored");
+}
+
+#[test]
+fn without_power_nothing_more_is_sent() {
+    let mut bus = Bus::new();
+    for pause in [0, 100] {
+        bus.ok(3, &format!("SGP 75, 0, {pause}"));
+        bus.0.send_rs485(&request(3, "GAP 4, 0"));
+        bus.0.run(TELEGRAM / 2);
+        assert_eq!(bus.0.rs485().len(), if pause == 0 { 4 } else { 0 });
+        bus.0.set_power(2, false);
+        bus.0.set_power(2, true);
+        bus.0.run(PATIENCE);
+        assert!(bus.0.rs485().is_empty(), "pause {pause}");
+        assert_eq!(bus.ok(3, "GAP 4, 0"), 1000);
+    }
+}
+
 #[test]
 fn a_silence_gives_up_what_is_unfinished() {
     let mut bus = Bus::new();
@@ -175,7 +301,7 @@ fn a_silence_gives_up_what_is_unfinished() {
 fn addresses_survive_a_power_cut_but_not_a_factory_reset() {
     let mut bus = Bus::new();
     for on in [false, true] {
-        bus.0.modules_mut()[2].set_power(on);
+        bus.0.set_power(2, on);
         bus.0.run(10 * MILLISECOND);
     }
     assert_eq!(bus.ok(3, "GGP 71, 0"), 3);

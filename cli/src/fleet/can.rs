@@ -53,6 +53,11 @@ impl Bus {
         self.wire.push_back(Heard { at: self.taken, from, frame });
     }
 
+    /// A module has lost its power: what it was going to send is not sent.
+    pub(super) fn cut_off(&mut self, module: usize) {
+        self.wire.retain(|heard| heard.from != Node::Module(module));
+    }
+
     /// When the next frame is complete.
     pub(super) fn next_event(&self) -> Option<Nanos> {
         self.wire.front().map(|heard| heard.at)

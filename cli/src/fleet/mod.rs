@@ -50,9 +50,20 @@ impl Fleet {
         &self.modules
     }
 
-    /// The modules, to do something to one of them.
+    /// The modules, to do something to one of them; but for its power see [`Fleet::set_power`].
     pub fn modules_mut(&mut self) -> &mut [VirtualModule] {
         &mut self.modules
+    }
+
+    /// Switches the supply of a module off or on. What it was going to send is lost.
+    pub fn set_power(&mut self, index: usize, on: bool) {
+        let Some(module) = self.modules.get_mut(index) else { return };
+        module.set_power(on);
+        if !on {
+            self.rs485.cut_off(index);
+            self.can.cut_off(index);
+            self.sent.retain(|(from, _)| *from != index);
+        }
     }
 
     /// Virtual time.

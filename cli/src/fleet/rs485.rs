@@ -25,9 +25,21 @@ struct Flight {
     byte: u8,
 }
 
+/// What a module has to say.
+#[derive(Debug)]
+struct Message {
+    /// Since when.
+    ready: Nanos,
+    /// How long it has to have heard nothing first.
+    pause: Nanos,
+    bytes: Vec<u8>,
+}
+
 /// A module's place on the bus.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 struct Place {
+    /// One after the other.
+    messages: VecDeque<Message>,
     /// When it last heard a byte.
     heard: Nanos,
     /// That byte was the host's.
@@ -50,14 +62,20 @@ pub(super) struct Rs485 {
 
 impl Rs485 {
     pub(super) fn new(modules: usize) -> Self {
-        Rs485 { wire: VecDeque::new(), places: vec![Place::default(); modules], host: VecDeque::new(), told: false }
+        Rs485 {
+            wire: VecDeque::new(),
+            places: (0..modules).map(|_| Place::default()).collect(),
+            host: VecDeque::new(),
+            told: false,
+        }
     }
 
     /// The host sends.
     pub(super) fn send(&mut self, modules: &mut [VirtualModule], now: Nanos, bytes: &[u8]) {
         for (place, module) in self.places.iter_mut().zip(modules) {
-            place.host = true;
-            place.hear(module, now, bytes, self.told);
+            // Silences between what modules and the host say are there for both.
+            let told = self.told && std::mem::replace(&mut place.host, true);
+            place.hear(module, now, bytes, told);
         }
     }
 
@@ -69,38 +87,70 @@ impl Rs485 {
     }
 
     /// A module has something to send: after its telegram pause, and what it has said before.
-    pub(super) fn reply(&mut self, from: usize, module: &VirtualModule, at: Nanos, bytes: &[u8]) {
-        let (Some((baud, pause)), Some(place)) = (module.rs485(), self.places.get_mut(from)) else { return };
-        let mut at = at.max(place.heard + pause).max(place.sends);
-        for byte in bytes {
-            at += BITS * SECOND / baud;
-            let behind = self.wire.partition_point(|flight| flight.at <= at);
-            self.wire.insert(behind, Flight { at, from, baud, byte: *byte });
+    pub(super) fn reply(&mut self, from: usize, module: &VirtualModule, ready: Nanos, bytes: &[u8]) {
+        if let (Some((_, pause)), Some(place)) = (module.rs485(), self.places.get_mut(from)) {
+            place.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
         }
-        place.sends = at;
     }
 
-    /// When the next byte arrives.
+    /// A module has lost its power: what it was going to send is not sent.
+    pub(super) fn cut_off(&mut self, module: usize) {
+        self.wire.retain(|flight| flight.from != module);
+        if let Some(place) = self.places.get_mut(module) {
+            *place = Place::default();
+        }
+    }
+
+    /// When the next byte arrives, or somebody begins to send.
     pub(super) fn next_event(&self) -> Option<Nanos> {
-        self.wire.front().map(|flight| flight.at)
+        let starts = self.places.iter().filter_map(Place::starts);
+        starts.chain(self.wire.front().map(|flight| flight.at)).min()
     }
 
     /// Hands out the bytes that have arrived by now.
     pub(super) fn deliver(&mut self, modules: &mut [VirtualModule], now: Nanos) {
-        while let Some(Flight { at, from, baud, byte }) = self.wire.pop_front_if(|flight| flight.at <= now) {
-            self.host.push_back(byte);
-            for (index, (place, module)) in self.places.iter_mut().zip(&mut *modules).enumerate() {
-                // At another bit rate it is noise.
-                if index != from && module.rs485().is_some_and(|(own, _)| own == baud) {
-                    place.host = false;
-                    place.hear(module, at, &[byte], false);
-                }
+        while let Some(at) = self.next_event().filter(|at| *at <= now) {
+            // Who hears something at the last moment does not begin.
+            if let Some(flight) = self.wire.pop_front_if(|flight| flight.at == at) {
+                self.arrive(modules, &flight);
+            } else if let Some(from) = self.places.iter().position(|place| place.starts() == Some(at)) {
+                self.begin(modules, from, at);
+            }
+        }
+    }
+
+    fn begin(&mut self, modules: &[VirtualModule], from: usize, mut at: Nanos) {
+        let Some(place) = self.places.get_mut(from) else { return };
+        let message = place.messages.pop_front();
+        let rate = modules.get(from).and_then(VirtualModule::rs485);
+        let (Some(Message { bytes, .. }), Some((baud, _))) = (message, rate) else { return };
+        for byte in bytes {
+            at += BITS * SECOND / baud;
+            let behind = self.wire.partition_point(|flight| flight.at <= at);
+            self.wire.insert(behind, Flight { at, from, baud, byte });
+        }
+        place.sends = at;
+    }
+
+    fn arrive(&mut self, modules: &mut [VirtualModule], flight: &Flight) {
+        let Flight { at, from, baud, byte } = *flight;
+        self.host.push_back(byte);
+        for (index, (place, module)) in self.places.iter_mut().zip(modules).enumerate() {
+            // At another bit rate it is noise.
+            if index != from && module.rs485().is_some_and(|(own, _)| own == baud) {
+                place.host = false;
+                place.hear(module, at, &[byte], false);
             }
         }
     }
 }
 
 impl Place {
+    /// When the module begins to send.
+    fn starts(&self) -> Option<Nanos> {
+        self.messages.front().map(|message| message.ready.max(self.heard + message.pause).max(self.sends))
+    }
+
     fn hear(&mut self, module: &mut VirtualModule, at: Nanos, bytes: &[u8], told: bool) {
         if at < self.sends {
             return;

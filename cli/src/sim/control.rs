@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::pacing::Pacer;
 use super::stream::{Input, Stream};
-use crate::virtual_module::VirtualModule;
+use crate::fleet::Fleet;
 
 /// Longest line; nothing of the protocol comes near it.
 const LONGEST_LINE: usize = 4096;
@@ -35,7 +35,7 @@ impl Controller {
                 for byte in buffer.iter().take(count) {
                     if *byte == b'\n' {
                         answers += &self.answer(&mut execute);
-                    } else if self.line.len() < LONGEST_LINE {
+                    } else if self.line.len() <= LONGEST_LINE {
                         self.line.push(*byte);
                     }
                 }
@@ -52,6 +52,10 @@ impl Controller {
 
     fn answer(&mut self, execute: impl FnOnce(&str) -> String) -> String {
         let line = std::mem::take(&mut self.line);
+        // One character more than that is kept of a longer one.
+        if line.len() > LONGEST_LINE {
+            return answer(Err(format!("a line has {LONGEST_LINE} characters at most"))) + "\n";
+        }
         execute(&String::from_utf8_lossy(&line)) + "\n"
     }
 }
@@ -78,8 +82,12 @@ struct Report {
 }
 
 /// Carries out a line of the control protocol and gives the answer.
-pub fn execute(line: &str, modules: &mut [VirtualModule], pacer: &Pacer) -> String {
-    let answer = match carry_out(line, modules, pacer) {
+pub fn execute(line: &str, fleet: &mut Fleet, pacer: &Pacer) -> String {
+    answer(carry_out(line, fleet, pacer))
+}
+
+fn answer(result: Result<Option<Report>, String>) -> String {
+    let answer = match result {
         Ok(report) => Answer { ok: true, error: None, report },
         Err(error) => Answer { ok: false, error: Some(error), report: None },
     };
@@ -87,15 +95,16 @@ pub fn execute(line: &str, modules: &mut [VirtualModule], pacer: &Pacer) -> Stri
         .unwrap_or_else(|_| r#"{"ok":false,"error":"the answer cannot be shown as JSON"}"#.into())
 }
 
-fn carry_out(line: &str, modules: &mut [VirtualModule], pacer: &Pacer) -> Result<Option<Report>, String> {
+fn carry_out(line: &str, fleet: &mut Fleet, pacer: &Pacer) -> Result<Option<Report>, String> {
     let Line { module: number, control } = Line::parse(line)?;
-    let count = modules.len();
-    let Some(module) = number.checked_sub(1).and_then(|index| modules.get_mut(index)) else {
+    let count = fleet.modules().len();
+    let index = number.wrapping_sub(1);
+    let Some(module) = fleet.modules().get(index) else {
         let there_are = if count == 1 { "there is 1 module".into() } else { format!("there are {count} modules") };
         return Err(format!("no module {number}: {there_are}"));
     };
     if let Control::Power { on } = control {
-        module.set_power(on);
+        fleet.set_power(index, on);
         return Ok(None);
     }
     let state = control.apply(&mut module.board().borrow_mut());
@@ -111,9 +120,9 @@ mod tests {
 
     #[test]
     fn one_line_of_json_for_each_command() {
-        let mut modules = [VirtualModule::new(&WorldConfig::default(), None, 1)];
+        let mut fleet = Fleet::new(&WorldConfig::default(), &[None], 1);
         let pacer = Pacer::new(1.0, Instant::now());
-        let mut ask = |line: &str| execute(line, &mut modules, &pacer);
+        let mut ask = |line: &str| execute(line, &mut fleet, &pacer);
         assert_eq!(ask("supply 12.5"), r#"{"ok":true}"#);
         assert_eq!(ask("module 2 state"), r#"{"ok":false,"error":"no module 2: there is 1 module"}"#);
         assert_eq!(ask("power off"), r#"{"ok":true}"#);

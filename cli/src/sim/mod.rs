@@ -143,7 +143,7 @@ impl Simulator {
         if let Some(server) = &mut self.links.control {
             server.accept(control::Controller::new);
             for controller in &mut server.clients {
-                controller.receive(|line| control::execute(line, self.fleet.modules_mut(), &self.pacer));
+                controller.receive(|line| control::execute(line, &mut self.fleet, &self.pacer));
             }
         }
     }

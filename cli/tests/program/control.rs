@@ -57,6 +57,17 @@ fn lines_may_come_together_and_the_last_without_an_end() {
 }
 
 #[test]
+fn a_line_too_long_is_refused_as_a_whole() {
+    let sim = Sim::start(&LINKS);
+    for rest in [" ", "x"] {
+        let answer = sim.control(&[&("press left".to_owned() + &rest.repeat(5000))]);
+        assert_eq!((&answer["ok"], &answer["error"]), (&false.into(), &"a line has 4096 characters at most".into()));
+    }
+    assert_eq!(sim.control(&["state"])["switches"]["left"], false);
+    assert_eq!(sim.control(&[&("press left".to_owned() + &" ".repeat(4000))])["ok"], true);
+}
+
+#[test]
 fn without_power_the_module_is_silent_and_with_it_starts_anew() {
     let sim = Sim::start(&LINKS);
     let mut host = sim.tcp();
