@@ -67,6 +67,8 @@ pub enum LinkError {
         /// How many bytes came instead.
         bytes: usize,
     },
+    /// The CAN adapter does not send the frame.
+    Refused,
     /// The other side has closed the connection.
     Closed,
     /// The device or the connection failed.
@@ -82,6 +84,7 @@ impl fmt::Display for LinkError {
             LinkError::NoReply { bytes } => {
                 write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check --baud")
             }
+            LinkError::Refused => f.write_str("the adapter refused the frame; check its power and the bus"),
             LinkError::Closed => f.write_str("the other side has closed the connection"),
             LinkError::Io(error) => write!(f, "the link failed: {error}"),
         }
@@ -128,7 +131,7 @@ impl Link {
         let wire = match place {
             Place::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Wire::SlcanTcp),
             Place::Serial(path) => Slcan::open(Serial::open(path, baud)?.0).map(Wire::SlcanSerial),
-            Place::Slcan(_) | Place::Simulated => Err(std::io::ErrorKind::Unsupported.into()),
+            Place::Slcan(_) | Place::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
         };
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
     }

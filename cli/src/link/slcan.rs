@@ -9,10 +9,12 @@ use tmcm::tmcl::can::{self, Data, Frame};
 use tmcm::tmcl::{Command, Opcode, Reply};
 
 use super::{LinkError, readable};
-use crate::slcan::{CanFrame, DONE};
+use crate::slcan::{CanFrame, DONE, REFUSED};
 
-/// Closes the adapter's channel, whatever state it is in, sets 1 Mbit/s, the module's default, and opens it.
-const OPEN: &[u8] = b"\rC\rS8\rO\r";
+/// Closes the adapter's channel, whatever it was told before, sets 1 Mbit/s, the module's default, and opens it.
+const OPEN: [&str; 4] = ["", "C", "S8", "O"];
+/// How long the adapter may take for each of these. There are adapters that do not answer.
+const ANSWER: Duration = Duration::from_millis(300);
 /// Host address in the telegrams that replies are turned into; on CAN nobody has one.
 const HOST: u8 = 2;
 
@@ -24,53 +26,94 @@ pub(super) struct Slcan<T> {
 }
 
 impl<T: Read + Write + AsFd> Slcan<T> {
-    pub(super) fn open(mut device: T) -> Result<Self, std::io::Error> {
-        device.write_all(OPEN)?;
-        Ok(Slcan { device, line: Vec::new() })
+    pub(super) fn open(device: T) -> Result<Self, LinkError> {
+        let mut adapter = Slcan { device, line: Vec::new() };
+        for command in OPEN {
+            adapter.write(command)?;
+            // What is refused here may be so already. If the channel does not open, frames are refused.
+            let until = Instant::now() + ANSWER;
+            loop {
+                match adapter.line(until) {
+                    Ok(line) if !line.is_empty() => {}
+                    Ok(_) | Err(LinkError::Refused | LinkError::NoReply { .. }) => break,
+                    Err(error) => return Err(error),
+                }
+            }
+        }
+        Ok(adapter)
     }
 
-    /// The telegram's address is the identifier that the module listens to. Replies are told from other frames on
-    /// the bus by what they answer.
+    /// The telegram's address is the identifier that the module listens to.
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
         let (Some(command), [id, ..]) = (binary::decode_command(request), *request) else {
             return Err(LinkError::NoReply { bytes: 0 });
         };
-        let frame = CanFrame::from(Frame { id: id.into(), data: can::encode_command(command) });
-        self.device.write_all(format!("{frame}\r").as_bytes())?;
+        self.ask(id.into(), command, timeout)
+    }
+
+    /// Sends a command to the module with an identifier. Replies are told from other frames on the bus by what they
+    /// answer.
+    fn ask(&mut self, id: u16, command: Command, timeout: Duration) -> Result<Telegram, LinkError> {
+        self.forget()?;
+        self.write(&CanFrame::from(Frame { id, data: can::encode_command(command) }).to_string())?;
         let until = Instant::now() + timeout;
         loop {
-            let line = self.line(until)?;
-            let frame = CanFrame::parse(&line).as_ref().and_then(CanFrame::plain);
+            let frame = CanFrame::parse(&self.line(until)?).as_ref().and_then(CanFrame::plain);
             if let Some(reply) = frame.and_then(|frame| telegram(id, command, &frame.data)) {
                 return Ok(reply);
             }
         }
     }
 
-    /// The next line from the adapter.
+    fn write(&mut self, line: &str) -> Result<(), LinkError> {
+        // A line always fits the device's buffer.
+        Ok(self.device.write_all(format!("{line}\r").as_bytes())?)
+    }
+
+    /// Forgets all that has come so far: replies to those who have not waited for them.
+    fn forget(&mut self) -> Result<(), LinkError> {
+        while readable(&self.device, Instant::now())? {
+            self.read()?;
+        }
+        self.line.clear();
+        Ok(())
+    }
+
+    /// The next line from the adapter, unless that is a refusal.
     fn line(&mut self, until: Instant) -> Result<String, LinkError> {
         loop {
-            if let Some(end) = self.line.iter().position(|byte| *byte == DONE) {
-                let line = self.line.drain(..=end).take(end).collect();
-                return Ok(String::from_utf8(line).unwrap_or_default());
+            if let Some(end) = self.line.iter().position(|byte| [DONE, REFUSED].contains(byte)) {
+                let mut line: Vec<u8> = self.line.drain(..=end).collect();
+                return match line.pop() {
+                    Some(REFUSED) => Err(LinkError::Refused),
+                    _ => Ok(String::from_utf8(line).unwrap_or_default()),
+                };
             }
             if !readable(&self.device, until)? {
                 return Err(LinkError::NoReply { bytes: 0 });
             }
-            let mut bytes = [0; 256];
-            match self.device.read(&mut bytes) {
-                Ok(0) => return Err(LinkError::Closed),
-                Ok(count) => self.line.extend(bytes.iter().take(count)),
-                Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
-                Err(error) => return Err(error.into()),
+            self.read()?;
+        }
+    }
+
+    fn read(&mut self) -> Result<(), LinkError> {
+        let mut bytes = [0; 256];
+        match self.device.read(&mut bytes) {
+            Ok(0) => Err(LinkError::Closed),
+            Ok(count) => {
+                self.line.extend(bytes.iter().take(count));
+                Ok(())
             }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(()),
+            Err(error) => Err(error.into()),
         }
     }
 }
 
 /// The reply to `command` of the module with identifier `id`, as the telegram it would be on a byte link; `None`
 /// for any other frame.
-fn telegram(id: u8, command: Command, data: &Data) -> Option<Telegram> {
+fn telegram(id: u16, command: Command, data: &Data) -> Option<Telegram> {
+    let [_, id] = id.to_be_bytes();
     let eight: [u8; 8] = data.as_slice().try_into().ok()?;
     let [module, status, opcode, a, b, c, d, _] = eight;
     match (Opcode::from_number(command.opcode), command.kind) {
@@ -91,20 +134,50 @@ fn telegram(id: u8, command: Command, data: &Data) -> Option<Telegram> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::{BufRead, BufReader};
     use std::os::unix::net::UnixStream;
 
-    /// An adapter that answers the frame of `GAP 1, 0` to module 3 with other traffic, then with the reply.
+    /// A link to an adapter that answers line by line; with the last answer it says no more.
+    fn link(answers: &'static [&str]) -> (Slcan<UnixStream>, std::thread::JoinHandle<Vec<String>>) {
+        let (host, adapter) = UnixStream::pair().unwrap();
+        host.set_nonblocking(true).unwrap();
+        let adapter = std::thread::spawn(move || {
+            let mut lines = BufReader::new(adapter.try_clone().unwrap()).split(DONE);
+            let mut answer = |answer: &&str| {
+                let line = lines.next().unwrap().unwrap();
+                (&adapter).write_all(answer.as_bytes()).unwrap();
+                String::from_utf8(line).unwrap()
+            };
+            ["\r", "t0028036406000000AA00\r\x07", "\r", "\r"].iter().chain(answers).map(&mut answer).collect()
+        });
+        (Slcan::open(host).unwrap(), adapter)
+    }
+
+    const GAP: Command = Command::new(6, 1, 0, 0);
+
     #[test]
     fn the_reply_is_found_among_other_traffic() {
-        let (host, mut adapter) = UnixStream::pair().unwrap();
-        host.set_nonblocking(true).unwrap();
-        let mut link = Slcan::open(host).unwrap();
-        adapter.write_all(b"\r\r\rz\rt0028016406000000FF00\rt00280364060000007B00\r").unwrap();
-        let request = binary::encode_command(3, Command::new(6, 1, 0, 0));
-        let reply = binary::decode_reply(&link.exchange(&request, Duration::from_secs(5)).unwrap()).unwrap();
+        let (mut link, adapter) = link(&["z\rt0028016406000000FF00\rt00280364060000007B00\r"]);
+        let reply = link.exchange(&binary::encode_command(3, GAP), Duration::from_secs(5)).unwrap();
+        let reply = binary::decode_reply(&reply).unwrap();
         assert_eq!((reply.module, reply.status, reply.opcode, reply.value), (3, 100, 6, 0x7B));
-        let mut sent = [0; 64];
-        let count = adapter.read(&mut sent).unwrap();
-        assert_eq!(&sent[..count], b"\rC\rS8\rO\rt00380601000000000000\r");
+        assert_eq!(adapter.join().unwrap(), ["", "C", "S8", "O", "t00380601000000000000"]);
+    }
+
+    /// A reply that another host has not waited for, and half a line, are none to this host.
+    #[test]
+    fn what_came_before_is_forgotten() {
+        const LATE: &str = "z\rt00280364060000000100\rt00280364060000000200\rt00280364";
+        let (mut link, adapter) = link(&[LATE, "z\rt00280364060000000300\r"]);
+        let mut ask = || binary::decode_reply(&link.ask(3, GAP, Duration::from_secs(5)).unwrap()).unwrap().value;
+        assert_eq!((ask(), ask()), (1, 3));
+        adapter.join().unwrap();
+    }
+
+    #[test]
+    fn a_refusal_is_told_at_once() {
+        let (mut link, _adapter) = link(&["\x07"]);
+        let refused = link.ask(3, GAP, Duration::from_secs(60));
+        assert!(matches!(refused, Err(LinkError::Refused)), "{refused:?}");
     }
 }

@@ -13,7 +13,7 @@ use super::Options;
 use super::control::Controller;
 use super::endpoint::{Arrival, Endpoint};
 use super::pty::Pty;
-use super::slcan::Port;
+use super::slcan::HostAdapter;
 use super::tcp::Server;
 use crate::failure::Failure;
 use crate::fleet::Fleet;
@@ -34,8 +34,8 @@ pub struct Links {
     pub(super) serial: Option<Pty<Endpoint<File>>>,
     pub(super) tcp: Option<Server<Endpoint<TcpStream>>>,
     pub(super) rs485: Option<Pty<Endpoint<File>>>,
-    pub(super) slcan: Option<Pty<Port<File>>>,
-    pub(super) slcan_tcp: Option<Server<Port<TcpStream>>>,
+    pub(super) slcan: Option<Pty<HostAdapter<File>>>,
+    pub(super) slcan_tcp: Option<Server<HostAdapter<TcpStream>>>,
     /// The control port.
     pub control: Option<Server<Controller>>,
     last_client: Client,
@@ -58,7 +58,7 @@ impl Links {
             pty("--serial", options.serial.as_deref(), SERIAL)?
         };
         let slcan = options.slcan.as_deref();
-        let adapter = |link| Pty::open("--slcan", Some(link), |stream| Port::new(Endpoint::new(stream, SLCAN)));
+        let adapter = |link| Pty::open("--slcan", Some(link), |stream| HostAdapter::new(Endpoint::new(stream, SLCAN)));
         Ok(Links {
             serial,
             tcp,
@@ -81,7 +81,7 @@ impl Links {
             server.accept(|stream| Endpoint::over_tcp(stream, next()));
         }
         if let Some(server) = &mut self.slcan_tcp {
-            server.accept(|stream| Port::new(Endpoint::new(stream, next())));
+            server.accept(|stream| HostAdapter::new(Endpoint::new(stream, next())));
         }
         let serial = self.serial.iter_mut().map(|pty| &mut pty.end);
         for endpoint in serial {

@@ -11,21 +11,21 @@ use crate::slcan::Adapter;
 
 /// A byte link to a host, and the adapter behind it.
 #[derive(Debug)]
-pub struct Port<T> {
+pub struct HostAdapter<T> {
     /// The bytes.
     pub endpoint: Endpoint<T>,
     adapter: Adapter,
 }
 
-impl<T: Read + Write + AsFd> Port<T> {
+impl<T: Read + Write + AsFd> HostAdapter<T> {
     /// An adapter as it is when it is plugged in.
     pub fn new(endpoint: Endpoint<T>) -> Self {
-        Port { endpoint, adapter: Adapter::default() }
+        HostAdapter { endpoint, adapter: Adapter::default() }
     }
 
     /// Takes what has arrived from the host.
     pub fn receive(&mut self, fleet: &mut Fleet) {
-        let Port { endpoint, adapter } = self;
+        let HostAdapter { endpoint, adapter } = self;
         let number = endpoint.client.0;
         endpoint.receive(|arrival| {
             if let Arrival::Bytes(bytes) = arrival {
