@@ -13,6 +13,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcl_cli::virtual_module::Sent;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Framer, Telegram};
+use tmcm::tmcl::can::{self, Frame};
 use tmcm::tmcl::{Command, Status, text};
 use tmcm::units::Micros;
 
@@ -471,30 +472,55 @@ impl Random {
         }
     }
 
-    /// A command's telegram, now and then for somebody else or with a wrong checksum.
-    fn telegram(&mut self, address: u8) -> (Telegram, Command) {
-        let address = if self.below(20) == 0 { self.below(256) as u8 } else { address };
-        let command = self.command();
-        let mut telegram = binary::encode_command(address, command);
-        if self.below(20) == 0 {
-            telegram[8] = telegram[8].wrapping_add(1 + self.below(255) as u8);
-        }
-        (telegram, command)
+    /// A number, now and then any other.
+    fn or_any(&mut self, usual: i32, limit: u64) -> i32 {
+        if self.below(20) == 0 { self.below(limit) as i32 } else { usual }
     }
+}
+
+/// What goes over a link to the module.
+enum Request {
+    Telegram(Source, Telegram),
+    Frame(Frame),
+}
+
+/// What comes from the module.
+#[derive(Debug)]
+struct Answer {
+    source: Source,
+    /// A frame's data, or what stands in their place in a telegram.
+    content: Vec<u8>,
+}
+
+impl Answer {
+    fn is_event(&self) -> bool {
+        self.content[1..3] == [Status::PositionReached as u8, 138]
+    }
+}
+
+const CAN: Source = Source::Can { length: 8 };
+
+fn answer_of(sent: &Sent) -> Answer {
+    let telegram = sent.telegram().unwrap_or_else(|| panic!("{sent:?}"));
+    let version = telegram[1..] == *b"1140V142";
+    assert!(version || binary::decode_reply(&telegram).is_some(), "{sent:02X?}");
+    Answer { source: sent.source, content: telegram[1..if version { 9 } else { 8 }].to_vec() }
 }
 
 /// Everything that comes until something has come that is `wanted`, for 400 ms at most: a telegram pause of 255 ms
 /// and a few EEPROM pages.
-fn replies(bench: &mut Bench, wanted: impl Fn(&Sent) -> bool) -> Vec<Sent> {
-    let mut replies = Vec::new();
+fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
+    let mut answers = Vec::new();
     for _ in 0..400 {
         bench.run(MILLISECOND);
-        replies.extend(std::iter::from_fn(|| bench.module.sent()));
-        if replies.iter().any(&wanted) {
+        answers.extend(std::iter::from_fn(|| bench.module.sent()).map(|sent| answer_of(&sent)));
+        let frames = std::iter::from_fn(|| bench.module.frame());
+        answers.extend(frames.map(|frame| Answer { source: CAN, content: frame.data.to_vec() }));
+        if answers.iter().any(&wanted) {
             break;
         }
     }
-    replies
+    answers
 }
 
 /// Sends a command over the link on which any address does, and gives the value if it succeeds. Events may
@@ -502,55 +528,98 @@ fn replies(bench: &mut Bench, wanted: impl Fn(&Sent) -> bool) -> Vec<Sent> {
 fn ask(bench: &mut Bench, line: &str) -> Option<i32> {
     bench.module.receive(Source::Usb, telegram(line));
     let asked = text::parse(line).unwrap().opcode;
-    let success = |sent: &Sent| {
-        let reply = binary::decode_reply(&sent.telegram().unwrap());
-        reply.filter(|reply| reply.status == OK && reply.opcode == asked)
+    let success = |answer: &Answer| {
+        let [_, status, opcode, value @ ..] = *answer.content.first_chunk::<7>()?;
+        let good = answer.source == Source::Usb && (status, opcode) == (OK, asked);
+        good.then_some(i32::from_be_bytes(value))
     };
-    let replies = replies(bench, |sent| success(sent).is_some());
-    replies.iter().find_map(success).map(|reply| reply.value)
+    answers(bench, |answer| success(answer).is_some()).iter().find_map(success)
 }
 
-/// Random telegrams, their replies checked one by one.
+/// A host that sends at random over all links, and checks each reply.
+struct Bombardment<'a> {
+    bench: &'a mut Bench,
+    random: &'a mut Random,
+    /// Until when a request that looks like the reply to what another module was asked may be lost.
+    doubtful: Nanos,
+}
+
 fn bombard(bench: &mut Bench, random: &mut Random, count: usize) {
-    for _ in 0..count {
-        let source = random.pick(&[Source::Usb, Source::Rs485]);
-        let [address, secondary, host, suppressed] = ["GGP 66, 0", "GGP 87, 0", "GGP 76, 0", "GGP 255, 0"]
-            .map(|line| ask(bench, line).expect("GGP is always answered"));
-        if suppressed != 0 && random.below(4) == 0 {
-            assert_eq!(ask(bench, "SGP 255, 0, 0"), None);
-            continue;
+    let mut bombardment = Bombardment { bench, random, doubtful: 0 };
+    (0..count).for_each(|_| bombardment.send());
+}
+
+impl Bombardment<'_> {
+    fn ask(&mut self, line: &str) -> i32 {
+        ask(self.bench, line).unwrap_or_else(|| panic!("{line} is always answered"))
+    }
+
+    fn send(&mut self) {
+        let suppressed = self.ask("GGP 255, 0") != 0;
+        if suppressed && self.random.below(4) == 0 {
+            return assert_eq!(ask(self.bench, "SGP 255, 0, 0"), None);
         }
-        let (telegram, command) = random.telegram(address as u8);
-        let to = i32::from(telegram[0]);
-        let for_others = source == Source::Rs485 && to != address && (to != secondary || secondary == 0);
-        bench.module.receive(source, telegram);
+        let can = self.random.below(3) == 0;
+        // Address, second address, and where replies go.
+        let [own, second, host] = if can { [71, 83, 70] } else { [66, 87, 76] };
+        if self.random.below(20) == 0 {
+            let address = self.ask(&format!("GGP {own}, 0"));
+            let towards = self.random.pick(&[address, address % 2 + 1]);
+            ask(self.bench, &format!("SGP {host}, 0, {towards}"));
+        }
+        let [own, second, host] = [own, second, host].map(|number| self.ask(&format!("GGP {number}, 0")));
+
+        let command = self.random.command();
+        let to = self.random.or_any(own, if can { 2048 } else { 256 });
+        let (request, valid) = if can {
+            let mut data = can::encode_command(command);
+            data.truncate(self.random.or_any(8, 9) as usize);
+            let valid = data.len() >= 7;
+            (Request::Frame(Frame { id: to as u16, data }), valid)
+        } else {
+            let mut telegram = binary::encode_command(to as u8, command);
+            telegram[8] = telegram[8].wrapping_add(self.random.or_any(0, 256) as u8);
+            let source = self.random.pick(&[Source::Usb, Source::Rs485]);
+            (Request::Telegram(source, telegram), binary::decode_command(&telegram).is_some())
+        };
+        let source = if let Request::Telegram(source, _) = request { source } else { CAN };
+        let for_others = source != Source::Usb && to != own && (to != second || second == 0);
+        let known = Status::from_number(command.kind).is_some();
+        let to_host = source != Source::Usb && to == host;
+        let looks_like_a_reply = to_host && known && (4..255).contains(&command.motor);
+        let doubtful = to_host && self.bench.module.now() < self.doubtful;
+        if for_others && (!valid || [0, 1, 2, 3, 134, 136, 255].contains(&command.opcode)) {
+            self.doubtful = self.bench.module.now() + SECOND;
+        }
+        let reads = [6, 10, 15].contains(&command.opcode);
+        let silent = match valid {
+            true => for_others || looks_like_a_reply || suppressed && !reads,
+            false => can || for_others || looks_like_a_reply,
+        };
+        let shown = format!("{command} to {to}, valid: {valid}, over {source:?}");
+        match request {
+            Request::Telegram(source, telegram) => self.bench.module.receive(source, telegram),
+            Request::Frame(frame) => self.bench.module.receive_frame(frame),
+        }
         // An event may come first; it is no answer.
-        let answer =
-            |sent: &Sent| sent.telegram().and_then(|t| binary::decode_reply(&t)).is_none_or(|r| r.status != 128);
-        let replies = replies(bench, answer);
-        if replies.is_empty() {
-            // A module with the host's address takes what looks like a reply from another module for one.
-            let reply_of_another = source == Source::Rs485 && host == to;
-            assert!(for_others || suppressed != 0 || reply_of_another, "no reply to {telegram:02X?}");
-        }
-        for sent in replies {
-            check_reply(&sent, source, &telegram, command);
-        }
+        let mut answers = answers(self.bench, |answer| !answer.is_event());
+        answers.retain(|answer| !answer.is_event());
+        assert!(doubtful || answers.is_empty() == silent, "{answers:?} to {shown}");
+        answers.iter().for_each(|answer| check(answer, source, command, valid, &shown));
     }
 }
 
-/// A reply must be to the telegram, or an event.
-fn check_reply(sent: &Sent, source: Source, telegram: &Telegram, command: Command) {
-    let valid = binary::decode_command(telegram) == Some(command);
-    if sent.bytes[1..] == *b"1140V142" {
-        return assert!(valid && (command.opcode, command.kind) == (136, 0));
+/// An answer must be the reply to the request.
+fn check(answer: &Answer, source: Source, command: Command, valid: bool, shown: &str) {
+    assert_eq!(answer.source, source, "{shown}");
+    if b"1140V142".starts_with(&answer.content) {
+        return assert!(valid && (command.opcode, command.kind) == (136, 0), "{shown}");
     }
-    let reply = binary::decode_reply(&sent.telegram().unwrap()).unwrap_or_else(|| panic!("{:02X?}", sent.bytes));
-    let status = reply.status().unwrap_or_else(|| panic!("unknown status in {:02X?}", sent.bytes));
-    match status {
-        Status::PositionReached => assert_eq!(reply.opcode, 138),
-        Status::WrongChecksum => assert!(!valid && reply.opcode == 0 && reply.value == 0),
-        _ => assert!(valid && reply.opcode == command.opcode && sent.source == source, "{reply:?} to {telegram:02X?}"),
+    let [_, status, opcode, value @ ..] = *answer.content.first_chunk::<7>().unwrap();
+    match Status::from_number(status) {
+        None => panic!("{answer:?} to {shown}"),
+        Some(Status::WrongChecksum) => assert!(!valid && opcode == 0 && value == [0; 4], "{shown}"),
+        Some(_) => assert!(valid && opcode == command.opcode, "{answer:?} to {shown}"),
     }
 }
 
@@ -585,14 +654,17 @@ fn assert_sane(bench: &mut Bench) {
 #[test]
 fn random_telegrams() {
     const SEEDS: u64 = 8;
-    const ROUND: usize = 300;
+    const ROUND: u64 = 300;
     for seed in 1..=SEEDS {
         let mut bench = Bench::in_world("[stage]\nleft = -5000\nright = 5000\n");
         let mut random = Random(seed * 0x9E37_79B9);
         let run = catch_unwind(AssertUnwindSafe(|| {
-            for _ in 0..random_inputs(12_000) / SEEDS / ROUND as u64 {
-                bombard(&mut bench, &mut random, ROUND);
+            let mut left = random_inputs(12_000).div_ceil(SEEDS);
+            while left > 0 {
+                let round = left.min(ROUND);
+                bombard(&mut bench, &mut random, round as usize);
                 assert_sane(&mut bench);
+                left -= round;
             }
         }));
         assert!(run.is_ok(), "seed {seed}");
