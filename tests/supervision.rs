@@ -13,10 +13,10 @@ use hal_sim::world::config::WorldConfig;
 use std::cell::Cell;
 use std::rc::Rc;
 use tmcm::module::{Inputs, Module, Outcome, Parts, Source, TMCM_1140};
+use tmcm::tmcl::can::{Frame, encode_command};
 use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
-use tmcm::tmcl::can::{Frame, encode_command};
 
 fn configure(bench: &mut Bench, lines: &[&str]) {
     for line in lines {
