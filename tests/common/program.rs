@@ -1,0 +1,170 @@
+//! Programs on the bench: put into program memory, run, stepped and looked at, all by telegrams.
+
+use super::{Bench, OK};
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use tmcm::module::Source;
+use tmcm::tmcl::{Command, binary};
+
+/// Status of a reply during a download: taken into program memory.
+pub const STORED: u8 = 101;
+
+/// Commands that program memory holds.
+pub const MEMORY: i32 = 2048;
+/// Return addresses that the stack holds.
+pub const STACK: usize = 8;
+/// A tick of the command WAIT.
+pub const TICK: Nanos = 10 * MILLISECOND;
+
+/// Modes as command 135 and global parameter 128 give them.
+pub const STOPPED: i32 = 0;
+pub const RUNNING: i32 = 1;
+pub const STEPPING: i32 = 2;
+pub const RESET: i32 = 3;
+
+/// How long a program may take that ends by itself.
+const PATIENCE: Nanos = 20 * SECOND;
+
+/// What command 135 says of types 0 and 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Status {
+    pub mode: i32,
+    pub waiting: bool,
+    /// The memory pointer (type 0) or the program counter (type 1).
+    pub pointer: i32,
+}
+
+impl Status {
+    fn from_value(value: i32) -> Self {
+        let [mode, waiting, high, low] = value.to_be_bytes();
+        assert!(waiting <= 1, "the wait flag is 0 or 1, not {waiting}");
+        Status { mode: mode.into(), waiting: waiting == 1, pointer: u16::from_be_bytes([high, low]).into() }
+    }
+}
+
+impl Bench {
+    /// A fresh module with this program from address 0 on.
+    pub fn with_program(lines: &[&str]) -> Self {
+        let mut bench = Bench::new();
+        bench.download(0, lines);
+        bench
+    }
+
+    /// Runs a program on a fresh module until it ends.
+    pub fn played(lines: &[&str]) -> Self {
+        let mut bench = Self::with_program(lines);
+        bench.run_to_end(0);
+        bench
+    }
+
+    /// Puts commands into program memory: 132, the commands, 133.
+    pub fn download(&mut self, address: i32, lines: &[&str]) {
+        self.ok(&format!("132, 0, 0, {address}"));
+        for line in lines {
+            assert_eq!(self.ask(line).0, STORED, "{line}");
+        }
+        self.ok("133");
+    }
+
+    /// Starts the program there.
+    pub fn start(&mut self, address: i32) {
+        self.ok(&format!("129, 1, 0, {address}"));
+    }
+
+    /// Starts the program there and waits for its end.
+    pub fn run_to_end(&mut self, address: i32) {
+        self.start(address);
+        self.await_end();
+    }
+
+    /// Waits until no program runs.
+    pub fn await_end(&mut self) {
+        self.run_until(PATIENCE, |bench| bench.mode() != RUNNING);
+    }
+
+    /// Starts the program there without any time going by: over RS485, whose replies come at once.
+    pub fn set_off(&mut self, address: i32) {
+        self.module.receive(Source::Rs485, binary::encode_command(1, Command::new(129, 1, 0, address)));
+        let sent = self.module.sent().expect("129 is answered at once");
+        assert_eq!(binary::decode_reply(&sent.telegram().unwrap()).unwrap().status, OK);
+    }
+
+    /// Command 135, type 0: mode, wait flag and memory pointer.
+    pub fn memory_status(&mut self) -> Status {
+        Status::from_value(self.ok("135, 0"))
+    }
+
+    /// Command 135, type 1: mode, wait flag and program counter.
+    pub fn status(&mut self) -> Status {
+        Status::from_value(self.ok("135, 1"))
+    }
+
+    pub fn mode(&mut self) -> i32 {
+        self.status().mode
+    }
+
+    pub fn program_counter(&mut self) -> i32 {
+        self.status().pointer
+    }
+
+    /// Command 135, type 2.
+    pub fn accumulator(&mut self) -> i32 {
+        self.ok("135, 2")
+    }
+
+    /// Command 135, type 3.
+    pub fn x(&mut self) -> i32 {
+        self.ok("135, 3")
+    }
+
+    /// A user variable.
+    pub fn variable(&mut self, number: u8) -> i32 {
+        self.ok(&format!("GGP {number}, 2"))
+    }
+
+    /// What program memory shows at an address: command 134, whose reply has no status.
+    pub fn memory(&mut self, address: i32) -> Command {
+        let request = binary::encode_command(1, Command::new(134, 0, 0, address));
+        let sent = self.exchange(Source::Usb, request).expect("134 is answered");
+        let [_, opcode, kind, motor, a, b, c, d, _] = sent.telegram().unwrap();
+        Command::new(opcode, kind, motor, i32::from_be_bytes([a, b, c, d]))
+    }
+
+    /// The general purpose outputs as the world sees them.
+    pub fn outputs(&self) -> [bool; 2] {
+        self.module.board().borrow().world().outputs().out
+    }
+
+    /// Lets time pass and gives the moments at which an output changed.
+    pub fn edges(&mut self, output: usize, span: Nanos) -> Vec<Nanos> {
+        let end = self.module.now() + span;
+        let mut edges = Vec::new();
+        let mut level = self.outputs()[output];
+        while self.module.now() < end {
+            let next = self.module.next_event().unwrap_or(end).min(end);
+            self.module.run_until(next);
+            let _ = self.module.sent();
+            if self.outputs()[output] != level {
+                level = !level;
+                edges.push(self.module.now());
+            }
+        }
+        edges
+    }
+
+    /// A command of direct mode that must come through whatever a download makes of the link it is sent over.
+    pub fn ok_beside(&mut self, line: &str) -> i32 {
+        let reply = self.ask_over(Source::Rs485, 1, line).expect("a reply");
+        assert_eq!(reply.status, OK, "{line}");
+        reply.value
+    }
+
+    /// The motor's speed as the chip has it, asked of nobody.
+    pub fn speed(&self) -> i32 {
+        self.module.board().borrow().tmc429().velocity(0)
+    }
+}
+
+/// The spans between moments.
+pub fn spans(moments: &[Nanos]) -> Vec<Nanos> {
+    moments.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
