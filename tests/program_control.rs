@@ -320,19 +320,24 @@ fn other_links_are_not_downloading() {
     assert_eq!(listing(&mut bench, 0, 2), [command("SAP 4, 0, 888"), Command::default()]);
 }
 
-/// Over CAN a download goes like everywhere else, in frames of eight or seven bytes.
+/// Over CAN a download goes like everywhere else, in frames of eight or seven bytes, mixed as one likes.
 #[test]
 fn a_download_over_can() {
-    for length in [7, 8] {
+    for lengths in [[8, 8, 8, 8], [7, 7, 7, 7], [8, 7, 8, 7], [7, 8, 7, 8]] {
         let mut bench = Bench::new();
-        let mut send = |line: &str| {
+        let send = |bench: &mut Bench, line: &str, length: usize| {
             let mut data = can::encode_command(command(line));
             data.truncate(length);
             bench.module.receive_frame(Frame { id: 1, data });
             bench.run(SECOND);
             bench.module.frame().unwrap().data[1]
         };
-        assert_eq!(["132", "SGP 1, 2, 5", "STOP", "133"].map(&mut send), [OK, STORED, STORED, OK]);
+        let lines = [("132", OK), ("SGP 1, 2, 5", STORED), ("STOP", STORED), ("133", OK)];
+        for ((line, status), length) in lines.into_iter().zip(lengths) {
+            assert_eq!(send(&mut bench, line, length), status, "{line} in {length} bytes");
+            // USB is another link.
+            assert_eq!(bench.ok("SGP 9, 2, 1"), 1);
+        }
         bench.run_to_end(0);
         assert_eq!(bench.variable(1), 5);
     }

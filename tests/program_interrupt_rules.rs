@@ -373,7 +373,22 @@ fn the_context_is_saved_and_restored() {
     }
 }
 
-/// The error flags are the module's, not the program's: what a handler sees or clears is seen and cleared.
+/// Error flags stay until they are cleared, and are no part of the context: a handler's time-out is seen by the
+/// program, and what a handler clears is clear.
+#[test]
+fn error_flags_outlive_the_handler() {
+    let mut bench = prepared();
+    bench.download(0, &["JC ETO, 3", "SGP 9, 2, 1", "JA 0", "SGP 9, 2, 2", "JA 0"]);
+    bench.download(HANDLERS[0], &["WAIT REFSW, 0, 1", "RETI"]);
+    bench.download(HANDLERS[1], &["CLE ETO", "RETI"]);
+    bench.start(0);
+    for (input, seen) in [(1, 1), (0, 2), (2, 2), (1, 1)] {
+        raise(&mut bench, &[input]);
+        bench.run(20 * MILLISECOND);
+        assert_eq!(bench.variable(9), seen);
+    }
+}
+
 #[test]
 fn subroutines_work_inside_and_around_handlers() {
     let mut bench = prepared();

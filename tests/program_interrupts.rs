@@ -227,24 +227,32 @@ fn stall() {
     }
 }
 
+/// Of the built-in encoder (parameters 209, 212) and of an external one (216 to 218), which has 2 000 lines and
+/// 51 200 / 8 000 * 512 = 3277 as its prescaler, without the three lowest bits 3264.
 #[test]
 fn deviation() {
-    let mut bench = Bench::new();
-    waiting_for(&mut bench, 21, IDLE[0]);
-    for count in 1..=3 {
-        bench.ok("SAP 212, 0, 0");
-        let position = bench.ok("GAP 1, 0");
-        bench.ok(&format!("SAP 209, 0, {position}"));
-        bench.ok("ROR 0, 300");
-        bench.run(SECOND);
-        bench.control("slip -8");
-        bench.run(SECOND);
-        assert_eq!(bench.variable(0), count - 1, "without a limit it is nobody's business");
-        bench.ok("SAP 212, 0, 1000");
-        bench.run(20 * MILLISECOND);
-        assert_eq!((bench.speed(), bench.variable(0)), (0, count));
-        bench.run(SECOND);
-        assert_eq!(bench.variable(0), count, "once for each deviation");
+    for (world, limit) in [("", 212), ("[abn]\nlines = 2000\n", 218)] {
+        let mut bench = Bench::in_world(world);
+        bench.ok("SAP 217, 0, 3264");
+        waiting_for(&mut bench, 21, IDLE[0]);
+        for count in 1..=3 {
+            bench.ok(&format!("SAP {limit}, 0, 0"));
+            let position = bench.ok("GAP 1, 0");
+            for encoder in [209, 216] {
+                bench.ok(&format!("SAP {encoder}, 0, {position}"));
+            }
+            bench.ok("ROR 0, 300");
+            bench.run(SECOND);
+            // Eight full steps are 2 048 microsteps.
+            bench.control("slip -8");
+            bench.run(SECOND);
+            assert_eq!(bench.variable(0), count - 1, "without a limit it is nobody's business");
+            bench.ok(&format!("SAP {limit}, 0, 1000"));
+            bench.run(20 * MILLISECOND);
+            assert_eq!((bench.speed(), bench.variable(0)), (0, count), "parameter {limit}");
+            bench.run(SECOND);
+            assert_eq!(bench.variable(0), count, "once for each deviation");
+        }
     }
 }
 

@@ -117,6 +117,9 @@ fn a_low_supply_stops_the_program() {
             let rounds = bench.variable(1);
             bench.run(SECOND);
             assert_eq!((bench.mode(), bench.variable(1)), (STOPPED, rounds), "{volts} V");
+            for line in ["129, 0", "129, 1", "130"] {
+                bench.refused(line, NOT_AVAILABLE);
+            }
         }
         bench.control("supply 9.6");
         bench.run(SECOND);
@@ -186,6 +189,36 @@ fn a_power_cut_during_a_download() {
         outcomes[outcome] += 1;
     }
     assert!(outcomes.iter().all(|count| *count > 0), "{outcomes:?}");
+}
+
+/// A part that does not answer: 132 is refused and nothing has changed; from 133 on it is known that the program
+/// is not whole. Once the part is back a download mends it.
+#[test]
+fn a_download_to_a_part_that_does_not_answer() {
+    let mut bench = Bench::with_program(&NOTE);
+    bench.control("fault eeprom on");
+    assert_eq!(bench.ask("132").0, EEPROM_LOCKED);
+    assert_eq!(bench.ok("GGP 129, 0"), 0);
+    bench.control("fault eeprom off");
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 1);
+    bench.ok("132, 0, 0, 100");
+    bench.control("fault eeprom on");
+    for _ in 0..30 {
+        assert_eq!(bench.ask("SGP 2, 2, 2").0, STORED);
+    }
+    assert_eq!(bench.ask("133").0, EEPROM_LOCKED);
+    assert_eq!(bench.ok("GGP 129, 0"), 0);
+    for line in ["129, 0", "129, 1"] {
+        bench.refused(line, NOT_AVAILABLE);
+    }
+    bench.control("fault eeprom off");
+    bench.download(0, &NOTE);
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 2);
+    bench.power_cycle();
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 1);
 }
 
 // ---- protection, global parameter 81
@@ -267,6 +300,32 @@ fn an_erased_program_is_gone() {
     assert!(!blank(&bench));
     bench.ok("SGP 81, 0, 2");
     assert!(blank(&bench));
+}
+
+/// Protection against writing that is switched on during a download holds at once.
+#[test]
+fn write_protection_stops_a_download() {
+    let mut bench = Bench::with_program(&NOTE);
+    bench.ok("132, 0, 0, 100");
+    assert_eq!(bench.ask("SGP 3, 2, 3").0, STORED);
+    bench.ok_beside("SGP 81, 0, 2");
+    for _ in 0..2 {
+        assert_eq!(bench.ask("SGP 4, 2, 4").0, EEPROM_LOCKED);
+    }
+    bench.ok("133");
+    assert_eq!([100, 101].map(|n| bench.memory(n)), [text::parse("SGP 3, 2, 3").unwrap(), NOTHING]);
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 1);
+}
+
+/// A program may protect itself, and erase itself: then it ends.
+#[test]
+fn a_program_erases_itself() {
+    let mut bench = Bench::with_program(&["SGP 81, 0, 1", "SGP 1, 2, 1", "SGP 81, 0, 2", "SGP 2, 2, 1", "STOP"]);
+    bench.run_to_end(0);
+    bench.run(SECOND);
+    assert_eq!((bench.variable(1), bench.variable(2), bench.ok("GGP 81, 0")), (1, 0, 2));
+    assert!(is_empty(&mut bench));
 }
 
 /// A program that runs while it is erased stops.

@@ -337,6 +337,8 @@ fn jumps_outside_program_memory_stop_the_program() {
         bench.run_to_end(0);
         assert_eq!((bench.mode(), bench.variable(1)), (STOPPED, 1), "{jump} to the last command");
     }
+    let mut bench = Bench::played(&["VECT 40, 2047", "SGP 1, 2, 1", "VECT 40, 2048", "SGP 2, 2, 1", "STOP"]);
+    assert_eq!((bench.mode(), bench.variable(1), bench.variable(2)), (STOPPED, 1, 0), "a vector");
     // A jump that is not taken is no jump.
     let mut bench = Bench::played(&["CALC LOAD, 1", "JC ZE, -1", "SGP 1, 2, 1", "STOP"]);
     assert_eq!(bench.variable(1), 1);
