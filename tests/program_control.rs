@@ -89,6 +89,28 @@ fn a_program_starts_at_any_address() {
     assert_eq!(bench.variable(1), 50);
 }
 
+/// A routine that is started at its address has a stack and a context of its own: what was left halfway is forgotten.
+#[test]
+fn a_start_at_an_address_forgets_what_was_left_halfway() {
+    let mut bench = Bench::with_program(&["CSUB 2", "SGP 1, 2, 1", "JA 2"]);
+    bench.download(10, &["RSUB", "RETI", "SGP 2, 2, 1", "STOP"]);
+    bench.download(100, &["JA 100"]);
+    bench.start(0);
+    bench.run(10 * MILLISECOND);
+    bench.ok("128");
+    bench.run_to_end(10);
+    assert_eq!([1, 2].map(|n| bench.variable(n)), [0, 1], "no return address");
+    for line in ["SGP 0, 3, 50", "VECT 0, 100", "EI 0", "EI 255", "SGP 2, 2, 0"] {
+        bench.ok(line);
+    }
+    bench.start(0);
+    bench.run(100 * MILLISECOND);
+    assert_eq!(bench.program_counter(), 100, "in the handler");
+    bench.ok("DI 255");
+    bench.run_to_end(10);
+    assert_eq!([1, 2].map(|n| bench.variable(n)), [0, 1], "no interrupted program");
+}
+
 /// Types other than 0 and 1, addresses outside: refused, and what runs runs on.
 #[test]
 fn bad_starts_are_refused() {
