@@ -215,11 +215,17 @@ fn reset_clears_everything() {
         assert_eq!(bench.variable(1), 7);
     }
     // From the current address is from the beginning now.
-    bench.download(0, &["SGP 1, 2, 9", "STOP"]);
+    bench.download(0, &["CALC ADD, 1", "CSUB 20", "STOP"]);
+    bench.download(20, &["JA 20"]);
+    bench.start(0);
+    bench.run(5 * MILLISECOND);
     bench.ok("131");
+    bench.download(0, &["RSUB", "JA 30", "SGP 2, 2, 1", "STOP"]);
+    bench.download(30, &["SGP 1, 2, 9", "STOP"]);
+    // Had the return address 2 been left, RSUB would go there.
     bench.ok("129, 0");
     bench.await_end();
-    assert_eq!(bench.variable(1), 9);
+    assert_eq!([1, 2].map(|n| bench.variable(n)), [9, 0]);
 }
 
 // ---- what is reported

@@ -349,3 +349,20 @@ fn a_long_handler_holds_the_program() {
     bench.run(100 * MILLISECOND);
     assert!(bench.variable(1) > count);
 }
+
+/// A timer that is faster than its handler: the program gets a command in between, so that it is never at a stand.
+#[test]
+fn too_many_interrupts_do_not_starve_the_program() {
+    let mut bench = Bench::new();
+    bench.ok("SGP 0, 3, 1");
+    waiting_for(&mut bench, 0, &["CALC ADD, 1", "JA 3"]);
+    bench.download(HANDLER, &["WAIT TICKS, 0, 1", "RETI"]);
+    bench.ok("CALC LOAD, 0");
+    bench.start(0);
+    bench.run(10 * SECOND);
+    bench.ok("DI 0");
+    bench.run(20 * MILLISECOND);
+    bench.ok("128");
+    // One command after each of a thousand handlers, every other one an addition.
+    assert!(bench.accumulator() > 450, "{}", bench.accumulator());
+}

@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::program::{RUNNING, STOPPED, TICK, spans};
+use common::program::{RUNNING, STOPPED, Status, TICK, spans};
 use common::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, SECOND};
 
@@ -94,7 +94,12 @@ fn minus_one_takes_the_accumulator() {
         assert_eq!(bench.accumulator(), 12);
     }
     // Zero from the accumulator is zero: no wait, or no time-out.
-    assert_eq!(duration(&mut waiting("", &[], "WAIT TICKS, 0, -1"), SECOND), 0);
+    for line in ["WAIT TICKS, 0, -1", "WAIT TICKS, 0, 0"] {
+        let mut bench = waiting("", &[], line);
+        bench.start(0);
+        bench.run(2 * MILLISECOND);
+        assert_eq!((bench.mode(), bench.variable(1)), (STOPPED, 1), "{line}");
+    }
     let mut bench = waiting("", &[], "WAIT REFSW, 0, -1");
     bench.start(0);
     bench.run(100 * SECOND);
@@ -249,10 +254,12 @@ fn a_stopped_wait_begins_again() {
     bench.start(0);
     bench.run(20 * TICK);
     bench.ok("128");
-    assert_eq!((bench.mode(), bench.program_counter()), (STOPPED, 1));
+    assert_eq!(bench.status(), Status { mode: STOPPED, waiting: false, pointer: 1 });
     bench.run(SECOND);
     assert_eq!((bench.variable(1), bench.outputs()[0]), (0, true));
     bench.ok("129, 0");
-    bench.run(SECOND);
+    bench.run(48 * TICK);
+    assert!(bench.status().waiting, "the whole time again");
+    bench.run(3 * TICK);
     assert_eq!((bench.ask("GGP 1, 2"), bench.outputs()[0]), ((OK, 1), false));
 }
