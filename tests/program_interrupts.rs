@@ -124,6 +124,24 @@ fn a_timer_s_period_changes() {
     for period in [u32::MAX, 0x8000_0000, 60_000] {
         assert_eq!(count(period), 0, "{period} ms");
     }
+    // Not when the period before it is over.
+    assert!((99..=101).contains(&count(10)));
+}
+
+/// Without a program the timers stand; a program that goes on has its whole period before it.
+#[test]
+fn timers_stand_while_no_program_runs() {
+    let mut bench = Bench::new();
+    bench.ok("SGP 0, 3, 500");
+    waiting_for(&mut bench, 0, IDLE[0]);
+    bench.run(400 * MILLISECOND);
+    bench.ok("128");
+    bench.run(2 * SECOND);
+    bench.ok("129, 0");
+    bench.run(450 * MILLISECOND);
+    assert_eq!(bench.variable(0), 0);
+    bench.run(60 * MILLISECOND);
+    assert_eq!(bench.variable(0), 1);
 }
 
 // ---- motion
