@@ -210,6 +210,30 @@ fn reset_clears_the_interrupts() {
     assert_eq!(counts(&mut bench), [1; 3]);
 }
 
+/// What waits is cleared at once, not only when time goes by: the host may reset, set up and start again within the
+/// same millisecond. Bank 3 stays.
+#[test]
+fn a_reset_program_starts_without_old_events() {
+    let mut bench = prepared();
+    idling(&mut bench);
+    bench.ok("DI 255");
+    raise(&mut bench, &[0, 1, 2]);
+    let now = bench.module.now();
+    bench.ok_beside("131");
+    for (input, address) in HANDLERS.into_iter().enumerate() {
+        bench.ok_beside(&format!("VECT {}, {address}", 39 + input));
+        bench.ok_beside(&format!("EI {}", 39 + input));
+    }
+    bench.ok_beside("EI 255");
+    bench.ok_beside("129, 1");
+    assert_eq!(bench.module.now(), now);
+    bench.run(SECOND);
+    assert_eq!(counts(&mut bench), [0; 3]);
+    assert_eq!([39, 40, 41].map(|n| bench.ok(&format!("GGP {n}, 3"))), [1; 3]);
+    raise(&mut bench, &[0, 1, 2]);
+    assert_eq!(counts(&mut bench), [1; 3]);
+}
+
 /// The numbers of the table, and the global one where it makes sense.
 #[test]
 fn interrupts_that_do_not_exist_are_refused() {

@@ -119,3 +119,24 @@ fn other_work_costs_the_program_nothing() {
     bench.module.run_until(start + 1000 * MILLISECOND);
     assert_eq!(bench.accumulator() - before, 1000 * PLAIN / 2);
 }
+
+/// Every mixture, not only those that fit: what does not fit the rest of a millisecond waits for the next one.
+#[test]
+fn what_does_not_fit_waits_for_the_next_millisecond() {
+    let cost = |address: i32| if address % 61 == 0 { PLAIN / CHIP } else { 1 };
+    let program: Vec<&str> = (0..MEMORY).map(|n| if cost(n) == 1 { "CALC ADD, 1" } else { "MST 0" }).collect();
+    let mut bench = Bench::new();
+    bench.download(0, &program);
+    bench.start(0);
+    let start = bench.module.now();
+    let mut expected = bench.ok_beside("GGP 130, 0");
+    for millisecond in 1..=15 {
+        let mut left = PLAIN;
+        while cost(expected) <= left {
+            left -= cost(expected);
+            expected += 1;
+        }
+        bench.module.run_until(start + millisecond * MILLISECOND);
+        assert_eq!(bench.ok_beside("GGP 130, 0"), expected, "after {millisecond} ms");
+    }
+}
