@@ -382,3 +382,49 @@ fn too_many_interrupts_do_not_starve_the_program() {
     let count = bench.variable(1) - before;
     assert!((225..=275).contains(&count), "{count}");
 }
+
+/// EEPROM writes delay no interrupts: a millisecond timer misses nothing while the program stores without end.
+#[test]
+fn a_program_that_stores_has_its_interrupts() {
+    let mut bench = Bench::new();
+    bench.ok("SGP 0, 3, 1");
+    waiting_for(&mut bench, 0, &["GGP 1, 2", "CALC ADD, 1", "AGP 1, 2", "STGP 1, 2", "JA 3"]);
+    let start = bench.module.now();
+    let before = bench.variable(0);
+    bench.module.run_until(start + 10 * SECOND);
+    assert_eq!(bench.variable(0) - before, 10_000);
+    // A page takes 5 ms, and what the program does next waits for it: at most 200 in a second.
+    let stored = bench.variable(1);
+    assert!((500..=2000).contains(&stored), "{stored}");
+    // All but the last has been waited for.
+    let mut copy = Bench::with_eeprom(&bench.eeprom());
+    assert!(copy.variable(1) >= stored - 1);
+}
+
+/// A handler that stores in the middle of a program that stores: each goes on when its own is durable.
+#[test]
+fn a_handler_stores_while_the_program_stores() {
+    for delay in 0..20 {
+        let mut bench = Bench::new();
+        bench.ok("SGP 39, 3, 1");
+        waiting_for(
+            &mut bench,
+            39,
+            &["CALC ADD, 1", "AGP 1, 2", "STGP 1, 2", "COMP 40", "JC LT, 3", "SIO 0, 2, 1", "STOP"],
+        );
+        bench.download(HANDLER, &["SGP 2, 2, 7", "STGP 2, 2", "SIO 1, 2, 1", "RETI"]);
+        bench.ok("SIO 0, 2, 0");
+        bench.ok("CALC LOAD, 0");
+        bench.start(0);
+        bench.run(50 * MILLISECOND + delay * MILLISECOND / 4);
+        bench.control("input 0 1");
+        while !bench.outputs()[1] {
+            let next = bench.module.next_event().unwrap();
+            bench.module.run_until(next);
+        }
+        assert_eq!(Bench::with_eeprom(&bench.eeprom()).variable(2), 7);
+        bench.await_end();
+        assert_eq!((bench.variable(1), bench.outputs()[0]), (40, true));
+        assert_eq!(Bench::with_eeprom(&bench.eeprom()).variable(1), 40);
+    }
+}

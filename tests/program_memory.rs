@@ -318,6 +318,44 @@ fn write_protection_stops_a_download() {
     assert_eq!(bench.variable(1), 1);
 }
 
+/// Erasing takes its time. A download that another link would begin meanwhile is refused, so that the reply to SGP
+/// is true: the program is gone and parameter 81 has its new value.
+#[test]
+fn a_download_does_not_cut_an_erasure_short() {
+    for delay in 0..60 {
+        let mut bench = Bench::with_program(&["SGP 1, 2, 1"; 30]);
+        bench.ok("SGP 81, 0, 1");
+        bench.module.receive(Source::Usb, binary::encode_command(1, Command::new(9, 81, 0, 0)));
+        bench.run(delay * MILLISECOND);
+        let reply = bench.ask_beside("132");
+        assert!([OK, NOT_AVAILABLE].contains(&reply), "after {delay} ms: {reply}");
+        if reply == OK {
+            assert_eq!(bench.ask_beside("133"), OK, "after {delay} ms");
+        }
+        bench.run(SECOND);
+        while bench.module.sent().is_some() {}
+        assert_eq!(bench.ok("GGP 81, 0"), 0, "after {delay} ms");
+        assert!(is_empty(&mut bench), "after {delay} ms");
+    }
+}
+
+/// Nor is a download cut short by switching the protection off over another link: what the host sends is not
+/// suddenly carried out.
+#[test]
+fn an_erasure_does_not_cut_a_download_short() {
+    let mut bench = Bench::with_program(&NOTE);
+    bench.ok("SGP 81, 0, 1");
+    bench.ok("132");
+    assert_eq!(bench.ask("ROR 0, 100").0, STORED);
+    assert_eq!(bench.ask_beside("SGP 81, 0, 0"), NOT_AVAILABLE);
+    assert_eq!(bench.ask("ROR 0, 200").0, STORED);
+    bench.ok("133");
+    bench.run(SECOND);
+    assert_eq!((bench.speed(), bench.ok("GGP 81, 0")), (0, 1));
+    bench.ok("SGP 81, 0, 0");
+    assert!(is_empty(&mut bench));
+}
+
 /// A program may protect itself, and erase itself: then it ends.
 #[test]
 fn a_program_erases_itself() {

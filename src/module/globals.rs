@@ -80,6 +80,10 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                 check(row, value)?;
                 let before = self.global(parameter);
                 match parameter {
+                    // Not while another link writes the program that would be erased.
+                    G::CodeProtection if self.uncovers(value) && self.store.downloading().is_some() => {
+                        return Err(Status::NotAvailable);
+                    }
                     G::CodeProtection if self.uncovers(value) => {
                         // The parameter changes when there is nothing to be seen any more.
                         self.machine.stop();

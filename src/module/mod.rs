@@ -79,8 +79,8 @@ impl Source {
 const LINKS: usize = 3;
 /// Replies on their way: one per link, and one event.
 const REPLIES: usize = LINKS + 1;
-/// Commands that can wait for the store: one per link, and the program's.
-const WAITING: usize = LINKS + 1;
+/// Commands that can wait for the store: one per link, the program's, and that of a handler within it.
+const WAITING: usize = LINKS + 2;
 
 /// What became of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -96,6 +96,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         if self.protected(AGAINST_WRITING) {
             return Err(Status::EepromLocked);
         }
+        if matches!(self.store.worth(), Worth::Erasing(_)) {
+            return Err(Status::NotAvailable);
+        }
         self.machine.stop();
         self.downloader = Some(source);
         self.store.begin_download(address);

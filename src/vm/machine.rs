@@ -150,10 +150,11 @@ impl Machine {
         *self = Machine { interrupts, mode: Mode::Reset, ..Self::default() };
     }
 
-    /// Goes to the handler of an interrupt, if one is due and may run: between two commands, or in a WAIT.
+    /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
+    /// something is being stored.
     pub fn interrupt(&mut self, now: Micros) {
         let turn = self.returned && self.wait.is_none();
-        if turn || self.interrupted.is_some() || self.wait == Some(Wait::Store) {
+        if turn || self.interrupted.is_some() {
             return;
         }
         if let Some(handler) = self.interrupts.take() {
@@ -174,10 +175,14 @@ impl Machine {
         self.wait = Some(Wait::Store);
     }
 
-    /// What was to be stored is durable, or cannot be.
+    /// What was to be stored is durable, or cannot be; also what was to be stored before a handler began.
     pub fn stored(&mut self) {
         if self.wait == Some(Wait::Store) {
             self.next();
+        }
+        if let Some(interrupted) = self.interrupted.as_mut().filter(|i| i.wait == Some(Wait::Store)) {
+            interrupted.wait = None;
+            interrupted.counter = interrupted.counter.saturating_add(1);
         }
     }
 

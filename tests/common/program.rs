@@ -3,7 +3,7 @@
 use super::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
-use tmcm::tmcl::{Command, binary};
+use tmcm::tmcl::{Command, binary, text};
 
 /// Status of a reply during a download: taken into program memory.
 pub const STORED: u8 = 101;
@@ -151,11 +151,25 @@ impl Bench {
         edges
     }
 
-    /// A command of direct mode that must come through whatever a download makes of the link it is sent over.
+    /// A command over RS485, which is not the link of a download, must be carried out.
     pub fn ok_beside(&mut self, line: &str) -> i32 {
         let reply = self.ask_over(Source::Rs485, 1, line).expect("a reply");
         assert_eq!(reply.status, OK, "{line}");
         reply.value
+    }
+
+    /// The status of a command sent over that other link.
+    pub fn ask_beside(&mut self, line: &str) -> u8 {
+        self.module.receive(Source::Rs485, binary::encode_command(1, text::parse(line).unwrap()));
+        loop {
+            let next = self.module.next_event().expect("a reply");
+            self.module.run_until(next);
+            if let Some(sent) = self.module.sent()
+                && sent.source == Source::Rs485
+            {
+                return binary::decode_reply(&sent.telegram().unwrap()).unwrap().status;
+            }
+        }
     }
 
     /// The motor's speed as the chip has it, asked of nobody.
