@@ -7,6 +7,7 @@ mod common;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
+use common::random::Random;
 use common::table::{AXIS, GLOBAL, INTERRUPT, Row};
 use common::{Bench, EEPROM_LOCKED, OK, WRONG_CHECKSUM, random_inputs};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
@@ -394,26 +395,6 @@ fn a_stuck_motion_bus() {
 }
 
 // ---- random telegrams
-
-/// xorshift64: every run is the same run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, limit: u64) -> u64 {
-        (self.next() >> 16) % limit
-    }
-
-    fn pick<T: Copy>(&mut self, choice: &[T]) -> T {
-        choice[self.below(choice.len() as u64) as usize]
-    }
-}
 
 /// Commands that lead out of the binary protocol - download, ASCII mode, the boot loader - and those that
 /// restart the module have tests of their own.

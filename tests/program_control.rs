@@ -348,6 +348,45 @@ fn other_links_are_not_downloading() {
     assert_eq!(listing(&mut bench, 0, 2), [command("SAP 4, 0, 888"), Command::default()]);
 }
 
+/// Only the link that downloads can tell that all is there; another one can neither end its download nor begin one of
+/// its own. A reset does, should the host have vanished, and what is left is no program.
+#[test]
+fn a_download_belongs_to_its_link() {
+    let mut bench = Bench::new();
+    bench.ok("132");
+    assert_eq!(bench.ask("SGP 1, 2, 1").0, STORED);
+    for line in ["133", "132", "132, 0, 0, 50"] {
+        assert_eq!(bench.ask_over(Source::Rs485, 1, line).unwrap().status, NOT_AVAILABLE, "{line}");
+    }
+    assert_eq!(bench.ask("STOP").0, STORED);
+    bench.ok("133");
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 1);
+    bench.ok("132");
+    bench.ok_beside("255, 0, 0, 1234");
+    bench.run(SECOND);
+    bench.refused("129", NOT_AVAILABLE);
+    bench.ok_beside("132");
+}
+
+/// The program is being written after 133: a download that another link begins now would take it away before the
+/// answer.
+#[test]
+fn a_download_begins_when_the_last_one_is_written() {
+    let mut bench = Bench::new();
+    bench.ok("132");
+    for _ in 0..100 {
+        assert_eq!(bench.ask("SGP 1, 2, 1").0, STORED);
+    }
+    bench.module.receive(Source::Usb, binary::encode_command(1, command("133")));
+    bench.run(MILLISECOND);
+    assert_eq!(bench.ask_over(Source::Rs485, 1, "132").unwrap().status, NOT_AVAILABLE);
+    bench.run(SECOND);
+    let reply = binary::decode_reply(&bench.module.sent().unwrap().telegram().unwrap()).unwrap();
+    assert_eq!((reply.status, reply.opcode), (OK, 133));
+    bench.ok_beside("132");
+}
+
 /// Over CAN a download goes like everywhere else, in frames of eight or seven bytes, mixed as one likes.
 #[test]
 fn a_download_over_can() {

@@ -123,7 +123,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                 return self.control(opcode, command);
             }
             Opcode::EnterDownload => return self.enter_download(source.ok_or(Status::NotAvailable)?, value),
-            Opcode::ExitDownload => return Ok(self.exit_download(value)),
+            Opcode::ExitDownload => {
+                return self.exit_download(source.ok_or(Status::NotAvailable)?, value);
+            }
             Opcode::ReadMemory => return self.read_memory(value),
             Opcode::ApplicationStatus => return self.application_status(kind),
             // There is no bootloader, and what follows is the interpreter's own.

@@ -96,7 +96,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         if self.protected(AGAINST_WRITING) {
             return Err(Status::EepromLocked);
         }
-        if matches!(self.store.worth(), Worth::Erasing(_)) {
+        if self.downloads_elsewhere(source) || !self.store.takes_download() {
             return Err(Status::NotAvailable);
         }
         self.machine.stop();
@@ -107,8 +107,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
 
     /// A command that is not to be executed but stored; `None` for any other.
     pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Done, Status>> {
-        let downloads = self.store.downloading().is_some() && self.downloader.is_some_and(|d| d.same_link(source));
-        if !downloads || command.opcode >= CONTROL {
+        if self.store.downloading().is_none() || self.downloads_elsewhere(source) || command.opcode >= CONTROL {
             return None;
         }
         Some(if self.protected(AGAINST_WRITING) {
@@ -120,10 +119,18 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         })
     }
 
-    /// Command 133.
-    pub(super) fn exit_download(&mut self, value: i32) -> Done {
+    /// Command 133. Nobody but the link that downloads knows that it is all there.
+    pub(super) fn exit_download(&mut self, source: Source, value: i32) -> Result<Done, Status> {
+        if self.downloads_elsewhere(source) {
+            return Err(Status::NotAvailable);
+        }
         self.store.end_download();
-        Done::written(value)
+        Ok(Done::written(value))
+    }
+
+    /// True while another link downloads. If its host has vanished, command 255 ends that.
+    fn downloads_elsewhere(&self, source: Source) -> bool {
+        self.store.downloading().is_some() && self.downloader.is_some_and(|link| !link.same_link(source))
     }
 
     /// Command 134. What is protected reads as an empty command.
@@ -212,6 +219,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                 let waiting = Waiting { from: None, command, need, value: 0, undo, silent: true };
                 if self.machine.runs() && self.waiting.push(waiting).is_ok() {
                     self.machine.wait_for_store();
+                    // The rest of the millisecond is the store's.
+                    self.fuel = 0;
                     return Ok(());
                 }
             }

@@ -201,6 +201,11 @@ impl Store {
         }
     }
 
+    /// True when a download may begin: the one before is written, and nothing is being erased.
+    pub fn takes_download(&self) -> bool {
+        matches!(self.phase, Phase::Idle | Phase::Downloading { .. }) && !matches!(self.worth(), Worth::Erasing(_))
+    }
+
     /// Begins a download: from now on the program is not whole.
     pub fn begin_download(&mut self, address: u16) {
         self.set(Slot::ProgramState, Worth::Incomplete.to_slot());

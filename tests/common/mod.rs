@@ -2,8 +2,8 @@
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-pub mod random;
 pub mod program;
+pub mod random;
 pub mod table;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
