@@ -85,8 +85,12 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             _ => return Err(Status::WrongType),
         };
         let [high, low] = pointer.to_be_bytes();
-        // A step that is still to be done is waited for, too.
-        let waits = u8::from(self.machine.wait().is_some() || self.machine.mode() == Mode::Step && self.machine.busy());
+        // Step by step, a WAIT that a handler has returned to goes on with the next step; until a step is done it is
+        // waited for, whatever it is.
+        let waits = u8::from(match self.machine.mode() {
+            Mode::Step => self.machine.busy(),
+            _ => self.machine.wait().is_some(),
+        });
         Ok(Done::Value(i32::from_be_bytes([self.machine.mode() as u8, waits, high, low])))
     }
 
@@ -177,6 +181,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                 continue;
             }
             self.machine.interrupt(self.turn);
+            if !self.machine.busy() {
+                return;
+            }
             if self.machine.wait().is_some() {
                 // Nothing changes before the next millisecond.
                 self.fuel = 0;

@@ -115,6 +115,11 @@ impl Machine {
         matches!(self.mode, Mode::Run) || self.stepping
     }
 
+    /// True in the handler of an interrupt.
+    pub const fn handles(&self) -> bool {
+        self.interrupted.is_some()
+    }
+
     /// Command 129, type 0: starts, or goes on where the program was stopped.
     pub fn run(&mut self) {
         self.mode = Mode::Run;
@@ -151,7 +156,8 @@ impl Machine {
     }
 
     /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
-    /// something is being stored.
+    /// something is being stored. That is a step of its own, so that who goes step by step sees where the handler
+    /// begins.
     pub fn interrupt(&mut self, now: Micros) {
         let turn = self.returned && self.wait.is_none();
         if turn || self.interrupted.is_some() {
@@ -161,6 +167,7 @@ impl Machine {
             self.interrupted =
                 Some(Interrupted { registers: self.registers, counter: self.counter, wait: self.wait.take(), at: now });
             self.counter = handler;
+            self.stepping = false;
         }
     }
 

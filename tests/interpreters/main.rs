@@ -133,12 +133,21 @@ impl Pair {
         self.reference.interrupt_settings = old.interrupt_settings;
     }
 
-    /// Executes one command in both, in which a WAIT takes its time. False when it waits too long.
-    fn step(&mut self) -> bool {
+    fn step_module(&mut self) {
         self.send(Command::new(130, 0, 0, 0)).unwrap();
         self.module.poll(self.now, &self.inputs);
         self.store();
         self.millisecond();
+    }
+
+    /// Executes one command in both, in which a WAIT takes its time. False when it waits too long.
+    fn step(&mut self) -> bool {
+        let handled = self.module.machine().handles();
+        self.step_module();
+        // The way into a handler is a step of its own.
+        if !handled && self.module.machine().handles() {
+            self.step_module();
+        }
         if self.ends_wait() {
             return true;
         }
