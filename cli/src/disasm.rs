@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::io::{Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::PathBuf;
 
 use clap::Args;
 use tmcm::tmcl::{Command, Instruction, Opcode};
 
-use crate::asm::{STANDARD, program};
 use crate::failure::Failure;
+use crate::program::{read_commands, target};
 use crate::send::words::parameter;
 
 /// Show an assembled TMCL program as source
@@ -35,30 +35,15 @@ const COMMENT: usize = 36;
 
 /// Prints the source of a program.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let name = options.program.display();
-    let bytes = read(&options.program).map_err(|error| Failure::Failed(format!("cannot read {name}: {error}")))?;
-    let commands = program::decode(&bytes).map_err(|error| Failure::Failed(format!("{name}: {error}")))?;
-    write!(std::io::stdout().lock(), "{}", source(&commands))?;
+    write!(std::io::stdout().lock(), "{}", source(&read_commands(&options.program)?))?;
     Ok(())
-}
-
-fn read(path: &Path) -> std::io::Result<Vec<u8>> {
-    // One command more than the longest program, so that it shows that it is too long.
-    let longest = ((program::PROGRAM_SIZE + 1) * program::RECORD) as u64;
-    let mut bytes = Vec::new();
-    if path == Path::new(STANDARD) {
-        std::io::stdin().lock().take(longest).read_to_end(&mut bytes)?;
-    } else {
-        std::fs::File::open(path)?.take(longest).read_to_end(&mut bytes)?;
-    }
-    Ok(bytes)
 }
 
 /// A source that assembles to these commands.
 pub fn source(commands: &[Command]) -> String {
     let inside = |target: i32| usize::try_from(target).ok().filter(|target| *target < commands.len());
-    let target = |command: &Command| program::target(command).and_then(inside);
-    let labels: BTreeSet<usize> = commands.iter().filter_map(target).collect();
+    let label = |command: &Command| target(command).and_then(inside);
+    let labels: BTreeSet<usize> = commands.iter().filter_map(label).collect();
     let mut text = String::new();
     // Writing to a string cannot fail.
     if commands.last() != Some(&Command { opcode: Opcode::Stop as u8, ..Command::default() }) {
@@ -70,7 +55,7 @@ pub fn source(commands: &[Command]) -> String {
         }
         let plain = command.to_string();
         // The target is the last operand, in either form of a command.
-        let line = match target(command).zip(plain.rsplit_once(' ')) {
+        let line = match label(command).zip(plain.rsplit_once(' ')) {
             Some((target, (front, _))) => format!("    {front} L{target}"),
             None => format!("    {plain}"),
         };

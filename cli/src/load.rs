@@ -15,9 +15,9 @@ use crate::program::{download, read_program, verify};
 
 /// Load a TMCL program into a module, where it stays
 ///
-/// FILE is a binary program: eight bytes for each command (number, type, motor or bank, value with the most significant
-/// byte first, and the sum of these seven). A program that runs in the module is stopped first; a motor that it has
-/// set in motion goes on turning. Nothing starts unless --run is given.
+/// FILE is a source, which is assembled first, or an assembled program: what `tmcl asm` makes, or the vendor's
+/// assembler. A program that runs in the module is stopped first; a motor that it has set in motion goes on turning.
+/// Nothing starts unless --run is given.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -25,7 +25,7 @@ pub struct Options {
     #[command(flatten)]
     pub reach: Reach,
 
-    /// The program
+    /// The program: a source, whose name ends in .tmc, or an assembled program; - is standard input, for either
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
 
@@ -50,10 +50,10 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl load /dev/ttyACM0 program.bin --verify --run     load it, compare it, start it
-  tmcl load /dev/ttyACM0 program.bin --autostart        to be run from the next power-up on
-  tmcl load /dev/ttyACM0 routine.bin --at 50            beside the program that is there; start it with
-  tmcl send /dev/ttyACM0 \"129, 1, 0, 50\"";
+  tmcl load /dev/ttyACM0 stage.tmc --verify --run     load it, compare it, start it
+  tmcl load /dev/ttyACM0 stage.tmc --autostart        to be run from the next power-up on
+  tmcl load /dev/ttyACM0 routine.tmc --at 50          beside the program that is there; start it with
+      tmcl send /dev/ttyACM0 \"129, 1, 0, 50\"";
 
 /// Type of command 129: from an address.
 const FROM_ADDRESS: u8 = 1;

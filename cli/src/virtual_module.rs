@@ -11,7 +11,7 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Answer, Inputs, Module, Parts, Request, Source, TMCM_1140};
+use tmcm::module::{Answer, Inputs, Module, Parts, Request, Source, TMCM_1140, TMCM_1140_AXES};
 use tmcm::param::GlobalParameter;
 use tmcm::store::{Keeper, Report, Slot, Worth};
 use tmcm::tmcl::binary::Telegram;
@@ -35,8 +35,8 @@ const CAN: Source = Source::Can { length: 8 };
 /// Bit rates of the RS485 interface, by number (global parameter 65).
 pub(crate) const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
 
-/// The firmware as a type: one axis, devices of the simulated board, no user functions.
-type Core = Module<SimSpi, SimSpi, SimPin, (), 1>;
+/// The firmware as a type: devices of the simulated board, no user functions.
+type Core = Module<SimSpi, SimSpi, SimPin, (), TMCM_1140_AXES>;
 
 /// The running firmware.
 struct Firmware {

@@ -15,7 +15,7 @@ use static_cell::StaticCell;
 use super::mail::{LINKS, Outgoing, PAGE, REQUESTS, RS485, WRITTEN};
 use super::now;
 use super::tmcm1140::{Bus, Motion, Signals, drivers_off, tmc262_spi, tmc429_spi};
-use crate::module::{Answer, Inputs, Mode, Module, Outputs, Parts, Request, Source, Spec};
+use crate::module::{Answer, Inputs, Mode, Module, Outputs, Parts, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
 use crate::tmcl::Reply;
 
@@ -26,7 +26,7 @@ type Shared = Mutex<NoopRawMutex, RefCell<Bus>>;
 type Chip = SpiDeviceWithConfig<'static, NoopRawMutex, Bus, Output<'static>>;
 
 /// The module on this board.
-pub(super) type Core = Module<Chip, Chip, Output<'static>, (), 1>;
+pub(super) type Core = Module<Chip, Chip, Output<'static>, (), TMCM_1140_AXES>;
 
 /// Requests that wait until their link has its last reply.
 type Held = Vec<(Source, Request), 4>;

@@ -9,12 +9,9 @@ use crate::chip::tmc429::{Mode, Tmc429};
 use crate::motion::{self, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
 use crate::store::{Need, Slot};
-use crate::tmcl::{Command, Opcode, Reply, Status};
+use crate::tmcl::{ALL_AXES, Command, Opcode, Reply, Status};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
 use crate::vm::{ErrorFlag, Signals};
-
-/// The motor number that means all axes.
-pub(super) const ALL_AXES: u8 = 255;
 
 /// The bit of an axis in command 138.
 pub(super) fn bit(axis: usize) -> i32 {

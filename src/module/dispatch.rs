@@ -3,14 +3,10 @@
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
-use super::axes::ALL_AXES;
 use super::{Done, Hooks, Module, RESTART_DELAY, Source, program};
-use crate::tmcl::{Command, Motor, Opcode, Reply, Status};
+use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::{Interrupts, Operation};
-
-/// The value that commands 137 and 255 want as a safeguard.
-const CONFIRMATION: i32 = 1234;
 
 impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run

@@ -25,7 +25,7 @@ pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
 pub use link::{Answer, Links};
 pub use port::{Message, Mode, Port, Request, Taken};
-pub use spec::{Spec, TMCM_1140};
+pub use spec::{Spec, TMCM_1140, TMCM_1140_AXES};
 
 use overheard::Overheard;
 use supervision::Supervision;

@@ -22,8 +22,6 @@ const CHIP_COST: u32 = 16;
 /// Units spent before the links are looked at again.
 const SLICE: u32 = 16;
 
-/// Commands below this number are stored in download mode, those from it on control the module.
-const CONTROL: u8 = 128;
 /// Bits of parameter 81.
 const AGAINST_READING: i32 = 1;
 const AGAINST_WRITING: i32 = 2;
@@ -111,7 +109,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
 
     /// A command that is not to be executed but stored; `None` for any other.
     pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Done, Status>> {
-        if self.store.downloading().is_none() || self.downloads_elsewhere(source) || command.opcode >= CONTROL {
+        let downloads = self.store.downloading().is_some() && !self.downloads_elsewhere(source);
+        if !downloads || command.opcode >= Command::FIRST_CONTROL {
             return None;
         }
         Some(if self.protected(AGAINST_WRITING) {

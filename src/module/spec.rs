@@ -15,6 +15,9 @@ pub struct Spec {
     pub outputs: u8,
 }
 
+/// Axes of the TMCM-1140.
+pub const TMCM_1140_AXES: usize = 1;
+
 /// The TMCM-1140 with its TMCL firmware; the version is that of the manual this firmware follows.
 pub static TMCM_1140: Spec = Spec { name: *b"1140", number: 1140, major: 1, minor: 42, outputs: 2 };
 

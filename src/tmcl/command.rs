@@ -16,6 +16,8 @@ pub struct Command {
 impl Command {
     /// Length in program memory and in a CAN frame, in bytes.
     pub const SIZE: usize = 7;
+    /// The first number that is carried out even while a program is loaded; a program cannot have those.
+    pub const FIRST_CONTROL: u8 = 128;
 
     /// Puts a command together.
     pub const fn new(opcode: u8, kind: u8, motor: u8, value: i32) -> Self {

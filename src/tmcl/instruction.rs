@@ -20,11 +20,17 @@ pub enum Field {
 pub enum Motor {
     /// An axis.
     Axis,
-    /// An axis, or 255 for the special form.
+    /// An axis, or [`ALL_AXES`] for the special form.
     AxisOrAll,
     /// A bank of parameters or ports, or nothing.
     Other,
 }
+
+/// In place of an axis: the special form of a command, such as all axes of MVP COORD.
+pub const ALL_AXES: u8 = 255;
+
+/// The value that commands 137 and 255 want as a safeguard.
+pub const CONFIRMATION: i32 = 1234;
 
 /// One row of the instruction table.
 #[derive(Debug, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use crate::units::Micros;
 const NUMBERS: usize = 64;
 /// Timers, numbered from 0.
 const TIMERS: usize = 3;
-/// First numbers of the kinds of which each axis has one.
+/// First numbers of the events of which each axis has one.
 const REACHED: u8 = 3;
 const STALL: u8 = 15;
 const DEVIATION: u8 = 21;
@@ -96,6 +96,11 @@ impl Interrupts {
     /// The number in EI and DI that means all interrupts.
     pub const GLOBAL: u8 = 255;
 
+    /// The events that have no parameter in bank 3: the number of axis 0, with those of the other axes behind it, and
+    /// the name (manual section 3.6.6.1).
+    pub const EVENTS: [(u8, &str); 3] =
+        [(REACHED, "position reached"), (STALL, "stallGuard"), (DEVIATION, "deviation")];
+
     /// True if a module with this many axes has an interrupt of this number.
     pub fn exists(number: u8, axes: usize) -> bool {
         let of_axis = |first: u8, each: usize| {
@@ -103,7 +108,7 @@ impl Interrupts {
             offset.is_some_and(|offset| offset < axes.saturating_mul(each))
         };
         usize::from(number) < TIMERS
-            || [REACHED, STALL, DEVIATION].into_iter().any(|first| of_axis(first, 1))
+            || Self::EVENTS.into_iter().any(|(first, _)| of_axis(first, 1))
             || of_axis(STOP_SWITCHES, 2)
             || (INPUTS..INPUTS.saturating_add(INPUT_COUNT)).contains(&number)
     }

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use tmcm::store::COMMANDS;
 use tmcm::tmcl::{Command, Instruction, Opcode, text};
 
 use super::check;
@@ -10,13 +11,14 @@ use super::diagnostic::{Diagnostic, Diagnostics, SHOWN, Severity};
 use super::encode;
 use super::expression::evaluate;
 use super::include;
-use super::program::PROGRAM_SIZE;
 use super::source::{Problem, Source};
 use super::statement::{self, CommandLine, Name, Operand, Statement};
 use super::suggest::suggestion;
 use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
 
+/// Commands that program memory holds.
+const PROGRAM_SIZE: usize = COMMANDS as usize;
 /// Files may include each other so deep.
 const DEEPEST: usize = 16;
 /// So many files are included at most, counting each time; more of them would only be there by mistake.

@@ -1,20 +1,15 @@
 //! What a module would refuse: warnings about commands that can be assembled.
 
+use tmcm::module::TMCM_1140_AXES as AXES;
 use tmcm::param::{AxisParameter, COORDINATES, Row, STORED_USER_VARIABLES};
-use tmcm::tmcl::{Command, Field, Instruction, Motor, Opcode};
+use tmcm::tmcl::{ALL_AXES, Command, Field, Instruction, Motor, Opcode};
+use tmcm::vm::Interrupts;
 
-use super::include::is_interrupt;
-use super::program::target;
+use crate::program::target;
 use crate::send::words::parameter;
 
-/// The axes of the module.
-const AXES: u8 = 1;
-/// In place of the motor: the special form of SCO and GCO, and all axes of MVP COORD.
-const ALL_AXES: u8 = 255;
 /// Type of MVP COORD.
 const COORD: u8 = 2;
-/// The first command number that is carried out, not stored, while a program is loaded into a module.
-const FIRST_CONTROL: u8 = 128;
 
 /// The part of a command that is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +40,7 @@ pub(super) fn warnings(command: Command, length: usize) -> Vec<(Part, String)> {
 fn unknown(number: u8) -> Vec<(Part, String)> {
     let message = match number {
         0 => return Vec::new(),
-        FIRST_CONTROL.. => {
+        Command::FIRST_CONTROL.. => {
             format!("command {number} cannot be in a program: a module carries it out while the program is loaded")
         }
         _ => format!("there is no command {number}; a module skips it"),
@@ -68,7 +63,9 @@ fn kind(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(
         },
         Opcode::Sco | Opcode::Gco | Opcode::Cco | Opcode::Aco => coordinate(i32::from(number)),
         Opcode::Ei | Opcode::Di | Opcode::Vect => {
-            (!is_interrupt(number)).then(|| format!("there is no interrupt {number}"))
+            let all = number == Interrupts::GLOBAL && opcode != Opcode::Vect;
+            let exists = all || Interrupts::exists(number, AXES);
+            (!exists).then(|| format!("there is no interrupt {number}"))
         }
         _ => match instruction.fields.first() {
             Some(Field::Named(names)) if names.get(usize::from(number)).is_none() => {
@@ -110,7 +107,7 @@ fn motor(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
         (_, Motor::AxisOrAll) if motor == ALL_AXES => return None,
-        (_, Motor::Axis | Motor::AxisOrAll) if motor >= AXES => {
+        (_, Motor::Axis | Motor::AxisOrAll) if usize::from(motor) >= AXES => {
             format!("there is no axis {motor}; the last of this module is {}", AXES - 1)
         }
         _ => return None,
@@ -198,6 +195,7 @@ mod tests {
             ("ROR 0, 2048", Part::Value, "2048 is out of range: target speed takes -2047..2047"),
             ("MVP COORD, 0, 21", Part::Value, "there is no coordinate 21, only 0..20"),
             ("CCO 21, 0", Part::Kind, "there is no coordinate 21, only 0..20"),
+            ("VECT 255, 0", Part::Kind, "there is no interrupt 255"),
             ("EI 4", Part::Kind, "there is no interrupt 4"),
             ("CALC 10, 5", Part::Kind, "CALC has no type 10, only ADD, SUB, MUL, DIV, MOD, AND, OR, XOR, NOT, LOAD"),
             ("JA 10", Part::Value, "address 10 is outside of the program, which ends at 9"),

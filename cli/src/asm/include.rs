@@ -3,7 +3,9 @@
 use std::fmt::{Debug, Write};
 use std::sync::LazyLock;
 
+use tmcm::module::TMCM_1140_AXES as AXES;
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
+use tmcm::vm::Interrupts;
 
 use super::source::Source;
 
@@ -15,24 +17,20 @@ pub const INTERRUPTS: &str = "Interrupts.inc";
 /// Names that programs use already and that are not made by rule.
 const KNOWN: &[(AxisParameter, &str)] = &[(AxisParameter::MaximumSpeed, "APMaxPositioningSpeed")];
 
-/// The interrupts without a parameter (manual section 3.6.6.1).
-const WITHOUT_PARAMETER: &[(&str, u8, &str)] = &[
-    ("TI_POSITION_REACHED0", 3, "target position reached"),
-    ("TI_STALLGUARD0", 15, "stallGuard"),
-    ("TI_DEVIATION0", 21, "deviation"),
-    ("TI_GLOBAL", 255, "all interrupts together"),
-];
-
 /// A name, its number and what it is.
 struct Constant {
     name: String,
     number: u8,
-    note: &'static str,
+    note: String,
 }
 
 impl Constant {
-    fn new(name: String, row: &'static Row) -> Self {
-        Constant { name, number: row.number, note: row.name }
+    fn new(name: impl Into<String>, number: u8, note: impl Into<String>) -> Self {
+        Constant { name: name.into(), number, note: note.into() }
+    }
+
+    fn of_row(name: impl Into<String>, row: &Row) -> Self {
+        Constant::new(name, row.number, row.name)
     }
 }
 
@@ -69,22 +67,17 @@ pub(super) fn file_with(name: &str) -> Option<&'static str> {
     if defines(&PARAMETER_NAMES) { Some(PARAMETERS) } else { defines(&INTERRUPT_NAMES).then_some(INTERRUPTS) }
 }
 
-/// True when the module has an interrupt with this number.
-pub(super) fn is_interrupt(number: u8) -> bool {
-    InterruptParameter::from_number(number).is_some() || WITHOUT_PARAMETER.iter().any(|(_, n, _)| *n == number)
-}
-
 static PARAMETER_NAMES: LazyLock<Vec<Constant>> = LazyLock::new(parameters);
 static INTERRUPT_NAMES: LazyLock<Vec<Constant>> = LazyLock::new(interrupts);
 
 fn parameters() -> Vec<Constant> {
     let axis = AxisParameter::ALL.iter().map(|parameter| {
         let known = KNOWN.iter().find(|(known, _)| known == parameter).map(|(_, name)| (*name).to_string());
-        Constant::new(known.unwrap_or_else(|| short("AP", parameter)), parameter.row())
+        Constant::of_row(known.unwrap_or_else(|| short("AP", parameter)), parameter.row())
     });
-    let global = GlobalParameter::ALL.iter().map(|parameter| Constant::new(short("GP", parameter), parameter.row()));
-    let motor = Constant { name: "Motor0".into(), number: 0, note: "the axis" };
-    axis.chain(global).chain([motor]).collect()
+    let global = GlobalParameter::ALL.iter().map(|parameter| Constant::of_row(short("GP", parameter), parameter.row()));
+    let motors = (0..AXES as u8).map(|axis| Constant::new(format!("Motor{axis}"), axis, format!("axis {axis}")));
+    axis.chain(global).chain(motors).collect()
 }
 
 fn interrupts() -> Vec<Constant> {
@@ -96,10 +89,16 @@ fn interrupts() -> Vec<Constant> {
             }
             name.push(letter.to_ascii_uppercase());
         }
-        Constant::new(name, parameter.row())
+        Constant::of_row(name, parameter.row())
     });
-    let others = WITHOUT_PARAMETER.iter().map(|&(name, number, note)| Constant { name: name.into(), number, note });
-    let mut all: Vec<Constant> = configured.chain(others).collect();
+    let events = (0..AXES as u8).flat_map(|axis| {
+        Interrupts::EVENTS.map(|(first, event)| {
+            let name = format!("TI_{}{axis}", event.to_uppercase().replace(' ', "_"));
+            Constant::new(name, first + axis, format!("{event}, axis {axis}"))
+        })
+    });
+    let global = Constant::new("TI_GLOBAL", Interrupts::GLOBAL, "all interrupts together");
+    let mut all: Vec<Constant> = configured.chain(events).chain([global]).collect();
     all.sort_by_key(|constant| constant.number);
     all
 }
@@ -121,7 +120,14 @@ mod tests {
         for name in ["APMaxPositioningSpeed = 4 ", "APMaxAcceleration = 5 ", "Motor0 = 0 ", "GPAutoStart = 77 "] {
             assert!(lines("tmclparam.TMC").contains(&format!("\n{name}")), "{name}");
         }
-        for name in ["TI_TIMER0 = 0 ", "TI_POSITION_REACHED0 = 3 ", "TI_STOP_LEFT0 = 27 ", "TI_GLOBAL = 255 "] {
+        for name in [
+            "TI_TIMER0 = 0 ",
+            "TI_POSITION_REACHED0 = 3 ",
+            "TI_STALLGUARD0 = 15 ",
+            "TI_DEVIATION0 = 21 ",
+            "TI_STOP_LEFT0 = 27 ",
+            "TI_GLOBAL = 255 ",
+        ] {
             assert!(lines("Interrupts.inc").contains(&format!("\n{name}")), "{name}");
         }
         assert_eq!(text("Other.inc"), None);
@@ -131,8 +137,10 @@ mod tests {
     #[test]
     fn every_parameter_has_a_name_of_its_own() {
         let all: Vec<String> = parameters().into_iter().chain(interrupts()).map(|c| c.name.to_lowercase()).collect();
-        assert_eq!(parameters().len(), AxisParameter::COUNT + GlobalParameter::COUNT + 1);
-        assert_eq!(interrupts().len(), InterruptParameter::COUNT + WITHOUT_PARAMETER.len());
+        assert_eq!(parameters().len(), AxisParameter::COUNT + GlobalParameter::COUNT + AXES);
+        assert_eq!(interrupts().len(), InterruptParameter::COUNT + AXES * Interrupts::EVENTS.len() + 1);
+        let exists = |number| number == Interrupts::GLOBAL || Interrupts::exists(number, AXES);
+        assert!(interrupts().iter().all(|constant| exists(constant.number)));
         assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use tmcm::tmcl::Command;
 
 use super::assembler::Assembly;
-use super::program::{RECORD, record};
+use crate::program::binary::{RECORD, record};
 
 /// Width of the bytes of a command, in hexadecimal.
 const BYTES: usize = 3 * RECORD - 1;

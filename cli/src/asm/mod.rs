@@ -24,7 +24,7 @@
 //! * STOP is put at the end, unless it is the last command already and no label follows; `#nostop` leaves it out.
 //!
 //! A program goes through the files of this module in this order: source, token, statement, symbol, expression,
-//! encode, check; the assembler leads it. The [`listing`] and the [`program`] file are what comes out.
+//! encode, check; the assembler leads it. The [`listing`] and the [`crate::program`] file are what comes out.
 
 mod assembler;
 mod check;
@@ -33,7 +33,6 @@ mod encode;
 mod expression;
 pub mod include;
 mod listing;
-pub mod program;
 mod source;
 mod statement;
 mod suggest;
@@ -43,20 +42,19 @@ mod token;
 #[cfg(test)]
 mod tests;
 
-use std::io::{Read, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 
 use crate::failure::Failure;
+use crate::program::{STANDARD, binary, count, read};
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use listing::{listing, symbols};
 pub use source::Source;
+pub(crate) use suggest::suggestion;
 pub use symbol::Symbols;
-
-/// In place of a file: standard input, standard output.
-pub(crate) const STANDARD: &str = "-";
 
 /// Assemble a TMCL program
 ///
@@ -113,17 +111,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if to_standard && (options.symbols || options.listing) {
         return fail("standard output cannot have both the program and text; write the program to a file");
     }
-    let assembled = if source == Path::new(STANDARD) {
-        assemble_text("standard input", &standard_input()?)
+    let assembly = told(if source == Path::new(STANDARD) {
+        assemble_text("standard input", &String::from_utf8_lossy(&read(source).map_err(Failure::Failed)?))
     } else {
         assemble_file(source)
-    };
-    let assembly = assembled.map_err(|errors| {
-        say(&errors);
-        Failure::Said
     })?;
-    say(&assembly.warnings);
-    let bytes = program::encode(&assembly.commands);
+    let bytes = binary::encode(&assembly.commands);
     let mut out = std::io::stdout().lock();
     if to_standard {
         out.write_all(&bytes)?;
@@ -140,7 +133,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if options.symbols {
         write!(out, "{}", symbols(&assembly))?;
     }
-    writeln!(out, "{output_name}: {}, {} bytes", program::count(assembly.commands.len()), bytes.len())?;
+    writeln!(out, "{output_name}: {}, {} bytes", count(assembly.commands.len()), bytes.len())?;
     Ok(())
 }
 
@@ -157,12 +150,14 @@ fn names() -> Result<(), Failure> {
     Ok(())
 }
 
-/// All that comes in on standard input, as text.
-fn standard_input() -> Result<String, Failure> {
-    let mut bytes = Vec::new();
-    let read = std::io::stdin().lock().read_to_end(&mut bytes);
-    read.map_err(|error| Failure::Failed(format!("cannot read standard input: {error}")))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+/// Shows the errors and warnings of what has been assembled.
+pub(crate) fn told(assembled: Result<Assembly, Diagnostics>) -> Result<Assembly, Failure> {
+    let assembly = assembled.map_err(|errors| {
+        say(&errors);
+        Failure::Said
+    })?;
+    say(&assembly.warnings);
+    Ok(assembly)
 }
 
 fn say(diagnostics: &Diagnostics) {

@@ -1,11 +1,8 @@
 //! Source files, and places in them.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
-/// A file that is larger is no source, by far.
-const LARGEST: u64 = 1 << 20;
+use crate::program::read;
 
 /// A source file, read once.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,13 +26,7 @@ impl Source {
 
     /// Reads a file. Comments are in whatever encoding the author had, so other bytes than UTF-8 are no error.
     pub(super) fn read(path: &Path) -> Result<Self, String> {
-        let cannot = |error| format!("cannot read {}: {error}", path.display());
-        let mut bytes = Vec::new();
-        File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes)).map_err(cannot)?;
-        if bytes.len() as u64 > LARGEST {
-            return Err(format!("{} is no TMCL source: it is larger than {LARGEST} bytes", path.display()));
-        }
-        let source = Self::from_text(&path.display().to_string(), &String::from_utf8_lossy(&bytes));
+        let source = Self::from_text(&path.display().to_string(), &String::from_utf8_lossy(&read(path)?));
         Ok(Source { path: Some(path.into()), ..source })
     }
 }

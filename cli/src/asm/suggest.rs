@@ -4,7 +4,7 @@
 const LONGEST: usize = 64;
 
 /// The end of a message about an unknown word: the name among `names` that it resembles, or nothing.
-pub(super) fn suggestion<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> String {
+pub(crate) fn suggestion<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> String {
     nearest(word, names).map_or_else(String::new, |name| format!("; did you mean '{name}'?"))
 }
 

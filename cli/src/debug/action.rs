@@ -6,17 +6,18 @@ use crate::send;
 
 /// The commands of the debugger, for the user.
 pub(super) const HELP: &str = "\
-step [N]          execute one command, or N; a WAIT is waited out      (s)
-continue          run to the next breakpoint; without any, run freely  (c)
-stop              halt the program that runs freely, or press Ctrl-C
+step [N]       s  execute one command, or up to N; a WAIT is waited out
+continue       c  run to the next breakpoint; without any, run freely
+stop              halt the program that runs freely; so does Ctrl-C
 reset             back to address 0, registers and flags cleared
-break [PLACE]     stop before the command at PLACE; alone: list them    (b)
-delete [PLACE]    remove a breakpoint; alone: remove all                (d)
-registers         mode, program counter, accumulator, X register       (r)
-list [PLACE]      the program around the program counter, or from PLACE (l)
-send COMMAND      any direct command, for example send \"GAP 1, 0\"
-quit              leave; the module stays in the state it is in        (q)
-A PLACE is an address or a label.";
+break [PLACE]  b  stop before the command at PLACE; alone: list breakpoints
+delete [PLACE] d  remove a breakpoint; alone: remove all
+registers      r  mode, program counter, accumulator, X register
+list [PLACE]   l  the program around the program counter, or from PLACE on
+send COMMAND      a direct command, for example: send GAP 1, 0
+help           h  this
+quit           q  leave; the module stays in the state it is in
+A PLACE is an address or a label. Going to the handler of an interrupt is a step.";
 
 /// One command of the debugger.
 #[derive(Clone, Debug, PartialEq, Eq)]

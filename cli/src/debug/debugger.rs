@@ -7,13 +7,16 @@ use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
 use super::action::{Action, HELP};
+use crate::asm::suggestion;
 use crate::conversation::{Conversation, Error};
 use crate::interrupt::Interrupt;
-use crate::program::Program;
+use crate::program::{Line, Program};
 use crate::send;
 
 /// Lines that `list` shows.
 const LINES: u16 = 11;
+/// Where the source begins beside the commands: most of them are shorter.
+const SOURCE: usize = 30;
 /// How often to look whether a WAIT is over.
 const LOOK: Duration = Duration::from_millis(5);
 
@@ -95,12 +98,12 @@ impl<'a> Debugger<'a> {
     /// Does what the user wants, and gives what is to be told.
     pub(super) fn act(&mut self, action: Action, interrupt: &mut Interrupt) -> Result<String, Error> {
         match action {
-            Action::Step(times) => self.step(times, interrupt),
+            Action::Step(times) => self.advance(Some(times), interrupt),
             Action::Continue if self.breakpoints.is_empty() => {
                 self.module.control(Opcode::RunApplication, 0, 0)?;
                 Ok("running; stop halts it".into())
             }
-            Action::Continue => self.advance(interrupt),
+            Action::Continue => self.advance(None, interrupt),
             Action::Stop => {
                 self.module.control(Opcode::StopApplication, 0, 0)?;
                 self.whereabouts()
@@ -153,29 +156,20 @@ impl<'a> Debugger<'a> {
         self.module.control(Opcode::ApplicationStatus, kind::PROGRAM_COUNTER, 0).map(State::of)
     }
 
-    /// Some steps, as far as the program goes.
-    fn step(&mut self, times: u32, interrupt: &mut Interrupt) -> Result<String, Error> {
-        let Some(mut counter) = self.halted()? else { return Ok(RUNS.into()) };
-        for _ in 0..times {
-            match self.step_once(counter, interrupt)? {
-                Step::Done(next) => counter = next,
-                end => return Ok(self.tell(&end)),
-            }
-            if interrupt.happened() {
-                interrupt.forget();
-                return Ok(self.tell(&Step::Interrupted(counter)));
-            }
+    /// Steps to a breakpoint or the end of the program; not further than `most` steps.
+    fn advance(&mut self, most: Option<u32>, interrupt: &mut Interrupt) -> Result<String, Error> {
+        if self.state()?.mode == Mode::Running {
+            return Ok(RUNS.into());
         }
-        Ok(self.line(counter, Some(counter)))
-    }
-
-    /// Steps up to a breakpoint.
-    fn advance(&mut self, interrupt: &mut Interrupt) -> Result<String, Error> {
-        let Some(mut counter) = self.halted()? else { return Ok(RUNS.into()) };
+        let mut done = 0;
         loop {
-            match self.step_once(counter, interrupt)? {
-                Step::Done(next) => counter = next,
+            let counter = match self.step(interrupt)? {
+                Step::Done(counter) => counter,
                 end => return Ok(self.tell(&end)),
+            };
+            done += 1;
+            if most == Some(done) {
+                return Ok(self.line(counter, Some(counter)));
             }
             if self.breakpoints.contains(&counter) {
                 return Ok(format!("breakpoint\n{}", self.line(counter, Some(counter))));
@@ -187,22 +181,13 @@ impl<'a> Debugger<'a> {
         }
     }
 
-    /// The program counter, unless the program runs by itself.
-    fn halted(&mut self) -> Result<Option<u16>, Error> {
-        let state = self.state()?;
-        Ok((state.mode != Mode::Running).then_some(state.counter))
-    }
-
-    /// Executes the command at the program counter.
-    fn step_once(&mut self, counter: u16, interrupt: &mut Interrupt) -> Result<Step, Error> {
-        let last =
-            self.command(counter).is_some_and(|command| command.opcode == 0 || command.opcode == Opcode::Stop as u8);
+    /// Executes the command at the program counter, or goes to the handler of an interrupt.
+    fn step(&mut self, interrupt: &mut Interrupt) -> Result<Step, Error> {
         self.module.control(Opcode::StepApplication, 0, 0)?;
         loop {
             let state = self.state()?;
             if !state.waiting {
-                // A program that is stopped for another reason, such as a jump to nowhere, does not advance either.
-                let ended = state.mode == Mode::Stopped && (last || state.counter == counter);
+                let ended = state.mode == Mode::Stopped;
                 return Ok(if ended { Step::Ended(state.counter) } else { Step::Done(state.counter) });
             }
             if interrupt.within(LOOK) {
@@ -273,7 +258,11 @@ impl<'a> Debugger<'a> {
         match address {
             Some(address) if self.command(address).is_some() => Ok(address),
             Some(address) => Err(format!("the program ends before address {address}")),
-            None => Err(format!("'{text}' is neither an address nor a label of the program")),
+            None => {
+                let labels = self.program.labels.iter().map(|(name, _)| name.as_str());
+                let hint = suggestion(text, labels);
+                Err(format!("'{text}' is neither an address nor a label of the program{hint}"))
+            }
         }
     }
 
@@ -281,14 +270,19 @@ impl<'a> Debugger<'a> {
         self.program.commands.get(usize::from(address)).copied()
     }
 
-    /// A line of the program: an arrow at the program counter, a star at a breakpoint, below the labels that are here.
+    /// A command of the program: an arrow at the program counter, a star at a breakpoint, above it the labels that are
+    /// here, beside it the line of the source.
     fn line(&self, address: u16, counter: Option<u16>) -> String {
         let here = self.program.labels.iter().filter(|(_, place)| *place == address);
         let labels: String = here.map(|(name, _)| format!("{name}:\n")).collect();
         let arrow = if counter == Some(address) { '>' } else { ' ' };
         let star = if self.breakpoints.contains(&address) { '*' } else { ' ' };
         let command = self.command(address).map_or_else(|| "(not in the file)".into(), |command| command.to_string());
-        format!("{labels}{arrow}{star}{address:5}  {command}")
+        let line = format!("{labels}{arrow}{star}{address:5}  ");
+        match self.program.line(address) {
+            Some(Line { place, text }) => format!("{line}{command:SOURCE$} {place:>4}  {text}"),
+            None => line + &command,
+        }
     }
 }
 

@@ -7,7 +7,7 @@ mod debugger;
 mod input;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use signal_hook::consts::SIGINT;
@@ -16,15 +16,16 @@ use tmcm::tmcl::Opcode;
 use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::program::{download, is_readable, read_program, verify};
+use crate::program::{STANDARD, download, is_readable, read_program, verify};
 use action::Action;
 use debugger::Debugger;
 use input::{Input, Line};
 
 /// Run a TMCL program in a module step by step, with breakpoints
 ///
-/// Loads FILE, a binary program as for `tmcl load`, and waits at its first command. Then it takes commands, one a line,
-/// from the terminal or from a pipe; `help` lists them. The motors really move. While there are breakpoints the
+/// Loads FILE, a source or an assembled program as for `tmcl load`, and waits at its first command. Then it takes
+/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) places have names,
+/// its labels, and its lines are shown beside the commands. The motors really move. While there are breakpoints the
 /// program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program that runs.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -33,7 +34,7 @@ pub struct Options {
     #[command(flatten)]
     pub reach: Reach,
 
-    /// The program
+    /// The program: a source, whose name ends in .tmc, or an assembled program
     #[arg(value_name = "FILE")]
     pub file: PathBuf,
 
@@ -44,12 +45,16 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl debug /dev/ttyACM0 program.bin             load it and wait at its first command
-  tmcl debug tcp:127.0.0.1:4140 program.bin --attach   look at what a module is doing
-  printf 'break 3\\ncontinue\\nregisters\\n' | tmcl debug sim program.bin";
+  tmcl debug /dev/ttyACM0 stage.tmc                  load it and wait at its first command
+  tmcl debug tcp:127.0.0.1:4140 stage.tmc --attach   look at what a module is doing
+  printf 'break Loop\\ncontinue\\nregisters\\n' | tmcl debug sim stage.tmc";
 
 /// Debugs until the user has enough, and says in which state the module is left.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    if options.file == Path::new(STANDARD) {
+        let message = "the program has to be in a file: standard input has the commands of the debugger";
+        return Err(Failure::Failed(message.into()));
+    }
     let program = read_program(&options.file)?;
     let mut interrupt = Interrupt::watch(&[SIGINT])?;
     let mut module = Conversation::open(&options.reach)?;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use tmcm::param::{AxisParameter, GlobalParameter};
-use tmcm::tmcl::{Command, Opcode, text};
+use tmcm::tmcl::{ALL_AXES, Command, Opcode, text};
 
 use crate::failure::Failure;
 
@@ -11,8 +11,6 @@ use crate::failure::Failure;
 const COMMENT: &str = "//";
 /// Bank of the user variables.
 pub(super) const VARIABLES: u8 = 2;
-/// The motor number that means no axis: SCO and GCO with it copy between RAM and EEPROM.
-pub(super) const ALL_AXES: u8 = 255;
 
 /// A setting: the command that writes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +51,7 @@ impl Setting {
         match Opcode::from_number(command.opcode)? {
             Opcode::Sap => Some(Setting::Axis { number, axis: motor, value }),
             Opcode::Sgp => Some(Setting::Global { number, bank: motor, value }),
+            // With all axes it copies between RAM and EEPROM.
             Opcode::Sco if motor != ALL_AXES => Some(Setting::Coordinate { number, axis: motor, value }),
             _ => None,
         }

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 use std::io::Write;
 
 use tmcm::param::{AxisParameter, GlobalParameter};
-use tmcm::tmcl::{Command, Opcode};
+use tmcm::tmcl::{ALL_AXES, Command, Opcode};
 
-use super::file::{ALL_AXES, Setting};
+use super::file::Setting;
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::Place;

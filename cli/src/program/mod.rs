@@ -1,28 +1,35 @@
-//! TMCL programs: reading them from a file, and their way into a module.
+//! TMCL programs: what they are, their files, and their way into a module.
 
+pub mod binary;
 mod download;
+mod file;
 
 pub use download::{download, is_readable, verify};
+pub(crate) use file::{STANDARD, read};
+pub use file::{read_commands, read_program};
 
-use std::path::Path;
-
-use tmcm::tmcl::binary::{self, TELEGRAM};
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::failure::Failure;
+use crate::asm::Assembly;
 
-/// Length of a command in a binary file: seven bytes and their sum.
-const RECORD: usize = TELEGRAM - 1;
-/// Command numbers from here on control the module even in download mode; a program cannot have them.
-const FIRST_CONTROL: u8 = Opcode::StopApplication as u8;
-
-/// A program as a module stores it.
+/// A program as a module stores it, with what is known of its source.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Program {
     /// Its commands; the first is at address 0 unless it is loaded elsewhere.
     pub commands: Vec<Command>,
-    /// Names of addresses. A binary file has none.
+    /// Names of addresses. An assembled file has none.
     pub labels: Vec<(String, u16)>,
+    /// By address, the line of the source; an assembled file has none, nor has what the assembler adds.
+    lines: Vec<Option<Line>>,
+}
+
+/// A line of the source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// Its number, after the file's name if that is included by another.
+    pub place: String,
+    /// What is written there.
+    pub text: String,
 }
 
 impl Program {
@@ -31,72 +38,75 @@ impl Program {
         self.labels.iter().find(|(name, _)| name.eq_ignore_ascii_case(label)).map(|(_, address)| *address)
     }
 
+    /// The line that the command at an address was made from.
+    pub fn line(&self, address: u16) -> Option<&Line> {
+        self.lines.get(usize::from(address))?.as_ref()
+    }
+
     /// The commands with their addresses, if the first is at `at`. Those beyond the address range are left out.
     pub fn placed(&self, at: u16) -> impl Iterator<Item = (u16, Command)> {
         (at..=u16::MAX).zip(self.commands.iter().copied())
     }
+}
 
-    /// Reads the binary form: eight bytes a command, the last of which is the sum of the others.
-    fn from_binary(bytes: &[u8]) -> Result<Self, String> {
-        let (records, rest) = bytes.as_chunks::<RECORD>();
-        if records.is_empty() || !rest.is_empty() {
-            let length = bytes.len();
-            return Err(format!("{length} bytes are no program; a binary program has {RECORD} bytes for each command"));
-        }
-        let commands =
-            (0..).zip(records).map(|(number, record)| command(record).map_err(|e| format!("command {number}: {e}")));
-        Ok(Program { commands: commands.collect::<Result<_, String>>()?, labels: Vec::new() })
+impl From<Vec<Command>> for Program {
+    fn from(commands: Vec<Command>) -> Self {
+        Program { commands, ..Program::default() }
     }
 }
 
-/// Reads one command of a binary file.
-fn command(record: &[u8; RECORD]) -> Result<Command, String> {
-    // A telegram without the address in front of it; its sum is the same with an address of zero.
-    let mut telegram = [0; TELEGRAM];
-    telegram[1..].copy_from_slice(record);
-    let command = binary::decode_command(&telegram).ok_or("wrong checksum; the file is damaged or not a program")?;
-    if command.opcode >= FIRST_CONTROL {
-        return Err(format!("number {} cannot stand in a program", command.opcode));
+impl From<Assembly> for Program {
+    fn from(assembly: Assembly) -> Self {
+        let main = assembly.lines.first().map(|line| &line.source.name);
+        let line = |address| {
+            let line = assembly.line(address)?;
+            let place = if Some(&line.source.name) == main {
+                line.number.to_string()
+            } else {
+                format!("{}:{}", line.source.name, line.number)
+            };
+            Some(Line { place, text: line.text().trim().replace(char::is_control, " ") })
+        };
+        let lines = (0..assembly.commands.len()).map(line).collect();
+        let labels = assembly.symbols.labels();
+        let labels = labels.filter_map(|(name, address)| Some((name.into(), u16::try_from(address).ok()?))).collect();
+        Program { commands: assembly.commands, labels, lines }
     }
-    Ok(command)
 }
 
-/// Reads the program in a file.
-pub fn read_program(path: &Path) -> Result<Program, Failure> {
-    let shown = path.display();
-    let bytes = std::fs::read(path).map_err(|error| Failure::Failed(format!("cannot read {shown}: {error}")))?;
-    Program::from_binary(&bytes).map_err(|error| Failure::Failed(format!("{shown}: {error}")))
+/// Where a command makes the program go on, now or at an interrupt.
+pub fn target(command: &Command) -> Option<i32> {
+    match Opcode::from_number(command.opcode)? {
+        Opcode::Ja | Opcode::Jc | Opcode::Csub | Opcode::Vect => Some(command.value),
+        _ => None,
+    }
+}
+
+/// A number of commands in words.
+pub(crate) fn count(commands: usize) -> String {
+    format!("{commands} command{}", if commands == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// MVP ABS, 0, 90000 and STOP.
-    const BINARY: [u8; 16] = [4, 0, 0, 0, 1, 0x5F, 0x90, 0xF4, 28, 0, 0, 0, 0, 0, 0, 28];
+    use crate::asm::assemble_text;
 
     #[test]
-    fn a_binary_file_is_read() {
-        let program = Program::from_binary(&BINARY).unwrap();
-        assert_eq!(program.commands, [Command::new(4, 0, 0, 90_000), Command::new(28, 0, 0, 0)]);
+    fn commands_have_addresses() {
+        let program = Program::from(vec![Command::new(4, 0, 0, 90_000), Command::new(28, 0, 0, 0)]);
         let placed: Vec<u16> = program.placed(50).map(|(address, _)| address).collect();
         assert_eq!(placed, [50, 51]);
+        assert_eq!(program.line(0), None);
     }
 
     #[test]
-    fn damaged_files_are_told() {
-        let text = |bytes: &[u8]| Program::from_binary(bytes).unwrap_err();
-        assert!(text(&[]).contains("0 bytes"));
-        assert!(text(&BINARY[..15]).contains("15 bytes"));
-        let mut damaged = BINARY;
-        damaged[9] = 1;
-        assert!(text(&damaged).starts_with("command 1: wrong checksum"));
-        assert!(text(&[129, 0, 0, 0, 0, 0, 0, 129]).contains("number 129 cannot stand in a program"));
-    }
-
-    #[test]
-    fn labels_have_addresses() {
-        let program = Program { commands: Vec::new(), labels: vec![("Loop".into(), 3)] };
-        assert_eq!((program.address("LOOP"), program.address("Start")), (Some(3), None));
+    fn a_source_gives_labels_and_lines() {
+        let source = "#include Interrupts.inc\n\nStart: EI TI_GLOBAL // go\nLoop:\n\tJA Loop\nEnd:\n";
+        let program = Program::from(assemble_text("test.tmc", source).unwrap());
+        assert_eq!((program.address("LOOP"), program.address("end"), program.address("x")), (Some(1), Some(2), None));
+        let line = |place: &str, text: &str| Some(Line { place: place.into(), text: text.into() });
+        let told = [0, 1, 2].map(|address| program.line(address).cloned());
+        assert_eq!(told, [line("3", "Start: EI TI_GLOBAL // go"), line("5", "JA Loop"), None]);
     }
 }

@@ -2,7 +2,7 @@
 
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row, Unit};
 use tmcm::tmcl::binary::{self, Received, Telegram};
-use tmcm::tmcl::{Command, Opcode};
+use tmcm::tmcl::{CONFIRMATION, Command, Opcode};
 
 use crate::conversation::{self, Answer, executed, hexadecimal};
 
@@ -14,9 +14,6 @@ pub struct Meaning {
     /// The command has been executed.
     pub done: bool,
 }
-
-/// The value that a factory reset wants as a safeguard.
-const CONFIRMATION: i32 = 1234;
 
 /// True for commands that are not answered when they are executed.
 pub fn is_silent(command: Command) -> bool {

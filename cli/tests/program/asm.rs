@@ -167,15 +167,20 @@ fn sources_are_never_replaced() {
 
 #[test]
 fn files_that_are_no_programs_are_told() {
-    let folder = Folder::with(&[("text.bin", "STOP\n"), ("sum.bin", "........"), ("main.tmc", "STOP\n")]);
-    let text = "tmcl: text.bin: command 0 is cut off: it has 5 bytes in place of 8; the file, 5 bytes long, is damaged, or \
-                it is no TMCL program\n";
+    let folder = Folder::with(&[("text.bin", "STOP\n"), ("main.tmc", "STOP\n")]);
+    let text = "tmcl: text.bin is text, not an assembled program; a source has a name that ends in .tmc, and tmcl asm \
+                assembles it\n";
     assert_eq!(folder.complaint(&["disasm", "text.bin"]), text);
-    let sum = "tmcl: sum.bin: command 0 (46, 46, 46, 774778414) has the checksum 2E and should have 42; the file is \
-               damaged, or it is no TMCL program\n";
+    std::fs::write(folder.path("short.bin"), [0; 13]).unwrap();
+    let short = "tmcl: short.bin: command 1 is cut off: it has 5 bytes in place of 8; the file, 13 bytes long, is \
+                 damaged, or it is no TMCL program\n";
+    assert_eq!(folder.complaint(&["disasm", "short.bin"]), short);
+    std::fs::write(folder.path("sum.bin"), [28, 0, 0, 0, 0, 0, 0, 29]).unwrap();
+    let sum = "tmcl: sum.bin: command 0 (STOP) has the checksum 1D and should have 1C; the file is damaged, or it is \
+               no TMCL program\n";
     assert_eq!(folder.complaint(&["disasm", "sum.bin"]), sum);
     std::fs::write(folder.path("long.bin"), [0; 8 * 3000]).unwrap();
-    let long = "tmcl: long.bin: 2049 commands or more; program memory holds 2048\n";
+    let long = "tmcl: long.bin: it has more commands than the 2048 that program memory holds\n";
     assert_eq!(folder.complaint(&["disasm", "long.bin"]), long);
     assert!(folder.complaint(&["disasm", "none.bin"]).starts_with("tmcl: cannot read none.bin: "));
     assert!(folder.complaint(&["asm", "none.tmc"]).starts_with("error: cannot read none.tmc: "));

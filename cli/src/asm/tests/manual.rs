@@ -4,7 +4,7 @@ use super::*;
 
 fn check(source: &str, expected: &str) -> Assembly {
     let assembly = assembled(source);
-    let rows = program::encode(&assembly.commands);
+    let rows = binary::encode(&assembly.commands);
     let rows: Vec<String> = rows.chunks(8).map(|row| row.iter().map(|b| format!("{b:02X} ")).collect()).collect();
     let expected: Vec<&str> = expected.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
     assert_eq!(rows.iter().map(|row| row.trim()).collect::<Vec<_>>(), expected);

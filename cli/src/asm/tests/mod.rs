@@ -5,6 +5,7 @@ mod manual;
 mod random;
 
 use super::*;
+use crate::program::binary;
 use tmcm::tmcl::{Command, text};
 
 /// The commands of a source, which must be good.

@@ -33,7 +33,7 @@ fn check_round_trip(program: &[Command]) {
     let source = disasm::source(program);
     let again = assemble_text("again.tmc", &source).unwrap_or_else(|errors| panic!("{errors}\n{source}"));
     assert_eq!(again.commands, program, "{source}");
-    assert_eq!(program::decode(&program::encode(program)).as_deref(), Ok(program));
+    assert_eq!(binary::decode(&binary::encode(program)).as_deref(), Ok(program));
 }
 
 #[test]
@@ -198,8 +198,8 @@ fn random_bytes_are_no_program_or_survive() {
                 record[7] = record[..7].iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte));
             }
         }
-        match program::decode(&bytes) {
-            Ok(commands) => assert_eq!(program::encode(&commands), bytes),
+        match binary::decode(&bytes) {
+            Ok(commands) => assert_eq!(binary::encode(&commands), bytes),
             Err(message) => assert!(message.starts_with("command "), "{message}"),
         }
     }

@@ -1,9 +1,8 @@
 //! An assembled program as a file: no header, eight bytes a command.
 
-use tmcm::tmcl::{Command, Opcode};
+use tmcm::store::COMMANDS;
+use tmcm::tmcl::Command;
 
-/// Commands that program memory holds.
-pub const PROGRAM_SIZE: usize = 2048;
 /// Bytes of a command in a file: the seven of program memory and their sum.
 pub const RECORD: usize = Command::SIZE + 1;
 
@@ -29,8 +28,8 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
             rest.len()
         ));
     }
-    if records.len() > PROGRAM_SIZE {
-        return Err(format!("{} commands or more; program memory holds {PROGRAM_SIZE}", records.len()));
+    if records.len() > COMMANDS.into() {
+        return Err(format!("it has more commands than the {COMMANDS} that program memory holds"));
     }
     let decoded = records.iter().enumerate().map(|(address, &[opcode, kind, motor, a, b, c, d, found])| {
         let command = Command::from_bytes([opcode, kind, motor, a, b, c, d]);
@@ -46,21 +45,8 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
     decoded.collect()
 }
 
-/// A number of commands in words.
-pub(super) fn count(commands: usize) -> String {
-    format!("{commands} command{}", if commands == 1 { "" } else { "s" })
-}
-
 fn sum(command: Command) -> u8 {
     command.to_bytes().iter().fold(0, |sum, byte| sum.wrapping_add(*byte))
-}
-
-/// Where a command makes the program go on, now or at an interrupt.
-pub fn target(command: &Command) -> Option<i32> {
-    match Opcode::from_number(command.opcode)? {
-        Opcode::Ja | Opcode::Jc | Opcode::Csub | Opcode::Vect => Some(command.value),
-        _ => None,
-    }
 }
 
 #[cfg(test)]
@@ -79,6 +65,6 @@ mod tests {
         let error = decode(&bytes[..13]).unwrap_err();
         assert!(error.starts_with("command 1 is cut off: it has 5 bytes in place of 8"), "{error}");
         assert!(decode(&[0; RECORD * 2048]).is_ok());
-        assert_eq!(decode(&[0; RECORD * 2049]).unwrap_err(), "2049 commands or more; program memory holds 2048");
+        assert!(decode(&[0; RECORD * 2049]).unwrap_err().contains("more commands than the 2048"));
     }
 }

@@ -1,0 +1,122 @@
+//! Programs in files: sources, which are assembled, and assembled ones.
+
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use tmcm::tmcl::Command;
+
+use super::{Program, binary};
+use crate::asm::{assemble_file, assemble_text, told};
+use crate::failure::Failure;
+
+/// In place of a file: standard input, standard output.
+pub(crate) const STANDARD: &str = "-";
+/// The ending of the name of a source.
+const SOURCE: &str = "tmc";
+/// A file that is larger is no program, by far.
+const LARGEST: u64 = 1 << 20;
+
+/// All that is in a file, or comes in on standard input.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let read = if path == Path::new(STANDARD) {
+        std::io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes)
+    } else {
+        File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes))
+    };
+    let name = name(path);
+    match read {
+        Ok(_) if bytes.len() as u64 > LARGEST => {
+            Err(format!("{name} is no TMCL program: it is larger than {LARGEST} bytes"))
+        }
+        Ok(_) => Ok(bytes),
+        Err(error) => Err(format!("cannot read {name}: {error}")),
+    }
+}
+
+fn name(path: &Path) -> String {
+    if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
+}
+
+/// Reads an assembled program, and says what it is instead if it is none.
+pub fn read_commands(path: &Path) -> Result<Vec<Command>, Failure> {
+    commands(path, &read(path).map_err(Failure::Failed)?)
+}
+
+fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
+    let name = name(path);
+    binary::decode(bytes).map_err(|error| {
+        Failure::Failed(if is_text(bytes) {
+            format!("{name} is text, not an assembled program; a source has a name that ends in .{SOURCE}, and tmcl asm assembles it")
+        } else {
+            format!("{name}: {error}")
+        })
+    })
+}
+
+/// An assembled program is never without zeros.
+fn is_text(bytes: &[u8]) -> bool {
+    !bytes.contains(&0)
+}
+
+/// Reads a program to be loaded into a module: a source if its name ends in .tmc, else an assembled one. On standard
+/// input it is whichever comes. The assembler's errors and warnings are shown.
+pub fn read_program(path: &Path) -> Result<Program, Failure> {
+    let program = if path == Path::new(STANDARD) {
+        let bytes = read(path).map_err(Failure::Failed)?;
+        if is_text(&bytes) {
+            told(assemble_text(&name(path), &String::from_utf8_lossy(&bytes)))?.into()
+        } else {
+            commands(path, &bytes)?.into()
+        }
+    } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
+        told(assemble_file(path))?.into()
+    } else {
+        Program::from(read_commands(path)?)
+    };
+    check(&program).map_err(|error| Failure::Failed(format!("{}: {error}", name(path))))?;
+    Ok(program)
+}
+
+/// What is wrong with a program that nobody can load.
+fn check(program: &Program) -> Result<(), String> {
+    if program.commands.is_empty() {
+        return Err("the program has no commands".into());
+    }
+    let mut commands = (0..).zip(&program.commands);
+    match commands.find(|(_, command)| command.opcode >= Command::FIRST_CONTROL) {
+        None => Ok(()),
+        Some((address, Command { opcode, .. })) => Err(format!(
+            "address {address}: a program cannot have command {opcode}; a module would carry it out at once"
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is said about a file of this name with this in it.
+    fn said(name: &str, bytes: &[u8]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        read_program(&path).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn what_cannot_be_loaded_is_told() {
+        assert!(said("empty.bin", &[]).ends_with("empty.bin: the program has no commands"));
+        assert!(said("empty.tmc", b"#nostop\n").ends_with("empty.tmc: the program has no commands"));
+        let message = "address 0: a program cannot have command 129; a module would carry it out at once";
+        assert!(said("control.bin", &[129, 0, 0, 0, 0, 0, 0, 129]).ends_with(message));
+        assert!(said("control.tmc", b"129\n").ends_with(message));
+        assert!(said("source.bin", b"MVP ABS, 0, 1\n").contains("source.bin is text, not an assembled program"));
+        assert!(said("short.bin", &[0; 15]).contains("short.bin: command 1 is cut off"));
+        assert!(said("zeros.bin", &vec![0; 1 << 21]).ends_with("larger than 1048576 bytes"));
+        // All that is wrong with a source has been said.
+        assert_eq!(said("wrong.TMC", b"GOTO 1\n"), "");
+    }
+}
