@@ -6,12 +6,13 @@ use std::path::PathBuf;
 use clap::Args;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::param::GlobalParameter;
+use tmcm::store::COMMANDS;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::program::{download, read_program, verify};
+use crate::program::{Program, download, read_program, target, verify};
 
 /// Load a TMCL program into a module, where it stays
 ///
@@ -43,17 +44,17 @@ pub struct Options {
 
     /// Address in program memory of the first command; the rest of the memory stays as it is
     ///
-    /// Jumps in the program must have been made for that address.
+    /// Labels count from 0, wherever a program is loaded to: with --at 50, write JA Loop + 50.
     #[arg(long, value_name = "ADDRESS", default_value_t = 0)]
     pub at: u16,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl load /dev/ttyACM0 stage.tmc --verify --run     load it, compare it, start it
-  tmcl load /dev/ttyACM0 stage.tmc --autostart        to be run from the next power-up on
-  tmcl load /dev/ttyACM0 routine.tmc --at 50          beside the program that is there; start it with
-      tmcl send /dev/ttyACM0 \"129, 1, 0, 50\"";
+  tmcl load /dev/ttyACM0 stage.tmc --verify --run   load it, compare it, start it
+  tmcl load /dev/ttyACM0 stage.tmc --autostart      to be run from the next power-up on
+  tmcl load /dev/ttyACM0 routine.tmc --at 50        beside the program that is there
+  tmcl send /dev/ttyACM0 \"129, 1, 0, 50\"          runs such a routine";
 
 /// Type of command 129: from an address.
 const FROM_ADDRESS: u8 = 1;
@@ -63,14 +64,20 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let at = options.at;
     let program = read_program(&options.file)?;
     let count = program.commands.len();
-    let Some((last, _)) = program.placed(at).last().filter(|_| program.placed(at).count() == count) else {
-        return Err(Failure::Failed(format!("{count} commands from address {at} on do not fit into any module")));
-    };
+    let end = usize::from(at) + count;
+    if end > COMMANDS.into() {
+        let memory = COMMANDS - 1;
+        let message = format!("{count} commands from address {at} on do not fit; program memory ends at {memory}");
+        return Err(Failure::Failed(message));
+    }
+    if let Some(warning) = stray(&program, at) {
+        writeln!(std::io::stderr(), "tmcl: warning: {warning}")?;
+    }
     let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
     let mut module = Conversation::open(&options.reach)?;
     download(&mut module, &program, at, &interrupt)?;
     let mut out = std::io::stdout().lock();
-    writeln!(out, "loaded to addresses {at} to {last}")?;
+    writeln!(out, "loaded to addresses {at} to {}", end - 1)?;
     if options.verify {
         verify(&mut module, &program, at, &interrupt)?;
         writeln!(out, "the module has them as they are in the file")?;
@@ -85,4 +92,27 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(out, "running from address {at}")?;
     }
     Ok(())
+}
+
+/// Tells of a jump of a program at `at` to where it would be at address 0.
+fn stray(program: &Program, at: u16) -> Option<String> {
+    let inside = |target: i32| (0..i32::from(at)).contains(&target);
+    let (address, command) = program.placed(at).find(|(_, command)| target(command).is_some_and(inside))?;
+    Some(format!("address {address}: {command} leads out of this program; labels count from 0, so write Label + {at}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn jumps_that_were_made_for_another_address_are_told() {
+        let told = |line: &str, at| {
+            let command = tmcm::tmcl::text::parse(line).unwrap();
+            stray(&vec![Command::new(1, 0, 0, 0), command].into(), at)
+        };
+        assert_eq!(told("JA 0", 0), None);
+        assert_eq!(told("JA 50", 50), None);
+        assert!(told("JC ZE, 1", 50).unwrap().starts_with("address 51: JC ZE, 1 leads out"));
+    }
 }

@@ -10,13 +10,22 @@ use tmcl_cli::{asm, debug, disasm, load, monitor, params, scan, send, sim};
 /// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
 ///
 /// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
-/// it prints; talk to a module - virtual or real - with `tmcl send`. `tmcl asm` assembles TMCL programs.
+/// it prints; talk to a module - virtual or real - with the other commands.
 #[derive(Parser, Debug)]
-#[command(name = "tmcl", version, max_term_width = 100)]
+#[command(name = "tmcl", version, max_term_width = 100, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl sim --tcp 127.0.0.1:4140                  a virtual module, in another terminal
+  tmcl send tcp:127.0.0.1:4140 \"ROR 0, 500\"     its motor turns
+  tmcl asm stage.tmc                             is the program right?
+  tmcl debug tcp:127.0.0.1:4140 stage.tmc        try it step by step
+  tmcl load /dev/ttyACM0 stage.tmc --autostart   into a real module, to be run after power-up
+Each command has examples of its own: tmcl load --help";
 
 #[derive(Subcommand, Debug)]
 enum Command {

@@ -44,9 +44,9 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl monitor /dev/ttyACM0                                 one line, refreshed ten times a second
+  tmcl monitor /dev/ttyACM0                                     one line, refreshed ten times a second
   tmcl monitor tcp:127.0.0.1:4140 --csv --count 600 > run.csv   a minute for a plot
-  tmcl monitor /dev/ttyUSB0 --address 3 --interval 500      module 3 on an RS485 bus";
+  tmcl monitor /dev/ttyUSB0 --address 3 --interval 500          module 3 on an RS485 bus";
 
 /// What is watched, and its name in the headline of the CSV form.
 const COLUMNS: [(AxisParameter, &str); 8] = [

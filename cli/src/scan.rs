@@ -46,9 +46,9 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl scan /dev/ttyUSB0                        every address at every bit rate
-  tmcl scan /dev/ttyUSB0 --baud 9600 --addresses 1-16
-  tmcl scan slcan:/dev/ttyACM0                  every identifier on a CAN bus
+  tmcl scan /dev/ttyUSB0                                every address at every bit rate
+  tmcl scan /dev/ttyUSB0 --baud 9600 --addresses 1-16   a few at one
+  tmcl scan slcan:/dev/ttyACM0                          every identifier on a CAN bus, 1 to 255
 The exit code is 1 if no module is found.";
 
 /// How long to wait for a connection over TCP.

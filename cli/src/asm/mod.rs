@@ -48,7 +48,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::program::{STANDARD, binary, count, read};
+use crate::program::{STANDARD, binary, count, read_source};
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use listing::{listing, symbols};
@@ -112,7 +112,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return fail("standard output cannot have both the program and text; write the program to a file");
     }
     let assembly = told(if source == Path::new(STANDARD) {
-        assemble_text("standard input", &String::from_utf8_lossy(&read(source).map_err(Failure::Failed)?))
+        assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?)
     } else {
         assemble_file(source)
     })?;

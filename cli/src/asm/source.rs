@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::program::read;
+use crate::program::read_source;
 
 /// A source file, read once.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,9 +24,9 @@ impl Source {
         Source { name: name.into(), path: None, lines: text.lines().map(String::from).collect(), built_in: false }
     }
 
-    /// Reads a file. Comments are in whatever encoding the author had, so other bytes than UTF-8 are no error.
+    /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, String> {
-        let source = Self::from_text(&path.display().to_string(), &String::from_utf8_lossy(&read(path)?));
+        let source = Self::from_text(&path.display().to_string(), &read_source(path)?);
         Ok(Source { path: Some(path.into()), ..source })
     }
 }

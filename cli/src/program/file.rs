@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::Read;
+use std::io::{IsTerminal, Read};
 use std::path::Path;
 
 use tmcm::tmcl::Command;
@@ -18,15 +18,33 @@ const SOURCE: &str = "tmc";
 /// A file that is larger is no program, by far.
 const LARGEST: u64 = 1 << 20;
 
+/// The source in a file, or on standard input. Comments are in whatever encoding the author had, so other bytes than
+/// UTF-8 are no error.
+pub(crate) fn read_source(path: &Path) -> Result<String, String> {
+    let bytes = read(path)?;
+    if is_text(&bytes) {
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
+    } else {
+        Err(format!("{} is no text; if it is an assembled program, tmcl disasm shows its source", name(path)))
+    }
+}
+
 /// All that is in a file, or comes in on standard input.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>, String> {
+fn read(path: &Path) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
+    let name = name(path);
     let read = if path == Path::new(STANDARD) {
         std::io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes)
     } else {
-        File::open(path).and_then(|file| file.take(LARGEST + 1).read_to_end(&mut bytes))
+        match File::open(path) {
+            // It would be waited for.
+            Ok(file) if file.is_terminal() => {
+                return Err(format!("{name} is a device, not a file; a link comes first, then the file"));
+            }
+            Ok(file) => file.take(LARGEST + 1).read_to_end(&mut bytes),
+            Err(error) => Err(error),
+        }
     };
-    let name = name(path);
     match read {
         Ok(_) if bytes.len() as u64 > LARGEST => {
             Err(format!("{name} is no TMCL program: it is larger than {LARGEST} bytes"))

@@ -5,7 +5,7 @@ mod download;
 mod file;
 
 pub use download::{download, is_readable, verify};
-pub(crate) use file::{STANDARD, read};
+pub(crate) use file::{STANDARD, read_source};
 pub use file::{read_commands, read_program};
 
 use tmcm::tmcl::{Command, Opcode};

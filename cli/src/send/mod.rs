@@ -30,10 +30,10 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl send /dev/ttyACM0 \"GAP 1, 0\"                   where the motor is
-  tmcl send tcp:127.0.0.1:4140 \"ROR 0, 500\"           rotate right
-  tmcl send slcan:/dev/ttyACM0 --address 3 \"GAP 1, 0\"   the module with CAN identifier 3
-  tmcl send sim \"SAP 4, 0, 1500\" \"GAP 4, 0\"           two commands to a virtual module
+  tmcl send /dev/ttyACM0 \"GAP 1, 0\"                           where the motor is
+  tmcl send tcp:127.0.0.1:4140 \"ROR 0, 500\"                   rotate right
+  tmcl send slcan:/dev/ttyACM0 --address 3 \"GAP 1, 0\"         the module with CAN identifier 3
+  tmcl send sim \"SAP 4, 0, 1500\" \"GAP 4, 0\"                 two commands to a virtual module
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";
 

@@ -1,7 +1,11 @@
 //! `tmcl load` and `tmcl debug` with virtual modules, whose firmware runs the programs.
 
+use std::time::Instant;
+
+use rustix::process::Signal;
+
 use super::fake::program;
-use super::harness::{Sim, complaint, run, type_into};
+use super::harness::{PATIENCE, Sim, complaint, run, type_into};
 
 /// Two moves with a pause in between, and the end.
 const MOVES: [&str; 6] =
@@ -11,6 +15,13 @@ const MOVES: [&str; 6] =
 fn file(sim: &Sim, lines: &[&str]) -> String {
     let path = sim.path("program.bin");
     std::fs::write(&path, program(lines)).unwrap();
+    path.to_str().unwrap().into()
+}
+
+/// A source in a file of the module's folder.
+fn source(sim: &Sim, text: &str) -> String {
+    let path = sim.path("program.tmc");
+    std::fs::write(&path, text).unwrap();
     path.to_str().unwrap().into()
 }
 
@@ -47,18 +58,113 @@ fn a_routine_beside_the_program() {
     // The memory ends at 2048.
     let output = run(&["load", &link, &file(&sim, &MOVES), "--at", "2045"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(complaint(&output).contains("address 2048") && complaint(&output).contains("does not fit"));
+    assert!(complaint(&output).contains("6 commands from address 2045 on do not fit"), "{}", complaint(&output));
+}
+
+/// What a user writes, and what becomes of it without anybody's doing anything.
+const STAGE: &str = "\
+// To and fro
+#include TMCLParam.tmc
+Far = 2 * 25600
+
+        SAP APMaxPositioningSpeed, Motor0, 2000
+Loop:   MVP ABS, Motor0, Far
+        WAIT POS, Motor0, 0
+        MVP ABS, Motor0, 0
+        WAIT POS, Motor0, 0
+        JA Loop
+";
+
+/// Waits until the rotor has been on both sides of the middle: the program moves it to and fro.
+fn sees_it_move(sim: &Sim) {
+    let end = Instant::now() + PATIENCE;
+    let start = sim.control(&["state"])["rotor"].as_i64().unwrap();
+    let (mut least, mut most) = (start, start);
+    while most - least < 40_000 {
+        let rotor = sim.control(&["state"])["rotor"].as_i64().unwrap();
+        (least, most) = (least.min(rotor), most.max(rotor));
+        assert!(Instant::now() < end, "the rotor moves from {least} to {most}");
+    }
 }
 
 #[test]
-fn a_program_starts_by_itself() {
-    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
-    let link = format!("tcp:{}", sim.told("tcp"));
-    let output = run(&["load", &link, &file(&sim, &MOVES), "--autostart"]);
+fn from_an_empty_editor_to_a_program_that_starts_by_itself() {
+    let arguments =
+        ["--serial", "{}/port", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--eeprom", "{}/module.bin"];
+    let sim = Sim::start(&arguments);
+    let source = source(&sim, STAGE);
+    let output = run(&["asm", &source]);
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", complaint(&output));
+
+    let output = run(&["load", sim.told("serial"), &source, "--verify", "--run", "--autostart"]);
     assert!(output.status.success(), "{}", complaint(&output));
-    assert_eq!(sim.tcp().ok("GAP 1, 0"), 0);
+    let said = "loaded to addresses 0 to 6\nthe module has them as they are in the file\n\
+                the program starts by itself after power-up\nrunning from address 0\n";
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), said);
+    sees_it_move(&sim);
+
     sim.control(&["power off", "power on"]);
-    sim.tcp().until("GAP 1, 0", -500);
+    sees_it_move(&sim);
+
+    // The EEPROM goes into another module.
+    let (_, folder) = sim.end(Signal::TERM);
+    let sim = Sim::start_in(folder, &arguments);
+    sees_it_move(&sim);
+    // It has what the assembler made, too.
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let assembled = sim.path("program.bin");
+    let output = type_into(&["debug", &link, assembled.to_str().unwrap(), "--attach"], "stop\n");
+    assert!(output.status.success(), "{}", complaint(&output));
+}
+
+/// The first program is on its way when the second comes; its motor turns until the new one moves it.
+#[test]
+fn a_program_that_runs_is_replaced() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    assert!(run(&["load", &link, &source(&sim, STAGE), "--run"]).status.success());
+    sim.tcp().until("GGP 128, 0", 1);
+    let output = run(&["load", &link, &source(&sim, "MVP ABS, 0, -777\n"), "--verify", "--run"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    sim.tcp().until("GAP 1, 0", -777);
+    sim.tcp().until("GGP 128, 0", 0);
+}
+
+#[test]
+fn programs_come_from_standard_input_too() {
+    let assembled = program(&["CALC LOAD, 5", "STOP"]);
+    let assembled = std::str::from_utf8(&assembled).unwrap();
+    for text in ["CALC LOAD, 5\n", assembled] {
+        let output = type_into(&["load", "sim", "-", "--verify"], text);
+        assert!(output.status.success(), "{}", complaint(&output));
+        assert!(output.stdout.starts_with(b"loaded to addresses 0 to 1\n"));
+    }
+    let output = type_into(&["load", "sim", "-"], "CALC LAOD, 5\n");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).starts_with("standard input:1:6: error: 'LAOD' is none of "), "{}", complaint(&output));
+    let output = type_into(&["debug", "sim", "-"], "step\n");
+    assert!(complaint(&output).contains("the program has to be in a file"), "{}", complaint(&output));
+}
+
+#[test]
+fn sources_with_mistakes_are_not_loaded() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    for command in ["load", "debug"] {
+        let output = run(&[command, &link, &source(&sim, "Loop: ROR 0, 500\nJA Lop\n")]);
+        assert_eq!(output.status.code(), Some(1));
+        let expected = "program.tmc:2:4: error: unknown name 'Lop'; did you mean 'Loop'?\n    JA Lop\n       ^^^\n";
+        assert!(complaint(&output).ends_with(expected), "{}", complaint(&output));
+    }
+    // A warning does not keep a program from being loaded, but one that would reset the module is none.
+    let output = run(&["load", &link, &source(&sim, "SAP 4, 0, 9999\n")]);
+    assert!(output.status.success());
+    assert!(complaint(&output).contains("warning: 9999 is out of range"), "{}", complaint(&output));
+    let output = run(&["load", &link, &source(&sim, "137, 0, 0, 1234\n")]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("a program cannot have command 137"), "{}", complaint(&output));
+    let output = run(&["send", &link, "134, 0, 0, 0"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "134, 0, 0, 0: SAP 4, 0, 9999\n");
 }
 
 #[test]
@@ -67,6 +173,16 @@ fn protected_programs() {
     let link = format!("tcp:{}", sim.told("tcp"));
     let file = file(&sim, &MOVES);
     assert!(run(&["load", &link, &file]).status.success());
+    // Against being read: it can be replaced, not compared; it is debugged on trust.
+    sim.tcp().ok("SGP 81, 0, 1");
+    let output = run(&["load", &link, &file, "--verify", "--run"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("the program cannot be compared: it is protected"), "{}", complaint(&output));
+    // What has not been compared does not run.
+    assert_eq!((sim.tcp().ok("GGP 128, 0"), sim.tcp().ok("GAP 1, 0")), (0, 0));
+    let output = type_into(&["debug", &link, &file, "--attach"], "step\n");
+    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().nth(1), Some(">     1  MVP ABS, 0, 2000"));
+    // Against being overwritten.
     sim.tcp().ok("SGP 81, 0, 2");
     let output = run(&["load", &link, &file]);
     assert_eq!(output.status.code(), Some(1));
@@ -93,6 +209,69 @@ fn a_program_is_debugged() {
     ];
     assert_eq!(told[3..8], expected, "{said}");
     assert!(said.contains("the program is stopped at address"), "{said}");
+}
+
+/// A handler that is called in a WAIT. The period is long, so that stepping through it is faster on any computer.
+const TICKS: &str = "\
+#include Interrupts.inc
+Ticks = 7                       // user variable
+
+        SGP TI_TIMER0, 3, 1000
+        VECT TI_TIMER0, Tick
+        EI TI_TIMER0
+        EI TI_GLOBAL
+Loop:   WAIT TICKS, 0, 140
+Done:   JA Loop
+Tick:   GGP Ticks, 2
+        CALC ADD, 1
+        AGP Ticks, 2
+        RETI
+";
+
+/// Through a handler, back into the WAIT, over its rest, and on freely.
+#[test]
+fn a_source_is_debugged_by_its_labels() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--serial", "{}/usb", "--slcan", "{}/can"]);
+    let source = source(&sim, TICKS);
+    let commands = "break tick\ncontinue\nregisters\nstep 4\ndelete\nbreak Dine\nbreak Done\ncontinue\ndelete Done\n\
+                    list Done\ncontinue\nregisters\nstop\nbreak Tick\nregisters\n";
+    let begin = "\
+>     0  SGP 0, 3, 1000                    4  SGP TI_TIMER0, 3, 1000
+Tick:
+ *    6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
+breakpoint
+Tick:
+>*    6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
+step by step, program counter 6, accumulator 0, X 0
+Loop:
+>     4  WAIT TICKS, 0, 140                8  Loop:   WAIT TICKS, 0, 140
+no breakpoints
+'Dine' is neither an address nor a label of the program; did you mean 'Done'?
+Done:
+ *    5  JA 4                              9  Done:   JA Loop
+breakpoint
+Done:
+>*    5  JA 4                              9  Done:   JA Loop
+no breakpoints
+Done:
+>     5  JA 4                              9  Done:   JA Loop
+Tick:
+      6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
+      7  CALC ADD, 1                      11  CALC ADD, 1
+      8  AGP 7, 2                         12  AGP Ticks, 2
+      9  RETI                             13  RETI
+     10  STOP
+running; stop halts it
+running";
+    let adapter = format!("slcan:{}", sim.told("slcan"));
+    for link in [&format!("tcp:{}", sim.told("tcp")), sim.told("serial"), &adapter] {
+        let output = type_into(&["debug", link, &source], commands);
+        assert!(output.status.success(), "{link}: {}", complaint(&output));
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(said.starts_with(begin), "{link}: {said}");
+        assert!(said.contains("\nstopped, program counter "), "{link}: {said}");
+        assert!(said.contains("\nthe program is stopped at address "), "{link}: {said}");
+    }
 }
 
 /// What runs freely is halted, and says where it is.
