@@ -29,9 +29,9 @@ pub struct Options {
     #[arg(value_name = "LINK", value_parser = Place::parse)]
     pub link: Place,
 
-    /// The addresses on RS485, or the identifiers on CAN, to ask: FIRST-LAST or a single one
+    /// The addresses on RS485, or the identifiers on CAN (up to 2047), to ask: FIRST-LAST or a single one
     #[arg(long, value_name = "RANGE", default_value = "1-255", value_parser = addresses)]
-    pub addresses: RangeInclusive<u8>,
+    pub addresses: RangeInclusive<u16>,
 
     /// Only this bit rate of a serial device, instead of all that modules know
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
@@ -54,16 +54,16 @@ The exit code is 1 if no module is found.";
 /// How long to wait for a connection over TCP.
 const CONNECTION: Duration = Duration::from_secs(5);
 /// No module on a bus has this address: who answers has nobody beside it.
-const NOBODY: u8 = 0;
+const NOBODY: u16 = 0;
 /// Who identifies itself: command 136, as a number.
 const IDENTIFY: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
 
 /// Reads `FIRST-LAST`, or one address.
-fn addresses(text: &str) -> Result<RangeInclusive<u8>, String> {
+fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     match (first.trim().parse(), last.trim().parse()) {
-        (Ok(first), Ok(last)) if 1 <= first && first <= last => Ok(first..=last),
-        _ => Err("give addresses from 1 to 255, for example 1-16".into()),
+        (Ok(first), Ok(last)) if 1 <= first && first <= last && last <= 2047 => Ok(first..=last),
+        _ => Err("give addresses from 1 to 255, on CAN to 2047, for example 1-16".into()),
     }
 }
 
@@ -126,7 +126,7 @@ struct Scanner<'a> {
     /// How many modules have been found.
     modules: usize,
     /// The address of the first.
-    first: Option<u8>,
+    first: Option<u16>,
 }
 
 impl<'a> Scanner<'a> {
@@ -143,9 +143,12 @@ impl<'a> Scanner<'a> {
     fn scan(&mut self, interrupt: &Interrupt) -> Result<End, Failure> {
         let can = matches!(self.options.link, Place::Slcan(_));
         if !can && let Some(reply) = self.probe(NOBODY)? {
-            self.module.address = reply.module;
+            self.module.address = reply.module.into();
             let what = self.describe(reply.value)?;
-            self.found(reply.module, &format!("one module, whatever the address: address {}: {what}", reply.module))?;
+            self.found(
+                reply.module.into(),
+                &format!("one module, whatever the address: address {}: {what}", reply.module),
+            )?;
             return Ok(End::Alone);
         }
         let name = if can { "identifier" } else { "address" };
@@ -157,14 +160,16 @@ impl<'a> Scanner<'a> {
                 return Ok(End::Interrupted);
             }
             // Asked once more if the reply names another address: it may have been a late one to an earlier question.
+            // A reply has the low byte of an identifier.
+            let [_, low] = address.to_be_bytes();
             let reply = match self.probe(address)? {
-                Some(reply) if reply.module != address => self.probe(address)?,
+                Some(reply) if reply.module != low => self.probe(address)?,
                 reply => reply,
             };
             if let Some(reply) = reply {
                 let what = self.describe(reply.value)?;
                 let own = match reply.module {
-                    own if own == address => String::new(),
+                    own if own == low => String::new(),
                     own => format!(", the secondary address of module {own}"),
                 };
                 progress.pause();
@@ -177,7 +182,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// Prints a module that has been found.
-    fn found(&mut self, address: u8, line: &str) -> Result<(), Failure> {
+    fn found(&mut self, address: u16, line: &str) -> Result<(), Failure> {
         self.modules += 1;
         self.first = self.first.or(Some(address));
         let mut out = std::io::stdout();
@@ -187,7 +192,7 @@ impl<'a> Scanner<'a> {
 
     /// The reply of whoever has this address. What is no reply at all counts as silence: it is noise, or several
     /// modules that talk at once.
-    fn probe(&mut self, address: u8) -> Result<Option<Received>, Failure> {
+    fn probe(&mut self, address: u16) -> Result<Option<Received>, Failure> {
         self.module.address = address;
         match self.module.request(IDENTIFY) {
             Ok(reply) => Ok(Some(reply)),
@@ -219,6 +224,6 @@ mod tests {
     fn ranges_of_addresses() {
         assert_eq!(addresses("1-255"), Ok(1..=255));
         assert_eq!(addresses("7"), Ok(7..=7));
-        assert!(["0-3", "3-1", "1-256", "", "-", "x"].iter().all(|text| addresses(text).is_err()));
+        assert!(["0-3", "3-1", "1-2048", "", "-", "x"].iter().all(|text| addresses(text).is_err()));
     }
 }

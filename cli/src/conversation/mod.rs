@@ -10,7 +10,7 @@ pub use reach::Reach;
 use std::fmt;
 
 use tmcm::param::AxisParameter;
-use tmcm::tmcl::binary::{self, Received, Telegram};
+use tmcm::tmcl::binary::{Received, Telegram};
 use tmcm::tmcl::{Command, Opcode, Status};
 
 use crate::failure::Failure;
@@ -91,7 +91,7 @@ pub(crate) fn meaning(status: u8) -> &'static str {
 pub struct Conversation {
     link: Link,
     /// The module's address, or its CAN identifier. It may be changed at any time.
-    pub address: u8,
+    pub address: u16,
 }
 
 impl Conversation {
@@ -101,13 +101,13 @@ impl Conversation {
     }
 
     /// Talks over a link that is open.
-    pub fn new(link: Link, address: u8) -> Self {
+    pub fn new(link: Link, address: u16) -> Self {
         Conversation { link, address }
     }
 
     /// Sends a command and takes the nine bytes of its reply as they come.
     pub fn exchange(&mut self, command: Command) -> Result<Telegram, LinkError> {
-        self.link.exchange(&binary::encode_command(self.address, command))
+        self.link.exchange(self.address, command)
     }
 
     /// Sends a command and takes what is wanted out of the reply.

@@ -17,9 +17,12 @@ pub struct Reach {
     #[arg(value_name = "LINK", value_parser = Place::parse)]
     pub link: Place,
 
-    /// The module's address on an RS485 bus, or its CAN identifier
-    #[arg(long, value_name = "N", default_value_t = 1, global = true)]
-    pub address: u8,
+    /// The module's address on an RS485 bus, or its CAN identifier, up to 2047
+    #[arg(
+        long, value_name = "N", default_value_t = 1, global = true,
+        value_parser = clap::value_parser!(u16).range(..=2047)
+    )]
+    pub address: u16,
 
     /// Speed of a serial device, for RS485; USB ignores it
     #[arg(

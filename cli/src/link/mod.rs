@@ -9,7 +9,8 @@ use std::fmt;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec};
-use tmcm::tmcl::binary::{TELEGRAM, Telegram};
+use tmcm::tmcl::Command;
+use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 
 use crate::failure::Failure;
 use serial::Serial;
@@ -67,6 +68,8 @@ pub enum LinkError {
         /// How many bytes came instead.
         bytes: usize,
     },
+    /// The address is an identifier, and this is no CAN bus.
+    Address,
     /// The CAN adapter does not send the frame.
     Refused,
     /// The other side has closed the connection.
@@ -84,6 +87,7 @@ impl fmt::Display for LinkError {
             LinkError::NoReply { bytes } => {
                 write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check --baud")
             }
+            LinkError::Address => f.write_str("addresses go up to 255 on this link; only CAN has more, up to 2047"),
             LinkError::Refused => f.write_str("the adapter refused the frame; check its power and the bus"),
             LinkError::Closed => f.write_str("the other side has closed the connection"),
             LinkError::Io(error) => write!(f, "the link failed: {error}"),
@@ -141,15 +145,19 @@ impl Link {
         self.timeout = timeout;
     }
 
-    /// Sends a request and waits for a reply. Bytes that have come before are thrown away.
-    pub fn exchange(&mut self, request: &Telegram) -> Result<Telegram, LinkError> {
+    /// Sends a command to a module and waits for the reply. Bytes that have come before are thrown away.
+    pub fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
         let timeout = self.timeout;
+        let request = || match u8::try_from(address) {
+            Ok(address) => Ok(binary::encode_command(address, command)),
+            Err(_) => Err(LinkError::Address),
+        };
         match &mut self.wire {
-            Wire::Serial(serial) => serial.exchange(request, timeout),
-            Wire::Tcp(tcp) => tcp.exchange(request, timeout),
-            Wire::SlcanSerial(adapter) => adapter.exchange(request, timeout),
-            Wire::SlcanTcp(adapter) => adapter.exchange(request, timeout),
-            Wire::Simulated(module) => module.exchange(request, timeout),
+            Wire::Serial(serial) => serial.exchange(&request()?, timeout),
+            Wire::Tcp(tcp) => tcp.exchange(&request()?, timeout),
+            Wire::SlcanSerial(adapter) => adapter.ask(address, command, timeout),
+            Wire::SlcanTcp(adapter) => adapter.ask(address, command, timeout),
+            Wire::Simulated(module) => module.exchange(&request()?, timeout),
         }
     }
 }

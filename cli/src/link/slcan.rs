@@ -43,17 +43,9 @@ impl<T: Read + Write + AsFd> Slcan<T> {
         Ok(adapter)
     }
 
-    /// The telegram's address is the identifier that the module listens to.
-    pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
-        let (Some(command), [id, ..]) = (binary::decode_command(request), *request) else {
-            return Err(LinkError::NoReply { bytes: 0 });
-        };
-        self.ask(id.into(), command, timeout)
-    }
-
     /// Sends a command to the module with an identifier. Replies are told from other frames on the bus by what they
     /// answer.
-    fn ask(&mut self, id: u16, command: Command, timeout: Duration) -> Result<Telegram, LinkError> {
+    pub(super) fn ask(&mut self, id: u16, command: Command, timeout: Duration) -> Result<Telegram, LinkError> {
         self.forget()?;
         self.write(&CanFrame::from(Frame { id, data: can::encode_command(command) }).to_string())?;
         let until = Instant::now() + timeout;
@@ -158,7 +150,7 @@ mod tests {
     #[test]
     fn the_reply_is_found_among_other_traffic() {
         let (mut link, adapter) = link(&["z\rt0028016406000000FF00\rt00280364060000007B00\r"]);
-        let reply = link.exchange(&binary::encode_command(3, GAP), Duration::from_secs(5)).unwrap();
+        let reply = link.ask(3, GAP, Duration::from_secs(5)).unwrap();
         let reply = binary::decode_reply(&reply).unwrap();
         assert_eq!((reply.module, reply.status, reply.opcode, reply.value), (3, 100, 6, 0x7B));
         assert_eq!(adapter.join().unwrap(), ["", "C", "S8", "O", "t00380601000000000000"]);

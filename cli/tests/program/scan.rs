@@ -24,6 +24,14 @@ fn every_module_of_a_bus_is_found_once() {
     let can = format!("slcan:{}", sim.told("slcan"));
     let expected: Vec<String> = (1..=3).map(|n| format!("identifier {n}: {VERSION}")).collect();
     assert_eq!(scan(&[&can, "--addresses", "1-5"]), expected);
+    // Identifiers are wider than addresses.
+    assert!(run(&["send", &can, "--address", "3", "SGP 71, 0, 1794"]).status.success());
+    assert_eq!(scan(&[&can, "--addresses", "1793-1795"]), [format!("identifier 1794: {VERSION}")]);
+    let output = run(&["send", &can, "--address", "1794", "GGP 71, 0"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "GGP 71, 0: 1794 (CAN ID), status 100 ok\n");
+    let output = run(&["send", bus, "--address", "256", "GAP 1, 0"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("addresses go up to 255 on this link"), "{}", complaint(&output));
 }
 
 #[test]
