@@ -186,6 +186,22 @@ fn stepping_waits() {
     assert_eq!((bench.status(), bench.variable(1)), (Status { mode: STEPPING, waiting: false, pointer: 1 }, 0));
 }
 
+/// The way into a handler is a step of its own, out of a WAIT as well, and RETI leads back into its rest.
+#[test]
+fn stepping_through_a_handler() {
+    let main = ["SGP 0, 3, 100", "VECT 0, 6", "EI 0", "EI 255", "WAIT TICKS, 0, 15", "STOP"];
+    let mut bench = Bench::with_program(&[&main[..], &["CALC ADD, 1", "RETI"]].concat());
+    // The timer is due in the WAIT; its period leaves time for the rest of that.
+    for (milliseconds, counter, accumulator) in
+        [(2, 1, 0), (2, 2, 0), (2, 3, 0), (2, 4, 0), (110, 6, 0), (2, 7, 1), (2, 4, 0), (60, 5, 0)]
+    {
+        bench.ok("130");
+        bench.run(milliseconds * MILLISECOND);
+        let status = Status { mode: STEPPING, waiting: false, pointer: counter };
+        assert_eq!((bench.status(), bench.accumulator()), (status, accumulator));
+    }
+}
+
 /// Program counter, stack, accumulator, X and flags go to zero, and nothing runs.
 #[test]
 fn reset_clears_everything() {
