@@ -64,13 +64,14 @@ pub fn read_commands(path: &Path) -> Result<Vec<Command>, Failure> {
 }
 
 fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
-    let name = name(path);
     binary::decode(bytes).map_err(|error| {
-        Failure::Failed(if is_text(bytes) {
-            format!("{name} is text, not an assembled program; a source has a name that ends in .{SOURCE}, and tmcl asm assembles it")
+        let what = if is_text(bytes) {
+            " is text, not an assembled program; a source has a name that ends in .tmc, and tmcl asm assembles it"
+                .into()
         } else {
-            format!("{name}: {error}")
-        })
+            format!(": {error}")
+        };
+        Failure::Failed(name(path) + &what)
     })
 }
 
