@@ -13,7 +13,7 @@ const RESERVE_SPAN: i64 = 512;
 const SGT_SPAN: i64 = 64;
 /// The SGT at which the reading is zero exactly when the motor stalls.
 const SGT_MATCHED: i64 = 13;
-/// With SFILT there is one reading for this many full steps.
+/// With SFILT there is one reading for this many full steps: for the mean of their loads.
 const FILTERED: u32 = 4;
 
 /// stallGuard2. The reading for a load ratio l (0 free .. 1 stalls) is
@@ -25,18 +25,21 @@ pub(super) struct StallGuard {
     value: u16,
     last: Nanos,
     full_steps: u32,
+    /// Sum of the loads in these full steps.
+    loads: LoadRatio,
     noise: u32,
     random: Random,
 }
 
 impl StallGuard {
     pub(super) fn new(noise: u32, seed: u64) -> Self {
-        Self { value: 0, last: 0, full_steps: 0, noise, random: Random::new(seed) }
+        Self { value: 0, last: 0, full_steps: 0, loads: 0, noise, random: Random::new(seed) }
     }
 
     pub(super) fn reset(&mut self) {
         self.value = 0;
         self.full_steps = 0;
+        self.loads = 0;
     }
 
     pub(super) fn value(&self) -> u16 {
@@ -49,15 +52,18 @@ impl StallGuard {
         let took = at.saturating_sub(self.last);
         self.last = at;
         self.full_steps += 1;
+        self.loads += load.min(FULL_LOAD);
         let filtered = field(sgcsconf, 16, 1) == 1;
         if filtered && self.full_steps < FILTERED {
             return None;
         }
+        let load = self.loads / self.full_steps;
         self.full_steps = 0;
+        self.loads = 0;
         self.value = if took > SLOWEST || !driven {
             0
         } else {
-            let reserve = FULL_LOAD - load.min(FULL_LOAD);
+            let reserve = FULL_LOAD - load;
             let sgt = signed_threshold(sgcsconf);
             let mut value = RESERVE_SPAN * i64::from(reserve) / i64::from(FULL_LOAD) + SGT_SPAN * (sgt - SGT_MATCHED);
             if self.noise > 0 {
