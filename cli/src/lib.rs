@@ -1,6 +1,7 @@
 //! The program `tmcl` as a library: the virtual module is what the firmware's own tests run on, too.
 //!
 //! * [`virtual_module`] - the firmware's core on the simulated board, in virtual time
+//! * [`tracer`] - the commands that its program executes, recorded
 //! * [`fleet`] - several of them on an RS485 bus and a CAN bus
 //! * [`slcan`] - CAN frames as text, and an adapter that speaks so
 //! * [`sim`] - the virtual module at the pace of a clock, with links that host software opens
@@ -9,6 +10,7 @@
 //! * [`send`] - commands in mnemonic form to a module, replies in words
 //! * [`asm`] - the assembler for TMCL programs
 //! * [`disasm`] - assembled programs as source again
+//! * [`run`] - a program on a virtual module, in virtual time, with trace and plot
 //! * [`params`] - a module's settings into a file and back
 //! * [`monitor`] - what an axis does, live
 //! * [`scan`] - the modules on a link
@@ -33,8 +35,10 @@ pub mod params;
 mod ports;
 pub mod program;
 pub mod progress;
+pub mod run;
 pub mod scan;
 pub mod send;
 pub mod sim;
 pub mod slcan;
+pub mod tracer;
 pub mod virtual_module;

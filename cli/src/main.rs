@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
-use tmcl_cli::{asm, debug, disasm, load, monitor, params, scan, send, sim};
+use tmcl_cli::{asm, debug, disasm, load, monitor, params, run, scan, send, sim};
 
 /// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
 ///
@@ -36,6 +36,7 @@ enum Command {
     Params(params::Options),
     Monitor(monitor::Options),
     Scan(scan::Options),
+    Run(run::Options),
     Load(load::Options),
     Debug(debug::Options),
 }
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
         Command::Params(options) => params::run(&options),
         Command::Monitor(options) => monitor::run(&options),
         Command::Scan(options) => scan::run(&options),
+        Command::Run(options) => run::run(&options),
         Command::Load(options) => load::run(&options),
         Command::Debug(options) => debug::run(&options),
     };

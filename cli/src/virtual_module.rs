@@ -11,14 +11,17 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Answer, Inputs, Module, Parts, Request, Source, TMCM_1140, TMCM_1140_AXES};
+use tmcm::module::{Answer, Inputs, Module, Outcome, Parts, Request, Source, TMCM_1140, TMCM_1140_AXES};
 use tmcm::param::GlobalParameter;
 use tmcm::store::{Keeper, Report, Slot, Worth};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can::Frame;
+use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
+use tmcm::vm::Machine;
 
 use crate::ports::{Arrived, Ports};
+use crate::tracer::{Step, Tracer};
 
 /// SPI clock of the TMC429: 84 MHz / 64, as on the target.
 const TMC429_HZ: u32 = 1_312_500;
@@ -36,7 +39,7 @@ const CAN: Source = Source::Can { length: 8 };
 pub(crate) const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
 
 /// The firmware as a type: devices of the simulated board, no user functions.
-type Core = Module<SimSpi, SimSpi, SimPin, (), TMCM_1140_AXES>;
+type Core = Module<SimSpi, SimSpi, SimPin, Tracer, TMCM_1140_AXES>;
 
 /// The running firmware.
 struct Firmware {
@@ -116,6 +119,8 @@ pub struct VirtualModule {
     waiting: Vec<(Source, Client)>,
     /// Who has asked for the event of command 138 last, unless it has gone.
     subscriber: Option<Client>,
+    /// The commands of programs are recorded.
+    tracing: bool,
     /// Messages for a person, such as that of an EEPROM with unknown contents.
     log: Vec<String>,
 }
@@ -138,6 +143,7 @@ impl VirtualModule {
             frames_out: VecDeque::new(),
             waiting: Vec::new(),
             subscriber: None,
+            tracing: false,
             log: Vec::new(),
         };
         module.boot();
@@ -189,6 +195,63 @@ impl VirtualModule {
         if let Some(firmware) = &mut self.firmware {
             firmware.ports.silence(source, client);
         }
+    }
+
+    /// Sends a telegram over a link that nobody shares and waits for the reply, as a host does. What has come before is
+    /// thrown away; there may be no reply within the time.
+    pub fn exchange(&mut self, source: Source, telegram: Telegram, patience: Nanos) -> Option<Sent> {
+        while self.sent().is_some() {}
+        let end = self.now() + patience;
+        self.receive(source, telegram);
+        while self.now() < end {
+            self.run_until(self.next_event().map_or(end, |next| next.min(end)));
+            let reply = self.sent();
+            if reply.is_some() {
+                return reply;
+            }
+        }
+        None
+    }
+
+    /// The interpreter, to look at; `None` without power.
+    pub fn machine(&self) -> Option<&Machine> {
+        Some(self.firmware.as_ref()?.core.machine())
+    }
+
+    /// Where the firmware knows the motor to be, and where it is positioned to if it is; `None` without power. Looking
+    /// costs the module no time.
+    pub fn position(&self) -> Option<(i32, Option<i32>)> {
+        let [axis] = self.firmware.as_ref()?.core.axes();
+        Some((axis.last_position(), axis.target_position()))
+    }
+
+    /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
+    pub fn read(&mut self, command: Command) -> Option<i32> {
+        let firmware = self.firmware.as_mut()?;
+        let now = firmware.time(self.board.borrow().now());
+        match firmware.core.execute(now, Source::Usb, command) {
+            Outcome::Reply(Reply::Plain { status: Status::Ok, value, .. }) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Records the commands that programs execute, from now on or no more.
+    pub fn trace(&mut self, on: bool) {
+        self.tracing = on;
+        if let Some(firmware) = &mut self.firmware {
+            firmware.core.hooks().record(on);
+        }
+    }
+
+    /// The commands that have been recorded since the last call.
+    pub fn take_steps(&mut self) -> Vec<Step> {
+        let Some(firmware) = &mut self.firmware else { return Vec::new() };
+        let started = firmware.started;
+        let mut steps = firmware.core.hooks().take();
+        for step in &mut steps {
+            step.at += started;
+        }
+        steps
     }
 
     /// A frame arrives on the CAN bus.
@@ -291,7 +354,9 @@ impl VirtualModule {
         };
         let mut keeper = Keeper::new(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
         let mut report = Report::default();
-        let mut core = Module::new(&TMCM_1140, parts, (), |store| report = keeper.load(store), Micros(0), self.seed);
+        let tracer = Tracer::new(self.tracing);
+        let mut core =
+            Module::new(&TMCM_1140, parts, tracer, |store| report = keeper.load(store), Micros(0), self.seed);
         if report.unreachable {
             self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
         } else if report.foreign > 0 {

@@ -33,6 +33,8 @@ pub struct Executed {
     pub address: u16,
     /// The command.
     pub command: Command,
+    /// It belongs to the handler of an interrupt.
+    pub handler: bool,
     /// Why it had no effect, if it had none.
     pub refused: Option<Status>,
 }

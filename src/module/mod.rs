@@ -352,6 +352,16 @@ where
         if self.fuel > 0 && self.machine.busy() { self.turn } else { self.next }
     }
 
+    /// What has been added to the module.
+    pub const fn hooks(&mut self) -> &mut H {
+        &mut self.hooks
+    }
+
+    /// The axes, to look at.
+    pub const fn axes(&self) -> &[Axis<D>; AXES] {
+        &self.axes
+    }
+
     /// The settings on their way to the EEPROM: take jobs from here, tell how they went.
     pub const fn store(&mut self) -> &mut Store {
         &mut self.store

@@ -201,8 +201,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                 return;
             };
             self.fuel = left;
+            let handler = self.machine.handles();
             let refused = self.run_command(now, opcode, command).err();
-            let executed = Executed { at: now, address: counter, command, refused };
+            let executed = Executed { at: now, address: counter, command, handler, refused };
             self.hooks.executed(&executed, &self.machine);
         }
     }

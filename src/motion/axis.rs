@@ -221,6 +221,19 @@ impl<D: SpiDevice> Axis<D> {
         self.position.actual == self.position.target
     }
 
+    /// Where the motor is, in microsteps; as of the last datagram.
+    pub const fn last_position(&self) -> i32 {
+        self.position.actual
+    }
+
+    /// Where it is positioned to, if it is.
+    pub const fn target_position(&self) -> Option<i32> {
+        match self.mode {
+            Mode::Ramp | Mode::Soft => Some(self.position.target),
+            Mode::Velocity | Mode::Hold => None,
+        }
+    }
+
     /// Home switch as of the last poll, polarity applied.
     pub const fn home_switch(&self) -> bool {
         self.sensors.home

@@ -160,7 +160,8 @@ pub(crate) fn told(assembled: Result<Assembly, Diagnostics>) -> Result<Assembly,
     Ok(assembly)
 }
 
-fn say(diagnostics: &Diagnostics) {
+/// Shows errors and warnings.
+pub(crate) fn say(diagnostics: &Diagnostics) {
     if !diagnostics.is_empty() {
         // Where standard error is closed there is nobody to tell.
         let _ = writeln!(std::io::stderr(), "{diagnostics}");

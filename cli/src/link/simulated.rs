@@ -29,17 +29,7 @@ impl Simulated {
     }
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
-        let module = &mut self.0;
-        // Late replies and events.
-        while module.sent().is_some() {}
-        let end = module.now() + timeout.as_nanos() as Nanos;
-        module.receive(Source::Usb, *request);
-        while module.now() < end {
-            module.run_until(module.next_event().map_or(end, |next| next.min(end)));
-            if let Some(telegram) = module.sent().and_then(|sent| sent.telegram()) {
-                return Ok(telegram);
-            }
-        }
-        Err(LinkError::NoReply { bytes: 0 })
+        let sent = self.0.exchange(Source::Usb, *request, timeout.as_nanos() as Nanos);
+        sent.and_then(|sent| sent.telegram()).ok_or(LinkError::NoReply { bytes: 0 })
     }
 }

@@ -43,6 +43,32 @@ impl Program {
         self.lines.get(usize::from(address))?.as_ref()
     }
 
+    /// The label at an address, if there is one.
+    pub fn label(&self, address: u16) -> Option<&str> {
+        self.labels.iter().find(|(_, place)| *place == address).map(|(name, _)| name.as_str())
+    }
+
+    /// An address in words, with the label that is here or next above.
+    pub fn place(&self, address: u16) -> String {
+        let above = self.labels.iter().filter(|(_, place)| *place <= address).max_by_key(|(_, place)| *place);
+        match above {
+            None => format!("address {address}"),
+            Some((name, place)) if *place == address => format!("address {address} ({name})"),
+            Some((name, place)) => format!("address {address} ({name} + {})", address - place),
+        }
+    }
+
+    /// A command as it is written, with the label it leads to in place of the address.
+    pub fn text(&self, command: &Command) -> String {
+        let plain = command.to_string();
+        let target = target(command).and_then(|target| u16::try_from(target).ok());
+        // The target is the last operand.
+        match target.and_then(|target| self.label(target)).zip(plain.rsplit_once(' ')) {
+            Some((label, (front, _))) => format!("{front} {label}"),
+            None => plain,
+        }
+    }
+
     /// The commands with their addresses, if the first is at `at`. Those beyond the address range are left out.
     pub fn placed(&self, at: u16) -> impl Iterator<Item = (u16, Command)> {
         (at..=u16::MAX).zip(self.commands.iter().copied())
@@ -108,5 +134,11 @@ mod tests {
         let line = |place: &str, text: &str| Some(Line { place: place.into(), text: text.into() });
         let told = [0, 1, 2].map(|address| program.line(address).cloned());
         assert_eq!(told, [line("3", "Start: EI TI_GLOBAL // go"), line("5", "JA Loop"), None]);
+        assert_eq!(
+            [0, 1, 3].map(|at| program.place(at)),
+            ["address 0 (Start)", "address 1 (Loop)", "address 3 (End + 1)"]
+        );
+        assert_eq!(program.text(&Command::new(21, 1, 0, 1)), "JC NZ, Loop");
+        assert_eq!(program.text(&Command::new(4, 0, 0, 1)), "MVP ABS, 0, 1");
     }
 }

@@ -76,7 +76,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     Simulator { stop, fleet, links, eeproms, pacer }.run()
 }
 
-fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
+/// Reads the file of option --world.
+pub(crate) fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
     let shown = path.display();
     let text = std::fs::read_to_string(path)
         .map_err(|error| Failure::Failed(format!("--world: cannot read {shown}: {error}")))?;

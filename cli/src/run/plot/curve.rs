@@ -1,0 +1,121 @@
+//! A quantity over time as a line. Where there are more slices than pixels, a pixel has the lowest and the highest value of
+//! its slices.
+
+use std::fmt::Write;
+
+use super::scale::Scale;
+use crate::run::recording::{Channel, Recording, joined};
+
+/// A rectangle in which something is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Area {
+    pub(super) left: f64,
+    pub(super) top: f64,
+    pub(super) width: f64,
+    pub(super) height: f64,
+}
+
+impl Area {
+    /// The lower end.
+    pub(super) fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+
+    /// The right end.
+    pub(super) fn right(&self) -> f64 {
+        self.left + self.width
+    }
+
+    /// Where a value of a scale is.
+    fn y(&self, scale: &Scale, value: i32) -> f64 {
+        self.bottom() - scale.place(value.into()) * self.height
+    }
+}
+
+/// A pixel, or a slice where they are wider: where it begins, and the values in it.
+type Column = (f64, Option<(i32, i32)>);
+
+/// The values of a channel, pixel by pixel.
+pub(super) fn columns(recording: &Recording, channel: Channel, area: &Area) -> Vec<Column> {
+    let count = recording.slices.len().max(1);
+    let width = area.width / count as f64;
+    let mut columns: Vec<Column> = Vec::new();
+    for (index, slice) in recording.slices.iter().enumerate() {
+        let x = area.left + index as f64 * width;
+        match columns.last_mut() {
+            Some((left, range)) if x < *left + 1.0 => *range = joined(*range, slice.range(channel)),
+            _ => columns.push((x, slice.range(channel))),
+        }
+    }
+    columns
+}
+
+/// The path of a line through the values. A value holds until the next; steep is drawn as steep where it is.
+pub(super) fn path(recording: &Recording, channel: Channel, area: &Area, scale: &Scale) -> String {
+    let mut path = String::new();
+    // Where the pen is, and the height that goes on to the right without having been drawn yet.
+    let mut pen: Option<(f64, f64)> = None;
+    for (x, range) in columns(recording, channel, area) {
+        let Some((low, high)) = range else {
+            end(&mut path, pen.take(), x);
+            continue;
+        };
+        let (low, high) = (area.y(scale, low), area.y(scale, high));
+        // Writing to a string cannot fail.
+        match pen {
+            None => {
+                let _ = write!(path, "M{x:.1} {low:.1}");
+                if (low - high).abs() > 0.05 {
+                    let _ = write!(path, "V{high:.1}");
+                }
+                pen = Some((x, high));
+            }
+            Some((_, y)) if (y - low).abs() < 0.05 && (y - high).abs() < 0.05 => {}
+            Some((_, y)) => {
+                // First to the nearer end of the range, so that the line crosses over it.
+                let (near, far) = if (y - low).abs() < (y - high).abs() { (low, high) } else { (high, low) };
+                let _ = write!(path, "H{x:.1}V{near:.1}");
+                if (far - near).abs() > 0.05 {
+                    let _ = write!(path, "V{far:.1}");
+                }
+                pen = Some((x, far));
+            }
+        }
+    }
+    end(&mut path, pen, area.right());
+    path
+}
+
+fn end(path: &mut String, pen: Option<(f64, f64)>, x: f64) {
+    if pen.is_some() {
+        // Writing to a string cannot fail.
+        let _ = write!(path, "H{x:.1}");
+    }
+}
+
+/// Boxes where a channel is 1: all the time in the first path, now and then in the second.
+pub(super) fn bars(recording: &Recording, channel: Channel, area: &Area) -> [String; 2] {
+    let mut paths = [String::new(), String::new()];
+    let columns = columns(recording, channel, area);
+    let mut runs: Vec<(f64, usize)> = Vec::new();
+    const OFF: usize = 2;
+    for (x, range) in columns {
+        let kind = match range {
+            Some((1.., _)) => 0,
+            Some((_, 1..)) => 1,
+            _ => OFF,
+        };
+        if runs.last().is_none_or(|(_, last)| *last != kind) {
+            runs.push((x, kind));
+        }
+    }
+    let ends = runs.iter().skip(1).map(|(x, _)| *x).chain([area.right()]).collect::<Vec<_>>();
+    for ((x, kind), to) in runs.iter().zip(ends) {
+        if let Some(path) = paths.get_mut(*kind) {
+            let (width, height) = (to - x, area.height);
+            // Writing to a string cannot fail.
+            let _ = write!(path, "M{x:.1} {:.1}h{width:.1}v{height:.1}h-{width:.1}z", area.top);
+        }
+    }
+    paths
+}

@@ -1,0 +1,198 @@
+//! What happens in the course of a run, in bounded space: the lowest and the highest value of each quantity per slice
+//! of time. When there are too many slices, each two become one.
+
+use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::control::State;
+
+use crate::virtual_module::VirtualModule;
+
+/// Slices are at most so many; a plot is narrower.
+const MOST: usize = 4096;
+/// Kinds of marks that can be told apart: bits of a slice.
+const KINDS: usize = 16;
+
+/// What is recorded of the module and its world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Channel {
+    /// Microsteps.
+    Position,
+    /// Microsteps; nothing while the motor is not positioned.
+    Target,
+    /// Internal units.
+    Velocity,
+    /// The stallGuard2 value, parameter 206.
+    Load,
+    /// 1/32 of full scale.
+    Current,
+    /// 1 while the program is in a WAIT; so are those that follow 1 while they are on.
+    Waiting,
+    Out0,
+    Out1,
+    Left,
+    Right,
+    Home,
+}
+
+impl Channel {
+    /// How many there are.
+    const COUNT: usize = Channel::Home as usize + 1;
+}
+
+/// Something of no length in the course of a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mark {
+    /// The handler of an interrupt begins, at this address.
+    Handler(u16),
+    /// A command had no effect.
+    Refused,
+    /// The program has ended.
+    Stop,
+}
+
+/// A slice of time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Slice {
+    ranges: [Option<(i32, i32)>; Channel::COUNT],
+    marks: u16,
+}
+
+impl Slice {
+    /// The lowest and the highest value in this slice, if there was any.
+    pub(super) fn range(&self, channel: Channel) -> Option<(i32, i32)> {
+        self.ranges.get(channel as usize).copied().flatten()
+    }
+
+    fn join(&mut self, other: &Self) {
+        for (range, other) in self.ranges.iter_mut().zip(other.ranges) {
+            *range = joined(*range, other);
+        }
+        self.marks |= other.marks;
+    }
+}
+
+/// The range that holds both.
+pub(super) fn joined(a: Option<(i32, i32)>, b: Option<(i32, i32)>) -> Option<(i32, i32)> {
+    match (a, b) {
+        (Some((low, high)), Some((lower, higher))) => Some((low.min(lower), high.max(higher))),
+        (a, b) => a.or(b),
+    }
+}
+
+/// The recording.
+#[derive(Clone, Debug)]
+pub(super) struct Recording {
+    /// Length of a slice.
+    pub(super) interval: Nanos,
+    /// The slices from the start on.
+    pub(super) slices: Vec<Slice>,
+    /// Kinds of marks, in the order of their first appearance.
+    pub(super) kinds: Vec<Mark>,
+    /// What happened around the module, and when.
+    pub(super) notes: Vec<(Nanos, String)>,
+}
+
+impl Recording {
+    pub(super) fn new() -> Self {
+        Recording { interval: MILLISECOND, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Takes down how things are at a time since the start. The module is looked at from outside: it loses no time.
+    pub(super) fn sample(&mut self, at: Nanos, module: &VirtualModule) {
+        let state = State::of(&module.board().borrow());
+        let (position, target) = module.position().unzip();
+        let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
+        let [out_0, out_1] = state.outputs;
+        let mut sample = Slice::default();
+        let values = [
+            (Channel::Position, position),
+            (Channel::Target, target.flatten()),
+            (Channel::Velocity, Some(state.velocity)),
+            (Channel::Load, Some(state.stall_guard.into())),
+            (Channel::Current, Some(state.current.cast_signed())),
+            (Channel::Waiting, Some(waiting.into())),
+            (Channel::Out0, Some(out_0.into())),
+            (Channel::Out1, Some(out_1.into())),
+            (Channel::Left, Some(state.switches.left.into())),
+            (Channel::Right, Some(state.switches.right.into())),
+            (Channel::Home, Some(state.switches.home.into())),
+        ];
+        for (channel, value) in values {
+            if let Some(range) = sample.ranges.get_mut(channel as usize) {
+                *range = value.map(|value| (value, value));
+            }
+        }
+        self.slice(at).join(&sample);
+    }
+
+    /// Marks a time.
+    pub(super) fn mark(&mut self, at: Nanos, mark: Mark) {
+        let known = self.kinds.iter().position(|kind| *kind == mark);
+        // Of more kinds than there are bits the last ones are not told.
+        if known.is_none() && self.kinds.len() < KINDS {
+            self.kinds.push(mark);
+        }
+        if let Some(kind) = known.or_else(|| self.kinds.iter().position(|kind| *kind == mark)) {
+            self.slice(at).marks |= 1 << kind;
+        }
+    }
+
+    /// The slices in which there is a mark.
+    pub(super) fn marked(&self, mark: Mark) -> impl Iterator<Item = usize> {
+        let bit = self.kinds.iter().position(|kind| *kind == mark).map_or(0, |kind| 1 << kind);
+        self.slices.iter().enumerate().filter(move |(_, slice)| slice.marks & bit != 0).map(|(index, _)| index)
+    }
+
+    /// The slice of a time.
+    fn slice(&mut self, at: Nanos) -> &mut Slice {
+        while at / self.interval >= MOST as Nanos {
+            self.interval *= 2;
+            let pairs = self.slices.chunks(2).map(|pair| {
+                let mut joined = Slice::default();
+                pair.iter().for_each(|slice| joined.join(slice));
+                joined
+            });
+            self.slices = pairs.collect();
+        }
+        let index = (at / self.interval) as usize;
+        if index >= self.slices.len() {
+            self.slices.resize(index + 1, Slice::default());
+        }
+        &mut self.slices[index]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::clock::SECOND;
+    use hal_sim::world::config::WorldConfig;
+
+    #[test]
+    fn long_runs_stay_small_and_keep_their_extremes() {
+        let mut recording = Recording::new();
+        for millisecond in 0..20_000_u64 {
+            let value = if millisecond == 12_345 { 99 } else { 1 };
+            let at = millisecond * MILLISECOND;
+            recording.slice(at).join(&Slice { ranges: [Some((value, value)); _], marks: 0 });
+        }
+        recording.mark(12_345 * MILLISECOND, Mark::Handler(7));
+        recording.mark(0, Mark::Stop);
+        assert_eq!(recording.interval, 8 * MILLISECOND);
+        assert_eq!(recording.slices.len(), 2_500);
+        assert_eq!(recording.slices[1543].range(Channel::Load), Some((1, 99)));
+        assert_eq!(recording.slices[1544].range(Channel::Load), Some((1, 1)));
+        assert_eq!(recording.marked(Mark::Handler(7)).collect::<Vec<_>>(), [1543]);
+        assert_eq!(recording.marked(Mark::Stop).collect::<Vec<_>>(), [0]);
+        assert_eq!(recording.marked(Mark::Refused).count(), 0);
+    }
+
+    #[test]
+    fn a_module_is_looked_at_from_outside() {
+        let mut recording = Recording::new();
+        let module = VirtualModule::new(&WorldConfig::default(), None, 1);
+        recording.sample(2 * SECOND, &module);
+        let slice = recording.slices[2000];
+        assert_eq!([Channel::Position, Channel::Target].map(|channel| slice.range(channel)), [Some((0, 0)); 2]);
+        assert_eq!(recording.slices[0], Slice::default());
+    }
+}

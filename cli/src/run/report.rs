@@ -1,0 +1,137 @@
+//! How a run has ended, in a few lines.
+
+use std::fmt::Write;
+
+use hal_sim::clock::Nanos;
+use hal_sim::control::State;
+use tmcm::param::USER_VARIABLES;
+use tmcm::tmcl::{Command, Opcode};
+use tmcm::vm::{Awaited, Mode, Wait};
+
+use super::session::{End, Session};
+use super::time::show;
+use super::trace::error_flags;
+use crate::conversation::meaning;
+use crate::program::Program;
+use crate::program::target;
+use crate::tracer::Step;
+use crate::virtual_module::VirtualModule;
+
+/// The bank of the user variables.
+const VARIABLES: u8 = 2;
+
+/// The user variables at one time, by number.
+pub(super) fn variables(module: &mut VirtualModule) -> Vec<Option<i32>> {
+    let numbers = (0..=u8::MAX).take(USER_VARIABLES);
+    numbers.map(|number| module.read(Command::new(Opcode::Ggp as u8, number, VARIABLES, 0))).collect()
+}
+
+/// How long the program has run.
+pub(super) fn time(session: &Session<'_>, end: End) -> Nanos {
+    match (end, &session.counts.last) {
+        (End::Program, Some(step)) => step.at.saturating_sub(session.start),
+        _ => session.time(),
+    }
+}
+
+/// The report; `before` are the user variables when the program was started.
+pub(super) fn report(
+    session: &mut Session<'_>,
+    end: End,
+    limit: Nanos,
+    program: &Program,
+    before: &[Option<i32>],
+) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let mut row = |name: &str, value: &str| {
+        let _ = writeln!(text, "{name:<18}{value}");
+    };
+    row("end", &ending(session, end, limit, program));
+    row("virtual time", &show(time(session, end)));
+    let counts = &session.counts;
+    let refused = match &counts.first_refused {
+        Some(step) => format!(", {} of them without effect; the first: {}", counts.refused, refusal(step, program)),
+        None => String::new(),
+    };
+    row("commands executed", &format!("{}{refused}", counts.executed));
+    motor_and_pins(&session.module, &mut row);
+    if let Some(machine) = session.module.machine() {
+        row("accumulator", &machine.registers.accumulator.to_string());
+        row("X register", &machine.registers.x.to_string());
+        let flags = error_flags(machine.errors).collect::<Vec<_>>().join(" ");
+        row("error flags", if flags.is_empty() { "none" } else { &flags });
+    }
+    let now = variables(&mut session.module);
+    let changed = (0..).zip(before.iter().zip(&now)).filter(|(_, (before, now))| before != now);
+    let changed: Vec<String> =
+        changed.filter_map(|(number, (_, now))| Some(format!("{number} = {}", (*now)?))).collect();
+    row("user variables", &if changed.is_empty() { "as they were".into() } else { changed.join(", ") });
+    for (index, (at, note)) in session.notes.iter().enumerate() {
+        row(if index == 0 { "events" } else { "" }, &format!("{}: {note}", show(*at)));
+    }
+    text
+}
+
+fn motor_and_pins(module: &VirtualModule, row: &mut impl FnMut(&str, &str)) {
+    let state = State::of(&module.board().borrow());
+    let Some((position, target)) = module.position() else { return row("power", "off") };
+    let target = target.filter(|target| *target != position);
+    let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
+    let lost = match state.lost_steps {
+        0 => String::new(),
+        steps => format!("; the motor has lost {steps} full steps"),
+    };
+    row("position", &format!("{position} microsteps{way}{lost}"));
+    let velocity = state.velocity;
+    let turns = if velocity == 0 { "the motor stands" } else { "the motor turns" };
+    row("velocity", &format!("{velocity} (internal units): {turns}"));
+    let level = |on| if on { "on" } else { "off" };
+    let [out_0, out_1] = state.outputs.map(level);
+    row("outputs", &format!("OUT0 {out_0}, OUT1 {out_1}"));
+}
+
+/// A command that had no effect, and why.
+fn refusal(step: &Step, program: &Program) -> String {
+    let (command, place) = (program.text(&step.executed.command), program.place(step.executed.address));
+    let why = step.executed.refused.map_or("", |status| meaning(status as u8));
+    format!("{command} at {place}: {why}")
+}
+
+/// Why the run is over, and where the program is.
+fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> String {
+    let Some(machine) = session.module.machine() else { return "the module has no power".into() };
+    if machine.runs() {
+        let place = program.place(machine.counter());
+        let wait = match machine.wait() {
+            None => format!("at {place}"),
+            Some(Wait::For { awaited, .. }) => format!("in WAIT {} at {place}", awaited_name(awaited)),
+            Some(Wait::Store) => format!("waiting for the EEPROM at {place}"),
+        };
+        return match end {
+            End::Interrupt => format!("interrupted by Ctrl-C, {wait}"),
+            End::Time | End::Program => format!("still running after {}, {wait}", show(limit)),
+        };
+    }
+    let Some(step) = &session.counts.last else { return "no command was executed".into() };
+    let (command, place) = (step.executed.command, program.place(step.executed.address));
+    let outside = target(&command).is_some_and(|target| tmcm::vm::address(target).is_none());
+    match Opcode::from_number(command.opcode) {
+        Some(Opcode::Stop) => format!("STOP at {place}"),
+        _ if machine.mode() == Mode::Reset => format!("reset from outside, after {place}"),
+        _ if command.opcode == 0 => format!("an empty command at {place}: a program ends with STOP"),
+        _ if outside => format!("{command} at {place} leads out of program memory"),
+        _ => format!("stopped from outside, after {place}"),
+    }
+}
+
+/// As it is written.
+fn awaited_name(awaited: Awaited) -> &'static str {
+    match awaited {
+        Awaited::Ticks => "TICKS",
+        Awaited::Position => "POS",
+        Awaited::ReferenceSwitch => "REFSW",
+        Awaited::LimitSwitch => "LIMSW",
+        Awaited::ReferenceSearch => "RFS",
+    }
+}

@@ -1,0 +1,89 @@
+//! What happens around the module at certain times, as option `--at` says it.
+
+use hal_sim::clock::Nanos;
+use hal_sim::control::{Control, Line};
+use tmcm::tmcl::{Command, text};
+
+use super::time;
+
+/// Something that happens at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Event {
+    /// When, counted from the start of the program.
+    pub at: Nanos,
+    /// What, as it was written.
+    pub text: String,
+    /// What.
+    pub action: Action,
+}
+
+/// What happens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Action {
+    /// The world changes.
+    World(Control),
+    /// The host sends a command.
+    Host(Command),
+}
+
+impl Event {
+    /// Reads `TIME: WHAT`. As in the scenario files, commands for the module begin with a capital or a number, changes
+    /// of the world with a small letter.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        let Some((at, what)) = text.split_once(':') else {
+            return Err("give a time, a colon and what happens then, for example '500 ms: press left'".into());
+        };
+        let what = what.trim();
+        let action = if what.starts_with(|c: char| c.is_ascii_lowercase()) {
+            match Line::parse(what)? {
+                Line { control: Control::State, .. } => return Err("the state cannot be shown here".into()),
+                Line { module: 1, control } => Action::World(control),
+                Line { .. } => return Err("there is one module only".into()),
+            }
+        } else {
+            Action::Host(text::parse(what).map_err(|error| error.to_string())?)
+        };
+        Ok(Event { at: time::parse(at)?, text: what.into(), action })
+    }
+}
+
+/// Events in the order of their times; those of one time stay in theirs.
+pub(super) fn in_order(events: &[Event]) -> Vec<Event> {
+    let mut events = events.to_vec();
+    events.sort_by_key(|event| event.at);
+    events
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hal_sim::clock::MILLISECOND;
+
+    #[test]
+    fn world_and_host_have_their_own_words() {
+        let event = Event::parse("500 ms: load 0.5").unwrap();
+        assert_eq!((event.at, event.action), (500 * MILLISECOND, Action::World(Control::Load { load: 0.5 })));
+        let event = Event::parse("1 s: SGP 0, 2, 500").unwrap();
+        assert_eq!((event.text.as_str(), event.action), ("SGP 0, 2, 500", Action::Host(Command::new(9, 0, 2, 500))));
+        assert_eq!(Event::parse("0 s: 129, 1, 0, 1").unwrap().action, Action::Host(Command::new(129, 1, 0, 1)));
+    }
+
+    #[test]
+    fn mistakes_say_what_to_write() {
+        let error = |text| Event::parse(text).unwrap_err();
+        assert!(error("press left").contains("'500 ms: press left'"));
+        assert!(error("5: press left").contains("unit"));
+        assert!(error("5 s: pres left").contains("unknown command 'pres'"));
+        assert!(error("5 s: MVP ABS, 0").contains("missing <value>"));
+        assert!(error("5 s: state").contains("cannot be shown"));
+        assert!(error("5 s: module 2 press left").contains("one module"));
+        assert!(error("5 s:").contains("no command"));
+    }
+
+    #[test]
+    fn events_come_in_the_order_of_their_times() {
+        let events = ["2 s: load 1", "1 s: load 0", "2 s: load 0"].map(|text| Event::parse(text).unwrap());
+        let texts: Vec<String> = in_order(&events).into_iter().map(|event| event.text).collect();
+        assert_eq!(texts, ["load 0", "load 1", "load 0"]);
+    }
+}

@@ -1,0 +1,117 @@
+//! The trace: a line for each command that the program has executed.
+
+use std::io::Write;
+use std::path::Path;
+
+use hal_sim::clock::{MILLISECOND, Nanos};
+use tmcm::vm::{Condition, ErrorFlag, Errors, Registers};
+
+use crate::conversation::meaning;
+use crate::failure::Failure;
+use crate::program::Program;
+use crate::program::STANDARD;
+use crate::tracer::Step;
+
+/// Longer labels and commands push the rest of their line to the right.
+const LABEL: usize = 16;
+const COMMAND: usize = 28;
+
+/// Where the trace goes, and in which columns.
+pub(super) struct Trace {
+    out: Box<dyn Write>,
+    label_width: usize,
+}
+
+impl Trace {
+    /// Begins a trace in a file, or on standard output.
+    pub(super) fn begin(path: &Path, program: &Program) -> Result<Self, Failure> {
+        let out: Box<dyn Write> = if path == Path::new(STANDARD) {
+            Box::new(std::io::BufWriter::new(std::io::stdout()))
+        } else {
+            let file = std::fs::File::create(path)
+                .map_err(|error| Failure::Failed(format!("--trace: cannot write {}: {error}", path.display())))?;
+            Box::new(std::io::BufWriter::new(file))
+        };
+        // The colon and a space.
+        let longest = program.labels.iter().map(|(name, _)| name.chars().count() + 2).max();
+        let mut trace = Trace { out, label_width: longest.unwrap_or_default().min(LABEL) };
+        let label_width = trace.label_width;
+        writeln!(
+            trace.out,
+            "{:>12} {:>5}  {:label_width$}{:COMMAND$} {:>11} {:>11}  flags",
+            "ms", "", "", "command", "accumulator", "X"
+        )?;
+        Ok(trace)
+    }
+
+    /// A command, executed at a time since the start of the program.
+    pub(super) fn step(&mut self, at: Nanos, step: &Step, program: &Program) -> Result<(), Failure> {
+        let (address, label_width) = (step.executed.address, self.label_width);
+        let label = program.label(address).map_or_else(String::new, |label| format!("{label}: "));
+        let command = program.text(&step.executed.command);
+        let Registers { accumulator, x, .. } = step.registers;
+        let flags = flags(&step.registers, step.errors);
+        let effect = match step.executed.refused {
+            Some(status) => format!("{}no effect: {}", if flags.is_empty() { "" } else { "  " }, meaning(status as u8)),
+            None => String::new(),
+        };
+        let line = format!(
+            "{:>12.3} {address:>5}  {label:label_width$}{command:COMMAND$} {accumulator:>11} {x:>11}  {flags}{effect}",
+            milliseconds(at)
+        );
+        Ok(writeln!(self.out, "{}", line.trim_end())?)
+    }
+
+    /// Something that happened around the module.
+    pub(super) fn note(&mut self, at: Nanos, text: &str) -> Result<(), Failure> {
+        Ok(writeln!(self.out, "{:>12.3}        // {text}", milliseconds(at))?)
+    }
+
+    /// All is to be where it goes.
+    pub(super) fn finish(&mut self) -> Result<(), Failure> {
+        Ok(self.out.flush()?)
+    }
+}
+
+fn milliseconds(time: Nanos) -> f64 {
+    time as f64 / MILLISECOND as f64
+}
+
+/// The flags that are set, by their names in JC.
+pub(super) fn flags(registers: &Registers, errors: Errors) -> String {
+    let conditions =
+        [(Condition::Zero, "ZE"), (Condition::Equal, "EQ"), (Condition::Greater, "GT"), (Condition::Lower, "LT")];
+    let met = conditions.iter().filter(|(condition, _)| registers.meets(*condition, errors));
+    let errors = error_flags(errors);
+    met.map(|(_, name)| *name).chain(errors).collect::<Vec<_>>().join(" ")
+}
+
+/// The error flags that are set, by their names in CLE.
+pub(super) fn error_flags(errors: Errors) -> impl Iterator<Item = &'static str> {
+    let flags = [
+        (ErrorFlag::Timeout, "ETO"),
+        (ErrorFlag::Alarm, "EAL"),
+        (ErrorFlag::Deviation, "EDV"),
+        (ErrorFlag::Position, "EPO"),
+        (ErrorFlag::Shutdown, "ESD"),
+    ];
+    flags.into_iter().filter(move |(flag, _)| errors.raised(*flag)).map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_have_the_names_of_the_manual() {
+        let mut registers = Registers::default();
+        let mut errors = Errors::default();
+        assert_eq!(flags(&registers, errors), "");
+        registers.compare(0);
+        assert_eq!(flags(&registers, errors), "ZE EQ");
+        registers.compare(7);
+        errors.raise(ErrorFlag::Position);
+        errors.raise(ErrorFlag::Timeout);
+        assert_eq!(flags(&registers, errors), "LT ETO EPO");
+    }
+}
