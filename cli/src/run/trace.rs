@@ -39,7 +39,7 @@ impl Trace {
         writeln!(
             trace.out,
             "{:>12} {:>5}  {:label_width$}{:COMMAND$} {:>11} {:>11}  flags",
-            "ms", "", "", "command", "accumulator", "X"
+            "time in ms", "at", "", "command", "accumulator", "X"
         )?;
         Ok(trace)
     }

@@ -14,5 +14,6 @@ mod messages;
 mod monitor;
 mod params;
 mod programs;
+mod run;
 mod scan;
 mod send;

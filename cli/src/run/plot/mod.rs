@@ -218,7 +218,7 @@ impl Plot<'_> {
         let area = Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: panel.height };
         let ranges = panel.lines.iter().map(|line| self.range(line.channel));
         let (low, high) = ranges.fold(panel.least, joined).unwrap_or((0, 1));
-        let scale = Scale::over(low.into(), high.into(), (panel.height / 36.0) as usize);
+        let scale = Scale::over(low.into(), high.into(), (panel.height / 24.0) as usize);
         self.text(LEFT, top - 7.0, "font-weight=\"bold\"", panel.name);
         let mut x = LEFT + 220.0;
         for line in panel.lines.iter().filter(|line| !line.name.is_empty()) {
@@ -274,7 +274,14 @@ impl Plot<'_> {
 
     /// What happened around the module, as far as there is room to say it.
     fn notes(&mut self, area: &Area) {
-        let notes = self.recording.notes.clone();
+        // What happens at the same time is said together.
+        let mut notes: Vec<(Nanos, String)> = Vec::new();
+        for (at, text) in &self.recording.notes {
+            match notes.last_mut() {
+                Some((last, so_far)) if last == at => *so_far += &format!("; {text}"),
+                _ => notes.push((*at, text.clone())),
+            }
+        }
         let ticks = self.ticks(notes.iter().map(|(at, _)| *at).collect(), area);
         self.draw_path(&ticks, &format!("stroke=\"{BLACK}\" stroke-width=\"1.5\" fill=\"none\""));
         let ends = notes.iter().skip(1).map(|(at, _)| self.x(*at)).chain([area.right()]).collect::<Vec<_>>();

@@ -64,15 +64,24 @@ pub(super) struct TimeAxis {
 impl TimeAxis {
     /// The axis of a span.
     pub(super) fn over(span: Nanos) -> Self {
-        let (unit, name) = match span {
-            0..=2_000_000_000 => (MILLISECOND, "milliseconds"),
-            2_000_000_001..=300_000_000_000 => (SECOND, "seconds"),
-            300_000_000_001..=18_000_000_000_000 => (60 * SECOND, "minutes"),
+        let (unit, name) = match span / SECOND {
+            0 if span < SECOND / 2 => (MILLISECOND, "milliseconds"),
+            0..300 => (SECOND, "seconds"),
+            300..18_000 => (60 * SECOND, "minutes"),
             _ => (3600 * SECOND, "hours"),
         };
-        let step = round_step(span as f64 / unit as f64 / 10.0) as Nanos;
-        let ticks = (0..=span / unit).step_by(step.max(1) as usize);
-        TimeAxis { ticks: ticks.map(|tick| (tick * unit, grouped(tick as f64))).collect(), unit: name }
+        // Of a thousandth of the unit, so that the ticks are whole numbers of it.
+        let fine = unit / 1000;
+        let step = round_step(span as f64 / fine as f64 / 10.0) as Nanos;
+        let ticks = (0..=span / fine).step_by(step.max(1) as usize).map(|tick| {
+            let text = match step {
+                1000.. => grouped((tick / 1000) as f64),
+                100.. => format!("{:.1}", tick as f64 / 1000.0),
+                _ => format!("{:.2}", tick as f64 / 1000.0),
+            };
+            (tick * fine, text)
+        });
+        TimeAxis { ticks: ticks.collect(), unit: name }
     }
 }
 
@@ -105,6 +114,8 @@ mod tests {
         assert_eq!((axis.unit, axis.ticks.len()), ("seconds", 11));
         let axis = TimeAxis::over(7 * MILLISECOND);
         assert_eq!((axis.unit, axis.ticks.last().unwrap().1.as_str()), ("milliseconds", "7"));
+        let axis = TimeAxis::over(2 * SECOND);
+        assert_eq!((axis.unit, axis.ticks[1].clone()), ("seconds", (200 * MILLISECOND, "0.2".into())));
         assert_eq!(TimeAxis::over(600 * SECOND).unit, "minutes");
     }
 }

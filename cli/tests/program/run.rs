@@ -1,0 +1,258 @@
+//! `tmcl run`: a program in, a report, a trace and a plot out.
+
+use std::process::Output;
+
+use super::harness::{complaint, names, tmcl};
+
+const SOURCE: &str = "\
+        CALC LOAD, 2
+        EI 255
+        SAP 4, 0, 3000
+Loop:   CSUB Count
+        JC NZ, Loop
+        COMP 7
+        STOP
+Count:  CALC SUB, 1
+        AGP 3, 2
+        WAIT TICKS, 0, 1
+        RSUB
+";
+
+const TRACE: &str = "  time in ms    at         command                      accumulator           X  flags
+       0.049     0         CALC LOAD, 2                           2           0
+       0.049     1         EI 255                                 2           0
+       0.049     2         SAP 4, 0, 3000                         2           0  no effect: value, motor or bank out of range
+       0.049     3  Loop:  CSUB Count                             2           0
+       0.049     7  Count: CALC SUB, 1                            1           0
+       0.049     8         AGP 3, 2                               1           0
+       0.049     9         WAIT TICKS, 0, 1                       1           0
+      10.000    10         RSUB                                   1           0
+      10.000     4         JC NZ, Loop                            1           0
+      10.000     3  Loop:  CSUB Count                             1           0
+      10.000     7  Count: CALC SUB, 1                            0           0  ZE
+      10.000     8         AGP 3, 2                               0           0  ZE
+      10.000     9         WAIT TICKS, 0, 1                       0           0  ZE
+      20.000    10         RSUB                                   0           0  ZE
+      20.000     4         JC NZ, Loop                            0           0  ZE
+      20.000     5         COMP 7                                 0           0  LT
+      20.000     6         STOP                                   0           0  LT
+";
+
+const REPORT: &str = "\
+end               STOP at address 6 (Loop + 3)
+virtual time      20 ms
+commands executed 17, 1 of them without effect; the first: SAP 4, 0, 3000 at address 2: value, motor or bank out of range
+position          0 microsteps
+velocity          0 (internal units): the motor stands
+outputs           OUT0 off, OUT1 off
+accumulator       0
+X register        0
+error flags       none
+user variables    as they were
+";
+
+/// A folder with a program, and `tmcl run` in it.
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn with(source: &str) -> Self {
+        let folder = Folder(tempfile::tempdir().unwrap());
+        folder.write("program.tmc", source);
+        folder
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.0.path().join(name), text).unwrap();
+    }
+
+    fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.0.path().join(name)).unwrap()
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        tmcl(&["run"]).args(arguments).current_dir(self.0.path()).output().unwrap()
+    }
+
+    /// What it prints when all is well.
+    fn shown(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", complaint(&output));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// What it complains about when it ends with this code.
+    fn complaint(&self, code: i32, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", complaint(&output));
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+        complaint(&output)
+    }
+}
+
+/// The row of a report.
+fn row<'a>(report: &'a str, name: &str) -> &'a str {
+    let row = report.lines().find_map(|line| line.strip_prefix(name));
+    row.unwrap_or_else(|| panic!("no row '{name}' in {report}")).trim()
+}
+
+#[test]
+fn a_trace_and_a_report() {
+    let folder = Folder::with(SOURCE);
+    assert_eq!(folder.shown(&["program.tmc", "--trace"]), format!("{TRACE}\n{REPORT}"));
+    assert_eq!(folder.shown(&["program.tmc", "--trace", "out"]), REPORT);
+    assert_eq!(folder.read("out"), TRACE);
+    // The same program, assembled; it has no labels then.
+    assert!(tmcl(&["asm", "program.tmc"]).current_dir(folder.0.path()).output().unwrap().status.success());
+    assert_eq!(row(&folder.shown(&["program.bin"]), "end"), "STOP at address 6");
+}
+
+#[test]
+fn a_program_without_end_runs_until_its_time_is_over() {
+    let folder =
+        Folder::with("SGP 5, 2, -7\nSIO 1, 2, 1\nROR 0, 500\nCALC LOAD, 9\nCALCX LOAD\nL: WAIT RFS, 0, 0\nJA L\n");
+    let report = folder.shown(&["program.tmc", "--until", "500 ms"]);
+    assert_eq!(row(&report, "virtual time"), "500 ms");
+    assert!(row(&report, "end").starts_with("still running after 500 ms, at address"), "{report}");
+    assert_eq!(row(&report, "velocity"), "500 (internal units): the motor turns");
+    assert_eq!(row(&report, "outputs"), "OUT0 off, OUT1 on");
+    assert_eq!(row(&report, "accumulator"), "9");
+    assert_eq!(row(&report, "X register"), "9");
+    assert_eq!(row(&report, "user variables"), "5 = -7");
+    let report = folder.shown(&["program.tmc"]);
+    assert_eq!(row(&report, "virtual time"), "10 s");
+    assert!(folder.complaint(2, &["program.tmc", "--until", "10"]).contains("for example '10 s'"));
+}
+
+#[test]
+fn a_program_ends_in_many_ways() {
+    let end = |source: &str, arguments: &[&str]| {
+        let report = Folder::with(source).shown(&[&["program.tmc"], arguments].concat());
+        row(&report, "end").to_string()
+    };
+    assert_eq!(end("#nostop\nCALC LOAD, 1\n", &[]), "an empty command at address 1: a program ends with STOP");
+    assert_eq!(end("JA 2048\n", &[]), "JA 2048 at address 0 leads out of program memory");
+    assert_eq!(end("L: JA L\n", &["--at", "5 ms: 128, 0, 0, 0"]), "stopped from outside, after address 0 (L)");
+    assert_eq!(end("L: JA L\n", &["--at", "5 ms: 131, 0, 0, 0"]), "reset from outside, after address 0 (L)");
+    assert_eq!(end("L: JA L\n", &["--at", "5 ms: power off"]), "the module has no power");
+    let waiting = "still running after 30 ms, in WAIT TICKS at address 0";
+    assert_eq!(end("WAIT TICKS, 0, 100\n", &["--until", "30 ms"]), waiting);
+}
+
+#[test]
+fn the_world_and_the_host_have_their_say() {
+    let folder = Folder::with(
+        "SAP 13, 0, 0\nROL 0, 1000\nBegin: GAP 3, 0\nJC ZE, Begin\nTurn: GAP 3, 0\nJC NZ, Turn\nGet: GGP 0, 2\nJC ZE, Get\nSTOP\n",
+    );
+    let events = ["--at", "2 s: SGP 0, 2, 12", "--at", "500 ms: press left", "--at", "1 s: SAP 4, 0, 9999"];
+    let report = folder.shown(&[&["program.tmc"], &events[..]].concat());
+    assert_eq!(row(&report, "end"), "STOP at address 8 (Get + 2)");
+    assert!(row(&report, "virtual time").starts_with("2.00"), "{report}");
+    assert_eq!(row(&report, "accumulator"), "12");
+    let (_, happened) = report.split_once("events").unwrap();
+    let happened: Vec<&str> = happened.trim().lines().map(str::trim).collect();
+    let expected = [
+        "500 ms: press left",
+        "1 s: SAP 4, 0, 9999: status 4 value, motor or bank out of range",
+        "2 s: SGP 0, 2, 12: 12, status 100 ok",
+    ];
+    assert_eq!(happened, expected);
+    // The trace has them between the commands.
+    folder.shown(&[&["program.tmc", "--trace", "out"], &events[..]].concat());
+    assert!(folder.read("out").contains("\n     500.000        // press left\n"));
+    let wrong = folder.complaint(2, &["program.tmc", "--at", "500 ms: push left"]);
+    assert!(wrong.contains("unknown command 'push'"), "{wrong}");
+}
+
+#[test]
+fn a_world_of_ones_own() {
+    let folder = Folder::with("SAP 12, 0, 0\nROR 0, 1000\nWAIT TICKS, 0, 200\nSTOP\n");
+    folder.write("world.toml", "[stage]\nright = 20000\n");
+    let report = folder.shown(&["program.tmc", "--world", "world.toml"]);
+    assert_eq!(row(&report, "velocity"), "0 (internal units): the motor stands");
+    folder.write("world.toml", "[stage]\nfront = 1\n");
+    let wrong = folder.complaint(1, &["program.tmc", "--world", "world.toml"]);
+    assert!(wrong.contains("world.toml") && wrong.contains("front"), "{wrong}");
+}
+
+/// The tags of an XML document, which must be well-formed as far as tags go, and its texts.
+fn texts(xml: &str) -> Vec<&str> {
+    let (mut open, mut texts) = (Vec::new(), Vec::new());
+    let mut rest = xml;
+    while let Some((text, after)) = rest.split_once('<') {
+        texts.extend(Some(text.trim()).filter(|text| !text.is_empty()));
+        let (tag, after) = after.split_once('>').expect("a tag without an end");
+        let name = tag.split([' ', '\n']).next().unwrap();
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        if let Some(name) = name.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(name);
+        }
+        rest = after;
+    }
+    assert!(open.is_empty(), "{open:?} not closed");
+    assert_eq!(rest.trim(), "");
+    texts
+}
+
+#[test]
+fn a_plot_has_its_panels_and_stays_small() {
+    let folder = Folder::with(
+        "VECT 0, Blink\nSGP 0, 3, 7\nEI 0\nEI 255\nSAP 4, 0, 2000\nSAP 4, 0, 9000\n\
+         Loop: MVP ABS, 0, 9000\nWAIT POS, 0, 0\nMVP ABS, 0, 0\nWAIT POS, 0, 0\nJA Loop\n\
+         Blink: SIO 0, 2, 1\nSIO 1, 2, 0\nRETI\n",
+    );
+    folder.write("world.toml", "[motor]\nstall_guard_noise = 100\n");
+    let options = ["program.tmc", "--world", "world.toml", "--plot", "out.svg", "--until"];
+    let report = folder.shown(&[&options[..], &["3 s", "--at", "1 s: load 0.2"]].concat());
+    assert_eq!(row(&report, "plot"), "out.svg");
+    let svg = folder.read("out.svg");
+    let texts = texts(&svg);
+    for text in [
+        "program.tmc",
+        "3 s of virtual time",
+        "position in microsteps",
+        "velocity in internal units",
+        "stallGuard2 value (parameter 206): 0 is a stall",
+        "motor current in 1/32 of full scale",
+        "OUT0",
+        "left switch",
+        "Blink",
+        "no effect",
+        "load 0.2",
+        "time in seconds",
+    ] {
+        assert!(texts.contains(&text), "{text} is not among {texts:?}");
+    }
+    assert!(!texts.contains(&"STOP") && !texts.contains(&"home switch"));
+    folder.shown(&[&options[..], &["10 min"]].concat());
+    assert!(folder.read("out.svg").len() < 200_000, "{}", folder.read("out.svg").len());
+}
+
+#[test]
+fn what_cannot_be_run_is_told() {
+    let folder = Folder::with("ROR 0, Sped\n");
+    let expected = "\
+program.tmc:1:8: error: unknown name 'Sped'
+    ROR 0, Sped
+           ^^^^
+";
+    assert_eq!(folder.complaint(1, &["program.tmc"]), expected);
+    assert!(folder.complaint(1, &["none.tmc"]).starts_with("error: cannot read none.tmc: "));
+    assert!(folder.complaint(1, &["none.bin"]).starts_with("tmcl: cannot read none.bin: "));
+    folder.write("program.tmc", "136, 1, 0, 0\n");
+    folder.write("fine.tmc", "STOP\n");
+    for option in ["--trace", "--plot"] {
+        let complaint = folder.complaint(1, &["fine.tmc", option, "./fine.tmc"]);
+        assert_eq!(complaint, format!("tmcl: {option} would replace the program; give another file\n"));
+        let complaint = folder.run(&["fine.tmc", option, "none/out"]);
+        assert_eq!(complaint.status.code(), Some(1));
+        assert!(super::harness::complaint(&complaint).contains("cannot write none/out"));
+    }
+    assert_eq!(folder.read("fine.tmc"), "STOP\n");
+    assert_eq!(names(folder.0.path()), ["fine.tmc", "program.tmc"]);
+    // The motor is locked: nothing can run.
+    folder.write("dark.toml", "[supply]\nvolts = 7.0\n");
+    let complaint = folder.complaint(1, &["fine.tmc", "--world", "dark.toml"]);
+    assert!(complaint.starts_with("tmcl: the module does not start the program: status 6"), "{complaint}");
+}
