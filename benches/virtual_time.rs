@@ -11,13 +11,40 @@ use tmcm::tmcl::{Command, Opcode, binary};
 /// Virtual time of each row, in seconds.
 const HOUR: u64 = 3600;
 
+/// Commands around a program: what comes in between is stored.
+const LOAD: Command = Command::new(Opcode::EnterDownload as u8, 0, 0, 0);
+const LOADED: Command = Command::new(Opcode::ExitDownload as u8, 0, 0, 0);
+const RUN: Command = Command::new(Opcode::RunApplication as u8, 0, 0, 0);
+
+/// ROR 1000 at pulse divisor 3, 30 518 microsteps/s.
+const ROR: Command = Command::new(Opcode::Ror as u8, 0, 0, 1000);
+
 /// What the module does, and the commands that make it do so.
 const ROWS: &[(&str, &[Command])] = &[
     ("at rest", &[]),
-    ("ROR 1000 at pulse divisor 3 (30 518 microsteps/s)", &[Command::new(Opcode::Ror as u8, 0, 0, 1000)]),
+    ("ROR 1000 at pulse divisor 3 (30 518 microsteps/s)", &[ROR]),
     (
         "MVP over 2^31 - 1 microsteps at 61 005/s",
         &[Command::new(Opcode::Sap as u8, 4, 0, 1999), Command::new(Opcode::Mvp as u8, 0, 0, i32::MAX)],
+    ),
+    (
+        "ROR 1000, and a program that never waits",
+        &[
+            LOAD,
+            Command::new(Opcode::Calc as u8, 0, 0, 1),
+            Command::new(Opcode::Calcx as u8, 9, 0, 0),
+            Command::new(Opcode::Comp as u8, 0, 0, 1000),
+            Command::new(Opcode::Jc as u8, 6, 0, 0),
+            Command::new(Opcode::Calc as u8, 9, 0, 0),
+            Command::new(Opcode::Ja as u8, 0, 0, 0),
+            LOADED,
+            ROR,
+            RUN,
+        ],
+    ),
+    (
+        "ROR 1000, and a program that reads the speed",
+        &[LOAD, Command::new(Opcode::Gap as u8, 3, 0, 0), Command::new(Opcode::Ja as u8, 0, 0, 0), LOADED, ROR, RUN],
     ),
 ];
 
@@ -27,11 +54,16 @@ fn main() {
         let mut module = VirtualModule::new(&WorldConfig::default(), None, 1);
         for command in *commands {
             module.receive(Source::Usb, binary::encode_command(1, *command));
-            module.run(MILLISECOND);
+            // Until the reply: the end of a download takes a while.
+            while module.is_busy() {
+                module.run(MILLISECOND);
+                while module.sent().is_some() {}
+            }
         }
         let start = Instant::now();
         module.run(HOUR * SECOND);
         let host = start.elapsed().as_secs_f64();
         println!("{name:<52} {HOUR:>8} s {host:>8.2} s {:>7.0}x", HOUR as f64 / host);
+        assert_eq!(module.machine().is_some_and(|machine| machine.runs()), commands.contains(&RUN), "{name}");
     }
 }

@@ -1,0 +1,159 @@
+//! How fast the interpreter is on the host when nothing holds it back: `cargo bench --bench interpreter`.
+//!
+//! Measured are the command fetch, the decoder and the commands themselves. In the first row a bare `vm::Machine` executes
+//! branches out of a `Store`. In the others it is the module that executes, by `Module::poll` with a time that is a
+//! millisecond later each time its program has spent what it may; the chips are not there, and each 128 units include one
+//! turn of everything else.
+
+use std::convert::Infallible;
+use std::time::{Duration, Instant};
+
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use tmcm::module::{Executed, Hooks, Inputs, Module, Parts, Source, TMCM_1140};
+use tmcm::store::Store;
+use tmcm::tmcl::{Command, Opcode};
+use tmcm::units::Micros;
+use tmcm::vm::Machine;
+
+/// How long each row takes.
+const SPAN: Duration = Duration::from_secs(2);
+/// Commands, or milliseconds, between two looks at the clock.
+const BATCH: u32 = 10_000;
+
+const fn command(opcode: Opcode, kind: u8, value: i32) -> Command {
+    Command::new(opcode as u8, kind, 0, value)
+}
+
+const BRANCHES: &[Command] = &[
+    command(Opcode::Comp, 0, 5),
+    command(Opcode::Jc, 2, 0),
+    command(Opcode::Csub, 0, 4),
+    command(Opcode::Ja, 0, 0),
+    command(Opcode::Comp, 0, -5),
+    command(Opcode::Rsub, 0, 0),
+];
+
+const ARITHMETIC: &[Command] = &[
+    command(Opcode::Calc, 9, 1000),
+    command(Opcode::Calc, 1, 1),
+    command(Opcode::Calcx, 9, 0),
+    command(Opcode::Calcx, 2, 0),
+    command(Opcode::Calcx, 10, 0),
+    command(Opcode::Comp, 0, 0),
+    command(Opcode::Jc, 3, 1),
+    command(Opcode::Ja, 0, 0),
+];
+
+/// Bank 2 has the user variables.
+const VARIABLES: &[Command] = &[
+    Command::new(Opcode::Ggp as u8, 3, 2, 0),
+    command(Opcode::Calc, 0, 1),
+    Command::new(Opcode::Agp as u8, 3, 2, 0),
+    command(Opcode::Ja, 0, 0),
+];
+
+fn main() {
+    println!("{:<60} {:>16} {:>10}", "commands", "per second", "each");
+    show("COMP, JC, JA, CSUB, RSUB: machine and store alone", machine(BRANCHES));
+    show("the same, by Module::poll", module(BRANCHES));
+    show("CALC, CALCX, COMP, JC, JA, by Module::poll", module(ARITHMETIC));
+    show("GGP, CALC, AGP, JA, by Module::poll", module(VARIABLES));
+}
+
+fn show(name: &str, (commands, took): (u64, Duration)) {
+    let seconds = took.as_secs_f64();
+    let (rate, each) = (commands as f64 / seconds, seconds * 1e9 / commands as f64);
+    println!("{name:<60} {rate:>16.0} {each:>7.1} ns");
+}
+
+/// A machine that executes out of a store.
+fn machine(program: &[Command]) -> (u64, Duration) {
+    let (mut machine, mut store) = (Machine::default(), Store::new());
+    store.begin_download(0);
+    for command in program {
+        assert!(store.download(*command));
+    }
+    store.end_download();
+    machine.run();
+    let mut commands = 0;
+    let start = Instant::now();
+    while start.elapsed() < SPAN {
+        for _ in 0..BATCH {
+            let command = store.command(machine.counter()).unwrap_or_default();
+            let opcode = Opcode::from_number(command.opcode);
+            assert!(opcode.is_some_and(|opcode| machine.execute(Micros(0), opcode, command)));
+        }
+        commands += u64::from(BATCH);
+    }
+    assert!(machine.runs());
+    (commands, start.elapsed())
+}
+
+/// Counts commands.
+#[derive(Debug, Default)]
+struct Counter(u64);
+
+impl Hooks for Counter {
+    fn executed(&mut self, _: &Executed, _: &Machine) {
+        self.0 += 1;
+    }
+}
+
+/// A bus and a pin at which nothing is.
+#[derive(Debug)]
+struct Nothing;
+
+impl spi::ErrorType for Nothing {
+    type Error = Infallible;
+}
+
+impl SpiDevice for Nothing {
+    fn transaction(&mut self, _: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+impl digital::ErrorType for Nothing {
+    type Error = Infallible;
+}
+
+impl OutputPin for Nothing {
+    fn set_low(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn set_high(&mut self) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// A module that executes a program as fast as time can be told to go on.
+fn module(program: &[Command]) -> (u64, Duration) {
+    let parts = Parts { tmc429: Nothing, tmc262: [Nothing], enable: Nothing };
+    let mut module: Module<_, _, _, _, 1> = Module::new(&TMCM_1140, parts, Counter::default(), |_| {}, Micros(0), 1);
+    let around = [command(Opcode::EnterDownload, 0, 0), command(Opcode::ExitDownload, 0, 0)];
+    for command in [&around[..1], program, &around[1..], &[command(Opcode::RunApplication, 0, 0)]].concat() {
+        module.execute(Micros(0), Source::Usb, command);
+        // An EEPROM that takes no time.
+        while module.store().next_job().is_some() {
+            module.stored(true);
+        }
+    }
+    let inputs = Inputs { supply: Some(240), ..Inputs::default() };
+    let mut now = Micros(0);
+    let start = Instant::now();
+    while start.elapsed() < SPAN {
+        for _ in 0..BATCH {
+            module.poll(now, &inputs);
+            // The rest of the millisecond's fuel.
+            while module.deadline() <= now {
+                module.poll(now, &inputs);
+            }
+            now = module.deadline();
+        }
+    }
+    let took = start.elapsed();
+    assert!(module.machine().runs());
+    (module.hooks().0, took)
+}
