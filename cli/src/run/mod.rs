@@ -83,7 +83,7 @@ Examples:
       every command that is executed
   tmcl run stage.tmc --world stage.toml --at \"1500 ms: press left\" --at \"2 s: release left\"
       on a stage that stage.toml describes, with a hand at the left switch
-  tmcl run jog.tmc --at \"1 s: SGP 0, 2, 500\" --at \"3 s: SGP 0, 2, 0\"
+  tmcl run stage.tmc --at \"1 s: SGP 0, 2, 500\" --at \"3 s: SGP 0, 2, 0\"
       with a host that sets user variable 0
 The exit code is 0 however the program ends, and 1 if it cannot be run.";
 

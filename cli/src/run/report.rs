@@ -80,7 +80,8 @@ fn motor_and_pins(module: &VirtualModule, row: &mut impl FnMut(&str, &str)) {
     let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
     let lost = match state.lost_steps {
         0 => String::new(),
-        steps => format!("; the motor has lost {steps} full steps"),
+        steps @ 1.. => format!("; the motor has lost steps, it is {steps} full steps behind"),
+        steps => format!("; the motor has lost steps, it is {} full steps ahead", steps.unsigned_abs()),
     };
     row("position", &format!("{position} microsteps{way}{lost}"));
     let velocity = state.velocity;

@@ -169,6 +169,9 @@ fn a_world_of_ones_own() {
     folder.write("world.toml", "[stage]\nright = 20000\n");
     let report = folder.shown(&["program.tmc", "--world", "world.toml"]);
     assert_eq!(row(&report, "velocity"), "0 (internal units): the motor stands");
+    folder.write("world.toml", "[stage]\nhard_right = 20000\n");
+    let report = folder.shown(&["program.tmc", "--world", "world.toml"]);
+    assert!(row(&report, "position").contains("; the motor has lost steps, it is "), "{report}");
     folder.write("world.toml", "[stage]\nfront = 1\n");
     let wrong = folder.complaint(1, &["program.tmc", "--world", "world.toml"]);
     assert!(wrong.contains("world.toml") && wrong.contains("front"), "{wrong}");
