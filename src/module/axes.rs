@@ -94,9 +94,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         }
     }
 
-    /// While the supply is too low nothing may move.
-    fn unlocked(&self) -> Result<(), Status> {
-        if self.supervision.locked() { Err(Status::NotAvailable) } else { Ok(()) }
+    /// While the supply is too low, or a heartbeat is missed, nothing may move.
+    fn unlocked(&self, now: Micros) -> Result<(), Status> {
+        if self.supervision.locked() || self.silent(now) { Err(Status::NotAvailable) } else { Ok(()) }
     }
 
     /// ROR with a positive speed, ROL with a negative one, MST with zero.
@@ -105,7 +105,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             return Err(Status::InvalidValue);
         }
         if speed != 0 {
-            self.unlocked()?;
+            self.unlocked(now)?;
         }
         self.disarm(axis);
         let (axis, chip) = self.axis(axis)?;
@@ -115,7 +115,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// RFS.
     pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Done, Status> {
         if kind == 0 {
-            self.unlocked()?;
+            self.unlocked(now)?;
             self.disarm(axis);
         }
         let (state, chip) = self.axis(axis)?;
@@ -158,7 +158,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     }
 
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
-        self.unlocked()?;
+        self.unlocked(now)?;
         let (axis, chip) = self.axis(number)?;
         axis.move_to(now, chip, target)?;
         if let Some(subscription) = &mut self.subscription {
@@ -211,7 +211,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     ) -> Result<Done, Status> {
         let parameter = parameter(number)?;
         if matches!(parameter, AxisParameter::TargetPosition | AxisParameter::TargetSpeed | AxisParameter::RampMode) {
-            self.unlocked()?;
+            self.unlocked(now)?;
         }
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;

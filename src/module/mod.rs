@@ -297,6 +297,7 @@ where
 
     /// Executes a command from a link.
     pub fn execute(&mut self, now: Micros, source: Source, command: Command) -> Outcome {
+        self.close(now);
         self.supervision.hear(now, source);
         let silent = self.suppressed(command.opcode);
         let done = self.dispatch(now, source, command);
@@ -306,6 +307,7 @@ where
         let reply = match done {
             Ok(Done::Silent) => return Outcome::Silent,
             Ok(Done::Special(reply)) => reply,
+            Ok(Done::Stored { .. }) if self.store.is_closed() => Reply::echo(Status::EepromLocked, command),
             Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {
                 let waiting = Waiting { from: Some(source), command, need, value, undo, silent };
                 return match self.waiting.push(waiting) {
@@ -342,6 +344,7 @@ where
             let blink = (now.millis() / io::BLINK_MS).is_multiple_of(2);
             self.outputs.led = blink;
         }
+        self.close(now);
         self.run_slice(now);
         self.outputs.restart = self.restart.is_some_and(|at| now >= at) && self.store.settled(Need::Settings);
         self.outputs
@@ -370,9 +373,15 @@ where
     /// Releases what waited for the store, once that is settled; if writing failed, with the status for that.
     pub fn stored(&mut self, written: bool) {
         let failed = self.store.finish(written);
-        self.set_global_value(G::CodeProtection, self.store.get(Slot::Global(G::CodeProtection)).unwrap_or_default());
+        // What a factory reset makes of the parameters is for after the restart: until then the program is there, and
+        // has to be protected.
+        let resetting = self.restart.is_some();
+        if !resetting {
+            let protection = self.store.get(Slot::Global(G::CodeProtection)).unwrap_or_default();
+            self.set_global_value(G::CodeProtection, protection);
+        }
         let Some(failed) = failed else { return self.settle() };
-        if failed == Need::Settings {
+        if failed == Need::Settings && !resetting {
             // What could not be stored is not in force either.
             self.reload_globals();
             for waiting in self.waiting.clone().iter().rev() {
@@ -386,6 +395,14 @@ where
         }
         // Without its settings the program is not stored either.
         self.release(Status::EepromLocked, |waiting| failed == Need::Settings || waiting.need == failed);
+    }
+
+    /// When the restart is due nothing may keep it waiting any more.
+    fn close(&mut self, now: Micros) {
+        if self.restart.is_some_and(|at| now >= at) {
+            self.machine.stop();
+            self.store.close();
+        }
     }
 
     fn settle(&mut self) {

@@ -8,14 +8,15 @@
 //!
 //! - A reply to one of the commands whose numbers could be motors or banks (0 to 3, and 255 for all motors) carries
 //!   the value of its request.
-//! - A command out of program memory, and the version in characters, have no shape: they are taken for that for as
-//!   long as somebody has been asked for one.
+//! - A command out of program memory, and the version in characters, have no shape: what comes is taken for that for
+//!   as long as somebody has been asked for one, unless it stops a motor or a program.
 //!
 //! What remains: a request to this module that has the shape of a reply is lost - its type is the number of a status,
 //! and its motor or bank is none, which is to be answered with status 4, or is the number of a command that was asked
-//! of another module with the same value a moment ago and has not been answered. And a reply to command 0 or to a
-//! telegram with a wrong checksum is taken for a request if the module it comes from was addressed by its second
-//! address. None of this is so where the host has an address of its own.
+//! of another module with the same value a moment ago and has not been answered - or that was asked of an address that
+//! several have in common, answered or not. And a reply to command 0 or to a telegram with a wrong checksum is taken
+//! for a request if the module it comes from was addressed by its second address. None of this is so where the host has
+//! an address of its own.
 
 use heapless::Deque;
 
@@ -109,11 +110,18 @@ impl Asked {
             _ if plain && module == address => Fit::Own,
             // 0 is the motor of nearly every request.
             _ if plain && opcode != 0 => Fit::Shared,
-            Some(Command { opcode, .. }) if opcode == Opcode::ReadMemory as u8 => Fit::Anything,
+            // A stop is a stop, even if it may have been read out of another module's program.
+            Some(Command { opcode, .. }) if opcode == Opcode::ReadMemory as u8 && !stops(content) => Fit::Anything,
             Some(command) if is_special(command) && content.iter().all(u8::is_ascii_graphic) => Fit::Shared,
             _ => Fit::Not,
         }
     }
+}
+
+/// Whether these seven bytes, as a command, stop something: MST, RFS STOP, stop application.
+const fn stops(content: [u8; Command::SIZE]) -> bool {
+    let Command { opcode, kind, .. } = Command::from_bytes(content);
+    opcode == Opcode::Mst as u8 || opcode == Opcode::StopApplication as u8 || opcode == Opcode::Rfs as u8 && kind == 1
 }
 
 /// Whether this number of a command could be that of a motor or a bank.
@@ -188,7 +196,10 @@ mod tests {
         assert!(overheard.is_reply(AT(2), *b"1140V14"));
         assert!(!overheard.is_reply(AT(4), [136, 0, 0, 0, 0, 0, 0]), "it scans the bus");
         overheard.asked(AT(5), 3, Some(Command::new(134, 0, 0, 0)));
-        assert!(overheard.is_reply(AT(6), [3, 0, 0, 0, 0, 0, 0]));
-        assert!(!overheard.is_reply(AT(7), [3, 0, 0, 0, 0, 0, 0]));
+        for stop in [[3, 0, 0, 0, 0, 0, 0], [13, 1, 0, 0, 0, 0, 0], [128, 0, 0, 0, 0, 0, 0]] {
+            assert!(!overheard.is_reply(AT(5), stop));
+        }
+        assert!(overheard.is_reply(AT(6), [5, 4, 0, 0, 0, 0, 9]));
+        assert!(!overheard.is_reply(AT(7), [5, 4, 0, 0, 0, 0, 9]));
     }
 }

@@ -127,6 +127,10 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         if self.downloads_elsewhere(source) {
             return Err(Status::NotAvailable);
         }
+        let unfinished = matches!(self.store.worth(), Worth::Incomplete | Worth::Erasing(_));
+        if self.store.downloading().is_none() && unfinished {
+            return Err(Status::NotAvailable);
+        }
         self.store.end_download();
         Ok(Done::written(value))
     }
@@ -224,6 +228,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             Ok(Done::Read(value)) => self.machine.registers.load(value),
             Ok(Done::Stored { need, undo, .. }) if !self.store.settled(need) => {
                 let waiting = Waiting { from: None, command, need, value: 0, undo, silent: true };
+                self.forget_stores();
                 if self.machine.runs() && self.waiting.push(waiting).is_ok() {
                     self.machine.wait_for_store();
                     // The rest of the millisecond is the store's.
@@ -240,6 +245,17 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             self.machine.next();
         }
         done.map(|_| ())
+    }
+
+    /// Forgets the stores that the program was waiting for when it was stopped or reset.
+    fn forget_stores(&mut self) {
+        let all = self.waiting.iter().filter(|waiting| waiting.from.is_none()).count();
+        let mut stale = all.saturating_sub(self.machine.stores());
+        self.waiting.retain(|waiting| {
+            let keep = waiting.from.is_some() || stale == 0;
+            stale = stale.saturating_sub(usize::from(!keep));
+            keep
+        });
     }
 
     /// Whether the program's wait has come to its end; if so, it is ended.

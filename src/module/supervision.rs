@@ -86,11 +86,10 @@ impl Supervision {
 }
 
 impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
-    /// Stops the motors while a host is silent, whoever starts them, and with the program where the supply is too
+    /// Stops the motors when a host falls silent - until it is heard again nobody can start them - and with the program where the supply is too
     /// low.
     pub(super) fn supervise(&mut self, now: Micros) {
-        let silent = self.supervision.silent(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat));
-        if silent && self.under_way() {
+        if self.silent(now) && self.under_way() {
             self.interrupt(now, |axis, chip| axis.rotate(now, chip, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
@@ -107,6 +106,11 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         if self.supervision.locked() {
             self.machine.errors.raise(ErrorFlag::Shutdown);
         }
+    }
+
+    /// True while a host is silent for longer than it may be.
+    pub(super) fn silent(&self, now: Micros) -> bool {
+        self.supervision.silent(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat))
     }
 
     /// Whether a motor is to go somewhere, or does not answer.

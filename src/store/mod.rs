@@ -90,6 +90,8 @@ enum Phase {
     },
     /// All pages are written, then the program counts as whole.
     Closing,
+    /// As soon as it is recorded that the program is whole, it is.
+    Sealing,
     /// As soon as the intent is durable the memory is emptied.
     Intending,
     /// All pages are written, then the program counts as gone and parameter 81 changes.
@@ -113,6 +115,8 @@ pub struct Store {
     phase: Phase,
     /// The check sum is wrong, whatever the slot says of the program.
     damaged: bool,
+    /// Nothing new is taken any more.
+    closed: bool,
 }
 
 impl Default for Store {
@@ -124,7 +128,7 @@ impl Default for Store {
 impl Store {
     /// A store that reads as factory defaults, as with a fresh EEPROM.
     pub fn new() -> Self {
-        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, damaged: false }
+        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, damaged: false, closed: false }
     }
 
     /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
@@ -166,11 +170,26 @@ impl Store {
 
     /// Wants a value in a slot. What is there already is not written again.
     pub fn set(&mut self, slot: Slot, value: i32) {
-        self.settings.set(slot, value);
+        if !self.closed {
+            self.settings.set(slot, value);
+        }
+    }
+
+    /// Takes nothing more: a restart waits until what is wanted by now is durable.
+    pub const fn close(&mut self) {
+        self.closed = true;
+    }
+
+    /// True when nothing more is taken.
+    pub const fn is_closed(&self) -> bool {
+        self.closed
     }
 
     /// Wants factory defaults everywhere. The program stays, unless it is protected against being read.
     pub fn reset(&mut self) {
+        if self.closed {
+            return;
+        }
         let protection = self.get(Slot::Global(GlobalParameter::CodeProtection)).unwrap_or_default();
         let worth = if protection & 1 != 0 { Worth::Erasing(0) } else { self.worth() };
         let sum = self.get(Slot::ProgramSum).unwrap_or_default();
@@ -178,14 +197,22 @@ impl Store {
         // Both are in the page that begins the new epoch.
         self.settings.set(Slot::ProgramState, worth.to_slot());
         self.settings.set(Slot::ProgramSum, sum);
+        if let Worth::Erasing(_) = worth {
+            self.phase = Phase::Intending;
+        }
     }
 
     /// What program memory is worth.
     pub fn worth(&self) -> Worth {
-        match Worth::from_slot(self.get(Slot::ProgramState).unwrap_or_default()) {
-            Worth::Whole if self.damaged => Worth::Incomplete,
+        match self.recorded() {
+            Worth::Whole if self.damaged || self.phase == Phase::Sealing => Worth::Incomplete,
             worth => worth,
         }
+    }
+
+    /// What the slot says of it.
+    fn recorded(&self) -> Worth {
+        Worth::from_slot(self.get(Slot::ProgramState).unwrap_or_default())
     }
 
     /// The command at an address of program memory; `None` outside.
@@ -203,7 +230,8 @@ impl Store {
 
     /// True when a download may begin: the one before is written, and nothing is being erased.
     pub fn takes_download(&self) -> bool {
-        matches!(self.phase, Phase::Idle | Phase::Downloading { .. }) && !matches!(self.worth(), Worth::Erasing(_))
+        let free = matches!(self.phase, Phase::Idle | Phase::Downloading { .. });
+        free && !matches!(self.worth(), Worth::Erasing(_)) && !self.closed
     }
 
     /// Begins a download: from now on the program is not whole.
@@ -234,6 +262,9 @@ impl Store {
     /// Erases the program, and then gives parameter 81 this value. The intent is recorded first: what is to be
     /// hidden is never seen again.
     pub fn erase(&mut self, protection: i32) {
+        if self.closed {
+            return;
+        }
         self.set(Slot::ProgramState, Worth::Erasing(protection).to_slot());
         self.phase = Phase::Intending;
         self.advance();
@@ -241,7 +272,7 @@ impl Store {
 
     /// True when what is wanted is durable.
     pub fn settled(&self, need: Need) -> bool {
-        let busy = matches!(self.phase, Phase::Closing | Phase::Intending | Phase::Erasing);
+        let busy = !matches!(self.phase, Phase::Idle | Phase::Downloading { .. });
         self.settings.settled() && !(busy && need == Need::Program)
     }
 
@@ -257,7 +288,7 @@ impl Store {
         let end = match self.phase {
             Phase::Downloading { next, failed: false } => usize::from(next).saturating_mul(Command::SIZE),
             Phase::Closing | Phase::Erasing => usize::MAX,
-            Phase::Idle | Phase::Intending | Phase::Downloading { .. } => return None,
+            Phase::Idle | Phase::Sealing | Phase::Intending | Phase::Downloading { .. } => return None,
         };
         self.program.next_job(end)
     }
@@ -278,7 +309,7 @@ impl Store {
             (Some(Need::Program), Phase::Downloading { next, .. }) => {
                 self.phase = Phase::Downloading { next, failed: true };
             }
-            (Some(Need::Settings), Phase::Downloading { .. }) if self.worth() == Worth::Incomplete => {}
+            (Some(Need::Settings), Phase::Downloading { .. }) if self.recorded() == Worth::Incomplete => {}
             (Some(_), _) => self.phase = Phase::Idle,
         }
         failed
@@ -291,19 +322,23 @@ impl Store {
             self.phase = Phase::Erasing;
         }
         let Some(sum) = self.program.sum() else { return };
-        match (self.phase, self.worth()) {
+        match (self.phase, self.recorded()) {
             (Phase::Closing, _) => {
+                self.phase = Phase::Sealing;
+                self.settings.set(Slot::ProgramSum, sum.cast_signed());
+                self.settings.set(Slot::ProgramState, Worth::Whole.to_slot());
+            }
+            (Phase::Sealing, _) if self.settings.settled() => {
                 self.damaged = false;
-                self.set(Slot::ProgramSum, sum.cast_signed());
-                self.set(Slot::ProgramState, Worth::Whole.to_slot());
+                self.phase = Phase::Idle;
             }
             (Phase::Erasing, Worth::Erasing(protection)) => {
-                self.set(Slot::Global(GlobalParameter::CodeProtection), protection);
-                self.set(Slot::ProgramState, Worth::Empty.to_slot());
+                self.settings.set(Slot::Global(GlobalParameter::CodeProtection), protection);
+                self.settings.set(Slot::ProgramState, Worth::Empty.to_slot());
+                self.phase = Phase::Idle;
             }
-            _ => return,
+            _ => {}
         }
-        self.phase = Phase::Idle;
     }
 }
 

@@ -66,6 +66,8 @@ struct Interrupted {
     counter: u16,
     wait: Option<Wait>,
     at: Micros,
+    /// Return addresses on the stack: what a handler leaves there goes with it.
+    depth: usize,
 }
 
 /// The state of the interpreter.
@@ -164,8 +166,13 @@ impl Machine {
             return;
         }
         if let Some(handler) = self.interrupts.take() {
-            self.interrupted =
-                Some(Interrupted { registers: self.registers, counter: self.counter, wait: self.wait.take(), at: now });
+            self.interrupted = Some(Interrupted {
+                registers: self.registers,
+                counter: self.counter,
+                wait: self.wait.take(),
+                at: now,
+                depth: self.stack.len(),
+            });
             self.counter = handler;
             self.stepping = false;
         }
@@ -180,6 +187,12 @@ impl Machine {
     /// Waits until what the command stores is durable.
     pub fn wait_for_store(&mut self) {
         self.wait = Some(Wait::Store);
+    }
+
+    /// For how many stores it waits: its own, and that which a handler has interrupted.
+    pub fn stores(&self) -> usize {
+        let interrupted = self.interrupted.and_then(|interrupted| interrupted.wait);
+        [self.wait, interrupted].into_iter().filter(|wait| *wait == Some(Wait::Store)).count()
     }
 
     /// What was to be stored is durable, or cannot be; also what was to be stored before a handler began.
@@ -295,7 +308,8 @@ impl Machine {
 
     /// RETI. A WAIT that was interrupted goes on with the time it had left.
     fn return_from_handler(&mut self, now: Micros) -> bool {
-        let Some(Interrupted { registers, counter, wait, at }) = self.interrupted.take() else { return false };
+        let Some(Interrupted { registers, counter, wait, at, depth }) = self.interrupted.take() else { return false };
+        self.stack.truncate(depth);
         self.registers = registers;
         self.counter = counter;
         self.wait = match wait {

@@ -35,7 +35,8 @@ pub struct Wait {
 /// 3.6.6.2 and 3.7.35 name accumulator, X register, flags and program counter. "Flags" are read as the arithmetic ones
 /// (3.7.17: "arithmetic status flags"). The error flags (3.7.31: "internal error flags") are not the program's own:
 /// they stay until CLE, so an error that comes up during a handler outlives its RETI, and a CLE in a handler lasts.
-/// A WAIT that was interrupted goes on after RETI. The subroutine stack and the interrupt enables are not saved.
+/// A WAIT that was interrupted goes on after RETI. Of the subroutine stack its depth is saved; the interrupt enables are
+/// not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Context {
     /// A register.
@@ -48,6 +49,8 @@ pub struct Context {
     pub program_counter: u16,
     /// The WAIT that was interrupted.
     pub waiting: Option<Wait>,
+    /// Levels of the subroutine stack; what a handler leaves there goes with it, so that the program goes on as it was.
+    pub depth: usize,
 }
 
 /// The state of a TMCL program.
@@ -203,6 +206,7 @@ impl Machine {
                 flags: [self.zero, self.equal, self.greater, self.less],
                 program_counter: self.program_counter,
                 waiting: self.waiting.take(),
+                depth: self.stack.len(),
             });
             self.program_counter = self.vectors[&number];
         }
@@ -336,6 +340,7 @@ impl Machine {
                     self.x = saved.x;
                     [self.zero, self.equal, self.greater, self.less] = saved.flags;
                     self.waiting = saved.waiting;
+                    self.stack.truncate(saved.depth);
                     self.returned = true;
                     return saved.program_counter;
                 }
