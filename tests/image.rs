@@ -1,15 +1,12 @@
 //! The flash image: it builds without a warning, starts where the microcontroller looks, and keeps within its
 //! budget of flash and RAM.
 
-use std::io;
+#[path = "common/image.rs"]
+mod build;
+
 use std::ops::Range;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use object::{Object, ObjectSection, SectionFlags, elf};
-
-const TARGET: &str = "thumbv7em-none-eabi";
-const IMAGE: &str = "tmcm1140";
 
 /// Budgets of the design, in bytes: flash, and RAM without the stack.
 const FLASH_MAX: u64 = 128 * 1024;
@@ -50,24 +47,9 @@ fn measure(file: &object::File) -> Size {
     size
 }
 
-/// Builds the image into the build directory of this very test; what is there already is not built again. The
-/// build directory is free while tests run. Flags meant for the host's compiler are left out.
-fn build() -> io::Result<(Output, PathBuf)> {
-    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("..");
-    let output = Command::new(env!("CARGO"))
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["build", "--release", "--color=never", "--target", TARGET, "--bin", IMAGE])
-        .arg("--target-dir")
-        .arg(&directory)
-        .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_ENCODED_RUSTFLAGS")
-        .output()?;
-    Ok((output, directory.join(TARGET).join("release").join(IMAGE)))
-}
-
 #[test]
 fn image_keeps_within_its_budget() {
-    let (output, image) = build().unwrap();
+    let (output, image) = build::image().unwrap();
     let messages = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "the image does not build\n{messages}");
     assert!(!messages.lines().any(|line| line.starts_with("warning")), "{messages}");

@@ -10,5 +10,7 @@ pub mod chip;
 pub mod clock;
 pub mod control;
 pub mod fault;
+#[cfg(feature = "mcu")]
+pub mod mcu;
 mod random;
 pub mod world;

@@ -219,6 +219,11 @@ impl Board {
         self.connect();
     }
 
+    /// Lets the TMC429's clock run, as it does from power-on, or stops it: then the chip stands still.
+    pub fn set_motion_clock(&mut self, running: bool) {
+        self.tmc429.set_clocked(self.now, running);
+    }
+
     /// Changes the world (switches, load, supply ...) and lets the chips see it.
     pub fn change_world<R>(&mut self, change: impl FnOnce(&mut World) -> R) -> R {
         let result = change(&mut self.world);

@@ -71,6 +71,8 @@ pub struct Tmc429 {
     /// The earliest time of an internal event; the maximum when there is none.
     due: Nanos,
     powered_down: bool,
+    /// Whether there is a clock at the pin CLK.
+    clocked: bool,
     axes: [Axis; MOTORS],
     global: Global,
     /// Levels of the reference switch inputs.
@@ -93,6 +95,7 @@ impl Tmc429 {
             now: 0,
             due: Nanos::MAX,
             powered_down: false,
+            clocked: true,
             axes: [Axis::new(), Axis::new(), Axis::new()],
             global: Global::new(),
             pins: 0,
@@ -126,6 +129,24 @@ impl Tmc429 {
             self.pins = pins;
             self.inputs_changed();
         }
+    }
+
+    /// Whether there is a clock at the pin CLK from `now` on, to which the chip has been advanced. Without one
+    /// nothing moves, and datagrams are not heard.
+    pub fn set_clocked(&mut self, now: Nanos, clocked: bool) {
+        if clocked == self.clocked {
+            return;
+        }
+        self.clocked = clocked;
+        if self.powered_down {
+            return;
+        }
+        if clocked {
+            self.clock.resume(now);
+        } else {
+            self.clock.pause(now);
+        }
+        self.reschedule();
     }
 
     /// The earliest time at which anything may change without traffic on SPI or the pins, None at rest.
@@ -216,7 +237,8 @@ impl Tmc429 {
     fn reschedule(&mut self) {
         let axes = self.axes.iter().map(Axis::next).min().unwrap_or(NEVER);
         let next = axes.min(self.global.sent_at().unwrap_or(NEVER));
-        self.due = if self.powered_down || next == NEVER { Nanos::MAX } else { self.clock.time_of(next) };
+        self.due =
+            if self.powered_down || !self.clocked || next == NEVER { Nanos::MAX } else { self.clock.time_of(next) };
     }
 
     fn interrupt(&self) -> bool {
@@ -290,18 +312,24 @@ fn ram_address(first: u8) -> u8 {
 impl SpiSlave for Tmc429 {
     /// nSCS_C falls: samples the status, and ends power-down (8.2.4.3).
     fn select(&mut self, now: Nanos) {
+        self.received = 0;
+        if !self.clocked {
+            return;
+        }
         if self.powered_down {
             self.powered_down = false;
             self.clock.resume(now);
             self.reschedule();
         }
         self.selected = true;
-        self.received = 0;
         self.reply = [self.status(), 0, 0, 0];
     }
 
     /// Eight bits. The first byte holds the address, so a read answers in the same datagram (6.2).
     fn byte(&mut self, mosi: u8) -> u8 {
+        if !self.clocked {
+            return 0;
+        }
         let miso = self.reply.get(self.received).copied().unwrap_or(0);
         if let Some(slot) = self.datagram.get_mut(self.received) {
             *slot = mosi;
@@ -318,7 +346,7 @@ impl SpiSlave for Tmc429 {
     fn deselect(&mut self, now: Nanos) {
         self.selected = false;
         let [first, high, middle, low] = self.datagram;
-        if self.received == DATAGRAM_BYTES && first & READ == 0 {
+        if self.received == DATAGRAM_BYTES && first & READ == 0 && self.clocked {
             self.write(first, u32::from_be_bytes([0, high, middle, low]));
             if self.powered_down {
                 self.clock.pause(now);

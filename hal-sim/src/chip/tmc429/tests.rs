@@ -246,7 +246,7 @@ fn only_32_bits_act() {
     assert_eq!(rig.transfer([V_MAX]), [0x15]);
     assert_eq!(rig.transfer([V_MAX, 0, 7]), [0x15, 0, 0]);
     assert_eq!(rig.transfer([V_MAX, 0, 0, 7, 0]), [0x15, 0, 0, 0, 0]);
-    assert_eq!(rig.transfer([]), []);
+    assert_eq!(rig.transfer([]), [0_u8; 0]);
     assert_eq!(rig.transfer([V_MAX | 1, 0, 0]), [0x15, 0, 1]);
     assert_eq!(rig.datagram(V_MAX | 1, 0xFF_FFFF), 0x1500_0123);
     assert_eq!(rig.datagram(V_MAX, 0x124), 0x1500_0000);

@@ -1,0 +1,87 @@
+//! The firmware's log: drained from its buffer in memory as a debug probe does (RTT), and decoded (defmt).
+
+use defmt_decoder::{DecodeError, Table};
+
+use super::cpu::Sram;
+
+/// A message of the firmware.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LogLine {
+    /// The firmware's own time stamp, as it shows it.
+    pub timestamp: String,
+    /// "error", "warn", "info", "debug", "trace"; empty where there is none.
+    pub level: String,
+    /// The text.
+    pub text: String,
+}
+
+/// Offsets in the control block: after its name and two counts comes the first channel's description.
+const CHANNEL: u32 = 24;
+const BUFFER: u32 = CHANNEL + 4;
+const SIZE: u32 = CHANNEL + 8;
+const WRITE: u32 = CHANNEL + 12;
+const READ: u32 = CHANNEL + 16;
+/// No buffer is longer: what says so has not been set up.
+const LONGEST: u32 = 0x1_0000;
+/// Ends a message.
+const END: u8 = 0;
+
+/// The reader of the log.
+pub(super) struct Log {
+    block: Option<u32>,
+    table: Option<Table>,
+    pending: Vec<u8>,
+}
+
+impl Log {
+    /// A reader for the image `elf`, whose control block is at `block`.
+    pub(super) fn new(elf: &[u8], block: Option<u32>) -> Self {
+        // Without a table nothing can be read; an image may be built without a log.
+        let table = Table::parse(elf).ok().flatten();
+        Self { block, table, pending: Vec::new() }
+    }
+
+    /// Fetches what is in the buffer.
+    pub(super) fn drain(&mut self, memory: &Sram) {
+        if let Some(block) = self.block {
+            let _ = self.fetch(memory, block);
+        }
+    }
+
+    fn fetch(&mut self, memory: &Sram, block: u32) -> Option<()> {
+        let [buffer, size, write, mut read] =
+            [BUFFER, SIZE, WRITE, READ].map(|offset| memory.word(block + offset).unwrap_or(0));
+        if size == 0 || size > LONGEST || write >= size || read >= size || read == write {
+            return None;
+        }
+        while read != write {
+            let end = if write > read { write } else { size };
+            let from = self.pending.len();
+            self.pending.resize(from + (end - read) as usize, 0);
+            memory.read(buffer + read, &mut self.pending[from..])?;
+            read = end % size;
+        }
+        memory.write(block + READ, &read.to_le_bytes())
+    }
+
+    /// The messages that are complete.
+    pub(super) fn take(&mut self) -> Vec<LogLine> {
+        let Some(end) = self.pending.iter().rposition(|&byte| byte == END) else { return Vec::new() };
+        let bytes: Vec<u8> = self.pending.drain(..=end).collect();
+        let Some(table) = &self.table else { return Vec::new() };
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&bytes);
+        let mut lines = Vec::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(LogLine {
+                    timestamp: frame.display_timestamp().map(|stamp| stamp.to_string()).unwrap_or_default(),
+                    level: frame.level().map(|level| level.as_str().to_owned()).unwrap_or_default(),
+                    text: frame.display_message().to_string(),
+                }),
+                Err(DecodeError::UnexpectedEof) => return lines,
+                Err(DecodeError::Malformed) => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,402 @@
+//! The whole: core, chip and board, in virtual time.
+
+use std::ops::{Deref, DerefMut};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::can::{CanBus, CanFrame};
+use super::cpu::{Bus, Cpu, Registers};
+use super::elf::Image;
+use super::log::{Log, LogLine};
+use super::peripheral::Cycles;
+use super::rcc::Cause;
+use super::serial::{Character, Incoming};
+use super::soc::Soc;
+use super::stop::Stop;
+use super::wiring::Analog;
+use crate::board::Board;
+use crate::clock::Nanos;
+
+/// The most cycles the core executes before it is asked whether it wants a reset or is stuck.
+const SLICE: Cycles = 16_384;
+/// How often the log is fetched, in cycles: before its buffer can be full.
+const LOG_EVERY: Cycles = 84_000;
+/// More interrupt lines than the chip has.
+const LINES: usize = 3;
+
+/// The chip, as core and machine share it.
+#[derive(Debug)]
+struct Shared {
+    soc: Mutex<Soc>,
+    /// The core's time.
+    now: AtomicU64,
+    /// When the chip wants attention: its next event, or at once after an access.
+    due: AtomicU64,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Soc> {
+        self.soc.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Bus for Shared {
+    fn read(&self, address: u32, bytes: usize) -> u32 {
+        let value = self.lock().read(self.now.load(Ordering::Relaxed), address, bytes);
+        self.due.store(0, Ordering::Relaxed);
+        value
+    }
+
+    fn write(&self, address: u32, bytes: usize, value: u32) {
+        self.lock().write(self.now.load(Ordering::Relaxed), address, bytes, value);
+        self.due.store(0, Ordering::Relaxed);
+    }
+}
+
+/// What a machine has done since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Cycles of the core clock.
+    pub cycles: u64,
+    /// Those of them that the core slept through.
+    pub asleep: u64,
+    /// Instructions executed (exception entries count as one).
+    pub instructions: u64,
+    /// Those of them in waiting loops that were skipped: they change nothing.
+    pub skipped: u64,
+    /// How often the firmware has started.
+    pub starts: u64,
+}
+
+/// A round of a loop that waits for a register.
+#[derive(Debug)]
+struct Round {
+    registers: Registers,
+    at: Cycles,
+    instructions: u64,
+}
+
+/// The board of the [`Machine`]: to look at, and to change.
+#[derive(Debug)]
+pub struct BoardAccess<'a>(MutexGuard<'a, Soc>);
+
+impl Deref for BoardAccess<'_> {
+    type Target = Board;
+
+    fn deref(&self) -> &Board {
+        self.0.board()
+    }
+}
+
+impl DerefMut for BoardAccess<'_> {
+    fn deref_mut(&mut self) -> &mut Board {
+        self.0.board_mut()
+    }
+}
+
+/// A module: the emulated microcontroller with its image, on the simulated board.
+///
+/// Time passes only in [`run_until`](Self::run_until). Characters of the RS485 bus are given and taken with their
+/// times. When the board loses its power, the core stands still until it is [switched on](Self::set_power) again.
+pub struct Machine {
+    shared: Arc<Shared>,
+    cpu: Cpu,
+    now: Cycles,
+    counters: Counters,
+    /// Lines as the core has them.
+    interrupts: [u32; LINES],
+    powered: bool,
+    asleep: bool,
+    round: Option<Round>,
+    statics_end: u32,
+    log: Log,
+    log_due: Cycles,
+    stopped: Option<Stop>,
+}
+
+impl Machine {
+    /// A machine with the image `elf` on `board`, which is switched on: the firmware starts now.
+    ///
+    /// # Errors
+    /// The file is no image for this microcontroller.
+    pub fn new(elf: &[u8], board: Board) -> Result<Self, Stop> {
+        let image = Image::parse(elf)?;
+        let powered = board.is_powered();
+        let soc = Mutex::new(Soc::new(board, 0));
+        let shared = Arc::new(Shared { soc, now: AtomicU64::new(0), due: AtomicU64::new(0) });
+        let bus: Arc<dyn Bus> = shared.clone();
+        let cpu = Cpu::new(image.flash, &bus)?;
+        shared.lock().attach(cpu.sram().clone());
+        Ok(Self {
+            cpu,
+            shared,
+            now: 0,
+            counters: Counters { starts: powered.into(), ..Counters::default() },
+            interrupts: [0; LINES],
+            powered,
+            asleep: false,
+            round: None,
+            statics_end: image.statics_end,
+            log: Log::new(elf, image.rtt),
+            log_due: 0,
+            stopped: None,
+        })
+    }
+
+    /// Virtual time.
+    pub fn now(&self) -> Nanos {
+        let soc = self.shared.lock();
+        if self.powered { soc.time().nanos(self.now) } else { soc.board().now() }
+    }
+
+    /// The board at the present time.
+    pub fn board(&self) -> BoardAccess<'_> {
+        let mut soc = self.shared.lock();
+        if self.powered {
+            soc.settle(self.now);
+            soc.sync();
+        }
+        BoardAccess(soc)
+    }
+
+    /// Lets time pass until `to`.
+    ///
+    /// # Errors
+    /// The run cannot go on. From then on every run ends with the same error.
+    pub fn run_until(&mut self, to: Nanos) -> Result<(), Stop> {
+        if let Some(stop) = &self.stopped {
+            return Err(stop.clone());
+        }
+        let outcome = self.run_on(to);
+        self.log.drain(self.cpu.sram());
+        self.stopped = outcome.as_ref().err().cloned();
+        outcome
+    }
+
+    /// Lets `span` pass.
+    ///
+    /// # Errors
+    /// As [`run_until`](Self::run_until).
+    pub fn run(&mut self, span: Nanos) -> Result<(), Stop> {
+        self.run_until(self.now() + span)
+    }
+
+    /// Switches the supply off or on. RAM is lost, the EEPROM keeps its contents.
+    pub fn set_power(&mut self, on: bool) {
+        let shared = self.shared.clone();
+        let mut soc = shared.lock();
+        if on == soc.board().is_powered() {
+            return;
+        }
+        if on {
+            soc.board_mut().power_on();
+            self.cpu.sram().forget();
+            self.restart(&mut soc, Cause::Power);
+            self.powered = true;
+        } else {
+            soc.settle(self.now);
+            soc.sync();
+            soc.board_mut().power_off();
+            self.powered = false;
+        }
+    }
+
+    /// Sends bytes to the module over the RS485 bus, one after the other, the first not before `at`. Gives the time
+    /// at which the last stop bit ends.
+    pub fn send(&mut self, at: Nanos, bytes: &[u8], baud: u32) -> Nanos {
+        let now = self.now();
+        let mut soc = self.shared.lock();
+        for &byte in bytes {
+            soc.send(Incoming::byte(at.max(now), byte, baud));
+        }
+        soc.last_end().unwrap_or(at)
+    }
+
+    /// Holds the RS485 bus low for `bits` bits (at most 32), from `at` on: a break.
+    pub fn send_break(&mut self, at: Nanos, bits: u32, baud: u32) -> Nanos {
+        let now = self.now();
+        let mut soc = self.shared.lock();
+        soc.send(Incoming::low(at.max(now), bits.min(32), baud));
+        soc.last_end().unwrap_or(at)
+    }
+
+    /// What the module has sent on the RS485 bus since the last call.
+    pub fn take_sent(&mut self) -> Vec<Character> {
+        self.shared.lock().take_sent()
+    }
+
+    /// Connects the analog inputs.
+    pub fn set_analog(&mut self, analog: Analog) {
+        self.shared.lock().set_analog(analog);
+    }
+
+    /// Puts the module on another CAN bus than one of 1 Mbit/s with others on it.
+    pub fn set_can_bus(&mut self, bus: CanBus) {
+        self.shared.lock().set_can_bus(bus);
+    }
+
+    /// Others send a frame on the CAN bus, as soon as it is free.
+    pub fn send_frame(&mut self, frame: CanFrame) {
+        self.shared.lock().send_frame(frame);
+    }
+
+    /// Frames that the module has sent on the CAN bus since the last call, with the times of their ends.
+    pub fn take_frames(&mut self) -> Vec<(Nanos, CanFrame)> {
+        self.shared.lock().take_frames()
+    }
+
+    /// The firmware's log since the last call.
+    pub fn take_log(&mut self) -> Vec<LogLine> {
+        self.log.drain(self.cpu.sram());
+        self.log.take()
+    }
+
+    /// What has been done so far.
+    pub fn counters(&self) -> Counters {
+        Counters { cycles: self.now, ..self.counters }
+    }
+
+    /// The core clock in Hz.
+    pub fn core_clock(&self) -> u64 {
+        self.shared.lock().time().hz()
+    }
+
+    /// The most bytes of stack that have been in use since power-on.
+    pub fn stack_used(&self) -> u32 {
+        self.cpu.sram().used_above(self.statics_end)
+    }
+
+    /// The word at `address` in memory, as a debug probe reads it; none where there is no memory.
+    pub fn peek(&self, address: u32) -> Option<u32> {
+        self.cpu.peek(address)
+    }
+
+    /// Where the program stands.
+    pub fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+
+    fn run_on(&mut self, to: Nanos) -> Result<(), Stop> {
+        let shared = self.shared.clone();
+        loop {
+            let due = {
+                let mut soc = shared.lock();
+                if !self.powered {
+                    soc.board_mut().advance_to(to);
+                    return Ok(());
+                }
+                let due = soc.settle(self.now);
+                if let Some(fault) = soc.fault() {
+                    let pc = self.cpu.pc();
+                    let super::soc::Fault { peripheral, offset, address, written, reason } = fault;
+                    return Err(Stop::Access { peripheral, offset, address, written, pc, reason });
+                }
+                if !soc.board().is_powered() {
+                    self.powered = false;
+                    continue;
+                }
+                if self.cpu.is_locked_up() {
+                    return Err(Stop::LockedUp { pc: self.cpu.pc() });
+                }
+                if soc.watchdog_bites() {
+                    self.restart(&mut soc, Cause::Watchdog);
+                    continue;
+                }
+                if self.cpu.wants_reset() {
+                    self.restart(&mut soc, Cause::Software);
+                    continue;
+                }
+                self.interrupt(soc.interrupts());
+                if self.now >= self.log_due {
+                    self.log_due = self.now + LOG_EVERY;
+                    self.log.drain(self.cpu.sram());
+                }
+                let end = soc.time().cycles(to);
+                if self.now >= end {
+                    soc.sync();
+                    return Ok(());
+                }
+                let due = due.min(end);
+                if soc.is_spinning() {
+                    self.skip(due);
+                } else {
+                    self.round = None;
+                }
+                due
+            };
+            shared.due.store(due, Ordering::Relaxed);
+            self.execute(due);
+        }
+    }
+
+    /// Executes until the chip wants attention.
+    fn execute(&mut self, due: Cycles) {
+        let end = due.min(self.now + SLICE);
+        let mut now = self.now;
+        let mut instructions = 0;
+        while now < end.min(self.shared.due.load(Ordering::Relaxed)) {
+            self.shared.now.store(now, Ordering::Relaxed);
+            let used = self.cpu.step();
+            now += used;
+            // All that takes longer is no waiting.
+            let asleep = used == 1 && self.cpu.is_asleep();
+            instructions += u64::from(!(asleep && self.asleep));
+            self.asleep = asleep;
+            if asleep {
+                let passed = self.cpu.idle(due.saturating_sub(now));
+                now += passed;
+                self.counters.asleep += passed;
+                break;
+            }
+        }
+        self.now = now;
+        self.counters.instructions += instructions;
+    }
+
+    /// The program has read the same value again. If it has come round to the same state, it will do so until
+    /// something changes: goes on by as many rounds as there are before `due`.
+    fn skip(&mut self, due: Cycles) {
+        let registers = self.cpu.registers();
+        if let Some(round) = &self.round
+            && round.registers == registers
+        {
+            let length = self.now - round.at;
+            let rounds = due.saturating_sub(self.now) / length.max(1);
+            let passed = rounds * length;
+            let mut left = passed;
+            while left > 0 {
+                left -= self.cpu.idle(left);
+            }
+            let skipped = rounds * (self.counters.instructions - round.instructions);
+            self.counters.instructions += skipped;
+            self.counters.skipped += skipped;
+            self.now += passed;
+        }
+        self.round = Some(Round { registers, at: self.now, instructions: self.counters.instructions });
+    }
+
+    /// Brings changed interrupt lines to the core.
+    fn interrupt(&mut self, lines: [u32; LINES]) {
+        if lines == self.interrupts {
+            return;
+        }
+        for (word, (before, after)) in self.interrupts.into_iter().zip(lines).enumerate() {
+            let mut changed = before ^ after;
+            while changed != 0 {
+                let bit = changed.trailing_zeros();
+                changed &= changed - 1;
+                self.cpu.set_interrupt((32 * word as u32 + bit) as u16, after >> bit & 1 != 0);
+            }
+        }
+        self.interrupts = lines;
+    }
+
+    fn restart(&mut self, soc: &mut Soc, cause: Cause) {
+        soc.reset(self.now, cause);
+        self.cpu.reset();
+        self.interrupts = [0; LINES];
+        self.asleep = false;
+        self.round = None;
+        self.counters.starts += 1;
+    }
+}

@@ -1,0 +1,50 @@
+//! The emulated microcontroller: an STM32F405 that runs the firmware's flash image as it is, on the same board
+//! model as the native core.
+//!
+//! A Cortex-M4 core executes the image; around it stand the peripherals, one file each, with the registers and
+//! names of the reference manual (RM0090). Time is counted in core cycles at the clock that RCC makes; while the
+//! core sleeps, or waits for a status register, time goes on to the next event. A run is reproducible to the byte.
+//!
+//! What is not modelled is not guessed: an access to a register that the models do not have ends the run with
+//! [`Stop`], which says where.
+//!
+//! | layer | files |
+//! |---|---|
+//! | what is used from outside | `machine`, `stop`, `serial`, `log` |
+//! | the core and its memories | `cpu`, `elf` |
+//! | addresses, clocks, interrupts, DMA requests between the peripherals | `soc`, `unit`, `timebase` |
+//! | the peripherals | `rcc`, `gpio`, `timer`, `usart`, `spi` ... |
+//! | what the pins are connected to | `wiring` |
+
+mod adc;
+mod can;
+mod cpu;
+mod dbgmcu;
+mod dma;
+mod elf;
+mod exti;
+mod flash;
+mod gpio;
+mod iwdg;
+mod log;
+mod machine;
+mod peripheral;
+mod pwr;
+mod rcc;
+mod serial;
+mod soc;
+mod spi;
+mod stop;
+mod syscfg;
+mod timebase;
+mod timer;
+mod unit;
+mod usart;
+mod wiring;
+
+pub use can::{CanBus, CanFrame};
+pub use log::LogLine;
+pub use machine::{Counters, Machine};
+pub use serial::Character;
+pub use stop::Stop;
+pub use wiring::Analog;

@@ -1,0 +1,49 @@
+//! Asynchronous characters on a line.
+
+use crate::clock::{Nanos, SECOND};
+
+/// A character that the module has sent, as a host's receiver at the end of the cable would time it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Character {
+    /// When its start bit began.
+    pub start: Nanos,
+    /// When its stop bit ended.
+    pub end: Nanos,
+    /// Its eight bits.
+    pub value: u8,
+    /// Whether the transceiver was sending from start to end; else the bus has not seen it whole.
+    pub driven: bool,
+}
+
+/// A character on its way to the module.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Incoming {
+    /// When its start bit begins.
+    pub(super) start: Nanos,
+    /// Its bits from the start bit on, the first lowest; after them the line is high.
+    pub(super) levels: u32,
+    /// How many there are.
+    pub(super) bits: u32,
+    /// Bits a second.
+    pub(super) baud: u32,
+}
+
+/// Bits of a character: start bit, eight data bits, stop bit.
+const BITS: u32 = 10;
+
+impl Incoming {
+    /// A byte with its start and stop bit.
+    pub(super) fn byte(start: Nanos, value: u8, baud: u32) -> Self {
+        Self { start, levels: u32::from(value) << 1 | 1 << 9, bits: BITS, baud }
+    }
+
+    /// The line held low for `bits` bits, at most 32.
+    pub(super) fn low(start: Nanos, bits: u32, baud: u32) -> Self {
+        Self { start, levels: 0, bits, baud }
+    }
+
+    /// When its last bit ends.
+    pub(super) fn end(&self) -> Nanos {
+        self.start + u64::from(self.bits) * SECOND / u64::from(self.baud.max(1))
+    }
+}

@@ -1,0 +1,298 @@
+//! What the microcontroller's pins are connected to: the board's chips, its inputs and outputs, the RS485
+//! transceiver.
+//!
+//! | pin | connected to |
+//! |---|---|
+//! | PA4, PC3 | chip selects of TMC429 and TMC262, pulled up |
+//! | PA5 PA6 PA7 | SPI1: both of them |
+//! | PA8 | clock input of the TMC429 |
+//! | PA15; PC10 PC11 PC12 | chip select of the EEPROM, pulled up; SPI3 |
+//! | PB10 PB11, PE15 | RS485 transceiver: data, direction (pulled down); while it sends, it does not receive |
+//! | PC5 PC4 | LED1, LED2 |
+//! | PD8 PD9; PD10 | OUT0, OUT1; pull-ups |
+//! | PD11 to PD14 | IN0 to IN3; PD12, PD13 are the encoder's tracks for TIM4 |
+//! | PD0 PD1 | CAN transceiver |
+//! | analog channels | see [`Analog`] |
+//! | PE0, PE1 | SG_TST and ENN of the TMC262, ENN pulled up |
+//!
+//! Outputs that nothing drives are off.
+
+use std::collections::VecDeque;
+
+use super::gpio::Gpio;
+use super::peripheral::Cycles;
+use super::serial::{Character, Incoming};
+use super::spi::Word;
+use super::timebase::Timebase;
+use super::usart::{Edge, Frame};
+use crate::board::{Board, Chip, TMC429_CLOCK_HZ};
+use crate::clock::Nanos;
+use crate::world::{ANALOG_MAX, Outputs};
+
+/// Port (0 is A) and number of a pin.
+type Pin = (usize, u32);
+
+const SELECTS: [(Pin, Chip); 3] = [((0, 4), Chip::Tmc429), ((2, 3), Chip::Tmc262), ((0, 15), Chip::At25)];
+const MCO: Pin = (0, 8);
+const RS485_TX: Pin = (1, 10);
+const RS485_RX: Pin = (1, 11);
+const CAN: [Pin; 2] = [(3, 0), (3, 1)];
+const DIRECTION: Pin = (4, 15);
+const LEDS: [Pin; 2] = [(2, 5), (2, 4)];
+const OUTPUTS: [Pin; 2] = [(3, 8), (3, 9)];
+const PULL_UPS: Pin = (3, 10);
+const DISABLE: Pin = (4, 1);
+/// IN0 to IN3 are PD11 to PD14.
+const INPUTS: (usize, u32) = (3, 11);
+const STALL: Pin = (4, 0);
+
+/// Alternate functions: MCO, SPI1, SPI3, USART3.
+const AF_MCO: u32 = 0;
+const AF_USART3: u32 = 7;
+const AF_CAN1: u32 = 9;
+
+/// Pins of the ABN encoder's tracks A and B, inputs of TIM4.
+const ENCODER: [Pin; 2] = [(3, 12), (3, 13)];
+const AF_TIM4: u32 = 2;
+
+/// What the channels of the analog-to-digital converter are connected to, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Analog {
+    /// Channel of the analog input IN0.
+    pub input: u8,
+    /// Channel of the supply voltage, behind its divider.
+    pub supply: u8,
+    /// The supply voltage, in 0.1 V, at which the divider gives the converter's full scale.
+    pub supply_full_scale: u16,
+}
+
+impl Default for Analog {
+    /// Nothing is known of the module's: PC0 and PC1, and a divider by eleven.
+    fn default() -> Self {
+        Self { input: 10, supply: 11, supply_full_scale: 363 }
+    }
+}
+
+/// Channels inside the chip: its temperature, its reference (RM0090 13.10).
+const TEMPERATURE: u32 = 16;
+const REFERENCE: u32 = 17;
+/// The converter's full scale: 3.3 V, in microvolts; the sensor has 0.76 V at 25 degrees and 2.5 mV a degree, the
+/// reference 1.21 V (tables 70 and 73 of the datasheet).
+const FULL_SCALE: i64 = 3_300_000;
+const SENSOR_AT_25: i64 = 760_000;
+const SENSOR_SLOPE: i64 = 2_500;
+const REFERENCE_VOLTAGE: i64 = 1_210_000;
+
+/// An SPI bus of the board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SpiBus {
+    /// SPI1: TMC429 and TMC262.
+    Motion,
+    /// SPI3: the EEPROM.
+    Eeprom,
+}
+
+impl SpiBus {
+    /// Clock, input, output, and their alternate function.
+    fn pins(self) -> ([Pin; 3], u32) {
+        match self {
+            Self::Motion => ([(0, 5), (0, 6), (0, 7)], 5),
+            Self::Eeprom => ([(2, 10), (2, 11), (2, 12)], 6),
+        }
+    }
+
+    fn has(self, chip: Chip) -> bool {
+        (chip == Chip::At25) == (self == Self::Eeprom)
+    }
+}
+
+/// The mode of all chips: clock high at rest, data sampled at its rising edge.
+const SPI_MODE: u32 = 3;
+/// What a bus reads that nobody drives.
+const FLOATING: u16 = 0xFF;
+
+/// The pins' connections.
+#[derive(Debug)]
+pub(super) struct Wiring {
+    pub(super) board: Board,
+    pub(super) analog: Analog,
+    selected: [bool; SELECTS.len()],
+    disabled: bool,
+    outputs: Outputs,
+    clocked: bool,
+    /// Since when the transceiver sends.
+    sending: Option<Cycles>,
+    /// What others send on the bus, in order.
+    incoming: VecDeque<Incoming>,
+    sent: Vec<Character>,
+}
+
+fn level(ports: &[Gpio], (port, pin): Pin) -> Option<bool> {
+    let port = ports.get(port)?;
+    port.output(pin).or(port.is_pulled_up(pin).then_some(true))
+}
+
+fn alternate(ports: &[Gpio], (port, pin): Pin) -> Option<u32> {
+    ports.get(port)?.alternate(pin)
+}
+
+impl Wiring {
+    pub(super) fn new(board: Board) -> Self {
+        Self {
+            board,
+            analog: Analog::default(),
+            selected: [false; SELECTS.len()],
+            disabled: true,
+            outputs: Outputs::default(),
+            clocked: true,
+            sending: None,
+            incoming: VecDeque::new(),
+            sent: Vec::new(),
+        }
+    }
+
+    /// The board has been switched off: what has been said to it is forgotten.
+    pub(super) fn forget(&mut self) {
+        self.selected = [false; SELECTS.len()];
+        self.disabled = true;
+        self.outputs = Outputs::default();
+        self.clocked = true;
+        self.sending = None;
+        self.incoming.clear();
+    }
+
+    /// Brings the pins' levels to the board, which has been advanced to `now`. `mco` is the frequency of MCO1.
+    pub(super) fn connect(&mut self, now: Cycles, ports: &[Gpio], mco: u64) -> Result<(), &'static str> {
+        for (selected, (pin, chip)) in self.selected.iter_mut().zip(SELECTS) {
+            let low = level(ports, pin) == Some(false);
+            if low != *selected {
+                *selected = low;
+                if low { self.board.select(chip) } else { self.board.deselect(chip) }
+            }
+        }
+        let on = |pin| level(ports, pin) == Some(true);
+        let disabled = level(ports, DISABLE) != Some(false);
+        if disabled != self.disabled {
+            self.disabled = disabled;
+            self.board.set_disable_pin(disabled);
+        }
+        let outputs = Outputs { out: OUTPUTS.map(on), pull_ups: on(PULL_UPS), leds: LEDS.map(on) };
+        if outputs != self.outputs {
+            self.outputs = outputs;
+            self.board.set_outputs(outputs);
+        }
+        let sends = on(DIRECTION);
+        self.sending = if sends { self.sending.or(Some(now)) } else { None };
+        let mco = if alternate(ports, MCO) == Some(AF_MCO) { mco } else { 0 };
+        let clocked = mco != 0;
+        if clocked && mco != u64::from(TMC429_CLOCK_HZ) {
+            return Err("MCO1 gives the TMC429 another clock than the 16 MHz of its model");
+        }
+        if clocked != self.clocked {
+            self.clocked = clocked;
+            self.board.set_motion_clock(clocked);
+        }
+        Ok(())
+    }
+
+    /// Brings the board's outputs to the pins of the ports.
+    pub(super) fn drive(&self, ports: &mut [Gpio]) {
+        let inputs = self.board.inputs();
+        let (port, first) = INPUTS;
+        if let Some(port) = ports.get_mut(port) {
+            port.drive(0xF << first, u32::from(inputs.digital) << first);
+        }
+        if let Some(port) = ports.get_mut(STALL.0) {
+            port.drive(1 << STALL.1, u32::from(inputs.stall) << STALL.1);
+        }
+    }
+
+    /// The count of the encoder on TIM4's inputs, if they are that.
+    pub(super) fn encoder(&self, ports: &[Gpio]) -> Option<i64> {
+        let connected = ENCODER.iter().all(|&pin| alternate(ports, pin) == Some(AF_TIM4));
+        connected.then(|| self.board.inputs().abn.count)
+    }
+
+    /// Whether the CAN transceiver is connected to CAN1.
+    pub(super) fn has_can(&self, ports: &[Gpio]) -> bool {
+        CAN.iter().all(|&pin| alternate(ports, pin) == Some(AF_CAN1))
+    }
+
+    /// What the converter makes of its input `channel`: 12 bits.
+    pub(super) fn convert(&self, channel: u32) -> u16 {
+        let inputs = self.board.inputs();
+        let of =
+            |part: i64, whole: i64| (part.max(0) * i64::from(ANALOG_MAX) / whole.max(1)).min(ANALOG_MAX.into()) as u16;
+        match channel {
+            TEMPERATURE => of(SENSOR_AT_25 + i64::from(inputs.temperature - 25) * SENSOR_SLOPE, FULL_SCALE),
+            REFERENCE => of(REFERENCE_VOLTAGE, FULL_SCALE),
+            _ if channel == u32::from(self.analog.input) => inputs.analog,
+            _ if channel == u32::from(self.analog.supply) => {
+                of(inputs.supply.into(), self.analog.supply_full_scale.into())
+            }
+            _ => 0,
+        }
+    }
+
+    /// A word has been clocked out on a bus; gives what came in. The board has been advanced to its last bit.
+    pub(super) fn exchange(&mut self, bus: SpiBus, ports: &[Gpio], mode: u32, word: Word) -> Result<u16, &'static str> {
+        let (pins, function) = bus.pins();
+        if pins.iter().any(|&pin| alternate(ports, pin) != Some(function)) {
+            return Ok(if word.wide { FLOATING << 8 | FLOATING } else { FLOATING });
+        }
+        if mode != SPI_MODE {
+            return Err("the chips on this bus want SPI mode 3");
+        }
+        let mut selected = SELECTS.iter().zip(self.selected).filter(|((_, chip), on)| *on && bus.has(*chip));
+        let chip = selected.next().map(|((_, chip), _)| *chip);
+        if selected.next().is_some() {
+            return Err("two chips are selected on one bus");
+        }
+        let mut byte = |mosi: u8| chip.map_or(FLOATING, |chip| self.board.byte(chip, mosi).into());
+        Ok(if word.wide { byte((word.mosi >> 8) as u8) << 8 | byte(word.mosi as u8) } else { byte(word.mosi as u8) })
+    }
+
+    /// Others send on the RS485 bus. What begins before something else has ended follows it.
+    pub(super) fn send(&mut self, mut character: Incoming) {
+        if let Some(last) = self.incoming.back() {
+            character.start = character.start.max(last.end());
+        }
+        self.incoming.push_back(character);
+    }
+
+    /// When others send next.
+    pub(super) fn next_start(&self) -> Option<Nanos> {
+        self.incoming.front().map(|character| character.start)
+    }
+
+    /// When all that others send has been sent.
+    pub(super) fn last_end(&self) -> Option<Nanos> {
+        self.incoming.back().map(Incoming::end)
+    }
+
+    /// What others begin to send at `now`, if the port hears it.
+    pub(super) fn hear(&mut self, now: Nanos, ports: &[Gpio], time: &Timebase) -> Option<Edge> {
+        let character = self.incoming.pop_front_if(|character| character.start <= now)?;
+        let connected = self.sending.is_none() && alternate(ports, RS485_RX) == Some(AF_USART3);
+        connected.then(|| Edge {
+            start: time.cycles(character.start),
+            end: time.cycles(character.end()),
+            levels: character.levels,
+            bits: character.bits,
+        })
+    }
+
+    /// The port has sent a frame.
+    pub(super) fn transmit(&mut self, frame: Frame, ports: &[Gpio], time: &Timebase) {
+        if alternate(ports, RS485_TX) == Some(AF_USART3) {
+            let driven = self.sending.is_some_and(|since| since <= frame.start);
+            let (start, end) = (time.nanos(frame.start), time.nanos(frame.end));
+            self.sent.push(Character { start, end, value: frame.value, driven });
+        }
+    }
+
+    /// What has been sent since the last call.
+    pub(super) fn take_sent(&mut self) -> Vec<Character> {
+        std::mem::take(&mut self.sent)
+    }
+}
