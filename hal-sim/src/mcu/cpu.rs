@@ -78,6 +78,13 @@ impl MemOps for Window {
 pub(super) struct Sram(Arc<RamStore>);
 
 impl Sram {
+    /// Memory after power-on.
+    pub(super) fn new() -> Self {
+        let sram = Self(Arc::new(RamStore::new(SRAM_SIZE as u64)));
+        sram.forget();
+        sram
+    }
+
     /// Reads bytes; none if they are not all there.
     pub(super) fn read(&self, address: u32, to: &mut [u8]) -> Option<()> {
         self.0.read_at(address.checked_sub(SRAM)?.into(), to).ok()
@@ -124,8 +131,7 @@ impl Cpu {
     /// A core that has just been reset, with `flash` as the contents of the flash memory.
     pub(super) fn new(flash: Vec<u8>, bus: &Arc<dyn Bus>) -> Result<Self, Stop> {
         let flash = Arc::new(RomStore::new(flash));
-        let sram = Sram(Arc::new(RamStore::new(SRAM_SIZE as u64)));
-        sram.forget();
+        let sram = Sram::new();
         let rom = |name, store| Region::rom(name, store, RomWrite::Fault);
         let space = AddressSpace::new("bus matrix", 32).with_dispatch(DISPATCH);
         {

@@ -13,6 +13,7 @@ use super::rcc::Cause;
 use super::serial::{Character, Incoming};
 use super::soc::Soc;
 use super::stop::Stop;
+use super::usb::UsbDevice;
 use super::wiring::Analog;
 use crate::board::Board;
 use crate::clock::Nanos;
@@ -243,6 +244,26 @@ impl Machine {
     /// Frames that the module has sent on the CAN bus since the last call, with the times of their ends.
     pub fn take_frames(&mut self) -> Vec<(Nanos, CanFrame)> {
         self.shared.lock().take_frames()
+    }
+
+    /// Plugs the USB cable in or out. The host at its other end enumerates the module and opens its serial port.
+    pub fn plug_usb(&mut self, on: bool) {
+        self.shared.lock().plug_usb(on);
+    }
+
+    /// What the USB host knows of the module.
+    pub fn usb_device(&self) -> UsbDevice {
+        self.shared.lock().usb_device().clone()
+    }
+
+    /// Sends bytes to the module's USB serial port, as soon as it is open.
+    pub fn send_usb(&mut self, bytes: &[u8]) {
+        self.shared.lock().usb_host().send(bytes);
+    }
+
+    /// Packets that the USB host has received since the last call, with their times.
+    pub fn take_usb(&mut self) -> Vec<(Nanos, Vec<u8>)> {
+        self.shared.lock().usb_host().take()
     }
 
     /// The firmware's log since the last call.

@@ -40,6 +40,7 @@ mod timebase;
 mod timer;
 mod unit;
 mod usart;
+mod usb;
 mod wiring;
 
 pub use can::{CanBus, CanFrame};
@@ -47,4 +48,5 @@ pub use log::LogLine;
 pub use machine::{Counters, Machine};
 pub use serial::Character;
 pub use stop::Stop;
+pub use usb::UsbDevice;
 pub use wiring::Analog;

@@ -20,6 +20,7 @@ use super::timebase::Timebase;
 use super::timer::Timer;
 use super::unit::{Decoder, SIZE, Unit};
 use super::usart::Usart;
+use super::usb::{Host, Otg, UsbDevice};
 use super::wiring::{Analog, SpiBus, Wiring};
 use crate::board::Board;
 use crate::clock::Nanos;
@@ -70,6 +71,9 @@ pub(super) struct Soc {
     adc: Adc,
     iwdg: Iwdg,
     can: Can,
+    otg: Otg,
+    /// The other end of the USB cable.
+    host: Host,
     /// What DMA reaches, once the core is there.
     sram: Option<Sram>,
     /// When each peripheral has its next event.
@@ -115,6 +119,8 @@ impl Soc {
             adc: Adc::new(),
             iwdg: Iwdg::new(),
             can: Can::new(),
+            otg: Otg::new(),
+            host: Host::new(),
             sram: None,
             due: [NEVER; Unit::ALL.len()],
             lines: [0; Unit::ALL.len()],
@@ -140,6 +146,7 @@ impl Soc {
         if cause == Cause::Power {
             self.wiring.forget();
         }
+        self.host.device_lost(self.time.nanos(now), &mut self.otg);
         self.watched = Watched::default();
         self.fault = None;
         self.start();
@@ -203,6 +210,22 @@ impl Soc {
     /// The CAN bus that the module is on.
     pub(super) fn set_can_bus(&mut self, bus: CanBus) {
         self.can.set_bus(bus);
+    }
+
+    /// Plugs the USB cable in or out.
+    pub(super) fn plug_usb(&mut self, on: bool) {
+        self.host.plug(self.time.nanos(self.now), on, &mut self.otg);
+        self.touched |= 1 << Unit::OtgFs as u32;
+    }
+
+    /// The USB host.
+    pub(super) fn usb_host(&mut self) -> &mut Host {
+        &mut self.host
+    }
+
+    /// What the USB host knows of the module.
+    pub(super) fn usb_device(&self) -> &UsbDevice {
+        self.host.device()
     }
 
     /// Others want to send a frame on the CAN bus.
@@ -331,6 +354,11 @@ impl Soc {
                 }
             }
             self.hear();
+            let time = self.time.nanos(now);
+            if self.host.next_event() <= time {
+                self.host.advance(time, &mut self.otg);
+                self.touched |= 1 << Unit::OtgFs as u32;
+            }
             if self.touched == 0 {
                 break;
             }
@@ -353,7 +381,11 @@ impl Soc {
         let start = self.wiring.next_start().map_or(NEVER, |at| self.time.cycles(at));
         let pins = if self.exti.watched() == 0 { None } else { self.wiring.board.next_event() };
         let board = pins.map_or(NEVER, |at| self.time.cycles(at).max(self.now + 1));
-        self.due.into_iter().fold(start.min(board), Cycles::min)
+        let host = match self.host.next_event() {
+            Nanos::MAX => NEVER,
+            at => self.time.cycles(at),
+        };
+        self.due.into_iter().fold(start.min(board).min(host), Cycles::min)
     }
 
     /// What happens around a peripheral that has changed.
@@ -578,6 +610,10 @@ impl Soc {
             Unit::Adc1 => &mut self.adc,
             Unit::Iwdg => &mut self.iwdg,
             Unit::Can1 => &mut self.can,
+            Unit::OtgFs => &mut self.otg,
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

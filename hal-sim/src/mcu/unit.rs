@@ -83,8 +83,12 @@ units! {
     Spi1 "SPI1" 0x4001_3000 Apb2 12 [35];
     Syscfg "SYSCFG" 0x4001_3800 Apb2 14 [];
     Exti "EXTI" 0x4001_3C00 Always 0 [6, 7, 8, 9, 10, 23, 40];
+    OtgFs "OTG_FS" 0x5000_0000 Ahb2 7 [67];
     Dbgmcu "DBGMCU" 0xE004_2000 Always 0 [];
 }
+
+/// Bytes of address space of OTG_FS, with its FIFOs.
+const OTG_SIZE: u32 = 0x4_0000;
 
 /// Where the peripherals lie densely, one every [`SIZE`] bytes.
 const FIRST: u32 = 0x4000_0000;
@@ -115,10 +119,10 @@ impl Decoder {
         if let Some(unit) = dense {
             return unit.map(|unit| (unit, address % SIZE));
         }
-        let far = [Unit::Dbgmcu];
-        far.into_iter().find_map(|unit| {
+        let far = [(Unit::OtgFs, OTG_SIZE), (Unit::Dbgmcu, SIZE)];
+        far.into_iter().find_map(|(unit, size)| {
             let offset = address.checked_sub(unit.description().base)?;
-            (offset < SIZE).then_some((unit, offset))
+            (offset < size).then_some((unit, offset))
         })
     }
 }

@@ -1,0 +1,110 @@
+use super::*;
+use crate::world::config::WorldConfig;
+
+const RCC: u32 = 0x4002_3800;
+const GPIOD: u32 = 0x4002_0C00;
+const DMA2: u32 = 0x4002_6400;
+const ADC1: u32 = 0x4001_2000;
+const TIM4: u32 = 0x4000_0800;
+const USART3_SR: u32 = 0x4000_4800;
+
+fn soc(world: &str) -> Soc {
+    let mut soc = Soc::new(Board::new(&WorldConfig::parse(world).unwrap(), 0), 0);
+    soc.attach(Sram::new());
+    // Clocks of the ports, DMA2; TIM4; ADC1.
+    write(&mut soc, &[(RCC + 0x30, 0x0040_001F), (RCC + 0x40, 4), (RCC + 0x44, 0x100)]);
+    soc
+}
+
+fn write(soc: &mut Soc, registers: &[(u32, u32)]) {
+    for &(address, value) in registers {
+        soc.write(soc.now, address, 4, value);
+        soc.settle(soc.now);
+    }
+    assert!(soc.fault().is_none(), "{:?}", soc.fault());
+}
+
+fn run(soc: &mut Soc, to: Cycles) {
+    while soc.now < to {
+        let due = soc.next_event().min(to);
+        soc.settle(due);
+    }
+}
+
+#[test]
+fn what_is_not_modelled_is_a_fault() {
+    let reason = |address| {
+        let mut soc = soc("");
+        soc.read(1, address, 4);
+        let fault = soc.fault().unwrap();
+        (fault.peripheral, fault.offset, fault.reason)
+    };
+    assert_eq!(reason(0x4001_0004).2, "this peripheral is not modelled");
+    assert_eq!(reason(GPIOD + 0x30), ("GPIOD", 0x30, "this register is not modelled"));
+    assert_eq!(reason(USART3_SR), ("USART3", 0, "its clock is off"));
+}
+
+#[test]
+fn a_repeated_read_of_a_status_is_noticed_and_one_of_a_counter_is_not() {
+    let mut soc = soc("");
+    for _ in 0..3 {
+        soc.read(1, RCC, 4);
+    }
+    assert!(soc.is_spinning());
+    for _ in 0..3 {
+        soc.read(1, TIM4 + 0x24, 4);
+    }
+    assert!(!soc.is_spinning());
+}
+
+#[test]
+fn the_board_is_at_the_pins() {
+    let mut soc = soc("");
+    write(&mut soc, &[(GPIOD, 1 << 16 | 1 << 18), (GPIOD + 0x18, 1 << 9)]);
+    assert_eq!(soc.board().world().outputs().out, [false, true]);
+    soc.board_mut().change_world(|world| world.press(crate::world::stage::Pin::Right, true));
+    assert_eq!(soc.read(soc.now, GPIOD + 0x10, 4) >> 11 & 0xF, 0b0100);
+}
+
+#[test]
+fn the_converter_fills_a_ring_in_memory() {
+    let mut soc = soc("[supply]\nvolts = 24.0\nanalog = 1234\ntemperature = 25");
+    write(
+        &mut soc,
+        &[
+            // Stream 0, channel 0: half words, round and round, six of them.
+            (DMA2 + 0x14, 6),
+            (DMA2 + 0x18, ADC1 + 0x4C),
+            (DMA2 + 0x1C, 0x2000_0400),
+            (DMA2 + 0x10, 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1),
+            // Channels 10, 11 and the temperature.
+            (ADC1 + 0x304, 1 << 23 | 1 << 16),
+            (ADC1 + 0x2C, 2 << 20),
+            (ADC1 + 0x34, 10 | 11 << 5 | 16 << 10),
+            (ADC1 + 0x04, 1 << 8),
+            (ADC1 + 0x08, 1 << 30 | 1 << 9 | 1 << 8 | 2 | 1),
+        ],
+    );
+    let end = soc.now + 10_000;
+    run(&mut soc, end);
+    assert!(soc.fault().is_none(), "{:?}", soc.fault());
+    let sram = soc.sram.clone().unwrap();
+    let supply = 240 * 4095 / 363;
+    let temperature = 760_000 * 4095 / 3_300_000;
+    assert_eq!(sram.word(0x2000_0400), Some(1234 | supply << 16));
+    assert_eq!(sram.word(0x2000_0404), Some(temperature | 1234 << 16));
+    assert_eq!(sram.word(0x2000_0408), Some(supply | temperature << 16));
+    assert_eq!(sram.word(0x2000_040C), Some(0xA5A5_A5A5));
+}
+
+#[test]
+fn the_encoder_interface_counts_what_the_motor_turns() {
+    let mut soc = soc("[abn]\nlines = 500");
+    // PD12, PD13 to TIM4.
+    write(&mut soc, &[(GPIOD, 0xA << 24), (GPIOD + 0x24, 0x22 << 16)]);
+    write(&mut soc, &[(TIM4 + 0x08, 3), (TIM4, 1)]);
+    assert_eq!(soc.read(soc.now, TIM4 + 0x24, 4), 0);
+    let now = soc.board().now();
+    soc.board_mut().change_world(|world| world.slip(50, now));
+    assert_eq!(soc.read(soc.now, TIM4 + 0x24, 4), 500);
+}

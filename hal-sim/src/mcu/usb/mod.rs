@@ -1,0 +1,8 @@
+//! USB: the full-speed controller as a device, and a host that enumerates it as a serial port.
+
+mod host;
+mod otg;
+
+pub(super) use host::Host;
+pub use host::UsbDevice;
+pub(super) use otg::Otg;
