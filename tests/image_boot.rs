@@ -1,6 +1,8 @@
 //! The very flash image, unmodified, on the emulated microcontroller: it boots, talks over RS485, moves the motor,
 //! keeps what is stored, runs a program and restarts.
 
+#![allow(clippy::unwrap_used, clippy::panic)]
+
 #[path = "common/image.rs"]
 mod build;
 
@@ -181,12 +183,23 @@ fn the_same_run_again_is_the_same() {
     assert_eq!(run(), run());
 }
 
-/// Not a bound: a look at how fast it answers.
+/// How long the image takes from the last byte of a request to the first of the reply, and how busy it is. The
+/// bounds are loose: this is to look at (`cargo test --test image_boot soon -- --nocapture`).
 #[test]
 fn replies_come_soon() {
     let mut host = Host::new("");
     let bit = SECOND / Nanos::from(BAUD);
-    for (name, request, value) in [("GAP 5", [6, 5, 0], 0), ("GAP 1", [6, 1, 0], 0), ("MVP ABS", [4, 0, 0], 100)] {
+    let requests = [
+        ("GAP 5", [6, 5, 0], 0),
+        ("GGP 66", [10, 66, 0], 0),
+        ("unknown", [99, 0, 0], 0),
+        ("GAP 1", [6, 1, 0], 0),
+        ("SAP 4", [5, 4, 0], 1_000),
+        ("MVP ABS", [4, 0, 0], 100),
+        ("ROR", [1, 0, 0], 200),
+        ("MST", [3, 0, 0], 0),
+    ];
+    for (name, request, value) in requests {
         let mut cycles: Vec<u64> = (0..21)
             .map(|n| {
                 host.run(n * 137_000);
@@ -199,4 +212,14 @@ fn replies_come_soon() {
         println!("{name}: {} cycles, {} to {}", cycles[10], cycles[0], cycles[20]);
         assert!(cycles[10] < 20_000);
     }
+    for (name, request) in [("standing", [3, 0, 0]), ("moving", [1, 0, 0])] {
+        host.tell(request, 500);
+        let before = host.machine.counters();
+        host.run(SECOND);
+        let after = host.machine.counters();
+        let awake = 1.0 - (after.asleep - before.asleep) as f64 / (after.cycles - before.cycles) as f64;
+        println!("{name}: awake {:.1} %, {} instructions", awake * 100.0, after.instructions - before.instructions);
+        assert!(awake < 0.5);
+    }
+    println!("stack: {} bytes", host.machine.stack_used());
 }

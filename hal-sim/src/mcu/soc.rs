@@ -230,6 +230,7 @@ impl Soc {
 
     /// Others want to send a frame on the CAN bus.
     pub(super) fn send_frame(&mut self, frame: CanFrame) {
+        self.can.advance(self.now);
         self.can.send(frame);
         self.touched |= 1 << Unit::Can1 as u32;
     }
@@ -293,7 +294,10 @@ impl Soc {
             return None;
         };
         if !self.rcc.is_enabled(unit) {
-            self.refuse(unit.description().name, offset, address, written, "its clock is off");
+            // It reads zero (RM0090 7.3); a write would be lost.
+            if written.is_some() {
+                self.refuse(unit.description().name, offset, address, written, "its clock is off");
+            }
             return None;
         }
         let now = self.now;

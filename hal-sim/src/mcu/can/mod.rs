@@ -2,7 +2,8 @@
 //!
 //! The bus has a bit rate and perhaps others on it. A frame takes the time of its bits (stuff bits left out). A
 //! controller that is alone gets no acknowledgement and becomes error passive; one with another bit rate than the
-//! bus destroys frames, and goes bus-off. Silent and loopback mode are refused, as are time stamps.
+//! bus destroys frames, and goes bus-off. Silent and loopback mode are refused. Received
+//! frames have a time stamp; none are sent with one.
 
 mod filter;
 
@@ -30,7 +31,7 @@ const RFLM: u32 = 3;
 const NART: u32 = 4;
 const ABOM: u32 = 6;
 const RESET: u32 = 15;
-const MCR_MODELLED: u32 = 0x1_807F;
+const MCR_MODELLED: u32 = 0x1_80FF;
 const MCR_RESET: u32 = 0x1_0002;
 
 const ERRI: u32 = 1 << 2;
@@ -157,6 +158,7 @@ pub(super) struct Can {
     /// Order of the requests of the mailboxes; zero where there is none.
     requested: [u64; 3],
     requests: u64,
+    /// Frames with the high half of their registers RDTxR: time stamp and filter.
     fifos: [VecDeque<(CanFrame, u32)>; 2],
     overruns: [bool; 2],
     filters: Filters,
@@ -295,7 +297,7 @@ impl Can {
                 if self.hears() {
                     self.rec = self.rec.saturating_sub(1);
                     self.lec = 0;
-                    self.accept(frame);
+                    self.accept(frame, at);
                 } else if self.is_on() {
                     // At another rate it is nothing but errors.
                     self.rec = (self.rec + 1).min(128);
@@ -336,8 +338,10 @@ impl Can {
         self.tsr |= flags << (8 * index) | 1 << (26 + index);
     }
 
-    fn accept(&mut self, frame: CanFrame) {
+    fn accept(&mut self, frame: CanFrame, at: Cycles) {
         let Some((fifo, number)) = self.filters.matches(frame.identifier()) else { return };
+        // The time of its start, in bits.
+        let stamp = (at / self.bit()).saturating_sub(frame.bits()) as u16;
         let queue = &mut self.fifos[fifo];
         if queue.len() == DEPTH {
             self.overruns[fifo] = true;
@@ -346,12 +350,12 @@ impl Can {
             }
             queue.pop_back();
         }
-        queue.push_back((frame, number));
+        queue.push_back((frame, u32::from(stamp) << 16 | number << 8));
     }
 
     fn write_mcr(&mut self, value: u32) -> Access {
         if value & !MCR_MODELLED != 0 {
-            return Err(Refusal::Use("time triggered communication is not modelled"));
+            return Err(Refusal::Use("reserved bits of MCR"));
         }
         if bit(value, RESET) {
             self.reset();
@@ -437,9 +441,9 @@ impl Peripheral for Can {
             }
             _ if RX.contains(&offset) => {
                 let queue = &self.fifos[(offset - RX.start) as usize / 16];
-                let Some((frame, number)) = queue.front() else { return Ok(0) };
+                let Some((frame, origin)) = queue.front() else { return Ok(0) };
                 let [low, high] = frame.words();
-                let words = [frame.identifier(), u32::from(frame.length) | number << 8, low, high];
+                let words = [frame.identifier(), u32::from(frame.length) | origin, low, high];
                 Ok(words[(offset - RX.start) as usize % 16 / 4])
             }
             _ => self.filters.read(offset.checked_sub(FILTERS).ok_or(Refusal::Register)?),

@@ -41,7 +41,11 @@ fn what_is_not_modelled_is_a_fault() {
     };
     assert_eq!(reason(0x4001_0004).2, "this peripheral is not modelled");
     assert_eq!(reason(GPIOD + 0x30), ("GPIOD", 0x30, "this register is not modelled"));
-    assert_eq!(reason(USART3_SR), ("USART3", 0, "its clock is off"));
+
+    let mut soc = soc("");
+    assert_eq!((soc.read(1, USART3_SR, 4), soc.fault().is_none()), (0, true));
+    soc.write(1, USART3_SR, 4, 0);
+    assert_eq!(soc.fault().unwrap().reason, "its clock is off");
 }
 
 #[test]
