@@ -79,7 +79,7 @@ impl Host {
         value
     }
 
-    fn rotor(&self) -> i64 {
+    fn rotor(&mut self) -> i64 {
         self.machine.board().world().motor().rotor()
     }
 }
@@ -106,7 +106,7 @@ fn a_move_moves_the_motor() {
     host.tell([4, 0, 0], 25_600);
     let start = host.machine.now();
     while host.tell([6, 8, 0], 0) == 0 {
-        assert!(host.machine.now() < start + 5 * SECOND, "{}", host.rotor());
+        assert!(host.machine.now() < start + 5 * SECOND, "the motor does not arrive");
     }
     assert_eq!((host.rotor(), host.tell([6, 1, 0], 0)), (25_600, 25_600));
     host.tell([4, 1, 0], -1_000);
@@ -121,7 +121,8 @@ fn a_stop_switch_stops_the_motor() {
     host.tell([5, 12, 0], 0);
     host.tell([1, 0, 0], 500);
     host.run(4 * SECOND);
-    assert!((20_000..20_100).contains(&host.rotor()), "{}", host.rotor());
+    let rotor = host.rotor();
+    assert!((20_000..20_100).contains(&rotor), "{rotor}");
     // GIO 2 in bank 0, the same pin.
     assert_eq!(host.tell([15, 2, 0], 0), 1);
 }
@@ -134,7 +135,9 @@ fn what_is_stored_survives_switching_off() {
     host.tell([5, 5, 0], 77);
     host.machine.set_power(false);
     host.run(SECOND);
+    let off = host.machine.now();
     host.machine.set_power(true);
+    assert_eq!(host.machine.now(), off);
     host.run(200 * MILLISECOND);
     assert_eq!(host.tell([6, 4, 0], 0), 1_234);
     assert_ne!(host.tell([6, 5, 0], 0), 77);

@@ -151,7 +151,7 @@ impl Machine {
     }
 
     /// The board at the present time.
-    pub fn board(&self) -> BoardAccess<'_> {
+    pub fn board(&mut self) -> BoardAccess<'_> {
         let mut soc = self.shared.lock();
         if self.powered {
             soc.settle(self.now);

@@ -5,7 +5,7 @@ use super::adc::Adc;
 use super::can::{Can, CanBus, CanFrame};
 use super::cpu::Sram;
 use super::dbgmcu::Dbgmcu;
-use super::dma::{Dma, Item};
+use super::dma::Dma;
 use super::exti::Exti;
 use super::flash::Flash;
 use super::gpio::Gpio;
@@ -24,6 +24,8 @@ use super::usb::{Host, Otg, UsbDevice};
 use super::wiring::{Analog, SpiBus, Wiring};
 use crate::board::Board;
 use crate::clock::Nanos;
+
+mod transfer;
 
 /// Ports A to E.
 const PORTS: usize = 5;
@@ -137,7 +139,9 @@ impl Soc {
     /// All peripherals start anew, for `cause`. The board has been told of it.
     pub(super) fn reset(&mut self, now: Cycles, cause: Cause) {
         self.now = now;
-        self.time.change(self.time.hz(), now);
+        // While the board was off, its time went on and no cycle was counted.
+        let nanos = self.time.nanos(now).max(self.board().now());
+        self.time = Timebase::new(self.time.hz(), now, nanos);
         for unit in Unit::ALL {
             self.peripheral(unit).reset();
         }
@@ -475,60 +479,6 @@ impl Soc {
             let base = Unit::Flash.description().base;
             self.refuse("FLASH", 0, base, None, "too few wait states for the core clock");
         }
-    }
-
-    /// Moves the items that DMA streams are asked for.
-    fn transfer(&mut self) {
-        let controllers = [Unit::Dma1, Unit::Dma2];
-        for (index, controller) in controllers.into_iter().enumerate() {
-            loop {
-                let item = self.dmas[index].items().find(|item| self.asks(item));
-                let Some(item) = item else { break };
-                if !self.carry(item) {
-                    return;
-                }
-                self.dmas[index].step(item.stream);
-                self.touched |= 1 << item.unit as u32 | 1 << controller as u32;
-            }
-        }
-    }
-
-    /// Whether the peripheral of an item asks for it.
-    fn asks(&self, item: &Item) -> bool {
-        let requests = match item.unit {
-            Unit::Spi1 => self.spis[0].requests(),
-            Unit::Spi2 => self.spis[1].requests(),
-            Unit::Spi3 => self.spis[2].requests(),
-            Unit::Usart1 => self.usarts[0].requests(),
-            Unit::Usart2 => self.usarts[1].requests(),
-            Unit::Usart3 => self.usarts[2].requests(),
-            Unit::Adc1 => self.adc.requests(),
-            _ => return false,
-        };
-        if item.transmit { requests.transmit } else { requests.receive }
-    }
-
-    /// Moves an item between a data register and memory; false if that cannot be.
-    fn carry(&mut self, item: Item) -> bool {
-        let description = item.unit.description();
-        let offset = item.register.wrapping_sub(description.base);
-        let mut bytes = [0; 4];
-        let cells = bytes.get_mut(..item.bytes);
-        let (Some(sram), Some(cells)) = (&self.sram, cells) else { return false };
-        let moved = if item.transmit {
-            let loaded = sram.read(item.memory, cells);
-            let value = u32::from_le_bytes(bytes);
-            loaded.and_then(|()| self.peripheral(item.unit).write(offset, value).ok())
-        } else {
-            let sram = sram.clone();
-            let value = self.peripheral(item.unit).read(offset);
-            let bytes = value.unwrap_or(0).to_le_bytes();
-            value.ok().and_then(|_| sram.write(item.memory, bytes.get(..item.bytes)?))
-        };
-        if moved.is_none() {
-            self.refuse(description.name, offset, item.memory, None, "DMA does not reach this memory or register");
-        }
-        moved.is_some()
     }
 
     /// Advances the board to the present.

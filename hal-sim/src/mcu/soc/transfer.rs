@@ -1,0 +1,62 @@
+//! What the DMA controllers move between peripherals and memory.
+
+use super::Soc;
+use crate::mcu::dma::Item;
+use crate::mcu::peripheral::Peripheral;
+use crate::mcu::unit::Unit;
+
+impl Soc {
+    /// Moves the items that DMA streams are asked for.
+    pub(super) fn transfer(&mut self) {
+        let controllers = [Unit::Dma1, Unit::Dma2];
+        for (index, controller) in controllers.into_iter().enumerate() {
+            loop {
+                let item = self.dmas[index].items().find(|item| self.asks(item));
+                let Some(item) = item else { break };
+                if !self.carry(item) {
+                    return;
+                }
+                self.dmas[index].step(item.stream);
+                self.touched |= 1 << item.unit as u32 | 1 << controller as u32;
+            }
+        }
+    }
+
+    /// Whether the peripheral of an item asks for it.
+    fn asks(&self, item: &Item) -> bool {
+        let requests = match item.unit {
+            Unit::Spi1 => self.spis[0].requests(),
+            Unit::Spi2 => self.spis[1].requests(),
+            Unit::Spi3 => self.spis[2].requests(),
+            Unit::Usart1 => self.usarts[0].requests(),
+            Unit::Usart2 => self.usarts[1].requests(),
+            Unit::Usart3 => self.usarts[2].requests(),
+            Unit::Adc1 => self.adc.requests(),
+            _ => return false,
+        };
+        if item.transmit { requests.transmit } else { requests.receive }
+    }
+
+    /// Moves an item between a data register and memory; false if that cannot be.
+    fn carry(&mut self, item: Item) -> bool {
+        let description = item.unit.description();
+        let offset = item.register.wrapping_sub(description.base);
+        let mut bytes = [0; 4];
+        let cells = bytes.get_mut(..item.bytes);
+        let (Some(sram), Some(cells)) = (&self.sram, cells) else { return false };
+        let moved = if item.transmit {
+            let loaded = sram.read(item.memory, cells);
+            let value = u32::from_le_bytes(bytes);
+            loaded.and_then(|()| self.peripheral(item.unit).write(offset, value).ok())
+        } else {
+            let sram = sram.clone();
+            let value = self.peripheral(item.unit).read(offset);
+            let bytes = value.unwrap_or(0).to_le_bytes();
+            value.ok().and_then(|_| sram.write(item.memory, bytes.get(..item.bytes)?))
+        };
+        if moved.is_none() {
+            self.refuse(description.name, offset, item.memory, None, "DMA does not reach this memory or register");
+        }
+        moved.is_some()
+    }
+}
