@@ -313,8 +313,9 @@ impl Peripheral for Rcc {
                     0 => {
                         let fresh = value & !gates.reset;
                         gates.reset = value;
-                        let groups = [Group::Ahb1, Group::Ahb2, Group::Always, Group::Apb1, Group::Apb2];
-                        self.resets = Some((groups[group], fresh));
+                        // On AHB3 there is nothing that is modelled.
+                        let groups = [Some(Group::Ahb1), Some(Group::Ahb2), None, Some(Group::Apb1), Some(Group::Apb2)];
+                        self.resets = groups[group].map(|group| (group, fresh));
                     }
                     1 => gates.enable = value,
                     _ => gates.low_power = value,
