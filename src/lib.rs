@@ -9,7 +9,7 @@
 //! * [`chip`] - one driver per part, on embedded-hal
 //! * [`motion`] - what an axis does
 //! * [`store`] - what survives power-off
-//! * [`vm`] - the registers of TMCL programs
+//! * [`vm`] - TMCL programs: registers, program counter, interrupts
 //! * [`module`] - the device: `execute(command)`, `poll(now)`
 //! * `board` - the microcontroller, compiled for bare metal only
 //!

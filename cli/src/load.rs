@@ -1,7 +1,6 @@
 //! `tmcl load`: a program into a module.
 
 use std::io::Write;
-use std::path::PathBuf;
 
 use clap::Args;
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -9,10 +8,10 @@ use tmcm::param::GlobalParameter;
 use tmcm::store::COMMANDS;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::conversation::{Conversation, Reach};
+use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::program::{Program, download, read_program, target, verify};
+use crate::program::{Program, ProgramThere, download, read_program, target, verify};
 
 /// Load a TMCL program into a module, where it stays
 ///
@@ -22,13 +21,9 @@ use crate::program::{Program, download, read_program, target, verify};
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// The module to talk to
+    /// The module and its program
     #[command(flatten)]
-    pub reach: Reach,
-
-    /// The program: a source, whose name ends in .tmc, or an assembled program; - is standard input, for either
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
+    pub program: ProgramThere,
 
     /// Read the program back and compare
     #[arg(long)]
@@ -62,7 +57,7 @@ const FROM_ADDRESS: u8 = 1;
 /// Loads a program, and does with it what the options say.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let at = options.at;
-    let program = read_program(&options.file)?;
+    let program = read_program(&options.program.file)?;
     let count = program.commands.len();
     let end = usize::from(at) + count;
     if end > COMMANDS.into() {
@@ -74,7 +69,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(std::io::stderr(), "tmcl: warning: {warning}")?;
     }
     let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
-    let mut module = Conversation::open(&options.reach)?;
+    let mut module = Conversation::open(&options.program.reach)?;
     download(&mut module, &program, at, &interrupt)?;
     let mut out = std::io::stdout().lock();
     writeln!(out, "loaded to addresses {at} to {}", end - 1)?;

@@ -115,9 +115,10 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
                 interrupt::<AXES>(kind, false)?;
                 self.machine.interrupts.set_vector(kind, program::address(value)?);
             }
-            Opcode::StopApplication | Opcode::RunApplication | Opcode::StepApplication | Opcode::ResetApplication => {
-                return self.control(opcode, command);
-            }
+            Opcode::StopApplication => self.machine.stop(),
+            Opcode::RunApplication => self.run_application(kind, value)?,
+            Opcode::StepApplication => self.step_application()?,
+            Opcode::ResetApplication => self.machine.reset(),
             Opcode::EnterDownload => return self.enter_download(source.ok_or(Status::NotAvailable)?, value),
             Opcode::ExitDownload => {
                 return self.exit_download(source.ok_or(Status::NotAvailable)?, value);

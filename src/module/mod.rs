@@ -185,8 +185,6 @@ pub struct Module<M, D, E, H, const AXES: usize> {
     starts: bool,
     /// The link that downloads a program.
     downloader: Option<Source>,
-    /// The time of the program: of the millisecond it is in, however late the poll.
-    turn: Micros,
     /// What it may spend until the next one.
     fuel: u32,
     links: Links,
@@ -241,7 +239,6 @@ where
             machine: Machine::default(),
             starts: true,
             downloader: None,
-            turn: now,
             fuel: 0,
             links: Links::default(),
             overheard: Default::default(),
@@ -334,7 +331,7 @@ where
             self.inputs = *inputs;
             // From a late poll the next one is counted anew: polls do not bunch up.
             let due = self.next.after(PERIOD);
-            (self.turn, self.next) = if due > now { (self.next, due) } else { (now, now.after(PERIOD)) };
+            self.next = if due > now { due } else { now.after(PERIOD) };
             self.update_links();
             self.supervise(now);
             let events = self.poll_axes(now);
@@ -352,7 +349,12 @@ where
 
     /// When [`Module::poll`] wants to be called next.
     pub const fn deadline(&self) -> Micros {
-        if self.fuel > 0 && self.machine.busy() { self.turn } else { self.next }
+        if self.fuel > 0 && self.machine.busy() { self.turn() } else { self.next }
+    }
+
+    /// The time of the program: when the millisecond began that it is in, however late the poll.
+    const fn turn(&self) -> Micros {
+        self.next.since(PERIOD)
     }
 
     /// What has been added to the module.

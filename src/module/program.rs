@@ -9,7 +9,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 
 use super::{Done, Executed, Hooks, Module, Source, Waiting};
-use crate::param::GlobalParameter as G;
+use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Worth;
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
@@ -21,10 +21,6 @@ pub(super) const FUEL: u32 = 128;
 const CHIP_COST: u32 = 16;
 /// Units spent before the links are looked at again.
 const SLICE: u32 = 16;
-
-/// Bits of parameter 81.
-const AGAINST_READING: i32 = 1;
-const AGAINST_WRITING: i32 = 2;
 
 /// A value as an address in program memory.
 pub(super) fn address(value: i32) -> Result<u16, Status> {
@@ -47,30 +43,26 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         self.global(G::CodeProtection) & against != 0
     }
 
-    /// Commands 128 to 131: stop, run, step, reset.
-    pub(super) fn control(&mut self, opcode: Opcode, command: Command) -> Result<Done, Status> {
-        let Command { kind, value, .. } = command;
-        match opcode {
-            Opcode::StopApplication => self.machine.stop(),
-            Opcode::RunApplication => {
-                let from = match kind {
-                    0 => None,
-                    1 => Some(address(value)?),
-                    _ => return Err(Status::WrongType),
-                };
-                self.runnable()?;
-                match from {
-                    Some(from) => self.machine.run_from(from),
-                    None => self.machine.run(),
-                }
-            }
-            Opcode::StepApplication => {
-                self.runnable()?;
-                self.machine.step();
-            }
-            _ => self.machine.reset(),
+    /// Command 129.
+    pub(super) fn run_application(&mut self, kind: u8, value: i32) -> Result<(), Status> {
+        let from = match kind {
+            0 => None,
+            1 => Some(address(value)?),
+            _ => return Err(Status::WrongType),
+        };
+        self.runnable()?;
+        match from {
+            Some(from) => self.machine.run_from(from),
+            None => self.machine.run(),
         }
-        Ok(Done::Value(value))
+        Ok(())
+    }
+
+    /// Command 130.
+    pub(super) fn step_application(&mut self) -> Result<(), Status> {
+        self.runnable()?;
+        self.machine.step();
+        Ok(())
     }
 
     /// Command 135.
@@ -171,7 +163,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             signals.stop_switches(number, left, right);
         }
         signals.inputs(&self.inputs.digital);
-        self.machine.interrupts.look(self.turn, signals, self.machine.runs());
+        let (turn, runs) = (self.turn(), self.machine.runs());
+        self.machine.interrupts.look(turn, signals, runs);
         self.fuel = FUEL;
     }
 
@@ -183,7 +176,8 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             if self.machine.wait().is_some_and(|wait| self.is_over(wait)) {
                 continue;
             }
-            self.machine.interrupt(self.turn);
+            let turn = self.turn();
+            self.machine.interrupt(turn);
             if !self.machine.busy() {
                 return;
             }
@@ -218,8 +212,9 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             self.machine.stop();
             return Ok(());
         }
+        let turn = self.turn();
         let done = match opcode {
-            Some(opcode) if self.machine.execute(self.turn, opcode, command) => return Ok(()),
+            Some(opcode) if self.machine.execute(turn, opcode, command) => return Ok(()),
             Some(opcode) if opcode.instruction().program => self.perform(now, None, opcode, command),
             Some(_) => Err(Status::NotAvailable),
             None => Err(Status::InvalidCommand),
@@ -271,7 +266,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
             // There is no such motor: the command has no effect.
             (_, None) => true,
         };
-        let over = come || until.is_some_and(|until| self.turn >= until);
+        let over = come || until.is_some_and(|until| self.turn() >= until);
         if over {
             self.machine.waited(awaited, come);
         }

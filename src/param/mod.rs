@@ -12,6 +12,11 @@ pub use axis::AxisParameter;
 pub use global::GlobalParameter;
 pub use interrupt::InterruptParameter;
 
+/// Bit of global parameter 81 that hides the program.
+pub const AGAINST_READING: i32 = 1;
+/// Bit of global parameter 81 that keeps the program from being changed.
+pub const AGAINST_WRITING: i32 = 2;
+
 /// Number of user variables in bank 2 (manual section 5.3).
 pub const USER_VARIABLES: usize = 256;
 /// How many of them, from 0 on, can be stored in the EEPROM.

@@ -23,7 +23,7 @@ pub use layout::{AXES_MAX, Slot};
 pub use page::{Job, PAGES, SETTINGS};
 pub use program::COMMANDS;
 
-use crate::param::GlobalParameter;
+use crate::param::{AGAINST_READING, GlobalParameter};
 use crate::tmcl::Command;
 use page::Image;
 use program::Program;
@@ -113,8 +113,6 @@ pub struct Store {
     settings: Settings,
     program: Program,
     phase: Phase,
-    /// The check sum is wrong, whatever the slot says of the program.
-    damaged: bool,
     /// Nothing new is taken any more.
     closed: bool,
 }
@@ -128,7 +126,7 @@ impl Default for Store {
 impl Store {
     /// A store that reads as factory defaults, as with a fresh EEPROM.
     pub fn new() -> Self {
-        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, damaged: false, closed: false }
+        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, closed: false }
     }
 
     /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
@@ -137,8 +135,6 @@ impl Store {
         let mut report = self.settings.load(&mut read)?;
         self.program.load(&mut read)?;
         self.phase = Phase::Idle;
-        let sum = self.get(Slot::ProgramSum).map(i32::cast_unsigned);
-        self.damaged = self.program.sum() != sum;
         report.program = self.worth();
         match report.program {
             Worth::Whole => {}
@@ -191,7 +187,7 @@ impl Store {
             return;
         }
         let protection = self.get(Slot::Global(GlobalParameter::CodeProtection)).unwrap_or_default();
-        let worth = if protection & 1 != 0 { Worth::Erasing(0) } else { self.worth() };
+        let worth = if protection & AGAINST_READING != 0 { Worth::Erasing(0) } else { self.worth() };
         let sum = self.get(Slot::ProgramSum).unwrap_or_default();
         self.settings.reset();
         // Both are in the page that begins the new epoch.
@@ -205,9 +201,14 @@ impl Store {
     /// What program memory is worth.
     pub fn worth(&self) -> Worth {
         match self.recorded() {
-            Worth::Whole if self.damaged || self.phase == Phase::Sealing => Worth::Incomplete,
+            // Not yet, or not any more.
+            Worth::Whole if self.phase == Phase::Sealing || !self.sum_is_right() => Worth::Incomplete,
             worth => worth,
         }
+    }
+
+    fn sum_is_right(&self) -> bool {
+        self.program.sum().map(u32::cast_signed) == self.get(Slot::ProgramSum)
     }
 
     /// What the slot says of it.
@@ -329,7 +330,6 @@ impl Store {
                 self.settings.set(Slot::ProgramState, Worth::Whole.to_slot());
             }
             (Phase::Sealing, _) if self.settings.settled() => {
-                self.damaged = false;
                 self.phase = Phase::Idle;
             }
             (Phase::Erasing, Worth::Erasing(protection)) => {

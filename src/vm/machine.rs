@@ -181,7 +181,6 @@ impl Machine {
     /// The command is done: goes on with the next one.
     pub fn next(&mut self) {
         self.go_to(self.counter.saturating_add(1));
-        self.stepping = false;
     }
 
     /// Waits until what the command stores is durable.
@@ -218,79 +217,62 @@ impl Machine {
     pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> bool {
         let Command { kind, motor, value, .. } = command;
         match opcode {
-            Opcode::Comp => self.registers.compare(value),
-            Opcode::Jc => {
-                if Condition::from_number(kind).is_some_and(|c| self.registers.meets(c, self.errors)) {
-                    self.jump(value);
-                    return true;
-                }
+            Opcode::Comp => {
+                self.registers.compare(value);
+                self.next();
             }
-            Opcode::Ja => {
-                self.jump(value);
-                return true;
-            }
-            Opcode::Csub if !self.stack.is_full() => {
-                let back = self.counter.saturating_add(1);
-                if self.jump(value) {
+            Opcode::Jc => match Condition::from_number(kind) {
+                Some(condition) if self.registers.meets(condition, self.errors) => self.jump(value),
+                _ => self.next(),
+            },
+            Opcode::Ja => self.jump(value),
+            Opcode::Csub if self.stack.is_full() => self.next(),
+            Opcode::Csub => {
+                if address(value).is_some() {
                     // There is room.
-                    let _ = self.stack.push(back);
+                    let _ = self.stack.push(self.counter.saturating_add(1));
                 }
-                return true;
+                self.jump(value);
             }
-            Opcode::Csub => {}
-            Opcode::Rsub => {
-                if let Some(back) = self.stack.pop() {
-                    self.go_to(back);
-                    self.stepping = false;
-                    return true;
-                }
-            }
-            Opcode::Wait => {
-                if let Some(wait) = self.begin_wait(now, kind, motor, value) {
-                    self.wait = Some(wait);
-                    return true;
-                }
-            }
-            Opcode::Stop => {
-                self.stop();
-                return true;
-            }
-            Opcode::Reti => {
-                if self.return_from_handler(now) {
-                    return true;
-                }
-            }
+            Opcode::Rsub => match self.stack.pop() {
+                Some(back) => self.go_to(back),
+                None => self.next(),
+            },
+            Opcode::Wait => match self.wait_of(now, kind, motor, value) {
+                Some(wait) => self.wait = Some(wait),
+                None => self.next(),
+            },
+            Opcode::Stop => self.stop(),
+            Opcode::Reti => match self.interrupted.take() {
+                Some(interrupted) => self.return_to(now, interrupted),
+                None => self.next(),
+            },
             _ => return false,
         }
-        self.next();
         true
     }
 
     /// Goes to an address, or stops at this command where there is none.
-    fn jump(&mut self, to: i32) -> bool {
-        let to = address(to);
-        match to {
-            Some(to) => {
-                self.go_to(to);
-                self.stepping = false;
-            }
+    fn jump(&mut self, to: i32) {
+        match address(to) {
+            Some(to) => self.go_to(to),
             None => self.stop(),
         }
-        to.is_some()
     }
 
-    /// Running off the end stops the program.
+    /// The command is done. Running off the end stops the program.
     fn go_to(&mut self, address: u16) {
         self.counter = address;
         self.wait = None;
         self.returned = false;
+        self.stepping = false;
         if address >= COMMANDS {
             self.stop();
         }
     }
 
     /// A time of -1 is in the accumulator; a negative one is none, and the command has no effect.
-    fn begin_wait(&self, now: Micros, kind: u8, motor: u8, value: i32) -> Option<Wait> {
+    fn wait_of(&self, now: Micros, kind: u8, motor: u8, value: i32) -> Option<Wait> {
         let awaited = match kind {
             0 => Awaited::Ticks,
             1 => Awaited::Position,
@@ -307,21 +289,17 @@ impl Machine {
     }
 
     /// RETI. A WAIT that was interrupted goes on with the time it had left.
-    fn return_from_handler(&mut self, now: Micros) -> bool {
-        let Some(Interrupted { registers, counter, wait, at, depth }) = self.interrupted.take() else { return false };
+    fn return_to(&mut self, now: Micros, interrupted: Interrupted) {
+        let Interrupted { registers, counter, mut wait, at, depth } = interrupted;
         self.stack.truncate(depth);
         self.registers = registers;
         self.counter = counter;
-        self.wait = match wait {
-            Some(Wait::For { awaited, motor, until }) => {
-                let until = until.map(|until| now.after(until.since(at)));
-                Some(Wait::For { awaited, motor, until })
-            }
-            other => other,
-        };
+        if let Some(Wait::For { until: Some(until), .. }) = &mut wait {
+            *until = now.after(until.since(at));
+        }
+        self.wait = wait;
         self.returned = true;
         self.stepping = false;
-        true
     }
 }
 

@@ -61,16 +61,7 @@ impl Bench {
 
     /// Sends bytes of a telegram over a link and waits for the reply; `None` if there is none.
     pub fn exchange(&mut self, source: Source, telegram: Telegram) -> Option<Sent> {
-        self.module.receive(source, telegram);
-        let end = self.module.now() + PATIENCE;
-        while self.module.now() < end {
-            let next = self.module.next_event().unwrap_or(end).min(end);
-            self.module.run_until(next);
-            if let Some(sent) = self.module.sent() {
-                return Some(sent);
-            }
-        }
-        None
+        self.module.exchange(source, telegram, PATIENCE)
     }
 
     /// Sends a command over USB and gives the reply as the host sees it.

@@ -7,16 +7,16 @@ mod debugger;
 mod input;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::Args;
 use signal_hook::consts::SIGINT;
 use tmcm::tmcl::Opcode;
 
-use crate::conversation::{Conversation, Reach};
+use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::program::{STANDARD, download, is_readable, read_program, verify};
+use crate::program::{ProgramThere, STANDARD, download, is_readable, read_program, verify};
 use action::Action;
 use debugger::Debugger;
 use input::{Input, Line};
@@ -30,13 +30,9 @@ use input::{Input, Line};
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// The module to talk to
+    /// The module and its program
     #[command(flatten)]
-    pub reach: Reach,
-
-    /// The program: a source, whose name ends in .tmc, or an assembled program
-    #[arg(value_name = "FILE")]
-    pub file: PathBuf,
+    pub program: ProgramThere,
 
     /// Do not load the program: the module has it already, and may be running it
     #[arg(long)]
@@ -51,13 +47,13 @@ Examples:
 
 /// Debugs until the user has enough, and says in which state the module is left.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    if options.file == Path::new(STANDARD) {
+    if options.program.file == Path::new(STANDARD) {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
         return Err(Failure::Failed(message.into()));
     }
-    let program = read_program(&options.file)?;
+    let program = read_program(&options.program.file)?;
     let mut interrupt = Interrupt::watch(&[SIGINT])?;
-    let mut module = Conversation::open(&options.reach)?;
+    let mut module = Conversation::open(&options.program.reach)?;
     if options.attach {
         // A protected program has to be taken on trust.
         if is_readable(&mut module)? {

@@ -1,6 +1,6 @@
 //! A program into a module's program memory, and back to be compared (manual section 3.7.38).
 
-use tmcm::param::GlobalParameter;
+use tmcm::param::{AGAINST_READING, GlobalParameter};
 use tmcm::tmcl::{Command, Opcode, Status};
 
 use super::Program;
@@ -8,9 +8,6 @@ use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-
-/// The bit of global parameter 81 that protects the program from being read.
-const READ_PROTECTION: i32 = 1;
 
 /// Stops the program in the module and replaces it, from address `at` on. The module's next program counter is 0.
 ///
@@ -63,7 +60,7 @@ fn explain(error: Error) -> Failure {
 /// False if the module's code protection keeps the program from being read.
 pub fn is_readable(module: &mut Conversation) -> Result<bool, Error> {
     let protection = GlobalParameter::CodeProtection.row().number;
-    Ok(module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))? & READ_PROTECTION == 0)
+    Ok(module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))? & AGAINST_READING == 0)
 }
 
 /// Compares the program in the module with this one.

@@ -8,9 +8,25 @@ pub use download::{download, is_readable, verify};
 pub(crate) use file::{STANDARD, read_source};
 pub use file::{read_commands, read_program};
 
+use std::path::PathBuf;
+
+use clap::Args;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::asm::Assembly;
+use crate::conversation::Reach;
+
+/// A module and the program it is to have, as they are written on the command line.
+#[derive(Args, Debug)]
+pub struct ProgramThere {
+    /// The module to talk to
+    #[command(flatten)]
+    pub reach: Reach,
+
+    /// The program: a source, whose name ends in .tmc, or an assembled program; - is standard input, for either
+    #[arg(value_name = "FILE")]
+    pub file: PathBuf,
+}
 
 /// A program as a module stores it, with what is known of its source.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,0 +1,190 @@
+//! What holds whatever happens: time in pieces, next events, any contents.
+
+use super::*;
+
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % limit
+    }
+}
+
+/// Three motors in different modes with bad and good parameters, registers rewritten in motion; time goes
+/// on in pieces that `cut` chooses.
+fn scenario(seed: u64, mut cut: impl FnMut(&mut Rig, Nanos)) -> (Vec<(Nanos, usize, bool)>, String) {
+    let mut random = Random(seed);
+    let mut rig = Rig::new();
+    rig.stage.left = Some((-30_000, -3000));
+    rig.stage.right = Some((3000, 30_000));
+    for _ in 0..60 {
+        for motor in 0..3 {
+            let base = motor << 5;
+            for register in [
+                X_TARGET, V_MAX, V_TARGET, A_MAX, PMUL_PDIV, DIVIDERS, MODE, V_ACTUAL, V_MIN, INTERRUPTS, LATCHED,
+                TOLERANCE,
+            ] {
+                if random.below(4) != 0 {
+                    continue;
+                }
+                let data = match register {
+                    X_TARGET => random.below(20_000) as u32,
+                    DIVIDERS => (random.below(6) << 12 | random.below(9) << 8) as u32,
+                    V_MIN => random.below(60) as u32,
+                    _ => random.below(1 << 24) as u32,
+                };
+                rig.write(base | register, data);
+            }
+        }
+        let span = random.below(50_000_000);
+        cut(&mut rig, span);
+    }
+    (
+        std::mem::take(&mut rig.stage.steps),
+        format!(
+            "{:?}",
+            rig.chip.axes.map(|mut axis| {
+                axis.sync(rig.chip.clock.tick_at(rig.now));
+                axis
+            })
+        ),
+    )
+}
+
+/// The same steps; shows the first difference only.
+fn assert_same(seed: u64, one: &[(Nanos, usize, bool)], other: &[(Nanos, usize, bool)]) {
+    let difference = one.iter().zip(other).enumerate().find(|(_, (a, b))| a != b);
+    assert_eq!((one.len(), difference), (other.len(), None), "seed {seed}");
+}
+
+#[test]
+fn pieces_of_time_do_not_matter() {
+    for seed in 0..20 {
+        let whole = scenario(seed, Rig::run);
+        let mut random = Random(seed + 1000);
+        let cut = scenario(seed, |rig, span| {
+            let end = rig.now + span;
+            while rig.now < end {
+                let limit = if random.below(2) == 0 { 3_000 } else { 3_000_000 };
+                let piece = (1 + random.below(limit)).min(end - rig.now);
+                rig.run(piece);
+            }
+        });
+        assert_same(seed, &whole.0, &cut.0);
+        assert_eq!(whole.1, cut.1, "seed {seed}");
+        assert!(whole.0.len() > 1000);
+    }
+}
+
+#[test]
+fn a_tick_at_a_time_is_the_same() {
+    // Looking at the inputs forces each tick to be executed, so none is skipped as quiet.
+    for seed in 0..5 {
+        let jumping = scenario(seed, Rig::run);
+        let ticking = scenario(seed, |rig, span| {
+            let end = rig.now + span;
+            while rig.now < end {
+                let tick = rig.chip.clock.tick_at(rig.now);
+                for axis in &mut rig.chip.axes {
+                    axis.inputs_changed(tick);
+                }
+                rig.chip.reschedule();
+                let step = (rig.chip.clock.time_of(tick + 1) - rig.now).min(end - rig.now);
+                rig.run(step);
+            }
+        });
+        assert_same(seed, &jumping.0, &ticking.0);
+    }
+}
+
+#[test]
+fn next_event_is_never_late() {
+    for seed in 0..10 {
+        let whole = scenario(seed, Rig::run);
+        let watched = scenario(seed, |rig, span| {
+            let end = rig.now + span;
+            while let Some(next) = rig.chip.next_event().filter(|next| *next <= end) {
+                assert!(next > rig.now);
+                let seen = |rig: &mut Rig| {
+                    [X_ACTUAL, V_ACTUAL, V_TARGET, INTERRUPTS, MODE, LATCHED].map(|register| rig.read(register))
+                };
+                let before = seen(rig);
+                rig.run(next - 1 - rig.now);
+                assert_eq!(before, seen(rig), "seed {seed}");
+                rig.run(1);
+            }
+            rig.run(end - rig.now);
+        });
+        assert_same(seed, &whole.0, &watched.0);
+    }
+}
+
+/// Switches that open and close with the steps.
+struct Erratic(u8);
+
+impl StepDir for Erratic {
+    fn step(&mut self, _at: Nanos, _motor: usize, _dir_pin: bool) -> u8 {
+        self.0 = self.0.wrapping_add(1);
+        self.0 / 4
+    }
+}
+
+#[test]
+fn any_contents_are_survived() {
+    // Overflow checks are on in tests.
+    let mut random = Random(7);
+    for hz in [1, 4_000_000, 11_059_200, 16_000_000, 32_000_000] {
+        let mut rig = Rig { chip: Tmc429::new(hz), stage: Stage::default(), now: 0 };
+        let mut load = Erratic(0);
+        for _ in 0..4000 {
+            rig.write(random.below(128) as u8 * 2, random.below(1 << 24) as u32);
+            if random.below(4) == 0 {
+                rig.chip.set_reference_pins(random.below(64) as u8);
+            }
+            assert!(rig.chip.next_event().is_none_or(|next| next > rig.now));
+            let scale = random.below(24);
+            rig.now += random.below(1 << scale);
+            rig.chip.advance(rig.now, &mut load);
+            rig.read(random.below(128) as u8 * 2);
+        }
+    }
+}
+
+/// Counts only.
+#[derive(Default)]
+struct Counter(u64);
+
+impl StepDir for Counter {
+    fn step(&mut self, _at: Nanos, _motor: usize, _dir_pin: bool) -> u8 {
+        self.0 += 1;
+        0
+    }
+}
+
+#[test]
+fn speed() {
+    let measure = |what: &str, rig: &mut Rig, span: Nanos| {
+        let mut load = Counter::default();
+        let start = std::time::Instant::now();
+        rig.now += span;
+        rig.chip.advance(rig.now, &mut load);
+        let spent = start.elapsed().as_secs_f64();
+        println!(
+            "{what}: {:.1} M steps/s, {:.0} times real time",
+            load.0 as f64 / spent / 1e6,
+            span as f64 / 1e9 / spent
+        );
+    };
+    let mut rig = Rig::with(VELOCITY, 0, 0, 2047);
+    rig.write(V_TARGET, 2047);
+    measure("one motor, 500 kHz", &mut rig, 60 * SECOND);
+    let mut rig = Rig::with(RAMP, 3, 7, 1000);
+    rig.write(PMUL_PDIV, 247 << 8 | 6);
+    rig.write(X_TARGET, 8_000_000);
+    measure("positioning, 62 kHz", &mut rig, 120 * SECOND);
+    let mut rig = Rig::with(VELOCITY, 13, 13, 1);
+    rig.write(V_TARGET, 2047);
+    measure("slow ramp", &mut rig, 5000 * SECOND);
+    measure("rest", &mut Rig::new(), 1_000_000 * SECOND);
+}
