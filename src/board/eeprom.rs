@@ -5,8 +5,8 @@ use embassy_time::Timer;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 
 use super::mail::{PAGE, WRITTEN};
-use super::now;
 use super::tmcm1140::{Bus, Eeprom};
+use super::{now, watchdog};
 use crate::chip::at25::At25;
 use crate::store::{Keeper, Store, Worth};
 
@@ -45,8 +45,9 @@ pub(super) fn load(keeper: &mut Keeper<Device>, store: &mut Store) {
 #[embassy_executor::task]
 pub(super) async fn keep(mut keeper: Keeper<Device>) {
     loop {
-        let mut page = Some(PAGE.wait().await);
+        let mut page = Some(watchdog::while_waiting(&watchdog::EEPROM, PAGE.wait()).await);
         let written = loop {
+            watchdog::EEPROM.alive();
             if let Some(written) = keeper.poll(now(), || page.take()) {
                 break written;
             }

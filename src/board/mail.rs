@@ -1,12 +1,13 @@
-//! The mailboxes between the tasks.
+//! The mailboxes between the links, the EEPROM and the owner of the module.
 
 use core::cell::Cell;
 
-use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 
+use super::can::Can;
 use crate::module::{Links, Mode, Request, Source};
 use crate::store::Job;
 use crate::tmcl::Reply;
@@ -22,15 +23,18 @@ pub(super) struct Outgoing {
     pub(super) links: Links,
 }
 
-/// Requests from all links to the owner of the module. A host waits for each reply, so a few places do.
+/// Requests from the byte links to the owner. A host waits for each reply, so a few places do.
 pub(super) static REQUESTS: Channel<CriticalSectionRawMutex, (Source, Request), 4> = Channel::new();
 
-/// Answers to the RS485 link: a reply and an event, and one more of each. They stay in here until they are
-/// on the wire, so that "empty" means that all is said.
-pub(super) static RS485: Channel<CriticalSectionRawMutex, Outgoing, 4> = Channel::new();
+/// Answers to the USB link: a reply and an event, and one more of each. They stay in here until they are sent, so
+/// that "empty" means that all is said.
+pub(super) static USB: Channel<CriticalSectionRawMutex, Outgoing, 4> = Channel::new();
+
+/// The CAN interface, once it has joined the bus.
+pub(super) static CAN: Signal<CriticalSectionRawMutex, Can> = Signal::new();
 
 /// The interface settings in force; none before the module is there.
-pub(super) static LINKS: Mutex<CriticalSectionRawMutex, Cell<Option<Links>>> = Mutex::new(Cell::new(None));
+pub(super) static LINKS: CriticalSectionMutex<Cell<Option<Links>>> = CriticalSectionMutex::new(Cell::new(None));
 
 /// The EEPROM page to be written. The store hands out one at a time.
 pub(super) static PAGE: Signal<CriticalSectionRawMutex, Job> = Signal::new();

@@ -2,20 +2,29 @@
 //!
 //! | who | runs in | prio | owns |
 //! |---|---|---|---|
-//! | `rs485` | interrupt executor, UART5 | 5 | USART3 (its own interrupt: 4), framing and direction |
-//! | `owner` | interrupt executor, UART4 | 6 | the module with SPI1, the inputs and outputs; 1 kHz |
+//! | `encoder` | interrupt of PD14 | 3 | where the count was at an edge of N |
+//! | `rs485` | interrupt of USART3 | 4 | the port, framing, direction |
+//! | `owner` | interrupt of TIM3, each millisecond and when it is called | 6 | the module with SPI1, the inputs and outputs, the CAN interface |
+//! | `usb` | thread mode | - | the USB device; its requests go to the owner by a mailbox |
 //! | `eeprom` | thread mode | - | the EEPROM with SPI3 |
+//! | `analog` | thread mode | - | the ADC |
+//! | `watchdog` | thread mode | - | the watchdog, fed while the others give signs of life |
 //!
-//! A lower number goes first. They talk through the mailboxes of `mail`, never through shared state.
-//! Anything that goes wrong for good ends in `fault`: motor drivers off, and stop.
+//! A lower number goes first. Anything that goes wrong for good ends in `fault`: motor drivers off, the reason noted,
+//! and a restart by the watchdog.
 
+mod analog;
+mod can;
 mod eeprom;
+mod encoder;
 mod fault;
 mod mail;
 mod owner;
 mod rs485;
 mod tasks;
 mod tmcm1140;
+mod usb;
+mod watchdog;
 
 pub use fault::panicked;
 pub use tasks::run;

@@ -1,21 +1,27 @@
-//! The task that owns the module: polls it every millisecond and brings it the requests of all links.
+//! The owner of the module: the one place that calls it.
+//!
+//! It runs in the interrupt of TIM3, which comes every millisecond and whenever a link has something ([`pend`]). It
+//! takes what the links have, polls when that is due, and gives a program its slices; between two of these it looks
+//! at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
 
-use core::cell::RefCell;
+use core::cell::{RefCell, UnsafeCell};
 
-use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::{NVIC, SCB};
 use embassy_embedded_hal::shared_bus::blocking::spi::SpiDeviceWithConfig;
-use embassy_futures::select::{Either, select};
-use embassy_stm32::gpio::{Input, Output};
+use embassy_stm32::gpio::Output;
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::TIM3;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
-use embassy_time::{Instant, Timer};
 use heapless::Vec;
 use static_cell::StaticCell;
 
-use super::mail::{LINKS, Outgoing, PAGE, REQUESTS, RS485, WRITTEN};
-use super::now;
+use super::can::Can;
+use super::mail::{CAN, Outgoing, PAGE, REQUESTS, USB, WRITTEN};
 use super::tmcm1140::{Bus, Motion, Signals, drivers_off, tmc262_spi, tmc429_spi};
-use crate::module::{Answer, Inputs, Mode, Module, Outputs, Parts, Request, Source, Spec, TMCM_1140_AXES};
+use super::{now, rs485, watchdog};
+use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
 use crate::tmcl::Reply;
 
@@ -28,8 +34,8 @@ type Chip = SpiDeviceWithConfig<'static, NoopRawMutex, Bus, Output<'static>>;
 /// The module on this board.
 pub(super) type Core = Module<Chip, Chip, Output<'static>, (), TMCM_1140_AXES>;
 
-/// Requests that wait until their link has its last reply.
-type Held = Vec<(Source, Request), 4>;
+/// Byte links, in the order of [`Owner::owed`].
+const BYTE_LINKS: [Source; 2] = [Source::Usb, Source::Rs485];
 
 /// Builds the module where it stays, with what `load` reads from the EEPROM.
 pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut Store), seed: u32) -> Owner {
@@ -47,51 +53,184 @@ pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut 
     };
     let module = MODULE.init_with(|| Module::new(spec, parts, (), load, now(), seed));
     defmt::info!("module runs at address {=u8}", module.links().address);
-    Owner { module, signals }
+    let links = *module.links();
+    Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2] }
 }
 
-/// The module and its signals, on their way to the task that owns them.
+/// The module and what belongs to it.
 pub(super) struct Owner {
     pub(super) module: &'static mut Core,
     signals: Signals,
+    /// The interface settings that the links have been told.
+    links: Links,
+    can: Option<Can>,
+    /// Requests that wait until their link has its last reply.
+    held: Vec<(Source, Request), 4>,
+    /// Byte links that wait for an answer that comes later.
+    owed: [bool; 2],
 }
 
-// SAFETY: whoever has it has all of it - module, bus, pins -, and gives it away whole.
-unsafe impl Send for Owner {}
+/// The owner at its place. Nobody looks at it but its interrupt handler, which does not interrupt itself.
+struct Place(UnsafeCell<Option<Owner>>);
 
-/// Runs the module.
-#[embassy_executor::task]
-pub(super) async fn own(owner: Owner) {
-    let Owner { module, mut signals } = owner;
-    let mut links = *module.links();
-    LINKS.lock(|shared| shared.set(Some(links)));
-    let mut held = Held::new();
-    // RS485 waits for an answer that comes later.
-    let mut owed = false;
-    loop {
-        let tick = Timer::at(Instant::from_ticks(module.deadline().0));
-        // Requests are looked at first, since setting the alarm takes its time.
-        if let Either::First((source, request)) = select(REQUESTS.receive(), tick).await {
-            if !module.awaits(source) {
-                owed |= serve(module, source, &request);
-            } else if held.push((source, request)).is_err() {
-                defmt::warn!("a host does not wait for its replies: request dropped");
-                send(module, source, None, None);
+// SAFETY: see above; before the interrupt is enabled, `start` has it for itself.
+unsafe impl Sync for Place {}
+
+static OWNER: Place = Place(UnsafeCell::new(None));
+
+/// Puts the owner to its place and starts its timer.
+pub(super) fn start(owner: Owner) {
+    // SAFETY: the interrupt is not enabled yet.
+    unsafe { *OWNER.0.get() = Some(owner) };
+    // 84 MHz / 84 / 1000: a millisecond.
+    embassy_stm32::rcc::enable_and_reset::<embassy_stm32::peripherals::TIM3>();
+    TIM3.psc().write_value(83);
+    TIM3.arr().write(|w| w.set_arr(999));
+    TIM3.dier().write(|w| w.set_uie(true));
+    TIM3.cr1().write(|w| w.set_cen(true));
+    interrupt::TIM3.set_priority(Priority::P6);
+    // SAFETY: the handler has what it needs.
+    unsafe { interrupt::TIM3.enable() };
+}
+
+/// A link has something for the owner.
+pub(super) fn pend() {
+    NVIC::pend(interrupt::TIM3);
+}
+
+#[interrupt]
+unsafe fn TIM3() {
+    TIM3.sr().write(|w| w.set_uif(false));
+    // SAFETY: only here, and an interrupt does not interrupt itself.
+    if let Some(owner) = unsafe { (*OWNER.0.get()).as_mut() } {
+        owner.turn();
+    }
+}
+
+impl Owner {
+    /// Does all there is to do. Each link gets its turn before any gets a second one, and a busy host does not hold
+    /// up the motor.
+    fn turn(&mut self) {
+        loop {
+            let mut idle = true;
+            if let Ok((source, request)) = REQUESTS.try_receive() {
+                self.take(source, request);
+                idle = false;
+            }
+            if let Some(can) = &mut self.can
+                && !self.module.awaits(Source::Can { length: 8 })
+                && let Some((id, data)) = can.read()
+            {
+                if let Answer::Now(frame) = self.module.can(now(), id, data.as_slice()) {
+                    can.write(&frame);
+                }
+                idle = false;
+            }
+            if now() >= self.module.deadline() {
+                self.poll();
+                idle = false;
+            }
+            if idle {
+                return;
             }
         }
-        // After each request, too: a busy host does not hold up the motor.
-        if now() < module.deadline() {
-            continue;
+    }
+
+    fn take(&mut self, source: Source, request: Request) {
+        if !self.module.awaits(source) {
+            self.serve(source, &request);
+        } else if self.held.push((source, request)).is_err() {
+            defmt::warn!("a host does not wait for its replies: request dropped");
+            self.answer(source, None, None);
         }
-        let outputs = module.poll(now(), &signals.read());
-        signals.write(&outputs);
-        exchange(module, &mut owed);
-        owed |= release(module, &mut held);
-        if links != *module.links() {
-            links = *module.links();
-            LINKS.lock(|shared| shared.set(Some(links)));
+    }
+
+    /// Serves one request.
+    fn serve(&mut self, source: Source, request: &Request) {
+        let (answer, mode) = self.module.serial(now(), source, request);
+        match answer {
+            Answer::Now(reply) => self.answer(source, Some(reply), Some(mode)),
+            Answer::None => self.answer(source, None, Some(mode)),
+            Answer::Later => self.owe(source, true),
         }
-        if outputs.restart && RS485.is_empty() {
+    }
+
+    fn owe(&mut self, source: Source, owes: bool) {
+        for (place, link) in self.owed.iter_mut().zip(BYTE_LINKS) {
+            if link == source {
+                *place = owes;
+            }
+        }
+    }
+
+    fn poll(&mut self) {
+        let outputs = self.module.poll(now(), &self.signals.read());
+        self.signals.write(&outputs);
+        watchdog::MODULE.alive();
+        if let Some(written) = WRITTEN.try_take() {
+            if !written {
+                defmt::warn!("EEPROM: a page could not be written");
+            }
+            self.module.stored(written);
+        }
+        if let Some(job) = self.module.store().next_job() {
+            PAGE.signal(job);
+        }
+        if self.can.is_none() {
+            self.can = CAN.try_take();
+            if let Some(can) = &mut self.can {
+                can.listen_to(&self.links);
+            }
+        }
+        self.deliver();
+        while let Some(index) = self.held.iter().position(|(source, _)| !self.module.awaits(*source)) {
+            let (source, request) = self.held.remove(index);
+            self.serve(source, &request);
+        }
+        if self.links != *self.module.links() {
+            self.links = *self.module.links();
+            rs485::configure(&self.links);
+            super::mail::LINKS.lock(|shared| shared.set(Some(self.links)));
+            if let Some(can) = &mut self.can {
+                can.listen_to(&self.links);
+            }
+        }
+        rs485::tick();
+        self.restart(&outputs);
+    }
+
+    /// Gives the links the replies that have become due.
+    fn deliver(&mut self) {
+        loop {
+            while let Some(frame) = self.module.next_frame() {
+                if let Some(can) = &mut self.can {
+                    can.write(&frame);
+                }
+            }
+            // The settings may change with the last reply, and this one goes out under those from before.
+            let links = *self.module.links();
+            let Some((source, reply)) = self.module.next_serial() else { break };
+            deliver(source, Outgoing { reply: Some(reply), mode: None, links });
+            if !reply.is_event() {
+                self.owe(source, false);
+            }
+        }
+        for (index, source) in BYTE_LINKS.into_iter().enumerate() {
+            if self.owed.get(index) == Some(&true) && !self.module.awaits(source) {
+                // The reply is suppressed: that is the answer.
+                self.owe(source, false);
+                self.answer(source, None, None);
+            }
+        }
+    }
+
+    fn answer(&self, source: Source, reply: Option<Reply>, mode: Option<Mode>) {
+        deliver(source, Outgoing { reply, mode, links: *self.module.links() });
+    }
+
+    /// Starts the firmware anew, if that is wanted, when all is said.
+    fn restart(&self, outputs: &Outputs) {
+        if outputs.restart && rs485::is_idle() && USB.is_empty() {
             defmt::info!("restart");
             drivers_off();
             SCB::sys_reset();
@@ -99,70 +238,13 @@ pub(super) async fn own(owner: Owner) {
     }
 }
 
-/// Brings the EEPROM its pages and the links the replies that have become due.
-fn exchange(module: &mut Core, owed: &mut bool) {
-    if let Some(written) = WRITTEN.try_take() {
-        if !written {
-            defmt::warn!("EEPROM: a page could not be written");
-        }
-        module.stored(written);
-    }
-    if let Some(job) = module.store().next_job() {
-        PAGE.signal(job);
-    }
-    // The settings may change with the last reply, and this one goes out under those from before.
-    while let (before, Some((source, reply))) = (*module.links(), module.next_serial()) {
-        deliver(source, Outgoing { reply: Some(reply), mode: None, links: before });
-        *owed &= source != Source::Rs485 || reply.is_event();
-    }
-    if *owed && !module.awaits(Source::Rs485) {
-        // The reply is suppressed: that is the answer.
-        *owed = false;
-        send(module, Source::Rs485, None, None);
-    }
-}
-
-/// Serves the requests whose links have become free, oldest first. True if RS485 waits for an answer now.
-fn release(module: &mut Core, held: &mut Held) -> bool {
-    let mut owed = false;
-    while let Some(index) = held.iter().position(|(source, _)| !module.awaits(*source)) {
-        let (source, request) = held.remove(index);
-        owed |= serve(module, source, &request);
-    }
-    owed
-}
-
-/// Serves one request. True if RS485 waits for the answer.
-fn serve(module: &mut Core, source: Source, request: &Request) -> bool {
-    let (answer, mode) = module.serial(now(), source, request);
-    match answer {
-        Answer::Now(reply) => send(module, source, Some(reply), Some(mode)),
-        Answer::None => send(module, source, None, Some(mode)),
-        Answer::Later => return source == Source::Rs485,
-    }
-    false
-}
-
-fn send(module: &Core, source: Source, reply: Option<Reply>, mode: Option<Mode>) {
-    deliver(source, Outgoing { reply, mode, links: *module.links() });
-}
-
 fn deliver(source: Source, outgoing: Outgoing) {
-    if source == Source::Rs485 && RS485.try_send(outgoing).is_err() {
-        defmt::warn!("RS485: more replies than fit, one dropped");
-    }
-}
-
-impl Signals {
-    fn read(&self) -> Inputs {
-        Inputs { digital: self.inputs.each_ref().map(Input::is_high), stall: self.stall.is_high(), ..Inputs::default() }
-    }
-
-    fn write(&mut self, outputs: &Outputs) {
-        for (bit, pin) in self.outputs.iter_mut().enumerate() {
-            pin.set_level((outputs.digital >> bit & 1 != 0).into());
-        }
-        self.pull_ups.set_level(outputs.pull_ups.into());
-        self.led.set_level(outputs.led.into());
+    let room = match source {
+        Source::Rs485 => rs485::answer(outgoing),
+        Source::Usb => USB.try_send(outgoing).is_ok(),
+        Source::Can { .. } => true,
+    };
+    if !room {
+        defmt::warn!("more replies than fit, one dropped");
     }
 }

@@ -1,60 +1,60 @@
-//! Who runs where: the executors and their priorities.
+//! Who runs where: the owner of the module and the links that hurry in interrupts, the rest in thread mode.
 
-use embassy_executor::{InterruptExecutor, Spawner};
-use embassy_stm32::interrupt;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_executor::Spawner;
 
 use super::tmcm1140::Board;
-use super::{eeprom, owner, rs485};
+use super::{analog, can, eeprom, encoder, fault, owner, rs485, usb, watchdog};
 use crate::module::Spec;
 use crate::param::GlobalParameter;
 use crate::store::{Slot, Store};
 
 /// Rates of global parameter 65, in bit/s. From 42 MHz the port makes them all within 0.2 %.
 const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
+/// Rates of global parameter 69, which begins with 2, in bit/s.
+const BIT_RATES: [u32; 7] = [20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 1_000_000];
+const FIRST_BIT_RATE: usize = 2;
 
-/// Links. Runs in the interrupt of UART5, which is not connected.
-static LINKS: InterruptExecutor = InterruptExecutor::new();
-/// The module. Runs in the interrupt of UART4, likewise.
-static MODULE: InterruptExecutor = InterruptExecutor::new();
-
-#[interrupt]
-unsafe fn UART5() {
-    // SAFETY: called from nowhere else, and the interrupt is enabled by `start`.
-    unsafe { LINKS.on_interrupt() }
-}
-
-#[interrupt]
-unsafe fn UART4() {
-    // SAFETY: as above.
-    unsafe { MODULE.on_interrupt() }
-}
-
-/// Starts everything: the module, which stops the motor first and then reads what is stored, then the links. `spawner` is that of
-/// thread mode.
+/// Starts everything: the module, which stops the motor first and then reads what is stored, then the links. `spawner`
+/// is that of thread mode.
 pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
+    let recovering = fault::report();
     let mut keeper = eeprom::keeper(board.eeprom);
-    let owner = owner::build(spec, board.motion, |store| eeprom::load(&mut keeper, store), seed());
-    let baud = baud_rate(owner.module.store());
+    let reset = board.factory_reset;
+    let load = |store: &mut Store| {
+        eeprom::load(&mut keeper, store);
+        if reset {
+            defmt::warn!("pads connected: factory settings");
+            store.reset();
+        }
+    };
+    let owner = owner::build(spec, board.motion, load, seed());
+    if recovering {
+        owner.module.hold_program();
+    }
+    let baud = chosen(owner.module.store(), GlobalParameter::SerialBaudRate, &BAUD_RATES, 0);
+    let bit_rate = chosen(owner.module.store(), GlobalParameter::CanBitRate, &BIT_RATES, FIRST_BIT_RATE);
     defmt::info!("RS485 at {=u32} bit/s", baud);
-    let (port, direction) = defmt::unwrap!(board.rs485.open(baud));
 
-    // The port before the link before the module: a byte is fetched in time whatever goes on.
-    interrupt::USART3.set_priority(Priority::P4);
-    interrupt::UART5.set_priority(Priority::P5);
-    interrupt::UART4.set_priority(Priority::P6);
+    // The port before the owner: a byte is fetched in time whatever goes on.
+    rs485::start(defmt::unwrap!(board.rs485.open(baud)), *owner.module.links());
+    encoder::start();
+    let (device, serial) = usb::build(board.usb, usb::serial_number());
+    owner::start(owner);
     // Each task is started once, so there is room for it.
-    // The module runs as soon as it is spawned, so it is there when the link asks for the mode to start in.
-    let module = defmt::unwrap!(owner::own(owner));
-    MODULE.start(interrupt::UART4).spawn(module);
-    LINKS.start(interrupt::UART5).spawn(defmt::unwrap!(rs485::carry(port, direction)));
     spawner.spawn(defmt::unwrap!(eeprom::keep(keeper)));
+    spawner.spawn(defmt::unwrap!(usb::run(device)));
+    spawner.spawn(defmt::unwrap!(usb::carry(serial)));
+    spawner.spawn(defmt::unwrap!(can::join(board.can, bit_rate)));
+    spawner.spawn(defmt::unwrap!(analog::read(board.adc, board.analog)));
+    spawner.spawn(defmt::unwrap!(watchdog::feed(board.watchdog)));
 }
 
-fn baud_rate(store: &Store) -> u32 {
-    let [default, ..] = BAUD_RATES;
-    let number = store.get(Slot::Global(GlobalParameter::SerialBaudRate)).and_then(|n| usize::try_from(n).ok());
-    number.and_then(|n| BAUD_RATES.get(n)).copied().unwrap_or(default)
+/// What a stored parameter chooses from a list whose first entry has the number `first`; the factory default where it
+/// chooses none.
+fn chosen(store: &Store, parameter: GlobalParameter, list: &[u32], first: usize) -> u32 {
+    let entry = |number: i32| list.get(usize::try_from(number).ok()?.checked_sub(first)?).copied();
+    let stored = store.get(Slot::Global(parameter)).and_then(entry);
+    stored.or_else(|| entry(parameter.row().default)).unwrap_or_default()
 }
 
 /// Something that differs between modules: the sum of the three words of the microcontroller's serial number.

@@ -10,11 +10,15 @@
 //! | PA4 | TMC429 chip select | low active |
 //! | PA5 PA6 PA7 | SPI1 clock, in, out: TMC429 and TMC262 | |
 //! | PA8 | clock of the TMC429 | MCO1, 16 MHz |
+//! | PA11 PA12 | USB data | |
+//! | PA13 PA14 | SWDIO, SWCLK; connected with each other at power-up: factory reset | |
 //! | PA15 | EEPROM chip select | low active |
 //! | PB10 PB11 | USART3 out, in: RS485 | |
+//! | PC0 PC1 | analog IN0, supply over a divider of 11 | chosen |
 //! | PC3 | TMC262 chip select | low active |
 //! | PC4 PC5 | LED2 (trouble), LED1 (running) | high is on |
 //! | PC10 PC11 PC12 | SPI3 clock, in, out: EEPROM | |
+//! | PD0 PD1 | CAN in, out | |
 //! | PD8 PD9 | OUT0, OUT1 | chosen; high is on |
 //! | PD10 | pull-up resistors of IN1..IN3 | chosen; high is on |
 //! | PD11..PD14 | IN0..IN3 | chosen; PD12, PD13 are the inputs of TIM4, which can count the ABN encoder at IN1, IN2 |
@@ -24,10 +28,12 @@
 
 use core::arch::global_asm;
 
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::adc::Adc;
+use embassy_stm32::can::{self, Can};
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, Pull, Speed};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
-use embassy_stm32::pac::{GPIOC, GPIOE, RCC};
+use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, RCC};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
     PllSource, Sysclk,
@@ -35,9 +41,16 @@ use embassy_stm32::rcc::{
 use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::usart::{self, BufferedUart};
+use embassy_stm32::timer::qei::{self, Qei};
+use embassy_stm32::usart::{self, Uart};
+use embassy_stm32::usb;
+use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use static_cell::ConstStaticCell;
+
+use super::can::Pend;
+use super::{analog, encoder, watchdog};
+use crate::module::{Inputs, Outputs};
 
 /// Bit of ENN in port E.
 const ENN: usize = 1;
@@ -53,7 +66,11 @@ const TMC262_CLOCK: Hertz = Hertz(2_625_000);
 const EEPROM_CLOCK: Hertz = Hertz(2_625_000);
 
 bind_interrupts!(struct Irqs {
-    USART3 => usart::BufferedInterruptHandler<peripherals::USART3>;
+    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
+    CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, Pend;
+    CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
+    CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
+    OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
 
 /// An SPI bus whose transfers are waited for.
@@ -64,6 +81,19 @@ pub struct Board {
     pub(super) motion: Motion,
     pub(super) eeprom: Eeprom,
     pub(super) rs485: Rs485,
+    pub(super) can: Can<'static>,
+    pub(super) usb: usb::Driver<'static, peripherals::USB_OTG_FS>,
+    pub(super) adc: Adc<'static, peripherals::ADC1>,
+    pub(super) analog: Analog,
+    pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
+    /// The pads for it are connected.
+    pub(super) factory_reset: bool,
+}
+
+/// The analog inputs.
+pub(super) struct Analog {
+    pub(super) in0: Peri<'static, peripherals::PC0>,
+    pub(super) supply: Peri<'static, peripherals::PC1>,
 }
 
 /// What the owner of the module has.
@@ -77,11 +107,40 @@ pub(super) struct Motion {
 
 /// The signals exchanged with each poll.
 pub(super) struct Signals {
-    pub(super) stall: Input<'static>,
-    pub(super) inputs: [Input<'static>; 4],
-    pub(super) outputs: [Output<'static>; 2],
-    pub(super) pull_ups: Output<'static>,
-    pub(super) led: Output<'static>,
+    stall: Input<'static>,
+    /// IN0 and IN3; IN1 and IN2 belong to the encoder's timer, which leaves them readable.
+    _inputs: [Input<'static>; 2],
+    _encoder: Qei<'static, peripherals::TIM4>,
+    outputs: [Output<'static>; 2],
+    pull_ups: Output<'static>,
+    led: Output<'static>,
+}
+
+/// First of the four pins of port D that are IN0..IN3.
+const FIRST_INPUT: usize = 11;
+
+impl Signals {
+    pub(super) fn read(&self) -> Inputs {
+        let port = GPIOD.idr().read().0;
+        Inputs {
+            digital: core::array::from_fn(|n| port >> (FIRST_INPUT + n) & 1 != 0),
+            analog: analog::in0(),
+            supply: analog::supply(),
+            temperature: analog::temperature(),
+            stall: self.stall.is_high(),
+            external: encoder::count(),
+            null: encoder::edges(),
+            ..Inputs::default()
+        }
+    }
+
+    pub(super) fn write(&mut self, outputs: &Outputs) {
+        for (bit, pin) in self.outputs.iter_mut().enumerate() {
+            pin.set_level((outputs.digital >> bit & 1 != 0).into());
+        }
+        self.pull_ups.set_level(outputs.pull_ups.into());
+        self.led.set_level(outputs.led.into());
+    }
 }
 
 /// The EEPROM has a bus of its own.
@@ -102,22 +161,31 @@ impl Board {
     /// Takes charge of the microcontroller: clocks, then pins. The motor drivers stay off. To be called once.
     pub fn start() -> Self {
         let p = embassy_stm32::init(clocks());
+        let mut watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
+        watchdog.unleash();
+        let factory_reset = pads_connected(p.PA13, p.PA14);
         // The TMC429 has the crystal's clock: all velocities rest on its 16 MHz.
         Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
 
         let signals = Signals {
             stall: Input::new(p.PE0, Pull::Down),
-            inputs: [
-                Input::new(p.PD11, Pull::None),
-                Input::new(p.PD12, Pull::None),
-                Input::new(p.PD13, Pull::None),
-                Input::new(p.PD14, Pull::None),
-            ],
+            _inputs: [Input::new(p.PD11, Pull::None), Input::new(p.PD14, Pull::None)],
+            _encoder: Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()),
             outputs: [Output::new(p.PD8, Level::Low, Speed::Low), Output::new(p.PD9, Level::Low, Speed::Low)],
             pull_ups: Output::new(p.PD10, Level::High, Speed::Low),
             led: Output::new(p.PC5, Level::Low, Speed::Low),
         };
+        static USB: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; _]);
+        // The supply pin of the connector is not looked at: the host is there when it talks.
+        let mut usb_config = usb::Config::default();
+        usb_config.vbus_detection = false;
         Board {
+            can: Can::new(p.CAN1, p.PD0, p.PD1, Irqs),
+            usb: usb::Driver::new_fs(p.USB_OTG_FS, Irqs, p.PA12, p.PA11, USB.take(), usb_config),
+            adc: Adc::new(p.ADC1),
+            analog: Analog { in0: p.PC0, supply: p.PC1 },
+            watchdog,
+            factory_reset,
             motion: Motion {
                 bus: Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, tmc429_spi()),
                 select_tmc429: Output::new(p.PA4, Level::High, Speed::Medium),
@@ -140,23 +208,49 @@ impl Board {
 }
 
 impl Rs485 {
-    /// Opens the interface: the port and the direction pin.
+    /// Sets up the port, which listens from then on, and gives the direction pin. What happens in the port is for its
+    /// interrupt handler.
     ///
     /// # Errors
     /// The baud rate cannot be made from 42 MHz.
-    pub(super) fn open(self, baud: u32) -> Result<(BufferedUart<'static>, Output<'static>), usart::ConfigError> {
-        // One reply at a time goes out, a few requests may come in: see `rs485`.
-        static TX: ConstStaticCell<[u8; 16]> = ConstStaticCell::new([0; _]);
-        static RX: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; _]);
+    pub(super) fn open(self, baud: u32) -> Result<Output<'static>, usart::ConfigError> {
         let mut config = usart::Config::default();
         config.baudrate = baud;
         // While sending, the transceiver leaves the line from it to here open.
         config.rx_pull = Pull::Up;
-        // Every byte is told of at once. Else the last one would be a whole character late.
-        config.eager_reads = Some(1);
-        let port = BufferedUart::new(self.usart, self.rx, self.tx, TX.take(), RX.take(), Irqs, config)?;
-        Ok((port, self.direction))
+        // Dropped, it would switch the port off.
+        core::mem::forget(Uart::new_blocking(self.usart, self.rx, self.tx, config)?);
+        Ok(self.direction)
     }
+}
+
+/// How often the pads are asked.
+const PAD_PULSES: usize = 10;
+
+/// True when SWDIO and SWCLK are connected with each other: one follows the other. A debugger that is there is left
+/// alone.
+fn pads_connected(mut data: Peri<'static, peripherals::PA13>, mut clock: Peri<'static, peripherals::PA14>) -> bool {
+    if cortex_m::peripheral::DCB::is_debugger_attached() {
+        return false;
+    }
+    let mut follows = true;
+    {
+        let mut out = Flex::new(data.reborrow());
+        let mut input = Flex::new(clock.reborrow());
+        input.set_as_input(Pull::Up);
+        out.set_as_output(Speed::Low);
+        for pulse in 0..2 * PAD_PULSES {
+            let high = pulse % 2 != 0;
+            out.set_level(high.into());
+            // Time for the pull-up resistor of 40 kOhm to lift the line: 20 us at 168 MHz.
+            cortex_m::asm::delay(3_360);
+            follows &= input.is_high() == high;
+        }
+    }
+    // Back to the debug port, as after reset: function 0, SWDIO with a pull-up, SWCLK with a pull-down.
+    Flex::new(data).set_as_af_unchecked(0, AfType::input(Pull::Up));
+    Flex::new(clock).set_as_af_unchecked(0, AfType::input(Pull::Down));
+    follows
 }
 
 // The very first thing after reset, before RAM is set up and the clock is fast, which takes a millisecond: at

@@ -347,6 +347,12 @@ where
         self.outputs
     }
 
+    /// Keeps parameter 77 from starting the program until the supply comes back: for a firmware that has had to start
+    /// anew and does not know why it is where it is.
+    pub const fn hold_program(&mut self) {
+        self.starts = false;
+    }
+
     /// When [`Module::poll`] wants to be called next.
     pub const fn deadline(&self) -> Micros {
         if self.fuel > 0 && self.machine.busy() { self.turn() } else { self.next }

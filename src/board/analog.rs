@@ -1,0 +1,65 @@
+//! Analog inputs: IN0, the supply, the temperature. Read in thread mode, where it holds up nobody.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use embassy_stm32::adc::{Adc, SampleTime};
+use embassy_stm32::peripherals::ADC1;
+use embassy_time::Timer;
+
+use super::tmcm1140::Analog;
+
+/// Time between two readings.
+const PERIOD_MS: u64 = 5;
+/// A reading of 4095 is 3.3 V.
+const FULL_SCALE_MV: u32 = 3_300;
+const FULL_SCALE: u32 = 4_095;
+/// The supply comes over a divider of 10 kOhm to 1 kOhm: 36.3 V at full scale.
+const DIVIDER: u32 = 11;
+/// The microcontroller's own temperature sensor gives 760 mV at 25 degrees and 2.5 mV a degree.
+const AT_25_DEGREES_MV: u32 = 760;
+const DEGREES_PER_10_MV: i32 = 4;
+
+/// The latest readings: IN0, supply, temperature. More than full scale before the first one.
+static READINGS: [AtomicU32; 3] = [const { AtomicU32::new(u32::MAX) }; 3];
+
+/// Reads all inputs again and again.
+#[embassy_executor::task]
+pub(super) async fn read(mut adc: Adc<'static, ADC1>, mut inputs: Analog) {
+    let mut temperature = adc.enable_temperature();
+    loop {
+        // At 21 MHz 84 cycles are 4 us, enough for a source of 50 kOhm; the sensor wants 10 us and gets 23.
+        let (time, long) = (SampleTime::CYCLES84, SampleTime::CYCLES480);
+        let Analog { in0, supply } = &mut inputs;
+        let readings =
+            [adc.blocking_read(in0, time), adc.blocking_read(supply, time), adc.blocking_read(&mut temperature, long)];
+        for (place, reading) in READINGS.iter().zip(readings) {
+            place.store(reading.into(), Ordering::Relaxed);
+        }
+        Timer::after_millis(PERIOD_MS).await;
+    }
+}
+
+/// Analog value of IN0.
+pub(super) fn in0() -> u16 {
+    let [in0, ..] = &READINGS;
+    in0.load(Ordering::Relaxed).min(FULL_SCALE) as u16
+}
+
+/// Supply voltage in 0.1 V, once it has been measured.
+pub(super) fn supply() -> Option<u16> {
+    let [_, supply, _] = &READINGS;
+    let millivolts = millivolts(supply)? * DIVIDER;
+    Some((millivolts / 100) as u16)
+}
+
+/// Temperature in degrees Celsius.
+pub(super) fn temperature() -> i16 {
+    let [.., temperature] = &READINGS;
+    let above = millivolts(temperature).unwrap_or(AT_25_DEGREES_MV).cast_signed() - AT_25_DEGREES_MV.cast_signed();
+    (25 + above * DEGREES_PER_10_MV / 10) as i16
+}
+
+fn millivolts(reading: &AtomicU32) -> Option<u32> {
+    let reading = reading.load(Ordering::Relaxed);
+    (reading <= FULL_SCALE).then_some(reading * FULL_SCALE_MV / FULL_SCALE)
+}

@@ -1,0 +1,82 @@
+//! The CAN link: the bxCAN with its filters. Its owner is that of the module; here is how it gets there.
+
+use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
+use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id, StandardId};
+use embassy_stm32::interrupt::typelevel::{CAN1_RX0, Handler};
+use heapless::Vec;
+
+use super::mail::CAN;
+use super::owner;
+use crate::module::Links;
+use crate::tmcl::can as wire;
+
+/// Data of a frame.
+pub(super) type Data = Vec<u8, 8>;
+
+/// Both halves of the interface.
+pub(super) struct Can {
+    tx: CanTx<'static>,
+    rx: CanRx<'static>,
+}
+
+/// Calls the owner when a frame has come.
+pub(super) struct Pend;
+
+impl Handler<CAN1_RX0> for Pend {
+    unsafe fn on_interrupt() {
+        owner::pend();
+    }
+}
+
+/// Waits until the bus is there - 11 recessive bits - and hands the interface over.
+#[embassy_executor::task]
+pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
+    can.set_bitrate(bit_rate);
+    can.enable().await;
+    let (tx, rx) = can.split();
+    defmt::info!("CAN at {=u32} bit/s", bit_rate);
+    CAN.signal(Can { tx, rx });
+}
+
+impl Can {
+    /// The oldest frame that has come, if it is one that TMCL uses: a data frame with an identifier of 11 bits.
+    pub(super) fn read(&mut self) -> Option<(u16, Data)> {
+        // Errors of the bus are the controller's to handle: it leaves bus-off by itself.
+        let envelope = self.rx.try_read().ok()?;
+        let header = envelope.frame.header();
+        match header.id() {
+            Id::Standard(id) if !header.rtr() => Some((id.as_raw(), Data::from_slice(envelope.frame.data()).ok()?)),
+            _ => None,
+        }
+    }
+
+    /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is
+    /// dropped.
+    pub(super) fn write(&mut self, frame: &wire::Frame) {
+        let Some(id) = StandardId::new(frame.id) else { return };
+        if let Ok(frame) = Frame::new_standard(id.as_raw(), &frame.data)
+            && self.tx.try_write(&frame).is_err()
+        {
+            defmt::debug!("CAN: nobody listens, reply dropped");
+        }
+    }
+
+    /// Lets in what is for the module. A module whose own identifier is that of replies has to hear the requests to
+    /// others, to know their replies.
+    pub(super) fn listen_to(&mut self, links: &Links) {
+        let Links { can_id, can_secondary, can_reply, .. } = *links;
+        let own = [can_id, if can_secondary == 0 { can_id } else { can_secondary }];
+        let mut filters = self.rx.modify_filters();
+        if own.contains(&can_reply) {
+            filters.enable_bank(0, Fifo::Fifo0, BankConfig::Mask16([Mask16::accept_all(); 2]));
+            return;
+        }
+        let [first, second] = own.map(|id| ListEntry16::data_frames_with_id(standard(id)));
+        filters.enable_bank(0, Fifo::Fifo0, BankConfig::List16([first, second, first, second]));
+    }
+}
+
+/// Parameters 70, 71 and 83 have 11 bits.
+fn standard(id: u16) -> StandardId {
+    StandardId::new(id & 0x7FF).unwrap_or(StandardId::ZERO)
+}

@@ -1,0 +1,117 @@
+//! The USB link: a serial port (CDC-ACM), as on the sibling modules.
+
+use embassy_futures::select::{Either, select};
+use embassy_stm32::peripherals::USB_OTG_FS;
+use embassy_stm32::usb::Driver;
+use embassy_usb::class::cdc_acm::{CdcAcmClass, State};
+use embassy_usb::driver::EndpointError;
+use embassy_usb::{Builder, Config, UsbDevice};
+use heapless::String;
+use static_cell::{ConstStaticCell, StaticCell};
+
+use super::mail::{LINKS, REQUESTS, USB};
+use super::{now, owner, watchdog};
+use crate::module::{Links, Port, Source};
+
+/// Vendor and product of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35): hosts look for them.
+const IDS: (u16, u16) = (0x2A3C, 0x0100);
+/// Bytes of a packet.
+const PACKET: u16 = 64;
+
+type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
+type Serial = CdcAcmClass<'static, Driver<'static, USB_OTG_FS>>;
+
+/// Builds the device around its driver; `serial` tells it from other modules.
+pub(super) fn build(driver: Driver<'static, USB_OTG_FS>, serial: &'static str) -> (Device, Serial) {
+    static CONFIGURATION: ConstStaticCell<[u8; 128]> = ConstStaticCell::new([0; _]);
+    static CONTROL: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; _]);
+    static STATE: StaticCell<State> = StaticCell::new();
+    let mut config = Config::new(IDS.0, IDS.1);
+    config.manufacturer = Some("open firmware");
+    config.product = Some("TMCM-1140");
+    config.serial_number = Some(serial);
+    config.device_release = 0x0100;
+    config.max_power = 100;
+    let mut builder = Builder::new(driver, config, CONFIGURATION.take(), &mut [], &mut [], CONTROL.take());
+    let serial = CdcAcmClass::new(&mut builder, STATE.init(State::new()), PACKET);
+    (builder.build(), serial)
+}
+
+/// The microcontroller's number as text.
+pub(super) fn serial_number() -> &'static str {
+    static TEXT: StaticCell<String<24>> = StaticCell::new();
+    let text = TEXT.init(String::new());
+    for byte in embassy_stm32::uid::uid() {
+        for digit in [byte >> 4, byte & 0xF] {
+            // 24 digits fit.
+            let _ = text.push(char::from_digit(digit.into(), 16).unwrap_or('0'));
+        }
+    }
+    text
+}
+
+/// Keeps the device going.
+#[embassy_executor::task]
+pub(super) async fn run(mut device: Device) {
+    device.run().await;
+}
+
+/// Carries requests and replies between the host and the owner of the module.
+#[embassy_executor::task]
+pub(super) async fn carry(mut serial: Serial) {
+    loop {
+        watchdog::while_waiting(&watchdog::USB, serial.wait_connection()).await;
+        defmt::info!("USB: host connected");
+        let _ = talk(&mut serial).await;
+        defmt::info!("USB: host gone");
+        // What was to be said to it is said to nobody.
+        USB.clear();
+    }
+}
+
+/// Until the host is gone.
+async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
+    let mut port = Port::new(Source::Usb, links().start);
+    let mut packet = [0; PACKET as usize];
+    loop {
+        let event = select(serial.read_packet(&mut packet), USB.ready_to_receive());
+        match watchdog::while_waiting(&watchdog::USB, event).await {
+            Either::First(count) => {
+                for byte in packet.iter().take(count?) {
+                    while port.is_waiting() {
+                        send(serial, &mut port).await?;
+                    }
+                    let heard = port.push(*byte, now(), &links());
+                    write(serial, heard.echo).await?;
+                    if let Some(request) = heard.request {
+                        REQUESTS.send((Source::Usb, request)).await;
+                        owner::pend();
+                    }
+                }
+            }
+            Either::Second(()) => send(serial, &mut port).await?,
+        }
+    }
+}
+
+/// Sends the next answer; what a module does not answer ends the waiting as well.
+async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError> {
+    watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
+    let Ok(outgoing) = USB.try_peek() else { return Ok(()) };
+    let message = port.answer(outgoing.reply.as_ref(), outgoing.mode, &outgoing.links);
+    let sent = write(serial, &message).await;
+    let _ = USB.try_receive();
+    sent
+}
+
+async fn write(serial: &mut Serial, bytes: &[u8]) -> Result<(), EndpointError> {
+    for packet in bytes.chunks(PACKET.into()) {
+        watchdog::while_waiting(&watchdog::USB, serial.write_packet(packet)).await?;
+    }
+    Ok(())
+}
+
+/// The settings in force.
+fn links() -> Links {
+    LINKS.lock(|shared| shared.get()).unwrap_or_default()
+}
