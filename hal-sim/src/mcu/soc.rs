@@ -362,6 +362,9 @@ impl Soc {
                 }
             }
             self.hear();
+            if self.pins_change() <= now {
+                self.watch_pins();
+            }
             let time = self.time.nanos(now);
             if self.host.next_event() <= time {
                 self.host.advance(time, &mut self.otg);
@@ -387,13 +390,17 @@ impl Soc {
     /// When something happens next, the core apart.
     fn next_event(&self) -> Cycles {
         let start = self.wiring.next_start().map_or(NEVER, |at| self.time.cycles(at));
-        let pins = if self.exti.watched() == 0 { None } else { self.wiring.board.next_event() };
-        let board = pins.map_or(NEVER, |at| self.time.cycles(at).max(self.now + 1));
         let host = match self.host.next_event() {
             Nanos::MAX => NEVER,
             at => self.time.cycles(at),
         };
-        self.due.into_iter().fold(start.min(board).min(host), Cycles::min)
+        self.due.into_iter().fold(start.min(self.pins_change()).min(host), Cycles::min).max(self.now + 1)
+    }
+
+    /// When a pin may change next that an external interrupt line looks at.
+    fn pins_change(&self) -> Cycles {
+        let change = if self.exti.watched() == 0 { None } else { self.wiring.board.next_event() };
+        change.map_or(NEVER, |at| self.time.cycles(at))
     }
 
     /// What happens around a peripheral that has changed.
