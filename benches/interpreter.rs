@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use tmcm::module::{Executed, Hooks, Inputs, Module, Parts, Source, TMCM_1140};
+use tmcm::module::{Executed, Hooks, Inputs, Module, Parts, Platform, Source, TMCM_1140};
 use tmcm::store::Store;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::units::Micros;
@@ -128,10 +128,20 @@ impl OutputPin for Nothing {
     }
 }
 
+impl Platform for Nothing {
+    type Tmc429 = Nothing;
+    type Tmc262 = Nothing;
+    type Enable = Nothing;
+    type Store = Box<Store>;
+    type Hooks = Counter;
+}
+
 /// A module that executes a program as fast as time can be told to go on.
 fn module(program: &[Command]) -> (u64, Duration) {
-    let parts = Parts { tmc429: Nothing, tmc262: [Nothing], enable: Nothing };
-    let mut module: Module<_, _, _, _, 1> = Module::new(&TMCM_1140, parts, Counter::default(), |_| {}, Micros(0), 1);
+    let (store, hooks) = (Box::new(Store::new()), Counter::default());
+    let parts = Parts { tmc429: Nothing, tmc262: [Nothing], enable: Nothing, store, hooks };
+    let mut module: Module<Nothing, 1> = Module::new(&TMCM_1140, parts, 1);
+    module.start(Micros(0), |_| {});
     let around = [command(Opcode::EnterDownload, 0, 0), command(Opcode::ExitDownload, 0, 0)];
     for command in [&around[..1], program, &around[1..], &[command(Opcode::RunApplication, 0, 0)]].concat() {
         module.execute(Micros(0), Source::Usb, command);

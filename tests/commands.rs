@@ -5,10 +5,11 @@
 mod common;
 
 use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYPE};
-use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
+use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::{Hooks, Module, Outcome, Parts, Source, TMCM_1140};
+use tmcl_cli::virtual_module::parts;
+use tmcm::module::{Hooks, Module, Outcome, Source, TMCM_1140};
 use tmcm::tmcl::{Command, Reply, Status, binary, text};
 use tmcm::units::Micros;
 
@@ -668,13 +669,8 @@ impl Hooks for Functions {
 #[test]
 fn user_functions_of_an_image() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let parts = Parts {
-        tmc429: board.spi(Chip::Tmc429, 1_000_000),
-        tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
-        enable: board.enable_pin(),
-    };
-    let user = Functions::default();
-    let mut module: Module<SimSpi, SimSpi, SimPin, _, 1> = Module::new(&TMCM_1140, parts, user, |_| {}, Micros(0), 1);
+    let mut module = Module::new(&TMCM_1140, parts(&board, Functions::default()), 1);
+    module.start(Micros(0), |_| {});
     for (line, status, value) in [
         ("UF0 200, 100, 1000", Status::Ok, 1300),
         ("UF1 0, 0, 5", Status::InvalidValue, 5),

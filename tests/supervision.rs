@@ -12,7 +12,8 @@ use hal_sim::control::Line;
 use hal_sim::world::config::WorldConfig;
 use std::cell::Cell;
 use std::rc::Rc;
-use tmcm::module::{Inputs, Module, Outcome, Parts, Source, TMCM_1140};
+use tmcm::module::{Inputs, Module, Outcome, Parts, Platform, Source, TMCM_1140};
+use tmcm::store::Store;
 use tmcm::tmcl::can::{Frame, encode_command};
 use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::units::Micros;
@@ -276,10 +277,18 @@ impl SpiDevice for Loose {
     }
 }
 
+impl Platform for Loose {
+    type Tmc429 = Loose;
+    type Tmc262 = SimSpi;
+    type Enable = SimPin;
+    type Store = Box<Store>;
+    type Hooks = ();
+}
+
 /// A module on such a bus, in virtual time.
 struct LooseBench {
     board: SharedBoard,
-    module: Module<Loose, SimSpi, SimPin, (), 1>,
+    module: Module<Loose, 1>,
     fails: Rc<Cell<bool>>,
 }
 
@@ -291,8 +300,11 @@ impl LooseBench {
             tmc429: Loose(board.spi(Chip::Tmc429, 1_000_000), fails.clone()),
             tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
             enable: board.enable_pin(),
+            store: Box::new(Store::new()),
+            hooks: (),
         };
-        let module = Module::new(&TMCM_1140, parts, (), |_| {}, Micros(0), 1);
+        let mut module = Module::new(&TMCM_1140, parts, 1);
+        module.start(Micros(0), |_| {});
         LooseBench { board, module, fails }
     }
 

@@ -4,6 +4,7 @@
 //! go in at the present time and come out with the time at which they are on the wire.
 
 use std::collections::VecDeque;
+use std::marker::PhantomData;
 
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
@@ -11,9 +12,11 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Answer, Inputs, Module, Outcome, Parts, Request, Source, TMCM_1140, TMCM_1140_AXES};
+use tmcm::module::{
+    Answer, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140, TMCM_1140_AXES,
+};
 use tmcm::param::GlobalParameter;
-use tmcm::store::{Keeper, Report, Slot, Worth};
+use tmcm::store::{Keeper, Report, Slot, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can::Frame;
 use tmcm::tmcl::{Command, Reply, Status};
@@ -38,8 +41,31 @@ const CAN: Source = Source::Can { length: 8 };
 /// Bit rates of the RS485 interface, by number (global parameter 65).
 pub(crate) const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
 
-/// The firmware as a type: devices of the simulated board, no user functions.
-type Core = Module<SimSpi, SimSpi, SimPin, Tracer, TMCM_1140_AXES>;
+/// The simulated board as a platform, with additions `H`.
+#[derive(Debug)]
+pub struct Simulated<H>(PhantomData<H>);
+
+impl<H: Hooks> Platform for Simulated<H> {
+    type Tmc429 = SimSpi;
+    type Tmc262 = SimSpi;
+    type Enable = SimPin;
+    type Store = Box<Store>;
+    type Hooks = H;
+}
+
+/// What a module on a simulated board is built of.
+pub fn parts<H: Hooks>(board: &SharedBoard, hooks: H) -> Parts<Simulated<H>, TMCM_1140_AXES> {
+    Parts {
+        tmc429: board.spi(Chip::Tmc429, TMC429_HZ),
+        tmc262: [board.spi(Chip::Tmc262, TMC262_HZ)],
+        enable: board.enable_pin(),
+        store: Box::new(Store::new()),
+        hooks,
+    }
+}
+
+/// The firmware as a type.
+type Core = Module<Simulated<Tracer>, TMCM_1140_AXES>;
 
 /// The running firmware.
 struct Firmware {
@@ -347,16 +373,11 @@ impl VirtualModule {
     }
 
     fn boot(&mut self) {
-        let parts = Parts {
-            tmc429: self.board.spi(Chip::Tmc429, TMC429_HZ),
-            tmc262: [self.board.spi(Chip::Tmc262, TMC262_HZ)],
-            enable: self.board.enable_pin(),
-        };
         let mut keeper = Keeper::new(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
         let mut report = Report::default();
-        let tracer = Tracer::new(self.tracing);
-        let mut core =
-            Module::new(&TMCM_1140, parts, tracer, |store| report = keeper.load(store), Micros(0), self.seed);
+        let parts = parts(&self.board, Tracer::new(self.tracing));
+        let mut core = Core::new(&TMCM_1140, parts, self.seed);
+        core.start(Micros(0), |store| report = keeper.load(store));
         if report.unreachable {
             self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
         } else if report.foreign > 0 {

@@ -15,13 +15,13 @@ use embassy_stm32::pac::TIM3;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use heapless::Vec;
-use static_cell::StaticCell;
+use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::Can;
 use super::mail::{CAN, Outgoing, PAGE, REQUESTS, USB, WRITTEN};
 use super::tmcm1140::{Bus, Motion, Signals, drivers_off, tmc262_spi, tmc429_spi};
 use super::{now, rs485, watchdog};
-use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Request, Source, Spec, TMCM_1140_AXES};
+use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
 use crate::tmcl::Reply;
 
@@ -31,8 +31,19 @@ type Shared = Mutex<NoopRawMutex, RefCell<Bus>>;
 /// A chip on SPI1, with its own clock.
 type Chip = SpiDeviceWithConfig<'static, NoopRawMutex, Bus, Output<'static>>;
 
+/// This board as a platform.
+pub(super) struct Stm32;
+
+impl Platform for Stm32 {
+    type Tmc429 = Chip;
+    type Tmc262 = Chip;
+    type Enable = Output<'static>;
+    type Store = &'static mut Store;
+    type Hooks = ();
+}
+
 /// The module on this board.
-pub(super) type Core = Module<Chip, Chip, Output<'static>, (), TMCM_1140_AXES>;
+type Core = Module<Stm32, TMCM_1140_AXES>;
 
 /// Byte links, in the order of [`Owner::owed`].
 const BYTE_LINKS: [Source; 2] = [Source::Usb, Source::Rs485];
@@ -41,6 +52,7 @@ const BYTE_LINKS: [Source; 2] = [Source::Usb, Source::Rs485];
 pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut Store), seed: u32) -> Owner {
     static BUS: StaticCell<Shared> = StaticCell::new();
     static MODULE: StaticCell<Core> = StaticCell::new();
+    static STORE: ConstStaticCell<Store> = ConstStaticCell::new(Store::new());
     let Motion { bus, select_tmc429, select_tmc262, enable, signals } = motion;
     // Each transaction gives the bus the clock of its chip. Chip select is to be low for three clocks of the
     // TMC429 - 188 ns, 32 cycles here - before the first edge and after the last. The SPI driver takes 57 cycles
@@ -50,8 +62,11 @@ pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut 
         tmc429: Chip::new(bus, select_tmc429, tmc429_spi()),
         tmc262: [Chip::new(bus, select_tmc262, tmc262_spi())],
         enable,
+        store: STORE.take(),
+        hooks: (),
     };
-    let module = MODULE.init_with(|| Module::new(spec, parts, (), load, now(), seed));
+    let module = MODULE.init_with(|| Module::new(spec, parts, seed));
+    module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);
     let links = *module.links();
     Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2] }

@@ -1,10 +1,7 @@
 //! Commands to an axis: motion, axis parameters, coordinates (manual sections 3.7.1 to 3.7.8, 3.7.24 to
 //! 3.7.27).
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Done, Hooks, Inputs, Module, Subscription, Undo};
+use super::{Done, Inputs, Module, Platform, Subscription, Undo};
 use crate::chip::tmc429::{Mode, Tmc429};
 use crate::motion::{self, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
@@ -32,7 +29,10 @@ fn parameter(number: u8) -> Result<AxisParameter, Status> {
     AxisParameter::from_number(number).ok_or(Status::WrongType)
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+type Axis<T> = motion::Axis<<T as Platform>::Tmc262>;
+type Chip<T> = Tmc429<<T as Platform>::Tmc429>;
+
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// One turn of all axes, and what comes of it; what a program may want to know of is returned.
     pub(super) fn poll_axes(&mut self, now: Micros) -> Signals {
         let mut signals = Signals::default();
@@ -78,7 +78,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     pub(super) fn interrupt(
         &mut self,
         now: Micros,
-        act: impl Fn(&mut motion::Axis<D>, &mut Tmc429<M>) -> Result<(), motion::Error>,
+        act: impl Fn(&mut Axis<T>, &mut Chip<T>) -> Result<(), motion::Error>,
     ) {
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
             if axis.travelling() {
@@ -286,7 +286,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
         Ok(axis.actual_position(chip)?)
     }
 
-    fn axis(&mut self, number: u8) -> Result<(&mut motion::Axis<D>, &mut Tmc429<M>), Status> {
+    fn axis(&mut self, number: u8) -> Result<(&mut Axis<T>, &mut Chip<T>), Status> {
         let axis = self.axes.get_mut(usize::from(number)).ok_or(Status::InvalidValue)?;
         Ok((axis, &mut self.chip))
     }

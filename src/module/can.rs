@@ -1,14 +1,11 @@
 //! The CAN bus: which identifiers are the module's, which its replies have, and how long they are.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Answer, Hooks, Links, Module, Source};
+use super::{Answer, Links, Module, Platform, Source};
 use crate::tmcl::Reply;
 use crate::tmcl::can::{self, Frame};
 use crate::units::Micros;
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Takes a data frame with an 11-bit identifier from the CAN bus. A request has one of the module's
     /// identifiers (parameters 71 and 83) and seven data bytes or more; anything else is not answered. The reply
     /// has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it, whichever

@@ -1,14 +1,11 @@
 //! From a command to what it does: one exhaustive match over the instruction table.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Done, Hooks, Module, RESTART_DELAY, Source, program};
+use super::{Done, Hooks, Module, Platform, RESTART_DELAY, Source, program};
 use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::{Interrupts, Operation};
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run
     /// here, the motor, and what the command itself wants.
     pub(super) fn dispatch(&mut self, now: Micros, source: Source, command: Command) -> Result<Done, Status> {

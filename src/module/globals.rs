@@ -1,9 +1,6 @@
 //! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Done, Hooks, Module};
+use super::{Done, Module, Platform};
 use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, Row, STORED_USER_VARIABLES, Storage};
 use crate::store::Slot;
 use crate::tmcl::Status;
@@ -38,7 +35,7 @@ fn check(row: &Row, value: i32) -> Result<(), Status> {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The value of a parameter of bank 0 as set.
     pub(super) fn global(&self, parameter: G) -> i32 {
         self.globals.get(parameter.index()).copied().unwrap_or_default()

@@ -1,9 +1,6 @@
 //! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Done, Hooks, Module};
+use super::{Done, Module, Platform};
 use crate::tmcl::Status;
 
 /// Milliseconds of the status LED's on and off time.
@@ -56,7 +53,7 @@ impl Default for Outputs {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Done, Status> {
         let all = 1_u8.checked_shl(self.spec.outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {

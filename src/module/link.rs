@@ -1,10 +1,7 @@
 //! Byte links: who is addressed, what a broken telegram is answered, under which address the reply goes.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
 use super::port::{Mode, Request};
-use super::{Hooks, Module, Outcome, Source};
+use super::{Module, Outcome, Platform, Source};
 use crate::param::GlobalParameter as G;
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::{self, Telegram};
@@ -76,7 +73,7 @@ impl<T> Answer<T> {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The interface settings in force.
     pub const fn links(&self) -> &Links {
         &self.links

@@ -30,6 +30,8 @@ pub use spec::{Spec, TMCM_1140, TMCM_1140_AXES};
 use overheard::Overheard;
 use supervision::Supervision;
 
+use core::ops::DerefMut;
+
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::{Deque, Vec};
@@ -42,16 +44,33 @@ use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::Machine;
 
-/// The hardware the core drives itself, as embedded-hal devices. The enable pin is low when the motor
-/// drivers are on.
+/// What a module runs on, as types.
+pub trait Platform {
+    /// The way to the motion controller.
+    type Tmc429: SpiDevice;
+    /// The way to the driver of an axis.
+    type Tmc262: SpiDevice;
+    /// The drivers' ENN: low when they are on.
+    type Enable: OutputPin;
+    /// How the store is owned. It is larger than a stack should be, so a module does not contain it.
+    type Store: DerefMut<Target = Store>;
+    /// What is added to the module.
+    type Hooks: Hooks;
+}
+
+/// What a module runs on: the hardware it drives itself, its memory, additions.
 #[derive(Debug)]
-pub struct Parts<M, D, E, const AXES: usize> {
+pub struct Parts<T: Platform, const AXES: usize> {
     /// The motion controller.
-    pub tmc429: M,
+    pub tmc429: T::Tmc429,
     /// The driver of each axis.
-    pub tmc262: [D; AXES],
+    pub tmc262: [T::Tmc262; AXES],
     /// The drivers' ENN.
-    pub enable: E,
+    pub enable: T::Enable,
+    /// A new store.
+    pub store: T::Store,
+    /// Additions.
+    pub hooks: T::Hooks,
 }
 
 /// A link that commands come from and replies go to.
@@ -170,13 +189,13 @@ const PERIOD: Micros = Micros::from_millis(1);
 
 /// A module: axes, parameters, storage and links.
 #[derive(Debug)]
-pub struct Module<M, D, E, H, const AXES: usize> {
+pub struct Module<T: Platform, const AXES: usize> {
     spec: &'static Spec,
-    chip: Tmc429<M>,
-    axes: [Axis<D>; AXES],
-    enable: E,
-    hooks: H,
-    store: Store,
+    chip: Tmc429<T::Tmc429>,
+    axes: [Axis<T::Tmc262>; AXES],
+    enable: T::Enable,
+    hooks: T::Hooks,
+    store: T::Store,
     globals: [i32; G::COUNT],
     variables: [i32; USER_VARIABLES],
     coordinates: [[i32; COORDINATES]; AXES],
@@ -205,34 +224,18 @@ pub struct Module<M, D, E, H, const AXES: usize> {
     next: Micros,
 }
 
-impl<M, D, E, H, const AXES: usize> Module<M, D, E, H, AXES>
-where
-    M: SpiDevice,
-    D: SpiDevice,
-    E: OutputPin,
-    H: Hooks,
-{
-    /// Starts the module: stops whatever the motion controller was doing - it keeps its registers through a
-    /// restart of the firmware and would run on -, restores what is stored, sets up the chips and only then switches
-    /// the drivers on. `load` fills the store, which takes its time; `seed` starts the random numbers.
-    ///
-    /// With a motion controller that does not answer the drivers stay off; the module answers all the same.
-    pub fn new(
-        spec: &'static Spec,
-        parts: Parts<M, D, E, AXES>,
-        hooks: H,
-        load: impl FnOnce(&mut Store),
-        now: Micros,
-        seed: u32,
-    ) -> Self {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
+    /// A module before its [start](Self::start). `seed` starts the random numbers.
+    pub fn new(spec: &'static Spec, parts: Parts<T, AXES>, seed: u32) -> Self {
         let mut motors = Motor::ALL.into_iter().cycle();
-        let mut module = Module {
+        let Parts { tmc429, tmc262, enable, store, hooks } = parts;
+        Module {
             spec,
-            chip: Tmc429::new(parts.tmc429),
-            axes: parts.tmc262.map(|driver| Axis::new(motors.next().unwrap_or(Motor::M0), driver)),
-            enable: parts.enable,
+            chip: Tmc429::new(tmc429),
+            axes: tmc262.map(|driver| Axis::new(motors.next().unwrap_or(Motor::M0), driver)),
+            enable,
             hooks,
-            store: Store::new(),
+            store,
             globals: G::defaults(),
             variables: [0; USER_VARIABLES],
             coordinates: [[0; COORDINATES]; AXES],
@@ -246,28 +249,39 @@ where
             replies: Deque::new(),
             subscription: None,
             subscriptions: 0,
-            supervision: Supervision::new(now),
+            supervision: Supervision::new(Micros(0)),
             inputs: Inputs::default(),
             outputs: Outputs::default(),
             random: seed,
-            tick_offset: now.millis() as u32,
+            tick_offset: 0,
             restart: None,
-            next: now,
-        };
-        // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
-        let _ = module.enable.set_high();
-        // One that does not hear now is asked again before the drivers are switched on.
-        let _ = module.chip.halt();
-        load(&mut module.store);
-        module.restore();
-        module.links = Links::of(&module.globals);
-        if module.start(now).is_ok() {
-            let _ = module.enable.set_low();
+            next: Micros(0),
         }
-        module
     }
 
-    fn start(&mut self, now: Micros) -> Result<(), motion::Error> {
+    /// Starts the module: stops whatever the motion controller was doing - it keeps its registers through a
+    /// restart of the firmware and would run on -, restores what is stored, sets up the chips and only then switches
+    /// the drivers on. `load` fills the store, which takes its time.
+    ///
+    /// With a motion controller that does not answer the drivers stay off; the module answers all the same.
+    pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store)) {
+        // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
+        let _ = self.enable.set_high();
+        // One that does not hear now is asked again before the drivers are switched on.
+        let _ = self.chip.halt();
+        self.store.forget();
+        load(&mut self.store);
+        self.restore();
+        self.links = Links::of(&self.globals);
+        self.supervision = Supervision::new(now);
+        self.tick_offset = now.millis() as u32;
+        self.next = now;
+        if self.start_chips(now).is_ok() {
+            let _ = self.enable.set_low();
+        }
+    }
+
+    fn start_chips(&mut self, now: Micros) -> Result<(), motion::Error> {
         self.chip.halt()?;
         self.chip.initialise()?;
         if !self.chip.present()? {
@@ -364,17 +378,17 @@ where
     }
 
     /// What has been added to the module.
-    pub const fn hooks(&mut self) -> &mut H {
+    pub const fn hooks(&mut self) -> &mut T::Hooks {
         &mut self.hooks
     }
 
     /// The axes, to look at.
-    pub const fn axes(&self) -> &[Axis<D>; AXES] {
+    pub const fn axes(&self) -> &[Axis<T::Tmc262>; AXES] {
         &self.axes
     }
 
     /// The settings on their way to the EEPROM: take jobs from here, tell how they went.
-    pub const fn store(&mut self) -> &mut Store {
+    pub fn store(&mut self) -> &mut Store {
         &mut self.store
     }
 

@@ -5,10 +5,7 @@
 //! other. So its speed is the same everywhere and leaves room for the rest. It spends them in slices of 16, and
 //! between two slices the links are looked at.
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Done, Executed, Hooks, Module, Source, Waiting};
+use super::{Done, Executed, Hooks, Module, Platform, Source, Waiting};
 use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Worth;
 use crate::tmcl::{Command, Opcode, Reply, Status};
@@ -27,7 +24,7 @@ pub(super) fn address(value: i32) -> Result<u16, Status> {
     vm::address(value).ok_or(Status::InvalidValue)
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The interpreter, to look at.
     pub const fn machine(&self) -> &Machine {
         &self.machine

@@ -1,10 +1,7 @@
 //! What stops the motors from outside: a host that falls silent (global parameters 68 and 82) and a supply
 //! that is too low (manual section 12.1, firmware 1.35).
 
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiDevice;
-
-use super::{Hooks, Module, Source};
+use super::{Module, Platform, Source};
 use crate::motion::Axis;
 use crate::param::{AxisParameter as P, GlobalParameter as G};
 use crate::units::Micros;
@@ -85,7 +82,7 @@ impl Supervision {
     }
 }
 
-impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Module<M, D, E, H, AXES> {
+impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Stops the motors when a host falls silent - until it is heard again nobody can start them - and with the program where the supply is too
     /// low.
     pub(super) fn supervise(&mut self, now: Micros) {
@@ -116,7 +113,7 @@ impl<M: SpiDevice, D: SpiDevice, E: OutputPin, H: Hooks, const AXES: usize> Modu
     /// Whether a motor is to go somewhere, or does not answer.
     fn under_way(&mut self) -> bool {
         let Module { axes, chip, .. } = self;
-        let rests = |axis: &mut Axis<D>| !axis.travelling() && matches!(axis.read(chip, P::TargetSpeed), Ok(0));
+        let rests = |axis: &mut Axis<T::Tmc262>| !axis.travelling() && matches!(axis.read(chip, P::TargetSpeed), Ok(0));
         !axes.iter_mut().all(rests)
     }
 }

@@ -124,9 +124,18 @@ impl Default for Store {
 }
 
 impl Store {
-    /// A store that reads as factory defaults, as with a fresh EEPROM.
-    pub fn new() -> Self {
+    /// A store that has not been filled: see [`Store::forget`] and [`Store::load`]. All zeros, so that it may be a
+    /// static without a copy in the flash.
+    pub const fn new() -> Self {
         Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, closed: false }
+    }
+
+    /// Factory defaults and no program, as with a fresh EEPROM.
+    pub fn forget(&mut self) {
+        self.settings.forget();
+        self.program.forget();
+        self.phase = Phase::Idle;
+        self.closed = false;
     }
 
     /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
@@ -149,7 +158,7 @@ impl Store {
 
     /// The same for a part that does not answer: nothing counts as durable, whatever its value.
     pub fn unreachable(&mut self) -> Report {
-        *self = Self::new();
+        self.forget();
         self.settings.unreachable = true;
         Report { unreachable: true, ..Report::default() }
     }

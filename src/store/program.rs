@@ -40,7 +40,7 @@ impl Program {
 
     /// Reads the whole memory through `read(address, page)`.
     pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<(), E> {
-        *self = Self::new();
+        self.forget();
         let (pages, _) = self.bytes.as_chunks_mut();
         for (index, page) in pages.iter_mut().enumerate() {
             read(address(index), page)?;
@@ -48,6 +48,13 @@ impl Program {
             self.sum = self.sum.wrapping_add(weigh(index, page));
         }
         Ok(())
+    }
+
+    /// An empty memory, durable as it is. In place: it is too large for the stack.
+    pub(super) fn forget(&mut self) {
+        let Program { bytes, dirty, sum, in_flight } = self;
+        bytes.fill(0);
+        (*dirty, *sum, *in_flight) = ([0; _], 0, None);
     }
 
     /// The command at an address; `None` outside the memory.

@@ -38,7 +38,7 @@ const BOTH: u8 = 2;
 impl Settings {
     /// Reads the settings area through `read(address, page)`.
     pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<Report, E> {
-        *self = Self::new();
+        self.forget();
         let mut report = Report::default();
         let mut found = [[None; 2]; PAGES];
         for (index, (copies, alien)) in found.iter_mut().zip(&mut self.alien).enumerate() {
@@ -79,17 +79,11 @@ impl Settings {
         Ok(report)
     }
 
-    /// Settings that read as factory defaults, as with a fresh EEPROM.
-    pub(super) fn new() -> Self {
-        let mut defaults = [Values::default(); PAGES];
-        for slot in Slot::all() {
-            if let Some(place) = slot.place().and_then(|(page, index)| defaults.get_mut(page)?.get_mut(index)) {
-                *place = slot.default();
-            }
-        }
+    /// Settings of which nothing is known yet, not even the defaults: they are to be [forgotten](Self::forget) first.
+    pub(super) const fn new() -> Self {
         Settings {
-            durable: defaults,
-            wanted: defaults,
+            durable: [[0; _]; PAGES],
+            wanted: [[0; _]; PAGES],
             newest: [(false, 0); PAGES],
             epoch: 0,
             dirty: 0,
@@ -98,6 +92,22 @@ impl Settings {
             in_flight: None,
             unreachable: false,
         }
+    }
+
+    /// Factory defaults, as with a fresh EEPROM.
+    pub(super) fn forget(&mut self) {
+        *self = Self::new();
+        self.default();
+    }
+
+    fn default(&mut self) {
+        for slot in Slot::all() {
+            if let Some(place) = slot.place().and_then(|(page, index)| self.wanted.get_mut(page)?.get_mut(index)) {
+                *place = slot.default();
+            }
+        }
+        self.durable = self.wanted;
+        self.dirty = 0;
     }
 
     /// The stored value of a slot; `None` if there is no such slot.
@@ -120,16 +130,11 @@ impl Settings {
 
     /// Wants factory defaults everywhere.
     pub(super) fn reset(&mut self) {
-        *self = Settings {
-            epoch: self.epoch.wrapping_add(1),
-            alien: self.alien,
-            in_flight: self.in_flight,
-            newest: self.newest,
-            unreachable: self.unreachable,
-            ..Self::new()
-        };
-        let [first, ..] = &mut self.forced;
+        self.epoch = self.epoch.wrapping_add(1);
+        self.default();
+        let [first, others @ ..] = &mut self.forced;
         *first = BOTH;
+        others.fill(0);
         self.format();
     }
 

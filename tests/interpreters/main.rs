@@ -12,11 +12,12 @@ mod reference;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
+use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use random::Random;
 use reference::{Machine, World};
-use tmcm::module::{Inputs, Module, Outcome, Parts, Source, TMCM_1140};
+use tmcl_cli::virtual_module::{Simulated, parts};
+use tmcm::module::{Inputs, Module, Outcome, Source, TMCM_1140};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::{ErrorFlag, Mode};
@@ -58,7 +59,7 @@ impl World for Rest {
 
 /// The firmware's module, on a board where nothing moves, and the reference beside it.
 struct Pair {
-    module: Module<SimSpi, SimSpi, SimPin, (), 1>,
+    module: Module<Simulated<()>, 1>,
     now: Micros,
     inputs: Inputs,
     reference: Machine,
@@ -68,12 +69,8 @@ struct Pair {
 impl Pair {
     fn new() -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let parts = Parts {
-            tmc429: board.spi(Chip::Tmc429, 1_000_000),
-            tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
-            enable: board.enable_pin(),
-        };
-        let module = Module::new(&TMCM_1140, parts, (), |_| {}, Micros(0), 1);
+        let mut module = Module::new(&TMCM_1140, parts(&board, ()), 1);
+        module.start(Micros(0), |_| {});
         // What the axis parameters are to begin with.
         let rest = Rest([(4, 1000), (6, 128), (7, 8)].into());
         let mut pair = Pair { module, now: Micros(0), inputs: Inputs::default(), reference: Machine::new(&[]), rest };
