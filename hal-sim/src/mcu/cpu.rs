@@ -14,6 +14,7 @@ use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, Regs};
 
 use super::peripheral::Cycles;
+use super::step::{LINES, View};
 use super::stop::Stop;
 
 /// Where the memories are (RM0090 2.3).
@@ -194,6 +195,15 @@ impl Cpu {
         self.core.regs()
     }
 
+    /// What an observer sees of it.
+    pub(super) fn view(&self) -> View {
+        let registers = self.core.regs();
+        let [.., pc] = registers.r;
+        let [enabled, pending, active] = self.core.with_sys(|sys| [&sys.enable, &sys.pending, &sys.active].map(lines));
+        let Exception(exception) = registers.exception();
+        View { pc, exception, masked: registers.primask, enabled, pending, active }
+    }
+
     /// The level of an interrupt line.
     pub(super) fn set_interrupt(&self, number: u16, level: bool) {
         self.core.set_irq(number, level);
@@ -217,6 +227,11 @@ impl Cpu {
     pub(super) fn peek(&self, address: u32) -> Option<u32> {
         self.space.read(address.into(), Width::U32, MemAttrs::DEBUG).ok().map(|word| word as u32)
     }
+}
+
+/// The interrupts in a set of exceptions, of which the first 16 are the core's own.
+fn lines<const WORDS: usize>(set: &[u32; WORDS]) -> [u32; LINES] {
+    std::array::from_fn(|word| set[word] >> 16 | set[word + 1] << 16)
 }
 
 fn core(space: &Arc<AddressSpace>) -> ArmV7m {

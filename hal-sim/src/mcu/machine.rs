@@ -12,6 +12,7 @@ use super::peripheral::Cycles;
 use super::rcc::Cause;
 use super::serial::{Character, Incoming};
 use super::soc::Soc;
+use super::step::{Act, LINES, Observer, Step, View};
 use super::stop::Stop;
 use super::usb::UsbDevice;
 use super::wiring::Analog;
@@ -22,8 +23,6 @@ use crate::clock::Nanos;
 const SLICE: Cycles = 16_384;
 /// How often the log is fetched, in cycles: before its buffer can be full.
 const LOG_EVERY: Cycles = 84_000;
-/// More interrupt lines than the chip has.
-const LINES: usize = 3;
 
 /// The chip, as core and machine share it.
 #[derive(Debug)]
@@ -165,10 +164,22 @@ impl Machine {
     /// # Errors
     /// The run cannot go on. From then on every run ends with the same error.
     pub fn run_until(&mut self, to: Nanos) -> Result<(), Stop> {
+        self.go(to, None)
+    }
+
+    /// Lets time pass until `to`, and shows `observer` each step of the core. It is the same run, only slower.
+    ///
+    /// # Errors
+    /// As [`run_until`](Self::run_until).
+    pub fn observe_until(&mut self, to: Nanos, observer: &mut dyn FnMut(Step)) -> Result<(), Stop> {
+        self.go(to, Some(observer))
+    }
+
+    fn go(&mut self, to: Nanos, observer: Observer<'_>) -> Result<(), Stop> {
         if let Some(stop) = &self.stopped {
             return Err(stop.clone());
         }
-        let outcome = self.run_on(to);
+        let outcome = self.run_on(to, observer);
         self.log.drain(self.cpu.sram());
         self.stopped = outcome.as_ref().err().cloned();
         outcome
@@ -297,7 +308,7 @@ impl Machine {
         self.cpu.pc()
     }
 
-    fn run_on(&mut self, to: Nanos) -> Result<(), Stop> {
+    fn run_on(&mut self, to: Nanos, mut observer: Observer<'_>) -> Result<(), Stop> {
         let shared = self.shared.clone();
         loop {
             let due = {
@@ -339,34 +350,41 @@ impl Machine {
                 }
                 let due = due.min(end);
                 if soc.is_spinning() {
-                    self.skip(due);
+                    self.skip(due, &mut observer);
                 } else {
                     self.round = None;
                 }
                 due
             };
             shared.due.store(due, Ordering::Relaxed);
-            self.execute(due);
+            self.execute(due, &mut observer);
         }
     }
 
     /// Executes until the chip wants attention.
-    fn execute(&mut self, due: Cycles) {
+    fn execute(&mut self, due: Cycles, observer: &mut Observer<'_>) {
         let end = due.min(self.now + SLICE);
         let mut now = self.now;
         let mut instructions = 0;
         while now < end.min(self.shared.due.load(Ordering::Relaxed)) {
             self.shared.now.store(now, Ordering::Relaxed);
+            let before = observer.is_some().then(|| self.cpu.view());
             let used = self.cpu.step();
             now += used;
             // All that takes longer is no waiting.
             let asleep = used == 1 && self.cpu.is_asleep();
             instructions += u64::from(!(asleep && self.asleep));
             self.asleep = asleep;
+            let mut passed = 0;
             if asleep {
-                let passed = self.cpu.idle(due.saturating_sub(now));
+                passed = self.cpu.idle(due.saturating_sub(now));
                 now += passed;
                 self.counters.asleep += passed;
+            }
+            if let (Some(observer), Some(before)) = (observer.as_mut(), before) {
+                observer(self.step(now - used - passed, now, &before));
+            }
+            if asleep {
                 break;
             }
         }
@@ -374,9 +392,22 @@ impl Machine {
         self.counters.instructions += instructions;
     }
 
+    /// The step that has just been done.
+    fn step(&self, at: Cycles, end: Cycles, before: &View) -> Step {
+        let after = self.cpu.view();
+        let act = match after.entered(before) {
+            Some(number) => Act::Entry(number),
+            None if self.asleep => Act::Sleep,
+            None => Act::Instruction,
+        };
+        let wanted = std::array::from_fn(|word| (after.pending[word] | self.interrupts[word]) & after.enabled[word]);
+        let View { exception, masked, .. } = after;
+        Step { at, cycles: end - at, act, pc: before.pc, exception, masked, wanted }
+    }
+
     /// The program has read the same value again. If it has come round to the same state, it will do so until
     /// something changes: goes on by as many rounds as there are before `due`.
-    fn skip(&mut self, due: Cycles) {
+    fn skip(&mut self, due: Cycles, observer: &mut Observer<'_>) {
         let registers = self.cpu.registers();
         if let Some(round) = &self.round
             && round.registers == registers
@@ -392,6 +423,13 @@ impl Machine {
             self.counters.instructions += skipped;
             self.counters.skipped += skipped;
             self.now += passed;
+            if let Some(observer) = observer
+                && passed > 0
+            {
+                let view = self.cpu.view();
+                let step = self.step(self.now - passed, self.now, &view);
+                observer(Step { act: Act::Wait { instructions: skipped }, ..step });
+            }
         }
         self.round = Some(Round { registers, at: self.now, instructions: self.counters.instructions });
     }

@@ -10,7 +10,7 @@
 //!
 //! | layer | files |
 //! |---|---|
-//! | what is used from outside | `machine`, `stop`, `serial`, `log` |
+//! | what is used from outside | `machine`, `step`, `stop`, `serial`, `log` |
 //! | the core and its memories | `cpu`, `elf` |
 //! | addresses, clocks, interrupts, DMA requests between the peripherals | `soc`, `unit`, `timebase` |
 //! | the peripherals | `rcc`, `gpio`, `timer`, `usart`, `spi` ... |
@@ -34,6 +34,7 @@ mod rcc;
 mod serial;
 mod soc;
 mod spi;
+mod step;
 mod stop;
 mod syscfg;
 mod timebase;
@@ -47,6 +48,7 @@ pub use can::{CanBus, CanFrame};
 pub use log::LogLine;
 pub use machine::{Counters, Machine};
 pub use serial::Character;
+pub use step::{Act, Step};
 pub use stop::Stop;
 pub use usb::UsbDevice;
 pub use wiring::Analog;

@@ -1,0 +1,73 @@
+//! Names for addresses in the image: from its symbols and its debug information.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::Path;
+use std::rc::Rc;
+
+use addr2line::{Loader, demangle_auto};
+use object::{Object, ObjectSymbol, SymbolKind};
+
+/// The functions of an image.
+pub(crate) struct Symbols {
+    loader: Loader,
+    /// First address and name of each function that has code of its own, in the order of addresses.
+    functions: Vec<(u32, Rc<str>)>,
+    inlined: RefCell<HashMap<u32, Rc<str>>>,
+}
+
+impl Symbols {
+    /// Reads the image at `path`.
+    pub(crate) fn read(path: &Path) -> Result<Self, Box<dyn std::error::Error>> {
+        let contents = std::fs::read(path)?;
+        let file = object::File::parse(&*contents)?;
+        let mut functions: Vec<(u32, Rc<str>)> = file
+            .symbols()
+            .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+            .filter_map(|symbol| Some((symbol.address() as u32 & !1, short(symbol.name().ok()?).into())))
+            .collect();
+        functions.sort();
+        functions.dedup_by_key(|(start, _)| *start);
+        let loader = Loader::new(path).map_err(|error| error.to_string())?;
+        Ok(Self { loader, functions, inlined: RefCell::default() })
+    }
+
+    /// First address and name of the function whose code `pc` is in.
+    pub(crate) fn function(&self, pc: u32) -> (u32, Rc<str>) {
+        let after = self.functions.partition_point(|(start, _)| *start <= pc);
+        after.checked_sub(1).and_then(|index| self.functions.get(index)).cloned().unwrap_or((pc, "?".into()))
+    }
+
+    /// Name of the function that the source has at `pc`; it may be part of the code of another one.
+    pub(crate) fn inlined(&self, pc: u32) -> Rc<str> {
+        self.inlined.borrow_mut().entry(pc).or_insert_with(|| self.innermost(pc)).clone()
+    }
+
+    fn innermost(&self, pc: u32) -> Rc<str> {
+        let frame = self.loader.find_frames(pc.into()).ok().and_then(|mut frames| frames.next().ok().flatten());
+        let name = frame.and_then(|frame| Some(short(&frame.function?.raw_name().ok()?).into()));
+        name.unwrap_or_else(|| self.function(pc).1)
+    }
+}
+
+/// A mangled name as people read it: without hash and type parameters.
+fn short(name: &str) -> String {
+    let name = demangle_auto(name.into(), None);
+    let mut text = String::new();
+    let mut depth = 0_u32;
+    // `<T as Trait>::name` begins with a bracket that is no list of parameters.
+    let mut before = ':';
+    for character in name.chars() {
+        match character {
+            '<' if depth > 0 || before.is_alphanumeric() || before == '_' => depth += 1,
+            '>' if depth > 0 && before != '-' => depth -= 1,
+            _ if depth > 0 => {}
+            _ => text.push(character),
+        }
+        before = character;
+    }
+    match text.rsplit_once("::h") {
+        Some((rest, hash)) if hash.len() == 16 && hash.chars().all(|digit| digit.is_ascii_hexdigit()) => rest.into(),
+        _ => text,
+    }
+}

@@ -1,0 +1,73 @@
+//! What the core does, step by step, for who wants to see it: profiles, latencies.
+
+/// Words of interrupt lines.
+pub(super) const LINES: usize = 3;
+
+/// What a step is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Act {
+    /// An instruction.
+    Instruction,
+    /// The exception of this number is entered: 16 and up are the interrupts.
+    Entry(u16),
+    /// The core sleeps.
+    Sleep,
+    /// Rounds of a loop that waits for a register; they are not executed one by one.
+    Wait {
+        /// How many instructions they have.
+        instructions: u64,
+    },
+}
+
+/// A step of the core.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// The core cycle in which it begins.
+    pub at: u64,
+    /// How many cycles it takes.
+    pub cycles: u64,
+    /// What is done.
+    pub act: Act,
+    /// The address of the instruction, or where the program stands.
+    pub pc: u32,
+    /// Number of the exception that is handled after the step; 0 in thread mode.
+    pub exception: u16,
+    /// Whether PRIMASK keeps interrupts out after the step.
+    pub masked: bool,
+    /// Interrupts that are enabled and wanted, after the step, one bit each: by their line or by the program.
+    pub wanted: [u32; LINES],
+}
+
+/// Takes steps as they are done.
+pub(super) type Observer<'a> = Option<&'a mut dyn FnMut(Step)>;
+
+/// The core between two steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub(super) pc: u32,
+    pub(super) exception: u16,
+    pub(super) masked: bool,
+    /// Interrupts that are enabled, that the program or their line has asked for, and whose handlers have begun, one bit
+    /// each.
+    pub(super) enabled: [u32; LINES],
+    pub(super) pending: [u32; LINES],
+    pub(super) active: [u32; LINES],
+}
+
+impl View {
+    /// The exception that has been entered since `before`, if one has.
+    pub(super) fn entered(&self, before: &Self) -> Option<u16> {
+        let number = self.exception;
+        let is_active = |view: &Self| {
+            let line = number.checked_sub(16)?;
+            let word = view.active.get(usize::from(line / 32))?;
+            Some(word >> (line % 32) & 1 != 0)
+        };
+        let entered = match (is_active(before), is_active(self)) {
+            (Some(was), Some(is)) => is && !was,
+            // One of the core's own: no two of them follow each other here.
+            _ => number != 0 && number != before.exception && before.exception == 0,
+        };
+        entered.then_some(number)
+    }
+}
