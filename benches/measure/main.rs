@@ -29,9 +29,9 @@ fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
     if !output.status.success() {
         return Err(format!("the image does not build\n{}", String::from_utf8_lossy(&output.stderr)).into());
     }
-    let elf = std::fs::read(&path)?;
+    let elf = std::fs::read(path)?;
     match arguments {
-        [what, line] if what == "profile" => profile::run(&elf, &Symbols::read(&path)?, line)?,
+        [what, line] if what == "profile" => profile::run(&elf, &Symbols::read(&elf)?, line)?,
         _ => return Err("usage: cargo measure -- profile \"GAP 5\"".into()),
     }
     Ok(ExitCode::SUCCESS)

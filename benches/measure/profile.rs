@@ -30,7 +30,7 @@ struct Visit {
 }
 
 /// Prints the profile of the reply to `line`.
-pub(crate) fn run(elf: &[u8], symbols: &Symbols, line: &str) -> Result<(), Failure> {
+pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, line: &str) -> Result<(), Failure> {
     let command = command(line)?;
     let mut host = Host::start(elf)?;
     let mut samples = Vec::new();
@@ -55,7 +55,7 @@ pub(crate) fn run(elf: &[u8], symbols: &Symbols, line: &str) -> Result<(), Failu
     Ok(())
 }
 
-fn path(steps: &[Step], symbols: &Symbols) {
+fn path(steps: &[Step], symbols: &Symbols<'_>) {
     let visits = visits(steps, symbols);
     println!("\n{:>8} {:>8} {:>8} {:>8}  in the order of the path", "at", "cycles", "own", "instr.");
     for Visit { name, depth, start, cycles, own, instructions } in visits {
@@ -65,7 +65,7 @@ fn path(steps: &[Step], symbols: &Symbols) {
 
 /// The calls that the steps are made of. A jump to the start of a function is a call of it; a jump into the middle of
 /// one that has been called is a return.
-fn visits(steps: &[Step], symbols: &Symbols) -> Vec<Visit> {
+fn visits(steps: &[Step], symbols: &Symbols<'_>) -> Vec<Visit> {
     let mut visits: Vec<Visit> = Vec::new();
     // Those that are open: start of the function, index of the visit.
     let mut stack: Vec<(u32, usize)> = Vec::new();
@@ -120,7 +120,7 @@ fn visits(steps: &[Step], symbols: &Symbols) -> Vec<Visit> {
     visits
 }
 
-fn totals(steps: &[Step], symbols: &Symbols) {
+fn totals(steps: &[Step], symbols: &Symbols<'_>) {
     let mut functions: HashMap<Rc<str>, (u64, u64)> = HashMap::new();
     let mut all = 0;
     for step in steps {

@@ -2,25 +2,28 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::path::Path;
 use std::rc::Rc;
 
-use addr2line::{Loader, demangle_auto};
-use object::{Object, ObjectSymbol, SymbolKind};
+use addr2line::gimli::{Dwarf, EndianSlice, LittleEndian};
+use addr2line::{Context, demangle_auto};
+use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
+
+use super::host::Failure;
+
+type Slice<'e> = EndianSlice<'e, LittleEndian>;
 
 /// The functions of an image.
-pub(crate) struct Symbols {
-    loader: Loader,
+pub(crate) struct Symbols<'e> {
+    context: Context<Slice<'e>>,
     /// First address and name of each function that has code of its own, in the order of addresses.
     functions: Vec<(u32, Rc<str>)>,
     inlined: RefCell<HashMap<u32, Rc<str>>>,
 }
 
-impl Symbols {
-    /// Reads the image at `path`.
-    pub(crate) fn read(path: &Path) -> Result<Self, Box<dyn std::error::Error>> {
-        let contents = std::fs::read(path)?;
-        let file = object::File::parse(&*contents)?;
+impl<'e> Symbols<'e> {
+    /// Reads the image `elf`.
+    pub(crate) fn read(elf: &'e [u8]) -> Result<Self, Failure> {
+        let file = object::File::parse(elf)?;
         let mut functions: Vec<(u32, Rc<str>)> = file
             .symbols()
             .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
@@ -28,8 +31,12 @@ impl Symbols {
             .collect();
         functions.sort();
         functions.dedup_by_key(|(start, _)| *start);
-        let loader = Loader::new(path).map_err(|error| error.to_string())?;
-        Ok(Self { loader, functions, inlined: RefCell::default() })
+        let section = |id: addr2line::gimli::SectionId| {
+            let data = file.section_by_name(id.name()).map_or(Ok(&[][..]), |section| section.data())?;
+            Ok::<_, object::Error>(Slice::new(data, LittleEndian))
+        };
+        let context = Context::from_dwarf(Dwarf::load(section)?)?;
+        Ok(Self { context, functions, inlined: RefCell::default() })
     }
 
     /// First address and name of the function whose code `pc` is in.
@@ -44,7 +51,8 @@ impl Symbols {
     }
 
     fn innermost(&self, pc: u32) -> Rc<str> {
-        let frame = self.loader.find_frames(pc.into()).ok().and_then(|mut frames| frames.next().ok().flatten());
+        let frames = self.context.find_frames(pc.into()).skip_all_loads();
+        let frame = frames.ok().and_then(|mut frames| frames.next().ok().flatten());
         let name = frame.and_then(|frame| Some(short(&frame.function?.raw_name().ok()?).into()));
         name.unwrap_or_else(|| self.function(pc).1)
     }
