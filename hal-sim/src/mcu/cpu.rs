@@ -16,6 +16,7 @@ use rsemu::cpu::arm::v7m::{ArmV7m, Config, Regs};
 use super::peripheral::Cycles;
 use super::step::{LINES, View};
 use super::stop::Stop;
+use crate::board::Chip;
 
 /// Where the memories are (RM0090 2.3).
 const FLASH: u32 = 0x0800_0000;
@@ -195,13 +196,13 @@ impl Cpu {
         self.core.regs()
     }
 
-    /// What an observer sees of it.
-    pub(super) fn view(&self) -> View {
+    /// What an observer sees of it, and of the bus.
+    pub(super) fn view(&self, bus: (Option<Chip>, bool)) -> View {
         let registers = self.core.regs();
         let [.., pc] = registers.r;
         let [enabled, pending, active] = self.core.with_sys(|sys| [&sys.enable, &sys.pending, &sys.active].map(lines));
         let Exception(exception) = registers.exception();
-        View { pc, exception, masked: registers.primask, enabled, pending, active }
+        View { pc, exception, masked: registers.primask, enabled, pending, active, bus }
     }
 
     /// The level of an interrupt line.

@@ -14,9 +14,9 @@ use super::serial::{Character, Incoming};
 use super::soc::Soc;
 use super::step::{Act, LINES, Observer, Step, View};
 use super::stop::Stop;
-use super::usb::UsbDevice;
+use super::usb::{UsbDevice, UsbTimes};
 use super::wiring::Analog;
-use crate::board::Board;
+use crate::board::{Board, Chip};
 use crate::clock::Nanos;
 
 /// The most cycles the core executes before it is asked whether it wants a reset or is stuck.
@@ -277,6 +277,11 @@ impl Machine {
         self.shared.lock().usb_host().take()
     }
 
+    /// When the module's USB port took and had packets.
+    pub fn usb_times(&self) -> UsbTimes {
+        self.shared.lock().usb_times()
+    }
+
     /// The firmware's log since the last call.
     pub fn take_log(&mut self) -> Vec<LogLine> {
         self.log.drain(self.cpu.sram());
@@ -350,7 +355,8 @@ impl Machine {
                 }
                 let due = due.min(end);
                 if soc.is_spinning() {
-                    self.skip(due, &mut observer);
+                    let bus = soc.motion_bus();
+                    self.skip(due, bus, &mut observer);
                 } else {
                     self.round = None;
                 }
@@ -368,7 +374,7 @@ impl Machine {
         let mut instructions = 0;
         while now < end.min(self.shared.due.load(Ordering::Relaxed)) {
             self.shared.now.store(now, Ordering::Relaxed);
-            let before = observer.is_some().then(|| self.cpu.view());
+            let before = observer.is_some().then(|| self.view());
             let used = self.cpu.step();
             now += used;
             // All that takes longer is no waiting.
@@ -382,7 +388,7 @@ impl Machine {
                 self.counters.asleep += passed;
             }
             if let (Some(observer), Some(before)) = (observer.as_mut(), before) {
-                observer(self.step(now - used - passed, now, &before));
+                observer(self.step(now - used - passed, now, &before, &self.view()));
             }
             if asleep {
                 break;
@@ -392,22 +398,26 @@ impl Machine {
         self.counters.instructions += instructions;
     }
 
+    fn view(&self) -> View {
+        self.cpu.view(self.shared.lock().motion_bus())
+    }
+
     /// The step that has just been done.
-    fn step(&self, at: Cycles, end: Cycles, before: &View) -> Step {
-        let after = self.cpu.view();
+    fn step(&self, at: Cycles, end: Cycles, before: &View, after: &View) -> Step {
         let act = match after.entered(before) {
             Some(number) => Act::Entry(number),
             None if self.asleep => Act::Sleep,
             None => Act::Instruction,
         };
         let wanted = std::array::from_fn(|word| (after.pending[word] | self.interrupts[word]) & after.enabled[word]);
-        let View { exception, masked, .. } = after;
-        Step { at, cycles: end - at, act, pc: before.pc, exception, masked, wanted }
+        let View { exception, masked, .. } = *after;
+        let View { pc, bus: (chip, clocked), .. } = *before;
+        Step { at, cycles: end - at, act, pc, exception, masked, wanted, chip, clocked }
     }
 
-    /// The program has read the same value again. If it has come round to the same state, it will do so until
+    /// The program has read the same value again, with the motion bus as it is. If it has come round to the same state, it will do so until
     /// something changes: goes on by as many rounds as there are before `due`.
-    fn skip(&mut self, due: Cycles, observer: &mut Observer<'_>) {
+    fn skip(&mut self, due: Cycles, bus: (Option<Chip>, bool), observer: &mut Observer<'_>) {
         let registers = self.cpu.registers();
         if let Some(round) = &self.round
             && round.registers == registers
@@ -426,8 +436,8 @@ impl Machine {
             if let Some(observer) = observer
                 && passed > 0
             {
-                let view = self.cpu.view();
-                let step = self.step(self.now - passed, self.now, &view);
+                let view = self.cpu.view(bus);
+                let step = self.step(self.now - passed, self.now, &view, &view);
                 observer(Step { act: Act::Wait { instructions: skipped }, ..step });
             }
         }

@@ -50,5 +50,5 @@ pub use machine::{Counters, Machine};
 pub use serial::Character;
 pub use step::{Act, Step};
 pub use stop::Stop;
-pub use usb::UsbDevice;
+pub use usb::{UsbDevice, UsbTimes};
 pub use wiring::Analog;

@@ -20,9 +20,9 @@ use super::timebase::Timebase;
 use super::timer::Timer;
 use super::unit::{Decoder, SIZE, Unit};
 use super::usart::Usart;
-use super::usb::{Host, Otg, UsbDevice};
+use super::usb::{Host, Otg, UsbDevice, UsbTimes};
 use super::wiring::{Analog, SpiBus, Wiring};
-use crate::board::Board;
+use crate::board::{Board, Chip};
 use crate::clock::Nanos;
 
 mod transfer;
@@ -232,6 +232,16 @@ impl Soc {
         self.host.device()
     }
 
+    /// When the USB port took and had packets.
+    pub(super) fn usb_times(&self) -> UsbTimes {
+        self.host.times()
+    }
+
+    /// The chip that is selected on the motion bus, and whether a word is on the wire.
+    pub(super) fn motion_bus(&self) -> (Option<Chip>, bool) {
+        (self.wiring.selected(SpiBus::Motion), self.spis[0].is_shifting())
+    }
+
     /// Others want to send a frame on the CAN bus.
     pub(super) fn send_frame(&mut self, frame: CanFrame) {
         self.can.advance(self.now);
@@ -435,6 +445,7 @@ impl Soc {
                     self.adc.complete(value);
                 }
             }
+            Unit::OtgFs => self.host.notice(self.time.nanos(self.now), &self.otg),
             Unit::Can1 if !self.wiring.has_can(&self.ports) => self.can.disconnect(),
             _ => {}
         }

@@ -87,6 +87,11 @@ impl Spi {
         self.done.take()
     }
 
+    /// Whether a word is on the wire.
+    pub(super) fn is_shifting(&self) -> bool {
+        self.shifting.is_some()
+    }
+
     /// What came in during the word that has ended.
     pub(super) fn complete(&mut self, miso: u16) {
         if self.sr & RXNE != 0 {

@@ -1,5 +1,7 @@
 //! What the core does, step by step, for who wants to see it: profiles, latencies.
 
+use crate::board::Chip;
+
 /// Words of interrupt lines.
 pub(super) const LINES: usize = 3;
 
@@ -36,6 +38,10 @@ pub struct Step {
     pub masked: bool,
     /// Interrupts that are enabled and wanted, after the step, one bit each: by their line or by the program.
     pub wanted: [u32; LINES],
+    /// The chip that is selected on the motion bus when the step begins.
+    pub chip: Option<Chip>,
+    /// Whether a word is on the wire there then.
+    pub clocked: bool,
 }
 
 /// Takes steps as they are done.
@@ -52,6 +58,8 @@ pub(super) struct View {
     pub(super) enabled: [u32; LINES],
     pub(super) pending: [u32; LINES],
     pub(super) active: [u32; LINES],
+    /// Chip selected on the motion bus, and whether a word is on the wire.
+    pub(super) bus: (Option<Chip>, bool),
 }
 
 impl View {

@@ -234,6 +234,17 @@ impl Wiring {
         }
     }
 
+    /// The chips that are selected on a bus.
+    fn on(&self, bus: SpiBus) -> impl Iterator<Item = Chip> {
+        let chips = SELECTS.into_iter().zip(self.selected);
+        chips.filter_map(move |((_, chip), on)| (on && bus.has(chip)).then_some(chip))
+    }
+
+    /// The chip that is selected on a bus.
+    pub(super) fn selected(&self, bus: SpiBus) -> Option<Chip> {
+        self.on(bus).next()
+    }
+
     /// A word has been clocked out on a bus; gives what came in. The board has been advanced to its last bit.
     pub(super) fn exchange(&mut self, bus: SpiBus, ports: &[Gpio], mode: u32, word: Word) -> Result<u16, &'static str> {
         let (pins, function) = bus.pins();
@@ -243,9 +254,8 @@ impl Wiring {
         if mode != SPI_MODE {
             return Err("the chips on this bus want SPI mode 3");
         }
-        let mut selected = SELECTS.iter().zip(self.selected).filter(|((_, chip), on)| *on && bus.has(*chip));
-        let chip = selected.next().map(|((_, chip), _)| *chip);
-        if selected.next().is_some() {
+        let chip = self.selected(bus);
+        if self.on(bus).count() > 1 {
             return Err("two chips are selected on one bus");
         }
         let mut byte = |mosi: u8| chip.map_or(FLOATING, |chip| self.board.byte(chip, mosi).into());

@@ -52,6 +52,15 @@ pub struct UsbDevice {
     pub failed: Option<&'static str>,
 }
 
+/// When the module could do something for the host, as against when the host got round to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UsbTimes {
+    /// The module's port took the last packet.
+    pub taken: Nanos,
+    /// The port had its last packet for the host ready.
+    pub ready: Nanos,
+}
+
 /// What a request is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Purpose {
@@ -109,6 +118,9 @@ pub(in crate::mcu) struct Host {
     control: u8,
     outgoing: VecDeque<u8>,
     incoming: Vec<(Nanos, Vec<u8>)>,
+    times: UsbTimes,
+    /// Whether the port has a packet.
+    ready: bool,
 }
 
 impl Host {
@@ -123,6 +135,8 @@ impl Host {
             control: 0,
             outgoing: VecDeque::new(),
             incoming: Vec::new(),
+            times: UsbTimes::default(),
+            ready: false,
         }
     }
 
@@ -164,6 +178,21 @@ impl Host {
     /// Packets from the port since the last call.
     pub(in crate::mcu) fn take(&mut self) -> Vec<(Nanos, Vec<u8>)> {
         std::mem::take(&mut self.incoming)
+    }
+
+    /// When the port took and had packets.
+    pub(in crate::mcu) fn times(&self) -> UsbTimes {
+        self.times
+    }
+
+    /// Something has happened to the device at `now`.
+    pub(in crate::mcu) fn notice(&mut self, now: Nanos, otg: &Otg) {
+        let [_, input] = self.pipes;
+        let ready = self.device.open && otg.has_packet(input);
+        if ready && !self.ready {
+            self.times.ready = now;
+        }
+        self.ready = ready;
     }
 
     /// When it wants to do something.
@@ -376,6 +405,7 @@ impl Host {
             let packet: Vec<u8> = self.outgoing.iter().take(64).copied().collect();
             if matches!(otg.output(output, &packet), Handshake::Ack(_)) {
                 self.outgoing.drain(..packet.len());
+                self.times.taken = now;
                 moved = true;
             }
         }

@@ -4,5 +4,5 @@ mod host;
 mod otg;
 
 pub(super) use host::Host;
-pub use host::UsbDevice;
+pub use host::{UsbDevice, UsbTimes};
 pub(super) use otg::Otg;

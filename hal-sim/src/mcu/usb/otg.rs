@@ -127,6 +127,13 @@ impl Endpoint {
         self.tsiz = self.tsiz & 0xE000_0000 | packets << 19 | bytes;
     }
 
+    /// Length of the packet that the host can fetch, if there is one.
+    fn ready(&self, index: usize) -> Option<usize> {
+        let length = (self.bytes() as usize).min(self.packet_size(index));
+        let on = self.ctl & (EPENA | NAKSTS | USBAEP) == EPENA | USBAEP;
+        (on && self.packets() != 0 && self.fifo.len() >= length.div_ceil(4)).then_some(length)
+    }
+
     fn control(&mut self, index: usize, value: u32) {
         let kept = self.ctl & (NAKSTS | EPENA) | if index == 0 { USBAEP } else { 0 };
         self.ctl = value & !(ACTIONS | NAKSTS | EPENA) | kept;
@@ -274,18 +281,18 @@ impl Otg {
         Handshake::Ack(Vec::new())
     }
 
+    /// Whether an endpoint has a packet for the host.
+    pub(super) fn has_packet(&self, index: usize) -> bool {
+        self.inputs.get(index).is_some_and(|endpoint| endpoint.ready(index).is_some())
+    }
+
     /// The host asks an endpoint for a packet.
     pub(super) fn input(&mut self, index: usize) -> Handshake {
         let Some(endpoint) = self.inputs.get_mut(index) else { return Handshake::Stall };
         if endpoint.ctl & STALL != 0 {
             return Handshake::Stall;
         }
-        let length = (endpoint.bytes() as usize).min(endpoint.packet_size(index));
-        let ready =
-            endpoint.ctl & (EPENA | NAKSTS | USBAEP) == EPENA | USBAEP && endpoint.fifo.len() >= length.div_ceil(4);
-        if !ready || endpoint.packets() == 0 {
-            return Handshake::Nak;
-        }
+        let Some(length) = endpoint.ready(index) else { return Handshake::Nak };
         let mut packet: Vec<u8> = endpoint.fifo.drain(..length.div_ceil(4)).flat_map(u32::to_le_bytes).collect();
         packet.truncate(length);
         endpoint.set_size(endpoint.packets() - 1, endpoint.bytes() - length as u32);
