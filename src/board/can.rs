@@ -34,6 +34,8 @@ pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
     can.set_bitrate(bit_rate);
     can.enable().await;
     let (tx, rx) = can.split();
+    // Dropped, it would reset the controller.
+    core::mem::forget(can);
     defmt::info!("CAN at {=u32} bit/s", bit_rate);
     CAN.signal(Can { tx, rx });
 }
