@@ -92,7 +92,12 @@ impl Ports {
         links: &Links,
     ) -> Message {
         let entry = self.position(source, client).and_then(|index| self.0.get_mut(index));
-        entry.map(|entry| entry.port.answer(reply, mode, links)).unwrap_or_default()
+        let mut message = Message::new();
+        if let Some(entry) = entry {
+            // A message has room for every reply.
+            let _ = entry.port.answer(reply, mode, links, &mut message);
+        }
+        message
     }
 
     /// A client has gone.

@@ -8,7 +8,7 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 
 use super::can::Can;
-use crate::module::{Links, Mode, Request, Source};
+use crate::module::{Links, Mode, Request};
 use crate::store::Job;
 use crate::tmcl::Reply;
 
@@ -23,8 +23,8 @@ pub(super) struct Outgoing {
     pub(super) links: Links,
 }
 
-/// Requests from the byte links to the owner. A host waits for each reply, so a few places do.
-pub(super) static REQUESTS: Channel<CriticalSectionRawMutex, (Source, Request), 4> = Channel::new();
+/// Requests from the USB link to the owner. A host waits for each reply, so a few places do.
+pub(super) static USB_REQUESTS: Channel<CriticalSectionRawMutex, Request, 4> = Channel::new();
 
 /// Answers to the USB link: a reply and an event, and one more of each. They stay in here until they are sent, so
 /// that "empty" means that all is said.

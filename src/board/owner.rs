@@ -18,7 +18,7 @@ use heapless::Vec;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::Can;
-use super::mail::{CAN, Outgoing, PAGE, REQUESTS, USB, WRITTEN};
+use super::mail::{CAN, Outgoing, PAGE, USB, USB_REQUESTS, WRITTEN};
 use super::tmcm1140::{Bus, Motion, Signals, drivers_off, tmc262_spi, tmc429_spi};
 use super::{now, rs485, watchdog};
 use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
@@ -128,8 +128,12 @@ impl Owner {
     fn turn(&mut self) {
         loop {
             let mut idle = true;
-            if let Ok((source, request)) = REQUESTS.try_receive() {
-                self.take(source, request);
+            if let Some(request) = rs485::request() {
+                self.take(Source::Rs485, request);
+                idle = false;
+            }
+            if let Ok(request) = USB_REQUESTS.try_receive() {
+                self.take(Source::Usb, request);
                 idle = false;
             }
             if let Some(can) = &mut self.can
@@ -164,7 +168,7 @@ impl Owner {
     fn serve(&mut self, source: Source, request: &Request) {
         let (answer, mode) = self.module.serial(now(), source, request);
         match answer {
-            Answer::Now(reply) => self.answer(source, Some(reply), Some(mode)),
+            Answer::Now(reply) => self.answer(source, Some(&reply), Some(mode)),
             Answer::None => self.answer(source, None, Some(mode)),
             Answer::Later => self.owe(source, true),
         }
@@ -225,7 +229,7 @@ impl Owner {
             // The settings may change with the last reply, and this one goes out under those from before.
             let links = *self.module.links();
             let Some((source, reply)) = self.module.next_serial() else { break };
-            deliver(source, Outgoing { reply: Some(reply), mode: None, links });
+            deliver(source, Some(&reply), None, &links);
             if !reply.is_event() {
                 self.owe(source, false);
             }
@@ -239,8 +243,8 @@ impl Owner {
         }
     }
 
-    fn answer(&self, source: Source, reply: Option<Reply>, mode: Option<Mode>) {
-        deliver(source, Outgoing { reply, mode, links: *self.module.links() });
+    fn answer(&self, source: Source, reply: Option<&Reply>, mode: Option<Mode>) {
+        deliver(source, reply, mode, self.module.links());
     }
 
     /// Starts the firmware anew, if that is wanted, when all is said.
@@ -253,10 +257,11 @@ impl Owner {
     }
 }
 
-fn deliver(source: Source, outgoing: Outgoing) {
+/// Gives a byte link an answer, or an event; the link goes on in the mode given, if one is.
+fn deliver(source: Source, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
     let room = match source {
-        Source::Rs485 => rs485::answer(outgoing),
-        Source::Usb => USB.try_send(outgoing).is_ok(),
+        Source::Rs485 => rs485::answer(reply, mode, links),
+        Source::Usb => USB.try_send(Outgoing { reply: reply.copied(), mode, links: *links }).is_ok(),
         Source::Can { .. } => true,
     };
     if !room {

@@ -2,27 +2,31 @@
 //! is a pin.
 //!
 //! All of it happens in the interrupt of USART3 and in calls from the owner of the module, so that a reply is under way
-//! as soon as it is known: the last byte of a request completes it in the handler, the owner runs next, and its answer
-//! goes into the port at once.
+//! as soon as it is known: the last byte of a request completes it in the handler, the owner runs next, and the first
+//! byte of its answer goes into the port at once.
+//!
+//! A byte is there in the middle of its stop bit. The other half of it still belongs to who sent it: TIM2 counts it,
+//! and nothing is sent before it is over.
 
 use core::cell::RefCell;
 
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::USART3;
+use embassy_stm32::pac::{TIM2, USART3};
+use embassy_stm32::peripherals;
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
-use heapless::Deque;
+use heapless::{Deque, Vec};
 
-use super::mail::{Outgoing, REQUESTS};
 use super::{now, owner};
-use crate::module::{Links, Port, Source};
+use crate::module::{Links, Mode, Port, Request, Source, Taken};
+use crate::tmcl::Reply;
 use crate::tmcl::ascii::LINE;
 use crate::units::Micros;
 
 /// Bytes that cannot be read before something is answered: a line that is typed ahead.
 const AHEAD: usize = 128;
-/// Bytes on their way out: a reply and the echo of a line.
+/// Bytes on their way out: a few replies and the echo of a line.
 const OUT: usize = 128;
 const _: () = assert!(OUT >= LINE + 40);
 
@@ -36,9 +40,14 @@ struct Rs485 {
     ahead: Deque<u8, AHEAD>,
     /// When the last byte came.
     last: Micros,
-    /// Answers whose pause is not over: a reply and an event, and one more of each.
-    due: Deque<Outgoing, 4>,
-    out: Deque<u8, OUT>,
+    /// Requests that the owner has not taken. A host waits for each reply, so a few places do.
+    requests: Deque<Request, 4>,
+    /// What is to be sent, or is being sent.
+    out: Vec<u8, OUT>,
+    /// How many bytes of it have gone into the port.
+    sent: usize,
+    /// The pause after the last byte received that it waits for.
+    pause: Micros,
     sending: bool,
 }
 
@@ -50,29 +59,46 @@ pub(super) fn start(direction: Output<'static>, links: Links) {
         port: Port::new(Source::Rs485, links.start),
         ahead: Deque::new(),
         last: now(),
-        due: Deque::new(),
-        out: Deque::new(),
+        requests: Deque::new(),
+        out: Vec::new(),
+        sent: 0,
+        pause: Micros(0),
         sending: false,
     };
     LINK.lock(|place| place.replace(Some(link)));
+    // TIM2 counts at 84 MHz, the port's divider is the length of a bit at 42 MHz: so many are half a bit.
+    embassy_stm32::rcc::enable_and_reset::<peripherals::TIM2>();
+    TIM2.arr().write_value(USART3.brr().read().0);
+    TIM2.cr1().write(|w| w.set_opm(true));
     USART3.cr1().modify(|w| w.set_rxneie(true));
-    interrupt::USART3.set_priority(Priority::P4);
-    // SAFETY: the handler has what it needs.
-    unsafe { interrupt::USART3.enable() };
+    for handler in [interrupt::USART3, interrupt::TIM2] {
+        handler.set_priority(Priority::P4);
+        // SAFETY: the handlers have what they need.
+        unsafe { handler.enable() };
+    }
 }
 
-/// Takes an answer to be sent; false if there are too many.
-pub(super) fn answer(outgoing: Outgoing) -> bool {
+/// The next request.
+pub(super) fn request() -> Option<Request> {
+    with(|link| link.requests.pop_front())
+}
+
+/// Takes the answer to a request, or an event in between; false if there are too many. The link goes on in the mode
+/// given, if one is.
+pub(super) fn answer(reply: Option<&Reply>, mode: Option<Mode>, links: &Links) -> bool {
     with(|link| {
-        let taken = link.due.push_back(outgoing).is_ok();
-        link.send_due();
+        let taken = link.port.answer(reply, mode, links, &mut link.out).is_ok();
+        if reply.is_some() {
+            link.pause = Micros::from_millis(links.pause.into());
+        }
+        link.read_on();
         taken
     })
 }
 
 /// Sends what has waited for the end of its pause. To be called every millisecond.
 pub(super) fn tick() {
-    with(Rs485::send_due);
+    with(Rs485::send);
 }
 
 /// Takes other interface settings.
@@ -82,7 +108,7 @@ pub(super) fn configure(links: &Links) {
 
 /// True when all is said.
 pub(super) fn is_idle() -> bool {
-    with(|link| link.due.is_empty() && !link.sending)
+    with(|link| link.out.is_empty())
 }
 
 fn with<R: Default>(act: impl FnOnce(&mut Rs485) -> R) -> R {
@@ -92,6 +118,14 @@ fn with<R: Default>(act: impl FnOnce(&mut Rs485) -> R) -> R {
 #[interrupt]
 unsafe fn USART3() {
     with(Rs485::interrupt);
+}
+
+/// The stop bit is over.
+#[interrupt]
+unsafe fn TIM2() {
+    TIM2.sr().write(|w| w.set_uif(false));
+    TIM2.dier().write(|w| w.set_uie(false));
+    with(Rs485::send);
 }
 
 impl Rs485 {
@@ -109,13 +143,7 @@ impl Rs485 {
             }
         }
         if control.txeie() && status.txe() {
-            match self.out.pop_front() {
-                Some(byte) => USART3.dr().write(|w| w.set_dr(byte.into())),
-                None => USART3.cr1().modify(|w| {
-                    w.set_txeie(false);
-                    w.set_tcie(true);
-                }),
-            }
+            self.transmit();
         } else if control.tcie() && status.tc() {
             self.sent();
         }
@@ -123,53 +151,57 @@ impl Rs485 {
 
     fn receive(&mut self, byte: u8) {
         self.last = now();
-        if self.ahead.push_back(byte).is_err() {
+        TIM2.sr().write(|w| w.set_uif(false));
+        TIM2.cnt().write_value(0);
+        TIM2.cr1().write(|w| {
+            w.set_opm(true);
+            w.set_cen(true);
+        });
+        if self.ahead.is_empty() && !self.port.is_waiting() {
+            self.read(byte);
+        } else if self.ahead.push_back(byte).is_err() {
             defmt::warn!("RS485: a host does not wait for its replies: bytes dropped");
             self.port.give_up();
         }
-        self.read();
     }
 
-    /// Reads bytes as far as it is known how to.
-    fn read(&mut self) {
-        while !self.port.is_waiting()
-            && let Some(byte) = self.ahead.pop_front()
-        {
-            let heard = self.port.push(byte, self.last, &self.links);
-            for byte in heard.echo {
-                // More than fits has come while a reply was on its way: such a host does not look at echoes.
-                let _ = self.out.push_back(*byte);
-            }
-            let Some(request) = heard.request else { continue };
-            if REQUESTS.try_send((Source::Rs485, request)).is_err() {
+    fn read(&mut self, byte: u8) {
+        let Taken { echo, request } = self.port.push(byte, self.last, &self.links);
+        if !echo.is_empty() {
+            // More than fits has come while a reply was on its way: such a host does not look at echoes.
+            let _ = self.out.extend_from_slice(echo);
+            self.send();
+        }
+        if let Some(request) = request {
+            if self.requests.push_back(request).is_err() {
                 defmt::warn!("RS485: a host does not wait for its replies: request dropped");
                 self.port.give_up();
             }
             owner::pend();
         }
-        self.send();
     }
 
-    /// Puts the next answers on the wire whose pause after the last byte received is over. Bytes that come in
-    /// meanwhile start it anew.
-    fn send_due(&mut self) {
-        while let Some(Outgoing { reply, mode, links }) = self.due.front() {
-            let pause = Micros::from_millis(links.pause.into());
-            if self.sending || reply.is_some() && pause > Micros(0) && now().since(self.last) < pause {
-                return;
-            }
-            let message = self.port.answer(reply.as_ref(), *mode, links);
-            for byte in message {
-                let _ = self.out.push_back(byte);
-            }
-            let _ = self.due.pop_front();
-            self.read();
+    /// Sends what there is to send, and reads what has come ahead as far as it is known how to.
+    fn read_on(&mut self) {
+        self.send();
+        while !self.port.is_waiting()
+            && let Some(byte) = self.ahead.pop_front()
+        {
+            self.read(byte);
         }
     }
 
-    /// Begins to send, if there is something and the line is ours. What comes in while sending is the own echo.
+    /// Begins to send, if there is something, the line is free, and the pause after the last byte received is over:
+    /// bytes that come in meanwhile start it anew. What comes in while sending is the own echo.
     fn send(&mut self) {
         if self.sending || self.out.is_empty() {
+            return;
+        }
+        if self.pause > Micros(0) && now().since(self.last) < self.pause {
+            return;
+        }
+        if TIM2.cr1().read().cen() {
+            TIM2.dier().write(|w| w.set_uie(true));
             return;
         }
         self.sending = true;
@@ -178,6 +210,20 @@ impl Rs485 {
             w.set_re(false);
             w.set_txeie(true);
         });
+        self.transmit();
+    }
+
+    /// Hands the next byte to the port, which is ready for it; behind the last one it is to say when it is out.
+    fn transmit(&mut self) {
+        if let Some(byte) = self.out.get(self.sent) {
+            USART3.dr().write(|w| w.set_dr((*byte).into()));
+            self.sent = self.sent.saturating_add(1);
+        } else {
+            USART3.cr1().modify(|w| {
+                w.set_txeie(false);
+                w.set_tcie(true);
+            });
+        }
     }
 
     /// The last stop bit is out.
@@ -187,9 +233,9 @@ impl Rs485 {
             w.set_re(true);
         });
         self.direction.set_low();
-        self.sending = false;
+        self.out.clear();
+        (self.sent, self.sending, self.pause) = (0, false, Micros(0));
         self.port.silence();
-        self.send();
-        self.send_due();
+        self.read_on();
     }
 }

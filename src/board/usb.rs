@@ -9,9 +9,9 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use heapless::String;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::mail::{LINKS, REQUESTS, USB};
+use super::mail::{LINKS, USB, USB_REQUESTS};
 use super::{now, owner, watchdog};
-use crate::module::{Links, Port, Source};
+use crate::module::{Links, Message, Port, Source};
 
 /// Vendor and product of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35): hosts look for them.
 const IDS: (u16, u16) = (0x2A3C, 0x0100);
@@ -84,7 +84,7 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
                     let heard = port.push(*byte, now(), &links());
                     write(serial, heard.echo).await?;
                     if let Some(request) = heard.request {
-                        REQUESTS.send((Source::Usb, request)).await;
+                        USB_REQUESTS.send(request).await;
                         owner::pend();
                     }
                 }
@@ -98,7 +98,9 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
 async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError> {
     watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
     let Ok(outgoing) = USB.try_peek() else { return Ok(()) };
-    let message = port.answer(outgoing.reply.as_ref(), outgoing.mode, &outgoing.links);
+    let mut message = Message::new();
+    // It has room for every reply.
+    let _ = port.answer(outgoing.reply.as_ref(), outgoing.mode, &outgoing.links, &mut message);
     let sent = write(serial, &message).await;
     let _ = USB.try_receive();
     sent

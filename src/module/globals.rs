@@ -44,6 +44,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn set_global_value(&mut self, parameter: G, value: i32) {
         if let Some(place) = self.globals.get_mut(parameter.index()) {
             *place = value;
+            self.links_stale = true;
         }
     }
 

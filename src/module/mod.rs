@@ -207,6 +207,8 @@ pub struct Module<T: Platform, const AXES: usize> {
     /// What it may spend until the next one.
     fuel: u32,
     links: Links,
+    /// A global parameter has been written since they were taken from there.
+    links_stale: bool,
     /// What was asked of other modules, on RS485 and on CAN.
     overheard: [Overheard; 2],
     waiting: Vec<Waiting, WAITING>,
@@ -244,6 +246,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             downloader: None,
             fuel: 0,
             links: Links::default(),
+            links_stale: false,
             overheard: Default::default(),
             waiting: Vec::new(),
             replies: Deque::new(),
@@ -457,7 +460,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Global parameter 255; what reads something is answered always (manual section 5.1).
     fn suppressed(&self, opcode: u8) -> bool {
-        let read = matches!(Opcode::from_number(opcode), Some(Opcode::Gap | Opcode::Ggp | Opcode::Gio));
-        self.global(G::SuppressReply) != 0 && !read
+        const READ: [u8; 3] = [Opcode::Gap as u8, Opcode::Ggp as u8, Opcode::Gio as u8];
+        self.global(G::SuppressReply) != 0 && !READ.contains(&opcode)
     }
 }

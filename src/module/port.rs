@@ -1,6 +1,6 @@
 //! The module's end of a byte link: bytes become requests, replies become bytes, in binary or in ASCII mode.
 
-use heapless::Vec;
+use heapless::{CapacityError, Vec, VecView};
 
 use super::{Links, Source};
 use crate::tmcl::ascii::{self, Editor, Line};
@@ -36,7 +36,7 @@ pub struct Taken<'a> {
     pub request: Option<Request>,
 }
 
-/// A reply as it goes over a byte link.
+/// Room for a reply as it goes over a byte link.
 pub type Message = Vec<u8, { ascii::REPLY }>;
 
 /// The state of a byte link. Each link has its own, and with it a mode of its own.
@@ -105,10 +105,19 @@ impl Port {
         self.decides && self.open > 0
     }
 
-    /// The answer to a request, or the event of command 138 in between: the bytes to be sent, none if there
-    /// is no reply. The link goes on in the mode given, if one is.
-    pub fn answer(&mut self, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) -> Message {
-        let message = reply.map(|reply| self.encode(reply, links)).unwrap_or_default();
+    /// The answer to a request, or the event of command 138 in between: appends the bytes to be sent, none if
+    /// there is no reply, to `out`. The link goes on in the mode given, if one is.
+    ///
+    /// # Errors
+    /// There is no room for them; they are lost.
+    pub fn answer(
+        &mut self,
+        reply: Option<&Reply>,
+        mode: Option<Mode>,
+        links: &Links,
+        out: &mut VecView<u8>,
+    ) -> Result<(), CapacityError> {
+        let encoded = reply.map_or(Ok(()), |reply| self.encode(reply, links, out));
         if !reply.is_some_and(Reply::is_event) {
             self.open = self.open.saturating_sub(1);
         }
@@ -116,13 +125,13 @@ impl Port {
             (self.mode, self.after_text) = (mode, mode == Mode::Binary);
             (self.framer, self.editor) = (Framer::new(), Editor::new());
         }
-        message
+        encoded
     }
 
-    fn encode(&self, reply: &Reply, links: &Links) -> Message {
+    fn encode(&self, reply: &Reply, links: &Links, out: &mut VecView<u8>) -> Result<(), CapacityError> {
         match self.mode {
-            Mode::Binary => Message::from(binary::encode_reply(links.host, links.address, reply)),
-            Mode::Ascii => ascii::encode_reply(links.host, links.address, reply),
+            Mode::Binary => out.extend_from_slice(&binary::encode_reply(links.host, links.address, reply)),
+            Mode::Ascii => out.extend_from_slice(&ascii::encode_reply(links.host, links.address, reply)),
         }
     }
 
@@ -158,6 +167,12 @@ mod tests {
         (echo, requests)
     }
 
+    fn answer(port: &mut Port, reply: Option<&Reply>, mode: Mode) -> Message {
+        let mut message = Message::new();
+        port.answer(reply, Some(mode), &links(), &mut message).unwrap();
+        message
+    }
+
     #[test]
     fn there_and_back() {
         let mut port = Port::new(Source::Usb, Mode::Binary);
@@ -167,13 +182,13 @@ mod tests {
         assert_eq!(push(&mut port, &get).1, [Request::Telegram(get)]);
         assert!(!port.is_waiting(), "another telegram may follow at once");
         assert_eq!(push(&mut port, &enter).1, [Request::Telegram(enter)]);
-        port.answer(None, Some(Mode::Binary), &links());
+        assert_eq!(answer(&mut port, None, Mode::Binary), []);
         assert!(port.is_waiting(), "the answer to the one before decides nothing");
-        assert_eq!(port.answer(Some(&ok), Some(Mode::Ascii), &links()), [2, 1, 100, 139, 0, 0, 0, 0, 242]);
+        assert_eq!(answer(&mut port, Some(&ok), Mode::Ascii), [2, 1, 100, 139, 0, 0, 0, 0, 242]);
         assert!(!port.is_waiting());
         assert_eq!(push(&mut port, b"\rABIN\r"), (b"ABIN\r".to_vec(), vec![Request::Line(Line::Leave)]));
         assert!(port.is_waiting());
-        assert_eq!(port.answer(Some(&ok), Some(Mode::Binary), &links()), *b"BA 100 0\r");
+        assert_eq!(answer(&mut port, Some(&ok), Mode::Binary), *b"BA 100 0\r");
         assert_eq!(push(&mut port, &get).1, [Request::Telegram(get)]);
     }
 }
