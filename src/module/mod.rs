@@ -440,22 +440,22 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Answers the commands that waited for the store.
     fn release(&mut self, status: Status, which: impl Fn(&Waiting) -> bool) {
-        for waiting in core::mem::take(&mut self.waiting) {
-            if !which(&waiting) {
-                // It comes from a list of the same size.
-                let _ = self.waiting.push(waiting);
-                continue;
+        self.waiting.retain(|waiting| {
+            if !which(waiting) {
+                return true;
             }
-            let Waiting { from, command, value, silent, .. } = waiting;
-            let Some(source) = from else {
-                self.machine.stored();
-                continue;
-            };
+            let Waiting { from, command, value, silent, .. } = *waiting;
             let value = if status == Status::Ok { value } else { command.value };
-            if !silent {
-                let _ = self.replies.push_back((source, Reply::Plain { status, opcode: command.opcode, value }));
+            match from {
+                None => self.machine.stored(),
+                Some(_) if silent => {}
+                Some(source) => {
+                    let reply = Reply::Plain { status, opcode: command.opcode, value };
+                    let _ = self.replies.push_back((source, reply));
+                }
             }
-        }
+            false
+        });
     }
 
     /// Global parameter 255; what reads something is answered always (manual section 5.1).

@@ -30,9 +30,8 @@ fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)>
     let a = u64::try_from(acceleration).ok()?;
     // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)).
     // At most 988 * 2047 * 2^26 < 2^47.
-    let denominator = 1000_u64 << (4 + ramp_div);
     (0..=PDIV_MAX).rev().find_map(|pdiv| {
-        let pmul = ((REDUCTION * a) << (u32::from(pulse_div) + pdiv)) / denominator;
+        let pmul = ((REDUCTION * a) << (u32::from(pulse_div) + pdiv) >> (4 + ramp_div)) / 1000;
         match pmul {
             128..=255 => Some((pmul as u8, pdiv as u8)),
             _ => None,
@@ -46,7 +45,7 @@ fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)>
 pub fn braking(wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
     let ratio = i32::from(ramp_div) - i32::from(pulse_div);
     // Smallest A with PMUL >= 128 at PDIV 13: 988 * A * 2^(PULSE_DIV + 13) >= 128 000 * 2^(4 + RAMP_DIV).
-    let smallest = (128_000_u64 << (4 + ramp_div)).div_ceil(REDUCTION << (u32::from(pulse_div) + PDIV_MAX));
+    let smallest = (128_000_u64 << (4 + ramp_div)).div_ceil(1 << (u32::from(pulse_div) + PDIV_MAX)).div_ceil(REDUCTION);
     let smallest = i32::try_from(smallest).ok().filter(|a| *a <= INTERNAL_MAX)?;
     // The datasheet's limits: 2^(ratio - 1) below (half of it for slow motion, which `smallest` is), and
     // 2^(ratio + 12) - 1 above.

@@ -173,7 +173,16 @@ macro_rules! parameters {
             /// Number of rows.
             pub const COUNT: usize = Self::ALL.len();
             /// How many rows have a slot in the EEPROM.
-            pub const STORED: usize = Self::stored_before(Self::COUNT);
+            pub const STORED: usize = {
+                let (mut i, mut count) = (0, 0);
+                while i < Self::COUNT {
+                    if Self::ROWS[i].stored() {
+                        count += 1;
+                    }
+                    i += 1;
+                }
+                count
+            };
             const ROWS: [Row; Self::COUNT] = [$(Row {
                 number: $number,
                 name: $name,
@@ -205,7 +214,8 @@ macro_rules! parameters {
 
             /// Position among the stored rows, or `None` for a volatile one.
             pub fn stored_index(self) -> Option<usize> {
-                self.row().stored().then(|| Self::stored_before(self.index()))
+                let before = Self::ALL.iter().take(self.index());
+                self.row().stored().then(|| before.filter(|parameter| parameter.row().stored()).count())
             }
 
             /// The factory defaults, in table order.
@@ -217,17 +227,6 @@ macro_rules! parameters {
                     i += 1;
                 }
                 values
-            }
-
-            const fn stored_before(index: usize) -> usize {
-                let (mut i, mut count) = (0, 0);
-                while i < index {
-                    if Self::ROWS[i].stored() {
-                        count += 1;
-                    }
-                    i += 1;
-                }
-                count
             }
         }
     };

@@ -99,14 +99,15 @@ impl fmt::Display for Command {
 /// four fields are numbers, those left out zero.
 pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     let line = line.trim();
-    let end = line.find(|c: char| c.is_whitespace() || c == ',').unwrap_or(line.len());
-    let (mnemonic, rest) = line.split_at(end);
+    let end = line.find(|c: char| c.is_whitespace() || c == ',');
+    let (mnemonic, rest) = end.and_then(|end| line.split_at_checked(end)).unwrap_or((line, ""));
     if mnemonic.is_empty() {
         return Err(Error::Empty);
     }
     let rest = rest.trim_start();
     let rest = rest.strip_prefix(',').unwrap_or(rest).trim();
-    let mut operands = rest.split(',').map(str::trim).filter(|_| !rest.is_empty());
+    // A set of one character: the search for the character itself has a place in it that can panic.
+    let mut operands = rest.split([',']).map(str::trim).filter(|_| !rest.is_empty());
     if let Some(number) = number(mnemonic) {
         return numeric(mnemonic, number, operands);
     }
