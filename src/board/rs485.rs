@@ -65,7 +65,7 @@ pub(super) fn start(direction: Output<'static>, links: Links) {
         pause: Micros(0),
         sending: false,
     };
-    LINK.lock(|place| place.replace(Some(link)));
+    LINK.lock(|place| place.try_borrow_mut().map(|mut place| *place = Some(link)).ok());
     // TIM2 counts at 84 MHz, the port's divider is the length of a bit at 42 MHz: so many are half a bit.
     embassy_stm32::rcc::enable_and_reset::<peripherals::TIM2>();
     TIM2.arr().write_value(USART3.brr().read().0);
@@ -108,11 +108,12 @@ pub(super) fn configure(links: &Links) {
 
 /// True when all is said.
 pub(super) fn is_idle() -> bool {
-    with(|link| link.out.is_empty())
+    !with(|link| !link.out.is_empty())
 }
 
+/// Does something with the link, once it is there; nothing in here calls itself, so it is free.
 fn with<R: Default>(act: impl FnOnce(&mut Rs485) -> R) -> R {
-    LINK.lock(|place| place.borrow_mut().as_mut().map(act)).unwrap_or_default()
+    LINK.lock(|place| place.try_borrow_mut().ok()?.as_mut().map(act)).unwrap_or_default()
 }
 
 #[interrupt]

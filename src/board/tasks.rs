@@ -1,6 +1,6 @@
 //! Who runs where: the owner of the module and the links that hurry in interrupts, the rest in thread mode.
 
-use embassy_executor::Spawner;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
 
 use super::tmcm1140::Board;
 use super::{analog, can, eeprom, encoder, fault, owner, rs485, usb, watchdog};
@@ -36,17 +36,27 @@ pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
     defmt::info!("RS485 at {=u32} bit/s", baud);
 
     // The port before the owner: a byte is fetched in time whatever goes on.
-    rs485::start(defmt::unwrap!(board.rs485.open(baud)), *owner.module.links());
+    match board.rs485.open(baud) {
+        Ok(direction) => rs485::start(direction, *owner.module.links()),
+        Err(error) => defmt::error!("RS485 stays off: {}", error),
+    }
     encoder::start();
     let (device, serial) = usb::build(board.usb, usb::serial_number());
     owner::start(owner);
-    // Each task is started once, so there is room for it.
-    spawner.spawn(defmt::unwrap!(eeprom::keep(keeper)));
-    spawner.spawn(defmt::unwrap!(usb::run(device)));
-    spawner.spawn(defmt::unwrap!(usb::carry(serial)));
-    spawner.spawn(defmt::unwrap!(can::join(board.can, bit_rate)));
-    spawner.spawn(defmt::unwrap!(analog::read(board.adc, board.analog)));
-    spawner.spawn(defmt::unwrap!(watchdog::feed(board.watchdog)));
+    spawn(spawner, eeprom::keep(keeper));
+    spawn(spawner, usb::run(device));
+    spawn(spawner, usb::carry(serial));
+    spawn(spawner, can::join(board.can, bit_rate));
+    spawn(spawner, analog::read(board.adc, board.analog));
+    spawn(spawner, watchdog::feed(board.watchdog));
+}
+
+/// Starts a task. Each is started once, so there is room for it; the watchdog would miss those that matter.
+fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
+    match task {
+        Ok(task) => spawner.spawn(task),
+        Err(error) => defmt::error!("a task does not start: {}", error),
+    }
 }
 
 /// What a stored parameter chooses from a list whose first entry has the number `first`; the factory default where it
