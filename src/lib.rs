@@ -11,7 +11,7 @@
 //! * [`store`] - what survives power-off
 //! * [`vm`] - TMCL programs: registers, program counter, interrupts
 //! * [`module`] - the device: `execute(command)`, `poll(now)`
-//! * `board` - the microcontroller, compiled for bare metal only
+//! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
 //!
 //! The core has no clock, no executor and no heap: time is passed in, a call returns what to do next.
 
@@ -34,6 +34,6 @@ pub mod vm;
 
 pub mod module;
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "board"))]
 #[allow(unsafe_code)]
 pub mod board;

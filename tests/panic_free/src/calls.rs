@@ -1,0 +1,385 @@
+//! Calls of everything public, each with values the compiler cannot know: what comes out of [`any`] may be anything
+//! that its type allows.
+
+use core::fmt::{self, Write};
+use core::hint::black_box as any;
+
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use tmcm::chip::at25::{At25, PAGE};
+use tmcm::chip::encoder::Counter;
+use tmcm::chip::tmc262::{Configuration, Tmc262};
+use tmcm::chip::tmc429::{Motor, Register, Tmc429, signed};
+use tmcm::module::{Hooks, Inputs, Links, Mode, Module, Parts, Port, Request, Source, Spec, TMCM_1140, TMCM_1140_AXES};
+use tmcm::motion::{Axis, Sensors, ramp};
+use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
+use tmcm::store::{Keeper, Need, Slot, Store};
+use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
+use tmcm::tmcl::binary::{self, Framer, Telegram};
+use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
+use tmcm::units::{CurrentScale, Micros};
+use tmcm::vm::{
+    self, Awaited, Condition, ErrorFlag, Errors, Interrupts, Machine, Operation as Calculation, Registers, Signals,
+};
+
+/// A chip that answers anything, or fails.
+struct Chip;
+
+impl spi::ErrorType for Chip {
+    type Error = spi::ErrorKind;
+}
+
+impl SpiDevice for Chip {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::ErrorKind> {
+        any(operations);
+        any(Ok(()))
+    }
+}
+
+/// A pin that may fail.
+struct Pin;
+
+impl digital::ErrorType for Pin {
+    type Error = digital::ErrorKind;
+}
+
+impl OutputPin for Pin {
+    fn set_low(&mut self) -> Result<(), digital::ErrorKind> {
+        any(Ok(()))
+    }
+
+    fn set_high(&mut self) -> Result<(), digital::ErrorKind> {
+        any(Ok(()))
+    }
+}
+
+/// User functions of which nothing is known.
+struct Added;
+
+impl Hooks for Added {
+    fn call(&mut self, number: u8, command: Command) -> Result<i32, Status> {
+        any((number, command));
+        any(Ok(0))
+    }
+}
+
+fn command() -> Command {
+    any(Command::default())
+}
+
+fn now() -> Micros {
+    any(Micros(0))
+}
+
+fn text() -> &'static [u8] {
+    any(&[])
+}
+
+/// Everything.
+pub(crate) fn all() {
+    units();
+    language();
+    parameters();
+    chips();
+    motion();
+    store();
+    machine();
+    port();
+    module::<TMCM_1140_AXES>();
+    module::<6>();
+    #[cfg(feature = "deliberate")]
+    any(text()[any(0)]);
+}
+
+#[inline(never)]
+fn units() {
+    any(Micros::from_millis(any(0)).after(now()).since(now()).millis());
+    any(CurrentScale::from_parameter(any(0)).bits());
+}
+
+#[inline(never)]
+fn language() {
+    any(command().to_bytes());
+    any(Command::from_bytes(any([0; _])));
+    any(Status::from_number(any(0)).map(Status::meaning));
+    any(Reply::echo(any(Status::Ok), command()).is_event());
+    any(Opcode::from_number(any(0)).map(|opcode| opcode.instruction().required()));
+    if let Ok(line) = core::str::from_utf8(text()) {
+        any(Instruction::by_mnemonic(line));
+        if let Err(error) = text::parse(line) {
+            let _ = any(write!(Paper, "{error}"));
+        }
+    }
+
+    let _ = any(write!(Paper, "{}", command()));
+
+    any(Line::parse(text()));
+    let reply = any(Reply::WRONG_CHECKSUM);
+    any(ascii::letter(any(0)));
+    any(ascii::encode_reply(any(0), any(0), &reply));
+    let mut editor = Editor::new();
+    any(&mut editor);
+    let echo = any(Echo::from_parameter(any(0))).among_others(any([0; 2]), any(0));
+    any(editor.push(any(0), any([0; 2]), echo));
+
+    let telegram: Telegram = any([0; _]);
+    any(binary::checksum(&telegram));
+    any(binary::encode_command(any(0), command()));
+    any(binary::decode_command(&telegram));
+    any(binary::encode_reply(any(0), any(0), &reply));
+    any(binary::decode_reply(&telegram).and_then(|reply| reply.status()));
+    let mut framer = Framer::new();
+    any(&mut framer);
+    any(framer.push(any(0), now()));
+    framer.reset();
+    any(&framer);
+
+    any(can::decode_command(text()));
+    any(can::encode_command(command()));
+    any(can::encode_reply(any(0), any(0), &reply));
+}
+
+#[inline(never)]
+fn parameters() {
+    let row = |row: &Row| any((row.accepts(any(0)), row.writable(), row.stored(), row.unit.symbol()));
+    any(AxisParameter::from_number(any(0)).map(|p| (row(p.row()), p.index(), p.stored_index())));
+    any(GlobalParameter::from_number(any(0)).map(|p| (row(p.row()), p.index(), p.stored_index())));
+    any(InterruptParameter::from_number(any(0)).map(|p| (row(p.row()), p.index(), p.stored_index())));
+    any((AxisParameter::defaults(), GlobalParameter::defaults(), InterruptParameter::defaults()));
+}
+
+#[inline(never)]
+fn chips() {
+    let mut controller = Tmc429::new(Chip);
+    any(&mut controller);
+    let (motor, register) = (any(Motor::M0), any(Register::XTarget));
+    let _ = any(controller.halt());
+    let _ = any(controller.initialise());
+    let _ = any(controller.write_interface(any(true), any(true)));
+    let _ = any(controller.write(motor, register, any(0)));
+    any(controller.holds(motor, register, any(0)));
+    let _ = any(controller.read(motor, register));
+    let _ = any(controller.reference_switches());
+    let _ = any(controller.present());
+    any(controller.left_switch(motor));
+    any(signed(any(0), any(0)));
+
+    let mut driver = Tmc262::new(Chip);
+    any(&mut driver);
+    let _ = any(driver.refresh());
+    driver.forget();
+    let _ = any(driver.apply(&any(CONFIGURATION)));
+    any((driver.load(), driver.current(), driver.flags()));
+
+    let mut memory = At25::new(Chip);
+    any(&mut memory);
+    let _ = any(memory.settle());
+    let _ = any(memory.busy());
+    let _ = any(memory.read(any(0), any(&mut [])));
+    let _ = any(memory.start_write(any(0), &any([0; PAGE])));
+
+    let mut counter = Counter::<1024>::new();
+    any(&mut counter);
+    any(counter.update(any(0), any(0), any(true)));
+    counter.zero_at(any(0), any(0), any(true));
+    counter.set(any(0));
+    any(counter.position());
+}
+
+const CONFIGURATION: Configuration = Configuration {
+    microsteps: 0,
+    interpolation: false,
+    double_edge: false,
+    blank_time: 0,
+    constant_toff: false,
+    no_fast_decay_comparator: false,
+    hysteresis_end: 0,
+    hysteresis_start: 0,
+    off_time: 0,
+    random_off_time: false,
+    current_minimum: 0,
+    down_step: 0,
+    hysteresis: 0,
+    up_step: 0,
+    cool_step: 0,
+    filter: false,
+    threshold: 0,
+    current: CurrentScale::from_parameter(0),
+    slope_high: 0,
+    slope_low: 0,
+    no_short_protection: false,
+    short_timer: 0,
+    vsense: false,
+};
+
+#[inline(never)]
+fn motion() {
+    any(ramp::braking(any(0), any(0), any(0), any(0)));
+    let mut chip = Tmc429::new(Chip);
+    let mut axis = Axis::new(any(Motor::M0), Chip);
+    any((&mut axis, &mut chip));
+    let _ = any(axis.start(now(), &mut chip));
+    let _ = any(axis.rotate(now(), &mut chip, any(0)));
+    let _ = any(axis.move_to(now(), &mut chip, any(0)));
+    let _ = any(axis.hard_stop(now(), &mut chip));
+    let _ = any(axis.restart_driver());
+    let _ = any(axis.start_search(now(), &mut chip));
+    let _ = any(axis.stop_search(now(), &mut chip));
+    let parameter = any(AxisParameter::TargetPosition);
+    axis.preset(parameter, any(0));
+    let _ = any(axis.write(now(), &mut chip, parameter, any(0)));
+    let _ = any(axis.read(&mut chip, parameter));
+    let _ = any(axis.actual_position(&mut chip));
+    axis.set_reverse(any(true));
+    any((axis.search_status(), axis.at_target(), axis.last_position(), axis.target_position()));
+    any((axis.home_switch(), axis.travelling(), axis.stop_switches(&chip)));
+    any(axis.poll(now(), &mut chip, any(Sensors::default())));
+}
+
+#[inline(never)]
+fn store() {
+    let mut store = Store::new();
+    any(&mut store);
+    let mut keeper = Keeper::new(At25::new(Chip));
+    any(keeper.load(&mut store));
+    any(&mut keeper);
+    any(&mut store);
+    any(keeper.poll(now(), || store.next_job()));
+    for slot in [
+        Slot::ProgramState,
+        Slot::Global(any(GlobalParameter::CanId)),
+        Slot::Variable(any(0)),
+        Slot::Axis(any(0), any(AxisParameter::TargetPosition)),
+        Slot::Coordinate(any(0), any(0)),
+    ] {
+        store.set(slot, any(0));
+        any(store.get(slot));
+    }
+    any(&mut store);
+    any((store.worth(), store.command(any(0)), store.downloading(), store.takes_download(), store.is_closed()));
+    store.begin_download(any(0));
+    any(&mut store);
+    any(store.download(command()));
+    store.end_download();
+    any(&mut store);
+    store.erase(any(0));
+    any(&mut store);
+    any((store.settled(any(Need::Settings)), store.is_unreachable()));
+    any(store.finish(any(true)));
+    store.reset();
+    any(&mut store);
+    any(store.unreachable());
+    store.close();
+}
+
+#[inline(never)]
+fn machine() {
+    let mut registers = any(Registers::default());
+    if let Some(operation) = Calculation::from_number(any(0)) {
+        any(registers.calc(operation, any(0)));
+        registers.calcx(operation);
+    }
+    registers.compare(any(0));
+    let mut errors = any(Errors::default());
+    errors.raise(any(ErrorFlag::Timeout));
+    any(errors.raised(any(ErrorFlag::Timeout)));
+    any(errors.clear(any(0)));
+    any(Condition::from_number(any(0)).map(|condition| registers.meets(condition, errors)));
+
+    let mut signals = any(Signals::default());
+    signals.reached(any(0));
+    signals.stall(any(0));
+    signals.deviation(any(0));
+    signals.stop_switches(any(0), any(true), any(true));
+    signals.inputs(any(&[]));
+    let mut interrupts = Interrupts::default();
+    any(&mut interrupts);
+    any(Interrupts::exists(any(0), any(0)));
+    interrupts.enable(any(0), any(true));
+    interrupts.set_vector(any(0), any(0));
+    interrupts.set(any(InterruptParameter::Timer0), any(0));
+    any(interrupts.setting(any(InterruptParameter::Timer0)));
+    interrupts.look(now(), signals, any(true));
+    any(interrupts.take());
+    interrupts.reset();
+
+    let mut machine = Machine::default();
+    any(&mut machine);
+    if let Some(address) = vm::address(any(0)) {
+        machine.run_from(address);
+    }
+    any(&mut machine);
+    any((machine.mode(), machine.counter(), machine.wait(), machine.runs(), machine.busy(), machine.handles()));
+    if let Some(opcode) = Opcode::from_number(any(0)) {
+        any(machine.execute(now(), opcode, command()));
+    }
+    any(&mut machine);
+    machine.interrupt(now());
+    machine.waited(any(Awaited::Ticks), any(true));
+    machine.wait_for_store();
+    any(&mut machine);
+    any(machine.stores());
+    machine.stored();
+    machine.step();
+    machine.run();
+    any(&mut machine);
+    machine.stop();
+    machine.next();
+    machine.reset();
+    any(&mut machine);
+}
+
+#[inline(never)]
+fn port() {
+    let mut port = Port::new(any(Source::Usb), any(Mode::Binary));
+    any(&mut port);
+    let links = any(Links::default());
+    any(port.push(any(0), now(), &links));
+    any(&mut port);
+    any(port.is_waiting());
+    any(port.answer(any(None), any(None), &links));
+    any(&mut port);
+    port.give_up();
+    port.silence();
+    any(&mut port);
+}
+
+#[inline(never)]
+fn module<const AXES: usize>() {
+    let spec: &Spec = any(&TMCM_1140);
+    any((spec.version_string(), spec.version_number()));
+    let parts = Parts { tmc429: Chip, tmc262: [const { Chip }; AXES], enable: Pin };
+    let load = |store: &mut Store| {
+        any(store);
+    };
+    let mut module = Module::new(spec, parts, Added, load, now(), any(0));
+    any(&mut module);
+    any(module.execute(now(), any(Source::Usb), command()));
+    any(&mut module);
+    any(module.poll(now(), &any(Inputs::default())));
+    any(&mut module);
+    any(module.serial(now(), any(Source::Usb), &any(Request::Telegram([0; _]))));
+    any(&mut module);
+    any(module.can(now(), any(0), text()));
+    any(&mut module);
+    any(module.next_frame());
+    any(module.next_serial());
+    any(&mut module);
+    module.stored(any(true));
+    any(&mut module);
+    any((module.deadline(), module.subscriber(), module.awaits(any(Source::Usb))));
+    any((module.spec().number, *module.links(), module.machine().mode(), module.axes().len()));
+    any(module.store().next_job());
+    any(module.hooks());
+    module.hold_program();
+}
+
+/// Takes any text, or fails.
+struct Paper;
+
+impl Write for Paper {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        any(text);
+        any(Ok(()))
+    }
+}
