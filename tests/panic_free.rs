@@ -6,6 +6,8 @@
 
 #[path = "common/image.rs"]
 mod build;
+#[path = "panic_free/callers.rs"]
+mod callers;
 #[path = "panic_free/places.rs"]
 mod places;
 
@@ -13,6 +15,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
+use callers::{callers, is_there_to_panic};
 use places::{places, texts};
 
 /// The image of the core, and what it lacks.
@@ -21,8 +24,8 @@ const MISSING: &str = "undefined symbol: a_panic_is_possible";
 /// Lets it link all the same.
 const ANYTHING: &str = "-Clink-arg=--defsym=a_panic_is_possible=0";
 
-/// Builds the image of the core. If it does not link: the places that can panic.
-fn core(features: &[&str]) -> Result<(), Vec<String>> {
+/// Builds the image of the core. If it does not link: the places that can panic, and the calls that lead to a panic.
+fn core(features: &[&str]) -> Result<(), [Vec<String>; 2]> {
     let arguments = [&["--package", CORE], features].concat();
     let (output, _) = build::build(CORE, &arguments).unwrap();
     if output.status.success() {
@@ -33,17 +36,21 @@ fn core(features: &[&str]) -> Result<(), Vec<String>> {
     let (output, path) = build::build(CORE, &[&arguments, &["--", ANYTHING][..]].concat()).unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let contents = fs::read(path).unwrap();
-    Err(places(&object::File::parse(&*contents).unwrap()).iter().map(ToString::to_string).collect())
+    let image = object::File::parse(&*contents).unwrap();
+    let calls = callers(&image, |name| ["tmcm::", "panic_free::"].iter().any(|ours| name.contains(ours)));
+    Err([places(&image).iter().map(ToString::to_string).collect(), calls.into_iter().collect()])
 }
 
 /// Both in one test: the two images have the same name.
 #[test]
 fn nothing_in_the_core_can_panic_and_a_panic_would_be_found() {
-    if let Err(places) = core(&[]) {
-        panic!("the core can panic:\n{}", places.join("\n"));
+    if let Err([places, calls]) = core(&[]) {
+        panic!("the core can panic\nat {}\nin {}", places.join("\nat "), calls.join("\nin "));
     }
-    let places = core(&["--features", "deliberate"]).unwrap_err();
+    let [places, calls] = core(&["--features", "deliberate"]).unwrap_err();
     assert!(matches!(&places[..], [place] if place.starts_with("tests/panic_free/src/calls.rs:")), "{places:?}");
+    let way = "panic_free::calls::all > core::panicking::panic_bounds_check > core::panicking::panic_fmt";
+    assert!(calls.iter().all(|call| call.starts_with(way)) && calls.len() == 1, "{calls:?}");
 }
 
 /// Every public function of the core is called in its image, by its name at least.
@@ -91,6 +98,12 @@ fn what_can_panic_in_the_image_is_known() {
         println!("{place}");
         found.entry(place.file).or_insert_with(Vec::new).push(place.at);
     }
+    let calls = callers(&image, |name| !is_there_to_panic(name));
+    for call in &calls {
+        println!("{call}");
+    }
+    assert!(calls.len() > 50, "{calls:?}");
+
     let counted = found.iter().map(|(file, places)| format!("{file} {}", places.len()));
     let found: Vec<_> = counted.chain(texts(&image)).collect();
     let list = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/panic_free/known.txt")).unwrap();

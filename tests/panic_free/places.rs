@@ -45,6 +45,10 @@ pub(crate) fn places(file: &object::File) -> BTreeSet<Place> {
 
 /// The name of a file without what is different on each machine and in each version.
 fn short(name: &str) -> String {
+    // /rustc/HASH/library/core/src/lib.rs
+    if let Some((_, path)) = name.split_once("/library/") {
+        return path.into();
+    }
     // .cargo/registry/src/INDEX/PACKAGE-VERSION/src/lib.rs
     let Some((_, path)) = name.split_once("/registry/src/") else { return name.into() };
     let path = path.split_once('/').map_or(path, |(_, path)| path);
