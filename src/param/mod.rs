@@ -204,7 +204,9 @@ macro_rules! parameters {
 
             /// The parameter's row.
             pub const fn row(self) -> &'static Row {
-                &(const { &Self::ROWS })[self as usize]
+                match self {
+                    $($table::$variant => const { &Self::ROWS[$table::$variant as usize] },)*
+                }
             }
 
             /// The parameter's place in the table: its index into an array of values.

@@ -10,7 +10,10 @@ use tmcm::chip::at25::{At25, PAGE};
 use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{Motor, Register, Tmc429, signed};
-use tmcm::module::{Hooks, Inputs, Links, Mode, Module, Parts, Port, Request, Source, Spec, TMCM_1140, TMCM_1140_AXES};
+use tmcm::module::{
+    Hooks, Inputs, Links, Message, Mode, Module, Parts, Platform, Port, Request, Source, Spec, TMCM_1140,
+    TMCM_1140_AXES,
+};
 use tmcm::motion::{Axis, Sensors, ramp};
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
 use tmcm::store::{Keeper, Need, Slot, Store};
@@ -51,6 +54,17 @@ impl OutputPin for Pin {
     fn set_high(&mut self) -> Result<(), digital::ErrorKind> {
         any(Ok(()))
     }
+}
+
+/// All of it.
+struct Bare;
+
+impl Platform for Bare {
+    type Tmc429 = Chip;
+    type Tmc262 = Chip;
+    type Enable = Pin;
+    type Store = &'static mut Store;
+    type Hooks = Added;
 }
 
 /// User functions of which nothing is known.
@@ -241,6 +255,8 @@ fn motion() {
 fn store() {
     let mut store = Store::new();
     any(&mut store);
+    store.forget();
+    any(&mut store);
     let mut keeper = Keeper::new(At25::new(Chip));
     any(keeper.load(&mut store));
     any(&mut keeper);
@@ -338,7 +354,9 @@ fn port() {
     any(port.push(any(0), now(), &links));
     any(&mut port);
     any(port.is_waiting());
-    any(port.answer(any(None), any(None), &links));
+    let mut message = Message::new();
+    any(&mut message);
+    any(port.answer(any(None), any(None), &links, &mut message));
     any(&mut port);
     port.give_up();
     port.silence();
@@ -349,11 +367,14 @@ fn port() {
 fn module<const AXES: usize>() {
     let spec: &Spec = any(&TMCM_1140);
     any((spec.version_string(), spec.version_number()));
-    let parts = Parts { tmc429: Chip, tmc262: [const { Chip }; AXES], enable: Pin };
-    let load = |store: &mut Store| {
+    let store: Option<&'static mut Store> = any(None);
+    let Some(store) = store else { return };
+    let parts = Parts { tmc429: Chip, tmc262: [const { Chip }; AXES], enable: Pin, store, hooks: Added };
+    let mut module: Module<Bare, AXES> = Module::new(spec, parts, any(0));
+    any(&mut module);
+    module.start(now(), |store| {
         any(store);
-    };
-    let mut module = Module::new(spec, parts, Added, load, now(), any(0));
+    });
     any(&mut module);
     any(module.execute(now(), any(Source::Usb), command()));
     any(&mut module);
