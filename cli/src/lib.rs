@@ -2,6 +2,8 @@
 //!
 //! * [`virtual_module`] - the firmware's core on the simulated board, in virtual time
 //! * [`tracer`] - the commands that its program executes, recorded
+//! * [`device`] - a module, whatever runs it, as its links see it
+//! * [`image`] - the flash image on the emulated microcontroller, as such a module
 //! * [`fleet`] - several of them on an RS485 bus and a CAN bus
 //! * [`slcan`] - CAN frames as text, and an adapter that speaks so
 //! * [`sim`] - the virtual module at the pace of a clock, with links that host software opens
@@ -24,9 +26,11 @@
 pub mod asm;
 pub mod conversation;
 pub mod debug;
+pub mod device;
 pub mod disasm;
 pub mod failure;
 pub mod fleet;
+pub mod image;
 pub mod interrupt;
 pub mod link;
 pub mod load;

@@ -3,6 +3,7 @@
 //! Whoever owns it says how far time goes; in between it polls the firmware whenever that is due. Bytes
 //! go in at the present time and come out with the time at which they are on the wire.
 
+use std::cell::RefMut;
 use std::collections::VecDeque;
 use std::marker::PhantomData;
 
@@ -23,7 +24,9 @@ use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
+use crate::device::{Device, Rs485};
 use crate::ports::{Arrived, Ports};
+use crate::slcan::CanFrame;
 use crate::tracer::{Step, Tracer};
 
 /// SPI clock of the TMC429: 84 MHz / 64, as on the target.
@@ -293,47 +296,6 @@ impl VirtualModule {
         self.frames_out.pop_front()
     }
 
-    /// How fast the module sends on RS485, in bit/s, and how long after it has last heard something; `None` without
-    /// power.
-    pub fn rs485(&self) -> Option<(u64, Nanos)> {
-        let firmware = self.firmware.as_ref()?;
-        Some((firmware.baud, Nanos::from(firmware.core.links().pause) * MILLISECOND))
-    }
-
-    /// How many telegrams wait because their link still waits for a reply.
-    pub fn backlog(&self) -> usize {
-        let unread = self.firmware.as_ref().map_or(0, |firmware| firmware.ports.backlog());
-        unread + self.inbox.len() + self.frames_in.len()
-    }
-
-    /// True while a request of this client has not been answered as it will be.
-    pub fn owes(&self, client: Client) -> bool {
-        self.firmware.as_ref().is_some_and(|firmware| firmware.ports.owes(client))
-            || self.inbox.iter().any(|(_, from, _)| *from == client)
-            || self.outbox.iter().any(|sent| sent.client == client)
-            || self.waiting.iter().any(|(_, waiting)| *waiting == client)
-    }
-
-    /// A client has gone: it gets no event any more. Requests it has sent are carried out all the same.
-    pub fn forget(&mut self, client: Client) {
-        self.subscriber = self.subscriber.filter(|subscriber| *subscriber != client);
-        if let Some(firmware) = &mut self.firmware {
-            firmware.ports.forget(client);
-        }
-    }
-
-    /// True while somebody may hear from the module without a further request.
-    pub fn is_busy(&self) -> bool {
-        let Some(firmware) = &self.firmware else { return false };
-        let waited_for = match firmware.core.subscriber() {
-            Some((Source::Can { .. }, _)) => true,
-            Some(_) => self.subscriber.is_some(),
-            None => false,
-        };
-        let owes = !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty();
-        owes || firmware.core.awaits(CAN) || waited_for
-    }
-
     /// Replies that are on the wire by now, oldest first.
     pub fn sent(&mut self) -> Option<Sent> {
         let now = self.now();
@@ -526,6 +488,100 @@ impl VirtualModule {
         for to in silent {
             firmware.ports.answer(to, None, None, firmware.core.links());
         }
+    }
+}
+
+impl Device for VirtualModule {
+    type Board<'a> = RefMut<'a, Board>;
+
+    fn board_mut(&mut self) -> RefMut<'_, Board> {
+        self.board.borrow_mut()
+    }
+
+    fn now(&self) -> Nanos {
+        VirtualModule::now(self)
+    }
+
+    fn run_until(&mut self, to: Nanos) {
+        VirtualModule::run_until(self, to);
+    }
+
+    fn next_event(&self) -> Option<Nanos> {
+        VirtualModule::next_event(self)
+    }
+
+    fn set_power(&mut self, on: bool) {
+        VirtualModule::set_power(self, on);
+    }
+
+    fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
+        VirtualModule::hear(self, source, client, bytes);
+    }
+
+    fn overhear(&mut self, byte: u8) {
+        VirtualModule::hear(self, Source::Rs485, Client::default(), &[byte]);
+    }
+
+    fn silence(&mut self, source: Source, client: Client) {
+        VirtualModule::silence(self, source, client);
+    }
+
+    fn sent(&mut self) -> Option<Sent> {
+        VirtualModule::sent(self)
+    }
+
+    fn receive_frame(&mut self, frame: &CanFrame) {
+        if let Some(frame) = frame.plain() {
+            VirtualModule::receive_frame(self, frame);
+        }
+    }
+
+    fn frame(&mut self) -> Option<CanFrame> {
+        VirtualModule::frame(self).map(CanFrame::from)
+    }
+
+    fn rs485(&self) -> Option<Rs485> {
+        let firmware = self.firmware.as_ref()?;
+        let pause = Nanos::from(firmware.core.links().pause) * MILLISECOND;
+        Some(Rs485 { baud: firmware.baud, pause: Some(pause) })
+    }
+
+    fn backlog(&self) -> usize {
+        let unread = self.firmware.as_ref().map_or(0, |firmware| firmware.ports.backlog());
+        unread + self.inbox.len() + self.frames_in.len()
+    }
+
+    fn owes(&self, client: Client) -> bool {
+        self.firmware.as_ref().is_some_and(|firmware| firmware.ports.owes(client))
+            || self.inbox.iter().any(|(_, from, _)| *from == client)
+            || self.outbox.iter().any(|sent| sent.client == client)
+            || self.waiting.iter().any(|(_, waiting)| *waiting == client)
+    }
+
+    fn forget(&mut self, client: Client) {
+        self.subscriber = self.subscriber.filter(|subscriber| *subscriber != client);
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports.forget(client);
+        }
+    }
+
+    fn is_busy(&self) -> bool {
+        let Some(firmware) = &self.firmware else { return false };
+        let waited_for = match firmware.core.subscriber() {
+            Some((Source::Can { .. }, _)) => true,
+            Some(_) => self.subscriber.is_some(),
+            None => false,
+        };
+        let owes = !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty();
+        owes || firmware.core.awaits(CAN) || waited_for
+    }
+
+    fn take_log(&mut self) -> Vec<String> {
+        VirtualModule::take_log(self)
+    }
+
+    fn stopped(&self) -> Option<String> {
+        None
     }
 }
 

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const TARGET: &str = "thumbv7em-none-eabi";
+const PACKAGE: &str = "tmcm";
 const IMAGE: &str = "tmcm1140";
 
 /// Builds the flash image; where it is.
 pub(crate) fn image() -> io::Result<(Output, PathBuf)> {
-    build(IMAGE, &["--bin", IMAGE])
+    build(IMAGE, &["--package", PACKAGE, "--bin", IMAGE])
 }
 
 /// Builds a program by `cargo rustc`, into the build directory of this very test; what is there already is not built

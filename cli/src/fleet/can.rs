@@ -7,8 +7,8 @@ use std::collections::VecDeque;
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 
+use crate::device::Device;
 use crate::slcan::CanFrame;
-use crate::virtual_module::VirtualModule;
 
 /// Bits of a frame without its data, and the silence behind it: 11-bit and 29-bit identifier. Stuff bits, which depend
 /// on what is in it, are left out.
@@ -69,12 +69,10 @@ impl Bus {
     }
 
     /// Hands out the frames that are complete by now.
-    pub(super) fn deliver(&mut self, modules: &mut [VirtualModule], now: Nanos) {
+    pub(super) fn deliver(&mut self, modules: &mut [impl Device], now: Nanos) {
         while let Some(heard) = self.wire.pop_front_if(|heard| heard.at <= now) {
-            if let Some(frame) = heard.frame.plain() {
-                let others = modules.iter_mut().enumerate().filter(|(index, _)| heard.from != Node::Module(*index));
-                others.for_each(|(_, module)| module.receive_frame(frame.clone()));
-            }
+            let others = modules.iter_mut().enumerate().filter(|(index, _)| heard.from != Node::Module(*index));
+            others.for_each(|(_, module)| module.receive_frame(&heard.frame));
             self.heard.push_back(heard);
         }
     }

@@ -4,6 +4,7 @@ mod can;
 mod rs485;
 
 use std::collections::VecDeque;
+use std::convert::Infallible;
 
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
@@ -13,6 +14,7 @@ use tmcm::store::{Need, Slot, Store};
 
 pub use can::{Heard, Node};
 
+use crate::device::Device;
 use crate::slcan::CanFrame;
 use crate::virtual_module::{Sent, VirtualModule};
 
@@ -20,8 +22,8 @@ use crate::virtual_module::{Sent, VirtualModule};
 const EEPROM: usize = 16_384;
 
 /// Modules and what connects them.
-pub struct Fleet {
-    modules: Vec<VirtualModule>,
+pub struct Fleet<M = VirtualModule> {
+    modules: Vec<M>,
     now: Nanos,
     rs485: rs485::Rs485,
     can: can::Bus,
@@ -30,28 +32,45 @@ pub struct Fleet {
 }
 
 impl Fleet {
-    /// As many modules as there are EEPROMs, numbered from 1, each in a world of its own described by `config`. A
-    /// fresh EEPROM (`None`) is that of a module to which somebody has given its number as serial address and CAN
-    /// identifier. `seed` makes everything that is random.
+    /// Modules that run the firmware's core, each in a world of its own described by `config`; the rest is as in
+    /// [`Fleet::start`].
     pub fn new(config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
-        let start = |(number, eeprom): (i32, &Option<&[u8]>)| {
+        let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(VirtualModule::new(config, eeprom, seed));
+        let Ok(fleet) = Self::start(eeproms, seed, start);
+        fleet
+    }
+}
+
+impl<M: Device> Fleet<M> {
+    /// As many modules as there are EEPROMs, numbered from 1, each started with its EEPROM and what makes everything
+    /// random that is. A fresh EEPROM (`None`) is that of a module to which somebody has given its number as serial
+    /// address and CAN identifier.
+    ///
+    /// # Errors
+    /// A module cannot be started.
+    pub fn start<E>(
+        eeproms: &[Option<&[u8]>],
+        seed: u32,
+        mut start: impl FnMut(Option<&[u8]>, u32) -> Result<M, E>,
+    ) -> Result<Self, E> {
+        let one = |(number, eeprom): (i32, &Option<&[u8]>)| {
             let numbered = if eeprom.is_none() { numbered(number) } else { None };
-            VirtualModule::new(config, eeprom.or(numbered.as_deref()), seed.wrapping_add(number.cast_unsigned() - 1))
+            start(eeprom.or(numbered.as_deref()), seed.wrapping_add(number.cast_unsigned() - 1))
         };
-        let modules: Vec<VirtualModule> = (1..).zip(eeproms).map(start).collect();
+        let modules = (1..).zip(eeproms).map(one).collect::<Result<Vec<M>, E>>()?;
         let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
         // All have started.
-        let now = modules.iter().map(VirtualModule::now).max().unwrap_or_default();
-        Fleet { modules, now, rs485, can, sent: VecDeque::new() }
+        let now = modules.iter().map(M::now).max().unwrap_or_default();
+        Ok(Fleet { modules, now, rs485, can, sent: VecDeque::new() })
     }
 
     /// The modules.
-    pub fn modules(&self) -> &[VirtualModule] {
+    pub fn modules(&self) -> &[M] {
         &self.modules
     }
 
     /// The modules, to do something to one of them; but for its power see [`Fleet::set_power`].
-    pub fn modules_mut(&mut self) -> &mut [VirtualModule] {
+    pub fn modules_mut(&mut self) -> &mut [M] {
         &mut self.modules
     }
 
@@ -93,20 +112,20 @@ impl Fleet {
 
     /// When something happens next.
     pub fn next_event(&self) -> Option<Nanos> {
-        let modules = self.modules.iter().filter_map(VirtualModule::next_event);
+        let modules = self.modules.iter().filter_map(M::next_event);
         modules.chain(self.rs485.next_event()).chain(self.can.next_event()).min()
     }
 
     /// True while somebody may hear something without doing anything for it.
     pub fn is_busy(&self) -> bool {
         let wires = self.rs485.next_event().is_some() || self.can.next_event().is_some();
-        wires || self.modules.iter().any(VirtualModule::is_busy)
+        wires || self.modules.iter().any(M::is_busy)
     }
 
     /// How many requests wait because their link still waits for a reply, at the module with most of them, or for the
     /// CAN bus.
     pub fn backlog(&self) -> usize {
-        let modules = self.modules.iter().map(VirtualModule::backlog).max();
+        let modules = self.modules.iter().map(M::backlog).max();
         modules.unwrap_or_default().max(self.can.waiting())
     }
 
@@ -160,7 +179,7 @@ impl Fleet {
                 }
             }
             while let Some(frame) = module.frame() {
-                self.can.send(self.now, Node::Module(index), frame.into());
+                self.can.send(self.now, Node::Module(index), frame);
             }
         }
     }

@@ -8,7 +8,8 @@ use std::collections::VecDeque;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 
-use crate::virtual_module::{Client, VirtualModule};
+use crate::device::{self, Device};
+use crate::virtual_module::Client;
 
 /// Bits of a byte on the wire: start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
@@ -71,26 +72,37 @@ impl Rs485 {
     }
 
     /// The host sends.
-    pub(super) fn send(&mut self, modules: &mut [VirtualModule], now: Nanos, bytes: &[u8]) {
+    pub(super) fn send(&mut self, modules: &mut [impl Device], now: Nanos, bytes: &[u8]) {
         for (place, module) in self.places.iter_mut().zip(modules) {
             // Silences between what modules and the host say are there for both.
             let told = self.told && std::mem::replace(&mut place.host, true);
-            place.hear(module, now, bytes, told);
+            place.hear(module, now, told, |module| module.hear(Source::Rs485, Client::default(), bytes));
         }
     }
 
     /// The host has been silent for long enough to give up an unfinished telegram, if it is not a reply.
-    pub(super) fn silence(&mut self, modules: &mut [VirtualModule]) {
+    pub(super) fn silence(&mut self, modules: &mut [impl Device]) {
         for (_, module) in self.places.iter().zip(modules).filter(|(place, _)| place.host) {
             module.silence(Source::Rs485, Client::default());
         }
     }
 
-    /// A module has something to send: after its telegram pause, and what it has said before.
-    pub(super) fn reply(&mut self, from: usize, module: &VirtualModule, ready: Nanos, bytes: &[u8]) {
-        if let (Some((_, pause)), Some(place)) = (module.rs485(), self.places.get_mut(from)) {
-            place.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
+    /// A module has something to send: after its telegram pause, and what it has said before. Or it has sent it.
+    pub(super) fn reply(&mut self, from: usize, module: &impl Device, ready: Nanos, bytes: &[u8]) {
+        match (module.rs485(), self.places.get_mut(from)) {
+            (Some(device::Rs485 { pause: Some(pause), .. }), Some(place)) => {
+                place.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
+            }
+            (Some(device::Rs485 { pause: None, baud }), _) => {
+                bytes.iter().for_each(|byte| self.fly(Flight { at: ready, from, baud, byte: *byte }));
+            }
+            _ => {}
         }
+    }
+
+    fn fly(&mut self, flight: Flight) {
+        let behind = self.wire.partition_point(|other| other.at <= flight.at);
+        self.wire.insert(behind, flight);
     }
 
     /// A module has lost its power: what it was going to send is not sent.
@@ -108,7 +120,7 @@ impl Rs485 {
     }
 
     /// Hands out the bytes that have arrived by now.
-    pub(super) fn deliver(&mut self, modules: &mut [VirtualModule], now: Nanos) {
+    pub(super) fn deliver(&mut self, modules: &mut [impl Device], now: Nanos) {
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
             // Who hears something at the last moment does not begin.
             if let Some(flight) = self.wire.pop_front_if(|flight| flight.at == at) {
@@ -119,27 +131,26 @@ impl Rs485 {
         }
     }
 
-    fn begin(&mut self, modules: &[VirtualModule], from: usize, mut at: Nanos) {
+    fn begin(&mut self, modules: &[impl Device], from: usize, mut at: Nanos) {
         let Some(place) = self.places.get_mut(from) else { return };
         let message = place.messages.pop_front();
-        let rate = modules.get(from).and_then(VirtualModule::rs485);
-        let (Some(Message { bytes, .. }), Some((baud, _))) = (message, rate) else { return };
+        let port = modules.get(from).and_then(Device::rs485);
+        let (Some(Message { bytes, .. }), Some(device::Rs485 { baud, .. })) = (message, port) else { return };
+        place.sends = at + bytes.len() as u64 * (BITS * SECOND / baud);
         for byte in bytes {
             at += BITS * SECOND / baud;
-            let behind = self.wire.partition_point(|flight| flight.at <= at);
-            self.wire.insert(behind, Flight { at, from, baud, byte });
+            self.fly(Flight { at, from, baud, byte });
         }
-        place.sends = at;
     }
 
-    fn arrive(&mut self, modules: &mut [VirtualModule], flight: &Flight) {
+    fn arrive(&mut self, modules: &mut [impl Device], flight: &Flight) {
         let Flight { at, from, baud, byte } = *flight;
         self.host.push_back(byte);
         for (index, (place, module)) in self.places.iter_mut().zip(modules).enumerate() {
             // At another bit rate it is noise.
-            if index != from && module.rs485().is_some_and(|(own, _)| own == baud) {
+            if index != from && module.rs485().is_some_and(|own| own.baud == baud) {
                 place.host = false;
-                place.hear(module, at, &[byte], false);
+                place.hear(module, at, false, |module| module.overhear(byte));
             }
         }
     }
@@ -151,7 +162,7 @@ impl Place {
         self.messages.front().map(|message| message.ready.max(self.heard + message.pause).max(self.sends))
     }
 
-    fn hear(&mut self, module: &mut VirtualModule, at: Nanos, bytes: &[u8], told: bool) {
+    fn hear<M: Device>(&mut self, module: &mut M, at: Nanos, told: bool, bring: impl FnOnce(&mut M)) {
         if at < self.sends {
             return;
         }
@@ -159,6 +170,6 @@ impl Place {
             module.silence(Source::Rs485, Client::default());
         }
         self.heard = at;
-        module.hear(Source::Rs485, Client::default(), bytes);
+        bring(module);
     }
 }

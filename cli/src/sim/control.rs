@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::pacing::Pacer;
 use super::stream::{Input, Stream};
+use crate::device::Device;
 use crate::fleet::Fleet;
 
 /// Longest line; nothing of the protocol comes near it.
@@ -82,7 +83,7 @@ struct Report {
 }
 
 /// Carries out a line of the control protocol and gives the answer.
-pub fn execute(line: &str, fleet: &mut Fleet, pacer: &Pacer) -> String {
+pub fn execute(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> String {
     answer(carry_out(line, fleet, pacer))
 }
 
@@ -95,11 +96,11 @@ fn answer(result: Result<Option<Report>, String>) -> String {
         .unwrap_or_else(|_| r#"{"ok":false,"error":"the answer cannot be shown as JSON"}"#.into())
 }
 
-fn carry_out(line: &str, fleet: &mut Fleet, pacer: &Pacer) -> Result<Option<Report>, String> {
+fn carry_out(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> Result<Option<Report>, String> {
     let Line { module: number, control } = Line::parse(line)?;
     let count = fleet.modules().len();
     let index = number.wrapping_sub(1);
-    let Some(module) = fleet.modules().get(index) else {
+    let Some(module) = fleet.modules_mut().get_mut(index) else {
         let there_are = if count == 1 { "there is 1 module".into() } else { format!("there are {count} modules") };
         return Err(format!("no module {number}: {there_are}"));
     };
@@ -107,7 +108,7 @@ fn carry_out(line: &str, fleet: &mut Fleet, pacer: &Pacer) -> Result<Option<Repo
         fleet.set_power(index, on);
         return Ok(None);
     }
-    let state = control.apply(&mut module.board().borrow_mut());
+    let state = control.apply(&mut module.board_mut());
     let speed_factor = (pacer.achieved() * 1000.0).round() / 1000.0;
     Ok(state.map(|state| Report { state, speed_factor, speed_wanted: pacer.wanted() }))
 }
@@ -121,7 +122,7 @@ mod tests {
     #[test]
     fn one_line_of_json_for_each_command() {
         let mut fleet = Fleet::new(&WorldConfig::default(), &[None], 1);
-        let pacer = Pacer::new(1.0, Instant::now());
+        let pacer = Pacer::new(1.0, Instant::now(), 0);
         let mut ask = |line: &str| execute(line, &mut fleet, &pacer);
         assert_eq!(ask("supply 12.5"), r#"{"ok":true}"#);
         assert_eq!(ask("module 2 state"), r#"{"ok":false,"error":"no module 2: there is 1 module"}"#);

@@ -1,8 +1,9 @@
 //! All that the simulator listens to.
 
 use std::fs::File;
+use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::os::fd::BorrowedFd;
+use std::os::fd::{AsFd, BorrowedFd};
 use std::path::Path;
 use std::time::Instant;
 
@@ -15,9 +16,10 @@ use super::endpoint::{Arrival, Endpoint};
 use super::pty::Pty;
 use super::slcan::HostAdapter;
 use super::tcp::Server;
+use crate::device::Device;
 use crate::failure::Failure;
 use crate::fleet::Fleet;
-use crate::virtual_module::{Client, Sent, VirtualModule};
+use crate::virtual_module::{Client, Sent};
 
 /// The TCP port that is used when none is asked for, if it is free.
 const USUAL_PORT: u16 = 4140;
@@ -44,8 +46,7 @@ pub struct Links {
 impl Links {
     /// Opens what the options ask for, and a serial port and a TCP port if they ask for none.
     pub fn open(options: &Options) -> Result<Self, Failure> {
-        let ptys = [&options.serial, &options.rs485, &options.slcan];
-        let bare = ptys.iter().all(|path| path.is_none()) && options.tcp.is_none() && options.slcan_tcp.is_none();
+        let bare = options.names_no_link();
         let tcp = match &options.tcp {
             None if bare => Some(
                 Server::bind(&format!("127.0.0.1:{USUAL_PORT}")).or_else(|_| Server::listen("--tcp", "127.0.0.1:0"))?,
@@ -71,7 +72,7 @@ impl Links {
     }
 
     /// Gives the modules what has arrived.
-    pub fn receive(&mut self, fleet: &mut Fleet) {
+    pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) {
         let last = &mut self.last_client.0;
         let mut next = || {
             *last += 1;
@@ -107,7 +108,7 @@ impl Links {
     }
 
     /// Takes what the modules have sent to whom it is for.
-    pub fn send(&mut self, fleet: &mut Fleet) {
+    pub fn send(&mut self, fleet: &mut Fleet<impl Device>) {
         while let Some((module, sent)) = fleet.sent() {
             // Nobody is at the USB connectors of the others.
             if module == 0 {
@@ -140,7 +141,7 @@ impl Links {
     }
 
     /// Writes what waits and closes connections that are done with.
-    pub fn tidy(&mut self, fleet: &mut Fleet) {
+    pub fn tidy(&mut self, fleet: &mut Fleet<impl Device>) {
         let quiet = !fleet.is_busy();
         self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());
         self.slcan.iter_mut().for_each(|pty| pty.end.endpoint.stream.flush());
@@ -171,7 +172,7 @@ impl Links {
     }
 
     /// What there is to wait for.
-    pub fn interests(&self, fleet: &Fleet) -> Vec<(BorrowedFd<'_>, PollFlags)> {
+    pub fn interests(&self, fleet: &Fleet<impl Device>) -> Vec<(BorrowedFd<'_>, PollFlags)> {
         let full = fleet.backlog() >= BACKLOG;
         let mut wanted: Vec<(BorrowedFd<'_>, PollFlags)> = Vec::new();
         wanted.extend(self.files().filter_map(|endpoint| endpoint.stream.interest(full)));
@@ -211,14 +212,14 @@ fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<E
 }
 
 /// Brings module 1 what has come from a client on its USB link.
-fn usb<T: std::io::Read + std::io::Write + std::os::fd::AsFd>(fleet: &mut Fleet, endpoint: &mut Endpoint<T>) {
+fn usb<T: Read + Write + AsFd>(fleet: &mut Fleet<impl Device>, endpoint: &mut Endpoint<T>) {
     let client = endpoint.client;
     let full = fleet.backlog() >= BACKLOG;
     let Some(module) = fleet.modules_mut().first_mut().filter(|_| !full) else { return };
     endpoint.receive(|arrival| take(module, client, arrival));
 }
 
-fn take(module: &mut VirtualModule, client: Client, arrival: Arrival<'_>) {
+fn take(module: &mut impl Device, client: Client, arrival: Arrival<'_>) {
     match arrival {
         Arrival::Bytes(bytes) => module.hear(Source::Usb, client, bytes),
         Arrival::Silence => module.silence(Source::Usb, client),

@@ -17,21 +17,23 @@ pub mod tcp;
 
 pub use options::Options;
 
+use std::fmt::Display;
 use std::io::Write;
 use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
 use rustix::event::{PollFd, PollFlags, Timespec};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::module::{Spec, TMCM_1140};
 
+use crate::device::Device;
 use crate::failure::Failure;
 use crate::fleet::Fleet;
+use crate::image::{ImageModule, Setup};
 use crate::interrupt::Interrupt;
-use crate::virtual_module::VirtualModule;
 use eeprom::EepromFile;
 use links::Links;
 use pacing::Pacer;
@@ -53,26 +55,69 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         None => WorldConfig::default(),
     };
     let count = usize::from(options.modules);
-    let mut eeproms = match &options.eeprom {
+    let eeproms = match &options.eeprom {
         Some(path) => EepromFile::open_all(path, count)?,
         None => Vec::new(),
     };
     let contents: Vec<Option<&[u8]>> =
         (0..count).map(|index| eeproms.get(index).and_then(EepromFile::contents)).collect();
-    let mut fleet = Fleet::new(&world, &contents, SEED);
+    if let Some(path) = &options.image {
+        let fleet = images(path, options, &world, &contents)?;
+        serve(
+            options,
+            stop,
+            fleet,
+            eeproms,
+            &format!("that run{} {}", if count == 1 { "s" } else { "" }, path.display()),
+        )
+    } else {
+        let fleet = Fleet::new(&world, &contents, SEED);
+        let Spec { major, minor, .. } = TMCM_1140;
+        serve(options, stop, fleet, eeproms, &format!("with firmware version {major}.{minor:02}"))
+    }
+}
+
+/// Modules that run the image of option --image.
+fn images(
+    path: &Path,
+    options: &Options,
+    world: &WorldConfig,
+    eeproms: &[Option<&[u8]>],
+) -> Result<Fleet<ImageModule>, Failure> {
+    let failed = |error: &dyn Display| {
+        let shown = path.display();
+        Failure::Failed(format!("--image: {shown}: {error}. `cargo fw` builds the image of this firmware"))
+    };
+    let elf = std::fs::read(path).map_err(|error| failed(&format!("cannot be read: {error}")))?;
+    // Nobody is at the USB connectors of the others.
+    let mut usb = options.needs_usb();
+    Fleet::start(eeproms, SEED, |eeprom, seed| {
+        let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
+        ImageModule::new(&elf, world, eeprom, seed, setup).map_err(|stop| failed(&stop))
+    })
+}
+
+/// Opens the links, says where they are, and runs the modules until a signal ends that. `made` says what they run.
+fn serve<M: Device>(
+    options: &Options,
+    stop: Interrupt,
+    mut fleet: Fleet<M>,
+    mut eeproms: Vec<EepromFile>,
+    made: &str,
+) -> Result<(), Failure> {
     fleet.await_silences();
-    for (file, module) in eeproms.iter_mut().zip(fleet.modules()) {
-        file.save(module.board().borrow().at25().contents())?;
+    for (file, module) in eeproms.iter_mut().zip(fleet.modules_mut()) {
+        file.save(module.board_mut().at25().contents())?;
     }
     let links = Links::open(options)?;
     let mut out = std::io::stdout().lock();
-    let Spec { number, major, minor, .. } = TMCM_1140;
+    let count = fleet.modules().len();
     let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
-    writeln!(out, "{article} virtual TMCM-{number}{plural} with firmware version {major}.{minor:02}. Ctrl-C ends it.")?;
+    writeln!(out, "{article} virtual TMCM-{}{plural} {made}. Ctrl-C ends it.", TMCM_1140.number)?;
     introduce::introduce(&links, &mut out)?;
     writeln!(out, "ready")?;
     out.flush()?;
-    let pacer = Pacer::new(options.speed, Instant::now());
+    let pacer = Pacer::new(options.speed, Instant::now(), fleet.now());
     Simulator { stop, fleet, links, eeproms, pacer }.run()
 }
 
@@ -85,16 +130,16 @@ pub(crate) fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
 }
 
 /// Modules that run, and everything around them.
-struct Simulator {
+struct Simulator<M> {
     stop: Interrupt,
-    fleet: Fleet,
+    fleet: Fleet<M>,
     links: Links,
     /// In the order of the modules, or none.
     eeproms: Vec<EepromFile>,
     pacer: Pacer,
 }
 
-impl Simulator {
+impl<M: Device> Simulator<M> {
     fn run(mut self) -> Result<(), Failure> {
         while !self.sleep()? {
             self.let_time_pass();
@@ -102,9 +147,10 @@ impl Simulator {
             self.keep_eeprom();
             self.hand_out_replies();
             self.tell();
+            self.check()?;
         }
-        let mut files = self.eeproms.iter_mut().zip(self.fleet.modules());
-        files.try_for_each(|(file, module)| file.save(module.board().borrow().at25().contents()))
+        let mut files = self.eeproms.iter_mut().zip(self.fleet.modules_mut());
+        files.try_for_each(|(file, module)| file.save(module.board_mut().at25().contents()))
     }
 
     /// Sleeps until there is something to do. True if it is time to end.
@@ -151,8 +197,8 @@ impl Simulator {
 
     /// Before replies go out: what they acknowledge is in the file.
     fn keep_eeprom(&mut self) {
-        for (file, module) in self.eeproms.iter_mut().zip(self.fleet.modules()) {
-            if let Some(message) = file.keep(module.board().borrow().at25().contents()) {
+        for (file, module) in self.eeproms.iter_mut().zip(self.fleet.modules_mut()) {
+            if let Some(message) = file.keep(module.board_mut().at25().contents()) {
                 say(&message);
             }
         }
@@ -164,9 +210,24 @@ impl Simulator {
     }
 
     fn tell(&mut self) {
-        for message in self.fleet.modules_mut().iter_mut().flat_map(VirtualModule::take_log) {
-            say(&message);
+        let several = self.fleet.modules().len() > 1;
+        for (number, module) in (1..).zip(self.fleet.modules_mut()) {
+            for message in module.take_log() {
+                say(&if several { format!("module {number}: {message}") } else { message });
+            }
         }
+        if let Some(lag) = self.pacer.lag() {
+            let (seconds, achieved) = (lag as f64 / SECOND as f64, self.pacer.achieved());
+            say(&format!(
+                "virtual time lags, it is {seconds:.1} s behind and goes at {achieved:.2} times the clock's pace"
+            ));
+        }
+    }
+
+    /// A module that cannot go on ends the program.
+    fn check(&self) -> Result<(), Failure> {
+        let stopped = |(number, module): (usize, &M)| Some(format!("module {number} stopped: {}", module.stopped()?));
+        (1..).zip(self.fleet.modules()).find_map(stopped).map_or(Ok(()), |why| Err(Failure::Failed(why)))
     }
 }
 

@@ -11,7 +11,8 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
 /// Run a virtual TMCM-1140, or several on a bus, that host software drives like real ones
 ///
-/// The module's own firmware runs against models of its chips, a motor and a stage. Host software connects to the
+/// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
+/// runs against models of its chips, a motor and a stage. Host software connects to the
 /// ports that are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it
 /// makes a serial port and a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted
 /// (Ctrl-C or SIGTERM).
@@ -79,6 +80,37 @@ pub struct Options {
     /// Where the computer cannot keep up, time passes as fast as it can; `state` on the control port tells.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
+
+    /// Run the firmware's flash image on an emulated microcontroller, in place of its core
+    ///
+    /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140. Board, world
+    /// and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
+    /// are one USB cable, on which hosts take turns. Virtual time lags while the firmware has more to do than the
+    /// computer can follow; it is said how far.
+    #[arg(long, value_name = "ELF")]
+    pub image: Option<PathBuf>,
+
+    /// Print the image's log: time since its start in seconds, level and text, on standard error
+    ///
+    /// Warnings and errors are printed without it, too.
+    #[arg(long, requires = "image")]
+    pub log: bool,
+}
+
+impl Options {
+    /// True if there is no link that the options ask for.
+    pub(super) fn names_no_link(&self) -> bool {
+        !self.has_usb_link() && self.rs485.is_none() && self.slcan.is_none() && self.slcan_tcp.is_none()
+    }
+
+    /// True if a host can be at the USB connector of module 1.
+    pub(super) fn needs_usb(&self) -> bool {
+        self.has_usb_link() || self.names_no_link()
+    }
+
+    fn has_usb_link(&self) -> bool {
+        self.serial.is_some() || self.tcp.is_some()
+    }
 }
 
 const EXAMPLES: &str = "\
@@ -90,7 +122,9 @@ Examples:
   tmcl sim --modules 3 --slcan /tmp/can --rs485 /tmp/rs485
       three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
   tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10
-      settings survive, there is a stage with switches, and ten seconds pass in one";
+      settings survive, there is a stage with switches, and ten seconds pass in one
+  tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140 --log
+      the flash image itself runs, and what it logs is printed";
 
 /// An address to listen on, as it is written. Whether it can be used shows later.
 fn address(text: &str) -> Result<String, String> {

@@ -9,6 +9,8 @@ use hal_sim::clock::Nanos;
 const LONGEST_LAG: Duration = Duration::from_millis(20);
 /// Over how long, at least, the achieved speed is measured.
 const WINDOW: Duration = Duration::from_secs(1);
+/// The least that is told of a lag, measured on the clock.
+const WORTH_TELLING: Duration = Duration::from_secs(1);
 
 /// Says how far virtual time may go.
 #[derive(Debug)]
@@ -22,12 +24,17 @@ pub struct Pacer {
     reached: Nanos,
     /// Where the present and the previous measurement of the achieved speed began.
     marks: [(Instant, Nanos); 2],
+    /// How far it would have gone if it had never lagged.
+    wanted: Nanos,
+    /// The lag that is told next.
+    telling: Duration,
 }
 
 impl Pacer {
-    /// Virtual time is at 0 at the instant `at` and goes `speed` times as fast as the wall's from there.
-    pub fn new(speed: f64, at: Instant) -> Self {
-        Pacer { speed, last: at, goal: 0, reached: 0, marks: [(at, 0); 2] }
+    /// Virtual time is at `now` at the instant `at` and goes `speed` times as fast as the wall's from there.
+    pub fn new(speed: f64, at: Instant, now: Nanos) -> Self {
+        let marks = [(at, now); 2];
+        Pacer { speed, last: at, goal: now, reached: now, marks, wanted: now, telling: WORTH_TELLING }
     }
 
     /// How fast virtual time shall go.
@@ -43,6 +50,7 @@ impl Pacer {
         }
         let span = at.saturating_duration_since(self.last);
         self.last = at;
+        self.wanted += self.scaled(span);
         let goal = self.goal + self.scaled(span);
         self.goal = goal.min(self.reached + self.scaled(LONGEST_LAG));
         self.goal
@@ -76,6 +84,19 @@ impl Pacer {
         if span == 0 { self.speed } else { self.reached.saturating_sub(from) as f64 / span as f64 }
     }
 
+    /// How far virtual time is behind, if that is worth telling: once it is a second of the clock, and each time that
+    /// it has doubled.
+    pub fn lag(&mut self) -> Option<Nanos> {
+        let lag = self.wanted.saturating_sub(self.reached);
+        if lag < self.scaled(self.telling) {
+            return None;
+        }
+        while lag >= self.scaled(self.telling) {
+            self.telling *= 2;
+        }
+        Some(lag)
+    }
+
     fn scaled(&self, span: Duration) -> Nanos {
         (span.as_nanos() as f64 * self.speed).round() as Nanos
     }
@@ -97,7 +118,7 @@ mod tests {
     #[test]
     fn time_goes_by_the_factor() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(2.5, start);
+        let mut pacer = Pacer::new(2.5, start, 0);
         assert_eq!(go(&mut pacer, start + 4 * MS), 10_000_000);
         assert_eq!(pacer.when(15_000_000), start + 6 * MS);
         assert_eq!(pacer.when(5_000_000), start + 4 * MS);
@@ -107,7 +128,7 @@ mod tests {
     #[test]
     fn a_long_pause_is_not_made_up_for() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(1.0, start);
+        let mut pacer = Pacer::new(1.0, start, 0);
         assert_eq!(go(&mut pacer, start + 500 * MS), 20_000_000);
         assert_eq!(go(&mut pacer, start + 510 * MS), 30_000_000);
         assert!(pacer.achieved() < 0.1);
@@ -116,7 +137,7 @@ mod tests {
     #[test]
     fn where_the_computer_is_too_slow_time_lags() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(2.0, start);
+        let mut pacer = Pacer::new(2.0, start, 0);
         for n in 1..=100 {
             pacer.advance(start + n * 10 * MS);
             pacer.reach(pacer.reached() + 5_000_000);
@@ -129,9 +150,25 @@ mod tests {
     }
 
     #[test]
+    fn a_lag_is_told_each_time_it_has_doubled() {
+        let start = Instant::now();
+        let mut pacer = Pacer::new(2.0, start, 7_000_000);
+        assert_eq!(pacer.reached(), 7_000_000);
+        let told: Vec<Nanos> = (1..=1000)
+            .filter_map(|n| {
+                pacer.advance(start + n * 10 * MS);
+                pacer.reach(pacer.reached() + 5_000_000);
+                pacer.lag()
+            })
+            .collect();
+        // Of 20 ms in 10 ms of the clock 15 ms are lost.
+        assert_eq!(told, [2_010_000_000, 4_005_000_000, 8_010_000_000]);
+    }
+
+    #[test]
     fn the_achieved_speed_forgets_the_past() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(1.0, start);
+        let mut pacer = Pacer::new(1.0, start, 0);
         go(&mut pacer, start + 1000 * MS);
         for n in 1..=200 {
             go(&mut pacer, start + (1000 + 10 * n) * MS);

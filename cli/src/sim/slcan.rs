@@ -6,6 +6,7 @@ use std::os::fd::AsFd;
 use hal_sim::clock::MILLISECOND;
 
 use super::endpoint::{Arrival, Endpoint};
+use crate::device::Device;
 use crate::fleet::{Fleet, Heard, Node};
 use crate::slcan::Adapter;
 
@@ -24,7 +25,7 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
     }
 
     /// Takes what has arrived from the host.
-    pub fn receive(&mut self, fleet: &mut Fleet) {
+    pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) {
         let HostAdapter { endpoint, adapter } = self;
         let number = endpoint.client.0;
         endpoint.receive(|arrival| {

@@ -65,9 +65,14 @@ impl Sim {
 
     /// Starts a module in a folder that exists.
     pub(crate) fn start_in(folder: tempfile::TempDir, arguments: &[&str]) -> Self {
+        Self::start_saying(folder, arguments, Stdio::inherit())
+    }
+
+    /// The same, with its messages going to `messages`.
+    pub(crate) fn start_saying(folder: tempfile::TempDir, arguments: &[&str], messages: Stdio) -> Self {
         let path = folder.path().to_str().unwrap();
         let arguments: Vec<String> = arguments.iter().map(|argument| argument.replace("{}", path)).collect();
-        let child = tmcl(&["sim"]).args(arguments).stderr(Stdio::inherit()).spawn().unwrap();
+        let child = tmcl(&["sim"]).args(arguments).stderr(messages).spawn().unwrap();
         let mut sim = Sim { child, told: HashMap::new(), folder };
         let (sender, lines) = mpsc::channel();
         let stdout = sim.child.stdout.take().unwrap();

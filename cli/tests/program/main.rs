@@ -3,11 +3,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod asm;
+#[path = "../../../tests/common/image.rs"]
+mod build;
 mod control;
 mod debug;
 mod eeprom;
 mod fake;
 mod harness;
+mod image;
 mod links;
 mod load;
 mod messages;

@@ -41,6 +41,11 @@ impl Log {
         Self { block, table, pending: Vec::new() }
     }
 
+    /// Whether there is a buffer, and a table of the messages.
+    pub(super) fn is_readable(&self) -> bool {
+        self.block.is_some() && self.table.is_some()
+    }
+
     /// Fetches what is in the buffer.
     pub(super) fn drain(&mut self, memory: &Sram) {
         if let Some(block) = self.block {

@@ -237,6 +237,30 @@ impl Machine {
         self.shared.lock().take_sent()
     }
 
+    /// Bit rate at which the module listens and sends on the RS485 bus; none while its port is off.
+    pub fn rs485_bit_rate(&self) -> Option<u32> {
+        let [rs485, _] = self.bit_rates();
+        rs485
+    }
+
+    /// Bit rate of the module on the CAN bus; none while it takes no part in the traffic.
+    pub fn can_bit_rate(&self) -> Option<u32> {
+        let [_, can] = self.bit_rates();
+        can
+    }
+
+    fn bit_rates(&self) -> [Option<u32>; 2] {
+        let soc = self.shared.lock();
+        let hz = soc.time().hz();
+        soc.bit_times().map(|bit| bit.filter(|_| self.powered).map(|bit| (hz / bit.max(1)) as u32))
+    }
+
+    /// How much of what others send has not begun to arrive yet: bytes on the RS485 bus and over USB, and frames on
+    /// the CAN bus.
+    pub fn waiting(&self) -> (usize, usize) {
+        self.shared.lock().waiting()
+    }
+
     /// Connects the analog inputs.
     pub fn set_analog(&mut self, analog: Analog) {
         self.shared.lock().set_analog(analog);
@@ -280,6 +304,11 @@ impl Machine {
     /// When the module's USB port took and had packets.
     pub fn usb_times(&self) -> UsbTimes {
         self.shared.lock().usb_times()
+    }
+
+    /// Whether the image has a log that can be read.
+    pub fn has_log(&self) -> bool {
+        self.log.is_readable()
     }
 
     /// The firmware's log since the last call.

@@ -46,7 +46,7 @@ mod wiring;
 
 pub use can::{CanBus, CanFrame};
 pub use log::LogLine;
-pub use machine::{Counters, Machine};
+pub use machine::{BoardAccess, Counters, Machine};
 pub use serial::Character;
 pub use step::{Act, Step};
 pub use stop::Stop;

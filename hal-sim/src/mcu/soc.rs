@@ -97,6 +97,13 @@ fn changes_by_events(unit: Unit) -> bool {
     !matches!(unit, GpioA | GpioB | GpioC | GpioD | GpioE | Tim2 | Tim3 | Tim4 | Tim5)
 }
 
+/// Whether an access to `unit` may change the levels that the external interrupt lines see: by what it drives, selects
+/// on the board, or chooses to look at. What others do to a pin takes an event of the board.
+fn decides_on_pins(unit: Unit) -> bool {
+    use Unit::{Exti, GpioA, GpioB, GpioC, GpioD, GpioE, Rcc, Syscfg};
+    matches!(unit, Exti | GpioA | GpioB | GpioC | GpioD | GpioE | Rcc | Syscfg)
+}
+
 impl Soc {
     /// The chip just switched on, at the board's time, when the core has counted `now` cycles.
     pub(super) fn new(board: Board, now: Cycles) -> Self {
@@ -263,6 +270,16 @@ impl Soc {
     /// When all that others send on the RS485 bus has been sent.
     pub(super) fn last_end(&self) -> Option<Nanos> {
         self.wiring.last_end()
+    }
+
+    /// How many bytes others still want to send on the RS485 bus and over USB, and how many frames on the CAN bus.
+    pub(super) fn waiting(&self) -> (usize, usize) {
+        (self.wiring.waiting() + self.host.waiting(), self.can.waiting())
+    }
+
+    /// Core cycles of a bit on the RS485 port and on the CAN bus, as the module has set them.
+    pub(super) fn bit_times(&self) -> [Option<Cycles>; 2] {
+        [self.usarts[2].bit_time(), self.can.bit_time()]
     }
 
     /// What the module has sent on the RS485 bus since the last call.
@@ -449,7 +466,7 @@ impl Soc {
             Unit::Can1 if !self.wiring.has_can(&self.ports) => self.can.disconnect(),
             _ => {}
         }
-        if self.exti.watched() != 0 {
+        if self.exti.watched() != 0 && decides_on_pins(unit) {
             self.watch_pins();
         }
     }

@@ -142,6 +142,11 @@ impl Usart {
         self.sent.take()
     }
 
+    /// Core cycles of a bit; none while the port is off.
+    pub(super) fn bit_time(&self) -> Option<Cycles> {
+        bit(self.cr1, UE).then(|| 2 * self.half_bit())
+    }
+
     /// Core cycles of half a bit.
     fn half_bit(&self) -> Cycles {
         let brr = Cycles::from(self.brr.max(1));

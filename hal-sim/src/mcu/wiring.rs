@@ -280,6 +280,11 @@ impl Wiring {
         self.incoming.back().map(Incoming::end)
     }
 
+    /// How many characters others still want to send.
+    pub(super) fn waiting(&self) -> usize {
+        self.incoming.len()
+    }
+
     /// What others begin to send at `now`, if the port hears it.
     pub(super) fn hear(&mut self, now: Nanos, ports: &[Gpio], time: &Timebase) -> Option<Edge> {
         let character = self.incoming.pop_front_if(|character| character.start <= now)?;

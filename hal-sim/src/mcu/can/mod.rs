@@ -220,6 +220,16 @@ impl Can {
         self.arbitrate(self.now);
     }
 
+    /// How many frames others still want to send.
+    pub(super) fn waiting(&self) -> usize {
+        self.others.len()
+    }
+
+    /// Core cycles of a bit of the controller; none while it takes no part in the traffic.
+    pub(super) fn bit_time(&self) -> Option<Cycles> {
+        self.is_on().then(|| self.bit())
+    }
+
     /// Frames of the controller that have been on the bus since the last call, with the cycles of their ends.
     pub(super) fn take_sent(&mut self) -> Vec<(CanFrame, Cycles)> {
         std::mem::take(&mut self.sent)

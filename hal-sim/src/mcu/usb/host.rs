@@ -175,6 +175,11 @@ impl Host {
         self.outgoing.extend(bytes);
     }
 
+    /// How many bytes wait for the port.
+    pub(in crate::mcu) fn waiting(&self) -> usize {
+        self.outgoing.len()
+    }
+
     /// Packets from the port since the last call.
     pub(in crate::mcu) fn take(&mut self) -> Vec<(Nanos, Vec<u8>)> {
         std::mem::take(&mut self.incoming)

@@ -1,0 +1,288 @@
+//! A module that runs the firmware's flash image on the emulated microcontroller, at the place of a
+//! [`VirtualModule`](crate::virtual_module::VirtualModule).
+//!
+//! Its links are those of the microcontroller: bytes on the RS485 bus and over USB, frames on the CAN bus take their
+//! time, and the firmware has to be up to hear them.
+
+mod cable;
+mod pieces;
+
+use std::collections::VecDeque;
+
+use hal_sim::board::Board;
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use hal_sim::mcu::{self, BoardAccess, CanBus, LogLine, Machine, Stop};
+use hal_sim::world::config::WorldConfig;
+use tmcm::module::Source;
+use tmcm::tmcl::binary::TELEGRAM;
+use tmcm::tmcl::can::Data;
+
+use crate::device::{Device, Rs485};
+use crate::slcan::CanFrame;
+use crate::virtual_module::{Client, Sent};
+use cable::{Cable, GAP};
+use pieces::Pieces;
+
+/// How often what the module sends is looked at.
+const GLANCE: Nanos = 250 * MICROSECOND;
+/// How long the firmware has for starting.
+const START: Nanos = 200 * MILLISECOND;
+/// How long its USB has for that.
+const USB_START: Nanos = 2 * SECOND;
+/// A module that has heard or said nothing for so long has said all.
+const QUIET: Nanos = 100 * MILLISECOND;
+
+/// What is connected to a module, and what is told of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Setup {
+    /// A host is at the USB connector.
+    pub usb: bool,
+    /// The whole log is told, not only warnings and errors.
+    pub log: bool,
+}
+
+/// A module with its board and world.
+pub struct ImageModule {
+    machine: Machine,
+    setup: Setup,
+    powered: bool,
+    cable: Cable,
+    /// What the host on the RS485 bus has begun to send.
+    rs485: Pieces,
+    /// Until when nothing more is sent to the module on the RS485 bus.
+    quiet: Nanos,
+    sent: VecDeque<Sent>,
+    frames: VecDeque<CanFrame>,
+    /// When the module last heard or said something.
+    active: Nanos,
+    log: Vec<String>,
+    stopped: Option<String>,
+}
+
+impl ImageModule {
+    /// A module that runs the image `elf` in the world described by `config`, and has started. `eeprom` are the contents
+    /// of the EEPROM, fresh if `None`; `seed` makes everything that is random.
+    ///
+    /// # Errors
+    /// The file is no image for this microcontroller, or it cannot start there.
+    pub fn new(elf: &[u8], config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, setup: Setup) -> Result<Self, Stop> {
+        let mut board = Board::new(config, seed.into());
+        if let Some(contents) = eeprom {
+            board.at25_mut().load(contents);
+        }
+        let mut machine = Machine::new(elf, board)?;
+        machine.plug_usb(setup.usb);
+        machine.run(START)?;
+        let mut log = Vec::new();
+        if setup.usb {
+            while !machine.usb_device().open && machine.now() < USB_START {
+                machine.run(MILLISECOND)?;
+            }
+            let device = machine.usb_device();
+            if !device.open {
+                let why = device.failed.unwrap_or("no device shows itself");
+                log.push(format!("the image offers no serial port on USB: {why}"));
+            }
+        }
+        if setup.log && !machine.has_log() {
+            log.push("the image has no log that can be read: it is to be built with defmt and defmt-rtt".into());
+        }
+        let mut module = ImageModule {
+            machine,
+            setup,
+            powered: true,
+            cable: Cable::default(),
+            rs485: Pieces::default(),
+            quiet: 0,
+            sent: VecDeque::new(),
+            frames: VecDeque::new(),
+            active: 0,
+            log,
+            stopped: None,
+        };
+        module.collect();
+        Ok(module)
+    }
+
+    /// The emulated microcontroller, to look at.
+    pub fn machine(&mut self) -> &mut Machine {
+        &mut self.machine
+    }
+
+    /// Lets time pass until `to`, or until the firmware does what cannot be emulated: then that is told, and time
+    /// stands still.
+    pub fn run_until(&mut self, to: Nanos) {
+        while self.stopped.is_none() && self.machine.now() < to {
+            self.feed();
+            let glance = to.min(self.machine.now() + GLANCE);
+            if let Err(stop) = self.machine.run_until(glance) {
+                self.stopped = Some(stop.to_string());
+            }
+            self.collect();
+        }
+    }
+
+    /// Sends over USB what waits for it.
+    fn feed(&mut self) {
+        let now = self.machine.now();
+        if self.cable.backlog() > 0
+            && self.machine.usb_device().open
+            && let Some(bytes) = self.cable.next(now)
+        {
+            self.machine.send_usb(&bytes);
+            self.active = now;
+        }
+    }
+
+    /// Sends on the RS485 bus. Whoever sends there has the module's bit rate.
+    fn send_rs485(&mut self, bytes: &[u8], gap: bool) {
+        let Some(baud) = self.machine.rs485_bit_rate() else { return };
+        let now = self.machine.now();
+        let end = self.machine.send(now.max(self.quiet), bytes, baud);
+        self.quiet = if gap { end.max(now) + GAP } else { 0 };
+        self.active = now;
+    }
+
+    /// Takes what the module has sent.
+    fn collect(&mut self) {
+        let now = self.machine.now();
+        let waiting = self.sent.len() + self.frames.len();
+        for character in self.machine.take_sent().into_iter().filter(|character| character.driven) {
+            let (at, source, client) = (character.end, Source::Rs485, Client::default());
+            self.sent.push_back(Sent { at, source, client, bytes: vec![character.value] });
+        }
+        for (at, bytes) in self.machine.take_usb() {
+            let client = self.cable.hear(now, bytes.len());
+            self.sent.push_back(Sent { at, source: Source::Usb, client, bytes });
+        }
+        self.frames.extend(self.machine.take_frames().into_iter().map(|(_, frame)| from_bus(&frame)));
+        if self.sent.len() + self.frames.len() > waiting {
+            self.active = now;
+        }
+        let told = |line: &LogLine| self.setup.log || matches!(line.level.as_str(), "warn" | "error");
+        let lines = self.machine.take_log().into_iter().filter(told);
+        self.log.extend(lines.map(|LogLine { timestamp, level, text }| format!("{timestamp} {level}: {text}")));
+    }
+}
+
+impl Device for ImageModule {
+    type Board<'a> = BoardAccess<'a>;
+
+    fn board_mut(&mut self) -> BoardAccess<'_> {
+        self.machine.board()
+    }
+
+    fn now(&self) -> Nanos {
+        self.machine.now()
+    }
+
+    fn run_until(&mut self, to: Nanos) {
+        ImageModule::run_until(self, to);
+    }
+
+    fn next_event(&self) -> Option<Nanos> {
+        Some(self.machine.now() + GLANCE)
+    }
+
+    fn set_power(&mut self, on: bool) {
+        if on != self.powered {
+            self.powered = on;
+            self.machine.set_power(on);
+            self.cable.cut();
+            self.rs485 = Pieces::default();
+            self.sent.clear();
+            self.frames.clear();
+        }
+    }
+
+    fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
+        match source {
+            _ if !self.powered => {}
+            Source::Usb => self.cable.push(client, bytes),
+            Source::Rs485 => {
+                let whole = self.rs485.push(bytes);
+                self.send_rs485(&whole, false);
+            }
+            Source::Can { .. } => {}
+        }
+    }
+
+    fn overhear(&mut self, byte: u8) {
+        self.send_rs485(&[byte], false);
+    }
+
+    fn silence(&mut self, source: Source, client: Client) {
+        match source {
+            Source::Usb => self.cable.silence(client),
+            Source::Rs485 => {
+                if let Some(rest) = self.rs485.silence() {
+                    self.send_rs485(&rest, true);
+                }
+            }
+            Source::Can { .. } => {}
+        }
+    }
+
+    fn sent(&mut self) -> Option<Sent> {
+        self.sent.pop_front()
+    }
+
+    fn receive_frame(&mut self, frame: &CanFrame) {
+        // The bus has the module's bit rate, whichever that is; where it listens to none, the frame passes.
+        if let Some(bit_rate) = self.machine.can_bit_rate() {
+            self.machine.set_can_bus(CanBus { bit_rate, inhabited: true });
+        }
+        self.machine.send_frame(to_bus(frame));
+        self.active = self.machine.now();
+    }
+
+    fn frame(&mut self) -> Option<CanFrame> {
+        self.frames.pop_front()
+    }
+
+    fn rs485(&self) -> Option<Rs485> {
+        self.machine.rs485_bit_rate().map(|baud| Rs485 { baud: baud.into(), pause: None })
+    }
+
+    fn backlog(&self) -> usize {
+        let (bytes, frames) = self.machine.waiting();
+        self.cable.backlog() + bytes.div_ceil(TELEGRAM) + frames
+    }
+
+    fn owes(&self, client: Client) -> bool {
+        self.cable.owes(self.machine.now(), client)
+    }
+
+    fn forget(&mut self, client: Client) {
+        self.cable.forget(client);
+    }
+
+    fn is_busy(&self) -> bool {
+        self.powered && (self.backlog() > 0 || self.machine.now() < self.active + QUIET)
+    }
+
+    fn take_log(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.log)
+    }
+
+    fn stopped(&self) -> Option<String> {
+        self.stopped.clone()
+    }
+}
+
+/// A frame as the emulated bus has it.
+fn to_bus(frame: &CanFrame) -> mcu::CanFrame {
+    let mut data = [0; 8];
+    for (to, byte) in data.iter_mut().zip(frame.data.iter().flatten()) {
+        *to = *byte;
+    }
+    let remote = frame.data.is_none();
+    mcu::CanFrame { id: frame.id, extended: frame.extended, remote, length: frame.length, data }
+}
+
+/// A frame from there.
+fn from_bus(frame: &mcu::CanFrame) -> CanFrame {
+    let data = || frame.data.iter().take(frame.length.into()).copied().collect::<Data>();
+    let mcu::CanFrame { id, extended, length, .. } = *frame;
+    CanFrame { id, extended, length, data: (!frame.remote).then(data) }
+}

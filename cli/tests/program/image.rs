@@ -1,0 +1,170 @@
+//! `tmcl sim --image`: the flash image behind the same links.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use rustix::process::Signal;
+use tmcm::tmcl::binary;
+
+use super::build;
+use super::harness::{SILENCE, Sim, complaint, request, run};
+
+const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
+const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
+
+/// Where the image is.
+fn image() -> &'static str {
+    static PATH: OnceLock<String> = OnceLock::new();
+    PATH.get_or_init(|| {
+        let (output, path) = build::image().unwrap();
+        assert!(output.status.success(), "{}", complaint(&output));
+        path.to_str().unwrap().into()
+    })
+}
+
+fn start(arguments: &[&[&str]]) -> Sim {
+    Sim::start(&[&["--image", image()], arguments.concat().as_slice()].concat())
+}
+
+/// What `tmcl send` prints.
+fn send(link: &str, address: &str, command: &str) -> String {
+    let output = run(&["send", link, "--timeout", "60000", "--address", address, command]);
+    assert!(output.status.success(), "{link}: {command}: {}", complaint(&output));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn it_answers_and_moves_on_every_link() {
+    let sim = start(&[&TCP, &CONTROL, &["--serial", "{}/usb", "--rs485", "{}/rs485", "--slcan", "{}/slcan"]]);
+    let mut host = sim.serial();
+    // Changed at one link, seen at the others.
+    assert_eq!(host.ok("SAP 4, 0, 1500"), 1500);
+    assert_eq!(sim.tcp().ok("GAP 4, 0"), 1500);
+    for link in [sim.told("rs485").into(), format!("slcan:{}", sim.told("slcan"))] {
+        assert!(send(&link, "1", "GAP 4, 0").starts_with("GAP 4, 0: 1500 "), "{link}");
+    }
+    host.ok("MVP ABS, 0, 25600");
+    host.until("GAP 8, 0", 1);
+    let state = sim.control(&["press left", "state"]);
+    assert_eq!((&state["rotor"], &state["switches"]["left"]), (&25_600.into(), &true.into()));
+    host.until("GAP 11, 0", 1);
+    assert_eq!(sim.end(Signal::TERM).0.code(), Some(0));
+}
+
+#[test]
+fn telegrams_may_come_in_pieces_and_rubbish_ends_with_a_silence() {
+    let sim = start(&[&TCP]);
+    let mut host = sim.tcp();
+    for cut in [1, 5, 8] {
+        let telegram = request("GAP 4, 0");
+        let (head, tail) = telegram.split_at(cut);
+        host.write(head);
+        let begun = Instant::now();
+        // Much longer than the firmware waits, but not than TCP is waited for.
+        std::thread::sleep(SILENCE / 6);
+        host.write(tail);
+        // Else this test itself was held up: the telegram may be torn or not.
+        if begun.elapsed() < SILENCE / 2 || host.has_news(SILENCE) {
+            assert_eq!(binary::decode_reply(&host.read()).unwrap().value, 1000);
+        }
+    }
+    host.write(b"rub");
+    std::thread::sleep(SILENCE);
+    assert_eq!(host.ok("GAP 4, 0"), 1000);
+}
+
+#[test]
+fn everybody_gets_its_own_replies() {
+    let sim = start(&[&TCP, &["--serial", "{}/usb"]]);
+    let (mut first, mut second, mut third) = (sim.tcp(), sim.tcp(), sim.serial());
+    for n in 0..10 {
+        second.write(&request(&format!("SGP 68, 0, {n}")));
+        first.write(&request("GAP 5, 0"));
+        third.write(&request(&format!("SGP 9, 2, {n}")));
+        let replies = [first.read(), second.read(), third.read()].map(|reply| {
+            let reply = binary::decode_reply(&reply).unwrap();
+            (reply.status, reply.opcode, reply.value)
+        });
+        assert_eq!(replies, [(100, 6, 1000), (100, 9, n), (100, 9, n)]);
+    }
+}
+
+#[test]
+fn what_is_stored_survives_power_and_process() {
+    let options = [&["--image", image(), "--eeprom", "{}/module.bin"][..], &TCP, &CONTROL].concat();
+    let sim = Sim::start(&options);
+    let mut host = sim.tcp();
+    host.ok("SAP 4, 0, 1234");
+    host.ok("STAP 4, 0");
+    host.ok("SAP 4, 0, 77");
+    assert_eq!(sim.control(&["power off", "state"])["power"], false);
+    assert_eq!(sim.control(&["power on", "state"])["power"], true);
+    // The bytes wait until the module is up and its USB port open again.
+    assert_eq!(host.ok("GAP 4, 0"), 1234);
+    let folder = sim.end(Signal::KILL).1;
+    let sim = Sim::start_in(folder, &options);
+    assert_eq!(sim.tcp().ok("GAP 4, 0"), 1234);
+}
+
+#[test]
+fn several_modules_share_the_buses() {
+    let sim = start(&[&["--modules", "2", "--rs485", "{}/rs485", "--slcan", "{}/slcan"]]);
+    for link in [sim.told("rs485").into(), format!("slcan:{}", sim.told("slcan"))] {
+        for number in ["1", "2"] {
+            assert!(send(&link, number, "GGP 66, 0").starts_with(&format!("GGP 66, 0: {number} ")), "{link}");
+        }
+    }
+}
+
+#[test]
+fn the_log_is_printed_if_it_is_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log");
+    let log = |options: &[&str]| {
+        let options = [&["--image", image()], options, &TCP].concat();
+        let sim = Sim::start_saying(tempfile::tempdir().unwrap(), &options, File::create(&path).unwrap().into());
+        sim.tcp().ok("GAP 4, 0");
+        sim.end(Signal::TERM);
+        std::fs::read_to_string(&path).unwrap()
+    };
+    let lines = log(&["--log"]);
+    let line = lines.lines().find(|line| line.ends_with("info: module runs at address 1")).unwrap();
+    let (_, rest) = line.split_once("tmcl sim: ").unwrap();
+    let (time, _) = rest.split_once(' ').unwrap();
+    assert!(time.parse::<f64>().is_ok_and(|seconds| seconds > 0.0), "{line}");
+    assert!(!log(&[]).contains("info"));
+    let output = run(&["sim", "--log"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("--image"), "{}", complaint(&output));
+}
+
+#[test]
+fn a_file_that_is_no_image_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |name: &str, contents: Option<&[u8]>| {
+        let path = folder.path().join(name);
+        contents.into_iter().for_each(|contents| std::fs::write(&path, contents).unwrap());
+        let output = run(&["sim", "--image", path.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(1), "{name}");
+        assert!(complaint(&output).contains("cargo fw"), "{}", complaint(&output));
+        complaint(&output)
+    };
+    assert!(refused("missing", None).contains("--image: ") && refused("missing", None).contains("cannot be read"));
+    assert!(refused("text", Some(b"no ELF")).contains("the image cannot be used"));
+    let host = std::fs::read(env!("CARGO_BIN_EXE_tmcl")).unwrap();
+    assert!(refused("host", Some(&host)).contains("the image cannot be used"));
+    assert!(refused("crash", Some(&crashing())).contains("the core is locked up"));
+}
+
+/// The image with zero for the addresses that the processor starts from and goes to in a fault.
+fn crashing() -> Vec<u8> {
+    let mut elf = Vec::new();
+    File::open(Path::new(image())).unwrap().read_to_end(&mut elf).unwrap();
+    // The vector table begins with the end of RAM.
+    let stack = elf.windows(4).position(|word| word == 0x2002_0000_u32.to_le_bytes()).unwrap();
+    elf[stack + 4..stack + 16].fill(0);
+    elf
+}
