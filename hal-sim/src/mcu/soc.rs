@@ -426,7 +426,9 @@ impl Soc {
 
     /// When a pin may change next that an external interrupt line looks at.
     fn pins_change(&self) -> Cycles {
-        let change = if self.exti.watched() == 0 { None } else { self.wiring.board.next_event() };
+        let watched = self.exti.watched();
+        let moves = |line| bit(watched, line) && self.wiring.moves((self.syscfg.port(line as usize), line));
+        let change = if (0..16).any(moves) { self.wiring.board.next_event() } else { None };
         change.map_or(NEVER, |at| self.time.cycles(at))
     }
 

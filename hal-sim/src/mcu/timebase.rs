@@ -30,8 +30,9 @@ impl Timebase {
     /// The time of `cycles`, which is not before the last change.
     pub(super) fn nanos(&self, cycles: Cycles) -> Nanos {
         let since = cycles.saturating_sub(self.cycles);
-        // Split at whole seconds, so that 64 bits do.
-        self.nanos + since / self.hz * SECOND + since % self.hz * SECOND / self.hz
+        // Past 64 bits it is split at whole seconds.
+        let split = || since / self.hz * SECOND + since % self.hz * SECOND / self.hz;
+        self.nanos + since.checked_mul(SECOND).map_or_else(split, |scaled| scaled / self.hz)
     }
 
     /// The first cycle at or after `nanos`.

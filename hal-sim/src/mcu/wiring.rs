@@ -30,7 +30,7 @@ use crate::clock::Nanos;
 use crate::world::{ANALOG_MAX, Outputs};
 
 /// Port (0 is A) and number of a pin.
-type Pin = (usize, u32);
+pub(super) type Pin = (usize, u32);
 
 const SELECTS: [(Pin, Chip); 3] = [((0, 4), Chip::Tmc429), ((2, 3), Chip::Tmc262), ((0, 15), Chip::At25)];
 const MCO: Pin = (0, 8);
@@ -205,6 +205,13 @@ impl Wiring {
         if let Some(port) = ports.get_mut(STALL.0) {
             port.drive(1 << STALL.1, u32::from(inputs.stall) << STALL.1);
         }
+    }
+
+    /// Whether events of the board may change the level of this pin.
+    pub(super) fn moves(&self, (port, pin): Pin) -> bool {
+        let (inputs, first) = INPUTS;
+        let moving = u32::from(self.board.world().moving_inputs()) << first;
+        (port, pin) == STALL || port == inputs && moving >> pin & 1 != 0
     }
 
     /// The count of the encoder on TIM4's inputs, if they are that.

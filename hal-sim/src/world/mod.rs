@@ -73,6 +73,11 @@ impl World {
         self.stage.pins() << 1 | u8::from(self.analog >= ANALOG_HIGH)
     }
 
+    /// The digital inputs that change with the rotor, in the order of [`inputs`](Self::inputs).
+    pub fn moving_inputs(&self) -> u8 {
+        self.stage.moving_pins() << 1
+    }
+
     /// Levels of the TMC429's six reference switch pins, in the order of its REFERENCE_SWITCHES register.
     /// IN1 (left) is wired to REFL1 and IN2 (right) to REFR1. Nothing is wired to the others: REFR2 and
     /// REFR3 have pull-ups in the chip and read high, REFL2 and REFL3 low.

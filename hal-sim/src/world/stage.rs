@@ -108,6 +108,11 @@ impl Stage {
         (self.sensed | self.by_hand) ^ self.inverted
     }
 
+    /// The pins that change with the rotor, in the order of [`pins`](Self::pins).
+    pub fn moving_pins(&self) -> u8 {
+        if self.abn_config.is_some() { 0b111 } else { self.cams.iter().fold(0, |pins, (pin, _)| pins | pin.bit()) }
+    }
+
     /// Presses or releases a switch by hand.
     pub fn press(&mut self, pin: Pin, pressed: bool) {
         if pressed {
@@ -313,6 +318,18 @@ mod tests {
         stage.move_to(-2_000);
         stage.press(Pin::Left, false);
         assert_eq!(stage.pins(), LEFT, "the stage presses it still");
+    }
+
+    #[test]
+    fn pins_that_move_are_told() {
+        assert_eq!(stage().moving_pins(), 0b111);
+        let moving = |config: StageConfig| Stage::new(&config, None, 51_200, 0).moving_pins();
+        assert_eq!(moving(StageConfig { right: Some(100), ..StageConfig::default() }), 0b010);
+        assert_eq!(moving(StageConfig::default()), 0);
+        assert_eq!(
+            Stage::new(&StageConfig::default(), Some(AbnConfig { lines: 512, index: 0 }), 51_200, 0).moving_pins(),
+            0b111
+        );
     }
 
     #[test]
