@@ -1,28 +1,57 @@
-//! Runs the scenario files in `tests/scenarios` on the virtual module. One line is printed for each scenario;
-//! `SCENARIO=text cargo test --test scenarios` runs those whose file name or title contains the text.
+//! Runs the scenario files in `tests/scenarios` on the virtual module: on the firmware's core with all rows of their
+//! tables, and on the flash image in the emulated microcontroller, which is slow, with the first row of each. One line
+//! is printed for each scenario; `SCENARIO=text cargo test --test scenarios` runs those whose file name or title
+//! contains the text, and `ALL_ROWS=1` all rows on the image as well.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "common/image.rs"]
+mod build;
 mod common;
 mod scenario;
 
 use std::path::Path;
 
 use common::Bench;
-use hal_sim::clock::Nanos;
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{Control, Line, State};
 use hal_sim::world::config::WorldConfig;
-use scenario::Rig;
-use tmcl_cli::virtual_module::VirtualModule;
+use scenario::{Choice, Rig, run_directory};
+use tmcl_cli::device::Device;
+use tmcl_cli::image::{ImageModule, Setup};
+use tmcl_cli::virtual_module::{Client, VirtualModule};
 use tmcm::module::Source;
-use tmcm::tmcl::{Command, binary};
+use tmcm::tmcl::Command;
+use tmcm::tmcl::binary::{self, TELEGRAM};
+
+/// How the built-in encoder is connected is not known.
+const NO_ENCODER: &str = "the image does not read the built-in encoder";
+
+/// Scenarios that are not run on the image, and why.
+const NOT_ON_THE_IMAGE: [(&str, &str); 7] = [
+    (
+        "Distances beyond the 24 bits of the motion controller's counter are right",
+        "140 s of virtual time take the emulated microcontroller minutes",
+    ),
+    ("The built-in encoder stops the motor after a slip", NO_ENCODER),
+    ("A small slip, or no limit, and nothing happens", NO_ENCODER),
+    ("Zeroing at the absolute zero point", NO_ENCODER),
+    ("A deviation is told of once while the motor stands", NO_ENCODER),
+    ("A turn of the built-in encoder is a turn of the motor at each resolution of the manual's table 20", NO_ENCODER),
+    ("Deviation supervision goes on after the search: the encoder becomes zero with the position", NO_ENCODER),
+];
+
+/// Status and value of the reply to `command` that these bytes are.
+fn decoded(bytes: &[u8], command: Command) -> (u8, i32) {
+    let reply = binary::decode_reply(bytes.try_into().unwrap()).expect("a reply with a wrong checksum");
+    assert_eq!(reply.opcode, command.opcode, "the reply is to another command");
+    (reply.status, reply.value)
+}
 
 impl Rig for Bench {
     fn send(&mut self, command: Command) -> Option<(u8, i32)> {
         let sent = self.exchange(Source::Usb, binary::encode_command(1, command))?;
-        let reply = binary::decode_reply(&sent.telegram().unwrap()).expect("a reply with a wrong checksum");
-        assert_eq!(reply.opcode, command.opcode, "the reply is to another command");
-        Some((reply.status, reply.value))
+        Some(decoded(&sent.bytes, command))
     }
 
     fn control(&mut self, line: &Line) {
@@ -42,11 +71,66 @@ impl Rig for Bench {
     }
 }
 
-#[test]
-fn scenarios() {
+/// A module that runs the image, with a host on USB.
+struct Emulated(ImageModule);
+
+/// Longest time that a host waits for a reply.
+const PATIENCE: Nanos = 2 * SECOND;
+
+impl Rig for Emulated {
+    fn send(&mut self, command: Command) -> Option<(u8, i32)> {
+        let Emulated(module) = self;
+        while module.sent().is_some() {}
+        let begin = module.now();
+        module.hear(Source::Usb, Client::default(), &binary::encode_command(1, command));
+        let mut reply = Vec::new();
+        while reply.len() < TELEGRAM {
+            if self.0.now() >= begin + PATIENCE {
+                return None;
+            }
+            self.pass(MILLISECOND / 4);
+            reply.extend(std::iter::from_fn(|| self.0.sent()).flat_map(|sent| sent.bytes));
+        }
+        // The host's program hears of it in the next frame.
+        self.pass(MILLISECOND);
+        Some(decoded(&reply, command))
+    }
+
+    fn control(&mut self, line: &Line) {
+        match line.control {
+            Control::Power { on } => self.0.set_power(on),
+            control => drop(control.apply(&mut self.0.board_mut())),
+        }
+    }
+
+    fn state(&mut self) -> State {
+        State::of(&self.0.board_mut())
+    }
+
+    fn pass(&mut self, span: Nanos) {
+        self.0.run_until(self.0.now() + span);
+        assert_eq!(self.0.stopped(), None, "the image does what cannot be emulated");
+    }
+}
+
+fn run<R: Rig>(first_rows: bool, except: &[(&str, &str)], rig: impl Fn(&WorldConfig) -> R + Sync) {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenarios");
     let filter = std::env::var("SCENARIO").unwrap_or_default();
-    let rig = |world: &WorldConfig| Bench { module: VirtualModule::new(world, None, 1) };
-    let failures = scenario::run_directory(&directory, &filter, rig);
+    let failures = run_directory(&directory, &Choice { filter: &filter, first_rows, except }, rig);
     assert!(failures.is_empty(), "{} failed:\n{}", failures.len(), failures.join("\n"));
+}
+
+#[test]
+fn on_the_core() {
+    run(false, &[], |world| Bench { module: VirtualModule::new(world, None, 1) });
+}
+
+#[test]
+fn on_the_image() {
+    let (output, path) = build::image().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let elf = std::fs::read(path).unwrap();
+    let first_rows = std::env::var_os("ALL_ROWS").is_none();
+    let setup = Setup { usb: true, log: false };
+    run(first_rows, &NOT_ON_THE_IMAGE, |world| Emulated(ImageModule::new(&elf, world, None, 1, setup).unwrap()));
 }

@@ -17,7 +17,7 @@ use hal_sim::control::{Line, State};
 use hal_sim::world::config::WorldConfig;
 use tmcm::tmcl::Command;
 
-pub use run::run_directory;
+pub use run::{Choice, run_directory};
 
 /// A module, switched on, in its world.
 pub trait Rig {

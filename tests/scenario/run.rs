@@ -1,5 +1,6 @@
 //! Carries scenarios out and reports.
 
+use std::any::Any;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -15,69 +16,123 @@ use tmcm::tmcl::text;
 
 use super::document;
 use super::line::{Answer, Condition, Relation, Step, Sum, Template, Term};
-use super::{Case, Rig};
+use super::{Case, Mistake, Rig, Scenario};
 
 /// How long `power cycle` leaves the supply off, and how long it waits for the module to start.
 const OFF: Nanos = 100 * MILLISECOND;
 /// How often something is looked at that lasts or is waited for.
 const GLANCE: Nanos = MILLISECOND;
 
-/// Runs the scenarios of all files in a directory whose `file: title` contains `filter`, prints a line for each,
-/// and gives the failures.
-pub fn run_directory<R: Rig>(directory: &Path, filter: &str, rig: impl Fn(&WorldConfig) -> R + Sync) -> Vec<String> {
+/// Which scenarios are run, and how much of them.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice<'a> {
+    /// Those whose `file: title` contains this.
+    pub filter: &'a str,
+    /// Only the first row of each table.
+    pub first_rows: bool,
+    /// But for these titles, for these reasons.
+    pub except: &'a [(&'a str, &'a str)],
+}
+
+/// A scenario of a file, and what has become of it.
+struct Entry {
+    file: String,
+    title: String,
+    cases: Vec<Case>,
+    /// How many cases have not been run.
+    left: AtomicUsize,
+    /// By the number of the case.
+    failures: Mutex<Vec<(usize, String)>>,
+}
+
+impl Entry {
+    fn read(file: &str, title: String, scenario: Result<Scenario, Mistake>, choice: &Choice<'_>) -> Self {
+        let (mut cases, failures) = match scenario {
+            Ok(scenario) => (scenario.cases, Vec::new()),
+            Err(mistake) => (Vec::new(), vec![(0, format!("{file}:{}: {}", mistake.line, mistake.message))]),
+        };
+        if choice.except.iter().any(|(other, _)| *other == title) {
+            cases.clear();
+        } else if choice.first_rows {
+            cases.truncate(1);
+        }
+        let left = AtomicUsize::new(cases.len());
+        Entry { file: file.into(), title, cases, left, failures: Mutex::new(failures) }
+    }
+
+    fn verdict(&self, choice: &Choice<'_>) -> String {
+        let failed = self.failures.lock().unwrap().len();
+        let reason = choice.except.iter().find(|(title, _)| *title == self.title);
+        match (failed, self.cases.len(), reason) {
+            (0, _, Some((_, reason))) => format!("left out: {reason}"),
+            (0, 1, _) => "ok".into(),
+            (0, cases, _) => format!("ok, {cases} cases"),
+            (_, 0, _) => "cannot be read".into(),
+            (failed, cases, _) => format!("FAILED, {failed} of {cases} cases"),
+        }
+    }
+}
+
+/// Runs the scenarios of all files in a directory that are chosen on all processors, prints a line for each in their
+/// order, and gives the failures.
+pub fn run_directory<R: Rig>(
+    directory: &Path,
+    choice: &Choice<'_>,
+    rig: impl Fn(&WorldConfig) -> R + Sync,
+) -> Vec<String> {
+    let entries = entries(directory, choice);
+    let jobs: Vec<(&Entry, usize)> =
+        entries.iter().flat_map(|entry| (0..entry.cases.len()).map(move |case| (entry, case))).collect();
+    let (next, told) = (AtomicUsize::new(0), Mutex::new(0));
+    let work = || {
+        loop {
+            tell(&entries, &mut told.lock().unwrap(), choice);
+            let Some((entry, index)) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) else { return };
+            let case = &entry.cases[*index];
+            if let Err((line, message)) = run_case(case, &rig) {
+                let failure = describe(&entry.file, line, &message, case);
+                entry.failures.lock().unwrap().push((*index, failure));
+            }
+            entry.left.fetch_sub(1, Ordering::Release);
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| (0..threads).for_each(|_| drop(scope.spawn(work))));
+    tell(&entries, &mut told.lock().unwrap(), choice);
+    let failures = entries.into_iter().flat_map(|entry| {
+        let mut failures = entry.failures.into_inner().unwrap();
+        failures.sort();
+        failures
+    });
+    failures.map(|(_, failure)| failure).collect()
+}
+
+fn entries(directory: &Path, choice: &Choice<'_>) -> Vec<Entry> {
     let mut files: Vec<_> = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|path| path.extension().is_some_and(|extension| extension == "txt"));
     files.sort();
     assert!(!files.is_empty(), "no scenario files in {}", directory.display());
-    let mut failures = Vec::new();
+    let mut entries = Vec::new();
     for path in files {
         let file = path.file_name().unwrap().to_string_lossy().into_owned();
         let text = std::fs::read_to_string(&path).unwrap();
-        for (title, scenario) in document::read(&text) {
-            let name = format!("{file}: {title}");
-            if !name.contains(filter) {
-                continue;
-            }
-            let (cases, failed) = match scenario {
-                Ok(scenario) => (scenario.cases.len(), run_cases(&file, &scenario.cases, &rig)),
-                Err(mistake) => (0, vec![format!("{file}:{}: {}", mistake.line, mistake.message)]),
-            };
-            let verdict = match (failed.len(), cases) {
-                (0, 1) => "ok".into(),
-                (0, cases) => format!("ok, {cases} cases"),
-                (_, 0) => "cannot be read".into(),
-                (failed, cases) => format!("FAILED, {failed} of {cases} cases"),
-            };
-            // Not `println`: the test harness would keep it to itself.
-            let mut out = std::io::stdout().lock();
-            writeln!(out, "{name} ... {verdict}").unwrap();
-            failures.extend(failed);
-        }
+        let scenarios = document::read(&text).into_iter();
+        entries.extend(scenarios.map(|(title, scenario)| Entry::read(&file, title, scenario, choice)));
     }
-    failures
+    for (title, _) in choice.except {
+        assert!(entries.iter().any(|entry| entry.title == *title), "there is no scenario '{title}' to be left out");
+    }
+    entries.retain(|entry| format!("{}: {}", entry.file, entry.title).contains(choice.filter));
+    entries
 }
 
-/// Runs the cases of a scenario on all processors and gives the failures in the order of the cases.
-fn run_cases<R: Rig>(file: &str, cases: &[Case], rig: &(impl Fn(&WorldConfig) -> R + Sync)) -> Vec<String> {
-    let next = AtomicUsize::new(0);
-    let failures = Mutex::new(Vec::new());
-    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(cases.len());
-    std::thread::scope(|scope| {
-        for _ in 0..threads {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(case) = cases.get(index) else { return };
-                    if let Err((line, message)) = run_case(case, rig) {
-                        failures.lock().unwrap().push((index, describe(file, line, &message, case)));
-                    }
-                }
-            });
-        }
-    });
-    let mut failures = failures.into_inner().unwrap();
-    failures.sort();
-    failures.into_iter().map(|(_, failure)| failure).collect()
+/// Prints the lines of the scenarios that are done, `told` of which have been.
+fn tell(entries: &[Entry], told: &mut usize, choice: &Choice<'_>) {
+    while let Some(entry) = entries.get(*told).filter(|entry| entry.left.load(Ordering::Acquire) == 0) {
+        // Not `println`: the test harness would keep it to itself.
+        writeln!(std::io::stdout().lock(), "{}: {} ... {}", entry.file, entry.title, entry.verdict(choice)).unwrap();
+        *told += 1;
+    }
 }
 
 fn describe(file: &str, line: usize, message: &str, case: &Case) -> String {
@@ -93,10 +148,16 @@ pub(super) fn run_case<R: Rig>(case: &Case, rig: &impl Fn(&WorldConfig) -> R) ->
     let mut runner = Runner { rig: rig(&case.world), remembered: HashMap::new() };
     for (source, step) in &case.steps {
         let result = catch_unwind(AssertUnwindSafe(|| runner.step(step)))
-            .unwrap_or_else(|_| Err("the module's software panicked".into()));
+            .unwrap_or_else(|panic| Err(format!("panicked: {}", said(&*panic))));
         result.map_err(|message| (source.number, format!("{}: {message}", source.text)))?;
     }
     Ok(())
+}
+
+/// What a panic said.
+fn said(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+    text.unwrap_or("nothing").into()
 }
 
 struct Runner<R> {
