@@ -2,10 +2,13 @@
 """Drives three virtual modules on one bus with Trinamic's own PyTrinamic, unmodified: over CAN and over RS485.
 
     python3 tests/clients/bus_client.py target/debug/tmcl
+    python3 tests/clients/bus_client.py target/debug/tmcl --image target/thumbv7em-none-eabi/release/tmcm1140
 
+With --image each module is the flash image on an emulated microcontroller.
 Starts `tmcl sim` itself. Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
+import argparse
 import signal
 import subprocess
 import sys
@@ -15,7 +18,7 @@ from pathlib import Path
 from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM1140
 
-PATIENCE = 60
+PATIENCE = 180
 MODULES = (1, 2, 3)
 SERIAL_ADDRESS, CAN_ID = 66, 71
 
@@ -33,9 +36,11 @@ def equal(what, found, expected):
         print(f"FAILED: {what}: {found!r} in place of {expected!r}", flush=True)
 
 
-def start(binary, folder):
+def start(binary, image, folder):
     """Starts the simulator; gives the process and where it says it listens."""
     links = ("--rs485", f"{folder}/rs485", "--slcan", f"{folder}/slcan", "--slcan-tcp", "127.0.0.1:0")
+    if image:
+        links += ("--image", image)
     process = subprocess.Popen([binary, "sim", "--modules", "3", *links], stdout=subprocess.PIPE, text=True)
     told = {}
     for line in process.stdout:
@@ -75,11 +80,13 @@ def session(name, arguments, base):
 
 
 def main():
-    if len(sys.argv) != 2:
-        sys.exit(f"usage: {sys.argv[0]} TMCL_BINARY")
+    parser = argparse.ArgumentParser(description="Drives three virtual modules on one bus with PyTrinamic.")
+    parser.add_argument("binary", help="the program tmcl")
+    parser.add_argument("--image", help="the flash image to be run, in place of the firmware's core")
+    options = parser.parse_args()
     global failed
     with tempfile.TemporaryDirectory() as folder:
-        process, told = start(sys.argv[1], folder)
+        process, told = start(options.binary, options.image, folder)
         try:
             for base, (name, arguments) in enumerate((
                 ("slcan_tmcl", f"--port {told['slcan']}"),
