@@ -1,13 +1,13 @@
-//! A host that talks to the module on one of its links, and times it.
+//! A host that talks to the module on its links, and times it.
 
 use std::error::Error;
 
 use hal_sim::board::Board;
-use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use hal_sim::mcu::{Machine, Step};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use hal_sim::mcu::{CanFrame, Machine, Step};
 use hal_sim::world::config::WorldConfig;
 use tmcm::tmcl::binary::{self, Received};
-use tmcm::tmcl::{Command, text};
+use tmcm::tmcl::{Command, can, text};
 
 /// Anything that ends a measurement.
 pub(crate) type Failure = Box<dyn Error>;
@@ -17,18 +17,43 @@ pub(crate) const CYCLES_PER_MICROSECOND: u64 = 168;
 
 /// How long a host waits for a reply.
 const PATIENCE: Nanos = 2 * SECOND;
+/// How often it looks whether it is there.
+const LOOK: Nanos = 250 * MICROSECOND;
 /// Time for the firmware to start.
 const START: Nanos = 100 * MILLISECOND;
-/// The factory default of RS485.
-const BAUD: u32 = 9_600;
+/// Time for the USB host to enumerate the module and open the port.
+const ENUMERATION: Nanos = SECOND;
 
-/// A request and its reply.
+/// The factory default of RS485, and the rate that value 7 of global parameter 65 stands for.
+pub(crate) const SLOW: u32 = 9_600;
+pub(crate) const FAST: u32 = 115_200;
+
+/// The module's identifier on CAN, the duration of a bit, and the bits of a frame besides its data.
+const CAN_ID: u32 = 1;
+const CAN_BIT: Nanos = MICROSECOND;
+const CAN_BITS: Nanos = 47;
+
+/// A link of the module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Link {
+    Rs485,
+    Can,
+    Usb,
+}
+
+/// A request and its reply. The module has the last bit of a request
+/// - on RS485 in the middle of its stop bit, where its receiver samples it,
+/// - on CAN at the end of the frame,
+/// - on USB when its endpoint has taken the packet;
+///
+/// the first bit of a reply goes out with the start bit, with the start of the frame, and when the packet is ready for
+/// the host to fetch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Exchange {
-    /// When the module had the last bit of the request.
-    pub(crate) asked: Nanos,
-    /// When the first bit of the reply went out.
-    pub(crate) answered: Nanos,
+    /// The core cycle of the last bit in.
+    pub(crate) asked: u64,
+    /// The core cycle of the first bit out.
+    pub(crate) answered: u64,
     /// The reply.
     pub(crate) reply: Received,
 }
@@ -36,13 +61,13 @@ pub(crate) struct Exchange {
 impl Exchange {
     /// Core cycles from the last bit in to the first bit out.
     pub(crate) fn cycles(&self) -> u64 {
-        cycles(self.answered - self.asked)
+        self.answered - self.asked
     }
-}
 
-/// The core cycles of a span of virtual time.
-pub(crate) fn cycles(span: Nanos) -> u64 {
-    span * CYCLES_PER_MICROSECOND / 1_000
+    /// Whether a step of the core lies between the two.
+    pub(crate) fn has(&self, step: &Step) -> bool {
+        (self.asked..self.answered).contains(&step.at)
+    }
 }
 
 /// A command in its written form.
@@ -50,18 +75,48 @@ pub(crate) fn command(line: &str) -> Result<Command, Failure> {
     text::parse(line).map_err(|error| error.to_string().into())
 }
 
-/// A module and the host.
+/// A module and the hosts at its links.
 pub(crate) struct Host {
     pub(crate) machine: Machine,
+    baud: u32,
 }
 
 impl Host {
-    /// Switches on a module with the image `elf`.
-    pub(crate) fn start(elf: &[u8]) -> Result<Self, Failure> {
-        let board = Board::new(&WorldConfig::default(), 0);
-        let mut host = Self { machine: Machine::new(elf, board)? };
+    /// Switches on a module with the image `elf`, in the world that the text describes.
+    pub(crate) fn in_world(elf: &[u8], world: &str) -> Result<Self, Failure> {
+        let board = Board::new(&WorldConfig::parse(world)?, 0);
+        let mut host = Self { machine: Machine::new(elf, board)?, baud: SLOW };
         host.run(START)?;
         Ok(host)
+    }
+
+    /// Switches on a module with the image `elf`.
+    pub(crate) fn start(elf: &[u8]) -> Result<Self, Failure> {
+        Self::in_world(elf, "")
+    }
+
+    /// As [`start`](Self::start), with RS485 at 115200 bit/s.
+    pub(crate) fn start_fast(elf: &[u8]) -> Result<Self, Failure> {
+        let mut host = Self::start(elf)?;
+        host.speed_up()?;
+        Ok(host)
+    }
+
+    /// Sets RS485 to 115200 bit/s, which takes effect with the next start.
+    pub(crate) fn speed_up(&mut self) -> Result<(), Failure> {
+        self.tell(Link::Rs485, "SGP 65, 0, 7")?;
+        self.machine.set_power(false);
+        self.machine.set_power(true);
+        self.baud = FAST;
+        self.run(START)
+    }
+
+    /// Connects a USB host and lets it open the port.
+    pub(crate) fn plug_usb(&mut self) -> Result<(), Failure> {
+        self.machine.plug_usb(true);
+        self.run(ENUMERATION)?;
+        let device = self.machine.usb_device();
+        if device.open { Ok(()) } else { Err(format!("USB: {:?}", device.failed).into()) }
     }
 
     /// Lets time pass.
@@ -69,26 +124,124 @@ impl Host {
         Ok(self.machine.run(span)?)
     }
 
-    /// Sends a command and waits for the reply, with an eye on the core from the last bit of the request on.
-    pub(crate) fn observe(&mut self, command: Command, observer: &mut dyn FnMut(Step)) -> Result<Exchange, Failure> {
+    /// Lets time pass and shows each step of the core.
+    pub(crate) fn watch(&mut self, span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<(), Failure> {
+        Ok(self.machine.observe_until(self.machine.now() + span, observer)?)
+    }
+
+    /// Sends a command whose reply nobody waits for.
+    pub(crate) fn send(&mut self, link: Link, command: Command) {
         let telegram = binary::encode_command(1, command);
-        let end = self.machine.send(self.machine.now(), &telegram, BAUD);
-        // The receiver knows a byte in the middle of its stop bit.
-        let asked = end - SECOND / Nanos::from(BAUD) / 2;
-        self.machine.run_until(asked)?;
-        let mut sent = Vec::new();
-        while sent.len() < telegram.len() {
+        match link {
+            Link::Rs485 => _ = self.machine.send(self.machine.now(), &telegram, self.baud),
+            Link::Can => self.machine.send_frame(frame(command)),
+            Link::Usb => self.machine.send_usb(&telegram),
+        }
+    }
+
+    /// Sends a command and waits for the reply.
+    pub(crate) fn exchange(&mut self, link: Link, command: Command) -> Result<Exchange, Failure> {
+        self.talk(link, command, &mut |machine, to| machine.run_until(to))
+    }
+
+    /// As [`exchange`](Self::exchange), and shows each step of the core.
+    pub(crate) fn observe(
+        &mut self,
+        link: Link,
+        command: Command,
+        observer: &mut dyn FnMut(Step),
+    ) -> Result<Exchange, Failure> {
+        self.talk(link, command, &mut |machine, to| machine.observe_until(to, observer))
+    }
+
+    fn talk(
+        &mut self,
+        link: Link,
+        command: Command,
+        run: &mut dyn FnMut(&mut Machine, Nanos) -> Result<(), hal_sim::mcu::Stop>,
+    ) -> Result<Exchange, Failure> {
+        // What is left of replies that nobody has waited for.
+        self.machine.take_sent();
+        self.machine.take_frames();
+        self.machine.take_usb();
+        let begin = self.machine.now();
+        let size = binary::TELEGRAM;
+        // Ten bits a byte, less half a bit.
+        let asked_rs485 = begin + (20 * size as Nanos - 1) * SECOND / Nanos::from(2 * self.baud);
+        self.send(link, command);
+        let (mut characters, mut frames, mut bytes) = (Vec::new(), Vec::new(), Vec::new());
+        let (asked, answered, reply) = loop {
             let now = self.machine.now();
-            if now > end + PATIENCE {
+            if now > begin + PATIENCE {
                 return Err(format!("no reply to {command}: {:?}", self.machine.take_log()).into());
             }
-            self.machine.observe_until(now + MILLISECOND, observer)?;
-            sent.extend(self.machine.take_sent());
-        }
-        let bytes: Vec<u8> = sent.iter().map(|character| character.value).collect();
-        let reply = <&binary::Telegram>::try_from(bytes.as_slice()).ok().and_then(binary::decode_reply);
-        let reply = reply.ok_or_else(|| format!("{command}: the reply is {bytes:02x?}"))?;
-        let answered = sent.first().map_or(asked, |character| character.start);
-        Ok(Exchange { asked, answered, reply })
+            run(&mut self.machine, now + LOOK)?;
+            match link {
+                Link::Rs485 => {
+                    characters.extend(self.machine.take_sent());
+                    if let (Some(first), true) = (characters.first(), characters.len() >= size) {
+                        let bytes: Vec<u8> = characters.iter().map(|character| character.value).collect();
+                        break (asked_rs485, first.start, decode(&bytes));
+                    }
+                }
+                Link::Can => {
+                    frames.extend(self.machine.take_frames());
+                    if let Some((end, reply)) = frames.first() {
+                        let asked = begin + duration(&frame(command));
+                        break (asked, end - duration(reply), decode_frame(reply));
+                    }
+                }
+                Link::Usb => {
+                    bytes.extend(self.machine.take_usb().into_iter().flat_map(|(_, packet)| packet));
+                    if bytes.len() >= size {
+                        let times = self.machine.usb_times();
+                        break (times.taken, times.ready, decode(&bytes));
+                    }
+                }
+            }
+        };
+        let reply = reply.ok_or_else(|| format!("{command}: the reply cannot be read"))?;
+        let (now, cycles) = (self.machine.now(), self.machine.counters().cycles);
+        let cycle = |at: Nanos| cycles - (now - at) * CYCLES_PER_MICROSECOND / 1_000;
+        Ok(Exchange { asked: cycle(asked), answered: cycle(answered), reply })
     }
+
+    /// The value of a reply that must tell success.
+    pub(crate) fn tell(&mut self, link: Link, line: &str) -> Result<i32, Failure> {
+        let Received { status, value, .. } = self.exchange(link, command(line)?)?.reply;
+        // 101 is what a loaded command is answered by.
+        if matches!(status, 100 | 101) { Ok(value) } else { Err(format!("{line}: status {status}").into()) }
+    }
+
+    /// Loads a program.
+    pub(crate) fn load(&mut self, link: Link, program: &[String]) -> Result<(), Failure> {
+        self.tell(link, "132, 0, 0, 0")?;
+        for line in program {
+            self.tell(link, line)?;
+        }
+        self.tell(link, "133, 0, 0, 0")?;
+        Ok(())
+    }
+}
+
+fn frame(command: Command) -> CanFrame {
+    let mut data = [0; 8];
+    for (to, byte) in data.iter_mut().zip(can::encode_command(command)) {
+        *to = byte;
+    }
+    CanFrame { id: CAN_ID, extended: false, remote: false, length: 8, data }
+}
+
+fn duration(frame: &CanFrame) -> Nanos {
+    (CAN_BITS + 8 * Nanos::from(frame.length)) * CAN_BIT
+}
+
+fn decode(bytes: &[u8]) -> Option<Received> {
+    binary::decode_reply(bytes.first_chunk()?)
+}
+
+fn decode_frame(frame: &CanFrame) -> Option<Received> {
+    let [module, status, opcode, a, b, c, d, _] = frame.data;
+    let value = i32::from_be_bytes([a, b, c, d]);
+    (frame.length >= 7).then_some(Received { host: 0, module, status, opcode, value })
 }

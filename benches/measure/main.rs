@@ -1,22 +1,88 @@
-//! Figures of the flash image on the emulated microcontroller: `cargo measure`.
+//! Figures of the flash image, from the emulated microcontroller: `cargo measure`.
+//!
+//! | file | figures |
+//! |---|---|
+//! | `memory` | flash, statics, stack |
+//! | `load` | how busy the core is |
+//! | `replies`, `waits` | how soon requests are answered, alone and behind other work |
+//! | `commands` | what commands of a program cost |
+//! | `interrupts` | how long interrupts wait, and are masked |
+//! | `budgets` | what the design allows |
+//! | `profile` | where the cycles of one reply go |
+//!
+//! `host` talks to the module; `symbols` names addresses; `statistics` and `report` make tables.
 
 #[path = "../../tests/common/image.rs"]
 mod build;
 
+mod budgets;
+mod commands;
 mod host;
+mod interrupts;
+mod load;
+mod memory;
 mod profile;
+mod replies;
+mod report;
+mod statistics;
 mod symbols;
+mod waits;
 
+use std::path::Path;
 use std::process::ExitCode;
 
-use host::Failure;
+use hal_sim::clock::{MILLISECOND, Nanos};
+
+use budgets::{Budget, Unit};
+use host::{Failure, Link};
+use report::{Report, progress};
 use symbols::Symbols;
+
+const USAGE: &str = "\
+usage: cargo measure                              all figures of the flash image, against their budgets
+       cargo measure short                        the same, with fewer samples
+       cargo measure update                       and puts them into docs/performance.md
+       cargo measure profile COMMAND [LINK]       where the cycles of a reply go: cargo measure profile 'GAP 5'
+LINK is rs485, can or usb.";
+
+/// The page with the figures.
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/performance.md");
+
+/// How much is measured.
+struct Extent {
+    /// Samples of each command on each link.
+    replies: usize,
+    /// Samples behind each kind of work.
+    waits: usize,
+    /// How long a load is watched.
+    load: Nanos,
+    /// How long a program runs.
+    program: Nanos,
+    /// How long interrupts are watched.
+    interrupts: Nanos,
+}
+
+const FULL: Extent = Extent {
+    replies: 101,
+    waits: 500,
+    load: 1_000 * MILLISECOND,
+    program: 500 * MILLISECOND,
+    interrupts: 1_000 * MILLISECOND,
+};
+const SHORT: Extent = Extent {
+    replies: 15,
+    waits: 120,
+    load: 100 * MILLISECOND,
+    program: 100 * MILLISECOND,
+    interrupts: 100 * MILLISECOND,
+};
 
 fn main() -> ExitCode {
     // Cargo says that this is a benchmark.
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     match run(&arguments) {
-        Ok(code) => code,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("measure: {error}");
             ExitCode::FAILURE
@@ -24,15 +90,65 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &[String]) -> Result<ExitCode, Failure> {
+/// True if all is well.
+fn run(arguments: &[String]) -> Result<bool, Failure> {
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let (extent, updates) = match arguments[..] {
+        [] => (FULL, false),
+        ["short"] => (SHORT, false),
+        ["update"] => (FULL, true),
+        ["profile", line] => return profile(line, Link::Rs485),
+        ["profile", line, "rs485"] => return profile(line, Link::Rs485),
+        ["profile", line, "can"] => return profile(line, Link::Can),
+        ["profile", line, "usb"] => return profile(line, Link::Usb),
+        _ => return Err(USAGE.into()),
+    };
+    let elf = image()?;
+    let mut report = Report::default();
+    let kept = measure(&elf, &extent, &mut report)?;
+    if updates {
+        report.write(Path::new(PAGE))?;
+    }
+    Ok(kept)
+}
+
+fn image() -> Result<Vec<u8>, Failure> {
+    progress("building the image");
     let (output, path) = build::image()?;
     if !output.status.success() {
         return Err(format!("the image does not build\n{}", String::from_utf8_lossy(&output.stderr)).into());
     }
-    let elf = std::fs::read(path)?;
-    match arguments {
-        [what, line] if what == "profile" => profile::run(&elf, &Symbols::read(&elf)?, line)?,
-        _ => return Err("usage: cargo measure -- profile \"GAP 5\"".into()),
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(std::fs::read(path)?)
+}
+
+fn profile(line: &str, link: Link) -> Result<bool, Failure> {
+    let elf = image()?;
+    profile::run(&elf, &Symbols::read(&elf)?, line, link)?;
+    Ok(true)
+}
+
+fn measure(elf: &[u8], extent: &Extent, report: &mut Report) -> Result<bool, Failure> {
+    let symbols = Symbols::read(elf)?;
+    progress("memory");
+    let memory = memory::measure(elf, report)?;
+    let poll = load::measure(elf, extent.load, report)?;
+    let replies = replies::measure(elf, extent.replies, report)?;
+    let waits = waits::measure(elf, extent.waits, report)?;
+    let command = commands::measure(elf, extent.program, report)?;
+    interrupts::measure(elf, &symbols, extent.interrupts, report)?;
+    let budget = |name, unit, most, aim, measured| Budget { name, most, aim, unit, known: None, measured };
+    let budgets = [
+        budget("reply without chip access, RS485 and CAN, median cycles", Unit::Cycles, 1_000, 600, replies.plain),
+        budget("reply with one TMC429 register, CPU share, median cycles", Unit::Cycles, 1_500, 900, replies.register),
+        budget("MVP ABS, target changed only: datagrams", Unit::Datagrams, 2, 1, replies.datagrams),
+        budget("MVP ABS, target changed only: CPU share, median cycles", Unit::Cycles, 2_500, 1_500, replies.target),
+        budget("extra wait behind other work, 99 %, cycles", Unit::Cycles, 10_000, 6_000, waits.p99),
+        budget("extra wait behind other work, most, cycles", Unit::Cycles, 30_000, 15_000, waits.max),
+        budget("arithmetic or branch command of a program, cycles", Unit::Cycles, 140, 85, command),
+        budget("poll with one moving axis, SPI waits included", Unit::Millionths, 120_000, 70_000, poll),
+        budget("flash, bytes", Unit::Bytes, 128 * 1024, 96 * 1024, memory.flash),
+        budget("static RAM, bytes", Unit::Bytes, 48 * 1024, 32 * 1024, memory.statics),
+        budget("stack, most in use, bytes", Unit::Bytes, 8 * 1024, 4 * 1024, memory.stack[1]),
+    ];
+    Ok(budgets::check(&budgets, report))
 }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use hal_sim::clock::MICROSECOND;
 use hal_sim::mcu::{Act, Step};
 
-use super::host::{Failure, Host, command, cycles};
+use super::host::{Failure, Host, Link, command};
 use super::symbols::Symbols;
 
 /// Exchanges of which the one with the median time is shown.
@@ -30,17 +30,18 @@ struct Visit {
 }
 
 /// Prints the profile of the reply to `line`.
-pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, line: &str) -> Result<(), Failure> {
+pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, line: &str, link: Link) -> Result<(), Failure> {
     let command = command(line)?;
     let mut host = Host::start(elf)?;
     let mut samples = Vec::new();
+    if link == Link::Usb {
+        host.plug_usb()?;
+    }
     for n in 0..SAMPLES {
         host.run(n * SHIFT)?;
         let mut steps = Vec::new();
-        let exchange = host.observe(command, &mut |step| steps.push(step))?;
-        // All times but the first are of steps, so the first gives the rest their place.
-        let first = steps.first().map_or(0, |step| step.at);
-        steps.retain(|step| step.at - first < cycles(exchange.answered - exchange.asked));
+        let exchange = host.observe(link, command, &mut |step| steps.push(step))?;
+        steps.retain(|step| exchange.has(step));
         samples.push((exchange, steps));
     }
     samples.sort_by_key(|(exchange, _)| exchange.cycles());

@@ -1,0 +1,116 @@
+//! What a command costs in a running program.
+//!
+//! A program is a loop: some commands of one kind, then the count of rounds. What a round takes of the core's time,
+//! for two lengths of the loop, gives what one command takes.
+
+use hal_sim::board::Chip;
+use hal_sim::clock::{MILLISECOND, Nanos};
+
+use super::host::{Failure, Host, Link};
+use super::report::{Report, progress};
+use super::statistics::grouped;
+
+/// Lengths of the loop.
+const SHORT: usize = 12;
+const LONG: usize = 48;
+/// Core cycles of a datagram on the wire: 32 bits at 84 MHz / 64 to the TMC429, 24 bits at 84 MHz / 32 to the TMC262.
+const WIRE: [u64; 2] = [32 * 128, 24 * 64];
+
+/// Kinds of commands; `@` stands for the address of the next command.
+const KINDS: [(&str, &str); 11] = [
+    ("CALC ADD", "CALC ADD, 3"),
+    ("CALCX SWAP", "CALCX SWAP"),
+    ("COMP", "COMP 5"),
+    ("JC, not taken", "JC ETO, 0"),
+    ("JA", "JA @"),
+    ("GGP, user variable", "GGP 1, 2"),
+    ("SGP, user variable", "SGP 1, 2, 7"),
+    ("AGP, user variable", "AGP 1, 2"),
+    ("SIO", "SIO 0, 2, 1"),
+    ("GAP 5", "GAP 5, 0"),
+    ("GAP 1, one TMC429 register", "GAP 1, 0"),
+];
+/// How many of them are arithmetic and branches, which the budget is about.
+const BUDGETED: usize = 5;
+
+/// Counts the rounds in user variable 0.
+const COUNT: [&str; 4] = ["GGP 0, 2", "CALC ADD, 1", "AGP 0, 2", "JA 0"];
+
+/// What all rounds of a loop took, over what the core does without a program.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    rounds: f64,
+    cycles: f64,
+    wire: f64,
+    instructions: f64,
+}
+
+/// Measures the kinds of commands, each loop for `span`. Gives the most that an arithmetic or branch command takes, in
+/// cycles.
+pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u64, Failure> {
+    let mut rows = Vec::new();
+    let mut budgeted = 0;
+    let idle = run(elf, &[], span)?;
+    for (index, (name, line)) in KINDS.into_iter().enumerate() {
+        progress(&format!("commands: {name}"));
+        let [short, long] = [SHORT, LONG].map(|length| run(elf, &body(line, length), span));
+        let (short, long) = (short?, long?);
+        let each = |what: &dyn Fn(&Run) -> f64| {
+            let round = |run: &Run| (what(run) - what(&idle)) / run.rounds;
+            (round(&long) - round(&short)) / (LONG - SHORT) as f64
+        };
+        let cycles = each(&|run| run.cycles);
+        let share = each(&|run| run.cycles - run.wire);
+        if index < BUDGETED {
+            budgeted = budgeted.max(cycles.round() as u64);
+        }
+        let cell = |number: f64| grouped(number.round().max(0.0) as u64);
+        rows.push([name.into(), cell(cycles), cell(share), cell(each(&|run| run.instructions))]);
+    }
+    report.title("Commands of a running program");
+    report.text(
+        "Each, with its part of what the program's slices cost: the difference of two lengths of a loop. CPU share: less \
+         the time on the SPI wire.",
+    );
+    report.table(["", "cycles", "CPU share", "instr."], &rows);
+    Ok(budgeted)
+}
+
+fn body(line: &str, length: usize) -> Vec<String> {
+    let lines = (0..length).map(|index| line.replace('@', &(index + 1).to_string()));
+    lines.chain(COUNT.map(str::to_owned)).collect()
+}
+
+/// Lets a program run for a while; with none, sees what the core does without.
+fn run(elf: &[u8], program: &[String], span: Nanos) -> Result<Run, Failure> {
+    let mut host = Host::start(elf)?;
+    if !program.is_empty() {
+        host.load(Link::Can, program)?;
+        host.tell(Link::Can, "129, 0, 0, 0")?;
+    }
+    host.run(50 * MILLISECOND)?;
+    let look = |host: &mut Host| {
+        let counters = host.machine.counters();
+        let wire: u64 = [Chip::Tmc429, Chip::Tmc262]
+            .into_iter()
+            .zip(WIRE)
+            .map(|(chip, cycles)| host.machine.board().datagrams(chip) * cycles)
+            .sum();
+        (counters, wire)
+    };
+    let rounds = host.tell(Link::Can, "GGP 0, 2")?;
+    let (before, wire_before) = look(&mut host);
+    host.run(span)?;
+    let (after, wire_after) = look(&mut host);
+    let rounds = host.tell(Link::Can, "GGP 0, 2")? - rounds;
+    if !program.is_empty() && rounds == 0 {
+        return Err(format!("the program does not run: {:?}", program.first()).into());
+    }
+    let awake = (after.cycles - after.asleep) - (before.cycles - before.asleep);
+    Ok(Run {
+        rounds: rounds.into(),
+        cycles: awake as f64,
+        wire: (wire_after - wire_before) as f64,
+        instructions: (after.instructions - before.instructions) as f64,
+    })
+}

@@ -1,0 +1,150 @@
+//! How soon the module answers, with nothing else to do.
+
+use hal_sim::board::Chip;
+use hal_sim::clock::{MICROSECOND, MILLISECOND};
+use hal_sim::mcu::Step;
+use tmcm::tmcl::Command;
+
+use super::host::{FAST, Failure, Host, Link, SLOW, command};
+use super::report::{Report, progress};
+use super::statistics::{Spread, grouped};
+
+/// A command: its name in the table, and itself.
+type Named = (&'static str, &'static str);
+
+/// What is asked of a module at rest.
+const AT_REST: [Named; 5] = [
+    ("GAP 5", "GAP 5, 0"),
+    ("GGP 66", "GGP 66, 0"),
+    ("unknown command", "99, 0, 0, 0"),
+    ("GAP 1, one TMC429 register", "GAP 1, 0"),
+    ("SAP 4", "SAP 4, 0, 1000"),
+];
+/// What makes it move, and changes the target while it does. The first MVP after ROR has more to do.
+const MOVING: [Named; 4] = [
+    ("ROR", "ROR 0, 200"),
+    ("MST", "MST 0"),
+    ("MVP ABS, from rest", "MVP ABS, 0, 100000"),
+    ("MVP ABS, target changed only", "MVP ABS, 0, 200000"),
+];
+const COMMANDS: usize = AT_REST.len() + MOVING.len();
+
+/// How the sample's distances from the poll differ.
+const SHIFT: u64 = 137 * MICROSECOND;
+/// How often the USB host's frames are moved against the poll.
+const FRAMES: usize = 8;
+
+/// The replies to a command.
+#[derive(Debug, Default)]
+struct Samples {
+    cycles: Vec<u64>,
+    /// Cycles less those in which the SPI wire was busy.
+    share: Vec<u64>,
+    /// Datagrams to TMC429 and TMC262.
+    datagrams: [Vec<u64>; 2],
+}
+
+/// What the budgets are about: medians, the largest of all links.
+#[derive(Debug, Default)]
+pub(crate) struct Replies {
+    /// Without an access to a chip, on RS485 and CAN.
+    pub(crate) plain: u64,
+    /// CPU share of GAP 1.
+    pub(crate) register: u64,
+    /// CPU share and datagrams of MVP.
+    pub(crate) target: u64,
+    pub(crate) datagrams: u64,
+}
+
+/// Measures all commands on all links.
+pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result<Replies, Failure> {
+    report.title("Replies");
+    report.text(
+        "From the last bit in to the first bit out, with nothing else going on, at varied distances from the poll. On \
+         RS485 the last bit is in when the receiver knows it, in the middle of the stop bit; on CAN at the end of the \
+         frame; on USB when the endpoint has taken the packet. The first bit is out with the start bit, the start of \
+         the frame, or when the packet is ready for the host. CPU share: less the time on the SPI wire, median.",
+    );
+    let mut replies = Replies::default();
+    let links = [(Link::Rs485, SLOW), (Link::Rs485, FAST), (Link::Can, SLOW), (Link::Usb, SLOW)];
+    for (link, baud) in links {
+        let name = match link {
+            Link::Rs485 => format!("RS485 at {} bit/s", grouped(baud.into())),
+            Link::Can => "CAN at 1 Mbit/s".into(),
+            Link::Usb => "USB".into(),
+        };
+        progress(&format!("replies over {name}"));
+        let mut host = if baud == FAST { Host::start_fast(elf)? } else { Host::start(elf)? };
+        let all = ask(&mut host, link, samples)?;
+        let rows: Vec<[String; 7]> =
+            AT_REST.iter().chain(&MOVING).zip(&all).map(|((name, _), samples)| row(name, samples)).collect();
+        let head = [&name, "median", "99 %", "most", "median, us", "CPU share", "datagrams"];
+        report.table(head, &rows);
+        let median = |index: usize| Spread::of(all[index].cycles.clone()).median;
+        let share = |index: usize| Spread::of(all[index].share.clone()).median;
+        if link != Link::Usb {
+            replies.plain = replies.plain.max(median(0)).max(median(1)).max(median(2));
+            replies.register = replies.register.max(share(3));
+            replies.target = replies.target.max(share(COMMANDS - 1));
+            let [tmc429, tmc262] = all[COMMANDS - 1].datagrams.clone().map(|counts| Spread::of(counts).median);
+            replies.datagrams = replies.datagrams.max(tmc429 + tmc262);
+        }
+    }
+    Ok(replies)
+}
+
+fn row(name: &str, samples: &Samples) -> [String; 7] {
+    let [median, p99, max, microseconds] = Spread::of(samples.cycles.clone()).cells();
+    let share = grouped(Spread::of(samples.share.clone()).median);
+    let [tmc429, tmc262] = samples.datagrams.clone().map(|counts| Spread::of(counts).median);
+    [name.into(), median, p99, max, microseconds, share, format!("{}", tmc429 + tmc262)]
+}
+
+fn ask(host: &mut Host, link: Link, samples: usize) -> Result<Vec<Samples>, Failure> {
+    let mut all: Vec<Samples> = (0..COMMANDS).map(|_| Samples::default()).collect();
+    for n in 0..samples {
+        if link == Link::Usb && n % samples.div_ceil(FRAMES) == 0 {
+            host.machine.plug_usb(false);
+            host.run(10 * MILLISECOND + n as u64 * SHIFT)?;
+            host.plug_usb()?;
+        }
+        for (index, (_, line)) in AT_REST.iter().chain(&MOVING).enumerate() {
+            host.run((n * COMMANDS + index) as u64 * SHIFT % MILLISECOND)?;
+            let Command { value, .. } = command(line)?;
+            // So that it changes something.
+            let asked = Command { value: value + n as i32, ..command(line)? };
+            sample(host, link, asked, &mut all[index])?;
+        }
+        host.tell(link, "MST 0")?;
+        host.run(20 * MILLISECOND)?;
+    }
+    Ok(all)
+}
+
+fn sample(host: &mut Host, link: Link, command: Command, samples: &mut Samples) -> Result<(), Failure> {
+    let mut steps: Vec<Step> = Vec::new();
+    let exchange = host.observe(link, command, &mut |step| {
+        if step.chip.is_some() {
+            steps.push(step);
+        }
+    })?;
+    steps.retain(|step| exchange.has(step));
+    let wire: u64 = steps.iter().filter(|step| step.clocked).map(|step| step.cycles).sum();
+    samples.cycles.push(exchange.cycles());
+    samples.share.push(exchange.cycles().saturating_sub(wire));
+    for (counts, chip) in samples.datagrams.iter_mut().zip([Chip::Tmc429, Chip::Tmc262]) {
+        counts.push(datagrams(&steps, chip));
+    }
+    Ok(())
+}
+
+/// How often a chip was selected.
+fn datagrams(steps: &[Step], chip: Chip) -> u64 {
+    let mut end = None;
+    let mut count = 0;
+    for step in steps.iter().filter(|step| step.chip == Some(chip)) {
+        count += u64::from(end != Some(step.at));
+        end = Some(step.at + step.cycles);
+    }
+    count
+}
