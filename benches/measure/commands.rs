@@ -7,6 +7,7 @@ use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos};
 
 use super::host::{Failure, Host, Link};
+use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::grouped;
 
@@ -48,13 +49,14 @@ struct Run {
 /// Measures the kinds of commands, each loop for `span`. Gives the most that an arithmetic or branch command takes, in
 /// cycles.
 pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u64, Failure> {
+    let idle = run(elf, &[], span)?;
+    let runs = parallel::map(&KINDS, |(name, line)| {
+        progress(&format!("commands: {name}"));
+        Ok((run(elf, &body(line, SHORT), span)?, run(elf, &body(line, LONG), span)?))
+    })?;
     let mut rows = Vec::new();
     let mut budgeted = 0;
-    let idle = run(elf, &[], span)?;
-    for (index, (name, line)) in KINDS.into_iter().enumerate() {
-        progress(&format!("commands: {name}"));
-        let [short, long] = [SHORT, LONG].map(|length| run(elf, &body(line, length), span));
-        let (short, long) = (short?, long?);
+    for (index, ((name, _), (short, long))) in KINDS.into_iter().zip(runs).enumerate() {
         let each = |what: &dyn Fn(&Run) -> f64| {
             let round = |run: &Run| (what(run) - what(&idle)) / run.rounds;
             (round(&long) - round(&short)) / (LONG - SHORT) as f64

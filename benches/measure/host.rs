@@ -10,7 +10,7 @@ use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, can, text};
 
 /// Anything that ends a measurement.
-pub(crate) type Failure = Box<dyn Error>;
+pub(crate) type Failure = Box<dyn Error + Send + Sync>;
 
 /// Core cycles of a microsecond.
 pub(crate) const CYCLES_PER_MICROSECOND: u64 = 168;

@@ -7,6 +7,7 @@ use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::mcu::{Act, Step};
 
 use super::host::{Failure, Host, Link};
+use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::{grouped, percent};
 
@@ -49,11 +50,13 @@ struct Load {
 
 /// Measures the load for `span` each. Gives what the poll with a moving axis takes, in parts of a million.
 pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u64, Failure> {
+    let loads = parallel::map(&ROWS, |(name, program, line)| {
+        progress(&format!("load: {name}"));
+        observe(elf, program, *line, span)
+    })?;
     let mut rows = Vec::new();
     let mut budgeted = 0;
-    for (index, (name, program, line)) in ROWS.into_iter().enumerate() {
-        progress(&format!("load: {name}"));
-        let load = observe(elf, program, line, span)?;
+    for (index, ((name, ..), load)) in ROWS.into_iter().zip(loads).enumerate() {
         let owner = load.by.get(&OWNER).copied().unwrap_or_default();
         let milliseconds = span / MILLISECOND;
         if index == MOVING {

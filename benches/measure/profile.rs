@@ -1,20 +1,35 @@
-//! Where the cycles of a reply go: by function, in the order of the path, and in total.
+//! Where the cycles of a reply, a poll or a program go: by function, in the order of the path, and in total.
 
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use hal_sim::clock::MICROSECOND;
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::mcu::{Act, Step};
 
 use super::host::{Failure, Host, Link, command};
+use super::load::OWNER;
 use super::symbols::Symbols;
 
 /// Exchanges of which the one with the median time is shown.
 const SAMPLES: u64 = 21;
 /// Their distance is a millisecond and this, so that they meet the poll at all its phases.
-const SHIFT: u64 = 137 * MICROSECOND;
-/// Functions of the second table.
-const LONGEST: usize = 40;
+const SHIFT: Nanos = 137 * MICROSECOND;
+/// Lines of the two tables.
+const VISITS: usize = 200;
+const FUNCTIONS: usize = 40;
+/// Commands in a program's loop.
+const LOOP: usize = 100;
+
+/// What is looked at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Subject<'a> {
+    /// The reply to a command.
+    Reply(&'a str, Link),
+    /// A poll with a moving axis.
+    Poll,
+    /// A millisecond of a program that consists of a command.
+    Program(&'a str),
+}
 
 /// A visit of a function.
 struct Visit {
@@ -29,15 +44,38 @@ struct Visit {
     instructions: u64,
 }
 
-/// Prints the profile of the reply to `line`.
-pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, line: &str, link: Link) -> Result<(), Failure> {
-    let command = command(line)?;
+/// Prints the profile of a subject.
+pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, subject: Subject<'_>) -> Result<(), Failure> {
     let mut host = Host::start(elf)?;
+    let steps = match subject {
+        Subject::Reply(line, link) => reply(&mut host, line, link)?,
+        Subject::Poll => {
+            host.tell(Link::Can, "ROR 0, 1000")?;
+            turn(&mut host)?
+        }
+        Subject::Program(line) => {
+            let program = std::iter::repeat_n(line.to_owned(), LOOP).chain(["JA 0".into()]);
+            host.load(Link::Can, &program.collect::<Vec<_>>())?;
+            host.tell(Link::Can, "129, 0, 0, 0")?;
+            turn(&mut host)?
+        }
+    };
+    path(&steps, symbols);
+    totals(&steps, symbols);
+    Ok(())
+}
+
+/// The steps of the reply to `line` that takes as long as half of them.
+fn reply(host: &mut Host, line: &str, link: Link) -> Result<Vec<Step>, Failure> {
+    let command = command(line)?;
     let mut samples = Vec::new();
-    if link == Link::Usb {
-        host.plug_usb()?;
-    }
     for n in 0..SAMPLES {
+        // The USB host's frames keep their distance from the poll while it is plugged in.
+        if link == Link::Usb {
+            host.machine.plug_usb(false);
+            host.run(MILLISECOND + n * SHIFT)?;
+            host.plug_usb()?;
+        }
         host.run(n * SHIFT)?;
         let mut steps = Vec::new();
         let exchange = host.observe(link, command, &mut |step| steps.push(step))?;
@@ -51,16 +89,37 @@ pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, line: &str, link: Link) -> 
         exchange.cycles(),
         exchange.reply.status
     );
-    path(&steps, symbols);
-    totals(&steps, symbols);
-    Ok(())
+    Ok(steps)
+}
+
+/// The steps of a turn of the owner of the module, from when its timer wants it until it returns.
+fn turn(host: &mut Host) -> Result<Vec<Step>, Failure> {
+    host.run(500 * MILLISECOND)?;
+    let mut steps = Vec::new();
+    let mut seen = 0;
+    host.watch(3 * MILLISECOND, &mut |step| {
+        seen += u32::from(step.act == Act::Entry(OWNER));
+        if seen == 2 && step.act != Act::Sleep {
+            steps.push(step);
+        }
+    })?;
+    // What follows the return is not part of it.
+    let end = steps.iter().rposition(|step| step.exception == OWNER);
+    steps.truncate(end.map_or(0, |index| index + 1));
+    let cycles: u64 = steps.iter().map(|step| step.cycles).sum();
+    println!("a turn of the owner of the module: {cycles} cycles");
+    Ok(steps)
 }
 
 fn path(steps: &[Step], symbols: &Symbols<'_>) {
     let visits = visits(steps, symbols);
     println!("\n{:>8} {:>8} {:>8} {:>8}  in the order of the path", "at", "cycles", "own", "instr.");
-    for Visit { name, depth, start, cycles, own, instructions } in visits {
+    let left = visits.len().saturating_sub(VISITS);
+    for Visit { name, depth, start, cycles, own, instructions } in visits.into_iter().take(VISITS) {
         println!("{start:>8} {cycles:>8} {own:>8} {instructions:>8}  {:indent$}{name}", "", indent = 2 * depth);
+    }
+    if left > 0 {
+        println!("{left:>8} more");
     }
 }
 
@@ -138,7 +197,7 @@ fn totals(steps: &[Step], symbols: &Symbols<'_>) {
     let mut functions: Vec<_> = functions.into_iter().collect();
     functions.sort_by(|(a, (x, _)), (b, (y, _))| y.cmp(x).then_with(|| a.cmp(b)));
     println!("\n{:>8} {:>8} {:>8}  in total, by function of the source", "cycles", "share", "instr.");
-    for (name, (cycles, instructions)) in functions.into_iter().take(LONGEST) {
+    for (name, (cycles, instructions)) in functions.into_iter().take(FUNCTIONS) {
         println!("{cycles:>8} {:>6.1} % {instructions:>8}  {name}", 100.0 * cycles as f64 / all.max(1) as f64);
     }
 }

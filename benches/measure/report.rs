@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::OnceLock;
+use std::time::Instant;
 
 use super::host::Failure;
 
@@ -63,7 +65,8 @@ impl Report {
     }
 }
 
-/// Tells what is going on.
+/// Tells what is going on, and the time since the first such message.
 pub(crate) fn progress(what: &str) {
-    eprintln!("measure: {what}");
+    static START: OnceLock<Instant> = OnceLock::new();
+    eprintln!("measure: {:3.0} s: {what}", START.get_or_init(Instant::now).elapsed().as_secs_f64());
 }

@@ -3,6 +3,7 @@
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 
 use super::host::{Failure, Host, Link, command};
+use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::{Spread, grouped, microseconds};
 
@@ -54,15 +55,15 @@ pub(crate) struct Waits {
 
 /// Measures GAP 5 over RS485 behind all kinds of work.
 pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result<Waits, Failure> {
+    let all = parallel::map(&ALL, |(work, name)| {
+        progress(&format!("waits behind: {name}"));
+        ask(elf, *work, samples)
+    })?;
+    // The first is with nothing else.
+    let quiet = Spread::of(all.first().cloned().unwrap_or_default()).median;
     let mut waits = Waits::default();
     let mut rows = Vec::new();
-    let mut quiet = 0;
-    for (work, name) in ALL {
-        progress(&format!("waits behind: {name}"));
-        let cycles = ask(elf, work, samples)?;
-        if work == Work::Nothing {
-            quiet = Spread::of(cycles.clone()).median;
-        }
+    for ((_, name), cycles) in ALL.into_iter().zip(all) {
         let extra = Spread::of(cycles.iter().map(|cycles| cycles.saturating_sub(quiet)).collect());
         waits.p99 = waits.p99.max(extra.p99);
         waits.max = waits.max.max(extra.max);

@@ -200,9 +200,18 @@ impl Cpu {
     pub(super) fn view(&self, bus: (Option<Chip>, bool)) -> View {
         let registers = self.core.regs();
         let [.., pc] = registers.r;
-        let [enabled, pending, active] = self.core.with_sys(|sys| [&sys.enable, &sys.pending, &sys.active].map(lines));
+        let (enabled, pending, active) = self.core.with_sys(|sys| {
+            let active = std::array::from_fn(|word| sys.active[word]);
+            (lines(&sys.enable), lines(&sys.pending), active)
+        });
         let Exception(exception) = registers.exception();
         View { pc, exception, masked: registers.primask, enabled, pending, active, bus }
+    }
+
+    /// Where the handler of an exception begins.
+    pub(super) fn handler(&self, exception: u16) -> Option<u32> {
+        // The lowest bit tells that it is Thumb code.
+        Some(self.peek(self.core.vtor() + 4 * u32::from(exception))? & !1)
     }
 
     /// The level of an interrupt line.

@@ -433,7 +433,7 @@ impl Machine {
 
     /// The step that has just been done.
     fn step(&self, at: Cycles, end: Cycles, before: &View, after: &View) -> Step {
-        let act = match after.entered(before) {
+        let act = match after.entered(before, |exception| self.cpu.handler(exception)) {
             Some(number) => Act::Entry(number),
             None if self.asleep => Act::Sleep,
             None => Act::Instruction,
