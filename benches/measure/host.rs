@@ -169,6 +169,9 @@ impl Host {
         // Ten bits a byte, less half a bit.
         let asked_rs485 = begin + (20 * size as Nanos - 1) * SECOND / Nanos::from(2 * self.baud);
         self.send(link, command);
+        if link == Link::Rs485 {
+            self.machine.run_until(asked_rs485)?;
+        }
         let (mut characters, mut frames, mut bytes) = (Vec::new(), Vec::new(), Vec::new());
         let (asked, answered, reply) = loop {
             let now = self.machine.now();

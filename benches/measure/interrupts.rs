@@ -28,6 +28,7 @@ const PLACES: usize = 6;
 /// What has been seen.
 #[derive(Default)]
 struct Watch {
+    begun: bool,
     /// Interrupts that are wanted, and since when.
     since: HashMap<u16, u64>,
     wanted: [u32; 3],
@@ -113,6 +114,11 @@ fn session(elf: &[u8], span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<()
 
 impl Watch {
     fn add(&mut self, step: &Step) {
+        // A handler may be running when the first step is seen; what is wanted then, nobody knows since when.
+        if !std::mem::replace(&mut self.begun, true) {
+            self.handlers.extend(Some(step.exception).filter(|exception| *exception != 0));
+            self.wanted = step.wanted;
+        }
         self.want(step);
         match step.act {
             Act::Entry(number) => {

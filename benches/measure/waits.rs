@@ -49,7 +49,8 @@ impl Work {
 /// The extra over the median with no other work, the largest of all kinds of work.
 #[derive(Debug, Default)]
 pub(crate) struct Waits {
-    pub(crate) p99: u64,
+    /// Of what 99 of 100 do not exceed; of fewer samples it would be the longest.
+    pub(crate) p99: Option<u64>,
     pub(crate) max: u64,
 }
 
@@ -65,7 +66,9 @@ pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result
     let mut rows = Vec::new();
     for ((_, name), cycles) in ALL.into_iter().zip(all) {
         let extra = Spread::of(cycles.iter().map(|cycles| cycles.saturating_sub(quiet)).collect());
-        waits.p99 = waits.p99.max(extra.p99);
+        if samples >= 100 {
+            waits.p99 = waits.p99.max(Some(extra.p99));
+        }
         waits.max = waits.max.max(extra.max);
         let [median, p99, max, _] = extra.cells();
         rows.push([name.into(), median, p99, max, microseconds(extra.max)]);
