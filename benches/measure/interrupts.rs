@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use hal_sim::clock::Nanos;
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::mcu::{Act, Step};
 
 use super::host::{Failure, Host, Link, command};
@@ -22,13 +22,19 @@ const NAMES: [(u16, &str); 7] = [
     (50, "TIM5, time"),
     (67, "OTG_FS, USB"),
 ];
+/// Time for a request and its reply over RS485, and by how much the rounds of requests differ.
+const ROUND: Nanos = 2 * MILLISECOND;
+const SHIFT: Nanos = 37 * MICROSECOND;
+/// Rounds between two storing commands.
+const STORE_EVERY: u64 = 8;
 /// Places that mask interrupts, in the table.
 const PLACES: usize = 6;
 
 /// What has been seen.
 #[derive(Default)]
 struct Watch {
-    begun: bool,
+    /// Where the last step ended.
+    end: u64,
     /// Interrupts that are wanted, and since when.
     since: HashMap<u16, u64>,
     wanted: [u32; 3],
@@ -95,18 +101,20 @@ fn session(elf: &[u8], span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<()
     host.tell(Link::Can, "129, 0, 0, 0")?;
     host.tell(Link::Can, "ROR 0, 1000")?;
     let end = host.machine.now() + span;
-    let mut n = 0;
+    let mut n: u64 = 0;
     while host.machine.now() < end {
-        if n % 8 == 0 {
+        if n % STORE_EVERY == 0 {
             host.send(Link::Can, command(&format!("SAP 4, 0, {}", 500 + n % 1000))?);
             host.send(Link::Can, command("STAP 4, 0")?);
         }
+        host.send(Link::Rs485, command("GAP 5, 0")?);
         for link in [Link::Can, Link::Usb] {
             for line in ["GAP 1, 0", "GAP 5, 0", "GGP 66, 0"] {
                 host.send(link, command(line)?);
             }
         }
-        host.observe(Link::Rs485, command("GAP 5, 0")?, observer)?;
+        // All the time: a gap would hide what goes on in it.
+        host.watch(ROUND + n % 8 * SHIFT, observer)?;
         n += 1;
     }
     Ok(())
@@ -114,11 +122,14 @@ fn session(elf: &[u8], span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<()
 
 impl Watch {
     fn add(&mut self, step: &Step) {
-        // A handler may be running when the first step is seen; what is wanted then, nobody knows since when.
-        if !std::mem::replace(&mut self.begun, true) {
-            self.handlers.extend(Some(step.exception).filter(|exception| *exception != 0));
+        // Of what was going on before, nobody knows since when.
+        if step.at != self.end {
+            self.handlers = Vec::from_iter(Some(step.exception).filter(|exception| *exception != 0));
             self.wanted = step.wanted;
+            self.since.clear();
+            self.masked = None;
         }
+        self.end = step.at + step.cycles;
         self.want(step);
         match step.act {
             Act::Entry(number) => {
