@@ -2,7 +2,7 @@
 
 use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
-use hal_sim::mcu::Step;
+use hal_sim::mcu::{Act, Step};
 use tmcm::tmcl::Command;
 
 use super::host::{FAST, Failure, Host, Link, SLOW, command};
@@ -47,7 +47,7 @@ const FRAMES: usize = 8;
 #[derive(Debug, Default)]
 struct Samples {
     cycles: Vec<u64>,
-    /// Cycles less those in which the SPI wire was busy.
+    /// Cycles less those in which the SPI wire was busy or the core slept.
     share: Vec<u64>,
     /// Datagrams to TMC429 and TMC262.
     datagrams: [Vec<u64>; 2],
@@ -65,7 +65,7 @@ pub(crate) struct Budgeted {
     pub(crate) datagrams: u64,
 }
 
-/// They are about these links.
+/// They are about these links; RS485 at 115 200 bit/s.
 #[derive(Debug, Default)]
 pub(crate) struct Replies {
     pub(crate) rs485: Budgeted,
@@ -73,15 +73,14 @@ pub(crate) struct Replies {
 }
 
 impl Budgeted {
-    /// Takes in what has been measured at one rate; the larger figure counts.
-    fn raise(&mut self, all: &[Samples]) {
-        let [gap, ggp, unknown, register, .., target] = all else { return };
-        for plain in [gap, ggp, unknown] {
-            self.plain = self.plain.max(median(&plain.cycles));
+    fn of(all: &[Samples]) -> Self {
+        let [gap, ggp, unknown, register, .., target] = all else { return Self::default() };
+        Self {
+            plain: [gap, ggp, unknown].map(|plain| median(&plain.cycles)).into_iter().max().unwrap_or_default(),
+            register: median(&register.share),
+            target: median(&target.share),
+            datagrams: target.datagrams.iter().map(|counts| median(counts)).sum(),
         }
-        self.register = self.register.max(median(&register.share));
-        self.target = self.target.max(median(&target.share));
-        self.datagrams = self.datagrams.max(target.datagrams.iter().map(|counts| median(counts)).sum());
     }
 }
 
@@ -94,9 +93,11 @@ pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result
     report.title("Replies");
     report.text(
         "From the last bit in to the first bit out, with nothing else going on, at varied distances from the poll. On \
-         RS485 the last bit is in when the receiver knows it, in the middle of the stop bit; on CAN at the end of the \
-         frame; on USB when the endpoint has taken the packet. The first bit is out with the start bit, the start of \
-         the frame, or when the packet is ready for the host. CPU share: less the time on the SPI wire, median.",
+         RS485 the last bit is in when the receiver knows it, in the middle of the stop bit; the other half of that \
+         belongs to the host still, and no reply begins before it is over: 8 750 cycles at 9 600 bit/s, 729 at 115 200. \
+         On CAN the last bit is in at the end of the frame, on USB when the endpoint has taken the packet. The first \
+         bit is out with the start bit, the start of the frame, or when the packet is ready for the host. CPU share: \
+         less the time on the SPI wire and asleep, median.",
     );
     let measured = parallel::map(&LINKS, |(link, baud, name)| {
         progress(&format!("replies over {name}"));
@@ -104,15 +105,16 @@ pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result
         ask(&mut host, *link, samples)
     })?;
     let mut replies = Replies::default();
-    for ((link, _, name), all) in LINKS.into_iter().zip(measured) {
+    for ((link, baud, name), all) in LINKS.into_iter().zip(measured) {
         let rows: Vec<[String; 7]> =
             AT_REST.iter().chain(&MOVING).zip(&all).map(|((name, _), samples)| row(name, samples)).collect();
         let head = [name, "median", "99 %", "most", "median, us", "CPU share", "datagrams"];
         report.table(head, &rows);
         match link {
-            Link::Rs485 => replies.rs485.raise(&all),
-            Link::Can => replies.can.raise(&all),
-            Link::Usb => {}
+            // At the slow rate it is the stop bit that is measured.
+            Link::Rs485 if baud == FAST => replies.rs485 = Budgeted::of(&all),
+            Link::Can => replies.can = Budgeted::of(&all),
+            _ => {}
         }
     }
     Ok(replies)
@@ -149,14 +151,16 @@ fn ask(host: &mut Host, link: Link, samples: usize) -> Result<Vec<Samples>, Fail
 fn sample(host: &mut Host, link: Link, command: Command, samples: &mut Samples) -> Result<(), Failure> {
     let mut steps: Vec<Step> = Vec::new();
     let exchange = host.observe(link, command, &mut |step| {
-        if step.chip.is_some() {
+        if step.chip.is_some() || step.act == Act::Sleep {
             steps.push(step);
         }
     })?;
     steps.retain(|step| exchange.has(step));
-    let wire: u64 = steps.iter().filter(|step| step.clocked).map(|step| step.cycles).sum();
+    // Sleep reaches over the window's end where the core waits for what ends it.
+    let waits = |step: &&Step| step.clocked || step.act == Act::Sleep;
+    let idle: u64 = steps.iter().filter(waits).map(|step| step.cycles.min(exchange.answered - step.at)).sum();
     samples.cycles.push(exchange.cycles());
-    samples.share.push(exchange.cycles().saturating_sub(wire));
+    samples.share.push(exchange.cycles().saturating_sub(idle));
     for (counts, chip) in samples.datagrams.iter_mut().zip([Chip::Tmc429, Chip::Tmc262]) {
         counts.push(datagrams(&steps, chip));
     }
