@@ -189,6 +189,7 @@ impl<M: Device> Fleet<M> {
 fn numbered(number: i32) -> Option<Vec<u8>> {
     let parameters = [GlobalParameter::SerialAddress, GlobalParameter::CanId];
     let mut store = Store::new();
+    store.forget();
     parameters.iter().for_each(|parameter| store.set(Slot::Global(*parameter), number));
     let mut contents = vec![0xFF; EEPROM];
     while !store.settled(Need::Settings) {
