@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
+use tmcl_cli::device::Device;
 use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, binary};

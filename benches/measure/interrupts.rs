@@ -103,7 +103,7 @@ fn session(elf: &[u8], span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<()
     let end = host.machine.now() + span;
     let mut n: u64 = 0;
     while host.machine.now() < end {
-        if n % STORE_EVERY == 0 {
+        if n.is_multiple_of(STORE_EVERY) {
             host.send(Link::Can, command(&format!("SAP 4, 0, {}", 500 + n % 1000))?);
             host.send(Link::Can, command("STAP 4, 0")?);
         }

@@ -19,6 +19,7 @@ mod eeprom;
 mod encoder;
 mod fault;
 mod mail;
+mod motion_bus;
 mod owner;
 mod rs485;
 mod tasks;

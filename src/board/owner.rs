@@ -4,32 +4,24 @@
 //! takes what the links have, polls when that is due, and gives a program its slices; between two of these it looks
 //! at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
 
-use core::cell::{RefCell, UnsafeCell};
+use core::cell::UnsafeCell;
 
 use cortex_m::peripheral::{NVIC, SCB};
-use embassy_embedded_hal::shared_bus::blocking::spi::SpiDeviceWithConfig;
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::TIM3;
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use heapless::Vec;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::Can;
 use super::mail::{CAN, Outgoing, PAGE, USB, USB_REQUESTS, WRITTEN};
-use super::tmcm1140::{Bus, Motion, Signals, drivers_off, tmc262_spi, tmc429_spi};
-use super::{now, rs485, watchdog};
+use super::motion_bus::Chip;
+use super::tmcm1140::{Motion, Signals, drivers_off};
+use super::{motion_bus, now, rs485, watchdog};
 use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
 use crate::tmcl::Reply;
-
-/// SPI1 with what is on it.
-type Shared = Mutex<NoopRawMutex, RefCell<Bus>>;
-
-/// A chip on SPI1, with its own clock.
-type Chip = SpiDeviceWithConfig<'static, NoopRawMutex, Bus, Output<'static>>;
 
 /// This board as a platform.
 pub(super) struct Stm32;
@@ -50,21 +42,11 @@ const BYTE_LINKS: [Source; 2] = [Source::Usb, Source::Rs485];
 
 /// Builds the module where it stays, with what `load` reads from the EEPROM.
 pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut Store), seed: u32) -> Owner {
-    static BUS: StaticCell<Shared> = StaticCell::new();
     static MODULE: StaticCell<Core> = StaticCell::new();
     static STORE: ConstStaticCell<Store> = ConstStaticCell::new(Store::new());
     let Motion { bus, select_tmc429, select_tmc262, enable, signals } = motion;
-    // Each transaction gives the bus the clock of its chip. Chip select is to be low for three clocks of the
-    // TMC429 - 188 ns, 32 cycles here - before the first edge and after the last. The SPI driver takes 57 cycles
-    // to the first byte, and it waits for the end of the last bit, half a bit (64 cycles) after its edge.
-    let bus = BUS.init(Mutex::new(RefCell::new(bus)));
-    let parts = Parts {
-        tmc429: Chip::new(bus, select_tmc429, tmc429_spi()),
-        tmc262: [Chip::new(bus, select_tmc262, tmc262_spi())],
-        enable,
-        store: STORE.take(),
-        hooks: (),
-    };
+    let (tmc429, tmc262) = motion_bus::chips(bus, select_tmc429, select_tmc262);
+    let parts = Parts { tmc429, tmc262: [tmc262], enable, store: STORE.take(), hooks: () };
     let module = MODULE.init_with(|| Module::new(spec, parts, seed));
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);

@@ -57,13 +57,9 @@ const ENN: usize = 1;
 /// Bit of LED2 in port C.
 const TROUBLE: usize = 4;
 
-/// SPI clock of the TMC429: 84 MHz / 64. The chip, itself at 16 MHz, takes 2 MHz at most (eight of its clocks
-/// a bit); 84 MHz / 32 would be too fast.
-const TMC429_CLOCK: Hertz = Hertz(1_312_500);
-/// SPI clock of the TMC262: 84 MHz / 32.
-const TMC262_CLOCK: Hertz = Hertz(2_625_000);
-/// SPI clock of the EEPROM: 42 MHz / 16. The sibling divides by 16, too.
-const EEPROM_CLOCK: Hertz = Hertz(2_625_000);
+/// SPI clock of the EEPROM: 42 MHz / 16. The sibling divides by 16, too. The motion bus begins with it as well, until its
+/// chips choose their own.
+const SPI_CLOCK: Hertz = Hertz(2_625_000);
 
 bind_interrupts!(struct Irqs {
     CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
@@ -187,14 +183,14 @@ impl Board {
             watchdog,
             factory_reset,
             motion: Motion {
-                bus: Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, tmc429_spi()),
+                bus: Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi(SPI_CLOCK)),
                 select_tmc429: Output::new(p.PA4, Level::High, Speed::Medium),
                 select_tmc262: Output::new(p.PC3, Level::High, Speed::Medium),
                 enable: Output::new(p.PE1, Level::High, Speed::Low),
                 signals,
             },
             eeprom: Eeprom {
-                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi(EEPROM_CLOCK)),
+                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi(SPI_CLOCK)),
                 select: Output::new(p.PA15, Level::High, Speed::Medium),
             },
             rs485: Rs485 {
@@ -296,16 +292,6 @@ fn clocks() -> embassy_stm32::Config {
     rcc.apb1_pre = APBPrescaler::DIV4;
     rcc.apb2_pre = APBPrescaler::DIV2;
     config
-}
-
-/// How the TMC429 wants the shared bus.
-pub(super) fn tmc429_spi() -> spi::Config {
-    spi(TMC429_CLOCK)
-}
-
-/// How the TMC262 wants the shared bus.
-pub(super) fn tmc262_spi() -> spi::Config {
-    spi(TMC262_CLOCK)
 }
 
 /// All parts use mode 3, and a part that is missing reads as all ones.

@@ -1,7 +1,7 @@
 //! From a command to what it does: one exhaustive match over the instruction table.
 
 use super::{Done, Hooks, Module, Platform, RESTART_DELAY, Source, program};
-use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Motor, Opcode, Reply, Status};
+use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::{Interrupts, Operation};
 
@@ -12,11 +12,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if let Some(done) = self.download(source, command) {
             return done;
         }
-        let opcode = Opcode::from_number(command.opcode).ok_or(Status::InvalidCommand)?;
-        if !opcode.instruction().direct {
+        let instruction = Opcode::from_number(command.opcode).ok_or(Status::InvalidCommand)?.instruction();
+        if !instruction.direct {
             return Err(Status::NotAvailable);
         }
-        self.perform(now, Some(source), opcode, command)
+        self.perform(now, Some(source), instruction, command)
     }
 
     /// Executes a command from a link, or from the program where that is `None`.
@@ -24,12 +24,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         &mut self,
         now: Micros,
         source: Option<Source>,
-        opcode: Opcode,
+        instruction: &Instruction,
         command: Command,
     ) -> Result<Done, Status> {
         let Command { kind, motor, value, .. } = command;
         let known = usize::from(motor) < AXES;
-        match opcode.instruction().motor {
+        let Instruction { opcode, motor: number, .. } = *instruction;
+        match number {
             Motor::Axis if !known => return Err(Status::InvalidValue),
             Motor::AxisOrAll if !known && motor != ALL_AXES => return Err(Status::InvalidValue),
             Motor::Axis | Motor::AxisOrAll | Motor::Other => {}

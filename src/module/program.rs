@@ -8,7 +8,7 @@
 use super::{Done, Executed, Hooks, Module, Platform, Source, Waiting};
 use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Worth;
-use crate::tmcl::{Command, Opcode, Reply, Status};
+use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::{self, Awaited, Machine, Mode, Signals, Wait};
 
@@ -185,8 +185,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             }
             let counter = self.machine.counter();
             let Some(command) = self.store.command(counter) else { return self.machine.stop() };
-            let opcode = Opcode::from_number(command.opcode);
-            let cost = if opcode.is_some_and(|opcode| opcode.instruction().chip) { CHIP_COST } else { 1 };
+            let instruction = Opcode::from_number(command.opcode).map(Opcode::instruction);
+            let cost = if instruction.is_some_and(|instruction| instruction.chip) { CHIP_COST } else { 1 };
             if cost > slice {
                 return;
             }
@@ -197,22 +197,22 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             };
             self.fuel = left;
             let handler = self.machine.handles();
-            let refused = self.run_command(now, opcode, command).err();
+            let refused = self.run_command(now, instruction, command).err();
             let executed = Executed { at: now, address: counter, command, handler, refused };
             self.hooks.executed(&executed, &self.machine);
         }
     }
 
     /// Executes a command of the program. One that is refused has no effect, and the program goes on.
-    fn run_command(&mut self, now: Micros, opcode: Option<Opcode>, command: Command) -> Result<(), Status> {
+    fn run_command(&mut self, now: Micros, instruction: Option<&Instruction>, command: Command) -> Result<(), Status> {
         if command.opcode == 0 {
             self.machine.stop();
             return Ok(());
         }
         let turn = self.turn();
-        let done = match opcode {
-            Some(opcode) if self.machine.execute(turn, opcode, command) => return Ok(()),
-            Some(opcode) if opcode.instruction().program => self.perform(now, None, opcode, command),
+        let done = match instruction {
+            Some(Instruction { opcode, .. }) if self.machine.execute(turn, *opcode, command) => return Ok(()),
+            Some(instruction) if instruction.program => self.perform(now, None, instruction, command),
             Some(_) => Err(Status::NotAvailable),
             None => Err(Status::InvalidCommand),
         };
@@ -229,7 +229,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
             }
             // A vector outside the memory is like a jump to there.
-            Err(Status::InvalidValue) if opcode == Some(Opcode::Vect) => self.machine.stop(),
+            Err(Status::InvalidValue) if command.opcode == Opcode::Vect as u8 => self.machine.stop(),
             _ => {}
         }
         // A program that has erased itself has stopped here.
