@@ -7,6 +7,10 @@ pub enum Fault {
     Eeprom,
     /// The motion bus reads all ones; what is sent to TMC429 and TMC262 still arrives.
     Spi,
+    /// The motion controller does not answer and takes no datagrams.
+    Tmc429,
+    /// The driver does not answer and takes no datagrams.
+    Tmc262,
     /// Short to ground at bridge A of the driver.
     ShortA,
     /// Short to ground at bridge B.
@@ -23,9 +27,11 @@ pub enum Fault {
 
 impl Fault {
     /// All faults.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Eeprom,
         Self::Spi,
+        Self::Tmc429,
+        Self::Tmc262,
         Self::ShortA,
         Self::ShortB,
         Self::OpenA,
@@ -39,6 +45,8 @@ impl Fault {
         match self {
             Self::Eeprom => "eeprom",
             Self::Spi => "spi",
+            Self::Tmc429 => "tmc429",
+            Self::Tmc262 => "tmc262",
             Self::ShortA => "short-a",
             Self::ShortB => "short-b",
             Self::OpenA => "open-a",
@@ -67,6 +75,6 @@ mod tests {
             assert_eq!(Fault::parse(fault.name()), Ok(fault));
         }
         let error = Fault::parse("gremlins").unwrap_err();
-        assert!(error.contains("gremlins") && error.contains("eeprom, spi, short-a"));
+        assert!(error.contains("gremlins") && error.contains("eeprom, spi, tmc429"));
     }
 }

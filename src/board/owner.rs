@@ -15,13 +15,14 @@ use heapless::Vec;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::Can;
-use super::mail::{CAN, Outgoing, PAGE, USB, USB_REQUESTS, WRITTEN};
+use super::mail::{CAN, LINKS, Outgoing, PAGE, USB, USB_REQUESTS, WRITTEN};
 use super::motion_bus::Chip;
 use super::tmcm1140::{Motion, Signals, drivers_off};
 use super::{motion_bus, now, rs485, watchdog};
 use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
 use crate::tmcl::Reply;
+use crate::units::Micros;
 
 /// This board as a platform.
 pub(super) struct Stm32;
@@ -40,6 +41,10 @@ type Core = Module<Stm32, TMCM_1140_AXES>;
 /// Byte links, in the order of [`Owner::owed`].
 const BYTE_LINKS: [Source; 2] = [Source::Usb, Source::Rs485];
 
+/// A host that does not fetch its replies, or talks all the time, does not keep a restart waiting for longer. The
+/// longest pause before a reply on RS485 and the reply itself take 265 ms.
+const LAST_WORDS: Micros = Micros::from_millis(300);
+
 /// Builds the module where it stays, with what `load` reads from the EEPROM.
 pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut Store), seed: u32) -> Owner {
     static MODULE: StaticCell<Core> = StaticCell::new();
@@ -51,7 +56,7 @@ pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut 
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);
     let links = *module.links();
-    Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2] }
+    Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2], ending: None }
 }
 
 /// The module and what belongs to it.
@@ -65,6 +70,8 @@ pub(super) struct Owner {
     held: Vec<(Source, Request), 4>,
     /// Byte links that wait for an answer that comes later.
     owed: [bool; 2],
+    /// Since when a restart is due.
+    ending: Option<Micros>,
 }
 
 /// The owner at its place. Nobody looks at it but its interrupt handler, which does not interrupt itself.
@@ -77,6 +84,7 @@ static OWNER: Place = Place(UnsafeCell::new(None));
 
 /// Puts the owner to its place and starts its timer.
 pub(super) fn start(owner: Owner) {
+    LINKS.lock(|shared| shared.set(Some(owner.links)));
     // SAFETY: the interrupt is not enabled yet.
     unsafe { *OWNER.0.get() = Some(owner) };
     // 84 MHz / 84 / 1000: a millisecond.
@@ -193,7 +201,7 @@ impl Owner {
         if self.links != *self.module.links() {
             self.links = *self.module.links();
             rs485::configure(&self.links);
-            super::mail::LINKS.lock(|shared| shared.set(Some(self.links)));
+            LINKS.lock(|shared| shared.set(Some(self.links)));
             if let Some(can) = &mut self.can {
                 can.listen_to(&self.links);
             }
@@ -231,9 +239,13 @@ impl Owner {
         deliver(source, reply, mode, self.module.links());
     }
 
-    /// Starts the firmware anew, if that is wanted, when all is said.
-    fn restart(&self, outputs: &Outputs) {
-        if outputs.restart && rs485::is_idle() && USB.is_empty() {
+    /// Starts the firmware anew, if that is wanted, when all is said, or nobody has listened for long.
+    fn restart(&mut self, outputs: &Outputs) {
+        if !outputs.restart {
+            return;
+        }
+        let over = now().since(*self.ending.get_or_insert_with(now)) >= LAST_WORDS;
+        if over || rs485::is_idle() && USB.is_empty() {
             defmt::info!("restart");
             drivers_off();
             SCB::sys_reset();

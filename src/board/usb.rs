@@ -78,7 +78,8 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
         match watchdog::while_waiting(&watchdog::USB, event).await {
             Either::First(count) => {
                 for byte in packet.iter().take(count?) {
-                    while port.is_waiting() {
+                    // Replies go out before the next request comes in: a host may send many at once.
+                    while port.is_waiting() || !USB.is_empty() {
                         send(serial, &mut port).await?;
                     }
                     let heard = port.push(*byte, now(), &links());

@@ -230,7 +230,7 @@ impl Device for ImageModule {
     fn receive_frame(&mut self, frame: &CanFrame) {
         // The bus has the module's bit rate, whichever that is; where it listens to none, the frame passes.
         if let Some(bit_rate) = self.machine.can_bit_rate() {
-            self.machine.set_can_bus(CanBus { bit_rate, inhabited: true });
+            self.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
         }
         self.machine.send_frame(to_bus(frame));
         self.active = self.machine.now();

@@ -74,6 +74,8 @@ pub struct Board {
     datagrams: [u64; Chip::ALL.len()],
     selected: [bool; Chip::ALL.len()],
     motion_bus_stuck: bool,
+    /// Chips that do not hear their chip select.
+    deaf: [bool; Chip::ALL.len()],
     overtemperature: bool,
     eeprom_bytes: u64,
     cut_at: Option<u64>,
@@ -118,6 +120,7 @@ impl Board {
             datagrams: [0; Chip::ALL.len()],
             selected: [false; Chip::ALL.len()],
             motion_bus_stuck: false,
+            deaf: [false; Chip::ALL.len()],
             overtemperature: false,
             eeprom_bytes: 0,
             cut_at: None,
@@ -236,6 +239,8 @@ impl Board {
         match fault {
             Fault::Eeprom => self.at25.set_answering(!on),
             Fault::Spi => self.motion_bus_stuck = on,
+            Fault::Tmc429 => self.set_deaf(Chip::Tmc429, on),
+            Fault::Tmc262 => self.set_deaf(Chip::Tmc262, on),
             Fault::ShortA => self.tmc262.set_short(Bridge::A, on),
             Fault::ShortB => self.tmc262.set_short(Bridge::B, on),
             Fault::OpenA => self.tmc262.set_open(Bridge::A, on),
@@ -250,7 +255,7 @@ impl Board {
     pub fn select(&mut self, chip: Chip) {
         self.selected[chip as usize] = true;
         self.datagrams[chip as usize] += 1;
-        if self.powered {
+        if self.hears(chip) {
             let now = self.now;
             self.slave(chip).select(now);
         }
@@ -258,7 +263,7 @@ impl Board {
 
     /// Eight clocks on the bus of `chip`, which is selected. Gives what MISO reads.
     pub fn byte(&mut self, chip: Chip, mosi: u8) -> u8 {
-        if !self.powered {
+        if !self.hears(chip) {
             return FLOATING;
         }
         let miso = self.slave(chip).byte(mosi);
@@ -287,7 +292,7 @@ impl Board {
     /// Chip select of `chip` rises; its datagram takes effect.
     pub fn deselect(&mut self, chip: Chip) {
         self.selected[chip as usize] = false;
-        if self.powered {
+        if self.hears(chip) {
             let now = self.now;
             self.slave(chip).deselect(now);
             self.connect();
@@ -322,6 +327,20 @@ impl Board {
     /// The world, to look at.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// Takes the chip select of `chip` away from it, or gives it back.
+    fn set_deaf(&mut self, chip: Chip, deaf: bool) {
+        let was = std::mem::replace(&mut self.deaf[chip as usize], deaf);
+        if self.powered && self.selected[chip as usize] && was != deaf {
+            let now = self.now;
+            let slave = self.slave(chip);
+            if deaf { slave.deselect(now) } else { slave.select(now) }
+        }
+    }
+
+    fn hears(&self, chip: Chip) -> bool {
+        self.powered && !self.deaf[chip as usize]
     }
 
     fn slave(&mut self, chip: Chip) -> &mut dyn SpiSlave {

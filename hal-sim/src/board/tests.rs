@@ -243,6 +243,15 @@ fn faults_appear_and_disappear() {
     tmc429(&board, X_ACTUAL, 1_234);
     set(Fault::Spi, false);
     assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 1_234, "it arrived");
+    set(Fault::Tmc429, true);
+    tmc429(&board, X_ACTUAL, 77);
+    assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 0xFF_FFFF);
+    set(Fault::Tmc429, false);
+    assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 1_234, "it did not arrive");
+    set(Fault::Tmc262, true);
+    assert_eq!(tmc262(&board, 0x9_0131), 0xF_FFFF);
+    set(Fault::Tmc262, false);
+    assert_eq!(board.borrow().tmc262().registers().chopconf, 0x9_0135);
     set(Fault::Overtemperature, true);
     assert_eq!(tmc262(&board, 0xE_F050) & 0x06, 0x06);
     assert!(!board.borrow().tmc262().bridges_on());

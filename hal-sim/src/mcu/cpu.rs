@@ -7,7 +7,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use rsemu::core::space::{
-    AddressSpace, DispatchPolicy, MemAttrs, MemOps, MemResult, RamStore, Region, RomStore, RomWrite,
+    AddressSpace, DispatchPolicy, Mapping, MappingId, MemAttrs, MemOps, MemResult, RamStore, Region, RomStore, RomWrite,
 };
 use rsemu::core::value::Width;
 use rsemu::cpu::arm::v7m::sys::Exception;
@@ -127,6 +127,9 @@ pub(super) struct Cpu {
     core: ArmV7m,
     space: Arc<AddressSpace>,
     sram: Sram,
+    flash: Arc<RomStore>,
+    /// Where the flash memory is to be seen.
+    places: Vec<(MappingId, u32)>,
 }
 
 impl Cpu {
@@ -134,17 +137,17 @@ impl Cpu {
     pub(super) fn new(flash: Vec<u8>, bus: &Arc<dyn Bus>) -> Result<Self, Stop> {
         let flash = Arc::new(RomStore::new(flash));
         let sram = Sram::new();
-        let rom = |name, store| Region::rom(name, store, RomWrite::Fault);
+        let mut places = Vec::new();
         let space = AddressSpace::new("bus matrix", 32).with_dispatch(DISPATCH);
         {
             let mut topology = space.topology();
-            let mut map = |region, base: u32| {
-                topology.map(region, base.into()).map(drop).map_err(|error| Stop::Image(error.to_string()))
-            };
+            let mut map =
+                |region, base: u32| topology.map(region, base.into()).map_err(|error| Stop::Image(error.to_string()));
             // The boot pins select flash: it is at address 0, too.
-            map(rom("boot", flash.clone()), 0)?;
-            map(rom("flash", flash), FLASH)?;
-            map(rom("signature", Arc::new(RomStore::new(signature()))), SIGNATURE)?;
+            for base in [0, FLASH] {
+                places.push((map(rom("flash", &flash), base)?, base));
+            }
+            map(rom("signature", &Arc::new(RomStore::new(signature()))), SIGNATURE)?;
             map(Region::ram("SRAM", sram.0.clone()), SRAM)?;
             map(Region::ram("CCM", Arc::new(RamStore::new(CCM_SIZE))), CCM)?;
             for (base, length) in PERIPHERALS {
@@ -152,7 +155,7 @@ impl Cpu {
             }
         }
         let space = Arc::new(space);
-        Ok(Self { core: core(&space), space, sram })
+        Ok(Self { core: core(&space), space, sram, flash, places })
     }
 
     /// The memory that DMA can reach.
@@ -233,6 +236,21 @@ impl Cpu {
         })
     }
 
+    /// Programs the flash memory from `address` on. Gives what was there; none if it is not all flash memory.
+    pub(super) fn program(&mut self, address: u32, bytes: &[u8]) -> Option<Vec<u8>> {
+        let start = address.checked_sub(FLASH)? as usize;
+        let mut contents = self.flash.as_bytes().to_vec();
+        let cells = contents.get_mut(start..start.checked_add(bytes.len())?)?;
+        let before = cells.to_vec();
+        cells.copy_from_slice(bytes);
+        self.flash = Arc::new(RomStore::new(contents));
+        let mut topology = self.space.topology();
+        for (place, base) in &self.places {
+            topology.replace(*place, Mapping::new(rom("flash", &self.flash), (*base).into())).ok()?;
+        }
+        Some(before)
+    }
+
     /// Reads memory as a debugger does.
     pub(super) fn peek(&self, address: u32) -> Option<u32> {
         self.space.read(address.into(), Width::U32, MemAttrs::DEBUG).ok().map(|word| word as u32)
@@ -248,6 +266,10 @@ fn core(space: &Arc<AddressSpace>) -> ArmV7m {
     let core = ArmV7m::new(Config::CORTEX_M4F.with_priority_bits(PRIORITY_BITS));
     core.attach_space(space.clone());
     core
+}
+
+fn rom(name: &str, store: &Arc<RomStore>) -> Region {
+    Region::rom(name, store.clone(), RomWrite::Fault)
 }
 
 /// 0x1FFF_7A10: a 96-bit identity; 0x1FFF_7A22: the flash memory's size in KiB.

@@ -61,6 +61,11 @@ impl Gpio {
         self.outside = self.outside & !mask | levels & mask;
     }
 
+    /// The pins in `mask` are not driven from outside any more.
+    pub(super) fn release(&mut self, mask: u32) {
+        self.driven &= !mask;
+    }
+
     /// The level that the port drives pin `pin` to; none where it leaves it to others.
     pub(super) fn output(&self, pin: u32) -> Option<bool> {
         let high = bit(self.odr, pin);

@@ -72,7 +72,8 @@ impl Peripheral for Iwdg {
     }
 
     fn next_event(&self) -> Cycles {
-        self.expires
+        // It bites once; the reset that follows stops it.
+        if self.has_expired() { NEVER } else { self.expires }
     }
 
     fn set_divider(&mut self, divider: Cycles) {
@@ -105,6 +106,6 @@ mod tests {
         iwdg.write(KR, RELOAD).unwrap();
         assert!(!iwdg.has_expired() && iwdg.next_event() == 328_000_000);
         iwdg.advance(328_000_000);
-        assert!(iwdg.has_expired());
+        assert!(iwdg.has_expired() && iwdg.next_event() == NEVER);
     }
 }

@@ -107,10 +107,13 @@ pub struct Machine {
     interrupts: [u32; LINES],
     powered: bool,
     asleep: bool,
+    /// Since when it has neither slept nor used the chip.
+    busy_since: Cycles,
     round: Option<Round>,
     statics_end: u32,
     log: Log,
     log_due: Cycles,
+    stops_at_reset: bool,
     stopped: Option<Stop>,
 }
 
@@ -135,10 +138,12 @@ impl Machine {
             interrupts: [0; LINES],
             powered,
             asleep: false,
+            busy_since: 0,
             round: None,
             statics_end: image.statics_end,
             log: Log::new(elf, image.rtt),
             log_due: 0,
+            stops_at_reset: false,
             stopped: None,
         })
     }
@@ -185,6 +190,19 @@ impl Machine {
         outcome
     }
 
+    /// Lets time pass until the microcontroller is reset, by its watchdog or by the program, or until `to`. True if it
+    /// was.
+    ///
+    /// # Errors
+    /// As [`run_until`](Self::run_until).
+    pub fn run_to_reset(&mut self, to: Nanos) -> Result<bool, Stop> {
+        let starts = self.counters.starts;
+        self.stops_at_reset = true;
+        let outcome = self.run_until(to);
+        self.stops_at_reset = false;
+        outcome.map(|()| self.counters.starts != starts)
+    }
+
     /// Lets `span` pass.
     ///
     /// # Errors
@@ -201,7 +219,7 @@ impl Machine {
             return;
         }
         if on {
-            soc.board_mut().power_on();
+            soc.power_on();
             self.cpu.sram().forget();
             self.restart(&mut soc, Cause::Power);
             self.powered = true;
@@ -211,6 +229,34 @@ impl Machine {
             soc.board_mut().power_off();
             self.powered = false;
         }
+    }
+
+    /// Lets the supply of the microcontroller dip: it starts anew as after power-on, while the other chips keep their
+    /// registers. RAM stays as it is, the worst case for a firmware that believes what it finds there.
+    pub fn brown_out(&mut self) {
+        let shared = self.shared.clone();
+        let mut soc = shared.lock();
+        if self.powered {
+            soc.settle(self.now);
+            self.restart(&mut soc, Cause::Power);
+        }
+    }
+
+    /// Fits the resistor on the board that pulls ENN up, or takes it off. Without it - nobody knows whether the
+    /// module has one - the pin keeps its level while nobody drives it.
+    pub fn fit_enable_pull_up(&mut self, fitted: bool) {
+        self.shared.lock().set_disable_pull_up(fitted);
+    }
+
+    /// Connects the pads for a factory reset with each other, or not.
+    pub fn connect_pads(&mut self, on: bool) {
+        self.shared.lock().connect_pads(on);
+    }
+
+    /// Programs the flash memory from `address` on, as a debug probe does. Gives what was there; none if it is not
+    /// all flash memory.
+    pub fn program(&mut self, address: u32, bytes: &[u8]) -> Option<Vec<u8>> {
+        self.cpu.program(address, bytes)
     }
 
     /// Sends bytes to the module over the RS485 bus, one after the other, the first not before `at`. Gives the time
@@ -224,11 +270,12 @@ impl Machine {
         soc.last_end().unwrap_or(at)
     }
 
-    /// Holds the RS485 bus low for `bits` bits (at most 32), from `at` on: a break.
-    pub fn send_break(&mut self, at: Nanos, bits: u32, baud: u32) -> Nanos {
-        let now = self.now();
+    /// Brings `bits` levels (at most 128) to the RS485 bus, from the lowest of `levels` on, `baud` of them a second, not
+    /// before `at`: a break, or noise. The first one is to be low. Gives the time at which the last one ends.
+    pub fn send_levels(&mut self, at: Nanos, levels: u128, bits: u32, baud: u32) -> Nanos {
+        let start = at.max(self.now());
         let mut soc = self.shared.lock();
-        soc.send(Incoming::low(at.max(now), bits.min(32), baud));
+        soc.send(Incoming { start, levels, bits: bits.min(128), baud });
         soc.last_end().unwrap_or(at)
     }
 
@@ -259,6 +306,11 @@ impl Machine {
     /// the CAN bus.
     pub fn waiting(&self) -> (usize, usize) {
         self.shared.lock().waiting()
+    }
+
+    /// When the RS485 transceiver has begun (true) and ended (false) to send since the last call.
+    pub fn take_turns(&mut self) -> Vec<(Nanos, bool)> {
+        self.shared.lock().take_turns()
     }
 
     /// Connects the analog inputs.
@@ -294,6 +346,12 @@ impl Machine {
     /// Sends bytes to the module's USB serial port, as soon as it is open.
     pub fn send_usb(&mut self, bytes: &[u8]) {
         self.shared.lock().usb_host().send(bytes);
+    }
+
+    /// Lets the USB host fetch what the port has for it, or not, as when the program there does not read. When it is
+    /// plugged in anew it does.
+    pub fn read_usb(&mut self, on: bool) {
+        self.shared.lock().usb_host().set_deaf(!on);
     }
 
     /// Packets that the USB host has received since the last call, with their times.
@@ -337,6 +395,11 @@ impl Machine {
         self.cpu.peek(address)
     }
 
+    /// Whether the core waits for an interrupt or an event.
+    pub fn is_asleep(&self) -> bool {
+        self.cpu.is_asleep()
+    }
+
     /// Where the program stands.
     pub fn pc(&self) -> u32 {
         self.cpu.pc()
@@ -364,12 +427,12 @@ impl Machine {
                 if self.cpu.is_locked_up() {
                     return Err(Stop::LockedUp { pc: self.cpu.pc() });
                 }
-                if soc.watchdog_bites() {
-                    self.restart(&mut soc, Cause::Watchdog);
-                    continue;
-                }
-                if self.cpu.wants_reset() {
-                    self.restart(&mut soc, Cause::Software);
+                let bites = soc.watchdog_bites();
+                if bites || self.cpu.wants_reset() {
+                    self.restart(&mut soc, if bites { Cause::Watchdog } else { Cause::Software });
+                    if self.stops_at_reset {
+                        return Ok(());
+                    }
                     continue;
                 }
                 self.interrupt(soc.interrupts());
@@ -398,6 +461,9 @@ impl Machine {
 
     /// Executes until the chip wants attention.
     fn execute(&mut self, due: Cycles, observer: &mut Observer<'_>) {
+        if observer.is_none() && self.now >= self.busy_since + SLICE {
+            self.pass_over(due);
+        }
         let end = due.min(self.now + SLICE);
         let mut now = self.now;
         let mut instructions = 0;
@@ -425,6 +491,28 @@ impl Machine {
         }
         self.now = now;
         self.counters.instructions += instructions;
+        if self.asleep || self.shared.due.load(Ordering::Relaxed) == 0 {
+            self.busy_since = now;
+        }
+    }
+
+    /// For long there has been no access to the chip. If the program goes round in a circle of one or two instructions,
+    /// as one that hangs does, it will do so until an interrupt comes: goes on by as many rounds as there are before
+    /// `due`.
+    fn pass_over(&mut self, due: Cycles) {
+        let first = Round { registers: self.cpu.registers(), at: self.now, instructions: self.counters.instructions };
+        self.busy_since = self.now;
+        for _ in 0..2 {
+            self.shared.now.store(self.now, Ordering::Relaxed);
+            self.now += self.cpu.step();
+            self.counters.instructions += 1;
+            if self.cpu.registers() == first.registers {
+                self.busy_since = 0;
+                self.round = Some(first);
+                let bus = self.shared.lock().motion_bus();
+                return self.skip(due, bus, &mut None);
+            }
+        }
     }
 
     fn view(&self) -> View {

@@ -21,7 +21,7 @@ pub(super) struct Incoming {
     /// When its start bit begins.
     pub(super) start: Nanos,
     /// Its bits from the start bit on, the first lowest; after them the line is high.
-    pub(super) levels: u32,
+    pub(super) levels: u128,
     /// How many there are.
     pub(super) bits: u32,
     /// Bits a second.
@@ -34,12 +34,7 @@ const BITS: u32 = 10;
 impl Incoming {
     /// A byte with its start and stop bit.
     pub(super) fn byte(start: Nanos, value: u8, baud: u32) -> Self {
-        Self { start, levels: u32::from(value) << 1 | 1 << 9, bits: BITS, baud }
-    }
-
-    /// The line held low for `bits` bits, at most 32.
-    pub(super) fn low(start: Nanos, bits: u32, baud: u32) -> Self {
-        Self { start, levels: 0, bits, baud }
+        Self { start, levels: u128::from(value) << 1 | 1 << 9, bits: BITS, baud }
     }
 
     /// When its last bit ends.

@@ -154,9 +154,6 @@ impl Soc {
         }
         let flags = if cause == Cause::Power { 0 } else { self.rcc.flags() };
         self.rcc = Rcc::new(now, cause, flags);
-        if cause == Cause::Power {
-            self.wiring.forget();
-        }
         self.host.device_lost(self.time.nanos(now), &mut self.otg);
         self.watched = Watched::default();
         self.fault = None;
@@ -188,6 +185,12 @@ impl Soc {
         &mut self.wiring.board
     }
 
+    /// The board has its power again.
+    pub(super) fn power_on(&mut self) {
+        self.wiring.forget();
+        self.wiring.board.power_on();
+    }
+
     /// Levels of the interrupt lines, one bit each.
     pub(super) fn interrupts(&self) -> [u32; WORDS] {
         self.interrupts
@@ -216,6 +219,16 @@ impl Soc {
     /// How the analog inputs are connected.
     pub(super) fn set_analog(&mut self, analog: Analog) {
         self.wiring.analog = analog;
+    }
+
+    /// Fits the resistor that pulls ENN up, or takes it off.
+    pub(super) fn set_disable_pull_up(&mut self, fitted: bool) {
+        self.wiring.disable_pulled_up = fitted;
+    }
+
+    /// Connects the pads for a factory reset with each other, or not.
+    pub(super) fn connect_pads(&mut self, on: bool) {
+        self.wiring.pads_connected = on;
     }
 
     /// The CAN bus that the module is on.
@@ -282,6 +295,11 @@ impl Soc {
         [self.usarts[2].bit_time(), self.can.bit_time()]
     }
 
+    /// When the RS485 transceiver has begun (true) and ended to send since the last call.
+    pub(super) fn take_turns(&mut self) -> Vec<(Nanos, bool)> {
+        self.wiring.take_turns()
+    }
+
     /// What the module has sent on the RS485 bus since the last call.
     pub(super) fn take_sent(&mut self) -> Vec<Character> {
         self.wiring.take_sent()
@@ -337,6 +355,9 @@ impl Soc {
             // Pins that the board drives are read as they are now.
             self.sync();
             self.wiring.drive(&mut self.ports);
+        }
+        if unit == Unit::GpioA {
+            self.wiring.join_pads(&mut self.ports);
         }
         if unit == Unit::Tim4 && self.timers[2].follows_encoder() {
             self.sync();

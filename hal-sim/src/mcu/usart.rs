@@ -16,6 +16,7 @@ const CR3: u32 = 0x14;
 const GTPR: u32 = 0x18;
 
 const FE: u32 = 1 << 1;
+const NF: u32 = 1 << 2;
 const ORE: u32 = 1 << 3;
 const IDLE: u32 = 1 << 4;
 const RXNE: u32 = 1 << 5;
@@ -38,11 +39,13 @@ const CR1_REFUSED: u32 = 0x1E03;
 const EIE: u32 = 0;
 const DMAR: u32 = 6;
 const DMAT: u32 = 7;
+const ONEBIT: u32 = 11;
 /// Infrared, half duplex, smart card, flow control.
 const CR3_REFUSED: u32 = 0x73E;
 
-/// Half bits from the edge of the start bit to the middle of the stop bit.
-const HALF_BITS: Cycles = 19;
+/// Half bits from the edge of the start bit to its own middle, and to that of the stop bit.
+const START_BIT: Cycles = 1;
+const STOP_BIT: Cycles = 19;
 /// Bits of a frame.
 const FRAME: Cycles = 10;
 
@@ -54,7 +57,7 @@ pub(super) struct Edge {
     /// When the last bit ends.
     pub(super) end: Cycles,
     /// The bits, the first lowest.
-    pub(super) levels: u32,
+    pub(super) levels: u128,
     /// How many there are.
     pub(super) bits: u32,
 }
@@ -64,7 +67,7 @@ impl Edge {
     fn level(&self, at: Cycles) -> bool {
         let length = (self.end - self.start).max(1);
         let index = (at - self.start) * Cycles::from(self.bits) / length;
-        bit(self.levels, index as u32)
+        self.levels >> index & 1 != 0
     }
 }
 
@@ -98,6 +101,8 @@ pub(super) struct Usart {
     line: VecDeque<Edge>,
     /// When the start bit of the frame being received began.
     receiving: Option<Cycles>,
+    /// Its middle has been low: it is no spike.
+    started: bool,
     /// When the line has been idle for a frame.
     idle_at: Cycles,
     status_read: bool,
@@ -121,6 +126,7 @@ impl Usart {
             ready: 0,
             line: VecDeque::new(),
             receiving: None,
+            started: false,
             idle_at: NEVER,
             status_read: false,
         }
@@ -164,24 +170,51 @@ impl Usart {
         self.line.iter().find(|edge| edge.start <= at && at < edge.end).is_none_or(|edge| edge.level(at))
     }
 
-    /// Ends the frame that began at `start`: samples it and looks for the next start bit.
+    /// What the receiver makes of the bit whose middle is `at`, and whether it is noisy: of three samples, a sixteenth
+    /// of a bit apart, two decide.
+    fn vote(&self, at: Cycles) -> (bool, bool) {
+        if bit(self.cr3, ONEBIT) {
+            return (self.level(at), false);
+        }
+        let apart = self.half_bit() / 8;
+        let high = [at - apart, at, at + apart].into_iter().filter(|&at| self.level(at)).count();
+        (high >= 2, high % 3 != 0)
+    }
+
+    /// The middle of the start bit that began at `start`, or that of the stop bit, is over.
     fn sample(&mut self, start: Cycles, at: Cycles) {
+        if self.started {
+            self.end(start, at);
+        } else if self.vote(at).0 {
+            self.look(start, at);
+        } else {
+            self.started = true;
+        }
+    }
+
+    /// Ends the frame that began at `start`.
+    fn end(&mut self, start: Cycles, at: Cycles) {
         let half = self.half_bit();
-        let value = (1..9).fold(0, |value, n| value | u8::from(self.level(start + (2 * n + 1) * half)) << (n - 1));
-        let stop = self.level(at);
+        let votes = |n: Cycles| self.vote(start + (2 * n + 1) * half);
+        let value = (1..9).fold(0, |value, n| value | u8::from(votes(n).0) << (n - 1));
+        let noisy = (0..10).any(|n| votes(n).1);
+        let stop = self.vote(at).0;
         if self.sr & RXNE != 0 {
             self.sr |= ORE;
         } else {
             self.received = value;
             self.sr |= RXNE;
-            if !stop {
-                self.sr |= FE;
-            }
+            self.sr |= if stop { 0 } else { FE } | if noisy { NF } else { 0 };
         }
         self.status_read = false;
-        // Where the line is low past the frame, the next one begins at the next edge.
+        self.look(start, at);
+    }
+
+    /// Looks for the next start bit. Where the line is low past the frame, the next one begins at the next edge.
+    fn look(&mut self, start: Cycles, at: Cycles) {
         self.line.retain(|edge| edge.end > at && edge.start > start);
         self.receiving = self.line.front().map(|edge| edge.start.max(at));
+        self.started = false;
         self.idle_at = if self.receiving.is_some() { NEVER } else { at + self.frame() };
     }
 
@@ -199,7 +232,8 @@ impl Usart {
     }
 
     fn sampled_at(&self) -> Cycles {
-        self.receiving.map_or(NEVER, |start| start + HALF_BITS * self.half_bit())
+        let half_bits = if self.started { STOP_BIT } else { START_BIT };
+        self.receiving.map_or(NEVER, |start| start + half_bits * self.half_bit())
     }
 
     fn sent_at(&self) -> Cycles {
@@ -254,6 +288,7 @@ impl Peripheral for Usart {
                 if !bit(value, UE) || !bit(value, RE) {
                     self.line.clear();
                     self.receiving = None;
+                    self.started = false;
                     self.idle_at = NEVER;
                 }
                 self.send(self.now);
@@ -302,7 +337,7 @@ impl Peripheral for Usart {
 
     fn interrupts(&self) -> u32 {
         let on = |enable: u32, flags: u32| bit(self.cr1, enable) && self.sr & flags != 0;
-        let error = bit(self.cr3, EIE) && bit(self.cr3, DMAR) && self.sr & (FE | ORE) != 0;
+        let error = bit(self.cr3, EIE) && bit(self.cr3, DMAR) && self.sr & (FE | NF | ORE) != 0;
         u32::from(on(RXNEIE, RXNE | ORE) || on(IDLEIE, IDLE) || on(TXEIE, TXE) || on(TCIE, TC) || error)
     }
 
@@ -338,13 +373,15 @@ mod tests {
     }
 
     fn byte(start: Cycles, value: u8, length: Cycles) -> Edge {
-        Edge { start, end: start + 10 * length, levels: u32::from(value) << 1 | 1 << 9, bits: 10 }
+        Edge { start, end: start + 10 * length, levels: u128::from(value) << 1 | 1 << 9, bits: 10 }
     }
 
     #[test]
     fn a_byte_is_there_in_the_middle_of_its_stop_bit_and_the_line_idle_a_frame_later() {
         let mut usart = port();
         usart.receive(byte(0, 0x53, BIT));
+        assert_eq!(usart.next_event(), 500);
+        usart.advance(500);
         assert_eq!(usart.next_event(), 9_500);
         usart.advance(9_500);
         assert_eq!((usart.read(SR), usart.interrupts()), (Ok(TXE | TC | RXNE), 1));
@@ -386,6 +423,37 @@ mod tests {
         usart.receive(Edge { start: 0, end: 13 * BIT, levels: 0, bits: 13 });
         usart.advance(9_500);
         assert_eq!((usart.read(SR).unwrap() & (RXNE | FE), usart.read(DR)), (RXNE | FE, Ok(0)));
+    }
+
+    /// Twelve levels a bit, so that the three samples of a bit can differ; `spikes` are inverted.
+    fn noisy(value: u8, spikes: u128) -> Edge {
+        let bits = u32::from(value) << 1 | 1 << 9;
+        let levels = (0..120).fold(0, |levels, n| levels | u128::from(bits >> (n / 12) & 1) << n);
+        Edge { start: 0, end: 10 * BIT, levels: levels ^ spikes, bits: 120 }
+    }
+
+    #[test]
+    fn two_of_three_samples_decide_and_noise_is_told() {
+        // In bit 3 of the data: the first sample of it, two of them, between two bits.
+        for (spikes, status, value) in
+            [(0, 0, 0x53), (1 << (4 * 12 + 5), NF, 0x53), (3 << (4 * 12 + 5), 0, 0x5B), (1 << (4 * 12), 0, 0x53)]
+        {
+            let mut usart = port();
+            usart.receive(noisy(0x53, spikes));
+            usart.advance(9_500);
+            assert_eq!((usart.read(SR).unwrap() & (NF | FE), usart.read(DR)), (status, Ok(value)), "{spikes:x}");
+            assert_eq!(usart.read(SR).unwrap() & NF, 0);
+        }
+    }
+
+    #[test]
+    fn a_spike_is_no_start_bit() {
+        let mut usart = port();
+        usart.receive(Edge { start: 0, end: BIT / 4, levels: 0, bits: 1 });
+        usart.advance(BIT);
+        usart.receive(byte(2 * BIT, 0x53, BIT));
+        usart.advance(2 * BIT + 9_500);
+        assert_eq!((usart.read(SR).unwrap() & (RXNE | NF | FE), usart.read(DR)), (RXNE, Ok(0x53)));
     }
 
     #[test]

@@ -13,7 +13,8 @@
 //! | PD11 to PD14 | IN0 to IN3; PD12, PD13 are the encoder's tracks for TIM4 |
 //! | PD0 PD1 | CAN transceiver |
 //! | analog channels | see [`Analog`] |
-//! | PE0, PE1 | SG_TST and ENN of the TMC262, ENN pulled up |
+//! | PE0, PE1 | SG_TST and ENN of the TMC262, ENN pulled up unless the resistor is taken off |
+//! | PA13 PA14 | the pads for a factory reset, which can be connected with each other |
 //!
 //! Outputs that nothing drives are off.
 
@@ -42,6 +43,8 @@ const LEDS: [Pin; 2] = [(2, 5), (2, 4)];
 const OUTPUTS: [Pin; 2] = [(3, 8), (3, 9)];
 const PULL_UPS: Pin = (3, 10);
 const DISABLE: Pin = (4, 1);
+/// The pads: SWDIO and SWCLK.
+const PADS: [Pin; 2] = [(0, 13), (0, 14)];
 /// IN0 to IN3 are PD11 to PD14.
 const INPUTS: (usize, u32) = (3, 11);
 const STALL: Pin = (4, 0);
@@ -116,12 +119,18 @@ const FLOATING: u16 = 0xFF;
 pub(super) struct Wiring {
     pub(super) board: Board,
     pub(super) analog: Analog,
+    /// ENN has its pull-up resistor; without it the pin keeps its level while nobody drives it.
+    pub(super) disable_pulled_up: bool,
+    /// The pads are connected with each other.
+    pub(super) pads_connected: bool,
     selected: [bool; SELECTS.len()],
     disabled: bool,
     outputs: Outputs,
     clocked: bool,
     /// Since when the transceiver sends.
     sending: Option<Cycles>,
+    /// When it has begun and ended to.
+    turns: Vec<(Nanos, bool)>,
     /// What others send on the bus, in order.
     incoming: VecDeque<Incoming>,
     sent: Vec<Character>,
@@ -141,11 +150,14 @@ impl Wiring {
         Self {
             board,
             analog: Analog::default(),
+            disable_pulled_up: true,
+            pads_connected: false,
             selected: [false; SELECTS.len()],
             disabled: true,
             outputs: Outputs::default(),
             clocked: true,
             sending: None,
+            turns: Vec::new(),
             incoming: VecDeque::new(),
             sent: Vec::new(),
         }
@@ -171,7 +183,8 @@ impl Wiring {
             }
         }
         let on = |pin| level(ports, pin) == Some(true);
-        let disabled = level(ports, DISABLE) != Some(false);
+        let left_alone = self.disable_pulled_up || self.disabled;
+        let disabled = level(ports, DISABLE).unwrap_or(left_alone);
         if disabled != self.disabled {
             self.disabled = disabled;
             self.board.set_disable_pin(disabled);
@@ -182,6 +195,9 @@ impl Wiring {
             self.board.set_outputs(outputs);
         }
         let sends = on(DIRECTION);
+        if sends != self.sending.is_some() {
+            self.turns.push((self.board.now(), sends));
+        }
         self.sending = if sends { self.sending.or(Some(now)) } else { None };
         let mco = if alternate(ports, MCO) == Some(AF_MCO) { mco } else { 0 };
         let clocked = mco != 0;
@@ -212,6 +228,19 @@ impl Wiring {
         let (inputs, first) = INPUTS;
         let moving = u32::from(self.board.world().moving_inputs()) << first;
         (port, pin) == STALL || port == inputs && moving >> pin & 1 != 0
+    }
+
+    /// Brings the level of each pad to the other one, if they are connected.
+    pub(super) fn join_pads(&self, ports: &mut [Gpio]) {
+        for (from, to) in [(PADS[0], PADS[1]), (PADS[1], PADS[0])] {
+            let level = ports.get(from.0).and_then(|port| port.output(from.1)).filter(|_| self.pads_connected);
+            if let Some(port) = ports.get_mut(to.0) {
+                match level {
+                    Some(high) => port.drive(1 << to.1, u32::from(high) << to.1),
+                    None => port.release(1 << to.1),
+                }
+            }
+        }
     }
 
     /// The count of the encoder on TIM4's inputs, if they are that.
@@ -311,6 +340,11 @@ impl Wiring {
             let (start, end) = (time.nanos(frame.start), time.nanos(frame.end));
             self.sent.push(Character { start, end, value: frame.value, driven });
         }
+    }
+
+    /// When the transceiver has begun (true) and ended to send since the last call.
+    pub(super) fn take_turns(&mut self) -> Vec<(Nanos, bool)> {
+        std::mem::take(&mut self.turns)
     }
 
     /// What has been sent since the last call.

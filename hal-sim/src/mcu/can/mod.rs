@@ -52,9 +52,10 @@ const DEPTH: usize = 3;
 const EWGF: u32 = 1;
 const EPVF: u32 = 1 << 1;
 const BOFF: u32 = 1 << 2;
-/// Last error codes: stuff, acknowledgement.
+/// Last error codes: stuff, acknowledgement, a dominant bit that is not seen.
 const STUFF: u32 = 1;
 const ACKNOWLEDGEMENT: u32 = 3;
+const DOMINANT: u32 = 5;
 
 /// Bits of a data frame besides its data, and of the pause after it: with a short and with a long identifier.
 const BITS: [u64; 2] = [47, 67];
@@ -125,6 +126,15 @@ pub struct CanBus {
     pub bit_rate: u32,
     /// Whether others are on it, who acknowledge frames.
     pub inhabited: bool,
+    /// Whether its two wires touch each other: it is recessive whatever is sent.
+    pub shorted: bool,
+}
+
+impl Default for CanBus {
+    /// A sound bus of 1 Mbit/s with others on it.
+    fn default() -> Self {
+        Self { bit_rate: 1_000_000, inhabited: true, shorted: false }
+    }
 }
 
 /// What is on the bus.
@@ -191,7 +201,7 @@ impl Can {
             fifos: [VecDeque::with_capacity(DEPTH), VecDeque::with_capacity(DEPTH)],
             overruns: [false; 2],
             filters: Filters::new(),
-            bus: CanBus { bit_rate: 1_000_000, inhabited: true },
+            bus: CanBus::default(),
             traffic: None,
             others: VecDeque::new(),
             sent: Vec::new(),
@@ -273,13 +283,15 @@ impl Can {
             return;
         }
         let ours = self.next_mailbox().filter(|_| self.is_on());
-        let theirs = self.others.front().copied();
+        let theirs = self.others.front().copied().filter(|_| !self.bus.shorted);
         let bit = if self.hears() { self.bit() } else { (self.hz / u64::from(self.bus.bit_rate.max(1))).max(1) };
         self.traffic = match (ours, theirs) {
             (Some(index), theirs)
                 if theirs.is_none_or(|frame_| frame(&self.mailboxes[index]).rank() <= frame_.rank()) =>
             {
-                let bits = if self.in_step() && self.bus.inhabited {
+                let bits = if self.bus.shorted {
+                    1 + ERROR_BITS
+                } else if self.in_step() && self.bus.inhabited {
                     frame(&self.mailboxes[index]).bits()
                 } else {
                     frame(&self.mailboxes[index]).bits() + ERROR_BITS
@@ -294,6 +306,7 @@ impl Can {
     /// The frame on the bus has ended at `at`.
     fn end(&mut self, traffic: Traffic, at: Cycles) {
         match traffic {
+            Traffic::Ours(index) if self.bus.shorted => self.fail(index, DOMINANT),
             Traffic::Ours(index) if !self.in_step() => self.fail(index, STUFF),
             Traffic::Ours(index) if !self.bus.inhabited => self.fail(index, ACKNOWLEDGEMENT),
             Traffic::Ours(index) => {

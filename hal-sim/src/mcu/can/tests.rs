@@ -101,11 +101,11 @@ fn filters_decide_what_is_kept_and_where() {
 #[test]
 fn alone_on_the_bus_it_becomes_passive_and_stays_on() {
     let mut can = controller();
-    can.set_bus(CanBus { bit_rate: 1_000_000, inhabited: false });
+    can.set_bus(CanBus { inhabited: false, ..CanBus::default() });
     request(&mut can, 0, 1);
     can.advance(10_000 * BIT);
     assert_eq!(can.read(ESR), Ok(EWGF | EPVF | ACKNOWLEDGEMENT << 4 | 128 << 16));
-    can.set_bus(CanBus { bit_rate: 1_000_000, inhabited: true });
+    can.set_bus(CanBus::default());
     can.advance(11_000 * BIT);
     assert_eq!((can.take_sent().len(), can.read(ESR).unwrap() >> 16), (1, 127));
 }
@@ -113,11 +113,11 @@ fn alone_on_the_bus_it_becomes_passive_and_stays_on() {
 #[test]
 fn at_the_wrong_rate_it_goes_bus_off_and_recovers() {
     let mut can = controller();
-    can.set_bus(CanBus { bit_rate: 500_000, inhabited: true });
+    can.set_bus(CanBus { bit_rate: 500_000, ..CanBus::default() });
     request(&mut can, 0, 1);
     can.advance(10_000 * BIT);
     assert_eq!((can.read(ESR).unwrap() & BOFF, can.read(TSR).unwrap() & 0xF), (BOFF, RQCP | TERR));
-    can.set_bus(CanBus { bit_rate: 1_000_000, inhabited: true });
+    can.set_bus(CanBus::default());
     // Through initialisation, and 128 times 11 recessive bits.
     can.write(MCR, 1 << INRQ).unwrap();
     can.write(MCR, 0).unwrap();
@@ -127,4 +127,25 @@ fn at_the_wrong_rate_it_goes_bus_off_and_recovers() {
     request(&mut can, 0, 1);
     can.advance(12_000 * BIT);
     assert_eq!(can.take_sent().len(), 1);
+}
+
+#[test]
+fn on_shorted_wires_it_goes_bus_off_after_32_tries_and_others_wait() {
+    let mut can = controller();
+    can.set_bus(CanBus { shorted: true, ..CanBus::default() });
+    can.write(MCR, 1 << ABOM).unwrap();
+    request(&mut can, 0, 1);
+    can.send(short(2));
+    // A bit, and the error frame.
+    let off = 32 * 21 * BIT;
+    can.advance(off - 1);
+    assert_eq!(can.read(ESR).unwrap(), EWGF | EPVF | DOMINANT << 4 | 248 << 16);
+    can.advance(off);
+    assert_eq!(can.read(ESR).unwrap() & BOFF, BOFF);
+    can.set_bus(CanBus::default());
+    // It recovers by itself.
+    can.advance(off + RECOVERY_BITS * BIT);
+    request(&mut can, 1, 3);
+    can.advance(off + RECOVERY_BITS * BIT + 300 * BIT);
+    assert_eq!((can.take_sent().len(), can.fifos[0].len()), (1, 1));
 }

@@ -117,6 +117,8 @@ pub(in crate::mcu) struct Host {
     pipes: [usize; 2],
     control: u8,
     outgoing: VecDeque<u8>,
+    /// The program on the host does not read what comes.
+    deaf: bool,
     incoming: Vec<(Nanos, Vec<u8>)>,
     times: UsbTimes,
     /// Whether the port has a packet.
@@ -134,6 +136,7 @@ impl Host {
             pipes: [0; 2],
             control: 0,
             outgoing: VecDeque::new(),
+            deaf: false,
             incoming: Vec::new(),
             times: UsbTimes::default(),
             ready: false,
@@ -178,6 +181,11 @@ impl Host {
     /// How many bytes wait for the port.
     pub(in crate::mcu) fn waiting(&self) -> usize {
         self.outgoing.len()
+    }
+
+    /// Leaves the port's packets where they are, as a host does whose program does not read, or fetches them again.
+    pub(in crate::mcu) fn set_deaf(&mut self, deaf: bool) {
+        self.deaf = deaf;
     }
 
     /// Packets from the port since the last call.
@@ -414,7 +422,9 @@ impl Host {
                 moved = true;
             }
         }
-        if let Handshake::Ack(packet) = otg.input(input) {
+        if !self.deaf
+            && let Handshake::Ack(packet) = otg.input(input)
+        {
             moved = true;
             if !packet.is_empty() {
                 self.incoming.push((now, packet));

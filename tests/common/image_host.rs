@@ -1,0 +1,229 @@
+//! The flash image at the bench: on the emulated microcontroller, with a host on each of its links.
+
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "image.rs"]
+mod build;
+
+use std::sync::OnceLock;
+
+use hal_sim::board::Board;
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use hal_sim::fault::Fault;
+use hal_sim::mcu::{CanFrame, Character, Machine};
+use hal_sim::world::config::WorldConfig;
+use object::read::elf::ElfFile32;
+use object::{Endianness, Object, ObjectSymbol};
+use tmcm::tmcl::{binary, can, text};
+
+/// Baud rate of RS485, as long as nobody changes it.
+pub const BAUD: u32 = 9_600;
+/// Core cycles a microsecond.
+pub const CYCLES_PER_MICROSECOND: u64 = 168;
+/// Longest time a host waits for a reply.
+const PATIENCE: Nanos = 2 * SECOND;
+/// From power-on until the module answers, with time to spare.
+pub const START: Nanos = 100 * MILLISECOND;
+
+/// Status of a reply: executed.
+pub const OK: u8 = 100;
+/// A command of a download was taken.
+pub const LOADED: u8 = 101;
+/// Unknown command number.
+pub const INVALID_COMMAND: u8 = 2;
+/// The EEPROM cannot be written.
+pub const EEPROM_LOCKED: u8 = 5;
+/// Not in this mode or state.
+pub const NOT_AVAILABLE: u8 = 6;
+
+/// The image, built when it is first asked for.
+pub fn image() -> &'static [u8] {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    IMAGE.get_or_init(|| {
+        let (output, path) = build::image().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(path).unwrap()
+    })
+}
+
+/// Addresses of what the image has under a name that contains all these words.
+pub fn symbols(words: &[&str]) -> Vec<u32> {
+    let elf = ElfFile32::<Endianness>::parse(image()).unwrap();
+    let named = |name: &str| words.iter().all(|word| name.contains(word));
+    elf.symbols().filter(|symbol| symbol.name().is_ok_and(named)).map(|symbol| symbol.address() as u32).collect()
+}
+
+/// Address of the one thing that has exactly this name.
+pub fn symbol(name: &str) -> u32 {
+    let elf = ElfFile32::<Endianness>::parse(image()).unwrap();
+    elf.symbols().find(|symbol| symbol.name() == Ok(name)).unwrap_or_else(|| panic!("no {name}")).address() as u32
+}
+
+/// The hosts of a module.
+pub struct Host {
+    pub machine: Machine,
+    /// The baud rate of the one on RS485.
+    pub baud: u32,
+}
+
+impl Host {
+    /// A module in the world that the text describes, with a fresh EEPROM, that has started.
+    pub fn new(world: &str) -> Self {
+        let mut host = Self::just_on(world);
+        host.run(START);
+        host
+    }
+
+    /// The same, just switched on.
+    pub fn just_on(world: &str) -> Self {
+        let board = Board::new(&WorldConfig::parse(world).unwrap(), 0);
+        Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD }
+    }
+
+    /// Lets time pass.
+    pub fn run(&mut self, span: Nanos) {
+        self.machine.run(span).unwrap_or_else(|stop| panic!("{stop}\n{:?}", self.machine.take_log()));
+    }
+
+    /// Lets time pass until the microcontroller is reset; panics if it is not within a time.
+    pub fn reset_within(&mut self, limit: Nanos) {
+        assert!(self.machine.run_to_reset(self.machine.now() + limit).unwrap(), "no reset: {:?}", self.log());
+    }
+
+    /// Lets time pass until `done`, looking every `step`; gives the time it took and panics after `limit`.
+    pub fn wait(&mut self, step: Nanos, limit: Nanos, mut done: impl FnMut(&mut Self) -> bool) -> Nanos {
+        let start = self.machine.now();
+        while !done(self) {
+            assert!(self.machine.now() < start + limit, "not in time: {:?}", self.machine.take_log());
+            self.run(step);
+        }
+        self.machine.now() - start
+    }
+
+    /// Sends a request over RS485 and waits for the reply: when the last bit of the request has ended, and the reply.
+    pub fn exchange(&mut self, line: &str) -> (Nanos, Vec<Character>) {
+        let telegram = telegram(line);
+        let end = self.machine.send(self.machine.now(), &telegram, self.baud);
+        let mut reply = Vec::new();
+        while reply.len() < telegram.len() {
+            assert!(self.machine.now() < end + PATIENCE, "no reply to {line}: {:?}", self.machine.take_log());
+            self.run(MILLISECOND);
+            reply.extend(self.machine.take_sent());
+        }
+        (end, reply)
+    }
+
+    /// Sends a request over RS485 and gives status and value of the reply.
+    pub fn ask(&mut self, line: &str) -> (u8, i32) {
+        let (_, reply) = self.exchange(line);
+        assert!(reply.iter().all(|character| character.driven), "the transceiver sends from start to end");
+        let bytes: Vec<u8> = reply.iter().map(|character| character.value).collect();
+        decoded(line, &bytes)
+    }
+
+    /// Sends a request over RS485 that must succeed and gives the value.
+    pub fn ok(&mut self, line: &str) -> i32 {
+        let (status, value) = self.ask(line);
+        assert_eq!(status, OK, "{line}");
+        value
+    }
+
+    /// Sends bytes over RS485 and gives those that come within a time.
+    pub fn said_to(&mut self, bytes: &[u8], span: Nanos) -> Vec<u8> {
+        let now = self.machine.now();
+        let end = self.machine.send(now, bytes, self.baud).max(now);
+        self.machine.run_until(end + span).unwrap();
+        self.machine.take_sent().iter().map(|character| character.value).collect()
+    }
+
+    /// Plugs the USB cable in and waits until the port is open.
+    pub fn plug_usb(&mut self) {
+        self.machine.plug_usb(true);
+        self.wait(10 * MILLISECOND, 2 * SECOND, |host| host.machine.usb_device().open);
+    }
+
+    /// Bytes that come over USB within a time.
+    pub fn hear_usb(&mut self, span: Nanos) -> Vec<u8> {
+        self.run(span);
+        self.machine.take_usb().into_iter().flat_map(|(_, packet)| packet).collect()
+    }
+
+    /// Sends a request over USB and gives status and value of the reply.
+    pub fn ask_usb(&mut self, line: &str) -> (u8, i32) {
+        self.machine.send_usb(&telegram(line));
+        let mut reply = Vec::new();
+        self.wait(MILLISECOND, PATIENCE, |host| {
+            reply.extend(host.machine.take_usb().into_iter().flat_map(|(_, packet)| packet));
+            reply.len() >= 9
+        });
+        decoded(line, &reply)
+    }
+
+    /// Sends a request to the module with a CAN identifier and gives what is said within a time.
+    pub fn said_on_can(&mut self, id: u32, line: &str, span: Nanos) -> Vec<CanFrame> {
+        self.machine.send_frame(request(id, line));
+        self.run(span);
+        self.machine.take_frames().into_iter().map(|(_, frame)| frame).collect()
+    }
+
+    /// Sends a request over CAN to identifier 1 and gives status and value of the reply.
+    pub fn ask_can(&mut self, line: &str) -> (u8, i32) {
+        let said = self.said_on_can(1, line, 20 * MILLISECOND);
+        let [CanFrame { id: 2, extended: false, remote: false, length: 8, data }] = *said else {
+            panic!("{line}: {said:?}, {:?}", self.machine.take_log())
+        };
+        let [1, status, _, a, b, c, d, 0] = data else { panic!("{line}: {data:?}") };
+        (status, i32::from_be_bytes([a, b, c, d]))
+    }
+
+    /// Injects or removes a fault of the board.
+    pub fn fault(&mut self, fault: Fault, on: bool) {
+        self.machine.board().set_fault(fault, on);
+    }
+
+    /// Texts of the log since the last call, with their levels.
+    pub fn log(&mut self) -> Vec<String> {
+        self.machine.take_log().into_iter().map(|line| format!("{}: {}", line.level, line.text)).collect()
+    }
+
+    /// Where the rotor is, in 1/256 full steps.
+    pub fn rotor(&mut self) -> i64 {
+        self.machine.board().world().motor().rotor()
+    }
+
+    /// The speed the motion controller runs at, asked of nobody.
+    pub fn speed(&mut self) -> i32 {
+        self.machine.board().tmc429().velocity(0)
+    }
+
+    /// Whether the motor is under current, as far as the driver decides.
+    pub fn bridges_on(&mut self) -> bool {
+        self.machine.board().tmc262().bridges_on()
+    }
+
+    /// Asserts that the motor stands: at 500 the rotor would move by 1 500 in this time.
+    pub fn assert_rest(&mut self) {
+        let rotor = self.rotor();
+        self.run(100 * MILLISECOND);
+        assert_eq!((self.rotor(), self.speed()), (rotor, 0));
+    }
+}
+
+/// The telegram of a request to module 1.
+pub fn telegram(line: &str) -> [u8; 9] {
+    binary::encode_command(1, text::parse(line).unwrap())
+}
+
+/// The frame of a request to the module with an identifier.
+pub fn request(id: u32, line: &str) -> CanFrame {
+    let mut data = [0; 8];
+    data.copy_from_slice(&can::encode_command(text::parse(line).unwrap()));
+    CanFrame { id, extended: false, remote: false, length: 8, data }
+}
+
+/// Status and value of the reply of module 1 to host 2.
+pub fn decoded(line: &str, bytes: &[u8]) -> (u8, i32) {
+    let reply = binary::decode_reply(bytes.try_into().unwrap_or_else(|_| panic!("{line}: {bytes:?}"))).unwrap();
+    assert_eq!((bytes[0], bytes[1], reply.opcode), (2, 1, text::parse(line).unwrap().opcode), "{line}");
+    (reply.status, reply.value)
+}
