@@ -18,7 +18,7 @@ const LONG: usize = 48;
 const WIRE: [u64; 2] = [32 * 128, 24 * 64];
 
 /// Kinds of commands; `@` stands for the address of the next command.
-const KINDS: [(&str, &str); 11] = [
+pub(crate) const KINDS: [(&str, &str); 11] = [
     ("CALC ADD", "CALC ADD, 3"),
     ("CALCX SWAP", "CALCX SWAP"),
     ("COMP", "COMP 5"),
@@ -32,7 +32,7 @@ const KINDS: [(&str, &str); 11] = [
     ("GAP 1, one TMC429 register", "GAP 1, 0"),
 ];
 /// How many of them are arithmetic and branches, which the budget is about.
-const BUDGETED: usize = 5;
+pub(crate) const BUDGETED: usize = 5;
 
 /// Counts the rounds in user variable 0.
 const COUNT: [&str; 4] = ["GGP 0, 2", "CALC ADD, 1", "AGP 0, 2", "JA 0"];
@@ -46,17 +46,18 @@ struct Run {
     instructions: f64,
 }
 
-/// Measures the kinds of commands, each loop for `span`. Gives the most that an arithmetic or branch command takes, in
+/// Measures the first `kinds` kinds of commands, each loop for `span`. Gives the most that an arithmetic or branch command takes, in
 /// cycles.
-pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u64, Failure> {
+pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report) -> Result<u64, Failure> {
     let idle = run(elf, &[], span)?;
-    let runs = parallel::map(&KINDS, |(name, line)| {
+    let kinds = KINDS.get(..kinds).unwrap_or(&KINDS);
+    let runs = parallel::map(kinds, |(name, line)| {
         progress(&format!("commands: {name}"));
         Ok((run(elf, &body(line, SHORT), span)?, run(elf, &body(line, LONG), span)?))
     })?;
     let mut rows = Vec::new();
     let mut budgeted = 0;
-    for (index, ((name, _), (short, long))) in KINDS.into_iter().zip(runs).enumerate() {
+    for (index, ((name, _), (short, long))) in kinds.iter().zip(runs).enumerate() {
         let each = |what: &dyn Fn(&Run) -> f64| {
             let round = |run: &Run| (what(run) - what(&idle)) / run.rounds;
             (round(&long) - round(&short)) / (LONG - SHORT) as f64
@@ -67,7 +68,7 @@ pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u6
             budgeted = budgeted.max(cycles.round() as u64);
         }
         let cell = |number: f64| grouped(number.round().max(0.0) as u64);
-        rows.push([name.into(), cell(cycles), cell(share), cell(each(&|run| run.instructions))]);
+        rows.push([(*name).into(), cell(cycles), cell(share), cell(each(&|run| run.instructions))]);
     }
     report.title("Commands of a running program");
     report.text(
