@@ -28,7 +28,7 @@ use tmcm::tmcl::binary::{self, TELEGRAM};
 const NO_ENCODER: &str = "the image does not read the built-in encoder";
 
 /// Scenarios that are not run on the image, and why.
-const NOT_ON_THE_IMAGE: [(&str, &str); 7] = [
+const NOT_ON_THE_IMAGE: [(&str, &str); 8] = [
     (
         "Distances beyond the 24 bits of the motion controller's counter are right",
         "140 s of virtual time take the emulated microcontroller minutes",
@@ -38,6 +38,7 @@ const NOT_ON_THE_IMAGE: [(&str, &str); 7] = [
     ("Zeroing at the absolute zero point", NO_ENCODER),
     ("A deviation is told of once while the motor stands", NO_ENCODER),
     ("A turn of the built-in encoder is a turn of the motor at each resolution of the manual's table 20", NO_ENCODER),
+    ("A deviation after a stall adds its flag", NO_ENCODER),
     ("Deviation supervision goes on after the search: the encoder becomes zero with the position", NO_ENCODER),
 ];
 
