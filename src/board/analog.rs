@@ -10,14 +10,14 @@ use super::tmcm1140::Analog;
 
 /// Time between two readings.
 const PERIOD_MS: u64 = 5;
-/// A reading of 4095 is 3.3 V.
-const FULL_SCALE_MV: u32 = 3_300;
+/// A reading of 4095 is 3.3 V, here in 0.1 mV.
 const FULL_SCALE: u32 = 4_095;
-/// The supply comes over a divider of 10 kOhm to 1 kOhm: 36.3 V at full scale.
-const DIVIDER: u32 = 11;
+const REFERENCE: u32 = 33_000;
+/// The supply comes over a divider of 10 kOhm to 1 kOhm: 36.3 V at full scale, here in 0.1 V.
+const SUPPLY: u32 = 363;
 /// The microcontroller's own temperature sensor gives 760 mV at 25 degrees and 2.5 mV a degree.
-const AT_25_DEGREES_MV: u32 = 760;
-const DEGREES_PER_10_MV: i32 = 4;
+const AT_25_DEGREES: u32 = 7_600;
+const PER_DEGREE: i32 = 25;
 
 /// The latest readings: IN0, supply, temperature. More than full scale before the first one.
 static READINGS: [AtomicU32; 3] = [const { AtomicU32::new(u32::MAX) }; 3];
@@ -48,18 +48,19 @@ pub(super) fn in0() -> u16 {
 /// Supply voltage in 0.1 V, once it has been measured.
 pub(super) fn supply() -> Option<u16> {
     let [_, supply, _] = &READINGS;
-    let millivolts = millivolts(supply)? * DIVIDER;
-    Some((millivolts / 100) as u16)
+    Some(scaled(supply, SUPPLY)? as u16)
 }
 
 /// Temperature in degrees Celsius.
 pub(super) fn temperature() -> i16 {
     let [.., temperature] = &READINGS;
-    let above = millivolts(temperature).unwrap_or(AT_25_DEGREES_MV).cast_signed() - AT_25_DEGREES_MV.cast_signed();
-    (25 + above * DEGREES_PER_10_MV / 10) as i16
+    let voltage = scaled(temperature, REFERENCE).unwrap_or(AT_25_DEGREES);
+    let above = voltage.cast_signed() - AT_25_DEGREES.cast_signed();
+    (25 + (above + PER_DEGREE / 2).div_euclid(PER_DEGREE)) as i16
 }
 
-fn millivolts(reading: &AtomicU32) -> Option<u32> {
+/// A reading in a unit in which full scale is `whole`, rounded.
+fn scaled(reading: &AtomicU32, whole: u32) -> Option<u32> {
     let reading = reading.load(Ordering::Relaxed);
-    (reading <= FULL_SCALE).then_some(reading * FULL_SCALE_MV / FULL_SCALE)
+    (reading <= FULL_SCALE).then_some((reading * whole + FULL_SCALE / 2) / FULL_SCALE)
 }
