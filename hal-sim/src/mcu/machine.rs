@@ -74,7 +74,12 @@ struct Round {
     registers: Registers,
     at: Cycles,
     instructions: u64,
+    /// How often the register has been read since: compilers unroll such loops.
+    reads: u32,
 }
+
+/// The most reads of the register in a loop that waits for it.
+const READS: u32 = 8;
 
 /// The board of the [`Machine`]: to look at, and to change.
 #[derive(Debug)]
@@ -500,7 +505,8 @@ impl Machine {
     /// as one that hangs does, it will do so until an interrupt comes: goes on by as many rounds as there are before
     /// `due`.
     fn pass_over(&mut self, due: Cycles) {
-        let first = Round { registers: self.cpu.registers(), at: self.now, instructions: self.counters.instructions };
+        let first =
+            Round { registers: self.cpu.registers(), at: self.now, instructions: self.counters.instructions, reads: 0 };
         self.busy_since = self.now;
         for _ in 0..2 {
             self.shared.now.store(self.now, Ordering::Relaxed);
@@ -532,10 +538,17 @@ impl Machine {
         Step { at, cycles: end - at, act, pc, exception, masked, wanted, chip, clocked }
     }
 
-    /// The program has read the same value again, with the motion bus as it is. If it has come round to the same state, it will do so until
-    /// something changes: goes on by as many rounds as there are before `due`.
+    /// The program has read the same value again, with the motion bus as it is. If it has come round to the same state,
+    /// it will do so until something changes: goes on by as many rounds as there are before `due`.
     fn skip(&mut self, due: Cycles, bus: (Option<Chip>, bool), observer: &mut Observer<'_>) {
         let registers = self.cpu.registers();
+        if let Some(round) = &mut self.round
+            && round.registers != registers
+            && round.reads < READS
+        {
+            round.reads += 1;
+            return;
+        }
         if let Some(round) = &self.round
             && round.registers == registers
         {
@@ -558,7 +571,7 @@ impl Machine {
                 observer(Step { act: Act::Wait { instructions: skipped }, ..step });
             }
         }
-        self.round = Some(Round { registers, at: self.now, instructions: self.counters.instructions });
+        self.round = Some(Round { registers, at: self.now, instructions: self.counters.instructions, reads: 0 });
     }
 
     /// Brings changed interrupt lines to the core.
