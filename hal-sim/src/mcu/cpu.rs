@@ -41,6 +41,16 @@ const PAINT: u8 = 0xA5;
 /// A table finds memories faster than a search.
 const DISPATCH: DispatchPolicy = DispatchPolicy::Dense { page_bits: 16, cover: 1 << 32 };
 
+/// ITSTATE and the number of the exception in xPSR (DDI 0403 B1.4.2).
+const IT_STATE: u32 = 0x0600_FC00;
+const EXCEPTION: u32 = 0x1FF;
+/// The link register. In a handler it holds no address, but how to return; bit 2 says which stack the frame is on.
+const LR: u8 = 14;
+const EXC_RETURN: u32 = 0xFFFF_FF00;
+const ON_PROCESS_STACK: u32 = 1 << 2;
+/// Where in the frame of an exception xPSR is.
+const SAVED_XPSR: u32 = 28;
+
 /// Control bits of SysTick: counts, interrupts.
 const SYSTICK_ON: u32 = 0b11;
 
@@ -171,7 +181,28 @@ impl Cpu {
 
     /// Executes an instruction, or enters an exception. Gives the cycles that takes.
     pub(super) fn step(&self) -> Cycles {
-        self.core.step()
+        let before = self.core.xpsr();
+        let used = self.core.step();
+        if before & IT_STATE != 0 {
+            self.keep_it_state(before);
+        }
+        used
+    }
+
+    /// An exception that comes within an IT block has its state in the xPSR that it saves (DDI 0403 B1.5.6). The library
+    /// leaves it out, and the rest of the block would be executed whatever its condition says.
+    fn keep_it_state(&self, before: u32) {
+        let link = self.core.reg(LR);
+        let entered = (before ^ self.core.xpsr()) & EXCEPTION != 0 && link >= EXC_RETURN;
+        if !entered {
+            return;
+        }
+        let frame = if link & ON_PROCESS_STACK != 0 { self.core.psp() } else { self.core.msp() };
+        let place = frame + SAVED_XPSR;
+        if let Some(saved) = self.sram.word(place) {
+            // Where it was read it can be written.
+            let _ = self.sram.write(place, &(saved | before & IT_STATE).to_le_bytes());
+        }
     }
 
     /// Whether the core waits for an interrupt or an event.
@@ -281,4 +312,52 @@ fn signature() -> Vec<u8> {
     }
     bytes[0x22..0x24].copy_from_slice(&((FLASH_SIZE / 1024) as u16).to_le_bytes());
     bytes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Peripherals of which there are none.
+    #[derive(Debug)]
+    struct Nothing;
+
+    impl Bus for Nothing {
+        fn read(&self, _: u32, _: usize) -> u32 {
+            0
+        }
+
+        fn write(&self, _: u32, _: usize, _: u32) {}
+    }
+
+    #[test]
+    fn an_it_block_goes_on_after_an_exception_within_it() {
+        let mut flash = vec![0; FLASH_SIZE];
+        let words = |at: usize, words: &[u32], flash: &mut [u8]| {
+            for (place, word) in flash[at..].chunks_exact_mut(4).zip(words) {
+                place.copy_from_slice(&word.to_le_bytes());
+            }
+        };
+        // Stack and reset vector; PendSV.
+        words(0, &[SRAM + 0x1000, FLASH + 0x41], &mut flash);
+        words(14 * 4, &[FLASH + 0x51], &mut flash);
+        // MOVS R0, #0; CMP R0, #1; ITT EQ; ADDEQ R1, #1 twice; B .
+        words(0x40, &[0x2801_2000, 0x3101_BF04, 0xE7FE_3101], &mut flash);
+        // BX LR
+        words(0x50, &[0x4770], &mut flash);
+        let bus: Arc<dyn Bus> = Arc::new(Nothing);
+        let cpu = Cpu::new(flash, &bus).unwrap();
+        while cpu.pc() != FLASH + 0x46 {
+            cpu.step();
+        }
+        cpu.core.set_reg(1, 0);
+        cpu.core.with_sys(|sys| sys.set_pending(Exception::PEND_SV, true));
+        let mut handled = false;
+        while cpu.pc() != FLASH + 0x4A {
+            cpu.step();
+            handled |= cpu.pc() == FLASH + 0x50;
+        }
+        assert!(handled);
+        assert_eq!(cpu.core.reg(1), 0, "0 is not 1: neither is executed");
+    }
 }
