@@ -356,7 +356,7 @@ fn port() {
     any(port.is_waiting());
     let mut message = Message::new();
     any(&mut message);
-    any(port.answer(any(None), any(None), &links, &mut message));
+    let _ = any(port.answer(any(None), any(None), &links, &mut message));
     any(&mut port);
     port.give_up();
     port.silence();
