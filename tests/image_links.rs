@@ -188,11 +188,12 @@ fn rs485_is_released_right_after_the_last_stop_bit_at_all_baud_rates() {
         let mut longest = 0;
         for n in 0..10 {
             host.run(n * 137 * MICROSECOND);
-            let (_, reply) = host.exchange("GAP 1, 0");
+            let (end, reply) = host.exchange("GAP 1, 0");
             host.run(MILLISECOND);
             let [(on, true), (off, false)] = host.machine.take_turns()[..] else { panic!("{baud}") };
             let (first, last) = (reply[0].start, reply[8].end);
             assert!(on <= first && off >= last, "{baud}: {on} {first} {last} {off}");
+            assert!(on >= end, "{baud}: the stop bit of the request belongs to the host: {end} {on}");
             longest = longest.max(off - last);
             let (took, ideal) = (last - first, 90 * SECOND / u64::from(baud));
             assert!(took.abs_diff(ideal) < ideal / 500, "{baud}: {took} without a gap, within 0.2 %");

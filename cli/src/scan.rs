@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use clap::Args;
 use signal_hook::consts::{SIGINT, SIGTERM};
+use tmcm::param::BAUD_RATES;
 use tmcm::tmcl::binary::Received;
 use tmcm::tmcl::{Command, Opcode};
 
@@ -15,7 +16,6 @@ use crate::interrupt::Interrupt;
 use crate::link::{Link, LinkError, Place};
 use crate::progress::Progress;
 use crate::send::words::firmware;
-use crate::virtual_module::BAUD_RATES;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
 ///

@@ -16,8 +16,7 @@ use tmcm::chip::at25::At25;
 use tmcm::module::{
     Answer, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140, TMCM_1140_AXES,
 };
-use tmcm::param::GlobalParameter;
-use tmcm::store::{Keeper, Report, Slot, Store, Worth};
+use tmcm::store::{Keeper, Report, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can::Frame;
 use tmcm::tmcl::{Command, Reply, Status};
@@ -41,8 +40,6 @@ const USB_FRAME: Nanos = MILLISECOND;
 
 /// The CAN bus, for questions to which the length of a frame is nothing.
 const CAN: Source = Source::Can { length: 8 };
-/// Bit rates of the RS485 interface, by number (global parameter 65).
-pub(crate) const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
 
 /// The simulated board as a platform, with additions `H`.
 #[derive(Debug)]
@@ -352,9 +349,7 @@ impl VirtualModule {
         if report.program == Worth::Incomplete {
             self.log.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
         }
-        let baud = core.store().get(Slot::Global(GlobalParameter::SerialBaudRate)).unwrap_or_default();
-        let baud =
-            usize::try_from(baud).ok().and_then(|number| BAUD_RATES.get(number)).copied().unwrap_or(9_600).into();
+        let baud = core.baud_rate().into();
         let abn = self.board.borrow().inputs().abn;
         let null_edges = [abn.null_low.times, abn.null_high.times];
         let ports = Ports::new(core.links().start);

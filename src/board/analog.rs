@@ -10,8 +10,9 @@ use super::tmcm1140::Analog;
 
 /// Time between two readings.
 const PERIOD_MS: u64 = 5;
-/// A reading of 4095 is 3.3 V, here in 0.1 mV.
+/// The highest reading.
 const FULL_SCALE: u32 = 4_095;
+/// What it stands for at a pin: 3.3 V, here in 0.1 mV.
 const REFERENCE: u32 = 33_000;
 /// The supply comes over a divider of 10 kOhm to 1 kOhm: 36.3 V at full scale, here in 0.1 V.
 const SUPPLY: u32 = 363;

@@ -11,7 +11,7 @@ use crate::module::Links;
 use crate::tmcl::can as wire;
 
 /// Data of a frame.
-pub(super) type Data = Vec<u8, 8>;
+type Data = Vec<u8, 8>;
 
 /// Both halves of the interface.
 pub(super) struct Can {

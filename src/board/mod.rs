@@ -2,9 +2,11 @@
 //!
 //! | who | runs in | prio | owns |
 //! |---|---|---|---|
+//! | timers of Embassy | interrupt of TIM5 | 0 | who is to be woken when |
 //! | `encoder` | interrupt of PD14 | 3 | where the count was at an edge of N |
-//! | `rs485` | interrupt of USART3 | 4 | the port, framing, direction |
-//! | `owner` | interrupt of TIM3, each millisecond and when it is called | 6 | the module with SPI1, the inputs and outputs, the CAN interface |
+//! | `rs485` | interrupts of USART3, and of TIM2 at the end of a stop bit | 4 | the port, framing, direction |
+//! | CAN and USB drivers of Embassy | interrupts of CAN1 and OTG_FS | 5 | the frames and packets that come and go |
+//! | `owner` | interrupt of TIM3, each millisecond and when it is called | 6 | the module with SPI1 (`motion_bus`), the inputs and outputs, the CAN interface |
 //! | `usb` | thread mode | - | the USB device; its requests go to the owner by a mailbox |
 //! | `eeprom` | thread mode | - | the EEPROM with SPI3 |
 //! | `analog` | thread mode | - | the ADC |

@@ -3,7 +3,7 @@
 //!
 //! All of it happens in the interrupt of USART3 and in calls from the owner of the module, so that a reply is under way
 //! as soon as it is known: the last byte of a request completes it in the handler, the owner runs next, and the first
-//! byte of its answer goes into the port at once.
+//! byte of its answer goes into the port as soon as the line is free.
 //!
 //! A byte is there in the middle of its stop bit. The other half of it still belongs to who sent it: TIM2 counts it,
 //! and nothing is sent before it is over.
@@ -106,9 +106,10 @@ pub(super) fn configure(links: &Links) {
     with(|link| link.links = *links);
 }
 
-/// True when all is said.
+/// True when all is said, and also when there is no link.
 pub(super) fn is_idle() -> bool {
-    !with(|link| !link.out.is_empty())
+    let busy = with(|link| !link.out.is_empty());
+    !busy
 }
 
 /// Does something with the link, once it is there; nothing in here calls itself, so it is free.

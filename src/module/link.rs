@@ -2,7 +2,7 @@
 
 use super::port::{Mode, Request};
 use super::{Module, Outcome, Platform, Source};
-use crate::param::GlobalParameter as G;
+use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::{self, Telegram};
 use crate::tmcl::{Opcode, Reply, Status};
@@ -77,6 +77,23 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The interface settings in force.
     pub const fn links(&self) -> &Links {
         &self.links
+    }
+
+    /// The bit rate of RS485 that parameter 65 chooses, in bit/s: the one to start with.
+    pub fn baud_rate(&self) -> u32 {
+        self.chosen(G::SerialBaudRate, &BAUD_RATES)
+    }
+
+    /// The bit rate of CAN that parameter 69 chooses, in bit/s: the one to start with.
+    pub fn can_bit_rate(&self) -> u32 {
+        self.chosen(G::CanBitRate, &CAN_BIT_RATES)
+    }
+
+    /// What a parameter chooses from a list that begins with its smallest value.
+    fn chosen(&self, parameter: G, list: &[u32]) -> u32 {
+        let first = parameter.row().ranges.first().map_or(0, |range| range.0);
+        let index = self.global(parameter).saturating_sub(first);
+        usize::try_from(index).ok().and_then(|index| list.get(index)).copied().unwrap_or_default()
     }
 
     /// True while a command of this link waits for its reply: the link is not to bring another one.

@@ -2,6 +2,11 @@
 
 use super::{ANY, Access, FLAG, Row, Storage, Unit, parameters};
 
+/// What [`GlobalParameter::SerialBaudRate`] chooses from, in bit/s: 0 is the first.
+pub const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
+/// What [`GlobalParameter::CanBitRate`] chooses from, in bit/s: 2 is the first.
+pub const CAN_BIT_RATES: [u32; 7] = [20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 1_000_000];
+
 parameters! {
     /// Global parameters of bank 0, read by GGP and written by SGP and AGP (manual section 5.1). Numbers 65
     /// to 127 are stored by the command that sets them.

@@ -9,7 +9,7 @@ mod global;
 mod interrupt;
 
 pub use axis::AxisParameter;
-pub use global::GlobalParameter;
+pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
 pub use interrupt::InterruptParameter;
 
 /// Bit of global parameter 81 that hides the program.

@@ -31,6 +31,7 @@ mod machine;
 mod peripheral;
 mod pwr;
 mod rcc;
+mod select;
 mod serial;
 mod soc;
 mod spi;

@@ -548,7 +548,7 @@ impl Soc {
     /// Brings the levels of the pins to the board.
     fn connect(&mut self, unit: Unit) {
         self.sync();
-        if let Err(reason) = self.wiring.connect(self.now, &self.ports, self.clocks.mco1) {
+        if let Err(reason) = self.wiring.connect(self.now, &self.ports, self.clocks.mco1, &self.time) {
             let description = unit.description();
             self.refuse(description.name, 0, description.base, None, reason);
         }
@@ -559,7 +559,7 @@ impl Soc {
         let Some(word) = self.spis[index].take_done() else { return };
         self.wiring.board.advance_to(self.time.nanos(word.at));
         let mode = self.spis[index].mode();
-        match self.wiring.exchange(bus, &self.ports, mode, word) {
+        match self.wiring.exchange(bus, &self.ports, mode, word, &self.time) {
             Ok(miso) => self.spis[index].complete(miso),
             Err(reason) => {
                 let base = if index == 0 { Unit::Spi1 } else { Unit::Spi3 }.description();

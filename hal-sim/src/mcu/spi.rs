@@ -37,6 +37,8 @@ pub(super) struct Word {
     pub(super) mosi: u16,
     /// Whether it has 16 bits.
     pub(super) wide: bool,
+    /// What a bit took.
+    pub(super) bit: Cycles,
     /// When its last bit was sampled.
     pub(super) at: Cycles,
 }
@@ -103,10 +105,15 @@ impl Spi {
         self.data_read = false;
     }
 
-    /// Core cycles of a word on the wire.
+    /// Core cycles of a bit on the wire.
+    fn bit(&self) -> Cycles {
+        self.divider << (field(self.cr1, 3, 3) + 1)
+    }
+
+    /// Core cycles of a word.
     fn word(&self) -> Cycles {
         let bits = if bit(self.cr1, DFF) { 16 } else { 8 };
-        (bits * self.divider) << (field(self.cr1, 3, 3) + 1)
+        bits * self.bit()
     }
 
     /// Brings the next word to the wire at `at`.
@@ -122,6 +129,13 @@ impl Spi {
 
     fn busy(&self) -> u32 {
         if self.shifting.is_some() || self.waiting.is_some() { BSY } else { 0 }
+    }
+}
+
+impl Word {
+    /// When its first bit began.
+    pub(super) fn start(self) -> Cycles {
+        self.at - self.bit * if self.wide { 16 } else { 8 }
     }
 }
 
@@ -184,7 +198,7 @@ impl Peripheral for Spi {
             && at <= to
         {
             self.shifting = None;
-            self.done = Some(Word { mosi, wide: bit(self.cr1, DFF), at });
+            self.done = Some(Word { mosi, wide: bit(self.cr1, DFF), bit: self.bit(), at });
             self.shift(at);
         }
     }
@@ -240,7 +254,7 @@ mod tests {
         assert_eq!(spi.read(SR), Ok(BSY));
         assert_eq!(spi.next_event(), 8 * 128);
         spi.advance(1_030);
-        assert_eq!(spi.take_done(), Some(Word { mosi: 0x12, wide: false, at: 1_024 }));
+        assert_eq!(spi.take_done(), Some(Word { mosi: 0x12, wide: false, bit: 128, at: 1_024 }));
         spi.complete(0xA5);
         assert_eq!((spi.read(SR), spi.next_event()), (Ok(TXE | BSY | RXNE), 2_048));
         assert_eq!(spi.read(DR), Ok(0xA5));

@@ -22,6 +22,7 @@ use std::collections::VecDeque;
 
 use super::gpio::Gpio;
 use super::peripheral::Cycles;
+use super::select::Select;
 use super::serial::{Character, Incoming};
 use super::spi::Word;
 use super::timebase::Timebase;
@@ -123,7 +124,7 @@ pub(super) struct Wiring {
     pub(super) disable_pulled_up: bool,
     /// The pads are connected with each other.
     pub(super) pads_connected: bool,
-    selected: [bool; SELECTS.len()],
+    selects: [Select; SELECTS.len()],
     disabled: bool,
     outputs: Outputs,
     clocked: bool,
@@ -134,6 +135,10 @@ pub(super) struct Wiring {
     /// What others send on the bus, in order.
     incoming: VecDeque<Incoming>,
     sent: Vec<Character>,
+}
+
+fn selects() -> [Select; SELECTS.len()] {
+    SELECTS.map(|(_, chip)| Select::new(chip))
 }
 
 fn level(ports: &[Gpio], (port, pin): Pin) -> Option<bool> {
@@ -152,7 +157,7 @@ impl Wiring {
             analog: Analog::default(),
             disable_pulled_up: true,
             pads_connected: false,
-            selected: [false; SELECTS.len()],
+            selects: selects(),
             disabled: true,
             outputs: Outputs::default(),
             clocked: true,
@@ -165,7 +170,7 @@ impl Wiring {
 
     /// The board has been switched off: what has been said to it is forgotten.
     pub(super) fn forget(&mut self) {
-        self.selected = [false; SELECTS.len()];
+        self.selects = selects();
         self.disabled = true;
         self.outputs = Outputs::default();
         self.clocked = true;
@@ -174,12 +179,22 @@ impl Wiring {
     }
 
     /// Brings the pins' levels to the board, which has been advanced to `now`. `mco` is the frequency of MCO1.
-    pub(super) fn connect(&mut self, now: Cycles, ports: &[Gpio], mco: u64) -> Result<(), &'static str> {
-        for (selected, (pin, chip)) in self.selected.iter_mut().zip(SELECTS) {
+    pub(super) fn connect(
+        &mut self,
+        now: Cycles,
+        ports: &[Gpio],
+        mco: u64,
+        time: &Timebase,
+    ) -> Result<(), &'static str> {
+        for (select, (pin, chip)) in self.selects.iter_mut().zip(SELECTS) {
             let low = level(ports, pin) == Some(false);
-            if low != *selected {
-                *selected = low;
-                if low { self.board.select(chip) } else { self.board.deselect(chip) }
+            if low != select.is_low() {
+                if low {
+                    self.board.select(chip)
+                } else {
+                    self.board.deselect(chip)
+                }
+                select.set(low, now, time)?;
             }
         }
         let on = |pin| level(ports, pin) == Some(true);
@@ -270,19 +285,25 @@ impl Wiring {
         }
     }
 
-    /// The chips that are selected on a bus.
-    fn on(&self, bus: SpiBus) -> impl Iterator<Item = Chip> {
-        let chips = SELECTS.into_iter().zip(self.selected);
-        chips.filter_map(move |((_, chip), on)| (on && bus.has(chip)).then_some(chip))
+    /// The selects of a bus that are low.
+    fn on(&self, bus: SpiBus) -> impl Iterator<Item = &Select> {
+        self.selects.iter().filter(move |select| select.is_low() && bus.has(select.chip()))
     }
 
     /// The chip that is selected on a bus.
     pub(super) fn selected(&self, bus: SpiBus) -> Option<Chip> {
-        self.on(bus).next()
+        self.on(bus).next().map(Select::chip)
     }
 
     /// A word has been clocked out on a bus; gives what came in. The board has been advanced to its last bit.
-    pub(super) fn exchange(&mut self, bus: SpiBus, ports: &[Gpio], mode: u32, word: Word) -> Result<u16, &'static str> {
+    pub(super) fn exchange(
+        &mut self,
+        bus: SpiBus,
+        ports: &[Gpio],
+        mode: u32,
+        word: Word,
+        time: &Timebase,
+    ) -> Result<u16, &'static str> {
         let (pins, function) = bus.pins();
         if pins.iter().any(|&pin| alternate(ports, pin) != Some(function)) {
             return Ok(if word.wide { FLOATING << 8 | FLOATING } else { FLOATING });
@@ -290,6 +311,7 @@ impl Wiring {
         if mode != SPI_MODE {
             return Err("the chips on this bus want SPI mode 3");
         }
+        self.on(bus).try_for_each(|select| select.check(word, time))?;
         let chip = self.selected(bus);
         if self.on(bus).count() > 1 {
             return Err("two chips are selected on one bus");
