@@ -95,34 +95,60 @@ fn an_eeprom_that_falls_silent_during_a_store_is_told_and_what_was_stored_stays(
 /// what it cannot do it does not promise.
 #[test]
 fn without_a_motion_controller_the_driver_stays_off_and_the_module_answers() {
-    for fault in [Fault::Spi, Fault::Tmc429] {
+    for fault in [Fault::Spi, Fault::SpiLow, Fault::Tmc429] {
         let mut host = Host::just_on("");
         host.fault(fault, true);
         host.run(START);
         assert!(!host.bridges_on());
         assert_eq!(host.ok("GGP 66, 0"), 1);
-        host.ask("ROR 0, 500");
+        assert_eq!(host.ask("ROR 0, 500").0, NOT_AVAILABLE, "{fault:?}");
         host.run(200 * MILLISECOND);
         assert!(!host.bridges_on() && host.rotor() == 0, "{fault:?}");
     }
 }
 
-/// The bus breaks while the motor runs: it stops, as far as the chips can still be told, and no speed is invented.
+/// A driver that does not answer while the motor runs: it is stopped, and, repaired, goes on when it is told to.
 #[test]
-fn a_motion_bus_that_breaks_stops_the_motor() {
-    for fault in [Fault::Spi, Fault::Tmc262] {
+fn a_driver_that_does_not_answer_stops_the_motor() {
+    let mut host = moving();
+    host.fault(Fault::Tmc262, true);
+    let took = host.wait(MILLISECOND, SECOND, |host| host.speed() == 0);
+    assert!(took <= 50 * MILLISECOND, "{took}");
+    assert_eq!(host.ok("GGP 66, 0"), 1);
+    host.assert_rest();
+    host.fault(Fault::Tmc262, false);
+    host.ok("ROR 0, 500");
+    host.run(200 * MILLISECOND);
+    assert_eq!(host.speed(), 500);
+}
+
+/// A motion controller that does not answer any more, or a bus that reads all ones or all zeros: nobody knows what it
+/// does, so the driver is switched off, until the next start; the module answers and invents no values.
+#[test]
+fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_off() {
+    for (fault, limit) in [(Fault::Spi, 6), (Fault::Tmc429, 6), (Fault::SpiLow, 70)] {
         let mut host = moving();
         host.fault(fault, true);
-        let took = host.wait(MILLISECOND, SECOND, |host| host.speed() == 0);
-        println!("{fault:?}: stops within {} ms", took / MILLISECOND);
-        assert!(took <= 50 * MILLISECOND, "{fault:?}");
+        let took = host.wait(MICROSECOND, SECOND, |host| !host.bridges_on());
+        println!("{fault:?}: driver off after {} us", took / MICROSECOND);
+        assert!(took <= limit * MILLISECOND, "{fault:?}");
         assert_eq!(host.ok("GGP 66, 0"), 1, "{fault:?}");
-        host.assert_rest();
-        // Repaired, it goes on when it is told to.
+        assert!(host.machine.board().world().outputs().leds[1]);
+        let told = "error: motion controller does not answer: motor drivers off until the next start";
+        assert_eq!(host.log(), [told], "{fault:?}");
+        let silent = if fault == Fault::SpiLow { OK } else { NOT_AVAILABLE };
+        assert_eq!((host.ask("GAP 1, 0").0, host.ask("ROR 0, 500").0), (silent, NOT_AVAILABLE), "{fault:?}");
+        // What it has missed it hears as soon as it can.
         host.fault(fault, false);
+        host.run(10 * MILLISECOND);
+        host.assert_rest();
+        assert_eq!((host.ask("MVP ABS, 0, 100").0, host.bridges_on()), (NOT_AVAILABLE, false), "{fault:?}");
+        host.ok("255, 0, 0, 1234");
+        host.run(RECOVERY);
         host.ok("ROR 0, 500");
         host.run(200 * MILLISECOND);
-        assert_eq!(host.speed(), 500, "{fault:?}");
+        assert_eq!((host.speed(), host.bridges_on()), (500, true), "{fault:?}");
+        assert!(!host.machine.board().world().outputs().leds[1]);
     }
 }
 

@@ -379,6 +379,28 @@ fn a_stop_that_is_not_heard_is_repeated() {
     }
 }
 
+/// A motion controller that has not answered in three polls is given up; less is a disturbance.
+#[test]
+fn a_motion_controller_is_given_up_after_three_polls_without_an_answer() {
+    let mut bench = LooseBench::new();
+    bench.ok("ROR 0, 300");
+    bench.run(250);
+    let bridges_on = |bench: &LooseBench| bench.board.borrow().tmc262().bridges_on();
+    for _ in 0..10 {
+        // What the third poll hears is what was said after the second one.
+        bench.control("fault tmc429 on");
+        bench.run(2);
+        bench.control("fault tmc429 off");
+        bench.run(10);
+        assert!((bench.speed(), bridges_on(&bench), bench.raised(ErrorFlag::Alarm)) == (300, true, false));
+    }
+    bench.control("fault tmc429 on");
+    bench.run(3);
+    assert!(bridges_on(&bench));
+    bench.run(1);
+    assert!(!bridges_on(&bench) && bench.raised(ErrorFlag::Alarm));
+}
+
 /// A setting that does not get through to the motion controller is not in force, and not shown either.
 #[test]
 fn a_setting_that_is_not_heard_is_taken_back() {

@@ -387,7 +387,7 @@ impl VirtualModule {
         self.board.borrow_mut().set_outputs(Outputs {
             out: std::array::from_fn(|n| outputs.digital >> n & 1 != 0),
             pull_ups: outputs.pull_ups,
-            leds: [outputs.led, false],
+            leds: [outputs.led, outputs.trouble],
         });
         self.collect();
         self.deliver();

@@ -7,6 +7,8 @@ pub enum Fault {
     Eeprom,
     /// The motion bus reads all ones; what is sent to TMC429 and TMC262 still arrives.
     Spi,
+    /// The motion bus reads all zeros; what is sent still arrives.
+    SpiLow,
     /// The motion controller does not answer and takes no datagrams.
     Tmc429,
     /// The driver does not answer and takes no datagrams.
@@ -27,9 +29,10 @@ pub enum Fault {
 
 impl Fault {
     /// All faults.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Eeprom,
         Self::Spi,
+        Self::SpiLow,
         Self::Tmc429,
         Self::Tmc262,
         Self::ShortA,
@@ -45,6 +48,7 @@ impl Fault {
         match self {
             Self::Eeprom => "eeprom",
             Self::Spi => "spi",
+            Self::SpiLow => "spi-low",
             Self::Tmc429 => "tmc429",
             Self::Tmc262 => "tmc262",
             Self::ShortA => "short-a",
@@ -75,6 +79,6 @@ mod tests {
             assert_eq!(Fault::parse(fault.name()), Ok(fault));
         }
         let error = Fault::parse("gremlins").unwrap_err();
-        assert!(error.contains("gremlins") && error.contains("eeprom, spi, tmc429"));
+        assert!(error.contains("gremlins") && error.contains("eeprom, spi, spi-low, tmc429"));
     }
 }

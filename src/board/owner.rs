@@ -17,7 +17,7 @@ use static_cell::{ConstStaticCell, StaticCell};
 use super::can::Can;
 use super::mail::{CAN, LINKS, Outgoing, PAGE, USB, USB_REQUESTS, WRITTEN};
 use super::motion_bus::Chip;
-use super::tmcm1140::{Motion, Signals, drivers_off};
+use super::tmcm1140::{Motion, Signals, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, watchdog};
 use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
@@ -56,7 +56,7 @@ pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut 
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);
     let links = *module.links();
-    Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2], ending: None }
+    Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2], ending: None, trouble: false }
 }
 
 /// The module and what belongs to it.
@@ -72,6 +72,8 @@ pub(super) struct Owner {
     owed: [bool; 2],
     /// Since when a restart is due.
     ending: Option<Micros>,
+    /// Trouble has been told.
+    trouble: bool,
 }
 
 /// The owner at its place. Nobody looks at it but its interrupt handler, which does not interrupt itself.
@@ -178,6 +180,10 @@ impl Owner {
         let outputs = self.module.poll(now(), &self.signals.read());
         self.signals.write(&outputs);
         watchdog::MODULE.alive();
+        if outputs.trouble && !core::mem::replace(&mut self.trouble, true) {
+            defmt::error!("motion controller does not answer: motor drivers off until the next start");
+            show_trouble();
+        }
         if let Some(written) = WRITTEN.try_take() {
             if !written {
                 defmt::warn!("EEPROM: a page could not be written");

@@ -271,7 +271,7 @@ pub(super) extern "C" fn drivers_off() {
     GPIOE.moder().modify(|w| w.set_moder(ENN, Moder::OUTPUT));
 }
 
-/// Lights LED2, under the same conditions.
+/// Lights LED2, until the next start; under the same conditions.
 pub(super) fn show_trouble() {
     RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
     let _ = RCC.ahb1enr().read();

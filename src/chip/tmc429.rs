@@ -4,7 +4,25 @@
 //! Registers that only the host changes are shadowed: writing a value the chip already has costs nothing.
 //! Every datagram brings the status byte along; the last one is kept.
 
-use embedded_hal::spi::SpiDevice;
+use embedded_hal::spi::{self, ErrorKind, SpiDevice};
+
+/// Why a datagram was of no use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error<E> {
+    /// The bus failed.
+    Spi(E),
+    /// Nobody answers.
+    Silent,
+}
+
+impl<E: spi::Error> spi::Error for Error<E> {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Error::Spi(error) => error.kind(),
+            Error::Silent => ErrorKind::Other,
+        }
+    }
+}
 
 /// One of the chip's three ramp generators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,6 +138,10 @@ pub enum Mode {
 /// What the type and version register reads (datasheet section 7.3).
 const TYPE_VERSION: u32 = 0x42_9101;
 
+/// Status bit: an interrupt is pending. All are masked, which is what the chip starts with, so that only a bus that nobody
+/// drives has it.
+const STATUS_INT: u8 = 1 << 7;
+
 const WORD: u32 = 0x00FF_FFFF;
 const READ: u8 = 1;
 const COMMON: u8 = 3;
@@ -133,7 +155,9 @@ pub const fn signed(word: u32, bits: u32) -> i32 {
 #[derive(Debug)]
 pub struct Tmc429<SPI> {
     spi: SPI,
+    /// As of the last datagram that was answered.
     status: u8,
+    silent: bool,
     shadow: [[Option<u32>; REGISTERS]; 3],
     interface: Option<u32>,
 }
@@ -141,12 +165,12 @@ pub struct Tmc429<SPI> {
 impl<SPI: SpiDevice> Tmc429<SPI> {
     /// The chip with unknown register contents: after a warm start it may be running.
     pub const fn new(spi: SPI) -> Self {
-        Tmc429 { spi, status: 0, shadow: [[None; REGISTERS]; 3], interface: None }
+        Tmc429 { spi, status: 0, silent: false, shadow: [[None; REGISTERS]; 3], interface: None }
     }
 
     /// Stops all motors at once, whatever they were doing: hold mode is the one in which V_ACTUAL may be
     /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse.
-    pub fn halt(&mut self) -> Result<(), SPI::Error> {
+    pub fn halt(&mut self) -> Result<(), Error<SPI::Error>> {
         for motor in Motor::ALL {
             let disabled = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
             self.write(motor, Register::RefConfMode, disabled | Mode::Hold as u32)?;
@@ -157,7 +181,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Step/direction operation with right switches enabled, for all three motors.
-    pub fn initialise(&mut self) -> Result<(), SPI::Error> {
+    pub fn initialise(&mut self) -> Result<(), Error<SPI::Error>> {
         // LSMD = 2 (three motors), all else zero: step pulse of 16 clocks, 1 us at 16 MHz (datasheet
         // section 9, STPDIV_429 = 0).
         self.transfer(COMMON, Common::GlobalParameters as u8, Some(0x2))?;
@@ -165,7 +189,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Inverts the switch inputs, or the direction outputs, of all three motors.
-    pub fn write_interface(&mut self, invert_switches: bool, invert_direction: bool) -> Result<(), SPI::Error> {
+    pub fn write_interface(&mut self, invert_switches: bool, invert_direction: bool) -> Result<(), Error<SPI::Error>> {
         let mut word = interface::EN_REFR | interface::EN_SD | interface::SDO_INT;
         if invert_switches {
             word |= interface::INV_REF;
@@ -182,7 +206,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Writes a register of one motor, unless the chip has that value already.
-    pub fn write(&mut self, motor: Motor, register: Register, word: u32) -> Result<(), SPI::Error> {
+    pub fn write(&mut self, motor: Motor, register: Register, word: u32) -> Result<(), Error<SPI::Error>> {
         let word = word & WORD;
         // The chip counts these itself, or acts on the mere write; nothing is known of them afterwards.
         let lively = matches!(
@@ -207,19 +231,27 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Reads a register of one motor: 24 bits.
-    pub fn read(&mut self, motor: Motor, register: Register) -> Result<u32, SPI::Error> {
+    pub fn read(&mut self, motor: Motor, register: Register) -> Result<u32, Error<SPI::Error>> {
         self.transfer(motor as u8, register as u8, None)
     }
 
     /// Reads the state of the six reference switches: bit 2n is the right switch of motor n, bit 2n + 1 its
     /// left one, polarity applied.
-    pub fn reference_switches(&mut self) -> Result<u32, SPI::Error> {
+    pub fn reference_switches(&mut self) -> Result<u32, Error<SPI::Error>> {
         self.transfer(COMMON, Common::ReferenceSwitches as u8, None)
     }
 
-    /// True when the chip answers with its type and version: it is there and the bus works.
-    pub fn present(&mut self) -> Result<bool, SPI::Error> {
-        Ok(self.transfer(COMMON, Common::TypeVersion as u8, None)? == TYPE_VERSION)
+    /// Asks the chip for its type and version: it is there and the bus works. A bus that reads nothing but zeros is
+    /// noticed only by this.
+    pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
+        let version = self.transfer(COMMON, Common::TypeVersion as u8, None)?;
+        self.silent = version != TYPE_VERSION;
+        if self.silent { Err(Error::Silent) } else { Ok(()) }
+    }
+
+    /// True unless nobody answered the last datagram.
+    pub const fn answers(&self) -> bool {
+        !self.silent
     }
 
     /// Left reference switch active, as of the last datagram.
@@ -228,13 +260,17 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// One datagram: SMDA and register index, then 24 bits to write, or zeros and the read bit. The answer's
-    /// first byte is the status (datasheet section 6.3).
-    fn transfer(&mut self, smda: u8, index: u8, write: Option<u32>) -> Result<u32, SPI::Error> {
+    /// first byte is the status (datasheet section 6.2.2.2).
+    fn transfer(&mut self, smda: u8, index: u8, write: Option<u32>) -> Result<u32, Error<SPI::Error>> {
         let [_, high, middle, low] = write.unwrap_or(0).to_be_bytes();
         let read = if write.is_none() { READ } else { 0 };
         let mut datagram = [smda << 5 | index << 1 | read, high, middle, low];
-        self.spi.transfer_in_place(&mut datagram)?;
+        self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
         let [status, high, middle, low] = datagram;
+        self.silent = status & STATUS_INT != 0;
+        if self.silent {
+            return Err(Error::Silent);
+        }
         self.status = status;
         Ok(u32::from_be_bytes([0, high, middle, low]))
     }

@@ -42,6 +42,8 @@ pub struct Outputs {
     pub pull_ups: bool,
     /// Status LED.
     pub led: bool,
+    /// LED for trouble: the motion controller does not answer.
+    pub trouble: bool,
     /// The firmware shall start anew.
     pub restart: bool,
 }
@@ -49,7 +51,7 @@ pub struct Outputs {
 impl Default for Outputs {
     /// Outputs low, pull-ups on, as after power-on.
     fn default() -> Self {
-        Outputs { digital: 0, pull_ups: true, led: false, restart: false }
+        Outputs { digital: 0, pull_ups: true, led: false, trouble: false, restart: false }
     }
 }
 

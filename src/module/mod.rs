@@ -266,7 +266,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// restart of the firmware and would run on -, restores what is stored, sets up the chips and only then switches
     /// the drivers on. `load` fills the store, which takes its time.
     ///
-    /// With a motion controller that does not answer the drivers stay off; the module answers all the same.
+    /// With a motion controller that does not answer the drivers stay off; the module answers all the same, and
+    /// refuses motion commands.
     pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store)) {
         // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
         let _ = self.enable.set_high();
@@ -281,15 +282,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.next = now;
         if self.start_chips(now).is_ok() {
             let _ = self.enable.set_low();
+        } else {
+            self.give_up();
         }
     }
 
     fn start_chips(&mut self, now: Micros) -> Result<(), motion::Error> {
         self.chip.halt()?;
         self.chip.initialise()?;
-        if !self.chip.present()? {
-            return Err(motion::Error::Chip);
-        }
+        self.chip.confirm()?;
         self.apply_polarity_and_direction()?;
         for axis in &mut self.axes {
             axis.start(now, &mut self.chip)?;

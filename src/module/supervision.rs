@@ -1,5 +1,8 @@
-//! What stops the motors from outside: a host that falls silent (global parameters 68 and 82) and a supply
-//! that is too low (manual section 12.1, firmware 1.35).
+//! What stops the motors from outside: a host that falls silent (global parameters 68 and 82), a supply that is too
+//! low (manual section 12.1, firmware 1.35), and a motion controller that does not answer: who cannot be heard cannot be
+//! told to stop, so its drivers are switched off, until the module is started anew.
+
+use embedded_hal::digital::OutputPin;
 
 use super::{Module, Platform, Source};
 use crate::motion::Axis;
@@ -12,6 +15,10 @@ const LOCK: u16 = 85;
 /// Above this one they are released.
 const RELEASE: u16 = 95;
 
+/// Polls in a row, a millisecond each, in which the motion controller does not answer before it is given up:
+/// a disturbance is shorter.
+const PATIENCE: u8 = 3;
+
 /// What a look at the supply leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Supply {
@@ -23,18 +30,20 @@ pub(super) enum Supply {
     Restored,
 }
 
-/// When each kind of link was last heard, and whether the motors are locked.
+/// When each kind of link was last heard, and whether the motors are locked, or given up.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supervision {
     /// RS485 and USB share parameter 68.
     serial: Micros,
     can: Micros,
     locked: bool,
+    /// Polls in a row in which the motion controller has not answered; [`PATIENCE`] is for good.
+    silence: u8,
 }
 
 impl Supervision {
     pub(super) const fn new(now: Micros) -> Self {
-        Supervision { serial: now, can: now, locked: false }
+        Supervision { serial: now, can: now, locked: false, silence: 0 }
     }
 
     /// A command has come in.
@@ -76,16 +85,21 @@ impl Supervision {
         }
     }
 
-    /// True while the supply is too low for motion.
+    /// True while the motors must not move: the supply is too low, or the motion controller is given up.
     pub(super) const fn locked(&self) -> bool {
-        self.locked
+        self.locked || self.given_up()
+    }
+
+    const fn given_up(&self) -> bool {
+        self.silence >= PATIENCE
     }
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Stops the motors when a host falls silent - until it is heard again nobody can start them - and with the program where the supply is too
-    /// low.
+    /// Stops the motors when a host falls silent - until it is heard again nobody can start them -, and with the program
+    /// where the supply is too low or the motion controller does not answer.
     pub(super) fn supervise(&mut self, now: Micros) {
+        self.listen(now);
         if self.silent(now) && self.under_way() {
             self.interrupt(now, |axis, chip| axis.rotate(now, chip, 0));
         }
@@ -100,9 +114,34 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             }
             Supply::Steady => {}
         }
-        if self.supervision.locked() {
+        if self.supervision.locked {
             self.machine.errors.raise(ErrorFlag::Shutdown);
         }
+        if self.supervision.given_up() {
+            self.machine.errors.raise(ErrorFlag::Alarm);
+        }
+    }
+
+    /// Gives the motion controller up if it does not answer.
+    fn listen(&mut self, now: Micros) {
+        if self.supervision.given_up() {
+            return;
+        }
+        let answers = if self.supervision.silence == 0 { self.chip.answers() } else { self.chip.confirm().is_ok() };
+        self.supervision.silence = if answers { 0 } else { self.supervision.silence.saturating_add(1) };
+        if self.supervision.given_up() {
+            self.give_up();
+            self.machine.stop();
+            self.interrupt(now, |axis, chip| axis.hard_stop(now, chip));
+        }
+    }
+
+    /// Switches the drivers off for good.
+    pub(super) fn give_up(&mut self) {
+        self.supervision.silence = PATIENCE;
+        // An output pin of a microcontroller cannot fail.
+        let _ = self.enable.set_high();
+        self.outputs.trouble = true;
     }
 
     /// True while a host is silent for longer than it may be.

@@ -63,6 +63,10 @@ const NULL_HIGH: i32 = 16;
 /// counts.
 pub(super) const SETTLED: u8 = 20;
 
+/// Polls after which all has been asked of the chips: the speed each second one, driver and right switch each fourth,
+/// and once in place of the switch whether the motion controller is there.
+const SLOTS: u8 = 64;
+
 /// Modulus of the ABN counter.
 const ABN_COUNTS: u32 = 1 << 16;
 
@@ -111,6 +115,7 @@ pub struct Axis<D> {
     pub(super) sensors: Sensors,
     pub(super) encoder: Counter<{ TURN as u32 }>,
     pub(super) external: Counter<ABN_COUNTS>,
+    /// What the next poll asks, 0 to [`SLOTS`].
     slot: u8,
 }
 
@@ -240,7 +245,7 @@ impl<D: SpiDevice> Axis<D> {
     }
 
     /// Left and right stop switch, polarity applied: the left one as of the last datagram, the right one at most
-    /// four polls old.
+    /// eight polls old.
     pub fn stop_switches<M: SpiDevice>(&self, chip: &Tmc429<M>) -> [bool; 2] {
         [chip.left_switch(self.motor), self.right]
     }
@@ -409,12 +414,13 @@ impl<D: SpiDevice> Axis<D> {
             self.hard_stop(now, chip)?;
         }
         self.actual_position(chip)?;
-        match self.slot {
+        match self.slot % 4 {
             0 | 2 => drop(self.actual_speed(chip)?),
             1 => self.driver.refresh()?,
+            _ if self.slot == SLOTS - 1 => chip.confirm()?,
             _ => drop(self.switches(chip)?),
         }
-        self.slot = (self.slot + 1) % 4;
+        self.slot = (self.slot + 1) % SLOTS;
 
         if self.mode != Mode::Velocity && self.position.advance() {
             self.write_leg(chip)?;

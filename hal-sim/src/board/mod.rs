@@ -73,7 +73,8 @@ pub struct Board {
     world: World,
     datagrams: [u64; Chip::ALL.len()],
     selected: [bool; Chip::ALL.len()],
-    motion_bus_stuck: bool,
+    /// What the motion bus reads, whatever its chips say.
+    motion_bus_stuck: Option<u8>,
     /// Chips that do not hear their chip select.
     deaf: [bool; Chip::ALL.len()],
     overtemperature: bool,
@@ -119,7 +120,7 @@ impl Board {
             world: World::new(config),
             datagrams: [0; Chip::ALL.len()],
             selected: [false; Chip::ALL.len()],
-            motion_bus_stuck: false,
+            motion_bus_stuck: None,
             deaf: [false; Chip::ALL.len()],
             overtemperature: false,
             eeprom_bytes: 0,
@@ -238,7 +239,8 @@ impl Board {
     pub fn set_fault(&mut self, fault: Fault, on: bool) {
         match fault {
             Fault::Eeprom => self.at25.set_answering(!on),
-            Fault::Spi => self.motion_bus_stuck = on,
+            Fault::Spi => self.motion_bus_stuck = on.then_some(0xFF),
+            Fault::SpiLow => self.motion_bus_stuck = on.then_some(0),
             Fault::Tmc429 => self.set_deaf(Chip::Tmc429, on),
             Fault::Tmc262 => self.set_deaf(Chip::Tmc262, on),
             Fault::ShortA => self.tmc262.set_short(Bridge::A, on),
@@ -275,7 +277,7 @@ impl Board {
             }
             return miso;
         }
-        if self.motion_bus_stuck { FLOATING } else { miso }
+        self.motion_bus_stuck.unwrap_or(miso)
     }
 
     /// How many bytes the EEPROM has exchanged since the board was made.

@@ -243,6 +243,10 @@ fn faults_appear_and_disappear() {
     tmc429(&board, X_ACTUAL, 1_234);
     set(Fault::Spi, false);
     assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 1_234, "it arrived");
+    set(Fault::SpiLow, true);
+    assert_eq!((tmc262(&board, 0xE_F050), tmc429(&board, SWITCHES | 1, 0)), (0, 0));
+    set(Fault::SpiLow, false);
+    assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 1_234);
     set(Fault::Tmc429, true);
     tmc429(&board, X_ACTUAL, 77);
     assert_eq!(tmc429(&board, X_ACTUAL | 1, 0), 0xFF_FFFF);
