@@ -1,7 +1,7 @@
 //! The owner of the module: the one place that calls it.
 //!
-//! It runs in the interrupt of TIM3, which comes every millisecond and whenever a link has something ([`pend`]). It
-//! takes what the links have, polls when that is due, and gives a program its slices; between two of these it looks
+//! It runs in the interrupt of TIM3, which comes when a poll is due, each millisecond, and whenever a link has something
+//! ([`pend`]). It takes what the links have, polls when that is due, and gives a program its slices; between two of these it looks
 //! at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
@@ -89,15 +89,26 @@ pub(super) fn start(owner: Owner) {
     LINKS.lock(|shared| shared.set(Some(owner.links)));
     // SAFETY: the interrupt is not enabled yet.
     unsafe { *OWNER.0.get() = Some(owner) };
-    // 84 MHz / 84 / 1000: a millisecond.
     embassy_stm32::rcc::enable_and_reset::<embassy_stm32::peripherals::TIM3>();
+    // 84 MHz / 84: microseconds. The prescaler is taken over by an update.
     TIM3.psc().write_value(83);
-    TIM3.arr().write(|w| w.set_arr(999));
+    TIM3.egr().write(|w| w.set_ug(true));
     TIM3.dier().write(|w| w.set_uie(true));
-    TIM3.cr1().write(|w| w.set_cen(true));
     interrupt::TIM3.set_priority(Priority::P6);
     // SAFETY: the handler has what it needs.
     unsafe { interrupt::TIM3.enable() };
+    pend();
+}
+
+/// Calls the owner after a span of time, or at most a microsecond later, but not before.
+fn wake_after(span: Micros) {
+    TIM3.cnt().write(|w| w.set_cnt(0));
+    // The first of `span + 1` counts may be a short one.
+    TIM3.arr().write(|w| w.set_arr(span.0 as u16));
+    TIM3.cr1().write(|w| {
+        w.set_opm(true);
+        w.set_cen(true);
+    });
 }
 
 /// A link has something for the owner.
@@ -137,12 +148,11 @@ impl Owner {
                 }
                 idle = false;
             }
-            if now() >= self.module.deadline() {
+            let (now, deadline) = (now(), self.module.deadline());
+            if now >= deadline {
                 self.poll();
-                idle = false;
-            }
-            if idle {
-                return;
+            } else if idle {
+                return wake_after(deadline.since(now));
             }
         }
     }
