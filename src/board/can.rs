@@ -3,15 +3,11 @@
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id, StandardId};
 use embassy_stm32::interrupt::typelevel::{CAN1_RX0, Handler};
-use heapless::Vec;
 
 use super::mail::CAN;
 use super::owner;
 use crate::module::Links;
 use crate::tmcl::can as wire;
-
-/// Data of a frame.
-type Data = Vec<u8, 8>;
 
 /// Both halves of the interface.
 pub(super) struct Can {
@@ -42,12 +38,11 @@ pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
 
 impl Can {
     /// The oldest frame that has come, if it is one that TMCL uses: a data frame with an identifier of 11 bits.
-    pub(super) fn read(&mut self) -> Option<(u16, Data)> {
+    pub(super) fn read(&mut self) -> Option<(u16, Frame)> {
         // Errors of the bus are the controller's to handle: it leaves bus-off by itself.
-        let envelope = self.rx.try_read().ok()?;
-        let header = envelope.frame.header();
-        match header.id() {
-            Id::Standard(id) if !header.rtr() => Some((id.as_raw(), Data::from_slice(envelope.frame.data()).ok()?)),
+        let frame = self.rx.try_read().ok()?.frame;
+        match frame.header().id() {
+            Id::Standard(id) if !frame.header().rtr() => Some((id.as_raw(), frame)),
             _ => None,
         }
     }
@@ -55,8 +50,7 @@ impl Can {
     /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is
     /// dropped.
     pub(super) fn write(&mut self, frame: &wire::Frame) {
-        let Some(id) = StandardId::new(frame.id) else { return };
-        if let Ok(frame) = Frame::new_standard(id.as_raw(), &frame.data)
+        if let Ok(frame) = Frame::new_data(standard(frame.id), &frame.data)
             && self.tx.try_write(&frame).is_err()
         {
             defmt::debug!("CAN: nobody listens, reply dropped");

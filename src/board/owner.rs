@@ -141,9 +141,9 @@ impl Owner {
             }
             if let Some(can) = &mut self.can
                 && !self.module.awaits(Source::Can { length: 8 })
-                && let Some((id, data)) = can.read()
+                && let Some((id, frame)) = can.read()
             {
-                if let Answer::Now(frame) = self.module.can(now(), id, data.as_slice()) {
+                if let Answer::Now(frame) = self.module.can(now(), id, frame.data()) {
                     can.write(&frame);
                 }
                 idle = false;

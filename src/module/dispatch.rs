@@ -3,7 +3,7 @@
 use super::{Done, Hooks, Module, Platform, RESTART_DELAY, Source, program};
 use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::{Interrupts, Operation};
+use crate::vm::Interrupts;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run
@@ -12,7 +12,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if let Some(done) = self.download(source, command) {
             return done;
         }
-        let instruction = Opcode::from_number(command.opcode).ok_or(Status::InvalidCommand)?.instruction();
+        let instruction = Instruction::numbered(command.opcode).ok_or(Status::InvalidCommand)?;
         if !instruction.direct {
             return Err(Status::NotAvailable);
         }
@@ -62,13 +62,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::Aco => return self.set_coordinate(kind, motor, self.machine.registers.accumulator, value),
             Opcode::Aap => return self.set_axis(now, kind, motor, self.machine.registers.accumulator, value),
             Opcode::Agp => return self.set_global(now, kind, motor, self.machine.registers.accumulator, value),
-            Opcode::Calc => {
-                let operation = Operation::from_number(kind).ok_or(Status::WrongType)?;
-                if !self.machine.registers.calc(operation, value) {
-                    return Err(Status::WrongType);
-                }
-            }
-            Opcode::Calcx => self.machine.registers.calcx(Operation::from_number(kind).ok_or(Status::WrongType)?),
+            Opcode::Calc => self.machine.registers.calc(kind, value)?,
+            Opcode::Calcx => self.machine.registers.calcx(kind)?,
             Opcode::Cle => {
                 if !self.machine.errors.clear(kind) {
                     return Err(Status::WrongType);

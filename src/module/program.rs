@@ -76,7 +76,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         // waited for, whatever it is.
         let waits = u8::from(match self.machine.mode() {
             Mode::Step => self.machine.busy(),
-            _ => self.machine.wait().is_some(),
+            _ => self.machine.waits(),
         });
         Ok(Done::Value(i32::from_be_bytes([self.machine.mode() as u8, waits, high, low])))
     }
@@ -168,24 +168,19 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes commands until the slice is used up, or the program has nothing more to do in this
     /// millisecond.
     pub(super) fn run_slice(&mut self, now: Micros) {
-        let mut slice = SLICE;
+        let (turn, mut slice) = (self.turn(), SLICE);
         while self.machine.busy() && self.fuel > 0 {
-            if self.machine.wait().is_some_and(|wait| self.is_over(wait)) {
+            if self.machine.waits() && self.is_over() || self.machine.interrupt(turn) {
                 continue;
             }
-            let turn = self.turn();
-            self.machine.interrupt(turn);
-            if !self.machine.busy() {
-                return;
-            }
-            if self.machine.wait().is_some() {
+            if self.machine.waits() {
                 // Nothing changes before the next millisecond.
                 self.fuel = 0;
                 return;
             }
             let counter = self.machine.counter();
             let Some(command) = self.store.command(counter) else { return self.machine.stop() };
-            let instruction = Opcode::from_number(command.opcode).map(Opcode::instruction);
+            let instruction = Instruction::numbered(command.opcode);
             let cost = if instruction.is_some_and(|instruction| instruction.chip) { CHIP_COST } else { 1 };
             if cost > slice {
                 return;
@@ -197,23 +192,30 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             };
             self.fuel = left;
             let handler = self.machine.handles();
-            let refused = self.run_command(now, instruction, command).err();
+            let refused = self.run_command(now, turn, instruction, command).err();
             let executed = Executed { at: now, address: counter, command, handler, refused };
             self.hooks.executed(&executed, &self.machine);
         }
     }
 
     /// Executes a command of the program. One that is refused has no effect, and the program goes on.
-    fn run_command(&mut self, now: Micros, instruction: Option<&Instruction>, command: Command) -> Result<(), Status> {
+    fn run_command(
+        &mut self,
+        now: Micros,
+        turn: Micros,
+        instruction: Option<&Instruction>,
+        command: Command,
+    ) -> Result<(), Status> {
         if command.opcode == 0 {
             self.machine.stop();
             return Ok(());
         }
-        let turn = self.turn();
         let done = match instruction {
-            Some(Instruction { opcode, .. }) if self.machine.execute(turn, *opcode, command) => return Ok(()),
-            Some(instruction) if instruction.program => self.perform(now, None, instruction, command),
-            Some(_) => Err(Status::NotAvailable),
+            Some(instruction) => match self.machine.execute(turn, instruction.opcode, command) {
+                Some(done) => return done,
+                None if instruction.program => self.perform(now, None, instruction, command),
+                None => Err(Status::NotAvailable),
+            },
             None => Err(Status::InvalidCommand),
         };
         match done {
@@ -251,8 +253,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Whether the program's wait has come to its end; if so, it is ended.
-    fn is_over(&mut self, wait: Wait) -> bool {
-        let Wait::For { awaited, motor, until } = wait else { return false };
+    fn is_over(&mut self) -> bool {
+        let Some(Wait::For { awaited, motor, until }) = self.machine.wait() else { return false };
         let axis = self.axes.get(usize::from(motor));
         let come = match (awaited, axis) {
             (Awaited::Ticks, _) => false,

@@ -73,17 +73,14 @@ macro_rules! instructions {
 
         impl Opcode {
             /// The command with this number, if there is one.
-            pub const fn from_number(number: u8) -> Option<Self> {
-                match number {
-                    $($number => Some(Opcode::$opcode),)*
-                    _ => None,
-                }
+            pub fn from_number(number: u8) -> Option<Self> {
+                Instruction::numbered(number).map(|instruction| instruction.opcode)
             }
 
             /// Its row of the table.
             pub const fn instruction(self) -> &'static Instruction {
                 match self {
-                    $(Opcode::$opcode => &Instruction {
+                    $(Opcode::$opcode => const { &Instruction {
                         opcode: Opcode::$opcode,
                         mnemonic: $mnemonic,
                         fields: &[$($field),*],
@@ -92,13 +89,20 @@ macro_rules! instructions {
                         program: $program != 0,
                         ascii: $ascii != 0,
                         chip: $chip != 0,
-                    },)*
+                    } },)*
                 }
             }
         }
 
         /// All instructions in the order of their numbers.
         const ALL: &[Opcode] = &[$(Opcode::$opcode),*];
+
+        /// All instructions at their numbers: who executes a command has no time to search.
+        static BY_NUMBER: [Option<&Instruction>; 256] = {
+            let mut table = [None; 256];
+            $(table[$number] = Some(Opcode::$opcode.instruction());)*
+            table
+        };
     };
 }
 
@@ -172,6 +176,11 @@ impl Instruction {
     /// All instructions, in the order of their numbers.
     pub fn all() -> impl Iterator<Item = &'static Instruction> {
         ALL.iter().map(|opcode| opcode.instruction())
+    }
+
+    /// The instruction with this number, if there is one.
+    pub fn numbered(number: u8) -> Option<&'static Instruction> {
+        BY_NUMBER.get(usize::from(number)).copied().flatten()
     }
 
     /// How many operands have to be written: all but a motor at the end; of a user function, which may mean anything

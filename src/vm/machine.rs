@@ -5,7 +5,7 @@ use heapless::Vec;
 
 use super::{Condition, ErrorFlag, Errors, Interrupts, Registers};
 use crate::store::COMMANDS;
-use crate::tmcl::{Command, Opcode};
+use crate::tmcl::{Command, Opcode, Status};
 use crate::units::Micros;
 
 /// Nested subroutine calls (manual section 3.7.20).
@@ -107,6 +107,11 @@ impl Machine {
         self.wait
     }
 
+    /// True while it does not go on with the next command.
+    pub const fn waits(&self) -> bool {
+        self.wait.is_some()
+    }
+
     /// True while events count: the program runs, or is stepped through.
     pub const fn runs(&self) -> bool {
         matches!(self.mode, Mode::Run | Mode::Step)
@@ -159,23 +164,23 @@ impl Machine {
 
     /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
     /// something is being stored. That is a step of its own, so that who goes step by step sees where the handler
-    /// begins.
-    pub fn interrupt(&mut self, now: Micros) {
+    /// begins. True if it went there.
+    pub fn interrupt(&mut self, now: Micros) -> bool {
         let turn = self.returned && self.wait.is_none();
         if turn || self.interrupted.is_some() {
-            return;
+            return false;
         }
-        if let Some(handler) = self.interrupts.take() {
-            self.interrupted = Some(Interrupted {
-                registers: self.registers,
-                counter: self.counter,
-                wait: self.wait.take(),
-                at: now,
-                depth: self.stack.len(),
-            });
-            self.counter = handler;
-            self.stepping = false;
-        }
+        let Some(handler) = self.interrupts.take() else { return false };
+        self.interrupted = Some(Interrupted {
+            registers: self.registers,
+            counter: self.counter,
+            wait: self.wait.take(),
+            at: now,
+            depth: self.stack.len(),
+        });
+        self.counter = handler;
+        self.stepping = false;
+        true
     }
 
     /// The command is done: goes on with the next one.
@@ -213,10 +218,23 @@ impl Machine {
         self.next();
     }
 
-    /// Executes a command that is nothing but the program's. False if it is another one.
-    pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> bool {
+    /// Executes a command that needs no more than what is in here. `None` if it is another one.
+    ///
+    /// # Errors
+    /// It is refused, and the program goes on with the next one.
+    pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> Option<Result<(), Status>> {
         let Command { kind, motor, value, .. } = command;
         match opcode {
+            Opcode::Calc => {
+                let done = self.registers.calc(kind, value);
+                self.next();
+                return Some(done);
+            }
+            Opcode::Calcx => {
+                let done = self.registers.calcx(kind);
+                self.next();
+                return Some(done);
+            }
             Opcode::Comp => {
                 self.registers.compare(value);
                 self.next();
@@ -247,9 +265,9 @@ impl Machine {
                 Some(interrupted) => self.return_to(now, interrupted),
                 None => self.next(),
             },
-            _ => return false,
+            _ => return None,
         }
-        true
+        Some(Ok(()))
     }
 
     /// Goes to an address, or stops at this command where there is none.

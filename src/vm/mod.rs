@@ -14,4 +14,4 @@ mod registers;
 
 pub use interrupts::{Interrupts, Signals};
 pub use machine::{Awaited, Machine, Mode, Wait, address};
-pub use registers::{Condition, ErrorFlag, Errors, Operation, Registers};
+pub use registers::{Condition, ErrorFlag, Errors, Registers};

@@ -3,9 +3,12 @@
 
 use core::cmp::Ordering;
 
+use crate::tmcl::Status;
+
 /// An operation of CALC and CALCX, by its type number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Operation {
+#[repr(u8)]
+enum Operation {
     /// Accumulator plus operand.
     Add,
     /// Accumulator minus operand.
@@ -31,9 +34,8 @@ pub enum Operation {
 }
 
 impl Operation {
-    /// The operation with this type number, 0..=10.
-    pub const fn from_number(number: u8) -> Option<Self> {
-        Some(match number {
+    const fn from_number(number: u8) -> Result<Self, Status> {
+        Ok(match number {
             0 => Operation::Add,
             1 => Operation::Sub,
             2 => Operation::Mul,
@@ -45,7 +47,7 @@ impl Operation {
             8 => Operation::Not,
             9 => Operation::Load,
             10 => Operation::Swap,
-            _ => return None,
+            _ => return Err(Status::WrongType),
         })
     }
 }
@@ -161,29 +163,36 @@ impl Registers {
         self.zero = value == 0;
     }
 
-    /// CALC: accumulator and a constant. False for SWAP, which CALC has not.
-    pub fn calc(&mut self, operation: Operation, operand: i32) -> bool {
+    /// CALC: the operation with this type number on accumulator and a constant.
+    ///
+    /// # Errors
+    /// There is no such operation, or it is SWAP, which CALC has not.
+    pub fn calc(&mut self, kind: u8, operand: i32) -> Result<(), Status> {
         let a = self.accumulator;
-        self.load(match operation {
+        self.load(match Operation::from_number(kind)? {
             Operation::Not => !a,
             Operation::Load => operand,
-            Operation::Swap => return false,
-            _ => binary(operation, a, operand),
+            Operation::Swap => return Err(Status::WrongType),
+            operation => binary(operation, a, operand),
         });
-        true
+        Ok(())
     }
 
-    /// CALCX: accumulator and X register.
-    pub fn calcx(&mut self, operation: Operation) {
-        match operation {
+    /// CALCX: the operation with this type number on accumulator and X register.
+    ///
+    /// # Errors
+    /// There is no such operation.
+    pub fn calcx(&mut self, kind: u8) -> Result<(), Status> {
+        match Operation::from_number(kind)? {
             Operation::Not => self.x = !self.x,
             Operation::Load => self.x = self.accumulator,
             Operation::Swap => {
                 let x = core::mem::replace(&mut self.x, self.accumulator);
                 self.load(x);
             }
-            _ => self.load(binary(operation, self.accumulator, self.x)),
+            operation => self.load(binary(operation, self.accumulator, self.x)),
         }
+        Ok(())
     }
 
     /// COMP.
@@ -238,7 +247,7 @@ mod tests {
 
     fn calc(a: i32, operation: Operation, b: i32) -> i32 {
         let mut registers = Registers { accumulator: a, ..Registers::default() };
-        assert!(registers.calc(operation, b));
+        registers.calc(operation as u8, b).unwrap();
         registers.accumulator
     }
 
@@ -260,13 +269,14 @@ mod tests {
     #[test]
     fn calcx_not_inverts_the_x_register() {
         let mut registers = Registers { accumulator: 3, x: 5, ..Registers::default() };
-        registers.calcx(Operation::Not);
+        registers.calcx(Operation::Not as u8).unwrap();
         assert_eq!((registers.accumulator, registers.x), (3, !5));
-        registers.calcx(Operation::Swap);
+        registers.calcx(Operation::Swap as u8).unwrap();
         assert_eq!((registers.accumulator, registers.x), (!5, 3));
-        registers.calcx(Operation::Mul);
+        registers.calcx(Operation::Mul as u8).unwrap();
         assert_eq!((registers.accumulator, registers.x), (!5 * 3, 3));
-        assert!(!registers.calc(Operation::Swap, 0));
+        assert_eq!(registers.calc(Operation::Swap as u8, 0), Err(Status::WrongType));
+        assert_eq!((registers.calc(11, 0), registers.calcx(11)), (Err(Status::WrongType), Err(Status::WrongType)));
     }
 
     #[test]
@@ -286,9 +296,9 @@ mod tests {
         assert_eq!(met(&registers), [1, 2, 5, 7]);
         registers.compare(i32::MIN);
         assert_eq!(met(&registers), [1, 3, 4, 5], "the comparison does not overflow");
-        registers.calcx(Operation::Swap);
+        registers.calcx(Operation::Swap as u8).unwrap();
         assert_eq!(met(&registers), [0, 3, 4, 5]);
-        registers.calcx(Operation::Not);
+        registers.calcx(Operation::Not as u8).unwrap();
         assert_eq!((registers.x, registers.zero), (!5, true), "NOT leaves the accumulator alone, and its flag");
     }
 

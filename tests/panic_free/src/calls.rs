@@ -21,9 +21,7 @@ use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
 use tmcm::tmcl::binary::{self, Framer, Telegram};
 use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
 use tmcm::units::{CurrentScale, Micros};
-use tmcm::vm::{
-    self, Awaited, Condition, ErrorFlag, Errors, Interrupts, Machine, Operation as Calculation, Registers, Signals,
-};
+use tmcm::vm::{self, Awaited, Condition, ErrorFlag, Errors, Interrupts, Machine, Registers, Signals};
 
 /// A chip that answers anything, or fails.
 struct Chip;
@@ -292,10 +290,8 @@ fn store() {
 #[inline(never)]
 fn machine() {
     let mut registers = any(Registers::default());
-    if let Some(operation) = Calculation::from_number(any(0)) {
-        any(registers.calc(operation, any(0)));
-        registers.calcx(operation);
-    }
+    any(registers.calc(any(0), any(0)));
+    any(registers.calcx(any(0)));
     registers.compare(any(0));
     let mut errors = any(Errors::default());
     errors.raise(any(ErrorFlag::Timeout));
