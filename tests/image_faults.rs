@@ -198,6 +198,22 @@ fn a_usb_cable_pulled_in_the_middle_of_a_telegram_leaves_nothing_behind() {
     assert_eq!(host.machine.counters().starts, 1);
 }
 
+/// Messages that nobody fetches do not stop the firmware, though a debug probe had asked it to wait for that.
+#[test]
+fn a_debug_probe_that_is_pulled_off_does_not_stop_the_firmware() {
+    let mut host = moving();
+    host.machine.pull_probe();
+    // Two messages each time, of 5 bytes and more; the buffer has 1024.
+    for _ in 0..120 {
+        host.machine.plug_usb(true);
+        host.run(400 * MILLISECOND);
+        assert!(host.machine.usb_device().open);
+        host.machine.plug_usb(false);
+        host.run(10 * MILLISECOND);
+    }
+    assert_eq!((host.ok("GAP 3, 0"), host.speed(), host.machine.counters().starts), (500, 500, 1));
+}
+
 /// A reset that is asked for comes, though a program on a USB host does not read the replies that are there for it.
 #[test]
 fn a_usb_host_that_does_not_read_does_not_keep_the_module_from_its_reset() {
@@ -423,6 +439,29 @@ fn a_hard_fault_switches_the_driver_off_and_is_told_after_the_restart() {
     let log = assert_recovers(true, fault);
     let place = format!("hard fault at {place:#x}");
     assert_logged(&log, &[&format!("error: {place}"), &format!("error: restarted after a {place}")]);
+}
+
+/// A stack that overflows leaves the RAM below it, in which the core stops for the watchdog; no static is overwritten.
+#[test]
+fn a_stack_overflow_ends_in_a_restart_and_overwrites_nothing() {
+    // PUSH {R0-R7}, again and again.
+    const PUSH: [u8; 4] = 0xE7FD_B4FF_u32.to_le_bytes();
+    let place = code(symbol("TIM3"));
+    let stack = symbol("_stack_start");
+    let overflow = |host: &mut Host| {
+        let before = host.machine.program(place, &PUSH).unwrap();
+        // The program memory, where there is no program, and all else that does not change.
+        let statics =
+            |host: &Host| (stack..stack + 0x4000).step_by(4).map(|at| host.machine.peek(at)).collect::<Vec<_>>();
+        let then = statics(host);
+        host.run(1_010 * MICROSECOND);
+        let changed = then.iter().zip(statics(host)).filter(|(then, now)| **then != *now).count();
+        assert!(changed < 20, "{changed} words of the statics");
+        assert_eq!(host.machine.peek(stack - 0x4000), host.machine.peek(stack - 0x4000 + 32), "filled to the end");
+        (place, before)
+    };
+    let log = assert_recovers(false, overflow);
+    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
 }
 
 /// Code for this place that calls a function with a value and does not return: MOVW, MOVT to R0, then B.

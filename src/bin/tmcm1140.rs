@@ -1,4 +1,4 @@
-//! The image for the TMCM-1140. `cargo fw` builds it, `cargo flash` brings it to a module.
+//! The image for the TMCM-1140. `cargo fw` builds it, `cargo fw-run` brings it to a module.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![deny(unsafe_code)]
@@ -24,6 +24,9 @@ mod image {
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    eprintln!("This is the firmware image; a computer cannot run it. `cargo fw` builds it, `cargo sim` runs its core.");
+    eprintln!(
+        "This is the firmware image; a computer cannot run it. `cargo fw` builds it, `cargo sim --image` \
+         emulates it, `cargo sim` runs its core."
+    );
     std::process::ExitCode::FAILURE
 }

@@ -119,11 +119,11 @@ impl Sram {
         let _ = self.0.fill(0, SRAM_SIZE as u64, PAINT);
     }
 
-    /// How many bytes at the end of memory, from `low` on, have been written since power-on.
-    pub(super) fn used_above(&self, low: u32) -> u32 {
-        let end = SRAM + SRAM_SIZE as u32;
+    /// How many bytes at the end of a part of memory have been written since power-on.
+    pub(super) fn used_in(&self, part: core::ops::Range<u32>) -> u32 {
         let paint = u32::from_le_bytes([PAINT; 4]);
-        let untouched = (low.next_multiple_of(4)..end).step_by(4).find(|&at| self.word(at) != Some(paint));
+        let end = part.end;
+        let untouched = (part.start.next_multiple_of(4)..end).step_by(4).find(|&at| self.word(at) != Some(paint));
         untouched.map_or(0, |at| end - at)
     }
 }

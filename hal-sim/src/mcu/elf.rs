@@ -8,7 +8,8 @@ use super::stop::Stop;
 
 /// Where flash and RAM are.
 const FLASH: u32 = 0x0800_0000;
-const RAM: core::ops::Range<u64> = 0x2000_0000..0x2002_0000;
+const FLASH_MEMORY: core::ops::Range<u32> = FLASH..FLASH + FLASH_SIZE as u32;
+const RAM: core::ops::Range<u32> = 0x2000_0000..0x2002_0000;
 const ERASED: u8 = 0xFF;
 
 /// What the machine needs to know of an image.
@@ -18,15 +19,15 @@ pub(super) struct Image {
     pub(super) flash: Vec<u8>,
     /// Where the log's control block is, if there is one.
     pub(super) rtt: Option<u32>,
-    /// Where the statics in RAM end; from there on it is the stack's.
-    pub(super) statics_end: u32,
+    /// The stack's memory: what lies between its start and the next statics below, or the RAM's end.
+    pub(super) stack: core::ops::Range<u32>,
 }
 
 impl Image {
     /// Reads an ELF file.
     pub(super) fn parse(file: &[u8]) -> Result<Self, Stop> {
         let wrong = |what: &dyn std::fmt::Display| Stop::Image(what.to_string());
-        let elf = ElfFile32::<Endianness>::parse(file).map_err(|error| wrong(&error))?;
+        let elf = ElfFile32::<Endianness>::parse(file).map_err(|_| wrong(&"not an ELF file of 32 bits"))?;
         if elf.architecture() != Architecture::Arm {
             return Err(wrong(&"not for an ARM core"));
         }
@@ -41,15 +42,22 @@ impl Image {
             let cells = place.and_then(|at| flash.get_mut(at..at + data.len()));
             cells.ok_or_else(|| wrong(&"a segment lies outside flash"))?.copy_from_slice(data);
         }
+        let [top, reset] =
+            [0, 4].map(|at| flash.get(at..).and_then(<[u8]>::first_chunk).copied().map(u32::from_le_bytes));
+        let (top, reset) = (top.unwrap_or_default(), reset.unwrap_or_default());
+        // Both vectors lie in the memory they are for; the lowest bit says that it is Thumb code.
+        if !(RAM.start..=RAM.end).contains(&top) || reset & 1 == 0 || !FLASH_MEMORY.contains(&reset) {
+            return Err(wrong(&"the flash memory does not begin with the vectors of a program"));
+        }
         let rtt = elf.symbols().find(|symbol| symbol.name() == Ok("_SEGGER_RTT")).map(|symbol| symbol.address() as u32);
         let in_memory =
             |flags| matches!(flags, SectionFlags::Elf { sh_flags, .. } if sh_flags & u64::from(elf::SHF_ALLOC) != 0);
-        let statics_end = elf
+        let below = elf
             .sections()
-            .filter(|section| in_memory(section.flags()) && RAM.contains(&section.address()))
-            .map(|section| section.address() + section.size())
-            .max();
-        Ok(Self { flash, rtt, statics_end: statics_end.unwrap_or(RAM.start) as u32 })
+            .filter(|section| in_memory(section.flags()))
+            .map(|section| (section.address() + section.size()) as u32)
+            .filter(|end| (RAM.start..=top).contains(end));
+        Ok(Self { flash, rtt, stack: below.max().unwrap_or(RAM.start)..top })
     }
 }
 

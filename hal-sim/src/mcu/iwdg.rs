@@ -31,6 +31,11 @@ impl Iwdg {
         Self { now: 0, divider: 1, pr: 0, rlr: 0xFFF, unlocked: false, expires: NEVER }
     }
 
+    /// Whether it has been started.
+    pub(super) fn is_running(&self) -> bool {
+        self.expires != NEVER
+    }
+
     /// Whether it has not been reloaded in time.
     pub(super) fn has_expired(&self) -> bool {
         self.expires <= self.now
@@ -55,7 +60,7 @@ impl Peripheral for Iwdg {
         match offset {
             KR => {
                 self.unlocked = value == UNLOCK;
-                if value == START || value == RELOAD && self.expires != NEVER {
+                if value == START || value == RELOAD && self.is_running() {
                     self.reload();
                 }
             }

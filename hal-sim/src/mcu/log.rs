@@ -21,6 +21,9 @@ const BUFFER: u32 = CHANNEL + 4;
 const SIZE: u32 = CHANNEL + 8;
 const WRITE: u32 = CHANNEL + 12;
 const READ: u32 = CHANNEL + 16;
+const FLAGS: u32 = CHANNEL + 20;
+/// Mode in the flags: the program is to wait while the buffer is full.
+const BLOCKING: u32 = 2;
 /// No buffer is longer: what says so has not been set up.
 const LONGEST: u32 = 0x1_0000;
 /// Ends a message.
@@ -31,6 +34,8 @@ pub(super) struct Log {
     block: Option<u32>,
     table: Option<Table>,
     pending: Vec<u8>,
+    /// Nobody fetches any more.
+    left: bool,
 }
 
 impl Log {
@@ -38,7 +43,7 @@ impl Log {
     pub(super) fn new(elf: &[u8], block: Option<u32>) -> Self {
         // Without a table nothing can be read; an image may be built without a log.
         let table = Table::parse(elf).ok().flatten();
-        Self { block, table, pending: Vec::new() }
+        Self { block, table, pending: Vec::new(), left: false }
     }
 
     /// Whether there is a buffer, and a table of the messages.
@@ -48,9 +53,17 @@ impl Log {
 
     /// Fetches what is in the buffer.
     pub(super) fn drain(&mut self, memory: &Sram) {
-        if let Some(block) = self.block {
+        if let Some(block) = self.block.filter(|_| !self.left) {
             let _ = self.fetch(memory, block);
         }
+    }
+
+    /// Asks the program to wait for the reader, who is gone from then on.
+    pub(super) fn leave(&mut self, memory: &Sram) {
+        if let Some(block) = self.block {
+            let _ = memory.write(block + FLAGS, &BLOCKING.to_le_bytes());
+        }
+        self.left = true;
     }
 
     fn fetch(&mut self, memory: &Sram, block: u32) -> Option<()> {

@@ -115,7 +115,7 @@ pub struct Machine {
     /// Since when it has neither slept nor used the chip.
     busy_since: Cycles,
     round: Option<Round>,
-    statics_end: u32,
+    stack: core::ops::Range<u32>,
     log: Log,
     log_due: Cycles,
     stops_at_reset: bool,
@@ -145,7 +145,7 @@ impl Machine {
             asleep: false,
             busy_since: 0,
             round: None,
-            statics_end: image.statics_end,
+            stack: image.stack,
             log: Log::new(elf, image.rtt),
             log_due: 0,
             stops_at_reset: false,
@@ -380,6 +380,11 @@ impl Machine {
         self.log.take()
     }
 
+    /// A debug probe that has fetched the log is pulled off: it had asked the firmware to wait for it, and fetches no more.
+    pub fn pull_probe(&mut self) {
+        self.log.leave(self.cpu.sram());
+    }
+
     /// What has been done so far.
     pub fn counters(&self) -> Counters {
         Counters { cycles: self.now, ..self.counters }
@@ -392,7 +397,7 @@ impl Machine {
 
     /// The most bytes of stack that have been in use since power-on.
     pub fn stack_used(&self) -> u32 {
-        self.cpu.sram().used_above(self.statics_end)
+        self.cpu.sram().used_in(self.stack.clone())
     }
 
     /// The word at `address` in memory, as a debug probe reads it; none where there is no memory.
@@ -429,7 +434,8 @@ impl Machine {
                     self.powered = false;
                     continue;
                 }
-                if self.cpu.is_locked_up() {
+                // A core that is locked up waits for a reset, which may come.
+                if self.cpu.is_locked_up() && !soc.has_watchdog() {
                     return Err(Stop::LockedUp { pc: self.cpu.pc() });
                 }
                 let bites = soc.watchdog_bites();

@@ -211,6 +211,11 @@ impl Soc {
         self.sram = Some(sram);
     }
 
+    /// Whether there is a watchdog that will bite.
+    pub(super) fn has_watchdog(&self) -> bool {
+        self.iwdg.is_running()
+    }
+
     /// Whether the watchdog has not been fed.
     pub(super) fn watchdog_bites(&self) -> bool {
         self.iwdg.has_expired()
