@@ -287,6 +287,45 @@ fn a_supply_dip_stops_and_locks_the_motor_until_the_supply_is_back() {
     assert_eq!((host.rotor() - start, host.bridges_on(), host.machine.counters().starts), (5_120, true, 1));
 }
 
+/// A supply that is not there from the start, as the microcontroller lives on USB: a program that starts by itself waits
+/// for it.
+#[test]
+fn a_program_does_not_start_before_there_is_a_supply() {
+    let mut host = Host::new("");
+    for line in ["132, 0, 0, 0", "SIO 0, 2, 1", "STOP", "133, 0, 0, 0", "SGP 77, 0, 1"] {
+        host.ask(line);
+    }
+    host.run(100 * MILLISECOND);
+    let out = |host: &mut Host| host.machine.board().world().outputs().out[0];
+    for volts in [0.0, 24.0] {
+        host.machine.set_power(false);
+        host.run(100 * MILLISECOND);
+        host.machine.board().change_world(|world| world.set_supply(volts));
+        host.machine.set_power(true);
+        host.run(START);
+        assert_eq!((out(&mut host), host.ask("ROR 0, 0").0), (volts > 0.0, OK), "{volts} V");
+        if volts == 0.0 {
+            assert_eq!(host.ask("ROR 0, 100").0, NOT_AVAILABLE);
+            host.machine.board().change_world(|world| world.set_supply(24.0));
+            host.run(100 * MILLISECOND);
+            assert!(out(&mut host));
+        }
+    }
+}
+
+/// A dip that is over at the next look is none: the chopper makes such.
+#[test]
+fn a_dip_of_microseconds_is_no_loss_of_supply() {
+    let mut host = moving();
+    for n in 0..500 {
+        for (volts, span) in [(7.0, 20 * MICROSECOND), (24.0, (2_900 + n * 37 % 211) * MICROSECOND)] {
+            host.machine.board().change_world(|world| world.set_supply(volts));
+            host.run(span);
+        }
+        assert_eq!(host.speed(), 500);
+    }
+}
+
 /// The supply goes away for moments at any time: while it starts, while it moves, while it stores.
 #[test]
 fn power_cuts_at_any_time_leave_a_module_that_starts_and_stands() {
@@ -313,6 +352,32 @@ fn power_cuts_at_any_time_leave_a_module_that_starts_and_stands() {
     host.assert_rest();
     assert_eq!(host.ok("GAP 4, 0"), 1_000);
     assert_logged(&host.log(), &["info: power on"]);
+}
+
+/// The crystal gives the TMC429 its clock and the microcontroller its time: without it nothing is known of the motor.
+#[test]
+fn a_crystal_that_stops_switches_the_driver_off_and_one_that_does_not_start_leaves_it_off() {
+    let mut host = moving();
+    host.machine.set_crystal(false);
+    host.run(10 * MICROSECOND);
+    assert!(!host.bridges_on());
+    host.run(MILLISECOND);
+    assert_logged(&host.log(), &["error: the crystal has stopped"]);
+    // The watchdog tries again and again, with LED2 on, and without touching the motor.
+    for starts in 2..5 {
+        host.reset_within(SECOND);
+        assert_eq!(host.machine.counters().starts, starts);
+        host.run(10 * MILLISECOND);
+        assert!(!host.bridges_on() && host.machine.board().world().outputs().leds[1]);
+    }
+    host.machine.set_crystal(true);
+    host.reset_within(SECOND);
+    host.run(START);
+    assert_logged(&host.log(), &["error: restarted after the crystal had stopped"]);
+    host.machine.take_sent();
+    host.ok("ROR 0, 500");
+    host.run(200 * MILLISECOND);
+    assert_eq!((host.speed(), host.bridges_on()), (500, true));
 }
 
 // ---- The firmware itself ----

@@ -220,6 +220,47 @@ fn the_telegram_pause_is_kept() {
     }
 }
 
+/// Whatever becomes due while a reply is on its way, its last byte included, is sent behind it.
+#[test]
+fn an_event_that_comes_while_a_reply_goes_out_follows_it() {
+    let mut host = Host::new("");
+    for line in ["SAP 4, 0, 2000", "SAP 5, 0, 2000", "138, 1, 0, 1"] {
+        host.ok(line);
+    }
+    for steps in (5..60).step_by(5) {
+        let said = host.said_to(&telegram(&format!("MVP REL, 0, {steps}")), 100 * MILLISECOND);
+        assert_eq!(said.len(), 18, "{steps} steps: {said:?}");
+        assert_eq!((said[2], said[3], said[11], said[12]), (OK, 4, 128, 138), "{steps} steps");
+    }
+}
+
+/// As many replies as there were requests, however close together these come - up to as many as the controller has room
+/// for, three to be read and three to be sent - and the event behind its reply.
+#[test]
+fn all_requests_over_can_are_answered() {
+    for (value, bit_rate) in [(8, 1_000_000), (7, 500_000), (2, 20_000)] {
+        let mut host = Host::new("");
+        host.ok(&format!("SGP 69, 0, {value}"));
+        reset(&mut host);
+        host.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
+        for number in [1, 2, 3, 5, 6] {
+            for _ in 0..number {
+                host.machine.send_frame(request(1, "GAP 4, 0"));
+            }
+            host.run(number * 20 * MILLISECOND);
+            assert_eq!(host.machine.take_frames().len() as u64, number, "{bit_rate} bit/s");
+        }
+        assert_eq!(host.ask_can("138, 1, 0, 1").0, OK);
+        let position = host.ask_can("GAP 1, 0").1;
+        for _ in 0..20 {
+            host.run(317 * MICROSECOND);
+            let said = host.said_on_can(1, &format!("MVP ABS, 0, {position}"), 20 * MILLISECOND);
+            let told: Vec<(u8, u8)> = said.iter().map(|frame| (frame.data[1], frame.data[2])).collect();
+            assert_eq!(told, [(OK, 4), (128, 138)], "{bit_rate} bit/s");
+        }
+    }
+}
+
 // ---- Heartbeats ----
 
 /// Parameters 68 and 82: the motor stops when its host falls silent.

@@ -2,14 +2,14 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use embassy_stm32::adc::{Adc, SampleTime};
+use embassy_stm32::adc::{Adc, SampleTime, Temperature};
 use embassy_stm32::peripherals::ADC1;
 use embassy_time::Timer;
 
 use super::tmcm1140::Analog;
 
-/// Time between two readings.
-const PERIOD_MS: u64 = 5;
+/// Time between two readings. A supply that is gone is noticed after two of them.
+const PERIOD_MS: u64 = 2;
 /// The highest reading.
 const FULL_SCALE: u32 = 4_095;
 /// What it stands for at a pin: 3.3 V, here in 0.1 mV.
@@ -23,20 +23,45 @@ const PER_DEGREE: i32 = 25;
 /// The latest readings: IN0, supply, temperature. More than full scale before the first one.
 static READINGS: [AtomicU32; 3] = [const { AtomicU32::new(u32::MAX) }; 3];
 
-/// Reads all inputs again and again.
-#[embassy_executor::task]
-pub(super) async fn read(mut adc: Adc<'static, ADC1>, mut inputs: Analog) {
-    let mut temperature = adc.enable_temperature();
-    loop {
+/// The converter with its inputs.
+pub(super) struct Sensors {
+    adc: Adc<'static, ADC1>,
+    inputs: Analog,
+    temperature: Temperature,
+    /// The last reading of the supply.
+    supply: u16,
+}
+
+impl Sensors {
+    /// Reads all inputs for the first time.
+    pub(super) fn new(adc: Adc<'static, ADC1>, inputs: Analog) -> Self {
+        let temperature = adc.enable_temperature();
+        let mut sensors = Sensors { adc, inputs, temperature, supply: 0 };
+        sensors.read();
+        sensors
+    }
+
+    fn read(&mut self) {
+        let Sensors { adc, inputs: Analog { in0, supply }, temperature, .. } = self;
         // At 21 MHz 84 cycles are 4 us, enough for a source of 50 kOhm; the sensor wants 10 us and gets 23.
         let (time, long) = (SampleTime::CYCLES84, SampleTime::CYCLES480);
-        let Analog { in0, supply } = &mut inputs;
-        let readings =
-            [adc.blocking_read(in0, time), adc.blocking_read(supply, time), adc.blocking_read(&mut temperature, long)];
-        for (place, reading) in READINGS.iter().zip(readings) {
+        let in0 = adc.blocking_read(in0, time);
+        let supply = adc.blocking_read(supply, time);
+        let temperature = adc.blocking_read(temperature, long);
+        // The chopper makes dips of microseconds, which do not last from one reading to the next.
+        let before = core::mem::replace(&mut self.supply, supply);
+        for (place, reading) in READINGS.iter().zip([in0, supply.max(before), temperature]) {
             place.store(reading.into(), Ordering::Relaxed);
         }
+    }
+}
+
+/// Reads all inputs again and again.
+#[embassy_executor::task]
+pub(super) async fn watch(mut sensors: Sensors) {
+    loop {
         Timer::after_millis(PERIOD_MS).await;
+        sensors.read();
     }
 }
 

@@ -3,11 +3,15 @@
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id, StandardId};
 use embassy_stm32::interrupt::typelevel::{CAN1_RX0, Handler};
+use embassy_stm32::pac::CAN1;
 
 use super::mail::CAN;
 use super::owner;
 use crate::module::Links;
 use crate::tmcl::can as wire;
+
+/// Frames that can wait to be sent.
+const MAILBOXES: usize = 3;
 
 /// Both halves of the interface.
 pub(super) struct Can {
@@ -28,6 +32,8 @@ impl Handler<CAN1_RX0> for Pend {
 #[embassy_executor::task]
 pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
     can.set_bitrate(bit_rate);
+    // In the order of their identifiers only one frame of each could wait, and replies all have the same.
+    can.set_tx_fifo_scheduling(true);
     can.enable().await;
     let (tx, rx) = can.split();
     // Dropped, it would reset the controller.
@@ -45,6 +51,12 @@ impl Can {
             Id::Standard(id) if !frame.header().rtr() => Some((id.as_raw(), frame)),
             _ => None,
         }
+    }
+
+    /// True if a frame can be sent now.
+    pub(super) fn has_room(&self) -> bool {
+        let status = CAN1.tsr().read();
+        (0..MAILBOXES).any(|mailbox| status.tme(mailbox))
     }
 
     /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is

@@ -32,6 +32,7 @@ const MAGIC: u32 = 0x7A11_5E1F;
 const PANIC: u32 = 1;
 const HARD_FAULT: u32 = 2;
 const INTERRUPT: u32 = 3;
+const CRYSTAL: u32 = 4;
 
 /// Memory that a restart leaves as it is.
 struct Kept(UnsafeCell<MaybeUninit<Note>>);
@@ -72,11 +73,20 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop()
 }
 
+/// The clock security system: the TMC429 has lost its clock, too.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    make_safe();
+    note(CRYSTAL, [0; 3]);
+    defmt::error!("the crystal has stopped");
+    stop()
+}
+
 /// Exceptions and interrupts that nobody expects.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
     make_safe();
-    note(INTERRUPT, [number.cast_unsigned().into(), 0, 0]);
+    note(INTERRUPT, [i32::from(number).cast_unsigned(), 0, 0]);
     defmt::error!("unexpected interrupt {=i16}", number);
     stop()
 }
@@ -101,9 +111,7 @@ pub(super) fn report() -> bool {
         defmt::info!("power on");
     }
     let recovering = noted || flags.wdgrstf();
-    if recovering {
-        show_trouble();
-    }
+    show_trouble(recovering);
     recovering
 }
 
@@ -112,7 +120,8 @@ fn tell(note: &Note) {
     match note.kind {
         PANIC => defmt::error!("restarted after a panic at {=str}:{=u32}", file_name(a, b), c),
         HARD_FAULT => defmt::error!("restarted after a hard fault at {=u32:#x}, called from {=u32:#x}", a, b),
-        _ => defmt::error!("restarted after unexpected interrupt {=u32}", a),
+        CRYSTAL => defmt::error!("restarted after the crystal had stopped"),
+        _ => defmt::error!("restarted after unexpected interrupt {=i32}", a.cast_signed()),
     }
 }
 
@@ -140,7 +149,7 @@ fn make_safe() {
     static ENTERED: AtomicBool = AtomicBool::new(false);
     cortex_m::interrupt::disable();
     drivers_off();
-    show_trouble();
+    show_trouble(true);
     // Trouble while telling of trouble, as when it began in the middle of a message: say no more.
     if ENTERED.swap(true, Ordering::Relaxed) {
         stop();

@@ -141,6 +141,7 @@ impl Owner {
             }
             if let Some(can) = &mut self.can
                 && !self.module.awaits(Source::Can { length: 8 })
+                && can.has_room()
                 && let Some((id, frame)) = can.read()
             {
                 if let Answer::Now(frame) = self.module.can(now(), id, frame.data()) {
@@ -192,7 +193,7 @@ impl Owner {
         watchdog::MODULE.alive();
         if outputs.trouble && !core::mem::replace(&mut self.trouble, true) {
             defmt::error!("motion controller does not answer: motor drivers off until the next start");
-            show_trouble();
+            show_trouble(true);
         }
         if let Some(written) = WRITTEN.try_take() {
             if !written {

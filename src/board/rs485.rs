@@ -137,8 +137,8 @@ impl Rs485 {
         if status.rxne() || status.ore() {
             // Reading the data after the status clears the errors, too.
             let byte = USART3.dr().read().0 as u8;
-            // A break, or noise: what has come so far is no telegram.
-            if status.fe() || status.ne() {
+            // A break, noise, or a byte was lost: what has come so far is no telegram.
+            if status.fe() || status.ne() || status.ore() {
                 self.port.silence();
             } else if status.rxne() {
                 self.receive(byte);
@@ -212,6 +212,8 @@ impl Rs485 {
             w.set_re(false);
             w.set_txeie(true);
         });
+        // Read before the first byte, the status forgets that the last one was complete.
+        let _ = USART3.sr().read();
         self.transmit();
     }
 
@@ -228,8 +230,15 @@ impl Rs485 {
         }
     }
 
-    /// The last stop bit is out.
+    /// The last stop bit is out; what has been added since that byte was handed over follows.
     fn sent(&mut self) {
+        if self.sent < self.out.len() {
+            USART3.cr1().modify(|w| {
+                w.set_tcie(false);
+                w.set_txeie(true);
+            });
+            return self.transmit();
+        }
         USART3.cr1().modify(|w| {
             w.set_tcie(false);
             w.set_re(true);

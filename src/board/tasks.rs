@@ -20,6 +20,8 @@ pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
             store.reset();
         }
     };
+    // The first poll knows the supply: without one, no program starts.
+    let sensors = analog::Sensors::new(board.adc, board.analog);
     let owner = owner::build(spec, board.motion, load, seed());
     if recovering {
         owner.module.hold_program();
@@ -39,7 +41,7 @@ pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
     spawn(spawner, usb::run(device));
     spawn(spawner, usb::carry(serial));
     spawn(spawner, can::join(board.can, bit_rate));
-    spawn(spawner, analog::read(board.adc, board.analog));
+    spawn(spawner, analog::watch(sensors));
     spawn(spawner, watchdog::feed(board.watchdog));
 }
 

@@ -30,11 +30,12 @@ use core::arch::global_asm;
 
 use embassy_stm32::adc::Adc;
 use embassy_stm32::can::{self, Can};
-use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, Pull, Speed};
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
-use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, RCC};
+use embassy_stm32::pac::iwdg::vals::Key;
+use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, IWDG, RCC};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
     PllSource, Sysclk,
@@ -156,8 +157,14 @@ pub(super) struct Rs485 {
 
 impl Board {
     /// Takes charge of the microcontroller: clocks, then pins. The motor drivers stay off. To be called once.
+    ///
+    /// LED2 is on until it has gone well; with a crystal that does not start, it stays on, and the watchdog tries again.
     pub fn start() -> Self {
+        show_trouble(true);
+        IWDG.kr().write(|w| w.set_key(Key::START));
         let p = embassy_stm32::init(clocks());
+        // A crystal that stops raises NMI: without the TMC429's clock nothing is known of the motor.
+        RCC.cr().modify(|w| w.set_csson(true));
         for handler in
             [interrupt::CAN1_TX, interrupt::CAN1_RX0, interrupt::CAN1_RX1, interrupt::CAN1_SCE, interrupt::OTG_FS]
         {
@@ -250,7 +257,7 @@ fn pads_connected(mut data: Peri<'static, peripherals::PA13>, mut clock: Peri<'s
         }
     }
     // Back to the debug port, as after reset: function 0, SWDIO with a pull-up, SWCLK with a pull-down.
-    Flex::new(data).set_as_af_unchecked(0, AfType::input(Pull::Up));
+    Flex::new(data).set_as_af_unchecked(0, AfType::output_pull(OutputType::PushPull, Speed::VeryHigh, Pull::Up));
     Flex::new(clock).set_as_af_unchecked(0, AfType::input(Pull::Down));
     follows
 }
@@ -271,11 +278,11 @@ pub(super) extern "C" fn drivers_off() {
     GPIOE.moder().modify(|w| w.set_moder(ENN, Moder::OUTPUT));
 }
 
-/// Lights LED2, until the next start; under the same conditions.
-pub(super) fn show_trouble() {
+/// Lights LED2, or puts it out; under the same conditions.
+pub(super) fn show_trouble(on: bool) {
     RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
     let _ = RCC.ahb1enr().read();
-    GPIOC.bsrr().write(|w| w.set_bs(TROUBLE, true));
+    GPIOC.bsrr().write(|w| if on { w.set_bs(TROUBLE, true) } else { w.set_br(TROUBLE, true) });
     GPIOC.moder().modify(|w| w.set_moder(TROUBLE, Moder::OUTPUT));
 }
 

@@ -107,8 +107,10 @@ async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError>
     sent
 }
 
+/// A full packet at the end is followed by an empty one, without which a host may wait for more.
 async fn write(serial: &mut Serial, bytes: &[u8]) -> Result<(), EndpointError> {
-    for packet in bytes.chunks(PACKET.into()) {
+    let full = !bytes.is_empty() && bytes.len().is_multiple_of(PACKET.into());
+    for packet in bytes.chunks(PACKET.into()).chain(full.then_some(&[][..])) {
         watchdog::while_waiting(&watchdog::USB, serial.write_packet(packet)).await?;
     }
     Ok(())

@@ -253,6 +253,11 @@ impl Cpu {
         self.core.set_irq(number, level);
     }
 
+    /// The interrupt that cannot be masked.
+    pub(super) fn raise_nmi(&self) {
+        self.core.with_sys(|sys| sys.set_pending(Exception::NMI, true));
+    }
+
     /// Lets at most `span` cycles pass without executing anything, fewer if the system timer wants attention
     /// before. Gives how many have passed.
     pub(super) fn idle(&self, span: Cycles) -> Cycles {

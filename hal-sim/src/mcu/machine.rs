@@ -253,6 +253,15 @@ impl Machine {
         self.shared.lock().set_disable_pull_up(fitted);
     }
 
+    /// Lets the microcontroller's crystal stop, or swing when it is switched on.
+    pub fn set_crystal(&mut self, swings: bool) {
+        let mut soc = self.shared.lock();
+        soc.settle(self.now);
+        if soc.set_crystal(swings) {
+            self.cpu.raise_nmi();
+        }
+    }
+
     /// Connects the pads for a factory reset with each other, or not.
     pub fn connect_pads(&mut self, on: bool) {
         self.shared.lock().connect_pads(on);

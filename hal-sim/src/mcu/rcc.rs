@@ -16,6 +16,7 @@ const CSR: u32 = 0x74;
 const DCKCFGR: u32 = 0x8C;
 
 const HSEON: u32 = 16;
+const CSSON: u32 = 19;
 const PLLON: u32 = 24;
 const PLLI2SON: u32 = 26;
 /// HSION, HSITRIM, HSEON, HSEBYP, CSSON, PLLON.
@@ -109,6 +110,8 @@ pub(super) struct Rcc {
     gates: [Gates; 5],
     /// Resets that have been asked for: the bus, the bits.
     resets: Option<(Group, u32)>,
+    /// The crystal swings when it is switched on.
+    crystal: bool,
 }
 
 const HSI: usize = 0;
@@ -136,14 +139,16 @@ impl Rcc {
             ready: [now, NEVER, NEVER, NEVER],
             gates: Default::default(),
             resets: None,
+            crystal: true,
         };
         rcc.gates[AHB1].enable = 0x0010_0000;
         rcc
     }
 
-    /// The flags that tell of resets since they were last cleared.
-    pub(super) fn flags(&self) -> u32 {
-        self.csr
+    /// The same after a reset.
+    pub(super) fn restarted(&self, now: Cycles, cause: Cause) -> Self {
+        let flags = if cause == Cause::Power { 0 } else { self.csr };
+        Self { crystal: self.crystal, ..Self::new(now, cause, flags) }
     }
 
     /// Whether the clock of `unit` is on.
@@ -162,6 +167,24 @@ impl Rcc {
     /// The peripherals that the last write has reset: their bus, their bits.
     pub(super) fn take_resets(&mut self) -> Option<(Group, u32)> {
         self.resets.take()
+    }
+
+    /// Lets the crystal stop, or swing again when it is switched on. What runs on it goes on with HSI, if the clock security
+    /// system looks after it: true if that has found it stopped, which is an NMI (RM0090 7.2.7).
+    pub(super) fn set_crystal(&mut self, swings: bool) -> Result<bool, &'static str> {
+        let lost = self.crystal && !swings && self.is_ready(HSE);
+        self.crystal = swings;
+        if !lost {
+            return Ok(false);
+        }
+        if !bit(self.cr, CSSON) {
+            return Err("the crystal has stopped, and the clock security system is off");
+        }
+        self.cr &= !(1 << HSEON | 1 << PLLON);
+        (self.ready[HSE], self.ready[PLL]) = (NEVER, NEVER);
+        self.cfgr &= !3;
+        self.source = 0;
+        Ok(true)
     }
 
     /// The clocks in force.
@@ -283,7 +306,8 @@ impl Peripheral for Rcc {
             CR => {
                 self.cr = value & CR_WRITABLE;
                 self.switch(HSI, bit(value, 0) || self.source == 0, HSI_START);
-                self.switch(HSE, bit(value, HSEON), HSE_START);
+                // Ready for good once it swings; the PLL can be on before.
+                self.switch(HSE, bit(value, HSEON) && self.crystal, HSE_START);
                 self.switch(PLL, bit(value, PLLON), PLL_START);
             }
             PLLCFGR if bit(self.cr, PLLON) => return Err(Refusal::Use("PLLCFGR is changed while the PLL is on")),
@@ -339,7 +363,7 @@ impl Peripheral for Rcc {
     }
 
     fn reset(&mut self) {
-        *self = Self::new(self.now, Cause::Software, self.csr);
+        *self = self.restarted(self.now, Cause::Software);
     }
 }
 
@@ -361,6 +385,22 @@ mod tests {
         let clocks = rcc.clocks();
         assert_eq!(clocks, Clocks { hz: 168_000_000, apb: [4, 2], mco1: 16_000_000 });
         assert_eq!((clocks.divider(Unit::Usart3), clocks.divider(Unit::Tim5), clocks.divider(Unit::Spi1)), (4, 2, 2));
+    }
+
+    #[test]
+    fn a_crystal_that_stops_leaves_the_core_on_hsi() {
+        let mut rcc = Rcc::new(0, Cause::Power, 0);
+        rcc.write(PLLCFGR, 8 | 168 << 6 | 1 << 22 | 7 << 24).unwrap();
+        rcc.write(CR, CR_RESET | 1 << HSEON | 1 << PLLON).unwrap();
+        rcc.write(CFGR, 5 << 10 | 4 << 13 | 2).unwrap();
+        rcc.advance(32_000);
+        assert!(rcc.set_crystal(false).is_err(), "nobody looks after it");
+        assert_eq!(rcc.set_crystal(true), Ok(false));
+        rcc.write(CR, CR_RESET | 1 << HSEON | 1 << PLLON | 1 << CSSON).unwrap();
+        assert_eq!((rcc.set_crystal(false), rcc.clocks().hz), (Ok(true), 16_000_000));
+        rcc.write(CR, CR_RESET | 1 << HSEON).unwrap();
+        rcc.advance(10_000_000);
+        assert_eq!((rcc.read(CR).unwrap() >> 17 & 1, rcc.set_crystal(false)), (0, Ok(false)));
     }
 
     #[test]

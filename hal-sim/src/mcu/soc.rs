@@ -152,8 +152,7 @@ impl Soc {
         for unit in Unit::ALL {
             self.peripheral(unit).reset();
         }
-        let flags = if cause == Cause::Power { 0 } else { self.rcc.flags() };
-        self.rcc = Rcc::new(now, cause, flags);
+        self.rcc = self.rcc.restarted(now, cause);
         self.host.device_lost(self.time.nanos(now), &mut self.otg);
         self.watched = Watched::default();
         self.fault = None;
@@ -229,6 +228,20 @@ impl Soc {
     /// Fits the resistor that pulls ENN up, or takes it off.
     pub(super) fn set_disable_pull_up(&mut self, fitted: bool) {
         self.wiring.disable_pulled_up = fitted;
+    }
+
+    /// Lets the crystal stop or swing; true if that is an NMI.
+    pub(super) fn set_crystal(&mut self, swings: bool) -> bool {
+        match self.rcc.set_crystal(swings) {
+            Ok(missed) => {
+                self.apply_clocks();
+                missed
+            }
+            Err(reason) => {
+                self.refuse("RCC", 0, Unit::Rcc.description().base, None, reason);
+                false
+            }
+        }
     }
 
     /// Connects the pads for a factory reset with each other, or not.

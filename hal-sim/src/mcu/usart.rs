@@ -106,6 +106,8 @@ pub(super) struct Usart {
     /// When the line has been idle for a frame.
     idle_at: Cycles,
     status_read: bool,
+    /// SR has been read since TC came: the next byte clears it.
+    completion_read: bool,
 }
 
 impl Usart {
@@ -129,6 +131,7 @@ impl Usart {
             started: false,
             idle_at: NEVER,
             status_read: false,
+            completion_read: false,
         }
     }
 
@@ -246,6 +249,7 @@ impl Peripheral for Usart {
         match offset {
             SR => {
                 self.status_read = true;
+                self.completion_read = self.sr & TC != 0;
                 Ok(self.sr)
             }
             DR => {
@@ -269,11 +273,11 @@ impl Peripheral for Usart {
             // RXNE and TC can be cleared by writing zero.
             SR => self.sr &= value | !(RXNE | TC),
             DR => {
-                if self.status_read {
+                if std::mem::take(&mut self.completion_read) {
                     self.sr &= !TC;
                 }
                 self.waiting = Some(value as u8);
-                self.sr &= !(TXE | TC);
+                self.sr &= !TXE;
                 self.send(self.now);
             }
             BRR => self.brr = value & 0xFFFF,
@@ -460,6 +464,7 @@ mod tests {
     fn frames_follow_each_other_and_the_last_one_is_told() {
         let mut usart = port();
         // The transmitter begins with an idle frame.
+        assert_eq!(usart.read(SR), Ok(TXE | TC));
         usart.write(DR, 1).unwrap();
         usart.write(DR, 2).unwrap();
         assert_eq!((usart.read(SR), usart.next_event()), (Ok(0), 20_000));
@@ -468,6 +473,8 @@ mod tests {
         assert_eq!(usart.read(SR), Ok(TXE));
         usart.advance(30_000);
         assert_eq!(usart.take_sent(), Some(Frame { start: 20_000, end: 30_000, value: 2 }));
+        // Whoever has not seen that it was the last one does not clear the flag by the next.
+        usart.write(DR, 3).unwrap();
         assert_eq!(usart.read(SR), Ok(TXE | TC));
     }
 }

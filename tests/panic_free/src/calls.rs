@@ -116,6 +116,7 @@ fn language() {
     any(Command::from_bytes(any([0; _])));
     any(Status::from_number(any(0)).map(Status::meaning));
     any(Reply::echo(any(Status::Ok), command()).is_event());
+    any(Instruction::numbered(any(0)).map(|instruction| instruction.opcode));
     any(Opcode::from_number(any(0)).map(|opcode| opcode.instruction().required()));
     if let Ok(line) = core::str::from_utf8(text()) {
         any(Instruction::by_mnemonic(line));
@@ -173,7 +174,7 @@ fn chips() {
     any(controller.holds(motor, register, any(0)));
     let _ = any(controller.read(motor, register));
     let _ = any(controller.reference_switches());
-    let _ = any(controller.present());
+    let _ = any(controller.confirm());
     any(controller.left_switch(motor));
     any(signed(any(0), any(0)));
 
@@ -290,8 +291,8 @@ fn store() {
 #[inline(never)]
 fn machine() {
     let mut registers = any(Registers::default());
-    any(registers.calc(any(0), any(0)));
-    any(registers.calcx(any(0)));
+    let _ = any(registers.calc(any(0), any(0)));
+    let _ = any(registers.calcx(any(0)));
     registers.compare(any(0));
     let mut errors = any(Errors::default());
     errors.raise(any(ErrorFlag::Timeout));
@@ -322,7 +323,15 @@ fn machine() {
         machine.run_from(address);
     }
     any(&mut machine);
-    any((machine.mode(), machine.counter(), machine.wait(), machine.runs(), machine.busy(), machine.handles()));
+    any((
+        machine.mode(),
+        machine.counter(),
+        machine.wait(),
+        machine.waits(),
+        machine.runs(),
+        machine.busy(),
+        machine.handles(),
+    ));
     if let Some(opcode) = Opcode::from_number(any(0)) {
         any(machine.execute(now(), opcode, command()));
     }
@@ -387,6 +396,7 @@ fn module<const AXES: usize>() {
     any(&mut module);
     any((module.deadline(), module.subscriber(), module.awaits(any(Source::Usb))));
     any((module.spec().number, *module.links(), module.machine().mode(), module.axes().len()));
+    any((module.baud_rate(), module.can_bit_rate()));
     any(module.store().next_job());
     any(module.hooks());
     module.hold_program();
