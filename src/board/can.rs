@@ -10,12 +10,15 @@ use super::owner;
 use crate::module::Links;
 use crate::tmcl::can as wire;
 
+/// The receive queue that the filters lead to.
+const FIFO: usize = 0;
 /// Frames that can wait to be sent.
 const MAILBOXES: usize = 3;
 
 /// Both halves of the interface.
 pub(super) struct Can {
-    tx: CanTx<'static>,
+    /// Replies go to the mailboxes at the registers.
+    _tx: CanTx<'static>,
     rx: CanRx<'static>,
 }
 
@@ -39,12 +42,17 @@ pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
     // Dropped, it would reset the controller.
     core::mem::forget(can);
     defmt::info!("CAN at {=u32} bit/s", bit_rate);
-    CAN.signal(Can { tx, rx });
+    CAN.signal(Can { _tx: tx, rx });
 }
 
 impl Can {
     /// The oldest frame that has come, if it is one that TMCL uses: a data frame with an identifier of 11 bits.
     pub(super) fn read(&mut self) -> Option<(u16, Frame)> {
+        // Asked at each turn of the owner; the driver looks at both queues and for errors. A request whose reply could not
+        // be sent waits.
+        if CAN1.rfr(FIFO).read().fmp() == 0 || !has_room() {
+            return None;
+        }
         // Errors of the bus are the controller's to handle: it leaves bus-off by itself.
         let frame = self.rx.try_read().ok()?.frame;
         match frame.header().id() {
@@ -53,20 +61,26 @@ impl Can {
         }
     }
 
-    /// True if a frame can be sent now.
-    pub(super) fn has_room(&self) -> bool {
-        let status = CAN1.tsr().read();
-        (0..MAILBOXES).any(|mailbox| status.tme(mailbox))
-    }
-
     /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is
     /// dropped.
     pub(super) fn write(&mut self, frame: &wire::Frame) {
-        if let Ok(frame) = Frame::new_data(standard(frame.id), &frame.data)
-            && self.tx.try_write(&frame).is_err()
-        {
-            defmt::debug!("CAN: nobody listens, reply dropped");
+        if !has_room() {
+            return defmt::debug!("CAN: nobody listens, reply dropped");
         }
+        let bytes = frame.data.first_chunk().copied().unwrap_or_else(|| {
+            let mut bytes = [0; 8];
+            bytes.iter_mut().zip(&frame.data).for_each(|(to, from)| *to = *from);
+            bytes
+        });
+        let [a, b, c, d, high @ ..] = bytes;
+        let mailbox = CAN1.tx(CAN1.tsr().read().code().into());
+        mailbox.tdtr().write(|w| w.set_dlc(frame.data.len() as u8));
+        mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
+        mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes(high));
+        mailbox.tir().write(|w| {
+            w.set_stid(frame.id);
+            w.set_txrq(true);
+        });
     }
 
     /// Lets in what is for the module. A module whose own identifier is that of replies has to hear the requests to
@@ -82,6 +96,12 @@ impl Can {
         let [first, second] = own.map(|id| ListEntry16::data_frames_with_id(standard(id)));
         filters.enable_bank(0, Fifo::Fifo0, BankConfig::List16([first, second, first, second]));
     }
+}
+
+/// True if a frame can be sent now.
+fn has_room() -> bool {
+    let status = CAN1.tsr().read();
+    (0..MAILBOXES).any(|mailbox| status.tme(mailbox))
 }
 
 /// Parameters 70, 71 and 83 have 11 bits.

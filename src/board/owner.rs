@@ -131,22 +131,21 @@ impl Owner {
     fn turn(&mut self) {
         loop {
             let mut idle = true;
+            if let Some(can) = &mut self.can
+                && !self.module.awaits(Source::Can { length: 8 })
+                && let Some((id, frame)) = can.read()
+            {
+                if let Answer::Now(frame) = self.module.can(now(), id, frame.data()) {
+                    can.write(&frame);
+                }
+                idle = false;
+            }
             if let Some(request) = rs485::request() {
                 self.take(Source::Rs485, request);
                 idle = false;
             }
             if let Ok(request) = USB_REQUESTS.try_receive() {
                 self.take(Source::Usb, request);
-                idle = false;
-            }
-            if let Some(can) = &mut self.can
-                && !self.module.awaits(Source::Can { length: 8 })
-                && can.has_room()
-                && let Some((id, frame)) = can.read()
-            {
-                if let Answer::Now(frame) = self.module.can(now(), id, frame.data()) {
-                    can.write(&frame);
-                }
                 idle = false;
             }
             let (now, deadline) = (now(), self.module.deadline());

@@ -166,9 +166,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Lets the interface settings follow the parameters, unless a reply is still to go out under the old
     /// ones.
     pub(super) fn update_links(&mut self) {
-        if !self.links_stale {
-            return;
+        if self.links_stale {
+            self.renew_links();
         }
+    }
+
+    /// Apart, because each request comes by here, and few change a parameter.
+    #[cold]
+    fn renew_links(&mut self) {
         if self.waiting.iter().all(|waiting| waiting.from.is_none()) && self.replies.is_empty() {
             self.links = Links { start: self.links.start, ..Links::of(&self.globals) };
             self.links_stale = false;

@@ -5,7 +5,7 @@ use embedded_hal::spi::SpiDevice;
 use super::Error;
 use super::current::{Current, Drive, Phase};
 use super::position::Position;
-use super::ramp::braking;
+use super::ramp::{self, braking};
 use super::search::Search;
 use crate::chip::encoder::{Counter, TURN};
 use crate::chip::tmc262::{Configuration, Tmc262};
@@ -110,6 +110,7 @@ pub struct Axis<D> {
     pub(super) events: Events,
     /// The external encoder is to be zeroed at its next N event.
     pub(super) null_armed: bool,
+    ramp: ramp::Known,
     current: Current,
     pub(super) drive: Option<Drive>,
     pub(super) sensors: Sensors,
@@ -142,6 +143,7 @@ impl<D: SpiDevice> Axis<D> {
             stopping: false,
             events: Events::default(),
             null_armed: false,
+            ramp: ramp::Known::default(),
             current: Current::default(),
             drive: None,
             sensors: Sensors::default(),
@@ -364,7 +366,7 @@ impl<D: SpiDevice> Axis<D> {
             chip.write(m, Register::AMax, wanted as u32)?;
             chip.write(m, Register::VMax, INTERNAL_MAX as u32)?;
         } else {
-            let b = braking(wanted, ramp_div, pulse_div, limit).ok_or(Error::OutOfRange)?;
+            let b = self.ramp.braking(wanted, ramp_div, pulse_div, limit).ok_or(Error::OutOfRange)?;
             chip.write(m, Register::AMax, b.acceleration as u32)?;
             chip.write(m, Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv))?;
             chip.write(m, Register::VMax, limit as u32)?;

@@ -25,6 +25,28 @@ pub struct Braking {
     pub pdiv: u8,
 }
 
+/// The last setting that was worked out, and for what: most moves want the same again.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known(Option<(Wanted, Option<Braking>)>);
+
+/// What [`braking`] is asked.
+type Wanted = (Internal, u8, u8, Internal);
+
+impl Known {
+    /// The same as [`braking`].
+    pub fn braking(&mut self, wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
+        let question = (wanted, ramp_div, pulse_div, speed);
+        match self.0 {
+            Some((known, answer)) if known == question => answer,
+            _ => {
+                let answer = braking(wanted, ramp_div, pulse_div, speed);
+                self.0 = Some((question, answer));
+                answer
+            }
+        }
+    }
+}
+
 /// PMUL and PDIV for one acceleration, if there are any. The divisors are 0..=13.
 fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)> {
     let a = u64::try_from(acceleration).ok()?;

@@ -45,7 +45,9 @@ pub fn encode_reply(id: u16, length: usize, reply: &Reply) -> Data {
             [opcode, kind, motor, a, b, c, d, 0]
         }
     };
-    full.iter().take(if length == Command::SIZE { 7 } else { 8 }).copied().collect()
+    let mut data = Data::from_array(full);
+    data.truncate(if length == Command::SIZE { 7 } else { 8 });
+    data
 }
 
 #[cfg(test)]
