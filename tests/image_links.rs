@@ -109,6 +109,22 @@ fn ascii_mode_over_usb_and_over_rs485() {
     assert_eq!(rs485(&mut host, b"AGAP 4, 0\r"), "AGAP 4, 0\\rBA 100 1000\\r");
 }
 
+/// A message that ends with a full packet is followed by an empty one: without it a host may wait for more.
+#[test]
+fn a_message_of_a_full_packet_is_followed_by_an_empty_one() {
+    let mut host = Host::new("");
+    host.plug_usb();
+    // Echo of the whole line, after CR, and no replies behind it.
+    assert_eq!((host.ask_usb("SGP 67, 0, 16").0, host.ask_usb("139, 0, 0, 0").0), (OK, OK));
+    host.said_on_can(1, "SGP 255, 0, 1", MILLISECOND);
+    for length in [63, 64, 65] {
+        let line = format!("ASAP 4, 0, {:0>1$}\r", 1_000, length - 12);
+        assert_eq!(line.len(), length);
+        host.machine.send_usb(line.as_bytes());
+        assert_eq!(host.hear_usb(20 * MILLISECOND), line.as_bytes());
+    }
+}
+
 // ---- CAN ----
 
 /// Frames that are not for the module do not even wake it: it executes not one instruction more than without them.

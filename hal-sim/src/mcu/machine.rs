@@ -368,7 +368,7 @@ impl Machine {
         self.shared.lock().usb_host().set_deaf(!on);
     }
 
-    /// Packets that the USB host has received since the last call, with their times.
+    /// What the USB host has received since the last call, each with the short packet that ends it, and when.
     pub fn take_usb(&mut self) -> Vec<(Nanos, Vec<u8>)> {
         self.shared.lock().usb_host().take()
     }

@@ -8,6 +8,8 @@ use std::collections::VecDeque;
 use super::otg::{Handshake, Otg};
 use crate::clock::{MICROSECOND, MILLISECOND, Nanos};
 
+/// Largest packet of the port.
+const PACKET: usize = 64;
 const FRAME: Nanos = MILLISECOND;
 const TRANSACTION: Nanos = 50 * MICROSECOND;
 /// From the cable to the reset, and from the reset to the first request.
@@ -119,6 +121,8 @@ pub(in crate::mcu) struct Host {
     outgoing: VecDeque<u8>,
     /// The program on the host does not read what comes.
     deaf: bool,
+    /// Full packets behind which a short one is still to come.
+    unfinished: Vec<u8>,
     incoming: Vec<(Nanos, Vec<u8>)>,
     times: UsbTimes,
     /// Whether the port has a packet.
@@ -137,6 +141,7 @@ impl Host {
             control: 0,
             outgoing: VecDeque::new(),
             deaf: false,
+            unfinished: Vec::new(),
             incoming: Vec::new(),
             times: UsbTimes::default(),
             ready: false,
@@ -188,7 +193,7 @@ impl Host {
         self.deaf = deaf;
     }
 
-    /// Packets from the port since the last call.
+    /// What has come from the port since the last call, each with the short packet that ends it.
     pub(in crate::mcu) fn take(&mut self) -> Vec<(Nanos, Vec<u8>)> {
         std::mem::take(&mut self.incoming)
     }
@@ -415,7 +420,7 @@ impl Host {
         let [output, input] = self.pipes;
         let mut moved = false;
         if !self.outgoing.is_empty() {
-            let packet: Vec<u8> = self.outgoing.iter().take(64).copied().collect();
+            let packet: Vec<u8> = self.outgoing.iter().take(PACKET).copied().collect();
             if matches!(otg.output(output, &packet), Handshake::Ack(_)) {
                 self.outgoing.drain(..packet.len());
                 self.times.taken = now;
@@ -426,8 +431,10 @@ impl Host {
             && let Handshake::Ack(packet) = otg.input(input)
         {
             moved = true;
-            if !packet.is_empty() {
-                self.incoming.push((now, packet));
+            self.unfinished.extend_from_slice(&packet);
+            // A host waits for more while packets are full.
+            if packet.len() < PACKET && !self.unfinished.is_empty() {
+                self.incoming.push((now, std::mem::take(&mut self.unfinished)));
             }
         }
         moved
