@@ -170,8 +170,8 @@ impl Board {
         {
             handler.set_priority(Priority::P5);
         }
-        let mut watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
-        watchdog.unleash();
+        // It runs already; with the first feeding it takes this time.
+        let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
         let factory_reset = pads_connected(p.PA13, p.PA14);
         // The TMC429 has the crystal's clock: all velocities rest on its 16 MHz.
         Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());

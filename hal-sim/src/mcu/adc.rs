@@ -111,13 +111,21 @@ impl Adc {
         if bit(self.cr1, SCAN) { field(self.sqr[0], 20, 4) } else { 0 }
     }
 
-    fn start(&mut self, place: u32, at: Cycles) {
-        let channel = self.channel(place);
+    /// Core cycles of one clock of the converter.
+    fn clock(&self) -> Cycles {
+        self.divider * Cycles::from(2 * (field(self.ccr, 16, 2) + 1))
+    }
+
+    /// Core cycles for which a channel is sampled.
+    pub(super) fn sampling(&self, channel: u32) -> Cycles {
         let setting =
             if channel < 10 { field(self.smpr[1], 3 * channel, 3) } else { field(self.smpr[0], 3 * (channel - 10), 3) };
-        let clock = self.divider * Cycles::from(2 * (field(self.ccr, 16, 2) + 1));
-        let clocks = SAMPLING.get(setting as usize).copied().unwrap_or(0) + CONVERSION;
-        self.converting = Some((place, at + clocks * clock));
+        SAMPLING.get(setting as usize).copied().unwrap_or(0) * self.clock()
+    }
+
+    fn start(&mut self, place: u32, at: Cycles) {
+        let time = self.sampling(self.channel(place)) + CONVERSION * self.clock();
+        self.converting = Some((place, at + time));
     }
 }
 
@@ -225,6 +233,7 @@ mod tests {
             assert_eq!(adc.next_event(), at);
             adc.advance(at);
             assert_eq!(adc.take_done(), Some(channel));
+            assert_eq!(adc.sampling(channel), if channel == 10 { 480 * 8 } else { 3 * 8 });
             adc.complete(channel as u16 * 100);
             assert!(adc.requests().receive);
             assert_eq!(adc.read(DR), Ok(channel * 100));

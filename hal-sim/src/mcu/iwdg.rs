@@ -41,8 +41,8 @@ impl Iwdg {
         self.expires <= self.now
     }
 
-    fn reload(&mut self) {
-        self.expires = self.now + self.divider * (4 << self.pr.min(PR_MAX)) * (Cycles::from(self.rlr) + 1);
+    fn count_from(&mut self, count: u32) {
+        self.expires = self.now + self.divider * (4 << self.pr.min(PR_MAX)) * (Cycles::from(count) + 1);
     }
 }
 
@@ -60,8 +60,11 @@ impl Peripheral for Iwdg {
         match offset {
             KR => {
                 self.unlocked = value == UNLOCK;
-                if value == START || value == RELOAD && self.is_running() {
-                    self.reload();
+                // Its first count is the longest, whatever is to be reloaded (RM0090 21.3.1).
+                match value {
+                    START if !self.is_running() => self.count_from(0xFFF),
+                    RELOAD if self.is_running() => self.count_from(self.rlr),
+                    _ => {}
                 }
             }
             PR | RLR if !self.unlocked => return Err(Refusal::Use("written without its key")),
@@ -110,6 +113,10 @@ mod tests {
         assert_eq!(iwdg.next_event(), NEVER);
         iwdg.write(KR, START).unwrap();
         // 32 kHz / 32: a millisecond.
+        assert_eq!(iwdg.next_event(), 4_096 * 168_000);
+        iwdg.write(KR, RELOAD).unwrap();
+        assert_eq!(iwdg.next_event(), 168_000_000);
+        iwdg.write(KR, START).unwrap();
         assert_eq!(iwdg.next_event(), 168_000_000);
         iwdg.advance(160_000_000);
         iwdg.write(KR, RELOAD).unwrap();

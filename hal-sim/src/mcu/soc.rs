@@ -23,12 +23,14 @@ use super::usart::Usart;
 use super::usb::{Host, Otg, UsbDevice, UsbTimes};
 use super::wiring::{Analog, SpiBus, Wiring};
 use crate::board::{Board, Chip};
-use crate::clock::Nanos;
+use crate::clock::{MICROSECOND, Nanos};
 
 mod transfer;
 
 /// Ports A to E.
 const PORTS: usize = 5;
+/// How long the channels inside the chip have to be sampled (table 70 of the datasheet).
+const INNER_SAMPLING: Nanos = 10 * MICROSECOND;
 /// How many interrupt lines there are, in words of 32.
 const WORDS: usize = 3;
 /// Reads of the same value from the same register that look like waiting.
@@ -498,6 +500,10 @@ impl Soc {
             Unit::Adc1 => {
                 if let Some(channel) = self.adc.take_done() {
                     self.sync();
+                    if channel >= 16 && self.adc.sampling(channel) < self.time.span(INNER_SAMPLING) {
+                        let base = Unit::Adc1.description().base;
+                        self.refuse("ADC1", 0, base, None, "the channels inside the chip want 10 us to be sampled");
+                    }
                     let value =
                         if channel < 16 || self.adc.inner_channels() { self.wiring.convert(channel) } else { 0 };
                     self.adc.complete(value);

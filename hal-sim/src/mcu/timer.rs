@@ -102,6 +102,9 @@ impl Timer {
         let modulus = i64::from(self.arr_shadow) + 1;
         // Both edges of both tracks count in mode 3 only; the others see half of them.
         let moved = if field(self.smcr, 0, 3) == 3 { moved } else { moved / 2 };
+        // With one of the tracks inverted it counts the other way (CC1P, CC2P).
+        let inverted = bit(self.ccer, 1) != bit(self.ccer, 5);
+        let moved = if inverted { -moved } else { moved };
         let target = i64::from(self.cnt) + moved;
         if !(0..modulus).contains(&target) {
             self.sr |= UIF;
@@ -327,5 +330,8 @@ mod tests {
         assert!(bit(timer.read(CR1).unwrap(), DIR));
         timer.advance(1_000_000);
         assert_eq!((timer.read(CNT), timer.next_event()), (Ok(95), NEVER));
+        timer.write(CCER, 1 << 1).unwrap();
+        timer.follow(0);
+        assert_eq!(timer.read(CNT), Ok(90));
     }
 }
