@@ -262,6 +262,11 @@ impl Machine {
         }
     }
 
+    /// The level to which the microcontroller itself drives ENN; none while it leaves the pin to a resistor.
+    pub fn enable_pin(&self) -> Option<bool> {
+        self.shared.lock().disable_pin().filter(|_| self.powered)
+    }
+
     /// Connects the pads for a factory reset with each other, or not.
     pub fn connect_pads(&mut self, on: bool) {
         self.shared.lock().connect_pads(on);
@@ -412,6 +417,13 @@ impl Machine {
     /// The word at `address` in memory, as a debug probe reads it; none where there is no memory.
     pub fn peek(&self, address: u32) -> Option<u32> {
         self.cpu.peek(address)
+    }
+
+    /// Puts another word at `address` in RAM, as a disturbance does. Gives what was there; none where there is no RAM.
+    pub fn disturb(&mut self, address: u32, word: u32) -> Option<u32> {
+        let before = self.cpu.sram().word(address)?;
+        self.cpu.sram().write(address, &word.to_le_bytes())?;
+        Some(before)
     }
 
     /// Whether the core waits for an interrupt or an event.

@@ -246,6 +246,11 @@ impl Soc {
         }
     }
 
+    /// The level that ENN is driven to.
+    pub(super) fn disable_pin(&self) -> Option<bool> {
+        Wiring::disable_pin(&self.ports)
+    }
+
     /// Connects the pads for a factory reset with each other, or not.
     pub(super) fn connect_pads(&mut self, on: bool) {
         self.wiring.pads_connected = on;

@@ -226,6 +226,12 @@ impl Wiring {
         Ok(())
     }
 
+    /// The level to which a port drives ENN; none where it leaves the pin to a resistor.
+    pub(super) fn disable_pin(ports: &[Gpio]) -> Option<bool> {
+        let (port, pin) = DISABLE;
+        ports.get(port)?.output(pin)
+    }
+
     /// Brings the board's outputs to the pins of the ports.
     pub(super) fn drive(&self, ports: &mut [Gpio]) {
         let inputs = self.board.inputs();
