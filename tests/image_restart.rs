@@ -17,6 +17,9 @@ const BITES: Nanos = 400 * MILLISECOND;
 /// In this time the reset has come that was asked for, with its reply after the longest pause.
 const ASKED: Nanos = 500 * MILLISECOND;
 
+/// In this time the firmware has told why it has started.
+const TOLD: Nanos = 10 * MILLISECOND;
+
 /// `b .`: an instruction that goes on for ever.
 const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
 /// `udf #0`: there is no such instruction.
@@ -118,9 +121,9 @@ fn faulty() -> Host {
     host
 }
 
-/// What the log says after a start, and whether LED2 is lit.
+/// What the log says of a start, and whether LED2 is lit.
 fn started(host: &mut Host) -> (Vec<String>, bool) {
-    host.run(START);
+    host.run(TOLD);
     assert_eq!(host.machine.counters().starts, 2);
     (host.log(), host.machine.board().world().outputs().leds[1])
 }
