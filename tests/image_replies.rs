@@ -8,7 +8,7 @@ mod image_host;
 
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::CanFrame;
-use image_host::{Host, OK, decoded, request, telegram};
+use image_host::{Host, LOADED, OK, decoded, request, telegram};
 
 /// A link on which a host asks for something.
 type Ask = fn(&mut Host, &str) -> (u8, i32);
@@ -160,6 +160,27 @@ fn replies_of_one_usb_connection_do_not_come_on_the_next() {
     host.plug_usb();
     assert!(host.hear_usb(100 * MILLISECOND).is_empty());
     assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_234));
+}
+
+/// A reply that is not there yet when the cable is pulled is for nobody: not for who asks on the next connection.
+#[test]
+fn a_reply_that_becomes_due_after_its_usb_connection_does_not_come_on_the_next() {
+    let mut host = Host::new("");
+    host.plug_usb();
+    assert_eq!(host.ask_usb("132, 0, 0, 0"), (OK, 0));
+    // A program that takes longer to be erased than a host to find the port again.
+    for _ in 0..400 {
+        assert_eq!(host.ask_usb("SIO 0, 2, 1").0, LOADED);
+    }
+    assert_eq!((host.ask_usb("133").0, host.ask_usb("SGP 81, 0, 1").0), (OK, OK));
+    host.machine.send_usb(&telegram("SGP 81, 0, 0"));
+    host.run(10 * MILLISECOND);
+    host.machine.plug_usb(false);
+    host.run(10 * MILLISECOND);
+    host.plug_usb();
+    assert!(host.machine.take_usb().is_empty());
+    assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_000));
+    assert!(host.hear_usb(SECOND).is_empty());
 }
 
 // ---- A stall ----

@@ -26,6 +26,9 @@ pub(super) struct Outgoing {
 /// Requests from the USB link to the owner. A host waits for each reply, so a few places do.
 pub(super) static USB_REQUESTS: Channel<CriticalSectionRawMutex, Request, 4> = Channel::new();
 
+/// The host on USB is gone; what it has asked and waits for is to be forgotten.
+pub(super) static USB_GONE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
 /// Answers to the USB link: a reply and an event, and one more of each. They stay in here until they are sent, so
 /// that "empty" means that all is said.
 pub(super) static USB: Channel<CriticalSectionRawMutex, Outgoing, 4> = Channel::new();

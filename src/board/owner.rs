@@ -15,7 +15,7 @@ use heapless::Vec;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::Can;
-use super::mail::{CAN, LINKS, Outgoing, PAGE, USB, USB_REQUESTS, WRITTEN};
+use super::mail::{CAN, LINKS, Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN};
 use super::motion_bus::Chip;
 use super::tmcm1140::{Motion, Signals, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, watchdog};
@@ -209,6 +209,9 @@ impl Owner {
                 can.listen_to(&self.links);
             }
         }
+        if USB_GONE.try_take().is_some() {
+            self.forget_usb();
+        }
         self.deliver();
         while let Some(index) = self.held.iter().position(|(source, _)| !self.module.awaits(*source)) {
             let (source, request) = self.held.remove(index);
@@ -224,6 +227,15 @@ impl Owner {
         }
         rs485::tick();
         self.restart(&outputs);
+    }
+
+    /// Before another host comes, which takes longer than a poll.
+    fn forget_usb(&mut self) {
+        USB_REQUESTS.clear();
+        self.held.retain(|(source, _)| *source != Source::Usb);
+        self.module.forget(Source::Usb);
+        self.owe(Source::Usb, false);
+        USB.clear();
     }
 
     /// Gives the links the replies that have become due.

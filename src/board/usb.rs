@@ -9,7 +9,7 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use heapless::String;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::mail::{LINKS, USB, USB_REQUESTS};
+use super::mail::{LINKS, USB, USB_GONE, USB_REQUESTS};
 use super::{now, owner, watchdog};
 use crate::module::{Links, Message, Port, Source};
 
@@ -64,8 +64,8 @@ pub(super) async fn carry(mut serial: Serial) {
         defmt::info!("USB: host connected");
         let _ = talk(&mut serial).await;
         defmt::info!("USB: host gone");
-        // What was to be said to it is said to nobody.
-        USB.clear();
+        // What was to be said to it is said to nobody, nor what is still to come.
+        USB_GONE.signal(());
     }
 }
 

@@ -49,9 +49,10 @@ pub(super) async fn while_waiting<F: Future>(part: &Part, future: F) -> F::Outpu
     }
 }
 
-/// Feeds the watchdog.
+/// Feeds the watchdog, for the first time at once: until then it takes twice as long.
 #[embassy_executor::task]
 pub(super) async fn feed(mut watchdog: IndependentWatchdog<'static, IWDG>) {
+    watchdog.pet();
     loop {
         Timer::after_millis(ROUND_MS).await;
         let alive = [&MODULE, &EEPROM, &USB].map(Part::was_alive);

@@ -1,7 +1,7 @@
 //! Byte links: who is addressed, what a broken telegram is answered, under which address the reply goes.
 
 use super::port::{Mode, Request};
-use super::{Module, Outcome, Platform, Source};
+use super::{Module, Outcome, Platform, Source, Waiter};
 use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::{self, Telegram};
@@ -48,6 +48,13 @@ impl Links {
             can_secondary: identifier(G::CanSecondaryId),
             can_reply: identifier(G::CanReplyId),
         }
+    }
+}
+
+impl Waiter {
+    /// True if it is this link.
+    fn is(self, source: Source) -> bool {
+        matches!(self, Waiter::Link(from) if from.same_link(source))
     }
 }
 
@@ -98,7 +105,21 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// True while a command of this link waits for its reply: the link is not to bring another one.
     pub fn awaits(&self, source: Source) -> bool {
-        self.waiting.iter().any(|waiting| waiting.from.is_some_and(|from| from.same_link(source)))
+        self.waiting.iter().any(|waiting| waiting.from.is(source))
+    }
+
+    /// The host at the other end of a link is gone: what it waits for is carried out, and told nobody.
+    pub fn forget(&mut self, source: Source) {
+        for waiting in self.waiting.iter_mut().filter(|waiting| waiting.from.is(source)) {
+            waiting.from = Waiter::Nobody;
+        }
+        for _ in 0..self.replies.len() {
+            if let Some(reply) = self.replies.pop_front().filter(|(to, _)| !to.same_link(source)) {
+                // It has just been in there.
+                let _ = self.replies.push_back(reply);
+            }
+        }
+        self.subscription = self.subscription.filter(|subscription| !subscription.source.same_link(source));
     }
 
     /// Takes a request from a byte link and answers it; in which mode the link goes on is part of the answer.
@@ -174,7 +195,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Apart, because each request comes by here, and few change a parameter.
     #[cold]
     fn renew_links(&mut self) {
-        if self.waiting.iter().all(|waiting| waiting.from.is_none()) && self.replies.is_empty() {
+        if self.waiting.iter().all(|waiting| !matches!(waiting.from, Waiter::Link(_))) && self.replies.is_empty() {
             self.links = Links { start: self.links.start, ..Links::of(&self.globals) };
             self.links_stale = false;
         }

@@ -155,11 +155,19 @@ struct Undo {
     value: i32,
 }
 
+/// Who waits for a command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Waiter {
+    Link(Source),
+    Program,
+    /// Who has asked is gone.
+    Nobody,
+}
+
 /// A command that waits for the store.
 #[derive(Clone, Copy, Debug)]
 struct Waiting {
-    /// The link that waits for the reply; the program if `None`.
-    from: Option<Source>,
+    from: Waiter,
     command: Command,
     need: Need,
     /// The value of the reply if all goes well.
@@ -324,7 +332,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Ok(Done::Special(reply)) => reply,
             Ok(Done::Stored { .. }) if self.store.is_closed() => Reply::echo(Status::EepromLocked, command),
             Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {
-                let waiting = Waiting { from: Some(source), command, need, value, undo, silent };
+                let waiting = Waiting { from: Waiter::Link(source), command, need, value, undo, silent };
                 return match self.waiting.push(waiting) {
                     Ok(()) => Outcome::Pending,
                     // Only a host that does not wait for replies comes here.
@@ -448,9 +456,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             let Waiting { from, command, value, silent, .. } = *waiting;
             let value = if status == Status::Ok { value } else { command.value };
             match from {
-                None => self.machine.stored(),
-                Some(_) if silent => {}
-                Some(source) => {
+                Waiter::Program => self.machine.stored(),
+                Waiter::Nobody => {}
+                Waiter::Link(_) if silent => {}
+                Waiter::Link(source) => {
                     let reply = Reply::Plain { status, opcode: command.opcode, value };
                     let _ = self.replies.push_back((source, reply));
                 }

@@ -5,7 +5,7 @@
 //! other. So its speed is the same everywhere and leaves room for the rest. It spends them in slices of 16, and
 //! between two slices the links are looked at.
 
-use super::{Done, Executed, Hooks, Module, Platform, Source, Waiting};
+use super::{Done, Executed, Hooks, Module, Platform, Source, Waiter, Waiting};
 use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Worth;
 use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
@@ -221,7 +221,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         match done {
             Ok(Done::Read(value)) => self.machine.registers.load(value),
             Ok(Done::Stored { need, undo, .. }) if !self.store.settled(need) => {
-                let waiting = Waiting { from: None, command, need, value: 0, undo, silent: true };
+                let waiting = Waiting { from: Waiter::Program, command, need, value: 0, undo, silent: true };
                 self.forget_stores();
                 if self.machine.runs() && self.waiting.push(waiting).is_ok() {
                     self.machine.wait_for_store();
@@ -243,10 +243,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Forgets the stores that the program was waiting for when it was stopped or reset.
     fn forget_stores(&mut self) {
-        let all = self.waiting.iter().filter(|waiting| waiting.from.is_none()).count();
+        let all = self.waiting.iter().filter(|waiting| waiting.from == Waiter::Program).count();
         let mut stale = all.saturating_sub(self.machine.stores());
         self.waiting.retain(|waiting| {
-            let keep = waiting.from.is_some() || stale == 0;
+            let keep = waiting.from != Waiter::Program || stale == 0;
             stale = stale.saturating_sub(usize::from(!keep));
             keep
         });

@@ -399,6 +399,7 @@ fn module<const AXES: usize>() {
     any((module.baud_rate(), module.can_bit_rate()));
     any(module.store().next_job());
     any(module.hooks());
+    module.forget(any(Source::Usb));
     module.hold_program();
 }
 

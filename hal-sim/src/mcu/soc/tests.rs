@@ -81,8 +81,9 @@ fn the_converter_fills_a_ring_in_memory() {
             (DMA2 + 0x18, ADC1 + 0x4C),
             (DMA2 + 0x1C, 0x2000_0400),
             (DMA2 + 0x10, 1 << 13 | 1 << 11 | 1 << 10 | 1 << 8 | 1),
-            // Channels 10, 11 and the temperature.
+            // Channels 10, 11 and the temperature, which takes longer.
             (ADC1 + 0x304, 1 << 23 | 1 << 16),
+            (ADC1 + 0x0C, 7 << 18),
             (ADC1 + 0x2C, 2 << 20),
             (ADC1 + 0x34, 10 | 11 << 5 | 16 << 10),
             (ADC1 + 0x04, 1 << 8),
