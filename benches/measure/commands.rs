@@ -107,7 +107,8 @@ fn run(elf: &[u8], program: &[String], span: Nanos) -> Result<Run, Failure> {
     let (after, wire_after) = look(&mut host);
     let rounds = host.tell(Link::Can, "GGP 0, 2")? - rounds;
     if !program.is_empty() && rounds == 0 {
-        return Err(format!("the program does not run: {:?}", program.first()).into());
+        let line = program.first().map_or("", String::as_str);
+        return Err(format!("the program of '{line}' does not run").into());
     }
     let awake = (after.cycles - after.asleep) - (before.cycles - before.asleep);
     Ok(Run {

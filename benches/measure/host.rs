@@ -4,10 +4,10 @@ use std::error::Error;
 
 use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
-use hal_sim::mcu::{CanFrame, Machine, Step};
+use hal_sim::mcu::{CanFrame, LogLine, Machine, Step};
 use hal_sim::world::config::WorldConfig;
 use tmcm::tmcl::binary::{self, Received};
-use tmcm::tmcl::{Command, can, text};
+use tmcm::tmcl::{Command, Status, can, text};
 
 /// Anything that ends a measurement.
 pub(crate) type Failure = Box<dyn Error + Send + Sync>;
@@ -116,7 +116,8 @@ impl Host {
         self.machine.plug_usb(true);
         self.run(ENUMERATION)?;
         let device = self.machine.usb_device();
-        if device.open { Ok(()) } else { Err(format!("USB: {:?}", device.failed).into()) }
+        let why = device.failed.unwrap_or("no device shows itself");
+        if device.open { Ok(()) } else { Err(format!("the image offers no serial port on USB: {why}").into()) }
     }
 
     /// Lets time pass.
@@ -176,7 +177,7 @@ impl Host {
         let (asked, answered, reply) = loop {
             let now = self.machine.now();
             if now > begin + PATIENCE {
-                return Err(format!("no reply to {command}: {:?}", self.machine.take_log()).into());
+                return Err(self.silence(command).into());
             }
             run(&mut self.machine, now + LOOK)?;
             match link {
@@ -209,22 +210,41 @@ impl Host {
         Ok(Exchange { asked: cycle(asked), answered: cycle(answered), reply })
     }
 
+    /// That there is no reply, and what the module has logged.
+    fn silence(&mut self, command: Command) -> String {
+        let mut text = format!("{command}: no reply within {} s; ", PATIENCE / SECOND);
+        let log = self.machine.take_log();
+        text += if log.is_empty() { "the module has logged nothing" } else { "the module's log:" };
+        for LogLine { timestamp, level, text: line } in log {
+            text += &format!("\n    {timestamp} {level}: {line}");
+        }
+        text
+    }
+
     /// The value of a reply that must tell success.
     pub(crate) fn tell(&mut self, link: Link, line: &str) -> Result<i32, Failure> {
         let Received { status, value, .. } = self.exchange(link, command(line)?)?.reply;
-        // 101 is what a loaded command is answered by.
-        if matches!(status, 100 | 101) { Ok(value) } else { Err(format!("{line}: status {status}").into()) }
+        if status == Status::Ok as u8 { Ok(value) } else { Err(refusal(line, status).into()) }
     }
 
     /// Loads a program.
     pub(crate) fn load(&mut self, link: Link, program: &[String]) -> Result<(), Failure> {
         self.tell(link, "132, 0, 0, 0")?;
         for line in program {
-            self.tell(link, line)?;
+            let status = self.exchange(link, command(line)?)?.reply.status;
+            if status != Status::Loaded as u8 {
+                return Err(format!("cannot be part of a program: {}", refusal(line, status)).into());
+            }
         }
         self.tell(link, "133, 0, 0, 0")?;
         Ok(())
     }
+}
+
+/// A status that was not hoped for, in words.
+fn refusal(line: &str, status: u8) -> String {
+    let meaning = Status::from_number(status).map_or("a status this program does not know", Status::meaning);
+    format!("{line}: status {status} {meaning}")
 }
 
 fn frame(command: Command) -> CanFrame {

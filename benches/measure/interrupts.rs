@@ -12,6 +12,8 @@ use super::report::{Report, progress};
 use super::statistics::{Spread, grouped, microseconds};
 use super::symbols::Symbols;
 
+/// The exception of interrupt 0.
+const FIRST: u16 = 16;
 /// Names of interrupts.
 const NAMES: [(u16, &str); 7] = [
     (20, "CAN1_RX0"),
@@ -29,6 +31,11 @@ const SHIFT: Nanos = 37 * MICROSECOND;
 const STORE_EVERY: u64 = 8;
 /// Places that mask interrupts, in the table.
 const PLACES: usize = 6;
+
+/// The name of the interrupt that comes as this exception.
+pub(crate) fn name(exception: u16) -> Option<&'static str> {
+    NAMES.iter().find(|(interrupt, _)| interrupt + FIRST == exception).map(|(_, name)| *name)
+}
 
 /// What has been seen.
 #[derive(Default)]
@@ -134,7 +141,7 @@ impl Watch {
         match step.act {
             Act::Entry(number) => {
                 self.handlers.push(number);
-                if let Some(line) = number.checked_sub(16)
+                if let Some(line) = number.checked_sub(FIRST)
                     && let Some(since) = self.since.remove(&line)
                 {
                     let wait = (step.at + step.cycles).saturating_sub(since);
@@ -168,7 +175,7 @@ impl Watch {
                 let line = 32 * word as u16 + new.trailing_zeros() as u16;
                 new &= new - 1;
                 self.since.insert(line, step.at);
-                if line + 16 == OWNER {
+                if line + FIRST == OWNER {
                     self.behind_itself = self.handlers.contains(&OWNER);
                 }
             }

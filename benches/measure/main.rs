@@ -10,16 +10,17 @@
 //! | `budgets` | what the design allows |
 //! | `profile` | where the cycles of one reply go |
 //!
-//! `host` talks to the module; `symbols` names addresses; `statistics` and `report` make tables; `parallel` runs
-//! several machines at a time.
+//! `arguments` reads what is asked for; `host` talks to the module; `symbols` names addresses; `statistics` and `report`
+//! make tables; `parallel` runs several machines at a time. `tests/measure.rs` tests how it is used.
 
 #[path = "../../tests/common/image.rs"]
 mod build;
 
+pub(crate) mod arguments;
 mod budgets;
 mod commands;
-mod host;
-mod interrupts;
+pub(crate) mod host;
+pub(crate) mod interrupts;
 mod load;
 mod memory;
 mod parallel;
@@ -35,20 +36,11 @@ use std::process::ExitCode;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 
+use arguments::{Order, Subject, USAGE};
 use budgets::Figures;
-use host::{Failure, Link};
-use profile::Subject;
+use host::Failure;
 use report::{Report, progress};
 use symbols::Symbols;
-
-const USAGE: &str = "\
-usage: cargo measure                              all figures of the flash image, against their budgets
-       cargo measure short                        the same, with fewer samples
-       cargo measure update                       and puts them into docs/performance.md
-       cargo measure profile COMMAND [LINK]       where the cycles of a reply go: cargo measure profile 'GAP 5'
-                                                  LINK is rs485, can or usb
-       cargo measure profile poll                 and those of a poll with a moving axis
-       cargo measure profile program COMMAND      and those of a millisecond of a program of such commands";
 
 /// The page with the figures.
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/performance.md");
@@ -99,24 +91,16 @@ fn main() -> ExitCode {
     }
 }
 
-/// True if all is well.
-fn run(arguments: &[String]) -> Result<bool, Failure> {
+/// Does what is asked for. True if all is well.
+pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let (extent, updates) = match arguments[..] {
-        [] => (FULL, false),
-        ["short"] => (SHORT, false),
-        ["update"] => (FULL, true),
-        ["profile", "poll"] => return profile(Subject::Poll),
-        ["profile", "program", line] => return profile(Subject::Program(line)),
-        ["profile", line] => return profile(Subject::Reply(line, Link::Rs485)),
-        ["profile", line, "rs485"] => return profile(Subject::Reply(line, Link::Rs485)),
-        ["profile", line, "can"] => return profile(Subject::Reply(line, Link::Can)),
-        ["profile", line, "usb"] => return profile(Subject::Reply(line, Link::Usb)),
-        ["help"] => {
+    let (extent, updates) = match arguments::read(&arguments)? {
+        Order::Help => {
             println!("{USAGE}");
             return Ok(true);
         }
-        _ => return Err(USAGE.into()),
+        Order::Measure { short, updates } => (if short { SHORT } else { FULL }, updates),
+        Order::Profile(subject) => return profile(subject),
     };
     let elf = image()?;
     let mut report = Report::default();

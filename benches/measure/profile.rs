@@ -6,7 +6,9 @@ use std::rc::Rc;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::mcu::{Act, Step};
 
+use super::arguments::Subject;
 use super::host::{Failure, Host, Link, command};
+use super::interrupts;
 use super::load::OWNER;
 use super::symbols::Symbols;
 
@@ -19,17 +21,8 @@ const VISITS: usize = 200;
 const FUNCTIONS: usize = 40;
 /// Commands in a program's loop.
 const LOOP: usize = 100;
-
-/// What is looked at.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Subject<'a> {
-    /// The reply to a command.
-    Reply(&'a str, Link),
-    /// A poll with a moving axis.
-    Poll,
-    /// A millisecond of a program that consists of a command.
-    Program(&'a str),
-}
+/// Global parameter 128 while a program runs.
+const RUNS: i32 = 1;
 
 /// A visit of a function.
 struct Visit {
@@ -57,9 +50,17 @@ pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, subject: Subject<'_>) -> Re
             let program = std::iter::repeat_n(line.to_owned(), LOOP).chain(["JA 0".into()]);
             host.load(Link::Can, &program.collect::<Vec<_>>())?;
             host.tell(Link::Can, "129, 0, 0, 0")?;
-            turn(&mut host)?
+            let steps = turn(&mut host)?;
+            if host.tell(Link::Can, "GGP 128, 0")? != RUNS {
+                return Err(format!("{line}: the program ends with it; give a command that it goes on after").into());
+            }
+            steps
         }
     };
+    if !matches!(subject, Subject::Reply(..)) {
+        let cycles: u64 = steps.iter().map(|step| step.cycles).sum();
+        println!("a turn of the owner of the module: {cycles} cycles");
+    }
     path(&steps, symbols);
     totals(&steps, symbols);
     Ok(())
@@ -106,8 +107,6 @@ fn turn(host: &mut Host) -> Result<Vec<Step>, Failure> {
     // What follows the return is not part of it.
     let end = steps.iter().rposition(|step| step.exception == OWNER);
     steps.truncate(end.map_or(0, |index| index + 1));
-    let cycles: u64 = steps.iter().map(|step| step.cycles).sum();
-    println!("a turn of the owner of the module: {cycles} cycles");
     Ok(steps)
 }
 
@@ -139,7 +138,8 @@ fn visits(steps: &[Step], symbols: &Symbols<'_>) -> Vec<Visit> {
         };
         match step.act {
             Act::Entry(number) => {
-                open(format!("[exception {number}]").into(), &mut stack, &mut visits, 0);
+                let name = interrupts::name(number).map(|name| format!(": {name}")).unwrap_or_default();
+                open(format!("[exception {number}{name}]").into(), &mut stack, &mut visits, 0);
                 asleep = false;
             }
             Act::Sleep => {

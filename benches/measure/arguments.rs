@@ -1,0 +1,76 @@
+//! What is asked for on the command line.
+
+use super::host::{Link, command};
+
+pub(crate) const USAGE: &str = "\
+usage: cargo measure                              all figures of the flash image, against their budgets
+       cargo measure short                        the same, with fewer samples
+       cargo measure update                       and puts them into docs/performance.md
+       cargo measure profile COMMAND [LINK]       where the cycles of a reply go: cargo measure profile 'GAP 5'
+                                                  COMMAND is one argument, LINK is rs485, can or usb
+       cargo measure profile poll                 and those of a poll with a moving axis
+       cargo measure profile program COMMAND      and those of a millisecond of a program of such commands
+       cargo measure help                         this text";
+
+/// What is to be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order<'a> {
+    /// To print the usage.
+    Help,
+    /// To measure all, with few samples or into the documentation.
+    Measure { short: bool, updates: bool },
+    /// To print a profile.
+    Profile(Subject<'a>),
+}
+
+/// What a profile is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subject<'a> {
+    /// The reply to a command.
+    Reply(&'a str, Link),
+    /// A poll with a moving axis.
+    Poll,
+    /// A millisecond of a program that consists of a command.
+    Program(&'a str),
+}
+
+/// Reads the arguments. The error says what is wrong and how it is written.
+pub(crate) fn read<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
+    if arguments.iter().any(|argument| matches!(*argument, "help" | "--help" | "-h")) {
+        return Ok(Order::Help);
+    }
+    order(arguments).map_err(|wrong| format!("{wrong}\n\n{USAGE}"))
+}
+
+fn order<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
+    let (order, rest) = match arguments {
+        [] => (Order::Measure { short: false, updates: false }, &[][..]),
+        ["short", rest @ ..] => (Order::Measure { short: true, updates: false }, rest),
+        ["update", rest @ ..] => (Order::Measure { short: false, updates: true }, rest),
+        ["profile"] => return Err("profile of what: a command, poll, or program COMMAND".into()),
+        ["profile", "poll", rest @ ..] => (Order::Profile(Subject::Poll), rest),
+        ["profile", "program"] => return Err("profile program: its command is missing".into()),
+        ["profile", "program", line, rest @ ..] => (Order::Profile(Subject::Program(readable(line)?)), rest),
+        ["profile", line] => (Order::Profile(Subject::Reply(readable(line)?, Link::Rs485)), &[][..]),
+        ["profile", line, name, rest @ ..] => (Order::Profile(Subject::Reply(readable(line)?, link(name)?)), rest),
+        [word, ..] => return Err(format!("unknown command '{word}'")),
+    };
+    match rest {
+        [] => Ok(order),
+        [word, ..] => Err(format!("'{word}' is one argument too many")),
+    }
+}
+
+fn link(name: &str) -> Result<Link, String> {
+    match name {
+        "rs485" => Ok(Link::Rs485),
+        "can" => Ok(Link::Can),
+        "usb" => Ok(Link::Usb),
+        _ => Err(format!("unknown link '{name}': rs485, can or usb")),
+    }
+}
+
+/// A line, if it is a command.
+fn readable(line: &str) -> Result<&str, String> {
+    command(line).map(|_| line).map_err(|wrong| format!("profile: {wrong}"))
+}
