@@ -59,6 +59,7 @@ impl Rig for Bench {
         match line.control {
             // What runs on the board goes off with it.
             Control::Power { on } => self.module.set_power(on),
+            Control::Usb { on } => self.module.plug_usb(on),
             control => drop(control.apply(&mut self.module.board().borrow_mut())),
         }
     }
@@ -100,6 +101,7 @@ impl Rig for Emulated {
     fn control(&mut self, line: &Line) {
         match line.control {
             Control::Power { on } => self.0.set_power(on),
+            Control::Usb { on } => self.0.plug_usb(on),
             control => drop(control.apply(&mut self.0.board_mut())),
         }
     }

@@ -32,6 +32,10 @@ pub trait Device {
     /// Switches the supply off or on. What was on its way is lost.
     fn set_power(&mut self, on: bool);
 
+    /// Pulls the USB cable out or plugs it in. What was half received is forgotten; while it is out nothing arrives, and
+    /// what the module says goes to nobody.
+    fn plug_usb(&mut self, on: bool);
+
     /// Bytes from a host arrive.
     fn hear(&mut self, source: Source, client: Client, bytes: &[u8]);
 

@@ -105,6 +105,14 @@ impl Ports {
         self.0.retain(|entry| entry.client != client || client == Client::default());
     }
 
+    /// The USB cable has been pulled out: who comes next finds a link as it is at the start, in the mode given.
+    pub(crate) fn unplug_usb(&mut self, mode: Mode) {
+        for Entry { source, port, ahead, .. } in self.0.iter_mut().filter(|entry| entry.source == Source::Usb) {
+            *port = Port::new(*source, mode);
+            ahead.clear();
+        }
+    }
+
     /// How many telegrams the bytes would make that wait.
     pub(crate) fn backlog(&self) -> usize {
         self.0.iter().map(|entry| entry.ahead.len().div_ceil(TELEGRAM)).sum()

@@ -145,6 +145,8 @@ pub struct VirtualModule {
     waiting: Vec<(Source, Client)>,
     /// Who has asked for the event of command 138 last, unless it has gone.
     subscriber: Option<Client>,
+    /// The USB cable is in.
+    plugged: bool,
     /// The commands of programs are recorded.
     tracing: bool,
     /// Messages for a person, such as that of an EEPROM with unknown contents.
@@ -169,6 +171,7 @@ impl VirtualModule {
             frames_out: VecDeque::new(),
             waiting: Vec::new(),
             subscriber: None,
+            plugged: true,
             tracing: false,
             log: Vec::new(),
         };
@@ -210,7 +213,9 @@ impl VirtualModule {
 
     /// Bytes from one of those who share a link arrive.
     pub fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
-        if let Some(firmware) = &mut self.firmware {
+        if let Some(firmware) = &mut self.firmware
+            && (self.plugged || source != Source::Usb)
+        {
             firmware.ports.push(source, client, bytes, firmware.core.links());
             self.deliver();
         }
@@ -323,6 +328,17 @@ impl VirtualModule {
             self.waiting.clear();
             self.subscriber = None;
             self.board.borrow_mut().power_off();
+        }
+    }
+
+    /// Pulls the USB cable out or plugs it in, as [`Device::plug_usb`] has it.
+    pub fn plug_usb(&mut self, on: bool) {
+        self.plugged = on;
+        self.inbox.retain(|(source, ..)| *source != Source::Usb);
+        self.outbox.retain(|sent| sent.source != Source::Usb);
+        self.waiting.retain(|(source, _)| *source != Source::Usb);
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports.unplug_usb(firmware.core.links().start);
         }
     }
 
@@ -472,7 +488,7 @@ impl VirtualModule {
                 let place = self.waiting.iter().position(|(waiting, _)| *waiting == source);
                 place.map(|place| self.waiting.remove(place).1)
             };
-            let Some(client) = client else { continue };
+            let Some(client) = client.filter(|_| self.plugged || source != Source::Usb) else { continue };
             let bytes = firmware.ports.answer((source, client), Some(&reply), None, &links);
             // Not before the replies ahead of it, which may wait for their frame.
             let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
@@ -507,6 +523,10 @@ impl Device for VirtualModule {
 
     fn set_power(&mut self, on: bool) {
         VirtualModule::set_power(self, on);
+    }
+
+    fn plug_usb(&mut self, on: bool) {
+        VirtualModule::plug_usb(self, on);
     }
 
     fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {

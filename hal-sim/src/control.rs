@@ -62,6 +62,11 @@ pub enum Control {
         /// Switched on or off.
         on: bool,
     },
+    /// `usb off|on`: no cable is part of the board, so this is for the owner alone.
+    Usb {
+        /// Plugged in or pulled out.
+        on: bool,
+    },
     /// `state`: asks for the [`State`].
     State,
 }
@@ -77,7 +82,7 @@ pub struct Line {
 }
 
 /// How each command is written, for error messages.
-const USAGE: [(&str, &str); 11] = [
+const USAGE: [(&str, &str); 12] = [
     ("press", "press left|right|home"),
     ("release", "release left|right|home"),
     ("input", "input N 0|1"),
@@ -88,6 +93,7 @@ const USAGE: [(&str, &str); 11] = [
     ("slip", "slip STEPS"),
     ("fault", "fault NAME on|off"),
     ("power", "power off|on"),
+    ("usb", "usb off|on"),
     ("state", "state"),
 ];
 
@@ -127,6 +133,7 @@ impl Control {
             }
             ["fault", name, state] => Self::Fault { fault: Fault::parse(name)?, on: on_off(state)? },
             ["power", state] => Self::Power { on: on_off(state)? },
+            ["usb", state] => Self::Usb { on: on_off(state)? },
             ["state"] => Self::State,
             ["module", ..] => return Err("'module' can be given only once".into()),
             [word, ..] => return Err(misused(word)),
@@ -155,6 +162,7 @@ impl Control {
             Self::Fault { fault, on } => board.set_fault(fault, on),
             Self::Power { on: true } => board.power_on(),
             Self::Power { on: false } => board.power_off(),
+            Self::Usb { .. } => {}
             Self::State => return Some(State::of(board)),
         }
         None
@@ -315,6 +323,7 @@ mod tests {
             ("slip -8", Control::Slip { full_steps: -8 }),
             ("fault eeprom on", Control::Fault { fault: Fault::Eeprom, on: true }),
             ("power off", Control::Power { on: false }),
+            ("usb on", Control::Usb { on: true }),
             ("  state  ", Control::State),
         ];
         for (line, expected) in cases {
@@ -339,6 +348,7 @@ mod tests {
         assert!(error("load 1.1").contains("0 to 1"));
         assert!(error("fault fire on").contains("overtemperature"));
         assert!(error("power maybe").contains("neither 'on' nor 'off'"));
+        assert_eq!(error("usb"), "usage: usb off|on");
         assert!(error("module").contains("module K"));
         assert!(error("module 0 state").contains("module '0'"));
         assert!(error("module 1 module 2 state").contains("only once"));

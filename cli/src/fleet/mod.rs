@@ -69,7 +69,8 @@ impl<M: Device> Fleet<M> {
         &self.modules
     }
 
-    /// The modules, to do something to one of them; but for its power see [`Fleet::set_power`].
+    /// The modules, to do something to one of them; but for its power see [`Fleet::set_power`], for its USB cable
+    /// [`Fleet::plug_usb`].
     pub fn modules_mut(&mut self) -> &mut [M] {
         &mut self.modules
     }
@@ -83,6 +84,13 @@ impl<M: Device> Fleet<M> {
             self.can.cut_off(index);
             self.sent.retain(|(from, _)| *from != index);
         }
+    }
+
+    /// Pulls the USB cable of a module out or plugs it in. What is on its way is lost.
+    pub fn plug_usb(&mut self, index: usize, on: bool) {
+        let Some(module) = self.modules.get_mut(index) else { return };
+        module.plug_usb(on);
+        self.sent.retain(|(from, _)| *from != index);
     }
 
     /// Virtual time.

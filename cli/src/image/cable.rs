@@ -93,10 +93,10 @@ impl Cable {
         self.waiting.iter().any(|waiting| waiting.client == client) || self.speaker == client && self.is_taken(now)
     }
 
-    /// The module has lost its power: nothing comes back any more.
+    /// The module has lost its power, or the cable has been pulled out: nothing comes back any more, and what was half
+    /// said is forgotten.
     pub(super) fn cut(&mut self) {
-        self.waiting.clear();
-        self.missing = 0;
+        *self = Cable { speaker: self.speaker, ..Cable::default() };
     }
 
     fn is_taken(&self, now: Nanos) -> bool {
@@ -143,6 +143,18 @@ mod tests {
         assert!(cable.next(5).is_some() && cable.next(5).is_none());
         assert_eq!(cable.next(5 + PATIENCE).as_deref(), Some(&b"222222222"[..]));
         assert!(cable.owes(5 + PATIENCE, ONE));
+    }
+
+    #[test]
+    fn nothing_is_left_of_what_was_cut() {
+        let mut cable = Cable::default();
+        cable.push(ONE, b"111111111");
+        cable.push(OTHER, b"2222");
+        assert!(cable.next(0).is_some());
+        cable.cut();
+        assert!(!cable.owes(0, ONE));
+        cable.push(OTHER, b"333333333");
+        assert_eq!(cable.next(0).as_deref(), Some(&b"333333333"[..]));
     }
 
     #[test]

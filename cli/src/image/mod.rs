@@ -46,6 +46,8 @@ pub struct ImageModule {
     machine: Machine,
     setup: Setup,
     powered: bool,
+    /// The USB cable is in.
+    plugged: bool,
     cable: Cable,
     /// What the host on the RS485 bus has begun to send.
     rs485: Pieces,
@@ -91,6 +93,7 @@ impl ImageModule {
             machine,
             setup,
             powered: true,
+            plugged: setup.usb,
             cable: Cable::default(),
             rs485: Pieces::default(),
             quiet: 0,
@@ -195,9 +198,19 @@ impl Device for ImageModule {
         }
     }
 
+    fn plug_usb(&mut self, on: bool) {
+        if on != self.plugged {
+            self.plugged = on;
+            self.machine.plug_usb(on);
+            self.cable.cut();
+            self.sent.retain(|sent| sent.source != Source::Usb);
+        }
+    }
+
     fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
         match source {
             _ if !self.powered => {}
+            Source::Usb if !self.plugged => {}
             Source::Usb => self.cable.push(client, bytes),
             Source::Rs485 => {
                 let whole = self.rs485.push(bytes);

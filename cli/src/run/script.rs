@@ -37,6 +37,7 @@ impl Event {
         let action = if what.starts_with(|c: char| c.is_ascii_lowercase()) {
             match Line::parse(what)? {
                 Line { control: Control::State, .. } => return Err("the state cannot be shown here".into()),
+                Line { control: Control::Usb { .. }, .. } => return Err("there is no USB cable here".into()),
                 Line { module: 1, control } => Action::World(control),
                 Line { .. } => return Err("there is one module only".into()),
             }
@@ -76,6 +77,7 @@ mod tests {
         assert!(error("5 s: pres left").contains("unknown command 'pres'"));
         assert!(error("5 s: MVP ABS, 0").contains("missing <value>"));
         assert!(error("5 s: state").contains("cannot be shown"));
+        assert!(error("5 s: usb off").contains("no USB cable"));
         assert!(error("5 s: module 2 press left").contains("one module"));
         assert!(error("5 s:").contains("no command"));
     }

@@ -104,11 +104,17 @@ fn carry_out(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> Resul
         let there_are = if count == 1 { "there is 1 module".into() } else { format!("there are {count} modules") };
         return Err(format!("no module {number}: {there_are}"));
     };
-    if let Control::Power { on } = control {
-        fleet.set_power(index, on);
-        return Ok(None);
-    }
-    let state = control.apply(&mut module.board_mut());
+    let state = match control {
+        Control::Power { on } => {
+            fleet.set_power(index, on);
+            None
+        }
+        Control::Usb { on } => {
+            fleet.plug_usb(index, on);
+            None
+        }
+        control => control.apply(&mut module.board_mut()),
+    };
     let speed_factor = (pacer.achieved() * 1000.0).round() / 1000.0;
     Ok(state.map(|state| Report { state, speed_factor, speed_wanted: pacer.wanted() }))
 }

@@ -58,8 +58,9 @@ pub struct Options {
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
     /// press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X (0 free to
-    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, state; `module K` before it for another module than 1.
-    /// Port 0 takes a free one and prints it.
+    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another module
+    /// than 1. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
+    /// nothing comes. Port 0 takes a free one and prints it.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
 

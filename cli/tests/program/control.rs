@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
-use super::harness::{PATIENCE, Sim, request};
+use super::harness::{PATIENCE, Sim, request, run};
 
 const LINKS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
 
@@ -80,6 +80,22 @@ fn without_power_the_module_is_silent_and_with_it_starts_anew() {
     assert!(!host.has_news(Duration::from_millis(200)));
     sim.control(&["power on"]);
     assert_eq!((host.ok("GAP 4, 0"), host.ok("GAP 6, 0")), (1500, 128));
+}
+
+#[test]
+fn with_the_usb_cable_out_nothing_arrives_and_nothing_is_left_of_what_was_begun() {
+    let sim = Sim::start(&[&LINKS[..], &["--rs485", "{}/rs485"]].concat());
+    let mut host = sim.tcp();
+    host.ok("SAP 4, 0, 1500");
+    host.write(&request("SAP 4, 0, 1600")[..5]);
+    sim.control(&["usb off"]);
+    host.write(&request("SAP 4, 0, 1700"));
+    assert!(!host.has_news(Duration::from_millis(200)));
+    let output = run(&["send", sim.told("rs485"), "--timeout", "60000", "GAP 4, 0"]);
+    assert!(String::from_utf8_lossy(&output.stdout).starts_with("GAP 4, 0: 1500 "), "the other links do not notice");
+    sim.control(&["usb on"]);
+    assert_eq!(host.ok("GAP 4, 0"), 1500);
+    assert_eq!(sim.control(&["usb"])["error"], "usage: usb off|on");
 }
 
 #[test]

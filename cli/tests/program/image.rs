@@ -110,6 +110,20 @@ fn what_is_stored_survives_power_and_process() {
 }
 
 #[test]
+fn a_usb_cable_that_was_out_leaves_nothing_behind() {
+    let sim = start(&[&TCP, &CONTROL]);
+    let mut host = sim.tcp();
+    host.ok("SAP 4, 0, 1500");
+    host.write(&request("SAP 4, 0, 1600")[..5]);
+    sim.control(&["usb off"]);
+    host.write(&request("SAP 4, 0, 1700"));
+    assert!(!host.has_news(SILENCE));
+    sim.control(&["usb on"]);
+    // The bytes wait until the port is open again.
+    assert_eq!(host.ok("GAP 4, 0"), 1500);
+}
+
+#[test]
 fn several_modules_share_the_buses() {
     let sim = start(&[&["--modules", "2", "--rs485", "{}/rs485", "--slcan", "{}/slcan"]]);
     for link in [sim.told("rs485").into(), format!("slcan:{}", sim.told("slcan"))] {
