@@ -34,7 +34,8 @@ pub struct Options {
     /// Offer the RS485 bus of all modules as a serial port, made as that of --serial
     ///
     /// All modules hear what the host and other modules send, and those addressed answer, global parameter 75 and the
-    /// time on the wire later. The host's bytes are on the bus at once, whatever its bit rate.
+    /// time on the wire later. The speed that the host gives the port does not matter, so a wrong one is not noticed
+    /// here: its bytes are on the bus at once, and with --image at the module's rate (global parameter 65).
     #[arg(long, value_name = "PATH")]
     pub rs485: Option<PathBuf>,
 
@@ -78,7 +79,8 @@ pub struct Options {
 
     /// Let time pass FACTOR times as fast, 0.001 to 1000
     ///
-    /// Where the computer cannot keep up, time passes as fast as it can; `state` on the control port tells.
+    /// Where the computer cannot keep up, time passes as fast as it can; `state` on the control port tells how fast as
+    /// speed_factor.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = speed)]
     pub speed: f64,
 
@@ -86,8 +88,11 @@ pub struct Options {
     ///
     /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140. Board, world
     /// and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
-    /// are one USB cable, on which hosts take turns. Virtual time lags while the firmware has more to do than the
-    /// computer can follow; it is said how far.
+    /// are one USB cable, on which hosts take turns.
+    ///
+    /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically it
+    /// goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the time-outs of
+    /// hosts have to allow for that.
     #[arg(long, value_name = "ELF")]
     pub image: Option<PathBuf>,
 

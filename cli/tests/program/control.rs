@@ -25,7 +25,9 @@ fn the_world_is_changed_and_seen() {
     assert_eq!((&state["ok"], &state["power"], &state["position"]), (&true.into(), &true.into(), &(-3000).into()));
     assert_eq!(state["outputs"][1], true);
     assert!(state["time_us"].as_u64().unwrap() > 0);
+    // The name is told by `tmcl sim --help`.
     assert!(state["speed_factor"].is_f64());
+    assert!(String::from_utf8_lossy(&run(&["sim", "--help"]).stdout).contains("speed_factor"));
 }
 
 #[test]
