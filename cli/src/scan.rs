@@ -19,9 +19,10 @@ use crate::send::words::firmware;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
 ///
-/// Each address is asked for its firmware version, which changes nothing in a module. A link that leads to one module
-/// whatever the address, such as USB, is noticed. A scan of all 255 addresses at one bit rate takes 13 seconds with
-/// the default time-out, at all nine bit rates two minutes.
+/// Each address is asked for the state of its program, and who answers for its firmware version, which changes nothing in
+/// a module. Whoever does not answer both in time does not count: a late reply may be one to an earlier question, at
+/// another bit rate. A link that leads to one module whatever the address, such as USB, is noticed. A scan of all 255
+/// addresses at one bit rate takes 13 seconds with the default time-out, at all nine bit rates two minutes.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -55,7 +56,11 @@ The exit code is 1 if no module is found.";
 const CONNECTION: Duration = Duration::from_secs(5);
 /// No module on a bus has this address: who answers has nobody beside it.
 const NOBODY: u16 = 0;
-/// Who identifies itself: command 136, as a number.
+/// Longest wait for replies that come late: no module pauses for longer before it replies.
+const LATE: Duration = Duration::from_millis(255);
+/// Who is there: command 135. A module that is being loaded with a program answers it, too, and does not store it.
+const KNOCK: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
+/// Who it is: command 136, as a number. No reply to the other command passes for one to this.
 const IDENTIFY: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
 
 /// Reads `FIRST-LAST`, or one address.
@@ -76,16 +81,19 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         (Place::Tcp(_) | Place::Slcan(_) | Place::Simulated, None) => &BAUD_RATES[..1],
     };
     let mut modules = 0;
-    for baud in rates {
+    for (index, baud) in rates.iter().enumerate() {
         let mut scanner = match Scanner::open(options, *baud) {
             Ok(scanner) => scanner,
             // An adapter need not know all bit rates.
-            Err(failure) if rates.first() != Some(baud) => {
+            Err(failure) if index > 0 => {
                 writeln!(std::io::stderr(), "tmcl: {failure}")?;
                 continue;
             }
             Err(failure) => return Err(failure),
         };
+        if index > 0 {
+            scanner.settle();
+        }
         let end = scanner.scan(&interrupt)?;
         modules += scanner.modules;
         match end {
@@ -95,7 +103,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         if let Some(address) = scanner.first.filter(|_| rates.len() > 1) {
             let other = rates.iter().find(|other| *other != baud).copied().unwrap_or(*baud);
-            if Scanner::open(options, other)?.probe(address)?.is_some() {
+            let mut elsewhere = Scanner::open(options, other)?;
+            elsewhere.settle();
+            if elsewhere.find(address)?.is_some() {
                 // A link without a bit rate of its own, as a pseudo terminal is: the others would find the same.
                 break;
             }
@@ -142,7 +152,7 @@ impl<'a> Scanner<'a> {
 
     fn scan(&mut self, interrupt: &Interrupt) -> Result<End, Failure> {
         let can = matches!(self.options.link, Place::Slcan(_));
-        if !can && let Some(reply) = self.probe(NOBODY)? {
+        if !can && let Some(reply) = self.find(NOBODY)? {
             self.module.address = reply.module.into();
             let what = self.describe(reply.value)?;
             self.found(
@@ -159,15 +169,10 @@ impl<'a> Scanner<'a> {
             if interrupt.happened() {
                 return Ok(End::Interrupted);
             }
-            // Asked once more if the reply names another address: it may have been a late one to an earlier question.
-            // A reply has the low byte of an identifier.
-            let [_, low] = address.to_be_bytes();
-            let reply = match self.probe(address)? {
-                Some(reply) if reply.module != low => self.probe(address)?,
-                reply => reply,
-            };
-            if let Some(reply) = reply {
+            if let Some(reply) = self.find(address)? {
                 let what = self.describe(reply.value)?;
+                // A reply has the low byte of an identifier.
+                let [_, low] = address.to_be_bytes();
                 let own = match reply.module {
                     own if own == low => String::new(),
                     own => format!(", the secondary address of module {own}"),
@@ -190,11 +195,30 @@ impl<'a> Scanner<'a> {
         Ok(out.flush()?)
     }
 
+    /// Whoever has this address, as it identifies itself. Its first reply may have been a late one to an earlier
+    /// question, the second is none.
+    fn find(&mut self, address: u16) -> Result<Option<Received>, Failure> {
+        if self.probe(address, KNOCK)?.is_none() {
+            return Ok(None);
+        }
+        self.settle();
+        let found = self.probe(address, IDENTIFY)?;
+        if found.is_none() {
+            self.settle();
+        }
+        Ok(found)
+    }
+
+    /// Waits for what comes late. The next question throws it away.
+    fn settle(&self) {
+        std::thread::sleep(Duration::from_millis(self.options.timeout).min(LATE));
+    }
+
     /// The reply of whoever has this address. What is no reply at all counts as silence: it is noise, or several
     /// modules that talk at once.
-    fn probe(&mut self, address: u16) -> Result<Option<Received>, Failure> {
+    fn probe(&mut self, address: u16, command: Command) -> Result<Option<Received>, Failure> {
         self.module.address = address;
-        match self.module.request(IDENTIFY) {
+        match self.module.request(command) {
             Ok(reply) => Ok(Some(reply)),
             Err(
                 Error::Link { error: LinkError::NoReply { .. }, .. } | Error::Refused { .. } | Error::Strange { .. },

@@ -1,5 +1,17 @@
 //! `tmcl scan`: who is there.
 
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
+use std::thread;
+use std::time::Duration;
+
+use rustix::fs::{Mode, OFlags};
+use rustix::pty::OpenptFlags;
+use rustix::termios::OptionalActions;
+use tmcm::tmcl::binary::{self, TELEGRAM};
+use tmcm::tmcl::{Reply, Status};
+
 use super::harness::{Sim, complaint, run};
 
 const VERSION: &str = "TMCM-1140, firmware version 1.42 (1140V142)";
@@ -50,4 +62,61 @@ fn nobody_there_is_a_failure() {
     assert_eq!(output.status.code(), Some(1));
     assert!(output.stdout.is_empty());
     assert!(complaint(&output).contains("no module answers"), "{}", complaint(&output));
+}
+
+/// A module with address 1 on a serial port: it hears one bit rate only, and its replies take their time. It lives as
+/// long as the terminal that is given with its path.
+fn module(baud: u32, delay: Duration) -> (String, OwnedFd) {
+    let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    rustix::pty::grantpt(&master).unwrap();
+    rustix::pty::unlockpt(&master).unwrap();
+    let path = rustix::pty::ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
+    let slave = rustix::fs::open(path.as_str(), OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();
+    let mut settings = rustix::termios::tcgetattr(&slave).unwrap();
+    settings.make_raw();
+    rustix::termios::tcsetattr(&slave, OptionalActions::Now, &settings).unwrap();
+    let mut port = File::from(master);
+    thread::spawn(move || {
+        let mut request = [0; TELEGRAM];
+        while port.read_exact(&mut request).is_ok() {
+            // What a host sets is the terminal's at both ends.
+            let speed = rustix::termios::tcgetattr(&port).unwrap().output_speed();
+            if speed == baud
+                && request[0] == 1
+                && let Some(command) = binary::decode_command(&request)
+            {
+                let reply = Reply::Plain { status: Status::Ok, opcode: command.opcode, value: 0x0474_012A };
+                let mut port = port.try_clone().unwrap();
+                thread::spawn(move || {
+                    thread::sleep(delay);
+                    // Nobody may be there any more.
+                    let _ = port.write_all(&binary::encode_reply(2, 1, &reply));
+                });
+            }
+        }
+    });
+    (path, slave)
+}
+
+#[test]
+fn a_module_is_found_at_its_bit_rate() {
+    let (path, _terminal) = module(14_400, Duration::ZERO);
+    let output = run(&["scan", &path, "--addresses", "1", "--timeout", "300"]);
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout),
+        "address 1 at 14400 baud: TMCM-1140, firmware version 1.42\n",
+        "{}",
+        complaint(&output)
+    );
+}
+
+/// A computer that is busy may be late itself, and find it; at the right bit rate then.
+#[test]
+fn a_reply_that_comes_late_is_none_at_the_next_bit_rate() {
+    for delay in [80, 120, 170, 230] {
+        let (path, _terminal) = module(9_600, Duration::from_millis(delay));
+        let output = run(&["scan", &path, "--addresses", "1", "--timeout", "50"]);
+        let found = String::from_utf8_lossy(&output.stdout);
+        assert!(found.lines().all(|line| line.starts_with("address 1 at 9600 baud: ")), "{delay} ms: {found}");
+    }
 }
