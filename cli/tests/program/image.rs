@@ -173,12 +173,15 @@ fn a_file_that_is_no_image_is_told() {
     assert!(refused("crash", Some(&crashing())).contains("the core is locked up"));
 }
 
-/// The image with zero for the addresses that the processor starts from and goes to in a fault.
+/// The image with addresses where there is no code: for the start, and for what a fault leads to.
 fn crashing() -> Vec<u8> {
     let mut elf = Vec::new();
     File::open(Path::new(image())).unwrap().read_to_end(&mut elf).unwrap();
-    // The vector table begins with the end of RAM.
-    let stack = elf.windows(4).position(|word| word == 0x2002_0000_u32.to_le_bytes()).unwrap();
-    elf[stack + 4..stack + 16].fill(0);
+    // The vector table begins with the end of the stack, 16 KiB of RAM, and the start, which is in flash.
+    let begins = |words: &[u8]| words[..4] == 0x2000_4000_u32.to_le_bytes() && words[6..] == [0x00, 0x08];
+    let stack = elf.windows(8).position(begins).unwrap();
+    // Near the end of flash, where nothing is.
+    elf[stack + 4..stack + 8].copy_from_slice(&0x080F_F001_u32.to_le_bytes());
+    elf[stack + 8..stack + 16].fill(0);
     elf
 }
