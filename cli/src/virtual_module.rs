@@ -333,11 +333,15 @@ impl VirtualModule {
 
     /// Pulls the USB cable out or plugs it in, as [`Device::plug_usb`] has it.
     pub fn plug_usb(&mut self, on: bool) {
+        if on == self.plugged {
+            return;
+        }
         self.plugged = on;
         self.inbox.retain(|(source, ..)| *source != Source::Usb);
         self.outbox.retain(|sent| sent.source != Source::Usb);
         self.waiting.retain(|(source, _)| *source != Source::Usb);
         if let Some(firmware) = &mut self.firmware {
+            firmware.core.forget(Source::Usb);
             firmware.ports.unplug_usb(firmware.core.links().start);
         }
     }
@@ -488,7 +492,7 @@ impl VirtualModule {
                 let place = self.waiting.iter().position(|(waiting, _)| *waiting == source);
                 place.map(|place| self.waiting.remove(place).1)
             };
-            let Some(client) = client.filter(|_| self.plugged || source != Source::Usb) else { continue };
+            let Some(client) = client else { continue };
             let bytes = firmware.ports.answer((source, client), Some(&reply), None, &links);
             // Not before the replies ahead of it, which may wait for their frame.
             let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
