@@ -136,8 +136,7 @@ fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_of
         assert!(host.machine.board().world().outputs().leds[1]);
         let told = "error: motion controller does not answer: motor drivers off until the next start";
         assert_eq!(host.log(), [told], "{fault:?}");
-        let silent = if fault == Fault::SpiLow { OK } else { NOT_AVAILABLE };
-        assert_eq!((host.ask("GAP 1, 0").0, host.ask("ROR 0, 500").0), (silent, NOT_AVAILABLE), "{fault:?}");
+        assert_eq!((host.ask("GAP 1, 0").0, host.ask("ROR 0, 500").0), (NOT_AVAILABLE, NOT_AVAILABLE), "{fault:?}");
         // What it has missed it hears as soon as it can.
         host.fault(fault, false);
         host.run(10 * MILLISECOND);
@@ -268,8 +267,8 @@ fn a_supply_dip_stops_and_locks_the_motor_until_the_supply_is_back() {
     supply(&mut host, 8.3);
     let took = host.wait(100 * MICROSECOND, SECOND, |host| host.speed() == 0);
     println!("stops {} us after the dip", took / MICROSECOND);
-    // A reading each 5 ms, looked at each millisecond.
-    assert!(took <= 7 * MILLISECOND, "{took}");
+    // Two readings, 2 ms apart, looked at each millisecond.
+    assert!(took <= 6 * MILLISECOND, "{took}");
     host.assert_rest();
     assert_eq!(host.ask("ROR 0, 500").0, NOT_AVAILABLE);
     supply(&mut host, 9.3);
@@ -518,11 +517,11 @@ fn a_stack_overflow_ends_in_a_restart_and_overwrites_nothing() {
         // The program memory, where there is no program, and all else that does not change.
         let statics =
             |host: &Host| (stack..stack + 0x4000).step_by(4).map(|at| host.machine.peek(at)).collect::<Vec<_>>();
-        let then = statics(host);
+        let (then, bottom) = (statics(host), host.machine.peek(stack - 0x4000));
         host.run(1_010 * MICROSECOND);
         let changed = then.iter().zip(statics(host)).filter(|(then, now)| **then != *now).count();
         assert!(changed < 20, "{changed} words of the statics");
-        assert_eq!(host.machine.peek(stack - 0x4000), host.machine.peek(stack - 0x4000 + 32), "filled to the end");
+        assert_ne!(host.machine.peek(stack - 0x4000), bottom, "filled to the end");
         (place, before)
     };
     let log = assert_recovers(false, overflow);

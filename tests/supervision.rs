@@ -259,8 +259,11 @@ fn coolstep_follows_the_load() {
     }
 }
 
-/// The motion controller behind a bus on which nothing can be written at times: these datagrams do not get through.
-struct Loose(SimSpi, Rc<Cell<bool>>);
+/// The motion controller behind a bus on which nothing can be written at times: so many datagrams do not get through.
+struct Loose(SimSpi, Rc<Cell<u32>>);
+
+/// For as long as nobody mends it.
+const BROKEN: u32 = u32::MAX;
 
 impl ErrorType for Loose {
     type Error = ErrorKind;
@@ -270,7 +273,8 @@ impl SpiDevice for Loose {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
         // Bit 0 of the first byte tells a read from a write.
         let write = matches!(operations, [Operation::TransferInPlace([first, ..])] if *first & 1 == 0);
-        if self.1.get() && write {
+        if self.1.get() > 0 && write {
+            self.1.set(self.1.get() - 1);
             return Err(ErrorKind::Other);
         }
         self.0.transaction(operations).map_err(|never| match never {})
@@ -289,13 +293,17 @@ impl Platform for Loose {
 struct LooseBench {
     board: SharedBoard,
     module: Module<Loose, 1>,
-    fails: Rc<Cell<bool>>,
+    fails: Rc<Cell<u32>>,
 }
 
 impl LooseBench {
     fn new() -> Self {
-        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let fails = Rc::new(Cell::new(false));
+        Self::on(SharedBoard::new(Board::new(&WorldConfig::default(), 1)), 0)
+    }
+
+    /// On a board, whose bus is disturbed for so many datagrams from the start.
+    fn on(board: SharedBoard, disturbed: u32) -> Self {
+        let fails = Rc::new(Cell::new(disturbed));
         let parts = Parts {
             tmc429: Loose(board.spi(Chip::Tmc429, 1_000_000), fails.clone()),
             tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
@@ -366,14 +374,14 @@ fn a_stop_that_is_not_heard_is_repeated() {
         for flag in [ErrorFlag::Alarm, ErrorFlag::Deviation, ErrorFlag::Position, ErrorFlag::Shutdown] {
             assert!(!bench.raised(flag), "{cause}");
         }
-        bench.fails.set(true);
+        bench.fails.set(BROKEN);
         bench.control(cause);
         bench.run(100);
         assert_eq!(bench.speed(), 300, "{cause}: nothing can be written");
         assert!(flag.is_none_or(|flag| bench.raised(flag)), "{cause}");
         bench.control(over);
         bench.run(5);
-        bench.fails.set(false);
+        bench.fails.set(0);
         bench.run(2);
         assert_eq!(bench.speed(), 0, "{cause}");
     }
@@ -401,6 +409,61 @@ fn a_motion_controller_is_given_up_after_three_polls_without_an_answer() {
     assert!(!bridges_on(&bench) && bench.raised(ErrorFlag::Alarm));
 }
 
+/// However much is read of the motion controller in between, a bus that reads zeros is noticed.
+#[test]
+fn a_motion_bus_that_reads_zeros_is_noticed_while_a_program_and_a_host_read() {
+    let mut bench = Bench::new();
+    for line in ["132, 0, 0, 0", "GAP 1, 0", "GAP 3, 0", "JA 0", "133, 0, 0, 0", "129, 0, 0, 0", "ROR 0, 300"] {
+        assert!(matches!(bench.ask(line).0, OK | 101), "{line}");
+    }
+    bench.run(100 * MILLISECOND);
+    assert_eq!((speed(&bench), bench.ok("GGP 128, 0")), (300, 1));
+    bench.control("fault spi-low on");
+    for _ in 0..70 {
+        bench.ask("GAP 1, 0");
+        bench.run(MILLISECOND);
+    }
+    assert!(!bench.module.board().borrow().tmc262().bridges_on());
+    assert_eq!((bench.ok("GGP 128, 0"), bench.ask("GAP 1, 0").0), (0, NOT_AVAILABLE));
+}
+
+/// Another firmware may have left an interrupt of the motion controller pending: that is no silence.
+#[test]
+fn a_pending_interrupt_of_the_motion_controller_does_not_look_like_silence() {
+    let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+    let mut spi = board.spi(Chip::Tmc429, 1_000_000);
+    // Of motor 0, all interrupts (index 0xB) enabled; the target (index 0) goes away, and is where the motor stands again.
+    for datagram in [[0xB << 1, 0, 0xFF, 0], [0, 0, 0, 5], [0, 0, 0, 0]] {
+        let mut datagram: [u8; 4] = datagram;
+        spi.transfer_in_place(&mut datagram).unwrap();
+        let later = board.borrow().now() + MILLISECOND;
+        board.borrow_mut().advance_to(later);
+    }
+    let mut status = [0xB << 1 | 1, 0, 0, 0];
+    spi.transfer_in_place(&mut status).unwrap();
+    assert!(status[0] & 0x80 != 0, "{status:x?}");
+    let mut bench = LooseBench::on(board, 0);
+    bench.ok("ROR 0, 300");
+    bench.run(250);
+    assert_eq!((bench.speed(), bench.board.borrow().tmc262().bridges_on()), (300, true));
+}
+
+/// A disturbance at the start is not the end, a bus that stays broken is.
+#[test]
+fn the_motion_controller_is_tried_three_times_at_the_start() {
+    for (disturbed, starts) in [(1, true), (20, true), (BROKEN, false)] {
+        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+        let mut bench = LooseBench::on(board, disturbed);
+        bench.run(2);
+        assert_eq!(bench.board.borrow().tmc262().bridges_on(), starts, "{disturbed}");
+        if starts {
+            bench.ok("ROR 0, 300");
+            bench.run(250);
+            assert_eq!(bench.speed(), 300);
+        }
+    }
+}
+
 /// A setting that does not get through to the motion controller is not in force, and not shown either.
 #[test]
 fn a_setting_that_is_not_heard_is_taken_back() {
@@ -416,7 +479,7 @@ fn a_setting_that_is_not_heard_is_taken_back() {
             }
         };
         let (_, before) = ask(get);
-        fails.set(true);
+        fails.set(BROKEN);
         assert_eq!(ask(set).0, Status::NotAvailable, "{set}");
         assert_eq!(ask(get), (Status::Ok, before), "{set}");
     }

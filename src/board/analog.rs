@@ -20,8 +20,8 @@ const SUPPLY: u32 = 363;
 const AT_25_DEGREES: u32 = 7_600;
 const PER_DEGREE: i32 = 25;
 
-/// The latest readings: IN0, supply, temperature. More than full scale before the first one.
-static READINGS: [AtomicU32; 3] = [const { AtomicU32::new(u32::MAX) }; 3];
+/// The latest readings: IN0, supply, temperature.
+static READINGS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 
 /// The converter with its inputs.
 pub(super) struct Sensors {
@@ -68,25 +68,23 @@ pub(super) async fn watch(mut sensors: Sensors) {
 /// Analog value of IN0.
 pub(super) fn in0() -> u16 {
     let [in0, ..] = &READINGS;
-    in0.load(Ordering::Relaxed).min(FULL_SCALE) as u16
+    in0.load(Ordering::Relaxed) as u16
 }
 
-/// Supply voltage in 0.1 V, once it has been measured.
-pub(super) fn supply() -> Option<u16> {
+/// Supply voltage in 0.1 V.
+pub(super) fn supply() -> u16 {
     let [_, supply, _] = &READINGS;
-    Some(scaled(supply, SUPPLY)? as u16)
+    scaled(supply, SUPPLY) as u16
 }
 
 /// Temperature in degrees Celsius.
 pub(super) fn temperature() -> i16 {
     let [.., temperature] = &READINGS;
-    let voltage = scaled(temperature, REFERENCE).unwrap_or(AT_25_DEGREES);
-    let above = voltage.cast_signed() - AT_25_DEGREES.cast_signed();
+    let above = scaled(temperature, REFERENCE).cast_signed() - AT_25_DEGREES.cast_signed();
     (25 + (above + PER_DEGREE / 2).div_euclid(PER_DEGREE)) as i16
 }
 
 /// A reading in a unit in which full scale is `whole`, rounded.
-fn scaled(reading: &AtomicU32, whole: u32) -> Option<u32> {
-    let reading = reading.load(Ordering::Relaxed);
-    (reading <= FULL_SCALE).then_some((reading * whole + FULL_SCALE / 2) / FULL_SCALE)
+fn scaled(reading: &AtomicU32, whole: u32) -> u32 {
+    (reading.load(Ordering::Relaxed) * whole + FULL_SCALE / 2) / FULL_SCALE
 }

@@ -1,8 +1,8 @@
 //! The owner of the module: the one place that calls it.
 //!
-//! It runs in the interrupt of TIM3, which comes when a poll is due, each millisecond, and whenever a link has something
-//! ([`pend`]). It takes what the links have, polls when that is due, and gives a program its slices; between two of these it looks
-//! at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
+//! It runs in the interrupt of TIM3, which comes when a poll is due, each millisecond, and whenever a link has
+//! something ([`pend`]). It takes what the links have, polls when that is due, and gives a program its slices; between
+//! two of these it looks at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
 
@@ -102,6 +102,8 @@ pub(super) fn start(owner: Owner) {
 
 /// Calls the owner after a span of time, or at most a microsecond later, but not before.
 fn wake_after(span: Micros) {
+    // Were it running, its count could be past the new end before this is in force.
+    TIM3.cr1().write(|_| {});
     TIM3.cnt().write(|w| w.set_cnt(0));
     // The first of `span + 1` counts may be a short one.
     TIM3.arr().write(|w| w.set_arr(span.0 as u16));

@@ -64,7 +64,7 @@ const TROUBLE: usize = 4;
 const SPI_CLOCK: Hertz = Hertz(2_625_000);
 
 bind_interrupts!(struct Irqs {
-    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
+    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>, Pend;
     CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, Pend;
     CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
@@ -123,7 +123,7 @@ impl Signals {
         Inputs {
             digital: core::array::from_fn(|n| port >> (FIRST_INPUT + n) & 1 != 0),
             analog: analog::in0(),
-            supply: analog::supply(),
+            supply: Some(analog::supply()),
             temperature: analog::temperature(),
             stall: self.stall.is_high(),
             external: encoder::count(),

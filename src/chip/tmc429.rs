@@ -138,8 +138,7 @@ pub enum Mode {
 /// What the type and version register reads (datasheet section 7.3).
 const TYPE_VERSION: u32 = 0x42_9101;
 
-/// Status bit: an interrupt is pending. All are masked, which is what the chip starts with, so that only a bus that nobody
-/// drives has it.
+/// Status bit: an interrupt is pending. All are masked, so that only a bus that nobody drives has it.
 const STATUS_INT: u8 = 1 << 7;
 
 const WORD: u32 = 0x00FF_FFFF;
@@ -157,6 +156,7 @@ pub struct Tmc429<SPI> {
     spi: SPI,
     /// As of the last datagram that was answered.
     status: u8,
+    /// A datagram was not answered, and nobody has [confirmed](Self::confirm) since that the chip is there.
     silent: bool,
     shadow: [[Option<u32>; REGISTERS]; 3],
     interface: Option<u32>,
@@ -169,15 +169,26 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Stops all motors at once, whatever they were doing: hold mode is the one in which V_ACTUAL may be
-    /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse.
+    /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse. Interrupts are masked:
+    /// another firmware may have left them on, and a pending one looks like a chip that does not answer.
+    ///
+    /// # Errors
+    /// That of the first datagram that did not get through; the others go out all the same.
     pub fn halt(&mut self) -> Result<(), Error<SPI::Error>> {
+        let disabled = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
+        let words = [
+            (Register::Interrupt, 0),
+            (Register::RefConfMode, disabled | Mode::Hold as u32),
+            (Register::VTarget, 0),
+            (Register::VActual, 0),
+        ];
+        let mut result = Ok(());
         for motor in Motor::ALL {
-            let disabled = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
-            self.write(motor, Register::RefConfMode, disabled | Mode::Hold as u32)?;
-            self.write(motor, Register::VTarget, 0)?;
-            self.write(motor, Register::VActual, 0)?;
+            for (register, word) in words {
+                result = result.and(self.write(motor, register, word));
+            }
         }
-        Ok(())
+        result
     }
 
     /// Step/direction operation with right switches enabled, for all three motors.
@@ -243,13 +254,17 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
 
     /// Asks the chip for its type and version: it is there and the bus works. A bus that reads nothing but zeros is
     /// noticed only by this.
+    ///
+    /// # Errors
+    /// Until it has answered this, what is read counts as not answered.
     pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.silent = false;
         let version = self.transfer(COMMON, Common::TypeVersion as u8, None)?;
         self.silent = version != TYPE_VERSION;
         if self.silent { Err(Error::Silent) } else { Ok(()) }
     }
 
-    /// True unless nobody answered the last datagram.
+    /// True while all datagrams since the last [`confirm`](Self::confirm) were answered.
     pub const fn answers(&self) -> bool {
         !self.silent
     }
@@ -267,8 +282,10 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         let mut datagram = [smda << 5 | index << 1 | read, high, middle, low];
         self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
         let [status, high, middle, low] = datagram;
-        self.silent = status & STATUS_INT != 0;
-        if self.silent {
+        let lost = status & STATUS_INT != 0;
+        self.silent |= lost;
+        // What was written may have been heard; what was read may mean nothing.
+        if lost || self.silent && write.is_none() {
             return Err(Error::Silent);
         }
         self.status = status;

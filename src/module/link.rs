@@ -108,7 +108,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.waiting.iter().any(|waiting| waiting.from.is(source))
     }
 
-    /// The host at the other end of a link is gone: what it waits for is carried out, and told nobody.
+    /// The host at the other end of a link is gone: what it waits for is carried out, and told nobody. A download that it
+    /// has begun stays open for the next one.
     pub fn forget(&mut self, source: Source) {
         for waiting in self.waiting.iter_mut().filter(|waiting| waiting.from.is(source)) {
             waiting.from = Waiter::Nobody;

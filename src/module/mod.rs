@@ -288,7 +288,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.supervision = Supervision::new(now);
         self.tick_offset = now.millis() as u32;
         self.next = now;
-        if self.start_chips(now).is_ok() {
+        if (0..supervision::PATIENCE).any(|_| self.start_chips(now).is_ok()) {
             let _ = self.enable.set_low();
         } else {
             self.give_up();
@@ -296,9 +296,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     fn start_chips(&mut self, now: Micros) -> Result<(), motion::Error> {
+        self.chip.confirm()?;
         self.chip.halt()?;
         self.chip.initialise()?;
-        self.chip.confirm()?;
         self.apply_polarity_and_direction()?;
         for axis in &mut self.axes {
             axis.start(now, &mut self.chip)?;

@@ -15,9 +15,9 @@ const LOCK: u16 = 85;
 /// Above this one they are released.
 const RELEASE: u16 = 95;
 
-/// Polls in a row, a millisecond each, in which the motion controller does not answer before it is given up:
-/// a disturbance is shorter.
-const PATIENCE: u8 = 3;
+/// Polls in a row, a millisecond each, in which the motion controller does not answer before it is given up, and how
+/// often it is tried at the start: a disturbance is shorter.
+pub(super) const PATIENCE: u8 = 3;
 
 /// What a look at the supply leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,10 +124,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Gives the motion controller up if it does not answer.
     fn listen(&mut self, now: Micros) {
+        let answers = self.chip.answers() || self.chip.confirm().is_ok();
         if self.supervision.given_up() {
+            // Should it be back, it hears now that it has to stop.
             return;
         }
-        let answers = if self.supervision.silence == 0 { self.chip.answers() } else { self.chip.confirm().is_ok() };
         self.supervision.silence = if answers { 0 } else { self.supervision.silence.saturating_add(1) };
         if self.supervision.given_up() {
             self.give_up();

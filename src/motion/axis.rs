@@ -116,7 +116,7 @@ pub struct Axis<D> {
     pub(super) sensors: Sensors,
     pub(super) encoder: Counter<{ TURN as u32 }>,
     pub(super) external: Counter<ABN_COUNTS>,
-    /// What the next poll asks, 0 to [`SLOTS`].
+    /// What the next poll asks: less than [`SLOTS`].
     slot: u8,
 }
 
@@ -416,13 +416,14 @@ impl<D: SpiDevice> Axis<D> {
             self.hard_stop(now, chip)?;
         }
         self.actual_position(chip)?;
-        match self.slot % 4 {
+        let slot = self.slot;
+        self.slot = (slot + 1) % SLOTS;
+        match slot % 4 {
             0 | 2 => drop(self.actual_speed(chip)?),
             1 => self.driver.refresh()?,
-            _ if self.slot == SLOTS - 1 => chip.confirm()?,
+            _ if slot == SLOTS - 1 => chip.confirm()?,
             _ => drop(self.switches(chip)?),
         }
-        self.slot = (self.slot + 1) % SLOTS;
 
         if self.mode != Mode::Velocity && self.position.advance() {
             self.write_leg(chip)?;

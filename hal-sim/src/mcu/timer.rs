@@ -122,15 +122,22 @@ impl Timer {
         self.divider * (Cycles::from(self.psc_shadow) + 1)
     }
 
-    /// Counts on by `ticks`, which do not go beyond the next overflow.
+    /// Counts until the counter starts anew. Past its end already, as after a write, it goes on to its largest count.
+    fn room(&self) -> u64 {
+        let end = if self.cnt > self.arr_shadow { self.max } else { self.arr_shadow };
+        u64::from(end - self.cnt) + 1
+    }
+
+    /// Counts on by `ticks`, which do not go beyond the next start anew.
     fn count(&mut self, ticks: u64) {
         let target = u64::from(self.cnt) + ticks;
-        let overflow = target > u64::from(self.arr_shadow);
+        let anew = ticks == self.room();
+        let overflow = anew && self.cnt <= self.arr_shadow;
         for (channel, &compare) in self.ccr.iter().enumerate() {
             let compare = u64::from(compare);
             // The counter matches at 0 when it starts anew.
             if u64::from(self.cnt) < compare && compare <= target && compare <= u64::from(self.arr_shadow)
-                || overflow && compare == 0
+                || anew && compare == 0
             {
                 self.sr |= 2 << channel;
             }
@@ -138,7 +145,7 @@ impl Timer {
         if overflow {
             self.update(true);
         } else {
-            self.cnt = target as u32;
+            self.cnt = if anew { 0 } else { target as u32 };
         }
     }
 
@@ -235,8 +242,7 @@ impl Peripheral for Timer {
             if ticks == 0 {
                 return;
             }
-            let room = u64::from(self.arr_shadow.max(self.cnt) - self.cnt) + 1;
-            let step = ticks.min(room);
+            let step = ticks.min(self.room());
             self.since += step * self.period();
             self.count(step);
         }
@@ -247,11 +253,12 @@ impl Peripheral for Timer {
         if !self.counts() {
             return NEVER;
         }
-        let room = u64::from(self.arr_shadow.max(self.cnt) - self.cnt) + 1;
+        let room = self.room();
         let awaited = self.dier & !self.sr;
         let mut ticks = NEVER;
         if bit(awaited, 0) {
-            ticks = room;
+            let past = if self.cnt > self.arr_shadow { u64::from(self.arr_shadow) + 1 } else { 0 };
+            ticks = room + past;
         }
         for (channel, &compare) in self.ccr.iter().enumerate() {
             if bit(awaited, channel as u32 + 1) && compare <= self.arr_shadow {
@@ -317,6 +324,19 @@ mod tests {
         assert_eq!(timer.next_event(), 3_000);
         timer.advance(3_000);
         assert_eq!(timer.interrupts(), 1);
+    }
+
+    #[test]
+    fn a_counter_past_its_end_goes_on_to_its_largest_count() {
+        let mut timer = running(0, 0xFFFF);
+        timer.write(DIER, 1).unwrap();
+        timer.advance(2 * 500);
+        timer.write(ARR, 99).unwrap();
+        assert_eq!(timer.next_event(), 2 * (65_536 + 100));
+        timer.advance(2 * 65_536);
+        assert_eq!((timer.read(CNT), timer.interrupts()), (Ok(0), 0));
+        timer.advance(2 * (65_536 + 100));
+        assert_eq!((timer.read(CNT), timer.interrupts()), (Ok(0), 1));
     }
 
     #[test]
