@@ -7,6 +7,7 @@ mod image_host;
 
 use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use hal_sim::mcu::Act;
 use image_host::{Host, OK, request, telegram};
 
 /// Times between polls, in microseconds, over a span: a poll begins with the first datagram to the motion controller
@@ -53,6 +54,24 @@ fn polls_come_each_millisecond() {
         assert!(periods.len() >= 98, "{name}: {}", periods.len());
         assert!(1_000 - shortest <= spread && longest - 1_000 <= spread, "{name}: {shortest} to {longest} us");
     }
+}
+
+/// The emulator passes over waiting: it must not pass over its end. A byte on the motion bus takes 1 024 cycles.
+#[test]
+fn a_wait_for_the_motion_bus_ends_with_the_byte() {
+    let mut host = Host::new("");
+    assert_eq!(host.ask_can("ROR 0, 1000").0, OK);
+    host.run(500 * MILLISECOND);
+    let (mut waits, mut longest) = (0, 0);
+    let end = host.machine.now() + 100 * MILLISECOND;
+    let mut watch = |step: hal_sim::mcu::Step| {
+        if step.clocked || step.chip.is_some() {
+            waits += u64::from(matches!(step.act, Act::Wait { .. }));
+            longest = longest.max(step.cycles);
+        }
+    };
+    host.machine.observe_until(end, &mut watch).unwrap();
+    assert!(waits > 500 && longest <= 1_024, "{waits} waits, the longest of {longest} cycles");
 }
 
 /// Clock of the motion controller.

@@ -432,6 +432,8 @@ impl Soc {
                 if self.due[unit as usize] <= now {
                     self.peripheral(unit).advance(now);
                     self.touched |= 1 << unit as u32;
+                    // What was read may have changed since: nobody knows yet that it is waited for on.
+                    self.watched = Watched::default();
                 }
             }
             self.hear();
