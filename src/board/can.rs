@@ -2,7 +2,7 @@
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id, StandardId};
-use embassy_stm32::interrupt::typelevel::{CAN1_RX0, CAN1_TX, Handler};
+use embassy_stm32::interrupt::typelevel::{CAN1_RX0, Handler};
 use embassy_stm32::pac::CAN1;
 
 use super::mail::CAN;
@@ -22,16 +22,10 @@ pub(super) struct Can {
     rx: CanRx<'static>,
 }
 
-/// Calls the owner when a frame has come, or has gone and left room.
+/// Calls the owner when a frame has come.
 pub(super) struct Pend;
 
 impl Handler<CAN1_RX0> for Pend {
-    unsafe fn on_interrupt() {
-        owner::pend();
-    }
-}
-
-impl Handler<CAN1_TX> for Pend {
     unsafe fn on_interrupt() {
         owner::pend();
     }
@@ -55,7 +49,7 @@ impl Can {
     /// The oldest frame that has come, if it is one that TMCL uses: a data frame with an identifier of 11 bits.
     pub(super) fn read(&mut self) -> Option<(u16, Frame)> {
         // Asked at each turn of the owner; the driver looks at both queues and for errors. A request whose reply could
-        // not be sent waits.
+        // not be sent waits, for the next turn or poll: only a host that does not wait for replies brings so many.
         if CAN1.rfr(FIFO).read().fmp() == 0 || !has_room() {
             return None;
         }

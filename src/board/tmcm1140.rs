@@ -64,7 +64,7 @@ const TROUBLE: usize = 4;
 const SPI_CLOCK: Hertz = Hertz(2_625_000);
 
 bind_interrupts!(struct Irqs {
-    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>, Pend;
+    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
     CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, Pend;
     CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
