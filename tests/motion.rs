@@ -391,8 +391,9 @@ fn mst_interrupts_a_move_along_the_ramp() {
     let at = bench.rotor();
     bench.ok("MST 0");
     bench.run(SECOND);
-    // v^2 / 2a = 30 517.6 * 65.536 ms / 2 = 1000 microsteps, and the two milliseconds of the telegram.
-    assert!((1000..1100).contains(&(bench.rotor() - at)), "{}", bench.rotor() - at);
+    // v^2 / 2a = 30 517.6 * 65.536 ms / 2 = 1000 microsteps, within two of where its steps fall in the ramp's, and up to two
+    // milliseconds of the telegram.
+    assert!((998..1100).contains(&(bench.rotor() - at)), "{}", bench.rotor() - at);
     assert_eq!(bench.ok("GAP 3, 0"), 0);
     assert_eq!(bench.ok("GAP 0, 0"), 100_000);
     assert_eq!(bench.ok("GAP 8, 0"), 0);
