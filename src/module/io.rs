@@ -59,7 +59,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Done, Status> {
         let all = 1_u8.checked_shl(self.spec.outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {
-            (0, 0) => self.outputs.pull_ups = flag(value)?,
+            // Configuration tools write 3 to every board, the default of those with two such outputs.
+            (0, 0) if (0..=3).contains(&value) => self.outputs.pull_ups = value & 1 != 0,
+            (0, 0) => return Err(Status::InvalidValue),
             (2, ALL) => {
                 let bits = if value == -1 { self.machine.registers.accumulator } else { value };
                 // Bits without an output are ignored, in a constant as in the accumulator.

@@ -121,6 +121,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             return Err(Status::NotAvailable);
         }
         self.store.end_download();
+        if !self.machine.runs() {
+            self.machine.rewind();
+        }
         Ok(Done::written(value))
     }
 
@@ -179,7 +182,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 return;
             }
             let counter = self.machine.counter();
-            let Some(command) = self.store.command(counter) else { return self.machine.stop() };
+            let Some(command) = self.store.command(counter) else { return self.machine.end() };
             let instruction = Instruction::numbered(command.opcode);
             let cost = if instruction.is_some_and(|instruction| instruction.chip) { CHIP_COST } else { 1 };
             if cost > slice {
@@ -207,7 +210,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         command: Command,
     ) -> Result<(), Status> {
         if command.opcode == 0 {
-            self.machine.stop();
+            self.machine.end();
             return Ok(());
         }
         let done = match instruction {
@@ -231,7 +234,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
             }
             // A vector outside the memory is like a jump to there.
-            Err(Status::InvalidValue) if command.opcode == Opcode::Vect as u8 => self.machine.stop(),
+            Err(Status::InvalidValue) if command.opcode == Opcode::Vect as u8 => self.machine.end(),
             _ => {}
         }
         // A program that has erased itself has stopped here.

@@ -99,7 +99,7 @@ fn wrong(error: &Error<'_>) -> Line {
     let status = match field {
         _ if !instruction.ascii => Status::NotAvailable,
         Field::Kind | Field::Named(_) => Status::WrongType,
-        Field::Motor | Field::Value => Status::InvalidValue,
+        Field::Motor | Field::Value | Field::Zero => Status::InvalidValue,
     };
     Line::Wrong { status, opcode: instruction.opcode as u8 }
 }

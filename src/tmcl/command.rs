@@ -19,6 +19,9 @@ impl Command {
     /// The first number that is carried out even while a program is loaded; a program cannot have those.
     pub const FIRST_CONTROL: u8 = 128;
 
+    /// What enters the vendor's boot loader: command 242 with operands that nobody sends by mistake.
+    pub const ENTER_BOOTLOADER: Command = Command::new(242, 0x81, 0x92, 0xA3B4_C5D6_u32.cast_signed());
+
     /// Puts a command together.
     pub const fn new(opcode: u8, kind: u8, motor: u8, value: i32) -> Self {
         Command { opcode, kind, motor, value }

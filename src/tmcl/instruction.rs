@@ -13,6 +13,8 @@ pub enum Field {
     Motor,
     /// The value field.
     Value,
+    /// A zero that the manual prints behind the other operands, and that may be left out. It fills no field.
+    Zero,
 }
 
 /// What the motor/bank field of a command holds; axis numbers are checked before anything else.
@@ -57,7 +59,8 @@ const MVP: &[&str] = &["ABS", "REL", "COORD"];
 const RFS: &[&str] = &["START", "STOP", "STATUS"];
 const CALC: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD"];
 const CALCX: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD", "SWAP"];
-const JC: &[&str] = &["ZE", "NZ", "EQ", "NE", "GT", "GE", "LT", "LE", "ETO", "EAL", "EDV", "EPO"];
+/// ESD is not in the manual, which has a flag of this name but no condition for it.
+const JC: &[&str] = &["ZE", "NZ", "EQ", "NE", "GT", "GE", "LT", "LE", "ETO", "EAL", "EDV", "EPO", "ESD"];
 const WAIT: &[&str] = &["TICKS", "POS", "REFSW", "LIMSW", "RFS"];
 const CLE: &[&str] = &["ALL", "ETO", "EAL", "EDV", "EPO", "ESD"];
 
@@ -106,7 +109,7 @@ macro_rules! instructions {
     };
 }
 
-use Field::{Kind, Named, Value};
+use Field::{Kind, Named, Value, Zero};
 
 /// The motor operand, under the name it has in the table below.
 const AXIS: Field = Field::Motor;
@@ -119,12 +122,12 @@ instructions! {
     4 Mvp "MVP" [Named(MVP), AXIS, Value] AxisOrAll 1 1 1 1,
     5 Sap "SAP" [Kind, AXIS, Value] Axis 1 1 1 1,
     6 Gap "GAP" [Kind, AXIS] Axis 1 1 1 1,
-    7 Stap "STAP" [Kind, AXIS] Axis 1 1 1 1,
-    8 Rsap "RSAP" [Kind, AXIS] Axis 1 1 1 1,
+    7 Stap "STAP" [Kind, AXIS, Zero] Axis 1 1 1 1,
+    8 Rsap "RSAP" [Kind, AXIS, Zero] Axis 1 1 1 1,
     9 Sgp "SGP" [Kind, AXIS, Value] Other 1 1 1 0,
     10 Ggp "GGP" [Kind, AXIS] Other 1 1 1 0,
-    11 Stgp "STGP" [Kind, AXIS] Other 1 1 1 0,
-    12 Rsgp "RSGP" [Kind, AXIS] Other 1 1 1 0,
+    11 Stgp "STGP" [Kind, AXIS, Zero] Other 1 1 1 0,
+    12 Rsgp "RSGP" [Kind, AXIS, Zero] Other 1 1 1 0,
     13 Rfs "RFS" [Named(RFS), AXIS] Axis 1 1 1 1,
     14 Sio "SIO" [Kind, AXIS, Value] Other 1 1 1 0,
     15 Gio "GIO" [Kind, AXIS] Other 1 1 1 0,
@@ -139,7 +142,7 @@ instructions! {
     27 Wait "WAIT" [Named(WAIT), AXIS, Value] Other 0 1 0 0,
     28 Stop "STOP" [] Other 0 1 0 0,
     30 Sco "SCO" [Kind, AXIS, Value] AxisOrAll 1 1 1 0,
-    31 Gco "GCO" [Kind, AXIS] AxisOrAll 1 1 1 0,
+    31 Gco "GCO" [Kind, AXIS, Zero] AxisOrAll 1 1 1 0,
     32 Cco "CCO" [Kind, AXIS] Axis 1 1 1 1,
     33 Calcx "CALCX" [Named(CALCX)] Other 1 1 0 0,
     34 Aap "AAP" [Kind, AXIS] Axis 1 1 0 1,
@@ -183,11 +186,19 @@ impl Instruction {
         BY_NUMBER.get(usize::from(number)).copied().flatten()
     }
 
+    /// The operands that say something: all but the zero that may follow them.
+    pub fn operands(&self) -> &'static [Field] {
+        match self.fields {
+            [operands @ .., Field::Zero] => operands,
+            all => all,
+        }
+    }
+
     /// How many operands have to be written: all but a motor at the end; of a user function, which may mean anything
     /// by them, none.
     pub fn required(&self) -> usize {
         let user = (Opcode::Uf0 as u8..=Opcode::Uf7 as u8).contains(&(self.opcode as u8));
-        match self.fields {
+        match self.operands() {
             [others @ .., Field::Motor] => others.len(),
             _ if user => 0,
             all => all.len(),

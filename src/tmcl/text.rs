@@ -46,6 +46,7 @@ impl fmt::Display for FieldName {
             Field::Kind => f.write_str("<type>"),
             Field::Motor => f.write_str("<motor or bank>"),
             Field::Value => f.write_str("<value>"),
+            Field::Zero => f.write_str("0"),
             Field::Named(names) => {
                 f.write_str("<")?;
                 for (i, name) in names.iter().enumerate() {
@@ -61,7 +62,7 @@ impl fmt::Display for FieldName {
 impl fmt::Display for Instruction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.mnemonic)?;
-        for (i, field) in self.fields.iter().enumerate() {
+        for (i, field) in self.operands().iter().enumerate() {
             write!(f, "{}{}", if i == 0 { " " } else { ", " }, FieldName(*field))?;
         }
         Ok(())
@@ -77,12 +78,13 @@ impl fmt::Display for Command {
             return write!(f, "{}, {}, {}, {}", self.opcode, self.kind, self.motor, self.value);
         };
         f.write_str(instruction.mnemonic)?;
-        for (i, field) in instruction.fields.iter().enumerate() {
+        for (i, field) in instruction.operands().iter().enumerate() {
             f.write_str(if i == 0 { " " } else { ", " })?;
             match field {
                 Field::Kind => write!(f, "{}", self.kind)?,
                 Field::Motor => write!(f, "{}", self.motor)?,
                 Field::Value => write!(f, "{}", self.value)?,
+                Field::Zero => {}
                 Field::Named(names) => match names.get(usize::from(self.kind)) {
                     Some(name) => f.write_str(name)?,
                     None => write!(f, "{}", self.kind)?,
@@ -94,7 +96,8 @@ impl fmt::Display for Command {
 }
 
 /// Reads one command. Operands are separated by commas, spaces around them do not count; a comma right
-/// after the mnemonic is tolerated, and so is a missing motor at the end (`MST` means `MST 0`). A user function takes
+/// after the mnemonic is tolerated, and so are a missing motor at the end (`MST` means `MST 0`) and the 0 that the manual
+/// prints behind the operands of some commands (`STAP 4, 0, 0`). A user function takes
 /// as many operands as it is given. Numbers are decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic: then all
 /// four fields are numbers, those left out zero.
 pub fn parse(line: &str) -> Result<Command, Error<'_>> {
@@ -136,7 +139,7 @@ fn fill<'a>(
 ) -> Result<(), Error<'a>> {
     let named = match field {
         Field::Named(names) => names.iter().position(|name| name.eq_ignore_ascii_case(word)),
-        Field::Kind | Field::Motor | Field::Value => None,
+        Field::Kind | Field::Motor | Field::Value | Field::Zero => None,
     };
     let value = match named {
         Some(position) => position as i64,
@@ -147,6 +150,8 @@ fn fill<'a>(
         Field::Kind | Field::Named(_) => command.kind = u8::try_from(value).map_err(|_| out_of_range)?,
         Field::Motor => command.motor = u8::try_from(value).map_err(|_| out_of_range)?,
         Field::Value => command.value = value_field(value).ok_or(out_of_range)?,
+        Field::Zero if value == 0 => {}
+        Field::Zero => return Err(Error::Unexpected(instruction, word)),
     }
     Ok(())
 }
@@ -204,6 +209,25 @@ mod tests {
         assert_eq!(parse("UF0"), Ok(Command::new(64, 0, 0, 0)));
         assert_eq!(parse("UF7 1, 2"), Ok(Command::new(71, 1, 2, 0)));
         assert_eq!(parse("136, 1"), Ok(Command::new(136, 1, 0, 0)));
+        assert_eq!(parse("JC ESD, 7"), Ok(Command::new(21, 12, 0, 7)));
+    }
+
+    /// The manual prints a third operand of 0 for five commands (sections 3.7.7, 3.7.8, 3.7.11, 3.7.12, 3.7.25).
+    #[test]
+    fn a_zero_that_the_manual_prints_may_follow() {
+        for (line, command) in [
+            ("STAP 4, 0, 0", Command::new(7, 4, 0, 0)),
+            ("RSAP 4, 0, 0", Command::new(8, 4, 0, 0)),
+            ("STGP 42, 2, 0", Command::new(11, 42, 2, 0)),
+            ("RSGP 42, 2, $0", Command::new(12, 42, 2, 0)),
+            ("GCO 1, 0, 0", Command::new(31, 1, 0, 0)),
+        ] {
+            assert_eq!(parse(line), Ok(command), "{line}");
+        }
+        let text = |line: &str| parse(line).unwrap_err().to_string();
+        assert_eq!(text("STAP 4, 0, 1"), "STAP: '1' is one operand too many; usage: STAP <type>, <motor or bank>");
+        assert_eq!(text("GCO 1, 0, 0, 0"), "GCO: '0' is one operand too many; usage: GCO <type>, <motor or bank>");
+        assert!(text("GAP 1, 0, 0").contains("too many"));
     }
 
     #[test]

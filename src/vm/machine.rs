@@ -148,11 +148,28 @@ impl Machine {
         self.stepping = true;
     }
 
-    /// Command 128, STOP, the end of the program. A WAIT that is left begins anew if the program goes on.
+    /// Stops the program where it is (command 128, and what stops it from outside). Program counter, subroutine stack and
+    /// handler stay, so [`Machine::run`] goes on from here; a WAIT that is left begins anew then.
     pub fn stop(&mut self) {
         self.mode = Mode::Stop;
         self.stepping = false;
         self.wait = None;
+    }
+
+    /// The program has come to its end, so [`Machine::run`] starts it again. Host software lives by that: it runs a
+    /// program that ends by STOP again and again with command 129, type 0.
+    pub fn end(&mut self) {
+        self.stop();
+        self.rewind();
+    }
+
+    /// Takes a program that stands back to its first command: program counter 0, subroutine stack and handler are
+    /// forgotten; registers, error flags, interrupt enables and vectors stay.
+    pub fn rewind(&mut self) {
+        self.counter = 0;
+        self.stack.clear();
+        self.interrupted = None;
+        self.returned = false;
     }
 
     /// Command 131: everything as after power-on but bank 3.
@@ -260,7 +277,7 @@ impl Machine {
                 Some(wait) => self.wait = Some(wait),
                 None => self.next(),
             },
-            Opcode::Stop => self.stop(),
+            Opcode::Stop => self.end(),
             Opcode::Reti => match self.interrupted.take() {
                 Some(interrupted) => self.return_to(now, interrupted),
                 None => self.next(),
@@ -270,22 +287,22 @@ impl Machine {
         Some(Ok(()))
     }
 
-    /// Goes to an address, or stops at this command where there is none.
+    /// Goes to an address; a jump to where there is none ends the program.
     fn jump(&mut self, to: i32) {
         match address(to) {
             Some(to) => self.go_to(to),
-            None => self.stop(),
+            None => self.end(),
         }
     }
 
-    /// The command is done. Running off the end stops the program.
+    /// The command is done. Running off the end of program memory ends the program.
     fn go_to(&mut self, address: u16) {
         self.counter = address;
         self.wait = None;
         self.returned = false;
         self.stepping = false;
         if address >= COMMANDS {
-            self.stop();
+            self.end();
         }
     }
 

@@ -118,12 +118,12 @@ pub enum Condition {
     Lower,
     /// LE.
     LowerOrEqual,
-    /// ETO, EAL, EDV, EPO.
+    /// ETO, EAL, EDV, EPO; ESD, which the manual does not have.
     Error(ErrorFlag),
 }
 
 impl Condition {
-    /// The condition with this type number, 0..=11.
+    /// The condition with this type number, 0..=12.
     pub const fn from_number(number: u8) -> Option<Self> {
         Some(match number {
             0 => Condition::Zero,
@@ -138,6 +138,7 @@ impl Condition {
             9 => Condition::Error(ErrorFlag::Alarm),
             10 => Condition::Error(ErrorFlag::Deviation),
             11 => Condition::Error(ErrorFlag::Position),
+            12 => Condition::Error(ErrorFlag::Shutdown),
             _ => return None,
         })
     }

@@ -62,7 +62,7 @@ pub struct Machine {
     pub accumulator: i32,
     /// X register.
     pub x: i32,
-    /// Address of the next command, or of the one that stopped the program or waits; 2048 after the last.
+    /// Address of the next command, or of the one that waits; 0 at the end of the program.
     pub program_counter: u16,
     /// Return addresses, innermost last.
     pub stack: Vec<u16>,
@@ -220,7 +220,7 @@ impl Machine {
         let next = here + 1;
         match (number, kind, motor) {
             // The end of the program: an unused command, or STOP.
-            (0 | 28, _, _) => return self.stop(here),
+            (0 | 28, _, _) => return self.end(),
             // GAP, GGP in bank 0, RFS STATUS, GIO in banks 0 and 1
             (6 | 10, _, 0) | (13, 2, 0) | (15, _, 0 | 1) => {
                 if let Some(read) = world.command(bytes, self.accumulator) {
@@ -245,7 +245,7 @@ impl Machine {
             (11, 0..=55, 2) => self.stored[kind as usize] = self.variables[kind as usize],
             (12, 0..=55, 2) => self.variables[kind as usize] = self.stored[kind as usize],
             // SIO: pull-ups, one output, all outputs
-            (14, 0, 0) if value == 0 || value == 1 => self.pull_ups = value == 1,
+            (14, 0, 0) if (0..=3).contains(&value) => self.pull_ups = value & 1 == 1,
             (14, 0 | 1, 2) if value == 0 || value == 1 => self.outputs[kind as usize] = value == 1,
             (14, 255, 2) => {
                 let bits = if value == -1 { self.accumulator } else { value };
@@ -268,11 +268,11 @@ impl Machine {
             }
             // JC, JA
             (21, _, _) if !self.condition(kind) => {}
-            (21 | 22, _, _) => return address(value).unwrap_or_else(|| self.stop(here)),
+            (21 | 22, _, _) => return address(value).unwrap_or_else(|| self.end()),
             // CSUB, RSUB
             (23, _, _) if self.stack.len() < STACK => {
                 let Some(target) = address(value) else {
-                    return self.stop(here);
+                    return self.end();
                 };
                 self.stack.push(next);
                 return target;
@@ -329,7 +329,7 @@ impl Machine {
             // VECT
             (37, _, _) if INTERRUPTS.contains(&kind) => {
                 let Some(target) = address(value) else {
-                    return self.stop(here);
+                    return self.end();
                 };
                 self.vectors.insert(kind, target);
             }
@@ -366,6 +366,7 @@ impl Machine {
             9 => self.alarm,
             10 => self.deviation,
             11 => self.position,
+            12 => self.shutdown,
             _ => false,
         }
     }
@@ -386,18 +387,19 @@ impl Machine {
         }
     }
 
-    /// Stops the program; the program counter stays.
-    fn stop(&mut self, here: u16) -> u16 {
+    /// Ends the program and gives the address where it would begin again; calls and handlers under way are forgotten.
+    fn end(&mut self) -> u16 {
         self.running = false;
-        here
+        self.waiting = None;
+        self.stack.clear();
+        self.saved = None;
+        self.returned = false;
+        0
     }
 
-    /// Sets the program counter; past the last command the program stops.
+    /// Sets the program counter; past the last command the program ends.
     fn go_to(&mut self, address: u16) {
-        self.program_counter = address;
-        if address == MEMORY {
-            self.running = false;
-        }
+        self.program_counter = if address == MEMORY { self.end() } else { address };
     }
 }
 
@@ -520,10 +522,10 @@ mod tests {
 
     #[test]
     fn conditions() {
-        // Bit n of the result: JC n jumps. From the right: ZE NZ EQ NE, GT GE LT LE, ETO EAL EDV EPO, unknown.
+        // Bit n of the result: JC n jumps. From the right: ZE NZ EQ NE, GT GE LT LE, ETO EAL EDV EPO, ESD, unknown.
         for (text, error, taken) in [
-            ("", false, 0b0_0000_0000_1010),
-            ("", true, 0b0_1001_0000_1010),
+            ("", false, 0b00_0000_0000_1010),
+            ("", true, 0b01_1001_0000_1010),
             ("19 9 0 5; 20 0 0 5;", false, 0b1010_0101),
             ("19 9 0 5; 20 0 0 6;", false, 0b1100_1010),
             ("19 9 0 5; 20 0 0 4;", false, 0b0011_1010),
@@ -532,10 +534,11 @@ mod tests {
             // A value loaded after COMP: ZE and NZ only.
             ("19 9 0 5; 20 0 0 6; 19 9 0 0;", false, 0b1100_1001),
         ] {
-            for kind in 0..13 {
+            for kind in 0..14 {
                 let mut machine = machine(&format!("{text} 21 {kind} 0 9"));
                 machine.timeout = error;
                 machine.position = error;
+                machine.shutdown = error;
                 steps(&mut machine, text.matches(';').count() + 1);
                 assert_eq!(machine.program_counter == 9, taken >> kind & 1 == 1, "{text} JC {kind}");
             }
@@ -546,14 +549,31 @@ mod tests {
     fn addresses() {
         for command in ["22 0 0 2048", "22 0 0 -1", "21 1 0 65536", "23 0 0 2048", "37 0 0 2048", "28 0 0 5", "0"] {
             let end = run(&format!("19 9 0 1; {command}"));
-            assert_eq!((end.program_counter, end.stack.len()), (1, 0), "{command}");
+            assert_eq!((end.running, end.program_counter, end.stack.len()), (false, 0, 0), "{command}");
         }
-        // Not taken, unknown condition, unknown interrupt, unknown and control commands: on to the end at address 5.
-        assert_eq!(run("21 0 0 2048; 21 12 0 2048; 37 255 0 2048; 29; 131").program_counter, 5);
-        assert_eq!(run("22 0 0 2047").program_counter, 2047);
-        assert_eq!(run("22 0 0 2047; @2047; 25").program_counter, 2048);
-        // CSUB at 2047 returns to 2048.
-        assert_eq!(run("22 0 0 2047; 24; @2047; 23 0 0 1").program_counter, 2048);
+        // Not taken, unknown condition, unknown interrupt, unknown and control commands: all are passed.
+        let mut machine = machine("21 0 0 2048; 21 13 0 2048; 37 255 0 2048; 29; 131");
+        steps(&mut machine, 5);
+        assert_eq!((machine.running, machine.program_counter), (true, 5));
+        // Address 2047 is the last: the command there is executed, and the program ends.
+        let last = run("22 0 0 2047; @2047; 19 9 0 7");
+        assert_eq!((last.running, last.program_counter, last.accumulator), (false, 0, 7));
+        // CSUB at 2047 would return to 2048, which ends the program.
+        let returned = run("22 0 0 2047; 24; @2047; 23 0 0 1");
+        assert_eq!((returned.running, returned.program_counter), (false, 0));
+    }
+
+    #[test]
+    fn the_end_forgets_calls_and_the_handler_but_nothing_else() {
+        // A handler that has called a subroutine ends the program.
+        let mut machine = machine("37 0 0 20; 25 0; 25 255; 19 9 0 5; 27 0 0 7; @20; 23 0 0 30; @30; 28");
+        steps(&mut machine, 5);
+        machine.timeout = true;
+        machine.interrupt(0);
+        steps(&mut machine, 2);
+        assert_eq!((machine.running, machine.program_counter, machine.saved, machine.waiting), (false, 0, None, None));
+        assert!(machine.stack.is_empty() && machine.globally_enabled && machine.timeout);
+        assert_eq!((machine.accumulator, machine.vectors.get(&0)), (5, Some(&20)));
     }
 
     #[test]
@@ -693,7 +713,7 @@ mod tests {
         steps(&mut machine, 1);
         assert_eq!((machine.program_counter, machine.running), (5, true));
         steps(&mut machine, 1);
-        assert_eq!((machine.program_counter, machine.running), (9, false));
+        assert_eq!((machine.program_counter, machine.running), (0, false));
         machine.interrupt(3); // stopped: dropped
         assert!(machine.pending.is_empty());
     }

@@ -12,7 +12,7 @@ use super::encode;
 use super::expression::evaluate;
 use super::include;
 use super::source::{Problem, Source};
-use super::statement::{self, CommandLine, Name, Operand, Statement};
+use super::statement::{self, CommandLine, Head, Name, Operand, Statement};
 use super::suggest::suggestion;
 use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
@@ -282,6 +282,10 @@ impl Assembler {
     fn check(&mut self, commands: &[Command]) {
         let written = std::mem::take(&mut self.commands);
         for (command, (line, text)) in commands.iter().zip(&written) {
+            if text.head == Head::Nop {
+                let message = "this ends the program: a module takes command 0 for the end, none does nothing";
+                self.report(*line, Severity::Warning, Problem::new(text.span, message));
+            }
             for (part, message) in check::warnings(*command, commands.len()) {
                 self.report(*line, Severity::Warning, Problem::new(encode::span(text, part), message));
             }

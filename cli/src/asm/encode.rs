@@ -15,6 +15,10 @@ pub(super) fn command(line: &CommandLine, text: &str, symbols: &Symbols) -> Resu
     match line.head {
         Head::Instruction(instruction) => mnemonic(line, instruction, text, symbols),
         Head::Number(number) => numeric(line, number, symbols),
+        Head::Nop => match line.operands.first() {
+            Some(operand) => Err(Problem::new(operand.span, "NOP stands alone")),
+            None => Ok(Command::default()),
+        },
     }
 }
 
@@ -27,6 +31,7 @@ pub(super) fn span(line: &CommandLine, part: Part) -> Span {
                 (Part::Kind, Field::Kind | Field::Named(_)) | (Part::Motor, Field::Motor) | (Part::Value, Field::Value)
             )
         }),
+        Head::Nop => None,
         Head::Number(_) => [Part::Kind, Part::Motor, Part::Value].iter().position(|other| *other == part),
     };
     place.and_then(|place| line.operands.get(place)).map_or(line.span, |operand| operand.span)
@@ -45,9 +50,10 @@ fn mnemonic(
             Field::Named(names) => command.kind = named(operand, names, symbols)?,
             Field::Motor => command.motor = byte(operand, symbols)?,
             Field::Value => command.value = value(operand, symbols)?,
+            Field::Zero => {}
         }
     }
-    if let Some(operand) = line.operands.get(instruction.fields.len()) {
+    if let Some(operand) = surplus(line, instruction, symbols)? {
         if operand.tokens.is_empty() {
             return Err(Problem::new(operand.span, "nothing follows this comma; it is one too many"));
         }
@@ -62,6 +68,22 @@ fn mnemonic(
         }
         _ => Ok(command),
     }
+}
+
+/// The first operand that is too many: one behind the last field, or one that is not 0 where only that may stand.
+fn surplus<'a>(
+    line: &'a CommandLine,
+    instruction: &Instruction,
+    symbols: &Symbols,
+) -> Result<Option<&'a Operand>, Problem> {
+    let place = instruction.operands().len();
+    let zero = match line.operands.get(place) {
+        Some(operand) if place < instruction.fields.len() && !operand.tokens.is_empty() => {
+            number(operand, symbols)? == 0
+        }
+        _ => false,
+    };
+    Ok(line.operands.get(place + usize::from(zero)))
 }
 
 /// Four numbers: command, type, motor or bank, value; those left out are zero.

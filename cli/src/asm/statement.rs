@@ -25,6 +25,8 @@ pub(super) enum Head {
     Instruction(&'static Instruction),
     /// A command number in place of the mnemonic: all fields are numbers.
     Number(i64),
+    /// `NOP`, as others call command 0.
+    Nop,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -71,6 +73,7 @@ pub(super) fn statement(tokens: &[Token], unknown: impl FnOnce(&str) -> String) 
         }
         Kind::Name(name) => match Instruction::by_mnemonic(name) {
             Some(instruction) => Ok(Some(command(Head::Instruction(instruction), first.span, rest))),
+            None if name.eq_ignore_ascii_case("NOP") => Ok(Some(command(Head::Nop, first.span, rest))),
             None => Err(Problem::new(first.span, unknown(name))),
         },
         Kind::Number(number) => Ok(Some(command(Head::Number(*number), first.span, rest))),

@@ -77,8 +77,8 @@ mod kind {
 enum Step {
     /// The command has been executed; the next one is there.
     Done(u16),
-    /// It was the last: the program stands here.
-    Ended(u16),
+    /// It was the last of the program.
+    Ended,
     /// The user did not want to wait for the end of a WAIT.
     Interrupted(u16),
 }
@@ -88,15 +88,20 @@ pub(super) struct Debugger<'a> {
     module: &'a mut Conversation,
     program: &'a Program,
     breakpoints: BTreeSet<u16>,
+    /// Where the program has ended in the last step. The module does not keep that: its program counter is back at 0.
+    ended: Option<u16>,
 }
 
 impl<'a> Debugger<'a> {
     pub(super) fn new(module: &'a mut Conversation, program: &'a Program) -> Self {
-        Debugger { module, program, breakpoints: BTreeSet::new() }
+        Debugger { module, program, breakpoints: BTreeSet::new(), ended: None }
     }
 
     /// Does what the user wants, and gives what is to be told.
     pub(super) fn act(&mut self, action: Action, interrupt: &mut Interrupt) -> Result<String, Error> {
+        if matches!(action, Action::Step(_) | Action::Continue | Action::Stop | Action::Reset | Action::Send(_)) {
+            self.ended = None;
+        }
         match action {
             Action::Step(times) => self.advance(Some(times), interrupt),
             Action::Continue if self.breakpoints.is_empty() => {
@@ -158,16 +163,24 @@ impl<'a> Debugger<'a> {
 
     /// Steps to a breakpoint or the end of the program; not further than `most` steps.
     fn advance(&mut self, most: Option<u32>, interrupt: &mut Interrupt) -> Result<String, Error> {
-        if self.state()?.mode == Mode::Running {
+        let state = self.state()?;
+        if state.mode == Mode::Running {
             return Ok(RUNS.into());
         }
-        let mut done = 0;
+        let (mut at, mut done) = (state.counter, 0);
         loop {
             let counter = match self.step(interrupt)? {
                 Step::Done(counter) => counter,
-                end => return Ok(self.tell(&end)),
+                Step::Ended => {
+                    self.ended = Some(at);
+                    return Ok(format!(
+                        "the program has ended; the next step begins it again\n{}",
+                        self.line(at, Some(at))
+                    ));
+                }
+                Step::Interrupted(counter) => return Ok(self.interrupted(counter)),
             };
-            done += 1;
+            (at, done) = (counter, done + 1);
             if most == Some(done) {
                 return Ok(self.line(counter, Some(counter)));
             }
@@ -176,7 +189,7 @@ impl<'a> Debugger<'a> {
             }
             if interrupt.happened() {
                 interrupt.forget();
-                return Ok(self.tell(&Step::Interrupted(counter)));
+                return Ok(self.interrupted(counter));
             }
         }
     }
@@ -188,7 +201,7 @@ impl<'a> Debugger<'a> {
             let state = self.state()?;
             if !state.waiting {
                 let ended = state.mode == Mode::Stopped;
-                return Ok(if ended { Step::Ended(state.counter) } else { Step::Done(state.counter) });
+                return Ok(if ended { Step::Ended } else { Step::Done(state.counter) });
             }
             if interrupt.within(LOOK) {
                 interrupt.forget();
@@ -198,14 +211,8 @@ impl<'a> Debugger<'a> {
         }
     }
 
-    fn tell(&self, end: &Step) -> String {
-        match end {
-            Step::Done(counter) => self.line(*counter, Some(*counter)),
-            Step::Ended(counter) => {
-                format!("the program has ended; reset takes it to its start\n{}", self.line(*counter, Some(*counter)))
-            }
-            Step::Interrupted(counter) => format!("interrupted\n{}", self.line(*counter, Some(*counter))),
-        }
+    fn interrupted(&self, counter: u16) -> String {
+        format!("interrupted\n{}", self.line(counter, Some(counter)))
     }
 
     fn registers(&mut self) -> Result<String, Error> {
@@ -217,7 +224,7 @@ impl<'a> Debugger<'a> {
     }
 
     fn list(&mut self, place: Option<String>) -> Result<String, Error> {
-        let counter = self.state()?.counter;
+        let counter = self.ended.map_or_else(|| self.state().map(|state| state.counter), Ok)?;
         let first = match place.map(|place| self.place(&place)) {
             None => counter.saturating_sub(LINES / 2),
             Some(Ok(address)) => address,

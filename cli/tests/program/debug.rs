@@ -47,10 +47,22 @@ fn steps_and_breakpoints() {
 #[test]
 fn the_end_of_the_program_is_noticed() {
     let fake = Fake::start(State::default());
-    let told = debug(&fake, &["CALC LOAD, 5", "STOP"], &[], "break 0\ncontinue\n");
-    let end = ["the program has ended; reset takes it to its start", ">     1  STOP"];
-    assert_eq!(told[2..4], end);
-    assert_eq!(told[4], "the program is stopped at address 1");
+    let told = debug(&fake, &["CALC LOAD, 5", "STOP"], &[], "break 1\nstep\nstep\nlist\nlist 1\nstep\nlist\n");
+    let expected = [
+        " *    1  STOP",
+        ">*    1  STOP",
+        "the program has ended; the next step begins it again",
+        // The module has its program counter at 0 again; where it has ended is remembered here.
+        ">*    1  STOP",
+        "      0  CALC LOAD, 5",
+        ">*    1  STOP",
+        ">*    1  STOP",
+        ">*    1  STOP",
+        "      0  CALC LOAD, 5",
+        ">*    1  STOP",
+        "the program is stopped at address 1",
+    ];
+    assert_eq!(told[1..], expected);
 }
 
 #[test]

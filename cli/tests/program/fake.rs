@@ -101,7 +101,7 @@ impl State {
             (Some(Opcode::Wait), _) => self.waiting = WAIT,
             (Some(Opcode::Stop) | None, _) => {
                 self.mode = 0;
-                self.counter -= 1;
+                self.counter = 0;
             }
             _ => {}
         }

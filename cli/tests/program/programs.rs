@@ -205,7 +205,7 @@ fn a_program_is_debugged() {
         "breakpoint",
         ">*    4  MVP ABS, 0, -500",
         "GAP 1, 0: 2000 microsteps (actual position), status 100 ok",
-        "the program has ended; reset takes it to its start",
+        "the program has ended; the next step begins it again",
     ];
     assert_eq!(told[3..8], expected, "{said}");
     assert!(said.contains("the program is stopped at address"), "{said}");

@@ -87,6 +87,16 @@ fn single_commands_are_read_as_everywhere_else() {
         "GOTO 1",
         "256, 0",
         "MVP UP, 0, 1",
+        "STAP 4, 0, 0",
+        "RSAP 4, 0, 0",
+        "STGP 4, 2, 0",
+        "RSGP 4, 2, $0",
+        "GCO 4, 0, 0",
+        "STAP 4, 0, 1",
+        "GCO 4, 0, 0, 0",
+        "STAP 4, 0,",
+        "GAP 4, 0, 0",
+        "JC ESD, 0",
     ];
     for line in lines {
         let alone = text::parse(line).ok();
@@ -228,6 +238,20 @@ fn warnings_have_the_place_of_the_operand() {
         warnings.0.iter().filter_map(|w| w.location.as_ref()).map(|l| (l.line, l.column, l.length)).collect();
     assert_eq!(places, [(1, 11, 8), (2, 5, 1), (3, 4, 2), (4, 12, 1), (5, 1, 3), (6, 5, 2)]);
     assert_eq!(warnings.errors(), 0);
+}
+
+/// Others call command 0 so, and some programs have it in the belief that it does nothing.
+#[test]
+fn nop_is_command_0_and_ends_the_program() {
+    let assembly = assembled("Nothing: nop\nJA Nothing");
+    assert_eq!(assembly.commands, commands(&["0, 0, 0, 0", "JA 0", "STOP"]));
+    let expected = "\
+test.tmc:1:10: warning: this ends the program: a module takes command 0 for the end, none does nothing
+    Nothing: nop
+             ^^^";
+    assert_eq!(assembly.warnings.to_string(), expected);
+    assert!(errors("NOP 0").contains("NOP stands alone"));
+    assert!(assembled("0").warnings.0.is_empty(), "hosts put the number there to end a program");
 }
 
 /// Of a file that is something else the first mistakes are enough.
