@@ -71,6 +71,17 @@ fn a_reply_is_as_long_as_its_request() {
     }
 }
 
+/// What enters the vendor's boot loader is never answered; with other operands it is refused.
+#[test]
+fn the_boot_loader_entry_is_not_answered() {
+    let mut bus = Bus::new(1);
+    for length in [7, 8] {
+        assert_eq!(bus.exchange(1, "242, 0x81, 0x92, 0xA3B4C5D6", length), []);
+        assert_eq!(bus.exchange(1, "242, 0x81, 0x92, 0xA3B4C5D7", length)[0].1[1..3], [4, 242]);
+    }
+    assert_eq!(bus.ok(1, "GAP 4, 0").2, 1000);
+}
+
 #[test]
 fn special_replies_leave_out_the_host_address() {
     let mut bus = Bus::new(1);

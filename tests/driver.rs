@@ -293,8 +293,8 @@ fn the_poll_keeps_to_its_datagrams() {
     }
 }
 
-/// What a command costs on the bus: nothing without the chips, one datagram for a position, one for a new
-/// target while positioning.
+/// What a command costs on the bus: nothing without the chips, nor a target speed in a positioning mode, one datagram for a
+/// position, one for a new target while positioning.
 #[test]
 fn commands_cost_few_datagrams() {
     use tmcm::module::Source;
@@ -302,9 +302,15 @@ fn commands_cost_few_datagrams() {
     let mut bench = Bench::new();
     bench.ok("MVP ABS, 0, 100000");
     bench.run(SECOND);
-    for (line, expected) in
-        [("GAP 5, 0", 0), ("GGP 66, 0", 0), ("GAP 1, 0", 1), ("GAP 3, 0", 1), ("MVP ABS, 0, 90000", 1)]
-    {
+    for (line, expected) in [
+        ("GAP 5, 0", 0),
+        ("GGP 66, 0", 0),
+        ("SAP 2, 0, 500", 0),
+        ("SGP 132, 0, 5", 0),
+        ("GAP 1, 0", 1),
+        ("GAP 3, 0", 1),
+        ("MVP ABS, 0, 90000", 1),
+    ] {
         let telegram = binary::encode_command(1, text::parse(line).unwrap());
         let (motion, driver) = datagrams(&mut bench, |b| b.module.receive(Source::Usb, telegram));
         assert_eq!((motion, driver), (expected, 0), "{line}");

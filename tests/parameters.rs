@@ -17,9 +17,9 @@ use tmcm::tmcl::Command;
 
 const TABLES: [Table; 3] = [AXIS, GLOBAL, INTERRUPT];
 
-/// Bank 0 parameters whose value is not simply what was written: tick timer, random number, and the one
-/// that silences the reply to its own test. Each has a test of its own.
-const PECULIAR: [u8; 3] = [132, 133, 255];
+/// Parameters whose value is not simply what was written: the target speed, which counts in velocity mode alone, and in
+/// bank 0 tick timer, random number, and the one that silences the reply to its own test. Each has a test of its own.
+const PECULIAR: [u8; 4] = [2, 132, 133, 255];
 
 #[test]
 fn the_firmware_has_the_rows_of_the_manual() {
@@ -218,10 +218,11 @@ fn actual_position_can_be_overwritten() {
     }
 }
 
-/// Parameter 2 rotates like ROR and ROL, 3 is the speed the motor has; 138 follows.
+/// Parameter 2 rotates like ROR and ROL in velocity mode, 3 is the speed the motor has; 138 follows.
 #[test]
 fn target_speed_actual_speed_and_ramp_mode() {
     let mut bench = Bench::new();
+    bench.ok("MST 0");
     for speed in [700, -2047, 0, 2047] {
         bench.ok(&format!("SAP 2, 0, {speed}"));
         assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GAP 138, 0")), (speed, 2));
@@ -240,7 +241,25 @@ fn target_speed_actual_speed_and_ramp_mode() {
     assert_eq!(bench.ok("GAP 138, 0"), 1);
 }
 
-/// Parameters 9, 10 and 11: the logical state, which parameter 79 turns round.
+/// In a positioning mode parameter 2 is checked and echoed, and that is all: nothing ends.
+#[test]
+fn target_speed_has_no_effect_while_positioning() {
+    for mode in [0, 1] {
+        let mut bench = Bench::new();
+        bench.ok(&format!("SAP 138, 0, {mode}"));
+        bench.ok("MVP ABS, 0, 40000");
+        bench.run(SECOND / 4);
+        bench.refused("SAP 2, 0, 2048", INVALID_VALUE);
+        for speed in [0, 500, -2047] {
+            assert_eq!(bench.ok(&format!("SAP 2, 0, {speed}")), speed);
+        }
+        assert_eq!(bench.ok("GAP 138, 0"), mode);
+        bench.run_until(20 * SECOND, |b| b.ok("GAP 8, 0") == 1);
+        assert_eq!((bench.rotor(), bench.ok("GAP 2, 0"), bench.ok("GAP 138, 0")), (40_000, 0, mode));
+    }
+}
+
+/// Parameters 9, 10 and 11: parameter 79 turns the end switches round, and leaves the home switch as it is.
 #[test]
 fn switches() {
     const SWITCHES: [(&str, u8); 3] = [("home", 9), ("right", 10), ("left", 11)];
@@ -251,7 +270,8 @@ fn switches() {
             bench.control(&format!("press {pressed}"));
             bench.run(5 * MILLISECOND);
             for (name, parameter) in SWITCHES {
-                let expected = i32::from(name == pressed) ^ polarity;
+                let turned = if name == "home" { 0 } else { polarity };
+                let expected = i32::from(name == pressed) ^ turned;
                 assert_eq!(bench.ok(&format!("GAP {parameter}, 0")), expected, "{name} with {pressed} pressed");
             }
             bench.control(&format!("release {pressed}"));

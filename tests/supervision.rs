@@ -4,6 +4,7 @@
 
 mod common;
 
+use common::table::GLOBAL;
 use common::{Bench, NOT_AVAILABLE, OK};
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
@@ -118,7 +119,7 @@ fn a_lost_heartbeat_stops_every_move() {
     }
     configure(&mut bench, &["SGP 68, 0, 200"]);
     bench.run(300 * MILLISECOND);
-    for line in ["ROR 0, 500", "MVP REL, 0, 100000", "SAP 2, 0, -300", "RFS START, 0", "SAP 0, 0, 77777"] {
+    for line in ["ROR 0, 500", "MVP REL, 0, 100000", "RFS START, 0", "SAP 0, 0, 77777", "SAP 138, 0, 2"] {
         assert_eq!(over_can(&mut bench, line), NOT_AVAILABLE, "{line}");
         bench.run(100 * MILLISECOND);
         assert_eq!(speed(&bench), 0, "{line}");
@@ -132,6 +133,8 @@ fn a_lost_heartbeat_stops_every_move() {
     // What does not move is left as it is, in ramp mode.
     configure(&mut bench, &["SGP 68, 0, 1000", "MVP REL, 0, 100"]);
     bench.run(1300 * MILLISECOND);
+    // There parameter 2 has no effect, so there is nothing to refuse.
+    assert_eq!((over_can(&mut bench, "ROR 0, 500"), over_can(&mut bench, "SAP 2, 0, 500")), (NOT_AVAILABLE, OK));
     assert_eq!((bench.ok("GAP 138, 0"), bench.ok("GAP 8, 0")), (0, 1));
     // A new limit begins anew, the same one written again as well.
     bench.run(300 * MILLISECOND);
@@ -462,6 +465,47 @@ fn the_motion_controller_is_tried_three_times_at_the_start() {
             assert_eq!(bench.speed(), 300);
         }
     }
+}
+
+/// With a motion controller that was silent at power-on, each global parameter does what it needs no motion controller for;
+/// the two that need it are refused and stay as they are.
+#[test]
+fn global_parameters_with_a_silent_motion_controller() {
+    let silent = || {
+        let mut bench = Bench::new();
+        bench.control("fault tmc429 on");
+        bench.power_cycle();
+        bench.run(100 * MILLISECOND);
+        bench
+    };
+    for row in GLOBAL.rows.iter().filter(|row| row.is_writable() && !matches!(row.number, 79 | 90 | 255)) {
+        let mut bench = silent();
+        for value in row.limits() {
+            GLOBAL.set(&mut bench, row, value);
+        }
+    }
+    let mut bench = silent();
+    for number in [79, 90] {
+        for value in [1, 0, 1] {
+            bench.refused(&format!("SGP {number}, 0, {value}"), NOT_AVAILABLE);
+            assert_eq!(bench.ok(&format!("GGP {number}, 0")), 0);
+        }
+    }
+    // The others take effect.
+    bench.ok("SGP 132, 0, 1000000");
+    assert!((1_000_000..1_000_010).contains(&bench.ok("GGP 132, 0")));
+    let mut drawn = || {
+        bench.ok("SGP 133, 0, 5");
+        bench.ok("GGP 133, 0")
+    };
+    assert_eq!(drawn(), drawn());
+    // When the motion controller is back after a restart, what was refused has left no trace: the switch stops as before.
+    bench.control("fault tmc429 off");
+    bench.power_cycle();
+    bench.run(100 * MILLISECOND);
+    bench.control("press left");
+    bench.run(5 * MILLISECOND);
+    assert_eq!((bench.ok("GAP 11, 0"), bench.ok("GAP 10, 0"), bench.ok("GGP 90, 0")), (1, 0, 0));
 }
 
 /// A setting that does not get through to the motion controller is not in force, and not shown either.

@@ -37,7 +37,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn poll_axes(&mut self, now: Micros) -> Signals {
         let mut signals = Signals::default();
         let Inputs { stall, encoder, external, null, digital: [_, _, _, home], .. } = self.inputs;
-        let home = home != (self.global(G::EndSwitchPolarity) != 0);
         let sensors = Sensors { stall, home, encoder, external, null };
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
             let events = axis.poll(now, &mut self.chip, sensors);
@@ -67,7 +66,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 // There is room, unless the host has not fetched the replies before.
                 let _ = self.replies.push_back((subscription.source, event));
             }
-            if events.reached || events.cut_short {
+            let stopped = events.cut_short || events.stall || events.deviation || events.alarm;
+            if events.reached || stopped {
                 subscription.armed &= !bit;
             }
         }
@@ -116,14 +116,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Done, Status> {
         if kind == 0 {
             self.unlocked(now)?;
-            self.disarm(axis);
         }
         let (state, chip) = self.axis(axis)?;
+        let searched = state.searches();
         match kind {
             0 => state.start_search(now, chip)?,
             1 => state.stop_search(now, chip)?,
             2 => return Ok(Done::Read(state.search_status())),
             _ => return Err(Status::WrongType),
+        }
+        if kind == 0 {
+            self.disarm(axis);
+            self.arm(axis);
+        } else if searched {
+            self.disarm(axis);
         }
         Ok(Done::Value(echo))
     }
@@ -160,18 +166,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
         self.unlocked(now)?;
         let (axis, chip) = self.axis(number)?;
+        let searched = axis.searches();
         axis.move_to(now, chip, target)?;
-        if let Some(subscription) = &mut self.subscription {
-            let bit = bit(number.into());
-            subscription.armed |= subscription.mask & bit;
-            if subscription.once {
-                subscription.mask &= !bit;
-            }
+        if searched {
+            self.disarm(number);
         }
+        self.arm(number);
         Ok(())
     }
 
-    /// Command 138: asks for a reply when a positioning move arrives.
+    /// Command 138: asks for a reply when a positioning move arrives, or a reference search has found its place. Bits of
+    /// axes that do not exist are ignored: some hosts ask for all that there could be.
     pub(super) fn subscribe(&mut self, source: super::Source, command: Command) -> Result<Done, Status> {
         let Command { kind, value: mask, .. } = command;
         let once = match kind {
@@ -179,11 +184,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             1 => false,
             _ => return Err(Status::WrongType),
         };
-        if !(0..bit(AXES)).contains(&mask) {
-            return Err(Status::InvalidValue);
-        }
-        self.subscription = Some(Subscription { source, mask, once, armed: 0 });
+        let all = bit(AXES).wrapping_sub(1);
+        self.subscription = Some(Subscription { source, mask: mask & all, once, armed: 0 });
         Ok(Done::Value(mask))
+    }
+
+    /// The end of the move, or search, that has just begun will be told if it was asked for.
+    fn arm(&mut self, axis: u8) {
+        if let Some(subscription) = &mut self.subscription {
+            let bit = bit(axis.into());
+            subscription.armed |= subscription.mask & bit;
+            if subscription.once {
+                subscription.mask &= !bit;
+            }
+        }
     }
 
     /// A move that gives way to something else will not arrive.
@@ -210,14 +224,22 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         echo: i32,
     ) -> Result<Done, Status> {
         let parameter = parameter(number)?;
-        if matches!(parameter, AxisParameter::TargetPosition | AxisParameter::TargetSpeed | AxisParameter::RampMode) {
+        let (state, _) = self.axis(axis)?;
+        let (searched, rotates) = (state.searches(), state.takes_speed());
+        let moves = match parameter {
+            AxisParameter::TargetPosition | AxisParameter::RampMode => true,
+            AxisParameter::TargetSpeed => rotates && value != 0,
+            _ => false,
+        };
+        if moves {
             self.unlocked(now)?;
         }
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
         let travels_on = match parameter {
-            AxisParameter::TargetPosition | AxisParameter::ActualPosition | AxisParameter::TargetSpeed => false,
-            AxisParameter::RampMode => value != Mode::Velocity as i32,
+            AxisParameter::TargetPosition | AxisParameter::ActualPosition => false,
+            AxisParameter::TargetSpeed => !rotates,
+            AxisParameter::RampMode => value != Mode::Velocity as i32 && !searched,
             _ => true,
         };
         if !travels_on {

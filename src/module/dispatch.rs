@@ -91,13 +91,16 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::FactorySettings => {
                 confirmed(value)?;
                 self.store.reset();
-                self.restart = Some(now);
+                self.restart(now);
                 return Ok(Done::Silent);
             }
             Opcode::SoftwareReset => {
                 confirmed(value)?;
-                self.restart = Some(now.after(RESTART_DELAY));
+                self.restart(now.after(RESTART_DELAY));
             }
+            // There is no boot loader to enter. Update tools take the next reply they hear for that of a later request.
+            Opcode::EnterBootloader if command == Command::ENTER_BOOTLOADER => return Ok(Done::Silent),
+            Opcode::EnterBootloader => return Err(Status::InvalidValue),
             // The link changes its mode; CAN has but one.
             Opcode::EnterAscii if !matches!(source, Some(Source::Can { .. })) => {}
             Opcode::Ei | Opcode::Di => {
@@ -118,9 +121,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             }
             Opcode::ReadMemory => return self.read_memory(value),
             Opcode::ApplicationStatus => return self.application_status(kind),
-            // There is no bootloader, and what follows is the interpreter's own.
+            // The last eight are the interpreter's own.
             Opcode::EnterAscii
-            | Opcode::EnterBootloader
             | Opcode::Comp
             | Opcode::Jc
             | Opcode::Ja

@@ -76,7 +76,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Global::Bank0(parameter) => {
                 let row = parameter.row();
                 check(row, value)?;
-                let before = self.global(parameter);
                 match parameter {
                     // Not while another link writes the program that would be erased.
                     G::CodeProtection if self.uncovers(value) && self.store.downloading().is_some() => {
@@ -90,12 +89,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                     }
                     G::TickTimer => self.tick_offset = (now.millis() as u32).wrapping_sub(value.cast_unsigned()),
                     G::RandomNumber => self.random = value.cast_unsigned(),
-                    _ => self.set_global_value(parameter, value),
-                }
-                self.supervision.limit(now, parameter);
-                if let Err(error) = self.apply_polarity_and_direction() {
-                    self.set_global_value(parameter, before);
-                    return Err(error.into());
+                    G::EndSwitchPolarity | G::ReverseShaft => self.set_interface(parameter, value)?,
+                    _ => {
+                        self.set_global_value(parameter, value);
+                        self.supervision.limit(now, parameter);
+                    }
                 }
                 if row.storage == Storage::Automatic {
                     self.store.set(Slot::Global(parameter), value);
@@ -146,6 +144,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Global::Variable(number) if usize::from(number) < STORED_USER_VARIABLES => Ok(Slot::Variable(number)),
             _ => Err(Status::WrongType),
         }
+    }
+
+    /// Changes switch polarity (79) or shaft direction (90). Where the motion controller does not hear of it nothing has
+    /// changed, in its driver neither.
+    fn set_interface(&mut self, parameter: G, value: i32) -> Result<(), Status> {
+        let before = self.global(parameter);
+        self.set_global_value(parameter, value);
+        self.apply_polarity_and_direction().map_err(|error| {
+            self.set_global_value(parameter, before);
+            let _ = self.apply_polarity_and_direction();
+            error.into()
+        })
     }
 
     /// Brings switch polarity (79) and shaft direction (90) to the chip and the encoders.

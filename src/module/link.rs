@@ -127,7 +127,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The reply is the [`Port`](super::Port)'s to encode, with the [`Module::links`] of this moment.
     pub fn serial(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, Mode) {
         self.update_links();
+        let restarts = self.restart.is_some();
         match request {
+            Request::Telegram(_) if restarts => (Answer::None, Mode::Binary),
+            Request::Line(_) if restarts => (Answer::None, Mode::Ascii),
             Request::Telegram(telegram) => self.telegram(now, source, telegram),
             Request::Line(line) => self.line(now, source, *line),
         }

@@ -318,9 +318,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.subscription.filter(waited_for).map(|subscription| (subscription.source, self.subscriptions))
     }
 
-    /// Executes a command from a link.
+    /// Executes a command from a link. What comes after a command that restarts the module is neither executed nor
+    /// answered.
     pub fn execute(&mut self, now: Micros, source: Source, command: Command) -> Outcome {
-        self.close(now);
+        if self.restart.is_some() {
+            return Outcome::Silent;
+        }
         self.supervision.hear(now, source);
         let silent = self.suppressed(command.opcode);
         let done = self.dispatch(now, source, command);
@@ -330,7 +333,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let reply = match done {
             Ok(Done::Silent) => return Outcome::Silent,
             Ok(Done::Special(reply)) => reply,
-            Ok(Done::Stored { .. }) if self.store.is_closed() => Reply::echo(Status::EepromLocked, command),
             Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {
                 let waiting = Waiting { from: Waiter::Link(source), command, need, value, undo, silent };
                 return match self.waiting.push(waiting) {
@@ -367,9 +369,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             let blink = (now.millis() / io::BLINK_MS).is_multiple_of(2);
             self.outputs.led = blink;
         }
-        self.close(now);
         self.run_slice(now);
-        self.outputs.restart = self.restart.is_some_and(|at| now >= at) && self.store.settled(Need::Settings);
+        self.outputs.restart = self.restart.is_some_and(|at| now >= at) && self.is_done();
         self.outputs
     }
 
@@ -431,12 +432,16 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.release(Status::EepromLocked, |waiting| failed == Need::Settings || waiting.need == failed);
     }
 
-    /// When the restart is due nothing may keep it waiting any more.
-    fn close(&mut self, now: Micros) {
-        if self.restart.is_some_and(|at| now >= at) {
-            self.machine.stop();
-            self.store.close();
-        }
+    /// From now on requests are neither executed nor answered and the program stands, so nothing new delays the restart
+    /// that is due at `at`.
+    fn restart(&mut self, at: Micros) {
+        self.machine.stop();
+        self.restart = Some(at);
+    }
+
+    /// What was asked before a restart is durable and answered.
+    fn is_done(&self) -> bool {
+        self.store.settled(Need::Settings) && self.waiting.is_empty()
     }
 
     fn settle(&mut self) {

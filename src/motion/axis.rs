@@ -7,6 +7,7 @@ use super::current::{Current, Drive, Phase};
 use super::position::Position;
 use super::ramp::{self, braking};
 use super::search::Search;
+use super::stall::Measured;
 use crate::chip::encoder::{Counter, TURN};
 use crate::chip::tmc262::{Configuration, Tmc262};
 use crate::chip::tmc429::{Mode, Motor, Register, Tmc429, reference, signed};
@@ -31,14 +32,14 @@ pub struct Sensors {
 /// What happened to an axis since the last poll.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Events {
-    /// The target of a positioning move was reached.
+    /// The target of a positioning move was reached, or a reference search has found its place.
     pub reached: bool,
     /// Parameter 8 has become 1, by whatever move.
     pub at_target: bool,
     /// stallGuard2 has stopped the motor.
     pub stall: bool,
     /// A positioning move ended before its target, by a stop switch or by what [`Events::deviation`] and
-    /// [`Events::alarm`] tell of, or by a stall.
+    /// [`Events::alarm`] tell of, or by a stall; or a reference search has given up.
     pub cut_short: bool,
     /// An encoder has begun to deviate too far from the position.
     pub deviation: bool,
@@ -111,6 +112,7 @@ pub struct Axis<D> {
     /// The external encoder is to be zeroed at its next N event.
     pub(super) null_armed: bool,
     ramp: ramp::Known,
+    pub(super) measured: Measured,
     current: Current,
     pub(super) drive: Option<Drive>,
     pub(super) sensors: Sensors,
@@ -144,6 +146,7 @@ impl<D: SpiDevice> Axis<D> {
             events: Events::default(),
             null_armed: false,
             ramp: ramp::Known::default(),
+            measured: Measured::default(),
             current: Current::default(),
             drive: None,
             sensors: Sensors::default(),
@@ -168,6 +171,12 @@ impl<D: SpiDevice> Axis<D> {
         }
         self.mode = Mode::Ramp;
         self.configure(chip)
+    }
+
+    /// True when parameter 2 is the speed to rotate at, as in ROR: in velocity mode, and in a reference search, which it
+    /// ends. In the positioning modes the ramp generator works out its target speed itself.
+    pub const fn takes_speed(&self) -> bool {
+        self.search.is_some() || matches!(self.mode, Mode::Velocity | Mode::Hold)
     }
 
     /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
@@ -317,6 +326,7 @@ impl<D: SpiDevice> Axis<D> {
         chip.write(self.motor, Register::XActual, value as u32)?;
         chip.write(self.motor, Register::XTarget, value as u32)?;
         self.position.set(value);
+        self.measured = Measured::default();
         Ok(())
     }
 
@@ -497,18 +507,19 @@ impl<D: SpiDevice> Axis<D> {
 
     fn phase(&self) -> Phase {
         let held = self.held > 0;
-        let (moving, cruise) = match self.mode {
-            Mode::Velocity | Mode::Hold => (self.target_speed != 0 || self.speed != 0, self.target_speed.abs()),
+        let (ahead, cruises) = match self.mode {
+            Mode::Velocity | Mode::Hold => (self.target_speed != 0, self.speed == self.target_speed),
             Mode::Ramp | Mode::Soft => {
-                (self.position.actual != self.position.target || self.speed != 0, self.positioning_speed())
+                (self.position.actual != self.position.target, self.speed.abs() == self.positioning_speed())
             }
         };
+        let moving = ahead || self.speed != 0;
         if !moving || (held && self.value(P::EndSwitchPowerDown) != 0) {
             Phase::Still
         } else if held {
+            Phase::Held
+        } else if cruises {
             Phase::Running
-        } else if self.speed.abs() == cruise {
-            if self.speed.abs() < self.value(P::SmartEnergyThresholdSpeed) { Phase::Slow } else { Phase::Running }
         } else {
             Phase::Changing
         }
@@ -520,7 +531,7 @@ impl<D: SpiDevice> Axis<D> {
         self.deviating &= !moves;
     }
 
-    /// Before the first step there is full current.
+    /// From the first step on the current is that of a motor whose speed changes.
     fn wake(&mut self, now: Micros) -> Result<(), Error> {
         self.release_driver()?;
         self.refresh_drive(now, Phase::Changing)

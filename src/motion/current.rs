@@ -1,6 +1,9 @@
 //! Which motor current applies: run, boost, slow, standby or none (manual chapter 4, parameters 6, 7, 150,
 //! 182, 183, 200, 204, 214).
 //!
+//! A moving motor has the boost current (200) while its speed changes, else the slow run current (183) below the speed of
+//! parameter 182, else the run current (6); a current of 0 in 200 or 183 is none, and the next one applies.
+//!
 //! A motor that an end switch holds stays at the run current as long as parameter 150 is 0: neither the slow run
 //! current (183), nor standby (214), nor freewheeling (204) applies, although it stands. With 150 at 1 it stands
 //! like any other: standby and freewheeling come after their times.
@@ -13,11 +16,11 @@ use crate::units::{CurrentScale, Internal, Micros};
 pub(super) enum Phase {
     /// Stands, or is held by an end switch that powers it down.
     Still,
-    /// Runs below the coolStep threshold speed.
-    Slow,
-    /// Accelerates or brakes.
+    /// Is held by an end switch and keeps its current.
+    Held,
+    /// Accelerates or brakes, or is about to make its first step.
     Changing,
-    /// Runs at its speed, or is held by an end switch and keeps its current.
+    /// Runs at its speed.
     Running,
 }
 
@@ -41,10 +44,9 @@ pub(super) struct Current {
 impl Current {
     /// What applies now.
     pub(super) fn select(&mut self, now: Micros, phase: Phase, speed: Internal, value: impl Fn(P) -> i32) -> Drive {
-        let threshold = value(P::SmartEnergyThresholdSpeed);
-        let run = value(P::MaximumCurrent);
-        let mut drive =
-            Drive { scale: CurrentScale::from_parameter(run), free: false, cool_step: speed.abs() >= threshold };
+        let slow = speed.abs() < value(P::SmartEnergyThresholdSpeed);
+        let run = CurrentScale::from_parameter(value(P::MaximumCurrent));
+        let mut drive = Drive { scale: run, free: false, cool_step: !slow };
         if phase != Phase::Still {
             self.still_since = None;
         }
@@ -57,12 +59,14 @@ impl Current {
                 let freewheeling = value(P::Freewheeling);
                 drive.free = freewheeling != 0 && stood >= ticks(freewheeling);
             }
-            Phase::Slow => drive.scale = CurrentScale::from_parameter(value(P::SmartEnergySlowRunCurrent)),
-            Phase::Changing => {
-                let boost = value(P::BoostCurrent);
-                drive.scale = CurrentScale::from_parameter(if boost == 0 { run } else { boost });
+            Phase::Held => {}
+            Phase::Changing | Phase::Running => {
+                let boost = if phase == Phase::Changing { value(P::BoostCurrent) } else { 0 };
+                let slow_run = if slow { value(P::SmartEnergySlowRunCurrent) } else { 0 };
+                if let Some(current) = [boost, slow_run].into_iter().find(|current| *current != 0) {
+                    drive.scale = CurrentScale::from_parameter(current);
+                }
             }
-            Phase::Running => {}
         }
         drive
     }

@@ -4,6 +4,7 @@
 use embedded_hal::spi::SpiDevice;
 
 use super::current::Drive;
+use super::stall::{self, Measured};
 use super::{Axis, Error};
 use crate::chip::tmc262::flags;
 use crate::chip::tmc429::{Mode, Register, Tmc429};
@@ -44,6 +45,7 @@ impl<D: SpiDevice> Axis<D> {
     /// of the velocity, too.
     pub fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
         self.stopping = true;
+        self.measured = Measured::default();
         self.search = None;
         self.travelling = false;
         self.set_mode(chip, Mode::Hold)?;
@@ -57,6 +59,7 @@ impl<D: SpiDevice> Axis<D> {
 
     /// Sets the driver up anew, as after its supply has come back.
     pub fn restart_driver(&mut self) -> Result<(), Error> {
+        self.measured = Measured::default();
         self.driver.forget();
         self.write_driver()
     }
@@ -71,6 +74,7 @@ impl<D: SpiDevice> Axis<D> {
     pub(super) fn release_driver(&mut self) -> Result<(), Error> {
         if let Some(drive) = self.drive.take_if(|_| self.alarms != 0) {
             self.alarms = 0;
+            self.measured = Measured::default();
             self.drive = Some(Drive { free: true, ..drive });
             self.write_driver()?;
             // The new current, whatever it is, will be written.
@@ -79,10 +83,12 @@ impl<D: SpiDevice> Axis<D> {
         Ok(())
     }
 
-    /// Stop on stall (parameter 181): a load value of zero above the speed given there.
+    /// Stop on stall (parameter 181): a load value of zero, measured wholly above the speed given there.
     fn stalled<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
         let above = self.value(P::StopOnStall);
-        Ok(above > 0 && self.sensors.stall && self.actual_speed(chip)?.abs() > above)
+        let span = stall::span(self.value(P::StallGuardFilter) != 0, self.value(P::MicrostepResolution));
+        let measured = self.measured.look(self.position.actual, self.speed, above, span);
+        Ok(above > 0 && measured && self.sensors.stall && self.actual_speed(chip)?.abs() > above)
     }
 
     /// Deviation supervision (parameters 212 and 218); 0 switches it off.

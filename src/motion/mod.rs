@@ -7,6 +7,7 @@ mod parameters;
 mod position;
 pub mod ramp;
 mod search;
+mod stall;
 
 pub use axis::{Axis, Events, Sensors};
 

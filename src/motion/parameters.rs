@@ -3,6 +3,7 @@
 use embedded_hal::spi::SpiDevice;
 
 use super::ramp::braking;
+use super::stall::Measured;
 use super::{Axis, Error};
 use crate::chip::tmc429::{Mode, Tmc429};
 use crate::param::AxisParameter as P;
@@ -106,7 +107,8 @@ impl<D: SpiDevice> Axis<D> {
         match parameter {
             P::TargetPosition => self.move_to(now, chip, value),
             P::ActualPosition => self.set_position(now, chip, value),
-            P::TargetSpeed => self.rotate(now, chip, value),
+            P::TargetSpeed if self.takes_speed() => self.rotate(now, chip, value),
+            P::TargetSpeed => Ok(()),
             P::RampMode => {
                 let mode = match value {
                     0 => Mode::Ramp,
@@ -145,8 +147,16 @@ impl<D: SpiDevice> Axis<D> {
             | P::MinimumSpeed
             | P::ReferenceTolerance
             | P::SoftStop => self.change(parameter, value, |axis| axis.configure(chip)),
-            P::MicrostepResolution
-            | P::StepInterpolation
+            P::MicrostepResolution | P::StallGuardFilter | P::StallGuardThreshold => {
+                let before = self.value(parameter);
+                self.change(parameter, value, Self::write_driver)?;
+                if value != before {
+                    // The measurement under way is none of the new kind.
+                    self.measured = Measured::default();
+                }
+                Ok(())
+            }
+            P::StepInterpolation
             | P::DoubleStep
             | P::ChopperBlankTime
             | P::ConstantToffMode
@@ -159,8 +169,6 @@ impl<D: SpiDevice> Axis<D> {
             | P::SmartEnergyHysteresis
             | P::SmartEnergyUpStep
             | P::SmartEnergyHysteresisStart
-            | P::StallGuardFilter
-            | P::StallGuardThreshold
             | P::SlopeHighSide
             | P::SlopeLowSide
             | P::ShortProtectionDisable

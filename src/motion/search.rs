@@ -306,6 +306,11 @@ impl<D: SpiDevice> Axis<D> {
         if self.search.is_some() { self.rotate(now, chip, 0) } else { Ok(()) }
     }
 
+    /// True while a search is under way.
+    pub const fn searches(&self) -> bool {
+        self.search.is_some()
+    }
+
     /// RFS STATUS: 0, or the number of the leg under way.
     pub fn search_status(&self) -> i32 {
         self.search.map_or(0, |search| search.done as i32 + 1)
@@ -358,6 +363,7 @@ impl<D: SpiDevice> Axis<D> {
     /// From now on the stop switches act as their parameters say.
     fn end_search<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, found: bool) -> Result<(), Error> {
         self.search = None;
+        self.events.reached |= found;
         self.events.cut_short |= !found;
         self.configure(chip)
     }

@@ -113,8 +113,6 @@ pub struct Store {
     settings: Settings,
     program: Program,
     phase: Phase,
-    /// Nothing new is taken any more.
-    closed: bool,
 }
 
 impl Default for Store {
@@ -127,7 +125,7 @@ impl Store {
     /// A store that has not been filled: see [`Store::forget`] and [`Store::load`]. All zeros, so that it may be a
     /// static without a copy in the flash.
     pub const fn new() -> Self {
-        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle, closed: false }
+        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle }
     }
 
     /// Factory defaults and no program, as with a fresh EEPROM.
@@ -135,7 +133,6 @@ impl Store {
         self.settings.forget();
         self.program.forget();
         self.phase = Phase::Idle;
-        self.closed = false;
     }
 
     /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
@@ -175,26 +172,11 @@ impl Store {
 
     /// Wants a value in a slot. What is there already is not written again.
     pub fn set(&mut self, slot: Slot, value: i32) {
-        if !self.closed {
-            self.settings.set(slot, value);
-        }
-    }
-
-    /// Takes nothing more: a restart waits until what is wanted by now is durable.
-    pub const fn close(&mut self) {
-        self.closed = true;
-    }
-
-    /// True when nothing more is taken.
-    pub const fn is_closed(&self) -> bool {
-        self.closed
+        self.settings.set(slot, value);
     }
 
     /// Wants factory defaults everywhere. The program stays, unless it is protected against being read.
     pub fn reset(&mut self) {
-        if self.closed {
-            return;
-        }
         let protection = self.get(Slot::Global(GlobalParameter::CodeProtection)).unwrap_or_default();
         let worth = if protection & AGAINST_READING != 0 { Worth::Erasing(0) } else { self.worth() };
         let sum = self.get(Slot::ProgramSum).unwrap_or_default();
@@ -241,7 +223,7 @@ impl Store {
     /// True when a download may begin: the one before is written, and nothing is being erased.
     pub fn takes_download(&self) -> bool {
         let free = matches!(self.phase, Phase::Idle | Phase::Downloading { .. });
-        free && !matches!(self.worth(), Worth::Erasing(_)) && !self.closed
+        free && !matches!(self.worth(), Worth::Erasing(_))
     }
 
     /// Begins a download: from now on the program is not whole.
@@ -272,9 +254,6 @@ impl Store {
     /// Erases the program, and then gives parameter 81 this value. The intent is recorded first: what is to be
     /// hidden is never seen again.
     pub fn erase(&mut self, protection: i32) {
-        if self.closed {
-            return;
-        }
         self.set(Slot::ProgramState, Worth::Erasing(protection).to_slot());
         self.phase = Phase::Intending;
         self.advance();

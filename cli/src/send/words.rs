@@ -19,7 +19,7 @@ pub struct Meaning {
 pub fn is_silent(command: Command) -> bool {
     match Opcode::from_number(command.opcode) {
         Some(Opcode::FactorySettings) => command.value == CONFIRMATION,
-        Some(Opcode::EnterBootloader) => true,
+        Some(Opcode::EnterBootloader) => command == Command::ENTER_BOOTLOADER,
         _ => false,
     }
 }

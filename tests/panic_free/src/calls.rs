@@ -272,7 +272,7 @@ fn store() {
         any(store.get(slot));
     }
     any(&mut store);
-    any((store.worth(), store.command(any(0)), store.downloading(), store.takes_download(), store.is_closed()));
+    any((store.worth(), store.command(any(0)), store.downloading(), store.takes_download()));
     store.begin_download(any(0));
     any(&mut store);
     any(store.download(command()));
@@ -285,7 +285,6 @@ fn store() {
     store.reset();
     any(&mut store);
     any(store.unreachable());
-    store.close();
 }
 
 #[inline(never)]
