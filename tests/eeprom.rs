@@ -1,0 +1,211 @@
+//! An EEPROM that keeps other bytes than it was given, that is silent, or that holds another firmware's data while
+//! that gives way to ours; and numbers in its pages that have come to their end.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod common;
+
+use common::program::STORED;
+use common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use tmcm::module::Source;
+use tmcm::tmcl::binary::{self, Received};
+use tmcm::tmcl::{Command, text};
+
+/// Bytes of a page.
+const PAGE: usize = 64;
+/// Where the settings begin: 16 pages, each of them twice.
+const SETTINGS: usize = 14_336;
+/// All that is foreign is ours by then: 32 pages of 5 ms, each of them waited for in steps of a millisecond.
+const FORMATTED: Nanos = 250 * MILLISECOND;
+
+fn post(bench: &mut Bench, line: &str) {
+    bench.module.receive(Source::Usb, binary::encode_command(1, text::parse(line).unwrap()));
+}
+
+/// Waits for the reply, in steps between which something may be done to the module.
+fn reply(bench: &mut Bench, step: Nanos, mut between: impl FnMut(&mut Bench)) -> Received {
+    for _ in 0..SECOND / step {
+        bench.run(step);
+        between(bench);
+        if let Some(sent) = bench.module.sent() {
+            return binary::decode_reply(&sent.telegram().unwrap()).unwrap();
+        }
+    }
+    panic!("no reply");
+}
+
+/// Carries a command out while the EEPROM acknowledges what it is given and keeps one bit of each page otherwise; its
+/// status.
+fn on_worn_cells(bench: &mut Bench, line: &str) -> u8 {
+    post(bench, line);
+    let mut before = bench.eeprom();
+    let worn = |bench: &mut Bench| {
+        let mut now = bench.eeprom();
+        if let Some(changed) = now.iter().zip(&before).position(|(now, before)| now != before) {
+            now[changed] ^= 0x10;
+            bench.module.board().borrow_mut().at25_mut().load(&now);
+        }
+        before = now;
+    };
+    reply(bench, 50 * MICROSECOND, worn).status
+}
+
+/// What a person is told when a module starts on the contents of this one's EEPROM.
+fn told(bench: &Bench) -> Vec<String> {
+    Bench::with_eeprom(&bench.eeprom()).module.take_log()
+}
+
+fn page_writes(bench: &Bench) -> u32 {
+    let board = bench.module.board().borrow();
+    (0..256).map(|page| board.at25().page_writes(page)).sum()
+}
+
+// ---- what the part does with what it is given
+
+/// What has been written is read back: a reply never tells of something as stored that is not in there.
+#[test]
+fn other_bytes_than_were_given_are_noticed() {
+    for (before, store, look, old) in [
+        ("SAP 4, 0, 77", "STAP 4, 0", "GAP 4, 0", 1000),
+        ("SGP 1, 2, 77", "STGP 1, 2", "GGP 1, 2", 0),
+        ("GAP 4, 0", "SGP 68, 0, 77", "GGP 68, 0", 0),
+        ("SGP 84, 0, 1", "SCO 1, 0, 77", "GCO 1, 0", 0),
+    ] {
+        let mut bench = Bench::new();
+        bench.ok(before);
+        assert_eq!(on_worn_cells(&mut bench, store), EEPROM_LOCKED, "{store}");
+        assert_eq!(Bench::with_eeprom(&bench.eeprom()).ok(look), old, "{store}");
+        // On cells that are good it is stored.
+        bench.ok(store);
+        assert_eq!(Bench::with_eeprom(&bench.eeprom()).ok(look), 77, "{store}");
+    }
+}
+
+/// A program is only whole when all of its pages are what they should be.
+#[test]
+fn other_bytes_of_a_program_are_noticed() {
+    let mut bench = Bench::new();
+    bench.ok("132");
+    for line in ["SGP 1, 2, 77", "STOP"] {
+        assert_eq!(bench.ask(line).0, STORED);
+    }
+    assert_eq!(on_worn_cells(&mut bench, "133"), EEPROM_LOCKED);
+    bench.refused("129, 1", NOT_AVAILABLE);
+    bench.download(0, &["SGP 1, 2, 78", "STOP"]);
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 78);
+}
+
+/// A part that takes no write is known at once, not only when nothing has come of a write that it never began.
+#[test]
+fn a_silent_part_is_not_waited_for() {
+    let mut bench = Bench::new();
+    bench.control("fault eeprom on");
+    for n in 0..10 {
+        // At another moment of the millisecond each time.
+        bench.run(n * 100 * MICROSECOND);
+        post(&mut bench, "SGP 68, 0, 5");
+        let asked = bench.module.now();
+        assert_eq!(reply(&mut bench, 100 * MICROSECOND, |_| {}).status, EEPROM_LOCKED);
+        assert!(bench.module.now() - asked <= 2 * MILLISECOND, "{n}");
+    }
+    assert_eq!(page_writes(&bench), 0);
+}
+
+// ---- what was in it before
+
+/// The numbers of the epochs that factory resets begin come to their end after 65 536 of them, and start anew.
+#[test]
+fn the_numbers_of_factory_resets_start_anew() {
+    let mut bench = Bench::new();
+    for line in ["SAP 4, 0, 5", "STAP 4, 0", "SGP 68, 0, 5", "SGP 1, 2, 5", "STGP 1, 2"] {
+        bench.ok(line);
+    }
+    let mut eeprom = bench.eeprom();
+    for page in eeprom[SETTINGS..].chunks_exact_mut(PAGE).filter(|page| page.iter().any(|byte| *byte != 0xFF)) {
+        let (body, sum) = page.split_last_chunk_mut::<4>().unwrap();
+        // The epoch comes first in a page, behind the name of the layout in its check sum.
+        body[..2].copy_from_slice(&[0xFF, 0xFF]);
+        let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+        let mut digest = crc.digest();
+        digest.update(b"tmcm settings 2");
+        digest.update(body);
+        *sum = digest.finalize().to_be_bytes();
+    }
+    let found = |bench: &mut Bench| ["GAP 4, 0", "GGP 68, 0", "GGP 1, 2"].map(|line| bench.ok(line));
+    let mut bench = Bench::with_eeprom(&eeprom);
+    assert_eq!((found(&mut bench), told(&bench)), ([5; 3], vec![]));
+    post(&mut bench, "137, 0, 0, 1234");
+    bench.run(FORMATTED);
+    assert_eq!(found(&mut bench), [1000, 0, 0]);
+    for value in [6, 7, 8] {
+        bench.ok(&format!("SAP 4, 0, {value}"));
+        bench.ok("STAP 4, 0");
+        bench.power_cycle();
+        assert_eq!(found(&mut bench), [value, 0, 0]);
+    }
+}
+
+/// A page of which a power cut has damaged one copy is ours all the same: the next store writes what it stores, and
+/// nothing to make that page ours.
+#[test]
+fn a_page_with_one_good_copy_is_no_stranger() {
+    for damaged in [0, 1] {
+        let mut bench = Bench::new();
+        for line in ["SAP 4, 0, 5", "STAP 4, 0", "SAP 4, 0, 6", "STAP 4, 0"] {
+            bench.ok(line);
+        }
+        let mut eeprom = bench.eeprom();
+        let used = |page: &usize| eeprom[page * PAGE..][..PAGE].iter().any(|byte| *byte != 0xFF);
+        let copies: Vec<usize> = (SETTINGS / PAGE..256).filter(used).collect();
+        assert_eq!(copies.len(), 2);
+        eeprom[copies[damaged] * PAGE + 20] ^= 1;
+        let mut bench = Bench::with_eeprom(&eeprom);
+        bench.ok("SGP 1, 2, 7");
+        bench.ok("STGP 1, 2");
+        assert_eq!(page_writes(&bench), 1);
+        bench.power_cycle();
+        assert_eq!((bench.variable(1), bench.ok("GAP 4, 0")), (7, [5, 6][damaged]));
+    }
+}
+
+/// Erasing a program that was protected against being read fails half way. What is left of it gives way to no download:
+/// it is erased first, by the same command again or by a restart.
+#[test]
+fn an_erasure_that_fails_is_ended_before_a_download_begins() {
+    let mut failed = 0;
+    for moment in 0..60 {
+        let mut bench = Bench::with_program(&["SGP 1, 2, 1"; 30]);
+        bench.ok("SGP 81, 0, 1");
+        post(&mut bench, "SGP 81, 0, 0");
+        bench.run(moment * MILLISECOND);
+        bench.control("fault eeprom on");
+        let status = reply(&mut bench, MILLISECOND, |_| {}).status;
+        bench.control("fault eeprom off");
+        // The intent may be recorded or not; nothing may run, or be seen, where it is.
+        let protected = bench.ok("GGP 81, 0");
+        assert_eq!(protected == 0, status == OK, "after {moment} ms");
+        let runs = bench.ask("129, 1").0 == OK;
+        bench.ok("128");
+        let taken = bench.ask("132").0;
+        assert_eq!(taken, if runs { OK } else { NOT_AVAILABLE }, "after {moment} ms");
+        if taken == OK {
+            continue;
+        }
+        failed += 1;
+        assert_eq!(bench.memory(0), Command::default());
+        if moment % 2 == 0 {
+            bench.ok("SGP 81, 0, 0");
+        } else {
+            bench.power_cycle();
+            bench.run(SECOND);
+        }
+        assert_eq!((bench.ok("GGP 81, 0"), bench.memory(0)), (0, Command::default()), "after {moment} ms");
+        bench.download(0, &["SGP 2, 2, 2", "STOP"]);
+        bench.run_to_end(0);
+        assert_eq!((bench.variable(1), bench.variable(2)), (0, 2), "after {moment} ms");
+    }
+    assert!(failed > 5, "{failed}");
+}
