@@ -17,11 +17,17 @@ use tmcm::tmcl::{Command, text};
 const PAGE: usize = 64;
 /// Where the settings begin: 16 pages, each of them twice.
 const SETTINGS: usize = 14_336;
+/// Copies of pages of settings.
+const COPIES: u32 = 32;
 /// All that is foreign is ours by then: 32 pages of 5 ms, each of them waited for in steps of a millisecond.
 const FORMATTED: Nanos = 250 * MILLISECOND;
 
 fn post(bench: &mut Bench, line: &str) {
-    bench.module.receive(Source::Usb, binary::encode_command(1, text::parse(line).unwrap()));
+    post_over(bench, Source::Usb, line);
+}
+
+fn post_over(bench: &mut Bench, source: Source, line: &str) {
+    bench.module.receive(source, binary::encode_command(1, text::parse(line).unwrap()));
 }
 
 /// Waits for the reply, in steps between which something may be done to the module.
@@ -50,6 +56,11 @@ fn on_worn_cells(bench: &mut Bench, line: &str) -> u8 {
         before = now;
     };
     reply(bench, 50 * MICROSECOND, worn).status
+}
+
+/// An EEPROM full of another firmware's data.
+fn foreign() -> Vec<u8> {
+    (0..16_384_u32).map(|n| (n.wrapping_mul(2_654_435_761) >> 24) as u8).collect()
 }
 
 /// What a person is told when a module starts on the contents of this one's EEPROM.
@@ -169,6 +180,60 @@ fn a_page_with_one_good_copy_is_no_stranger() {
         bench.power_cycle();
         assert_eq!((bench.variable(1), bench.ok("GAP 4, 0")), (7, [5, 6][damaged]));
     }
+}
+
+/// A write that fails while foreign pages are made ours fails the command that has begun it; the next command that
+/// stores goes on with it.
+#[test]
+fn a_write_fails_while_foreign_pages_are_made_ours() {
+    let mut failed = 0;
+    for moment in (0..FORMATTED / MILLISECOND).step_by(5) {
+        let mut bench = Bench::with_eeprom(&foreign());
+        post(&mut bench, "SGP 68, 0, 5");
+        bench.run(moment * MILLISECOND);
+        bench.control("fault eeprom on");
+        let status = reply(&mut bench, MILLISECOND, |_| {}).status;
+        assert!([OK, EEPROM_LOCKED].contains(&status), "after {moment} ms: {status}");
+        failed += u32::from(status == EEPROM_LOCKED);
+        // The first of two copies may be in there already.
+        let kept = bench.ok("GGP 68, 0");
+        assert!(kept == 5 || kept == 0 && status != OK, "after {moment} ms: {kept}");
+        bench.control("fault eeprom off");
+        let writes = page_writes(&bench);
+        bench.run(50 * MILLISECOND);
+        assert_eq!(page_writes(&bench), writes, "after {moment} ms: nobody waits for more");
+        bench.ok("SGP 75, 0, 6");
+        assert_eq!(told(&bench), [""; 0], "after {moment} ms");
+        bench.power_cycle();
+        assert_eq!((bench.ok("GGP 75, 0"), bench.ok("GGP 68, 0")), (6, kept), "after {moment} ms");
+        assert!(bench.eeprom()[..SETTINGS] == foreign()[..SETTINGS], "the program is not touched");
+    }
+    assert!(failed > 20, "{failed}");
+}
+
+/// A factory reset makes foreign pages ours like any other command that stores, and also when it comes over
+/// another link while such a command is at it.
+#[test]
+fn a_factory_reset_while_foreign_pages_are_made_ours() {
+    for moment in (0..FORMATTED / MILLISECOND).step_by(7) {
+        let mut bench = Bench::with_eeprom(&foreign());
+        if moment > 0 {
+            post(&mut bench, "SGP 68, 0, 5");
+            bench.run(moment * MILLISECOND);
+        }
+        post_over(&mut bench, Source::Rs485, "137, 0, 0, 1234");
+        bench.run(2 * FORMATTED);
+        while bench.module.sent().is_some() {}
+        assert_eq!((bench.ok("GGP 68, 0"), bench.ok("GAP 4, 0")), (0, 1000), "after {moment} ms");
+        assert_eq!(told(&bench), [""; 0], "after {moment} ms");
+        bench.ok("SGP 68, 0, 6");
+        bench.power_cycle();
+        assert_eq!((bench.ok("GGP 68, 0"), bench.ok("GAP 4, 0")), (6, 1000), "after {moment} ms");
+    }
+    let mut bench = Bench::with_eeprom(&foreign());
+    post(&mut bench, "137, 0, 0, 1234");
+    bench.run(FORMATTED);
+    assert_eq!(page_writes(&bench), COPIES, "each once");
 }
 
 /// Erasing a program that was protected against being read fails half way. What is left of it gives way to no download:

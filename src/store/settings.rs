@@ -16,7 +16,8 @@ pub(super) struct Settings {
     dirty: u16,
     /// How many copies of each page are to be written whatever is in them.
     forced: [u8; PAGES],
-    /// Pages that hold something which is not ours. The first store writes over it.
+    /// Pages that hold something which is not ours. The first store writes over it; they are ours when both copies are
+    /// written.
     alien: [bool; PAGES],
     in_flight: Option<Flight>,
     /// Nobody knows what is durable: nothing counts as such, whatever its value.
@@ -132,16 +133,15 @@ impl Settings {
     pub(super) fn reset(&mut self) {
         self.epoch = self.epoch.wrapping_add(1);
         self.default();
-        let [first, others @ ..] = &mut self.forced;
+        let [first, ..] = &mut self.forced;
         *first = BOTH;
-        others.fill(0);
         self.format();
     }
 
     /// Makes the pages ours that are not.
     fn format(&mut self) {
-        for (forced, alien) in self.forced.iter_mut().zip(&mut self.alien) {
-            if core::mem::take(alien) {
+        for (forced, alien) in self.forced.iter_mut().zip(self.alien) {
+            if alien && *forced == 0 {
                 *forced = BOTH;
             }
         }
@@ -189,8 +189,9 @@ impl Settings {
         if let Some(durable) = self.durable.get_mut(flight.page) {
             *durable = flight.values;
         }
-        if let Some(forced) = self.forced.get_mut(flight.page) {
+        if let Some((forced, alien)) = self.forced.get_mut(flight.page).zip(self.alien.get_mut(flight.page)) {
             *forced = forced.saturating_sub(1);
+            *alien &= *forced > 0;
         }
         self.mark(flight.page);
     }
