@@ -1,0 +1,166 @@
+//! The core at its own two doors, without the simulator's scheduler: polls that come late, and replies that are fetched
+//! late.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use hal_sim::board::{Board, SharedBoard};
+use hal_sim::clock::MICROSECOND;
+use hal_sim::world::config::WorldConfig;
+use tmcl_cli::virtual_module::{Simulated, parts};
+use tmcm::module::{Answer, Inputs, Module, Outcome, Request, Source, TMCM_1140};
+use tmcm::tmcl::{Reply, Status, binary, can, text};
+use tmcm::units::Micros;
+
+const CAN: Source = Source::Can { length: 8 };
+
+struct Core {
+    board: SharedBoard,
+    module: Module<Simulated<()>, 1>,
+}
+
+impl Core {
+    fn new() -> Self {
+        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+        let mut module = Module::new(&TMCM_1140, parts(&board, ()), 1);
+        module.start(Micros(0), |_| {});
+        let mut core = Core { board, module };
+        core.poll(0);
+        core
+    }
+
+    fn now(&self) -> Micros {
+        Micros(self.board.borrow().now() / MICROSECOND)
+    }
+
+    /// Lets time pass until `at`, in microseconds, without a poll, and then polls.
+    fn poll(&mut self, at: u64) {
+        self.board.borrow_mut().advance_to(at * MICROSECOND);
+        self.module.poll(self.now(), &Inputs { supply: Some(240), ..Inputs::default() });
+    }
+
+    /// Polls whenever the core asks for it, until `at`; how often that was.
+    fn poll_in_time(&mut self, at: u64) -> u32 {
+        let mut polls = 0;
+        while self.module.deadline().0 <= at {
+            self.poll(self.module.deadline().0.max(self.now().0));
+            polls += 1;
+        }
+        polls
+    }
+
+    fn execute(&mut self, source: Source, line: &str) -> Outcome {
+        self.module.execute(self.now(), source, text::parse(line).unwrap())
+    }
+
+    fn ok(&mut self, line: &str) -> i32 {
+        match self.execute(Source::Usb, line) {
+            Outcome::Reply(Reply::Plain { status: Status::Ok | Status::Loaded, value, .. }) => value,
+            Outcome::Pending => {
+                self.store();
+                let (_, reply) = self.module.next_serial().unwrap();
+                let Reply::Plain { status: Status::Ok, value, .. } = reply else { panic!("{line}: {reply:?}") };
+                value
+            }
+            other => panic!("{line}: {other:?}"),
+        }
+    }
+
+    /// All that is to be stored is durable.
+    fn store(&mut self) {
+        while self.module.store().next_job().is_some() {
+            self.module.stored(true);
+        }
+    }
+}
+
+/// From a poll that was late the next one is counted anew: what was missed is not made up for.
+#[test]
+fn late_polls_do_not_bunch_up() {
+    let mut core = Core::new();
+    for late in [1_001, 1_999, 2_000, 10_300, 1_000_000] {
+        let at = core.now().0 + late;
+        core.poll(at);
+        let next = core.module.deadline().0;
+        assert!(next > at && next <= at + 1_000, "{late} us after the one before: {}", next - at);
+        let begin = core.now().0;
+        assert!((49..=50).contains(&core.poll_in_time(begin + 50_000)), "{late}");
+    }
+    // What is a little late keeps the beat.
+    let beat = core.module.deadline().0;
+    for n in 0..10 {
+        core.poll(beat + n * 1_000 + n * 90);
+        assert_eq!(core.module.deadline().0, beat + (n + 1) * 1_000);
+    }
+}
+
+/// A timer whose periods a late poll has missed calls its handler once, and then a period later.
+#[test]
+fn a_timer_after_a_late_poll() {
+    let mut core = Core::new();
+    for line in [
+        "132, 0, 0, 0",
+        "JA 0",
+        "GGP 0, 2",
+        "CALC ADD, 1",
+        "AGP 0, 2",
+        "RETI",
+        "133",
+        "SGP 0, 3, 5",
+        "VECT 0, 1",
+        "EI 0",
+        "EI 255",
+        "129, 1",
+    ] {
+        core.ok(line);
+    }
+    core.poll_in_time(1_500);
+    core.poll_in_time(22_500);
+    let before = core.ok("GGP 0, 2");
+    assert_eq!(before, 4);
+    // Four more are due until then, and one a moment later.
+    core.poll(44_900);
+    core.poll_in_time(47_000);
+    assert_eq!(core.ok("GGP 0, 2"), before + 1, "once for all that were missed");
+    core.poll_in_time(49_500);
+    assert_eq!(core.ok("GGP 0, 2"), before + 1, "the rhythm begins anew");
+    core.poll_in_time(51_500);
+    assert_eq!(core.ok("GGP 0, 2"), before + 2);
+    core.poll_in_time(71_500);
+    assert_eq!(core.ok("GGP 0, 2"), before + 6);
+}
+
+/// Replies that wait to be fetched go out under the settings that were in force when they became due, whoever sends
+/// something in between.
+#[test]
+fn links_change_when_no_reply_waits_any_more() {
+    for setting in
+        ["SGP 66, 0, 90", "SGP 70, 0, 900", "SGP 71, 0, 900", "SGP 76, 0, 90", "SGP 83, 0, 900", "SGP 87, 0, 90"]
+    {
+        let mut core = Core::new();
+        let before = *core.module.links();
+        for (source, line) in [(CAN, "SGP 77, 0, 1"), (Source::Rs485, "SGP 85, 0, 1"), (Source::Usb, setting)] {
+            assert_eq!(core.execute(source, line), Outcome::Pending);
+        }
+        let bystander = |core: &mut Core| {
+            let command = text::parse("GGP 128, 0").unwrap();
+            let telegram = Request::Telegram(binary::encode_command(33, command));
+            assert_eq!(core.module.serial(core.now(), Source::Rs485, &telegram).0, Answer::None);
+            assert_eq!(core.module.can(core.now(), 33, &can::encode_command(command)), Answer::None);
+            core.poll(core.now().0 + 1_000);
+            assert_eq!(*core.module.links(), before, "{setting}");
+        };
+        bystander(&mut core);
+        core.store();
+        bystander(&mut core);
+        let frame = core.module.next_frame().unwrap();
+        assert_eq!((frame.id, frame.data[0]), (2, 1), "{setting}");
+        for source in [Source::Rs485, Source::Usb] {
+            bystander(&mut core);
+            assert_eq!(core.module.next_serial().unwrap().0, source, "{setting}");
+            // The reply is encoded with the settings of this moment.
+            assert_eq!(*core.module.links(), before, "{setting}");
+        }
+        assert_eq!((core.module.next_frame(), core.module.next_serial()), (None, None));
+        assert_ne!(*core.module.links(), before, "{setting}");
+    }
+}
