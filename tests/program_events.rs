@@ -1,10 +1,12 @@
-//! Events at the edges of a program's life: while it stores, when it is reset, and what is none.
+//! Events at the edges of a program's life: while it stores, when it ends and starts again, when it is reset, and what is
+//! none.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod common;
 
 use common::Bench;
+use common::program::{RUNNING, STOPPED};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 
 /// Where the handler is.
@@ -20,6 +22,13 @@ fn with_handler(handler: &[&str]) -> Bench {
         bench.ok(line);
     }
     bench
+}
+
+fn raise(bench: &mut Bench) {
+    bench.control("input 0 0");
+    bench.run(2 * MILLISECOND);
+    bench.control("input 0 1");
+    bench.run(2 * MILLISECOND);
 }
 
 // ---- while something is stored
@@ -64,7 +73,62 @@ fn a_store_that_a_handler_interrupts_is_carried_out_once() {
     }
 }
 
-// ---- at a reset
+// ---- at an end, a reset, a start
+
+/// Lets time pass until no program runs, and stops within that millisecond: what the host sends now comes before the
+/// next look at the events.
+fn until_it_ends(bench: &mut Bench) {
+    for _ in 0..50 {
+        if bench.ok_beside("GGP 128, 0") == STOPPED {
+            return;
+        }
+        bench.run(100 * MICROSECOND);
+    }
+    panic!("it does not end");
+}
+
+/// An event that waits when a program ends is none of the next run's, however it ends and however soon it starts again.
+#[test]
+fn an_event_that_waits_at_the_end_of_a_program_is_forgotten() {
+    for (end, start) in [
+        (&["STOP"][..], "129, 1, 0, 50"),
+        (&["STOP"], "129, 1, 0, 0"),
+        (&["0, 0, 0, 0"], "129, 1, 0, 50"),
+        (&["JA -1"], "129, 1, 0, 50"),
+        (&["CSUB 4000"], "129, 1, 0, 50"),
+        (&["VECT 0, 4000"], "129, 1, 0, 50"),
+        (&["JA 2047"], "129, 1, 0, 50"),
+        (&[], "129, 1, 0, 50"),
+        (&[], "129, 0"),
+    ] {
+        for pause in [0, 3 * MILLISECOND] {
+            let mut bench = with_handler(&COUNT);
+            bench.download(50, &["JA 50"]);
+            bench.download(2047, &["CALC LOAD, 0"]);
+            let waiting = ["GGP 9, 2", "COMP 1", "JC NE, 0"];
+            let program: Vec<&str> = waiting.iter().chain(end).chain(&["JA 0"]).copied().collect();
+            bench.download(0, &program);
+            bench.ok("DI 255");
+            bench.start(0);
+            bench.run(5 * MILLISECOND);
+            raise(&mut bench);
+            if end.is_empty() {
+                bench.ok_beside("128");
+            } else {
+                bench.ok_beside("SGP 9, 2, 1");
+            }
+            until_it_ends(&mut bench);
+            bench.run(pause);
+            for line in ["SGP 9, 2, 0", "EI 255", start] {
+                bench.ok_beside(line);
+            }
+            bench.run(50 * MILLISECOND);
+            assert_eq!((bench.mode(), bench.variable(0)), (RUNNING, 0), "{end:?}, {start}, {pause} ns later");
+            raise(&mut bench);
+            assert_eq!(bench.variable(0), 1, "{end:?}, {start}: the next one counts");
+        }
+    }
+}
 
 /// 131 does not make the levels of the inputs unknown: an edge right behind it, with all enabled again and the program
 /// started within the same millisecond, is one.

@@ -156,11 +156,15 @@ impl Interrupts {
     pub fn look(&mut self, now: Micros, signals: Signals, program_runs: bool) {
         let edges = self.edges(signals.levels);
         if !program_runs {
-            self.pending = 0;
-            self.timers = [None; _];
-            return;
+            return self.forget();
         }
         self.pending |= (signals.events | edges | self.timers(now)) & self.enabled;
+    }
+
+    /// No program runs any more: what is pending is dropped, and timers stand.
+    pub fn forget(&mut self) {
+        self.pending = 0;
+        self.timers = [None; _];
     }
 
     /// The handler of the pending interrupt that goes first, if one may run; its event is taken.

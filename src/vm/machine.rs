@@ -154,6 +154,8 @@ impl Machine {
         self.mode = Mode::Stop;
         self.stepping = false;
         self.wait = None;
+        // Now, and not with the next look: it may go on before that.
+        self.interrupts.forget();
     }
 
     /// The program has come to its end, so [`Machine::run`] starts it again. Host software lives by that: it runs a
