@@ -164,3 +164,34 @@ fn links_change_when_no_reply_waits_any_more() {
         assert_ne!(*core.module.links(), before, "{setting}");
     }
 }
+
+/// A move that begins in the very moment in which a heartbeat is missed is stopped with the next poll, although the motion
+/// controller has hardly begun with it; it makes no step.
+#[test]
+fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
+    for (parameter, silent, other) in [(68, Source::Usb, CAN), (82, CAN, Source::Usb)] {
+        for motion in ["MVP ABS, 0, 100000", "MVP REL, 0, -100000", "SAP 0, 0, 5000", "ROR 0, 100"] {
+            for moment in [30_500, 30_900, 30_970] {
+                let mut core = Core::new();
+                core.ok(&format!("SGP {parameter}, 0, 20"));
+                core.poll_in_time(10_000);
+                core.board.borrow_mut().advance_to((moment - 20_000) * MICROSECOND);
+                core.execute(silent, "GAP 4, 0");
+                core.poll_in_time(30_400);
+                core.board.borrow_mut().advance_to(moment * MICROSECOND);
+                let Outcome::Reply(Reply::Plain { status: Status::Ok, .. }) = core.execute(other, motion) else {
+                    panic!("{motion} is in time")
+                };
+                core.poll_in_time(31_000);
+                // Mode and speed in a reply over the other link.
+                let mut read = |line: &str| match core.execute(other, line) {
+                    Outcome::Reply(Reply::Plain { status: Status::Ok, value, .. }) => value,
+                    reply => panic!("{line}: {reply:?}"),
+                };
+                assert_eq!((read("GAP 138, 0"), read("GAP 2, 0")), (2, 0), "{motion}, {moment}");
+                core.poll_in_time(300_000);
+                assert_eq!(core.board.borrow().world().motor().rotor(), 0, "{motion}, {moment}");
+            }
+        }
+    }
+}
