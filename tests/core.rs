@@ -195,3 +195,24 @@ fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
         }
     }
 }
+
+/// Replies that wait to be fetched are nobody's any more when their host is gone; those of the other links stay, in order.
+#[test]
+fn replies_to_a_host_that_is_gone_are_dropped() {
+    for (gone, left) in
+        [(Source::Usb, &[Source::Rs485][..]), (Source::Rs485, &[Source::Usb]), (CAN, &[Source::Usb, Source::Rs485])]
+    {
+        let mut core = Core::new();
+        for (source, line) in [(Source::Usb, "SGP 77, 0, 1"), (CAN, "SGP 84, 0, 1"), (Source::Rs485, "SGP 85, 0, 1")] {
+            assert_eq!(core.execute(source, line), Outcome::Pending);
+        }
+        core.store();
+        core.module.forget(gone);
+        let mut heard = Vec::new();
+        for _ in 0..3 {
+            heard.extend(core.module.next_serial().map(|(source, _)| source));
+            assert!(core.module.next_frame().is_none() || gone != CAN);
+        }
+        assert_eq!(heard, left, "{gone:?}");
+    }
+}
