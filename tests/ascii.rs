@@ -247,6 +247,38 @@ fn there_and_back_in_one_go() {
     assert!(reply.ends_with("BA 100 0\\rBA 100 0\\r\\x02\\x01d\\n\\x00\\x00\\x00\\x00q"), "{reply}");
 }
 
+/// Right behind BIN a line feed is the end of its line. After a silence it is the first byte of a telegram, an address of
+/// 10, also of one with a wrong checksum, which is answered as such and takes no byte of the next.
+#[test]
+fn a_line_feed_after_bin_and_a_silence() {
+    let mut broken = binary::encode_command(10, text::parse("GAP 4").unwrap());
+    broken[8] ^= 1;
+    let wrong = "\\x02\\x01\\x01\\x00\\x00\\x00\\x00\\x00\\x04";
+    let good = "\\x02\\x01d\\x06\\x00\\x00\\x03\\xe8X";
+    for (terminal, wrong) in [(USB, wrong), (RS485, "")] {
+        let mut bench = Bench::new();
+        bench.ok("SGP 67, 0, 32");
+        let leave = |bench: &mut Bench, end: &str| {
+            say(bench, terminal, &telegram("139"));
+            assert_eq!(say(bench, terminal, format!("ABIN{end}").as_bytes()), "BA 100 0\\r");
+        };
+        for end in ["\r", "\r\n"] {
+            leave(&mut bench, end);
+            bench.module.silence(terminal.source, terminal.client);
+            let both = [broken, telegram("GAP 4")].concat();
+            assert_eq!(say(&mut bench, terminal, &both), format!("{wrong}{good}"), "{end:?}");
+            // Nor is it the end of a line behind another telegram.
+            leave(&mut bench, end);
+            let three = [telegram("GAP 4"), broken, telegram("GAP 4")].concat();
+            assert_eq!(say(&mut bench, terminal, &three), format!("{good}{wrong}{good}"), "{end:?}");
+        }
+        leave(&mut bench, "\r");
+        assert_eq!(say(&mut bench, terminal, &broken), "", "eight bytes behind the end of the line");
+        bench.module.silence(terminal.source, terminal.client);
+        assert_eq!(say(&mut bench, terminal, &telegram("GAP 4")), good);
+    }
+}
+
 /// A storing command is answered when it is durable, and what is typed meanwhile is not lost.
 #[test]
 fn storing_takes_its_time() {
