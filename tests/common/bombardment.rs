@@ -1,0 +1,252 @@
+//! Telegrams made of random numbers, over all links, each of whose replies is checked.
+
+use super::random::Random;
+use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
+use super::{Bench, OK};
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use tmcl_cli::virtual_module::Sent;
+use tmcm::module::Source;
+use tmcm::tmcl::binary::{self, Telegram};
+use tmcm::tmcl::can::{self, Frame};
+use tmcm::tmcl::{Command, Status, text};
+
+fn telegram(line: &str) -> Telegram {
+    binary::encode_command(1, text::parse(line).unwrap())
+}
+
+/// Commands that lead out of the binary protocol - download, ASCII mode, the boot loader - and those that
+/// restart the module have tests of their own.
+const EXCLUDED: [u8; 6] = [132, 133, 137, 139, 242, 255];
+
+impl Random {
+    /// A value that a parameter may take or just not.
+    fn value_for(&mut self, row: &Row) -> i32 {
+        let (low, high) = self.pick(row.ranges);
+        match self.below(4) {
+            0 => self.pick(&[low, high]),
+            1 => self.pick(&[low.wrapping_sub(1), high.wrapping_add(1)]),
+            _ => (i64::from(low) + self.below((i64::from(high) - i64::from(low)) as u64 + 1) as i64) as i32,
+        }
+    }
+
+    /// A command that makes sense, or nearly so.
+    fn sensible(&mut self) -> Command {
+        match self.below(4) {
+            0 => {
+                let row = self.pick(AXIS.rows);
+                Command::new(self.pick(&[5, 5, 5, 6, 7, 8, 34]), row.number, 0, self.value_for(&row))
+            }
+            1 => {
+                let row = self.pick(GLOBAL.rows);
+                Command::new(self.pick(&[9, 9, 10, 35]), row.number, 0, self.value_for(&row))
+            }
+            2 => {
+                let row = self.pick(INTERRUPT.rows);
+                let variable = self.below(60) as u8;
+                let (kind, bank) = self.pick(&[(variable, 2), (row.number, 3)]);
+                Command::new(self.pick(&[9, 10, 11, 12, 35]), kind, bank, self.value_for(&row))
+            }
+            _ => {
+                let opcode = self.pick(&[1, 2, 3, 4, 4, 4, 13, 14, 15, 19, 30, 31, 32, 33, 36, 38, 39, 135, 136, 138]);
+                let motor = self.pick(&[0, 0, 0, 0, 1, 2, 255]);
+                let value = self.pick(&[0, 0, 1, 1, 3, 20, -1, 500, -900, 4000]);
+                Command::new(opcode, self.pick(&[0, 0, 1, 1, 2, 3, 7, 20, 255]), motor, value)
+            }
+        }
+    }
+
+    /// Any command that is not excluded.
+    fn command(&mut self) -> Command {
+        loop {
+            let command = match self.below(4) {
+                0 => {
+                    let [a, b, c, d, ..] = self.next().to_be_bytes();
+                    Command::new(a, b, c & d & 3, self.next() as i32)
+                }
+                _ => self.sensible(),
+            };
+            if !EXCLUDED.contains(&command.opcode) {
+                return command;
+            }
+        }
+    }
+
+    /// A number, now and then any other.
+    fn or_any(&mut self, usual: i32, limit: u64) -> i32 {
+        if self.below(20) == 0 { self.below(limit) as i32 } else { usual }
+    }
+}
+
+/// What goes over a link to the module.
+enum Request {
+    Telegram(Source, Telegram),
+    Frame(Frame),
+}
+
+/// What comes from the module.
+#[derive(Debug)]
+struct Answer {
+    source: Source,
+    /// A frame's data, or what stands in their place in a telegram.
+    content: Vec<u8>,
+}
+
+impl Answer {
+    fn is_event(&self) -> bool {
+        self.content[1..3] == [Status::PositionReached as u8, 138]
+    }
+}
+
+const CAN: Source = Source::Can { length: 8 };
+
+fn answer_of(sent: &Sent) -> Answer {
+    let telegram = sent.telegram().unwrap_or_else(|| panic!("{sent:?}"));
+    let version = telegram[1..] == *b"1140V142";
+    assert!(version || binary::decode_reply(&telegram).is_some(), "{sent:02X?}");
+    Answer { source: sent.source, content: telegram[1..if version { 9 } else { 8 }].to_vec() }
+}
+
+/// Everything that comes until something has come that is `wanted`, for 400 ms at most: a telegram pause of 255 ms
+/// and a few EEPROM pages.
+fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
+    let mut answers = Vec::new();
+    for _ in 0..400 {
+        bench.run(MILLISECOND);
+        answers.extend(std::iter::from_fn(|| bench.module.sent()).map(|sent| answer_of(&sent)));
+        let frames = std::iter::from_fn(|| bench.module.frame());
+        answers.extend(frames.map(|frame| Answer { source: CAN, content: frame.data.to_vec() }));
+        if answers.iter().any(&wanted) {
+            break;
+        }
+    }
+    answers
+}
+
+/// Sends a command over the link on which any address does, and gives the value if it succeeds. Events may
+/// come in between.
+pub fn ask(bench: &mut Bench, line: &str) -> Option<i32> {
+    bench.module.receive(Source::Usb, telegram(line));
+    let asked = text::parse(line).unwrap().opcode;
+    let success = |answer: &Answer| {
+        let [_, status, opcode, value @ ..] = *answer.content.first_chunk::<7>()?;
+        let good = answer.source == Source::Usb && (status, opcode) == (OK, asked);
+        good.then_some(i32::from_be_bytes(value))
+    };
+    answers(bench, |answer| success(answer).is_some()).iter().find_map(success)
+}
+
+/// A host that sends at random over all links, and checks each reply.
+struct Bombardment<'a> {
+    bench: &'a mut Bench,
+    random: &'a mut Random,
+    /// Until when a request that looks like the reply to what another module was asked may be lost.
+    doubtful: Nanos,
+}
+
+/// Sends so many random telegrams.
+pub fn bombard(bench: &mut Bench, random: &mut Random, count: usize) {
+    let mut bombardment = Bombardment { bench, random, doubtful: 0 };
+    (0..count).for_each(|_| bombardment.send());
+}
+
+impl Bombardment<'_> {
+    fn ask(&mut self, line: &str) -> i32 {
+        ask(self.bench, line).unwrap_or_else(|| panic!("{line} is always answered"))
+    }
+
+    fn send(&mut self) {
+        let suppressed = self.ask("GGP 255, 0") != 0;
+        if suppressed && self.random.below(4) == 0 {
+            return assert_eq!(ask(self.bench, "SGP 255, 0, 0"), None);
+        }
+        let can = self.random.below(3) == 0;
+        // Address, second address, and where replies go.
+        let [own, second, host] = if can { [71, 83, 70] } else { [66, 87, 76] };
+        if self.random.below(20) == 0 {
+            let address = self.ask(&format!("GGP {own}, 0"));
+            let towards = self.random.pick(&[address, address % 2 + 1]);
+            ask(self.bench, &format!("SGP {host}, 0, {towards}"));
+        }
+        let [own, second, host] = [own, second, host].map(|number| self.ask(&format!("GGP {number}, 0")));
+
+        let command = self.random.command();
+        let to = self.random.or_any(own, if can { 2048 } else { 256 });
+        let (request, valid) = if can {
+            let mut data = can::encode_command(command);
+            data.truncate(self.random.or_any(8, 9) as usize);
+            let valid = data.len() >= 7;
+            (Request::Frame(Frame { id: to as u16, data }), valid)
+        } else {
+            let mut telegram = binary::encode_command(to as u8, command);
+            telegram[8] = telegram[8].wrapping_add(self.random.or_any(0, 256) as u8);
+            let source = self.random.pick(&[Source::Usb, Source::Rs485]);
+            (Request::Telegram(source, telegram), binary::decode_command(&telegram).is_some())
+        };
+        let source = if let Request::Telegram(source, _) = request { source } else { CAN };
+        let for_others = source != Source::Usb && to != own && (to != second || second == 0);
+        let known = Status::from_number(command.kind).is_some();
+        let to_host = source != Source::Usb && to == host;
+        let looks_like_a_reply = to_host && known && (4..255).contains(&command.motor);
+        let doubtful = to_host && self.bench.module.now() < self.doubtful;
+        if for_others && (!valid || [0, 1, 2, 3, 134, 136, 255].contains(&command.opcode)) {
+            self.doubtful = self.bench.module.now() + SECOND;
+        }
+        let reads = [6, 10, 15].contains(&command.opcode);
+        let silent = match valid {
+            true => for_others || looks_like_a_reply || suppressed && !reads,
+            false => can || for_others || looks_like_a_reply,
+        };
+        let shown = format!("{command} to {to}, valid: {valid}, over {source:?}");
+        match request {
+            Request::Telegram(source, telegram) => self.bench.module.receive(source, telegram),
+            Request::Frame(frame) => self.bench.module.receive_frame(frame),
+        }
+        // An event may come first; it is no answer.
+        let mut answers = answers(self.bench, |answer| !answer.is_event());
+        answers.retain(|answer| !answer.is_event());
+        assert!(doubtful || answers.is_empty() == silent, "{answers:?} to {shown}");
+        answers.iter().for_each(|answer| check(answer, source, command, valid, &shown));
+    }
+}
+
+/// An answer must be the reply to the request.
+fn check(answer: &Answer, source: Source, command: Command, valid: bool, shown: &str) {
+    assert_eq!(answer.source, source, "{shown}");
+    if b"1140V142".starts_with(&answer.content) {
+        return assert!(valid && (command.opcode, command.kind) == (136, 0), "{shown}");
+    }
+    let [_, status, opcode, value @ ..] = *answer.content.first_chunk::<7>().unwrap();
+    match Status::from_number(status) {
+        None => panic!("{answer:?} to {shown}"),
+        Some(Status::WrongChecksum) => assert!(!valid && opcode == 0 && value == [0; 4], "{shown}"),
+        Some(_) => assert!(valid && opcode == command.opcode, "{answer:?} to {shown}"),
+    }
+}
+
+/// Whatever has been sent, every parameter is in its range, also after a restart on what has been stored.
+pub fn assert_sane(bench: &mut Bench) {
+    // No more events.
+    ask(bench, "138, 0, 0, 0");
+    // And no start in ASCII mode.
+    ask(bench, "SGP 67, 0, 0");
+    // No heartbeat faster than this host.
+    ask(bench, "SGP 68, 0, 0");
+    ask(bench, "SGP 82, 0, 0");
+    for restarted in [false, true] {
+        for table in [AXIS, GLOBAL, INTERRUPT] {
+            for row in table.rows {
+                let value = table.value(bench, row);
+                assert!(row.accepts(value), "{} is {value}, restarted: {restarted}", row.name);
+            }
+        }
+        bench.power_cycle();
+    }
+    // And it still does what it is there for.
+    let address = bench.ok("GGP 66, 0");
+    assert!((1..=255).contains(&address));
+    for row in [4, 5, 12, 13, 130, 153, 154, 181, 212, 218].map(|number| AXIS.row(number).unwrap()) {
+        AXIS.set(bench, row, row.default().unwrap());
+    }
+    bench.ok("MVP REL, 0, 1000");
+    bench.run_until(3 * SECOND, |b| b.ok("GAP 8, 0") == 1);
+}
