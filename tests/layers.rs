@@ -206,7 +206,7 @@ fn unsafe_is_left_to_the_board() {
     let board = root().join("src/board");
     // The image whose one use of it is to ask for a function that does not exist.
     let unlinkable = root().join("tests/panic_free/src/main.rs");
-    for place in ["src", "hal-sim", "cli", "tests", "benches", "build.rs"] {
+    for place in ["src", "fw", "hal-sim", "cli", "tests", "benches", "build.rs"] {
         for path in sources(&root().join(place)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
         {
             assert!(!tokens(&fs::read_to_string(path).unwrap()).contains(&"unsafe"), "{}", path.display());

@@ -113,11 +113,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
 
 fn image() -> Result<Vec<u8>, Failure> {
     progress("building the image");
-    let (output, path) = build::image()?;
-    if !output.status.success() {
-        return Err(format!("the image does not build\n{}", String::from_utf8_lossy(&output.stderr)).into());
-    }
-    Ok(std::fs::read(path)?)
+    Ok(std::fs::read(build::try_image()?.path)?)
 }
 
 fn profile(subject: Subject<'_>) -> Result<bool, Failure> {

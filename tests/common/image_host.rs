@@ -39,11 +39,7 @@ pub const NOT_AVAILABLE: u8 = 6;
 /// The image, built when it is first asked for.
 pub fn image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
-    IMAGE.get_or_init(|| {
-        let (output, path) = build::image().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        std::fs::read(path).unwrap()
-    })
+    IMAGE.get_or_init(|| std::fs::read(build::image()).unwrap())
 }
 
 /// Addresses of what the image has under a name that contains all these words.

@@ -1,0 +1,110 @@
+//! Builds what runs on the microcontroller. Rust's library for it is installed first if it is missing, so that the
+//! toolchain may be there without it, as where rustup does not install by itself what `rust-toolchain.toml` names.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+/// The microcontroller, in the words of the compiler.
+pub const TARGET: &str = "thumbv7em-none-eabi";
+/// The package with the images, and the image for the TMCM-1140.
+const PACKAGE: &str = "tmcm";
+const IMAGE: &str = "tmcm1140";
+
+/// A program for the microcontroller.
+#[derive(Debug)]
+pub struct Built {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What the compiler said.
+    pub messages: String,
+}
+
+/// Builds the flash image into a build directory. The error says why not.
+pub fn image(directory: &Path) -> Result<Built, String> {
+    build(directory, IMAGE, &["--package", PACKAGE, "--bin", IMAGE])
+}
+
+/// Builds a program by `cargo rustc` into a build directory; what is there already is not built again. Flags meant for
+/// the host's compiler are left out. The error is what the compiler says, or the sentence of [`prepare`].
+pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, String> {
+    prepare()?;
+    let output = cargo("rustc")
+        .args(["--color=never", "--target-dir"])
+        .arg(directory)
+        .args(arguments)
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
+        .output();
+    let output = output.map_err(|error| format!("cargo cannot be run: {error}"))?;
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    if !output.status.success() {
+        return Err(messages);
+    }
+    Ok(Built { path: directory.join(TARGET).join("release").join(name), messages })
+}
+
+/// A command of Cargo that builds the image on the way, with more arguments: `build`, or `run` to flash it.
+pub fn image_by(command: &str, arguments: &[String]) -> Command {
+    let mut cargo = cargo(command);
+    cargo.args(["--package", PACKAGE, "--bin", IMAGE]).args(arguments);
+    cargo
+}
+
+fn cargo(command: &str) -> Command {
+    let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    cargo.args([command, "--release", "--target", TARGET]);
+    cargo
+}
+
+/// Sees to it that Rust's library for the microcontroller is there. If it cannot be, the error is one sentence that
+/// names the command to run, and for all who ask again in the same process a reference to that.
+pub fn prepare() -> Result<(), String> {
+    static MISSING: OnceLock<Option<String>> = OnceLock::new();
+    let mut is_first = false;
+    let missing = MISSING.get_or_init(|| {
+        is_first = true;
+        install().err()
+    });
+    match missing {
+        None => Ok(()),
+        Some(sentence) if is_first => Err(sentence.clone()),
+        Some(_) => Err(format!("no library for {TARGET}, as said where it was missed first")),
+    }
+}
+
+fn install() -> Result<(), String> {
+    if is_there() {
+        return Ok(());
+    }
+    let need = format!("the flash image needs Rust's library for {TARGET}");
+    // Set by rustup for all that it starts.
+    let Ok(toolchain) = std::env::var("RUSTUP_TOOLCHAIN") else {
+        return Err(format!(
+            "{need}, which this Rust lacks and, being none of rustup's, must get from where it came from; \
+             with Rust from https://rustup.rs the command is: rustup target add {TARGET}"
+        ));
+    };
+    let arguments = ["target", "add", TARGET, "--toolchain", &toolchain];
+    let why = match Command::new("rustup").args(arguments).output() {
+        Ok(output) if output.status.success() && is_there() => return Ok(()),
+        Ok(output) => reason(&output),
+        Err(error) => error.to_string(),
+    };
+    Err(format!("{need}, and rustup did not install it ({why}); run, with a network: rustup {}", arguments.join(" ")))
+}
+
+/// Whether the compiler has the library.
+fn is_there() -> bool {
+    let compiler = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let output = Command::new(compiler).args(["--print", "target-libdir", "--target", TARGET]).output();
+    output.is_ok_and(|output| Path::new(String::from_utf8_lossy(&output.stdout).trim_end()).is_dir())
+}
+
+/// What rustup gives as the error, in a line.
+fn reason(output: &Output) -> String {
+    let said = String::from_utf8_lossy(&output.stderr);
+    let error = said.lines().find_map(|line| line.strip_prefix("error: "));
+    error.map_or_else(|| output.status.to_string(), Into::into)
+}

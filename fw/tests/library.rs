@@ -1,0 +1,102 @@
+//! Rust's library for the microcontroller: installed where it is missing, and one sentence where it cannot be. Of all
+//! tests of the workspace these are the first (packages go by their names), so that where it cannot be, no other is
+//! begun.
+
+#![allow(clippy::unwrap_used)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+#[test]
+fn it_is_there_or_gets_installed() {
+    fw::prepare().unwrap_or_else(|sentence| panic!("{sentence}"));
+}
+
+/// A computer whose programs do what these scripts say, each noting that it was called.
+struct Computer(tempfile::TempDir);
+
+impl Computer {
+    fn with(programs: &[(&str, &str)]) -> Self {
+        let computer = Computer(tempfile::tempdir().unwrap());
+        for (name, script) in programs {
+            let script = format!("#!/bin/sh\ncd $(dirname $0)\necho {name} \"$@\" >>calls\n{script}\n");
+            // Written by another process: a file that this one writes while a test beside it starts a program cannot be run.
+            let write = ["-c", "printf %s \"$1\" >$0 && chmod +x $0", name, &script];
+            let done = Command::new("sh").args(write).current_dir(computer.folder()).status().unwrap();
+            assert!(done.success());
+        }
+        computer
+    }
+
+    fn folder(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Runs `cargo fw` there.
+    fn fw(&self, toolchain: Option<&str>) -> Output {
+        let path = format!("{}:/usr/bin:/bin", self.folder().display());
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fw"));
+        command.arg("build").env("PATH", path).env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
+        command.env("CARGO", self.folder().join("cargo"));
+        command.envs(toolchain.map(|name| ("RUSTUP_TOOLCHAIN", name))).output().unwrap()
+    }
+
+    /// What was called, by its first words.
+    fn calls(&self) -> Vec<String> {
+        let calls = fs::read_to_string(self.folder().join("calls")).unwrap();
+        calls.lines().map(|line| line.split(' ').take(3).collect::<Vec<_>>().join(" ")).collect()
+    }
+}
+
+/// A compiler that tells where the library would be.
+const RUSTC: (&str, &str) = ("rustc", "echo $PWD/library");
+const CARGO: (&str, &str) = ("cargo", "");
+const NAME: &str = "1.95.0-some-computer";
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn what_is_there_is_not_installed() {
+    let computer = Computer::with(&[RUSTC, CARGO, ("rustup", "")]);
+    fs::create_dir(computer.folder().join("library")).unwrap();
+    let output = computer.fw(Some(NAME));
+    assert!(output.status.success(), "{}", said(&output));
+    assert_eq!(computer.calls(), ["rustc --print target-libdir", "cargo build --release"]);
+}
+
+#[test]
+fn what_is_missing_is_installed_for_the_toolchain_in_use() {
+    let install = format!("[ \"$*\" = \"target add {} --toolchain {NAME}\" ] && mkdir library", fw::TARGET);
+    let computer = Computer::with(&[RUSTC, CARGO, ("rustup", &install)]);
+    let output = computer.fw(Some(NAME));
+    assert!(output.status.success(), "{}", said(&output));
+    let question = "rustc --print target-libdir";
+    assert_eq!(computer.calls(), [question, "rustup target add", question, "cargo build --release"]);
+}
+
+#[test]
+fn what_cannot_be_installed_is_told_in_one_sentence_with_the_command() {
+    let fails = "echo 'info: downloading' >&2; echo 'error: no network' >&2; echo 'caused by: fate' >&2; exit 1";
+    let computer = Computer::with(&[RUSTC, CARGO, ("rustup", fails)]);
+    let output = computer.fw(Some(NAME));
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(
+        said(&output),
+        "the flash image needs Rust's library for thumbv7em-none-eabi, and rustup did not install it (no network); run, \
+         with a network: rustup target add thumbv7em-none-eabi --toolchain 1.95.0-some-computer\n"
+    );
+    assert!(!computer.calls().iter().any(|call| call.starts_with("cargo")), "nothing is built");
+}
+
+#[test]
+fn a_rust_that_is_not_rustups_is_told_so() {
+    let computer = Computer::with(&[RUSTC, CARGO]);
+    let output = computer.fw(None);
+    assert_eq!(output.status.code(), Some(1));
+    let said = said(&output);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("none of rustup's") && said.ends_with(": rustup target add thumbv7em-none-eabi\n"), "{said}");
+}
