@@ -17,6 +17,7 @@ mod messages;
 mod monitor;
 mod params;
 mod programs;
+mod readme;
 mod run;
 mod scan;
 mod send;
