@@ -35,11 +35,15 @@ impl Computer {
 
     /// Runs `cargo fw` there.
     fn fw(&self, toolchain: Option<&str>) -> Output {
+        self.run(Command::new(env!("CARGO_BIN_EXE_fw")).arg("build"), toolchain)
+    }
+
+    /// Runs a program there.
+    fn run(&self, program: &mut Command, toolchain: Option<&str>) -> Output {
         let path = format!("{}:/usr/bin:/bin", self.folder().display());
-        let mut command = Command::new(env!("CARGO_BIN_EXE_fw"));
-        command.arg("build").env("PATH", path).env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
-        command.env("CARGO", self.folder().join("cargo"));
-        command.envs(toolchain.map(|name| ("RUSTUP_TOOLCHAIN", name))).output().unwrap()
+        program.env("PATH", path).env_remove("RUSTC").env_remove("RUSTUP_TOOLCHAIN");
+        program.env("CARGO", self.folder().join("cargo"));
+        program.envs(toolchain.map(|name| ("RUSTUP_TOOLCHAIN", name))).output().unwrap()
     }
 
     /// What was called, by its first words.
@@ -99,4 +103,22 @@ fn a_rust_that_is_not_rustups_is_told_so() {
     let said = said(&output);
     assert_eq!(said.lines().count(), 1, "{said}");
     assert!(said.contains("none of rustup's") && said.ends_with(": rustup target add thumbv7em-none-eabi\n"), "{said}");
+}
+
+#[test]
+fn who_asks_again_is_only_reminded() {
+    const ASKS: &str = "ASKS_TWICE";
+    if std::env::var_os(ASKS).is_some() {
+        println!("{:?}\n{:?}", fw::prepare(), fw::prepare());
+        return;
+    }
+    let computer = Computer::with(&[RUSTC]);
+    let mut this = Command::new(std::env::current_exe().unwrap());
+    this.args(["--exact", "who_asks_again_is_only_reminded", "--nocapture"]).env(ASKS, "1");
+    let output = computer.run(&mut this, None);
+    let said = String::from_utf8_lossy(&output.stdout);
+    let errors: Vec<_> = said.lines().filter(|line| line.contains("Err(")).collect();
+    let [first, second] = errors[..] else { panic!("{said}") };
+    assert!(first.contains(": rustup target add") && second.contains("as said"), "{said}");
+    assert_eq!(computer.calls().len(), 1, "the compiler is not asked again");
 }
