@@ -1,22 +1,17 @@
 //! `cargo fw` builds the flash image, `cargo fw-run` brings it to a module.
 
+use std::os::unix::process::CommandExt;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let command = arguments.next().unwrap_or_else(|| "build".into());
     let rest: Vec<String> = arguments.collect();
-    if let Err(sentence) = fw::prepare() {
-        eprintln!("{sentence}");
-        return ExitCode::FAILURE;
-    }
-    match fw::image_by(&command, &rest).status() {
-        Ok(status) if status.success() => ExitCode::SUCCESS,
-        // Cargo has said why.
-        Ok(_) => ExitCode::FAILURE,
-        Err(error) => {
-            eprintln!("cargo cannot be run: {error}");
-            ExitCode::FAILURE
-        }
-    }
+    let error = match fw::prepare() {
+        // Cargo takes this process over, and is its end.
+        Ok(()) => format!("cargo cannot be run: {}", fw::image_by(&command, &rest).exec()),
+        Err(sentence) => sentence,
+    };
+    eprintln!("{error}");
+    ExitCode::FAILURE
 }
