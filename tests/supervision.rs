@@ -4,20 +4,16 @@
 
 mod common;
 
+use common::loose::{BROKEN, LooseBench};
 use common::table::GLOBAL;
 use common::{Bench, NOT_AVAILABLE, OK};
-use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
-use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
-use hal_sim::control::Line;
+use embedded_hal::spi::SpiDevice;
+use hal_sim::board::{Board, Chip, SharedBoard};
+use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use std::cell::Cell;
-use std::rc::Rc;
-use tmcm::module::{Inputs, Module, Outcome, Parts, Platform, Source, TMCM_1140};
-use tmcm::store::Store;
+use tmcm::module::{Outcome, Source};
 use tmcm::tmcl::can::{Frame, encode_command};
 use tmcm::tmcl::{Reply, Status, binary, text};
-use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
 
 fn configure(bench: &mut Bench, lines: &[&str]) {
@@ -259,104 +255,6 @@ fn coolstep_follows_the_load() {
         bench.control("load 0");
         bench.run(3 * SECOND);
         assert_eq!(bench.ok("GAP 180, 0"), floor);
-    }
-}
-
-/// The motion controller behind a bus on which nothing can be written at times: so many datagrams do not get through.
-struct Loose(SimSpi, Rc<Cell<u32>>);
-
-/// For as long as nobody mends it.
-const BROKEN: u32 = u32::MAX;
-
-impl ErrorType for Loose {
-    type Error = ErrorKind;
-}
-
-impl SpiDevice for Loose {
-    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
-        // Bit 0 of the first byte tells a read from a write.
-        let write = matches!(operations, [Operation::TransferInPlace([first, ..])] if *first & 1 == 0);
-        if self.1.get() > 0 && write {
-            self.1.set(self.1.get() - 1);
-            return Err(ErrorKind::Other);
-        }
-        self.0.transaction(operations).map_err(|never| match never {})
-    }
-}
-
-impl Platform for Loose {
-    type Tmc429 = Loose;
-    type Tmc262 = SimSpi;
-    type Enable = SimPin;
-    type Store = Box<Store>;
-    type Hooks = ();
-}
-
-/// A module on such a bus, in virtual time.
-struct LooseBench {
-    board: SharedBoard,
-    module: Module<Loose, 1>,
-    fails: Rc<Cell<u32>>,
-}
-
-impl LooseBench {
-    fn new() -> Self {
-        Self::on(SharedBoard::new(Board::new(&WorldConfig::default(), 1)), 0)
-    }
-
-    /// On a board, whose bus is disturbed for so many datagrams from the start.
-    fn on(board: SharedBoard, disturbed: u32) -> Self {
-        let fails = Rc::new(Cell::new(disturbed));
-        let parts = Parts {
-            tmc429: Loose(board.spi(Chip::Tmc429, 1_000_000), fails.clone()),
-            tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
-            enable: board.enable_pin(),
-            store: Box::new(Store::new()),
-            hooks: (),
-        };
-        let mut module = Module::new(&TMCM_1140, parts, 1);
-        module.start(Micros(0), |_| {});
-        LooseBench { board, module, fails }
-    }
-
-    fn now(&self) -> Micros {
-        Micros(self.board.borrow().now() / MICROSECOND)
-    }
-
-    fn ok(&mut self, line: &str) {
-        let outcome = self.module.execute(self.now(), Source::Usb, text::parse(line).unwrap());
-        // A setting that is stored is in force before it is durable.
-        let done = matches!(outcome, Outcome::Pending | Outcome::Reply(Reply::Plain { status: Status::Ok, .. }));
-        assert!(done, "{line}: {outcome:?}");
-    }
-
-    fn run(&mut self, milliseconds: u64) {
-        for _ in 0..milliseconds {
-            let next = self.board.borrow().now() + MILLISECOND;
-            self.board.borrow_mut().advance_to(next);
-            let seen = self.board.borrow().inputs();
-            let inputs = Inputs {
-                supply: Some(seen.supply),
-                stall: seen.stall,
-                encoder: seen.encoder,
-                temperature: 25,
-                ..Inputs::default()
-            };
-            let now = self.now();
-            self.module.poll(now, &inputs);
-        }
-    }
-
-    fn control(&mut self, line: &str) {
-        Line::parse(line).unwrap().control.apply(&mut self.board.borrow_mut());
-    }
-
-    fn speed(&self) -> i32 {
-        self.board.borrow().tmc429().velocity(0)
-    }
-
-    fn raised(&self, flag: ErrorFlag) -> bool {
-        self.module.machine().errors.raised(flag)
     }
 }
 

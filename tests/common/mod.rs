@@ -3,6 +3,7 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod bombardment;
+pub mod loose;
 pub mod program;
 pub mod random;
 pub mod table;
