@@ -435,8 +435,10 @@ impl<D: SpiDevice> Axis<D> {
             _ => drop(self.switches(chip)?),
         }
 
+        let leg = self.position.leg;
         if self.mode != Mode::Velocity && self.position.advance() {
-            self.write_leg(chip)?;
+            // One that the chip has not heard has not begun.
+            self.write_leg(chip).inspect_err(|_| self.position.leg = leg)?;
         }
         self.guard(now, chip)?;
         if let Some(search) = self.search {

@@ -1,0 +1,180 @@
+//! Reference search: when its legs end, and what disturbs them.
+
+use crate::common::Bench;
+use crate::common::loose::LooseBench;
+use hal_sim::board::{Board, SharedBoard};
+use hal_sim::clock::{MILLISECOND, SECOND};
+use hal_sim::world::config::WorldConfig;
+use tmcm::tmcl::{Command, Opcode};
+use tmcm::vm::ErrorFlag;
+
+/// The leg under way, as RFS STATUS tells, without waiting for the reply.
+fn leg(bench: &mut Bench) -> i32 {
+    bench.module.read(Command::new(Opcode::Rfs as u8, 2, 0, 0)).unwrap()
+}
+
+/// Lets polls pass until another leg is under way, and gives how many.
+fn polls_until_next_leg(bench: &mut Bench) -> usize {
+    let before = leg(bench);
+    (1..10_000)
+        .find(|_| {
+            bench.poll(1);
+            leg(bench) != before
+        })
+        .expect("the leg does not end")
+}
+
+/// A search by mode 1 without a stage, on its way to the left switch.
+fn begun(settings: &[&str]) -> Bench {
+    let mut bench = Bench::new();
+    for line in settings {
+        bench.ok(line);
+    }
+    for line in ["SAP 193, 0, 1", "RFS START, 0"] {
+        bench.ok(line);
+    }
+    bench.run(300 * MILLISECOND);
+    assert_eq!(leg(&mut bench), 1);
+    bench
+}
+
+/// A leg is over when the motor has stood for twenty polls with nothing new; the poll that sees the switch open is none of
+/// them. A switch that bounces in the last of them has them counted anew.
+#[test]
+fn a_switch_that_bounces_keeps_a_leg_from_ending() {
+    for bounce in 8..20 {
+        let mut bench = begun(&[]);
+        bench.control("press left");
+        polls_until_next_leg(&mut bench);
+        bench.run(300 * MILLISECOND);
+        bench.control("release left");
+        bench.poll(bounce);
+        bench.control("press left");
+        bench.poll(1);
+        bench.control("release left");
+        assert_eq!((leg(&mut bench), polls_until_next_leg(&mut bench)), (2, 21), "bounce after {bounce} polls");
+        assert_eq!(leg(&mut bench), 3);
+    }
+}
+
+/// A switch that was seen and is gone is looked for as far back as the motor had run past it and four full steps further:
+/// at that very microstep it still counts, one beyond the search for it begins again.
+#[test]
+fn a_switch_is_looked_for_up_to_the_limit() {
+    // At an internal speed of 10 the motor takes three milliseconds for a microstep: each one is seen.
+    let mut bench = begun(&["SAP 195, 0, 10"]);
+    bench.control("press left");
+    bench.poll(1);
+    let (seen, _) = bench.module.position().unwrap();
+    bench.control("release left");
+    polls_until_next_leg(&mut bench);
+    let (stood, _) = bench.module.position().unwrap();
+    let limit = seen + (seen - stood) + 4 * 256;
+    let mut furthest = stood;
+    while leg(&mut bench) == 2 {
+        bench.poll(1);
+        furthest = furthest.max(bench.module.position().unwrap().0);
+    }
+    assert_eq!((leg(&mut bench), furthest), (1, limit + 1));
+    // Closed at the limit it is the switch, and the search ends there.
+    let mut bench = begun(&["SAP 195, 0, 10"]);
+    bench.control("press left");
+    bench.poll(1);
+    bench.control("release left");
+    polls_until_next_leg(&mut bench);
+    bench.run_until(10 * SECOND, |bench| bench.module.position().unwrap().0 == limit);
+    bench.control("press left");
+    bench.poll(20);
+    assert_eq!(leg(&mut bench), 2);
+    bench.control("release left");
+    polls_until_next_leg(&mut bench);
+    assert_eq!(leg(&mut bench), 3);
+}
+
+/// The tolerance of parameter 141 does not count in a search: the chip stops the motor where the switch closes.
+#[test]
+fn within_the_tolerance_of_parameter_141_the_switch_stops_a_search_at_once() {
+    let mut bench = Bench::in_world("[stage]\nleft = -700\n");
+    for line in ["SAP 141, 0, 4000", "SAP 193, 0, 1", "SAP 194, 0, 500", "RFS START, 0"] {
+        bench.ok(line);
+    }
+    let mut lowest = 0;
+    while leg(&mut bench) != 2 {
+        bench.poll(1);
+        lowest = lowest.min(bench.rotor());
+    }
+    assert!((-701..=-700).contains(&lowest), "{lowest}");
+    bench.run_until(5 * SECOND, |bench| leg(bench) == 0);
+    assert!((-701..=-699).contains(&bench.rotor()), "{}", bench.rotor());
+}
+
+/// A module on a loose bus that has searched by `mode`, between switches at -2000 and 2000, and the polls after which
+/// another leg was under way, or none. After `poll` polls so many datagrams are lost.
+fn searched(mode: i32, poll: usize, lost: u32) -> (LooseBench, Vec<usize>) {
+    let world = "[stage]\nleft = -2000\nleft_width = 300\nright = 2000\nright_width = 300\n";
+    let config = WorldConfig::parse(world).unwrap();
+    let mut bench = LooseBench::on(SharedBoard::new(Board::new(&config, 1)), 0);
+    for line in ["SAP 12, 0, 0", "SAP 13, 0, 0", &format!("SAP 193, 0, {mode}"), "RFS START, 0"] {
+        bench.ok(line);
+    }
+    let status = |bench: &LooseBench| bench.module.axes()[0].search_status();
+    let (mut changes, mut before) = (vec![0], status(&bench));
+    for n in 1.. {
+        if n == poll {
+            bench.fails.set(lost);
+        }
+        bench.run(1);
+        let now = status(&bench);
+        if now != before {
+            changes.push(n);
+            before = now;
+        }
+        if now == 0 {
+            break;
+        }
+        assert!(n < 20_000, "mode {mode}, {lost} lost from poll {poll}: it does not end");
+    }
+    bench.run(100);
+    assert_eq!(bench.speed(), 0, "mode {mode}, {lost} lost from poll {poll}");
+    (bench, changes)
+}
+
+/// Where rotor and counter are.
+fn places(bench: &LooseBench) -> (i64, i32) {
+    let board = bench.board.borrow();
+    (board.world().motor().rotor(), board.tmc429().position(0))
+}
+
+/// Datagrams that are lost while a leg begins: it begins all the same, a little later, and the search finds its place.
+#[test]
+fn a_search_finds_its_place_though_the_beginning_of_a_leg_was_not_heard() {
+    for mode in [1, 2, 3, 4, 65, 68] {
+        let (bench, changes) = searched(mode, 0, 0);
+        let (place, _) = places(&bench);
+        for leg in &changes[..changes.len() - 1] {
+            for lost in 1..=6 {
+                let (bench, _) = searched(mode, *leg, lost);
+                let (found, position) = places(&bench);
+                assert!((found - place).abs() <= 1, "mode {mode}, {lost} lost from poll {leg}: {found}, not {place}");
+                assert_eq!((position, bench.raised(ErrorFlag::Position)), (0, false));
+            }
+        }
+    }
+}
+
+/// Datagrams that are lost where the position becomes zero: the search has not found its place, and says so. The stop
+/// switches act as they did before.
+#[test]
+fn a_search_that_cannot_make_the_position_zero_has_given_up() {
+    for mode in [1, 4] {
+        let (_, changes) = searched(mode, 0, 0);
+        for lost in 1..=3 {
+            let (mut bench, _) = searched(mode, *changes.last().unwrap(), lost);
+            assert!(bench.raised(ErrorFlag::Position), "mode {mode}, {lost} lost");
+            bench.fails.set(0);
+            bench.ok("ROR 0, 500");
+            bench.run(3000);
+            assert_eq!((bench.speed(), places(&bench).0), (0, 2000), "mode {mode}, {lost} lost");
+        }
+    }
+}
