@@ -102,12 +102,15 @@ fn serve<M: Device>(
     options: &Options,
     stop: Interrupt,
     mut fleet: Fleet<M>,
-    mut eeproms: Vec<EepromFile>,
+    eeproms: Vec<EepromFile>,
     made: &str,
 ) -> Result<(), Failure> {
     fleet.await_silences();
-    for (file, module) in eeproms.iter_mut().zip(fleet.modules_mut()) {
-        file.save(module.board_mut().at25().contents())?;
+    for (mut file, module) in eeproms.into_iter().zip(fleet.modules_mut()) {
+        let mut board = module.board_mut();
+        // If this cannot be written, later stores cannot either.
+        file.save(board.at25().contents())?;
+        board.at25_mut().keep_in(Box::new(file));
     }
     let links = Links::open(options)?;
     let mut out = std::io::stdout().lock();
@@ -118,7 +121,7 @@ fn serve<M: Device>(
     writeln!(out, "ready")?;
     out.flush()?;
     let pacer = Pacer::new(options.speed, Instant::now(), fleet.now());
-    Simulator { stop, fleet, links, eeproms, pacer }.run()
+    Simulator { stop, fleet, links, pacer }.run()
 }
 
 /// Reads the file of option --world.
@@ -134,8 +137,6 @@ struct Simulator<M> {
     stop: Interrupt,
     fleet: Fleet<M>,
     links: Links,
-    /// In the order of the modules, or none.
-    eeproms: Vec<EepromFile>,
     pacer: Pacer,
 }
 
@@ -144,13 +145,11 @@ impl<M: Device> Simulator<M> {
         while !self.sleep()? {
             self.let_time_pass();
             self.take_requests();
-            self.keep_eeprom();
             self.hand_out_replies();
             self.tell();
             self.check()?;
         }
-        let mut files = self.eeproms.iter_mut().zip(self.fleet.modules_mut());
-        files.try_for_each(|(file, module)| file.save(module.board_mut().at25().contents()))
+        Ok(())
     }
 
     /// Sleeps until there is something to do. True if it is time to end.
@@ -191,15 +190,6 @@ impl<M: Device> Simulator<M> {
             server.accept(control::Controller::new);
             for controller in &mut server.clients {
                 controller.receive(|line| control::execute(line, &mut self.fleet, &self.pacer));
-            }
-        }
-    }
-
-    /// Before replies go out: what they acknowledge is in the file.
-    fn keep_eeprom(&mut self) {
-        for (file, module) in self.eeproms.iter_mut().zip(self.fleet.modules_mut()) {
-            if let Some(message) = file.keep(module.board_mut().at25().contents()) {
-                say(&message);
             }
         }
     }

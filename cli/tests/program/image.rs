@@ -16,7 +16,7 @@ const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
 
 /// Where the image is.
-fn image() -> &'static str {
+pub(super) fn image() -> &'static str {
     static PATH: OnceLock<String> = OnceLock::new();
     PATH.get_or_init(|| build::image().to_str().unwrap().into())
 }

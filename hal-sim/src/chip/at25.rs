@@ -10,6 +10,8 @@
 //! A power cut during a write cycle tears the whole page: each of its bytes is left old, new or erased,
 //! at random but reproducibly, because the part erases and programs a page as a whole.
 
+use core::fmt;
+
 use super::SpiSlave;
 use crate::clock::{MILLISECOND, Nanos};
 use crate::random::Random;
@@ -37,6 +39,13 @@ const STATUS_BP: u8 = 0x0C;
 const STATUS_WPEN: u8 = 0x80;
 const STATUS_STORED: u8 = STATUS_WPEN | STATUS_BP;
 
+/// Where the contents are kept so that they outlive the model, such as a file.
+pub trait Backing: fmt::Debug + Send + Sync {
+    /// Takes the contents as a page write leaves them. False if they cannot be kept: then the page keeps its old bytes,
+    /// as that of a part which is worn out, and whoever reads it back notices.
+    fn keep(&mut self, contents: &[u8]) -> bool;
+}
+
 /// What the bytes since chip select fell have meant so far.
 #[derive(Clone, Debug)]
 enum Transfer {
@@ -59,7 +68,7 @@ enum Programming {
 }
 
 /// The part, with its contents.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct At25 {
     memory: Vec<u8>,
     page_writes: Vec<u32>,
@@ -68,6 +77,7 @@ pub struct At25 {
     transfer: Transfer,
     programming: Option<(Nanos, Programming)>,
     answering: bool,
+    backing: Option<Box<dyn Backing>>,
     random: Random,
 }
 
@@ -82,6 +92,7 @@ impl At25 {
             transfer: Transfer::Idle,
             programming: None,
             answering: true,
+            backing: None,
             random: Random::new(seed),
         }
     }
@@ -97,6 +108,12 @@ impl At25 {
         for (cell, &byte) in self.memory.iter_mut().zip(bytes) {
             *cell = byte;
         }
+    }
+
+    /// From now on a page is written when `backing` has taken it, and not otherwise. The contents up to now are its
+    /// owner's business.
+    pub fn keep_in(&mut self, backing: Box<dyn Backing>) {
+        self.backing = Some(backing);
     }
 
     /// How often page `page` (0..=255) has been written; 0 for a page that does not exist.
@@ -125,11 +142,7 @@ impl At25 {
             && let Some((_, programming)) = self.programming.take()
         {
             match programming {
-                Programming::Page { page, new } => {
-                    if let Some(cells) = self.memory.get_mut(page * PAGE..(page + 1) * PAGE) {
-                        cells.copy_from_slice(&new);
-                    }
-                }
+                Programming::Page { page, new } => self.replace(page, new),
                 Programming::Status(status) => self.stored_status = status,
             }
             self.write_enabled = false;
@@ -139,15 +152,16 @@ impl At25 {
     /// The supply fails now. A page being written is left torn; the part comes back write-disabled.
     pub fn power_cut(&mut self) {
         match self.programming.take() {
-            Some((_, Programming::Page { page, new })) => {
-                let cells = self.memory.iter_mut().skip(page * PAGE);
-                for (cell, new) in cells.zip(new) {
+            Some((_, Programming::Page { page, mut new })) => {
+                let old = self.memory.iter().skip(page * PAGE);
+                for (new, old) in new.iter_mut().zip(old) {
                     match self.random.below(3) {
-                        0 => {}
-                        1 => *cell = new,
-                        _ => *cell = ERASED,
+                        0 => *new = *old,
+                        1 => {}
+                        _ => *new = ERASED,
                     }
                 }
+                self.replace(page, new);
             }
             Some((_, Programming::Status(status))) if self.random.below(2) == 1 => {
                 self.stored_status = status;
@@ -162,6 +176,18 @@ impl At25 {
     /// reads as ones.
     pub fn set_answering(&mut self, answering: bool) {
         self.answering = answering;
+    }
+
+    /// Gives a page new bytes, unless the backing refuses them.
+    fn replace(&mut self, page: usize, new: [u8; PAGE]) {
+        let place = page * PAGE..(page + 1) * PAGE;
+        let Some(cells) = self.memory.get_mut(place.clone()) else { return };
+        let mut old = new;
+        cells.swap_with_slice(&mut old);
+        let refused = self.backing.as_mut().is_some_and(|backing| !backing.keep(&self.memory));
+        if refused && let Some(cells) = self.memory.get_mut(place) {
+            cells.copy_from_slice(&old);
+        }
     }
 
     fn status(&self) -> u8 {
@@ -269,6 +295,7 @@ impl SpiSlave for At25 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::clock::SECOND;
 
     fn transfer(part: &mut At25, now: Nanos, bytes: &[u8]) -> Vec<u8> {
         part.advance(now);
@@ -375,6 +402,38 @@ mod tests {
         }
         assert_eq!(page, torn(3));
         assert_ne!(page, torn(4));
+    }
+
+    /// Takes the contents while page 1 begins with an even byte, and passes on what it is shown.
+    #[derive(Debug)]
+    struct Choosy(std::sync::mpsc::Sender<Vec<u8>>);
+
+    impl Backing for Choosy {
+        fn keep(&mut self, contents: &[u8]) -> bool {
+            self.0.send(contents.to_vec()).unwrap();
+            contents[PAGE] % 2 == 0
+        }
+    }
+
+    #[test]
+    fn a_page_that_cannot_be_kept_keeps_its_old_bytes() {
+        let (sender, kept) = std::sync::mpsc::channel();
+        let mut part = At25::new(1);
+        part.keep_in(Box::new(Choosy(sender)));
+        for (number, first, held) in [(1, 0x10, 0x10), (2, 0x11, 0x10), (3, 0x12, 0x12)] {
+            write(&mut part, number * SECOND, PAGE as u16, &[first; PAGE]);
+            part.advance(number * SECOND + WRITE_CYCLE - 1);
+            assert!(kept.try_recv().is_err(), "asked when the write cycle ends, not before");
+            part.advance(number * SECOND + WRITE_CYCLE);
+            assert_eq!(kept.try_recv().unwrap()[PAGE..2 * PAGE], [first; PAGE]);
+            assert_eq!(part.contents()[PAGE..2 * PAGE], [held; PAGE]);
+            assert!(!part.is_writing(), "the write cycle is over either way");
+        }
+        // A page that a power cut has torn is kept as it is.
+        write(&mut part, 4 * SECOND, 2 * PAGE as u16, &[0x77; PAGE]);
+        part.power_cut();
+        assert_eq!(kept.try_recv().unwrap(), part.contents());
+        assert_ne!(part.contents()[2 * PAGE..3 * PAGE], [ERASED; PAGE]);
     }
 
     #[test]
