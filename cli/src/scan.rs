@@ -96,12 +96,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         let end = scanner.scan(&interrupt)?;
         modules += scanner.modules;
+        let first = scanner.first.filter(|_| rates.len() > 1);
+        // A serial device is open once at a time.
+        drop(scanner);
         match end {
             End::Complete => {}
             End::Alone => break,
             End::Interrupted => return Err(Failure::Failed("interrupted".into())),
         }
-        if let Some(address) = scanner.first.filter(|_| rates.len() > 1) {
+        if let Some(address) = first {
             let other = rates.iter().find(|other| *other != baud).copied().unwrap_or(*baud);
             let mut elsewhere = Scanner::open(options, other)?;
             elsewhere.settle();

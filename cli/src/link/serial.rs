@@ -1,7 +1,8 @@
 //! A link over a serial device.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::Write;
+use std::os::fd::AsFd;
 use std::time::Duration;
 
 use rustix::fs::{Mode, OFlags};
@@ -12,7 +13,10 @@ use tmcm::tmcl::binary::Telegram;
 use super::{LinkError, read_reply};
 use crate::failure::Failure;
 
-/// An open serial device, raw and non-blocking.
+/// A device that others have for themselves.
+const IN_USE: &str = "another program uses this port. End it, or wait for its end";
+
+/// An open serial device, raw and non-blocking, that no other program that asks uses at the same time.
 #[derive(Debug)]
 pub(super) struct Serial(pub(super) File);
 
@@ -22,11 +26,16 @@ impl Serial {
         let device = rustix::fs::open(path, flags, Mode::empty()).map_err(|error| {
             let hint = match error {
                 Errno::NOENT => ". Is the module connected? Or start a virtual one: tmcl sim --serial PATH",
+                Errno::BUSY => return Failure::Failed(format!("{path}: {IN_USE}")),
                 Errno::ACCESS => ". Your user may have to be in the group that owns the device (often dialout)",
                 _ => "",
             };
             Failure::Failed(format!("cannot open {path}: {error}{hint}"))
         })?;
+        let device = File::from(device);
+        if let Err(TryLockError::WouldBlock) = device.try_lock() {
+            return Err(Failure::Failed(format!("{path}: {IN_USE}")));
+        }
         configure(&device, baud).map_err(|error| {
             Failure::Failed(match error {
                 Errno::NOTTY => format!("{path} is not a serial device"),
@@ -34,7 +43,8 @@ impl Serial {
                 _ => format!("cannot set up {path}: {error}"),
             })
         })?;
-        Ok(Serial(File::from(device)))
+        exclude_others(&device, path);
+        Ok(Serial(device))
     }
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
@@ -45,7 +55,16 @@ impl Serial {
     }
 }
 
-fn configure(device: &impl std::os::fd::AsFd, baud: u32) -> Result<(), Errno> {
+/// Programs that do not look at the lock cannot open the device either. A pseudo terminal would stay like that when this
+/// program has ended, for it stays open at its other end.
+fn exclude_others(device: &impl AsFd, path: &str) {
+    if !std::fs::canonicalize(path).is_ok_and(|device| device.starts_with("/dev/pts")) {
+        // The lock holds without it.
+        let _ = rustix::termios::ioctl_tiocexcl(device);
+    }
+}
+
+fn configure(device: &impl AsFd, baud: u32) -> Result<(), Errno> {
     let mut settings = rustix::termios::tcgetattr(device)?;
     settings.make_raw();
     settings.control_modes |= rustix::termios::ControlModes::CREAD | rustix::termios::ControlModes::CLOCAL;

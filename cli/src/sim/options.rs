@@ -21,7 +21,8 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 pub struct Options {
     /// Offer the module's USB link as a serial port: a pseudo terminal with a symbolic link to it at PATH
     ///
-    /// A symbolic link to a terminal that is left from an earlier run is replaced, any other file is left alone.
+    /// A symbolic link to a terminal that is left from an earlier run is replaced; any other file, and the link of a
+    /// simulator that runs, is left alone.
     #[arg(long, value_name = "PATH")]
     pub serial: Option<PathBuf>,
 
@@ -67,7 +68,9 @@ pub struct Options {
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// 16384 bytes as the chip has them; of several modules the second has FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file.
+    /// 16384 bytes as the chip has them; of several modules the second has FILE.2, the third FILE.3. What
+    /// the module has acknowledged as stored is in the file; while that cannot be written, the module answers stores
+    /// with status 5. A file has one simulator at a time.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 

@@ -1,8 +1,12 @@
 //! A serial port for host software: a pseudo terminal, with a symbolic link to it.
 
 use std::fs::{self, File};
-use std::io;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::{self, ErrorKind};
 use std::os::fd::OwnedFd;
+use std::os::linux::net::SocketAddrExt;
+use std::os::unix::fs::MetadataExt;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags};
@@ -19,6 +23,8 @@ pub struct Pty<E> {
     pub end: E,
     device: PathBuf,
     link: Option<PathBuf>,
+    /// Shows other simulators that the link is in use.
+    _claim: Option<UnixDatagram>,
     /// Kept open so that the terminal stays as it is, raw, while no host has it open.
     _slave: OwnedFd,
 }
@@ -28,12 +34,10 @@ impl<E> Pty<E> {
     pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
         let (master, slave, device) =
             terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {error}")))?;
-        if let Some(link) = link {
-            place(option, link, &device)?;
-        }
+        let claim = link.map(|link| place(option, link, &device)).transpose()?;
         // One telegram may wait for a host that does not read; then replies are lost, as on a wire.
         let stream = Stream::new(File::from(master), 1);
-        Ok(Pty { end: end(stream), device, link: link.map(Path::to_path_buf), _slave: slave })
+        Ok(Pty { end: end(stream), device, link: link.map(Path::to_path_buf), _claim: claim, _slave: slave })
     }
 
     /// The terminal's device.
@@ -74,22 +78,45 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
     Ok((master, slave, device))
 }
 
-/// Makes the symbolic link. What an earlier run has left there is replaced, anything else stays.
-fn place(option: &str, link: &Path, device: &Path) -> Result<(), Failure> {
+/// Makes the symbolic link, and gives what shows that it is in use. What an earlier run has left there is replaced,
+/// anything else stays.
+fn place(option: &str, link: &Path, device: &Path) -> Result<UnixDatagram, Failure> {
     let shown = link.display();
-    if let Ok(found) = fs::symlink_metadata(link) {
-        let leftover = found.is_symlink() && fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts"));
-        if !leftover {
-            let message = format!(
-                "{option}: {shown} exists and is not a link to a terminal; it is left alone. Give a path where \
-                 there is nothing yet"
-            );
-            return Err(Failure::Failed(message));
+    let no_link = |error: io::Error| {
+        Failure::Failed(format!("{option}: cannot make a link at {shown}: {error}. Its directory has to exist"))
+    };
+    let found = fs::symlink_metadata(link).ok();
+    let leftover = |found: &fs::Metadata| {
+        found.is_symlink() && fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts"))
+    };
+    if found.as_ref().is_some_and(|found| !leftover(found)) {
+        let message = format!(
+            "{option}: {shown} exists and is not a link to a terminal; it is left alone. Give a path where there is \
+             nothing yet"
+        );
+        return Err(Failure::Failed(message));
+    }
+    let claim = claim(link).map_err(|error| match error.kind() {
+        ErrorKind::AddrInUse => {
+            Failure::Failed(format!("{option}: {shown} is the port of a simulator that runs. Give another path"))
         }
+        _ => no_link(error),
+    })?;
+    if found.is_some() {
         fs::remove_file(link)
             .map_err(|error| Failure::Failed(format!("{option}: cannot replace the old link {shown}: {error}")))?;
     }
-    std::os::unix::fs::symlink(device, link).map_err(|error| {
-        Failure::Failed(format!("{option}: cannot make a link at {shown}: {error}. Its directory has to exist"))
-    })
+    std::os::unix::fs::symlink(device, link).map_err(no_link)?;
+    Ok(claim)
+}
+
+/// Takes a path for a link; fails while somebody has it. The terminals tell nothing: their numbers are used again. A
+/// socket's abstract name goes with the process, however that ends.
+fn claim(link: &Path) -> io::Result<UnixDatagram> {
+    let parent = link.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = fs::metadata(parent)?;
+    let mut hasher = DefaultHasher::new();
+    (folder.dev(), folder.ino(), link.file_name()).hash(&mut hasher);
+    let name = format!("tmcl sim {:016x}", hasher.finish());
+    UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(name)?)
 }

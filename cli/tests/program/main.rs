@@ -16,6 +16,7 @@ mod load;
 mod messages;
 mod monitor;
 mod params;
+mod ports;
 mod programs;
 mod readme;
 mod run;
