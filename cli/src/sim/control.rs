@@ -1,64 +1,117 @@
 //! The control protocol: one line of text in, one line of JSON out.
 
+use std::collections::VecDeque;
 use std::net::TcpStream;
+use std::os::fd::BorrowedFd;
+use std::time::Instant;
 
 use hal_sim::control::{Control, Line, State};
+use rustix::event::PollFlags;
 use serde::Serialize;
 
 use super::pacing::Pacer;
 use super::stream::{Input, Stream};
+use super::tcp::{Guest, MOST_CONNECTIONS};
 use crate::device::Device;
 use crate::fleet::Fleet;
 
 /// Longest line; nothing of the protocol comes near it.
 const LONGEST_LINE: usize = 4096;
+/// What a request of HTTP begins with.
+const METHODS: [&str; 9] = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH"];
 
 /// A connection to the control port.
 #[derive(Debug)]
 pub struct Controller {
     /// Lines in, answers out.
-    pub stream: Stream<TcpStream>,
+    stream: Stream<TcpStream>,
+    /// Bytes that have come and that nobody has looked at.
+    unread: VecDeque<u8>,
     line: Vec<u8>,
+    /// A line has come that is none of HTTP.
+    trusted: bool,
+    /// When the last line came, or the connection.
+    heard: Instant,
 }
 
 impl Controller {
     /// A new connection.
     pub fn new(stream: Stream<TcpStream>) -> Self {
-        Controller { stream, line: Vec::new() }
+        Controller { stream, unread: VecDeque::new(), line: Vec::new(), trusted: false, heard: Instant::now() }
     }
 
-    /// Takes what has arrived and answers each line with what `execute` makes of it.
+    /// Takes what has arrived and answers each line with what `execute` makes of it. While answers wait for a client
+    /// that does not read them, no more of its lines are taken.
     pub fn receive(&mut self, mut execute: impl FnMut(&str) -> String) {
-        let mut buffer = [0; LONGEST_LINE];
-        let mut answers = String::new();
-        match self.stream.read(&mut buffer) {
-            Input::Bytes(count) => {
-                for byte in buffer.iter().take(count) {
-                    if *byte == b'\n' {
-                        answers += &self.answer(&mut execute);
-                    } else if self.line.len() <= LONGEST_LINE {
-                        self.line.push(*byte);
-                    }
-                }
+        if self.wants_more() {
+            let mut buffer = [0; LONGEST_LINE];
+            match self.stream.read(&mut buffer) {
+                Input::Bytes(count) => self.unread.extend(buffer.iter().take(count)),
+                // A last line may come without its end.
+                Input::Ended if !self.line.is_empty() => self.unread.push_back(b'\n'),
+                Input::Ended | Input::Nothing => {}
             }
-            // A last line may come without its end.
-            Input::Ended if !self.line.is_empty() => answers += &self.answer(&mut execute),
-            Input::Ended | Input::Nothing => {}
         }
-        if !answers.is_empty() {
-            // Who never reads its answers does not get them.
-            self.stream.write(answers.as_bytes());
+        while !self.stream.is_full()
+            && let Some(byte) = self.unread.pop_front()
+        {
+            if byte == b'\n' {
+                self.take_line(&mut execute);
+            } else if self.line.len() <= LONGEST_LINE {
+                self.line.push(byte);
+            }
         }
     }
 
-    fn answer(&mut self, execute: impl FnOnce(&str) -> String) -> String {
+    fn take_line(&mut self, execute: impl FnOnce(&str) -> String) {
+        self.heard = Instant::now();
         let line = std::mem::take(&mut self.line);
-        // One character more than that is kept of a longer one.
-        if line.len() > LONGEST_LINE {
-            return answer(Err(format!("a line has {LONGEST_LINE} characters at most"))) + "\n";
+        let text = String::from_utf8_lossy(&line);
+        if !self.trusted && is_http(&text) {
+            // Any web page can make a browser send lines, behind this one.
+            self.unread.clear();
+            return self.stream.give_up();
         }
-        execute(&String::from_utf8_lossy(&line)) + "\n"
+        self.trusted = true;
+        // One character more than that is kept of a longer one.
+        let answer = if line.len() > LONGEST_LINE {
+            answer(Err(format!("a line has {LONGEST_LINE} characters at most")))
+        } else {
+            execute(&text)
+        };
+        self.stream.write((answer + "\n").as_bytes());
     }
+
+    /// Writes what waits. True once there is nothing more to be done.
+    pub fn finish(&mut self) -> bool {
+        self.stream.flush();
+        self.stream.ended() && self.stream.drained() && self.unread.is_empty()
+    }
+
+    /// What to wait for, as [`Stream::interest`] has it.
+    pub fn interest(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
+        self.stream.interest(!self.wants_more())
+    }
+
+    fn wants_more(&self) -> bool {
+        self.unread.is_empty() && !self.stream.is_full()
+    }
+}
+
+impl Guest for Controller {
+    fn idle_since(&self) -> Option<Instant> {
+        (self.unread.is_empty() && self.stream.drained()).then_some(self.heard)
+    }
+
+    fn dismiss(mut self) {
+        let why = format!("closed: there are {MOST_CONNECTIONS} connections, and no more at one time");
+        self.stream.write((answer(Err(why)) + "\n").as_bytes());
+    }
+}
+
+/// Whether this is the first line of a request of HTTP.
+fn is_http(line: &str) -> bool {
+    line.split_whitespace().next().is_some_and(|word| METHODS.contains(&word)) || line.contains(" HTTP/")
 }
 
 /// An answer. Serialised it is one line.
@@ -124,6 +177,13 @@ mod tests {
     use super::*;
     use hal_sim::world::config::WorldConfig;
     use std::time::Instant;
+
+    #[test]
+    fn requests_of_http_are_told_from_commands() {
+        let http = ["GET / HTTP/1.1", "POST /x", "PRI * HTTP/2.0", "QUERY / HTTP/1.1", "OPTIONS"];
+        assert!(http.iter().all(|line| is_http(line)));
+        assert!(!["", "state", "get", "press left", "POSTER", "module 1 GET"].iter().any(|line| is_http(line)));
+    }
 
     #[test]
     fn one_line_of_json_for_each_command() {

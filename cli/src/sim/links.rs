@@ -15,7 +15,7 @@ use super::control::Controller;
 use super::endpoint::{Arrival, Endpoint};
 use super::pty::Pty;
 use super::slcan::HostAdapter;
-use super::tcp::Server;
+use super::tcp::{Guest, Server};
 use crate::device::Device;
 use crate::failure::Failure;
 use crate::fleet::Fleet;
@@ -164,10 +164,7 @@ impl Links {
             });
         }
         if let Some(server) = &mut self.control {
-            server.clients.retain_mut(|Controller { stream, .. }| {
-                stream.flush();
-                !(stream.ended() && stream.drained())
-            });
+            server.clients.retain_mut(|controller| !controller.finish());
         }
     }
 
@@ -182,7 +179,7 @@ impl Links {
         let control = self.control.as_ref().and_then(Server::listening);
         wanted.extend([tcp, slcan_tcp, control].into_iter().flatten().map(|fd| (fd, PollFlags::IN)));
         let controllers = self.control.iter().flat_map(|server| &server.clients);
-        wanted.extend(controllers.filter_map(|controller| controller.stream.interest(false)));
+        wanted.extend(controllers.filter_map(Controller::interest));
         wanted
     }
 
@@ -203,7 +200,7 @@ impl Links {
     }
 }
 
-fn listen<C>(option: &str, address: Option<&str>) -> Result<Option<Server<C>>, Failure> {
+fn listen<C: Guest>(option: &str, address: Option<&str>) -> Result<Option<Server<C>>, Failure> {
     address.map(|address| Server::listen(option, address)).transpose()
 }
 

@@ -26,9 +26,9 @@ pub struct Options {
     #[arg(long, value_name = "PATH")]
     pub serial: Option<PathBuf>,
 
-    /// Offer the module's USB link on a TCP port, to any number of clients at once
+    /// Offer the module's USB link on a TCP port, to up to 200 clients at once
     ///
-    /// Port 0 takes a free one and prints it.
+    /// Who comes when there are so many is refused. Port 0 takes a free one and prints it.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub tcp: Option<String>,
 
@@ -63,6 +63,10 @@ pub struct Options {
     /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another module
     /// than 1. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
     /// nothing comes. Port 0 takes a free one and prints it.
+    ///
+    /// A connection that begins like HTTP is closed, so that no web page reaches the module. Commands of a client that
+    /// does not read its answers wait until it does. At 200 connections a new one takes the place of the one that has
+    /// been idle longest.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
 

@@ -52,6 +52,11 @@ impl<T: Read + Write + AsFd> Stream<T> {
         }
     }
 
+    /// So much waits for the other side to read it that no more is taken.
+    pub fn is_full(&self) -> bool {
+        !self.broken && self.waiting.len() >= self.limit
+    }
+
     /// Writes, at once or as soon as the other side makes room. False if too much waits already: then
     /// nothing of `bytes` is written.
     pub fn write(&mut self, bytes: &[u8]) -> bool {

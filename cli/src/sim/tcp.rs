@@ -1,26 +1,49 @@
 //! TCP ports: somebody who listens, and those who have connected.
 
+use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::fd::{AsFd, BorrowedFd};
+use std::time::{Duration, Instant};
 
+use super::endpoint::Endpoint;
+use super::slcan::HostAdapter;
 use super::stream::Stream;
 use crate::failure::Failure;
 
 /// Connections at one time to one port.
-const MOST_CONNECTIONS: usize = 200;
+pub const MOST_CONNECTIONS: usize = 200;
+/// How long nobody is let in after that has failed: there is no file descriptor left, or no memory.
+const PAUSE: Duration = Duration::from_millis(100);
 /// Bytes that may wait for a client that does not read. More, and it is cut off.
 const LIMIT: usize = 64 * 1024;
+
+/// What is kept of a connection.
+pub trait Guest: Sized {
+    /// Since when it has been idle, if it may be closed in favour of another.
+    fn idle_since(&self) -> Option<Instant> {
+        None
+    }
+
+    /// There is no room for it: closes it.
+    fn dismiss(self) {}
+}
+
+/// A host waits for what it has not asked for, too: it is never idle.
+impl Guest for Endpoint<TcpStream> {}
+impl Guest for HostAdapter<TcpStream> {}
 
 /// A port, and what is kept of each connection to it.
 #[derive(Debug)]
 pub struct Server<C> {
     listener: TcpListener,
     address: SocketAddr,
+    /// Until when nobody is let in.
+    paused: Option<Instant>,
     /// The connections.
     pub clients: Vec<C>,
 }
 
-impl<C> Server<C> {
+impl<C: Guest> Server<C> {
     /// Listens on the address that `option` was given as.
     pub fn listen(option: &str, address: &str) -> Result<Self, Failure> {
         Self::bind(address).map_err(|error| {
@@ -38,7 +61,7 @@ impl<C> Server<C> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        Ok(Server { listener, address, clients: Vec::new() })
+        Ok(Server { listener, address, paused: None, clients: Vec::new() })
     }
 
     /// The address it listens on, with the real port.
@@ -57,23 +80,93 @@ impl<C> Server<C> {
         address
     }
 
-    /// Takes those who have connected since the last call.
+    /// Takes those who have connected since the last call. Where there is no room the one that has been idle longest
+    /// is closed, or the new one if none is idle.
     pub fn accept(&mut self, mut make: impl FnMut(Stream<TcpStream>) -> C) {
-        while self.has_room() {
-            let Ok((socket, _)) = self.listener.accept() else { return };
-            // A connection that breaks this early is no loss.
-            if socket.set_nonblocking(true).is_ok() && socket.set_nodelay(true).is_ok() {
-                self.clients.push(make(Stream::new(socket, LIMIT)));
+        if self.is_paused() {
+            return;
+        }
+        for _ in 0..MOST_CONNECTIONS {
+            match self.listener.accept() {
+                // A connection that breaks this early is no loss.
+                Ok((socket, _)) if socket.set_nonblocking(true).is_err() || socket.set_nodelay(true).is_err() => {}
+                Ok((socket, _)) => self.admit(make(Stream::new(socket, LIMIT))),
+                Err(error) if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::Interrupted) => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(_) => {
+                    self.paused = Some(Instant::now() + PAUSE);
+                    return;
+                }
             }
         }
     }
 
-    /// What to wait on for new connections; none while there are too many.
-    pub fn listening(&self) -> Option<BorrowedFd<'_>> {
-        self.has_room().then(|| self.listener.as_fd())
+    fn admit(&mut self, guest: C) {
+        if self.clients.len() < MOST_CONNECTIONS {
+            return self.clients.push(guest);
+        }
+        let idle = self.clients.iter_mut().filter(|client| client.idle_since().is_some());
+        match idle.min_by_key(|client| client.idle_since()) {
+            Some(longest) => std::mem::replace(longest, guest).dismiss(),
+            None => guest.dismiss(),
+        }
     }
 
-    fn has_room(&self) -> bool {
-        self.clients.len() < MOST_CONNECTIONS
+    /// What to wait on for new connections; none while nobody is let in.
+    pub fn listening(&self) -> Option<BorrowedFd<'_>> {
+        (!self.is_paused()).then(|| self.listener.as_fd())
+    }
+
+    fn is_paused(&self) -> bool {
+        self.paused.is_some_and(|end| Instant::now() < end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::{self, Sender};
+
+    /// Says its number when it is sent away.
+    struct Visitor {
+        number: usize,
+        idle_since: Option<Instant>,
+        sent_away: Sender<usize>,
+    }
+
+    impl Guest for Visitor {
+        fn idle_since(&self) -> Option<Instant> {
+            self.idle_since
+        }
+
+        fn dismiss(self) {
+            self.sent_away.send(self.number).unwrap();
+        }
+    }
+
+    #[test]
+    fn who_has_been_idle_longest_makes_room_and_else_the_new_one_goes() {
+        let mut server = Server::bind("127.0.0.1:0").unwrap();
+        let (sent_away, gone) = mpsc::channel();
+        let mut connections = Vec::new();
+        let mut number = 0;
+        let mut visit = |server: &mut Server<Visitor>, count: usize| {
+            for _ in 0..count {
+                connections.push(TcpStream::connect(server.address()).unwrap());
+                server.accept(|_| {
+                    number += 1;
+                    Visitor { number, idle_since: None, sent_away: sent_away.clone() }
+                });
+            }
+            gone.try_iter().collect::<Vec<usize>>()
+        };
+        assert!(visit(&mut server, MOST_CONNECTIONS).is_empty());
+        assert_eq!(visit(&mut server, 1), [201], "all others are busy");
+        let now = Instant::now();
+        for (index, at) in [(4, now + PAUSE), (7, now)] {
+            server.clients[index].idle_since = Some(at);
+        }
+        assert_eq!(visit(&mut server, 3), [8, 5, 204]);
+        assert_eq!((server.clients.len(), server.clients[7].number), (MOST_CONNECTIONS, 202));
     }
 }

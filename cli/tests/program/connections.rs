@@ -1,0 +1,157 @@
+//! Who connects to the TCP ports of `tmcl sim`: too many, web pages, and those who never read.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::time::Instant;
+
+use rustix::process::{Resource, Rlimit, getrlimit, prlimit};
+
+use super::harness::{Host, PATIENCE, Sim, request};
+
+const LINKS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
+/// Connections at one time to one port, as `tmcl sim --help` tells.
+const MOST: usize = 200;
+
+/// A connection to the control port.
+struct Controller {
+    stream: TcpStream,
+    answers: BufReader<TcpStream>,
+}
+
+impl Controller {
+    fn new(sim: &Sim) -> Self {
+        let stream = TcpStream::connect(sim.told("control")).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        Controller { answers: BufReader::new(stream.try_clone().unwrap()), stream }
+    }
+
+    /// The next answer; none when the connection is closed.
+    fn answer(&mut self) -> Option<serde_json::Value> {
+        let mut line = String::new();
+        (self.answers.read_line(&mut line).unwrap() > 0).then(|| serde_json::from_str(&line).unwrap())
+    }
+
+    fn ask(&mut self, line: &str) -> serde_json::Value {
+        self.stream.write_all(format!("{line}\n").as_bytes()).unwrap();
+        self.answer().unwrap()
+    }
+}
+
+#[test]
+fn nothing_that_a_web_page_sends_is_carried_out() {
+    let sim = Sim::start(&LINKS);
+    let methods = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PROPFIND"];
+    let mut firsts: Vec<String> = methods.iter().map(|method| format!("{method} / HTTP/1.1\r")).collect();
+    firsts.extend(["PRI * HTTP/2.0\r".into(), "GET /".into(), format!("POST /{} HTTP/1.1\r", "x".repeat(5000))]);
+    for first in firsts {
+        let mut stream = TcpStream::connect(sim.told("control")).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        // It may be closed before all is written; how it is closed depends on what is on its way then.
+        let _ = stream.write_all(format!("{first}\nHost: module\r\n\r\npress left\nstate\n").as_bytes());
+        let mut answers = Vec::new();
+        let _ = stream.read_to_end(&mut answers);
+        assert_eq!(String::from_utf8_lossy(&answers), "", "{first:.20}");
+    }
+    let mut controller = Controller::new(&sim);
+    assert_eq!(controller.ask("state")["switches"]["left"], false);
+    // Whoever has begun otherwise is no browser.
+    assert_eq!(controller.ask("GET / HTTP/1.1")["ok"], false);
+    assert_eq!(controller.ask("press left")["ok"], true);
+}
+
+#[test]
+fn commands_wait_until_the_answers_before_them_are_read() {
+    const LINES: usize = 40_000;
+    let sim = Sim::start(&LINKS);
+    let mut greedy = Controller::new(&sim);
+    let text = "state\n".repeat(LINES) + "press left\n";
+    let mut writer = greedy.stream.try_clone().unwrap();
+    let writing = std::thread::spawn(move || writer.write_all(text.as_bytes()).unwrap());
+    // In each turn of the simulator some lines of each connection are taken.
+    let mut other = Controller::new(&sim);
+    for _ in 0..500 {
+        assert_eq!(other.ask("state")["switches"]["left"], false);
+    }
+    for _ in 0..LINES {
+        assert!(greedy.answer().unwrap()["time_us"].is_u64());
+    }
+    assert_eq!(greedy.answer().unwrap(), serde_json::json!({ "ok": true }));
+    assert_eq!(other.ask("state")["switches"]["left"], true);
+    writing.join().unwrap();
+}
+
+#[test]
+fn the_controller_that_has_been_idle_longest_makes_room() {
+    let sim = Sim::start(&LINKS);
+    let mut all: Vec<Controller> = Vec::new();
+    for _ in 0..MOST {
+        let mut controller = Controller::new(&sim);
+        assert_eq!(controller.ask("state")["ok"], true);
+        all.push(controller);
+    }
+    assert_eq!(all[0].ask("state")["ok"], true);
+    let mut late = Controller::new(&sim);
+    assert_eq!(late.ask("state")["ok"], true);
+    let farewell = all[1].answer().unwrap();
+    assert!(farewell["error"].as_str().unwrap().contains("there are 200 connections"), "{farewell}");
+    assert_eq!(all[1].answer(), None, "closed");
+    for index in [0, 2, MOST - 1] {
+        assert_eq!(all[index].ask("state")["ok"], true);
+    }
+}
+
+#[test]
+fn a_host_too_many_is_refused_at_once() {
+    let sim = Sim::start(&LINKS);
+    let mut all: Vec<Host<TcpStream>> = Vec::new();
+    for _ in 0..MOST {
+        let mut host = sim.tcp();
+        host.ok("GAP 4, 0");
+        all.push(host);
+    }
+    let mut late = sim.tcp();
+    assert!(late.has_news(PATIENCE), "closed, not kept waiting");
+    assert_eq!(late.0.read(&mut [0; 9]).unwrap(), 0);
+    assert_eq!(all[0].ok("GAP 4, 0"), 1000);
+    all.pop();
+    let end = Instant::now() + PATIENCE;
+    while {
+        let mut next = sim.tcp();
+        // It may be closed before this is written.
+        let _ = next.0.write_all(&request("GAP 4, 0"));
+        !next.0.read(&mut [0; 9]).is_ok_and(|count| count == 9)
+    } {
+        assert!(Instant::now() < end, "there is room again");
+    }
+}
+
+#[test]
+fn without_file_descriptors_it_sleeps_and_serves_who_is_there() {
+    let sim = Sim::start(&LINKS);
+    let process = format!("/proc/{}", sim.pid().as_raw_nonzero());
+    let mut host = sim.tcp();
+    host.ok("GAP 4, 0");
+    let open = fs::read_dir(format!("{process}/fd")).unwrap();
+    let highest = open.map(|fd| fd.unwrap().file_name().to_str().unwrap().parse::<u64>().unwrap()).max().unwrap();
+    let limit = getrlimit(Resource::Nofile);
+    let few = Rlimit { current: Some(highest + 1), maximum: limit.maximum };
+    prlimit(Some(sim.pid()), Resource::Nofile, few).unwrap();
+    let (mut late, mut controller) = (sim.tcp(), Controller::new(&sim));
+    // Who never sleeps never leaves the processor of its own will.
+    let naps = || -> u64 {
+        let status = fs::read_to_string(format!("{process}/status")).unwrap();
+        let count = status.lines().find_map(|line| line.strip_prefix("voluntary_ctxt_switches:")).unwrap();
+        count.trim().parse().unwrap()
+    };
+    host.ok("GAP 4, 0");
+    let (before, end) = (naps(), Instant::now() + PATIENCE);
+    while naps() < before + 20 {
+        assert!(Instant::now() < end, "a busy loop");
+        std::thread::yield_now();
+    }
+    host.ok("GAP 4, 0");
+    prlimit(Some(sim.pid()), Resource::Nofile, limit).unwrap();
+    assert_eq!(late.ok("GAP 4, 0"), 1000);
+    assert_eq!(controller.ask("state")["ok"], true);
+}
