@@ -29,6 +29,7 @@ pub mod debug;
 pub mod device;
 pub mod disasm;
 pub mod failure;
+mod files;
 pub mod fleet;
 pub mod image;
 pub mod interrupt;

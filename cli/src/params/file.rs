@@ -6,6 +6,7 @@ use tmcm::param::{AxisParameter, GlobalParameter};
 use tmcm::tmcl::{ALL_AXES, Command, Opcode, text};
 
 use crate::failure::Failure;
+use crate::files::read_text;
 
 /// Begins a comment.
 const COMMENT: &str = "//";
@@ -144,8 +145,7 @@ impl Setting {
 /// Reads a file of settings.
 pub(super) fn read(path: &Path) -> Result<Vec<Setting>, Failure> {
     let shown = path.display();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| Failure::Failed(format!("cannot read {shown}: {error}")))?;
+    let text = read_text(path).map_err(|error| Failure::Failed(format!("cannot read {shown}: {error}")))?;
     parse(&text).map_err(|error| Failure::Failed(format!("{shown}:{error}")))
 }
 

@@ -2,7 +2,7 @@
 
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{IsTerminal, Read};
+use std::io::IsTerminal;
 use std::path::Path;
 
 use tmcm::tmcl::Command;
@@ -10,13 +10,12 @@ use tmcm::tmcl::Command;
 use super::{Program, binary};
 use crate::asm::{assemble_file, assemble_text, told};
 use crate::failure::Failure;
+use crate::files::{self, LARGEST};
 
 /// In place of a file: standard input, standard output.
 pub(crate) const STANDARD: &str = "-";
 /// The ending of the name of a source.
 const SOURCE: &str = "tmc";
-/// A file that is larger is no program, by far.
-const LARGEST: u64 = 1 << 20;
 
 /// The source in a file, or on standard input. Comments are in whatever encoding the author had, so other bytes than
 /// UTF-8 are no error.
@@ -31,27 +30,20 @@ pub(crate) fn read_source(path: &Path) -> Result<String, String> {
 
 /// All that is in a file, or comes in on standard input.
 fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
     let name = name(path);
     let read = if path == Path::new(STANDARD) {
-        std::io::stdin().lock().take(LARGEST + 1).read_to_end(&mut bytes)
+        files::read(std::io::stdin().lock(), LARGEST)
     } else {
         match File::open(path) {
             // It would be waited for.
             Ok(file) if file.is_terminal() => {
                 return Err(format!("{name} is a device, not a file; a link comes first, then the file"));
             }
-            Ok(file) => file.take(LARGEST + 1).read_to_end(&mut bytes),
+            Ok(file) => files::read(file, LARGEST),
             Err(error) => Err(error),
         }
     };
-    match read {
-        Ok(_) if bytes.len() as u64 > LARGEST => {
-            Err(format!("{name} is no TMCL program: it is larger than {LARGEST} bytes"))
-        }
-        Ok(_) => Ok(bytes),
-        Err(error) => Err(format!("cannot read {name}: {error}")),
-    }
+    read.map_err(|error| format!("cannot read {name}: {error}"))
 }
 
 fn name(path: &Path) -> String {

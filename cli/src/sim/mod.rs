@@ -31,6 +31,7 @@ use tmcm::module::{Spec, TMCM_1140};
 
 use crate::device::Device;
 use crate::failure::Failure;
+use crate::files;
 use crate::fleet::Fleet;
 use crate::image::{ImageModule, Setup};
 use crate::interrupt::Interrupt;
@@ -46,6 +47,9 @@ const NAP: Duration = Duration::from_millis(5);
 const LONGEST_TURN: Duration = Duration::from_millis(2);
 /// Portion of virtual time between two looks at the clock.
 const PORTION: Nanos = MILLISECOND;
+
+/// No image has so many bytes, with all that is there for debuggers.
+const LARGEST_IMAGE: u64 = 1 << 28;
 
 /// Runs the virtual module until a signal ends it.
 pub fn run(options: &Options) -> Result<(), Failure> {
@@ -88,7 +92,7 @@ fn images(
         let shown = path.display();
         Failure::Failed(format!("--image: {shown}: {error}. `cargo fw` builds the image of this firmware"))
     };
-    let elf = std::fs::read(path).map_err(|error| failed(&format!("cannot be read: {error}")))?;
+    let elf = files::read_file(path, LARGEST_IMAGE).map_err(|error| failed(&format!("cannot be read: {error}")))?;
     // Nobody is at the USB connectors of the others.
     let mut usb = options.needs_usb();
     Fleet::start(eeproms, SEED, |eeprom, seed| {
@@ -127,8 +131,8 @@ fn serve<M: Device>(
 /// Reads the file of option --world.
 pub(crate) fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
     let shown = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::Failed(format!("--world: cannot read {shown}: {error}")))?;
+    let text =
+        files::read_text(path).map_err(|error| Failure::Failed(format!("--world: cannot read {shown}: {error}")))?;
     WorldConfig::parse(&text).map_err(|error| Failure::Failed(format!("--world: {shown}: {}", error.trim_end())))
 }
 

@@ -60,6 +60,21 @@ fn a_bad_world_is_told_with_its_line() {
     fails(&["sim", "--world", file], 1, &["world.toml", "motor.load"]);
 }
 
+/// Nobody would live to see the end of reading them.
+#[test]
+fn files_that_are_far_too_large_are_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("huge.tmc");
+    std::fs::File::create(&path).unwrap().set_len(1 << 40).unwrap();
+    for huge in [path.to_str().unwrap(), "/dev/zero"] {
+        fails(&["sim", "--world", huge], 1, &["--world: cannot read", "it is larger than 1048576 bytes"]);
+        fails(&["params", "sim", "restore", huge], 1, &["it is larger than 1048576 bytes"]);
+        fails(&["asm", huge], 1, &["it is larger than 1048576 bytes"]);
+        fails(&["disasm", huge], 1, &["it is larger than 1048576 bytes"]);
+    }
+    fails(&["sim", "--image", path.to_str().unwrap()], 1, &["it is larger than 268435456 bytes"]);
+}
+
 #[test]
 fn links_that_cannot_be_opened_are_told() {
     fails(&["send", "/dev/there-is-no-such-port", "GAP 1, 0"], 1, &["cannot open", "tmcl sim --serial"]);
