@@ -5,6 +5,7 @@
 
 pub mod control;
 pub mod eeprom;
+mod ending;
 pub mod endpoint;
 mod introduce;
 pub mod links;
@@ -19,14 +20,12 @@ pub use options::Options;
 
 use std::fmt::Display;
 use std::io::Write;
-use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
 use rustix::event::{PollFd, PollFlags, Timespec};
-use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::module::{Spec, TMCM_1140};
 
 use crate::device::Device;
@@ -34,8 +33,8 @@ use crate::failure::Failure;
 use crate::files;
 use crate::fleet::Fleet;
 use crate::image::{ImageModule, Setup};
-use crate::interrupt::Interrupt;
 use eeprom::EepromFile;
+use ending::Ending;
 use links::Links;
 use pacing::Pacer;
 
@@ -51,9 +50,9 @@ const PORTION: Nanos = MILLISECOND;
 /// No image has so many bytes, with all that is there for debuggers.
 const LARGEST_IMAGE: u64 = 1 << 28;
 
-/// Runs the virtual module until a signal ends it.
+/// Runs the virtual module until a signal ends it, or the end of standard input if that is wanted.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let stop = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let stop = Ending::watch(options.exit_with_stdin)?;
     let world = match &options.world {
         Some(path) => read_world(path)?,
         None => WorldConfig::default(),
@@ -101,10 +100,10 @@ fn images(
     })
 }
 
-/// Opens the links, says where they are, and runs the modules until a signal ends that. `made` says what they run.
+/// Opens the links, says where they are, and runs the modules until `stop` ends that. `made` says what they run.
 fn serve<M: Device>(
     options: &Options,
-    stop: Interrupt,
+    stop: Ending,
     mut fleet: Fleet<M>,
     eeproms: Vec<EepromFile>,
     made: &str,
@@ -138,7 +137,7 @@ pub(crate) fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
 
 /// Modules that run, and everything around them.
 struct Simulator<M> {
-    stop: Interrupt,
+    stop: Ending,
     fleet: Fleet<M>,
     links: Links,
     pacer: Pacer,
@@ -168,10 +167,12 @@ impl<M: Device> Simulator<M> {
         let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
 
         let interests = self.links.interests(&self.fleet);
-        let mut polled = vec![PollFd::from_borrowed_fd(self.stop.as_fd(), PollFlags::IN)];
+        let mut polled: Vec<PollFd<'_>> =
+            self.stop.signs().map(|sign| PollFd::from_borrowed_fd(sign, PollFlags::IN)).collect();
+        let signs = polled.len();
         polled.extend(interests.into_iter().map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)));
         match rustix::event::poll(&mut polled, Some(&timeout)) {
-            Ok(_) => Ok(polled.first().is_some_and(|stop| !stop.revents().is_empty())),
+            Ok(_) => Ok(polled.iter().take(signs).any(|sign| !sign.revents().is_empty()) && self.stop.has_come()),
             Err(rustix::io::Errno::INTR) => Ok(false),
             Err(error) => Err(Failure::Failed(format!("cannot wait for the links: {error}"))),
         }

@@ -14,8 +14,8 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
 /// runs against models of its chips, a motor and a stage. Host software connects to the
 /// ports that are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it
-/// makes a serial port and a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted
-/// (Ctrl-C or SIGTERM).
+/// makes a serial port and a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until
+/// it is interrupted (Ctrl-C, SIGTERM or SIGHUP); then its symbolic links are removed.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -102,6 +102,13 @@ pub struct Options {
     /// hosts have to allow for that.
     #[arg(long, value_name = "ELF")]
     pub image: Option<PathBuf>,
+
+    /// End when standard input ends
+    ///
+    /// For programs that start the simulator with a pipe: it goes when they do, however they end. What comes in before is
+    /// not looked at.
+    #[arg(long)]
+    pub exit_with_stdin: bool,
 
     /// Print the image's log: time since its start in seconds, level and text, on standard error
     ///

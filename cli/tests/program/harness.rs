@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::process::{Child, ChildStdin, Command, ExitStatus, Output, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -72,7 +72,12 @@ impl Sim {
     pub(crate) fn start_saying(folder: tempfile::TempDir, arguments: &[&str], messages: Stdio) -> Self {
         let path = folder.path().to_str().unwrap();
         let arguments: Vec<String> = arguments.iter().map(|argument| argument.replace("{}", path)).collect();
-        let child = tmcl(&["sim"]).args(arguments).stderr(messages).spawn().unwrap();
+        Self::start_as(folder, tmcl(&["sim"]).args(arguments).stderr(messages))
+    }
+
+    /// Starts a module by a command of one's own; its standard output is a pipe.
+    pub(crate) fn start_as(folder: tempfile::TempDir, command: &mut Command) -> Self {
+        let child = command.spawn().unwrap();
         let mut sim = Sim { child, told: HashMap::new(), folder };
         let (sender, lines) = mpsc::channel();
         let stdout = sim.child.stdout.take().unwrap();
@@ -132,9 +137,24 @@ impl Sim {
         Pid::from_child(&self.child)
     }
 
-    /// Sends a signal and waits for the end.
-    pub(crate) fn end(mut self, signal: Signal) -> (ExitStatus, tempfile::TempDir) {
+    /// Its standard input, if that is a pipe.
+    pub(crate) fn stdin(&mut self) -> ChildStdin {
+        self.child.stdin.take().unwrap()
+    }
+
+    /// Sends a signal.
+    pub(crate) fn signal(&self, signal: Signal) {
         rustix::process::kill_process(self.pid(), signal).unwrap();
+    }
+
+    /// Sends a signal and waits for the end.
+    pub(crate) fn end(self, signal: Signal) -> (ExitStatus, tempfile::TempDir) {
+        self.signal(signal);
+        self.wait()
+    }
+
+    /// Waits for the end.
+    pub(crate) fn wait(mut self) -> (ExitStatus, tempfile::TempDir) {
         let status = self.child.wait().unwrap();
         let folder = std::mem::replace(&mut self.folder, tempfile::tempdir().unwrap());
         (status, folder)

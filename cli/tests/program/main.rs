@@ -9,6 +9,7 @@ mod connections;
 mod control;
 mod debug;
 mod eeprom;
+mod ending;
 mod fake;
 mod harness;
 mod image;

@@ -1,0 +1,50 @@
+//! What ends the simulator: a signal, or the end of standard input.
+
+use std::io::Stdin;
+use std::os::fd::{AsFd, BorrowedFd};
+use std::time::Instant;
+
+use rustix::io::Errno;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::link::readable;
+
+/// Watches for the end.
+#[derive(Debug)]
+pub(super) struct Ending {
+    interrupt: Interrupt,
+    stdin: Option<Stdin>,
+}
+
+impl Ending {
+    /// Watches for signals, and for the end of standard input if that is wanted.
+    pub(super) fn watch(stdin: bool) -> Result<Self, Failure> {
+        let signals: &[i32] = if ignored(SIGHUP) { &[SIGINT, SIGTERM] } else { &[SIGINT, SIGTERM, SIGHUP] };
+        Ok(Ending { interrupt: Interrupt::watch(signals)?, stdin: stdin.then(std::io::stdin) })
+    }
+
+    /// What can be read when the end may have come.
+    pub(super) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
+        std::iter::once(self.interrupt.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
+    }
+
+    /// The end has come.
+    pub(super) fn has_come(&self) -> bool {
+        self.interrupt.happened() || self.stdin.as_ref().is_some_and(is_at_end)
+    }
+}
+
+fn is_at_end(stdin: &Stdin) -> bool {
+    // What comes in is for nobody.
+    readable(stdin, Instant::now()).unwrap_or(true)
+        && !matches!(rustix::io::read(stdin, &mut [0; 4096]), Ok(1..) | Err(Errno::INTR | Errno::AGAIN))
+}
+
+/// A signal that whoever started the program wants it to outlive, as `nohup` does.
+fn ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 != 0)
+}
