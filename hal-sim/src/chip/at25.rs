@@ -411,7 +411,7 @@ mod tests {
     impl Backing for Choosy {
         fn keep(&mut self, contents: &[u8]) -> bool {
             self.0.send(contents.to_vec()).unwrap();
-            contents[PAGE] % 2 == 0
+            contents[PAGE].is_multiple_of(2)
         }
     }
 
