@@ -68,6 +68,21 @@ fn told(bench: &Bench) -> Vec<String> {
     Bench::with_eeprom(&bench.eeprom()).module.take_log()
 }
 
+/// Puts a page of settings, unless it is empty, into the epoch that so many factory resets have begun.
+fn set_epoch(page: &mut [u8], epoch: u16) {
+    if page.iter().all(|byte| *byte == 0xFF) {
+        return;
+    }
+    let (body, sum) = page.split_last_chunk_mut::<4>().unwrap();
+    // It comes first, and behind the name of the layout in the check sum.
+    body[..2].copy_from_slice(&epoch.to_be_bytes());
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    digest.update(b"tmcm settings 2");
+    digest.update(body);
+    *sum = digest.finalize().to_be_bytes();
+}
+
 fn page_writes(bench: &Bench) -> u32 {
     let board = bench.module.board().borrow();
     (0..256).map(|page| board.at25().page_writes(page)).sum()
@@ -135,16 +150,7 @@ fn the_numbers_of_factory_resets_start_anew() {
         bench.ok(line);
     }
     let mut eeprom = bench.eeprom();
-    for page in eeprom[SETTINGS..].chunks_exact_mut(PAGE).filter(|page| page.iter().any(|byte| *byte != 0xFF)) {
-        let (body, sum) = page.split_last_chunk_mut::<4>().unwrap();
-        // The epoch comes first in a page, behind the name of the layout in its check sum.
-        body[..2].copy_from_slice(&[0xFF, 0xFF]);
-        let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-        let mut digest = crc.digest();
-        digest.update(b"tmcm settings 2");
-        digest.update(body);
-        *sum = digest.finalize().to_be_bytes();
-    }
+    eeprom[SETTINGS..].chunks_exact_mut(PAGE).for_each(|page| set_epoch(page, 0xFFFF));
     let found = |bench: &mut Bench| ["GAP 4, 0", "GGP 68, 0", "GGP 1, 2"].map(|line| bench.ok(line));
     let mut bench = Bench::with_eeprom(&eeprom);
     assert_eq!((found(&mut bench), told(&bench)), ([5; 3], vec![]));
@@ -156,6 +162,59 @@ fn the_numbers_of_factory_resets_start_anew() {
         bench.ok("STAP 4, 0");
         bench.power_cycle();
         assert_eq!(found(&mut bench), [value, 0, 0]);
+    }
+}
+
+/// The first page tells how often there was a factory reset: however many there were, settings that are older do not come
+/// back. Where that page is lost the newest of the others tells, and the first store repairs it.
+#[test]
+fn settings_from_before_a_factory_reset_do_not_come_back() {
+    let mut bench = Bench::new();
+    for line in ["SAP 4, 0, 5", "STAP 4, 0", "SGP 55, 2, 5", "STGP 55, 2"] {
+        bench.ok(line);
+    }
+    post(&mut bench, "137, 0, 0, 1234");
+    bench.run(FORMATTED);
+    let after = bench.eeprom();
+    for resets in [1, 2, 0x7FFF, 0x8000, 0x8001, 0xFFFE, 0xFFFF] {
+        let mut eeprom = after.clone();
+        eeprom[SETTINGS..][..2 * PAGE].chunks_exact_mut(PAGE).for_each(|page| set_epoch(page, resets));
+        let mut bench = Bench::with_eeprom(&eeprom);
+        assert_eq!((bench.ok("GAP 4, 0"), bench.variable(55)), (1000, 0), "{resets}");
+        bench.ok("SGP 55, 2, 6");
+        bench.ok("STGP 55, 2");
+        bench.power_cycle();
+        assert_eq!((bench.ok("GAP 4, 0"), bench.variable(55)), (1000, 6), "{resets}");
+        // Without the first page it is not known what is old; but what is stored from now on is there.
+        let mut eeprom = bench.eeprom();
+        eeprom[SETTINGS..][..2 * PAGE].fill(0xFF);
+        let mut bench = Bench::with_eeprom(&eeprom);
+        for line in ["SAP 4, 0, 7", "STAP 4, 0", "SGP 55, 2, 7", "STGP 55, 2", "SAP 194, 0, 7", "STAP 194, 0"] {
+            bench.ok(line);
+        }
+        bench.power_cycle();
+        assert_eq!((bench.ok("GAP 4, 0"), bench.variable(55), bench.ok("GAP 194, 0")), (7, 7, 7), "{resets}");
+    }
+    // Three pages, none of which is the newest to all others.
+    let mut bench = Bench::new();
+    for line in ["SAP 4, 0, 5", "STAP 4, 0", "SAP 218, 0, 5", "STAP 218, 0", "SGP 55, 2, 5", "STGP 55, 2"] {
+        bench.ok(line);
+    }
+    let mut eeprom = bench.eeprom();
+    let used = eeprom[SETTINGS..].chunks_exact_mut(PAGE).filter(|page| page.iter().any(|byte| *byte != 0xFF));
+    used.zip([0, 0x5555, 0xAAAA]).for_each(|(page, epoch)| set_epoch(page, epoch));
+    for store in [["SAP 4, 0, 6", "STAP 4, 0"], ["SAP 218, 0, 6", "STAP 218, 0"], ["SGP 55, 2, 6", "STGP 55, 2"]] {
+        let mut bench = Bench::with_eeprom(&eeprom);
+        let mut found = |lines: [&str; 2]| {
+            for line in lines {
+                bench.ok(line);
+            }
+            bench.power_cycle();
+            [bench.ok("GAP 4, 0"), bench.ok("GAP 218, 0"), bench.variable(55)]
+        };
+        let once = found(store);
+        assert!(once.contains(&6), "{store:?}: {once:?}");
+        assert_eq!(found(["GAP 1, 0", "GAP 1, 0"]), once, "{store:?}");
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::Report;
 use super::layout::Slot;
-use super::page::{self, Image, Job, PAGES, Values};
+use super::page::{self, Decoded, Image, Job, PAGES, Values};
 
 /// The settings as they are in the EEPROM and as they shall be.
 #[derive(Debug)]
@@ -16,8 +16,8 @@ pub(super) struct Settings {
     dirty: u16,
     /// How many copies of each page are to be written whatever is in them.
     forced: [u8; PAGES],
-    /// Pages that hold something which is not ours. The first store writes over it; they are ours when both copies are
-    /// written.
+    /// Pages that hold something which is not ours, or nothing where there should be something. The first store writes over
+    /// it; they are ours when both copies are written.
     alien: [bool; PAGES],
     in_flight: Option<Flight>,
     /// Nobody knows what is durable: nothing counts as such, whatever its value.
@@ -62,8 +62,18 @@ impl Settings {
             }
             *alien &= !ours;
         }
-        let epochs = found.iter().flatten().flatten().map(|page| page.epoch);
-        self.epoch = epochs.reduce(|a, b| if page::newer(b, a) { b } else { a }).unwrap_or_default();
+        let newest = |pages: &[[Option<Decoded>; 2]]| {
+            let epochs = pages.iter().flatten().flatten().map(|page| page.epoch);
+            epochs.reduce(|a, b| if page::newer(b, a) { b } else { a })
+        };
+        // Every factory reset has written the first page. The others may be so old that they look newer.
+        let ([first, ..], [alien, ..]) = (&found, &mut self.alien);
+        self.epoch = newest(core::slice::from_ref(first)).unwrap_or_else(|| {
+            let epoch = newest(&found).unwrap_or_default();
+            // Without it only what is all of one epoch is beyond doubt.
+            *alien |= found.iter().flatten().flatten().any(|page| page.epoch != epoch);
+            epoch
+        });
         let places = self.durable.iter_mut().zip(&mut self.newest);
         for ((values, newest), copies) in places.zip(found) {
             let [first, second] = copies.map(|copy| copy.filter(|copy| copy.epoch == self.epoch));
