@@ -188,3 +188,53 @@ fn a_move_to_where_the_motor_stands_raises_no_interrupt() {
         assert_eq!((bench.variable(0), bench.ok("GAP 1, 0")), (before + 1, position));
     }
 }
+
+// ---- a stall
+
+/// A stall ends a move once: what stands still afterwards is stopped by nothing any more, so that neither the flag EPO,
+/// once it is cleared, nor interrupt 15 nor the event of command 138 comes again, whatever happens to the motor.
+#[test]
+fn a_stall_ends_a_move_once() {
+    for afterwards in [
+        &["load 1"][..],
+        &["load 0"],
+        &["press right", "release right"],
+        &["slip -20"],
+        &["fault short-a on", "fault short-a off"],
+        &["supply 8.4", "supply 24"],
+    ] {
+        let mut bench = Bench::new();
+        bench.download(HANDLER, &COUNT);
+        // Variable 1 shows the flag.
+        bench.download(0, &["JC EPO, 3", "SGP 1, 2, 0", "JA 0", "SGP 1, 2, 1", "JA 0"]);
+        for line in
+            ["VECT 15, 100", "EI 15", "EI 255", "SAP 174, 0, 9", "SAP 5, 0, 100", "SAP 12, 0, 0", "138, 1, 0, 1"]
+        {
+            bench.ok(line);
+        }
+        for line in ["SAP 181, 0, 500", "SAP 212, 0, 1000", "SGP 68, 0, 3000"] {
+            bench.ok(line);
+        }
+        bench.start(0);
+        bench.ok("MVP ABS, 0, 500000");
+        bench.run(SECOND);
+        assert_eq!((bench.variable(0), bench.variable(1)), (0, 0));
+        bench.control("load 1");
+        bench.run(SECOND / 5);
+        assert_eq!((bench.speed(), bench.variable(0), bench.variable(1)), (0, 1, 1));
+        assert_eq!(bench.ok("GAP 207, 0") & 1, 1);
+        bench.ok("CLE EPO");
+        for event in afterwards {
+            bench.control(event);
+            // In between a heartbeat is missed.
+            for milliseconds in [100, 4000] {
+                assert_eq!(bench.listen(milliseconds * MILLISECOND), [], "{event}");
+                // A low supply stops the program, too, as long as it is low.
+                bench.ask("129, 0");
+                bench.run(10 * MILLISECOND);
+                assert_eq!((bench.variable(0), bench.variable(1)), (1, 0), "{event}, {milliseconds} ms");
+            }
+        }
+        assert_eq!(bench.mode(), RUNNING, "{afterwards:?}");
+    }
+}
