@@ -83,6 +83,17 @@ enum Goal {
     Circular,
 }
 
+/// What the motor does in a leg.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Motion {
+    /// It comes to a stand, or stands.
+    Resting,
+    /// It has been told to run, but the chip may have heard only half of that.
+    Starting,
+    /// It is on its way.
+    Running,
+}
+
 /// What is to be said of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Verdict {
@@ -110,8 +121,7 @@ pub(super) struct Search {
     slow: Internal,
     /// How many legs are done.
     done: usize,
-    /// The motor is on its way in this leg; otherwise it comes to a stand, or stands.
-    running: bool,
+    motion: Motion,
     /// What the last poll said of this leg, and for how many polls the motor has stood with that.
     verdict: Verdict,
     stood: u8,
@@ -148,7 +158,7 @@ impl Search {
             fast,
             slow,
             done: 0,
-            running: false,
+            motion: Motion::Resting,
             verdict: Verdict::Underway,
             stood: 0,
             closed: false,
@@ -212,7 +222,7 @@ impl Search {
             Leg::Find => self.closed,
             Leg::Return => closed,
             Leg::Leave | Leg::Cross => self.closed && !closed,
-            Leg::Middle => self.running && standing && way == 0,
+            Leg::Middle => self.motion == Motion::Running && standing && way == 0,
         };
         let heading = if self.leg() == Leg::Middle { way } else { self.speed() };
         if over {
@@ -344,17 +354,19 @@ impl<D: SpiDevice> Axis<D> {
             let zeroed = self.zero(now, chip, &search);
             return self.end_search(chip, zeroed.is_ok());
         }
-        if search.running && verdict != Verdict::Underway {
-            self.run_at(now, chip, 0)?;
-            search.running = false;
-        } else if !search.running && self.target_speed != 0 {
-            // The chip has heard only half of what was to begin the leg.
-            self.run_at(now, chip, 0)?;
-        } else if !search.running && search.stood >= SETTLED {
-            if !search.proceed(&self.position, SLACK << self.value(P::MicrostepResolution)) {
-                return self.end_search(chip, false);
+        match search.motion {
+            Motion::Running if verdict == Verdict::Underway => {}
+            Motion::Running | Motion::Starting => {
+                self.run_at(now, chip, 0)?;
+                search.motion = Motion::Resting;
             }
-            return self.begin_leg(now, chip, search, switches);
+            Motion::Resting if search.stood >= SETTLED => {
+                if !search.proceed(&self.position, SLACK << self.value(P::MicrostepResolution)) {
+                    return self.end_search(chip, false);
+                }
+                return self.begin_leg(now, chip, search, switches);
+            }
+            Motion::Resting => {}
         }
         self.search = Some(search);
         Ok(())
@@ -378,6 +390,7 @@ impl<D: SpiDevice> Axis<D> {
         search.closed = switches.closed(&search);
         search.verdict = Verdict::Underway;
         search.stood = 0;
+        search.motion = Motion::Starting;
         // The stop switches act as this leg wants it.
         self.search = Some(search);
         if search.closed {
@@ -389,7 +402,7 @@ impl<D: SpiDevice> Axis<D> {
         } else {
             self.run_at(now, chip, search.speed())?;
         }
-        search.running = true;
+        search.motion = Motion::Running;
         self.search = Some(search);
         Ok(())
     }

@@ -14,8 +14,43 @@ use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
 
-/// The motion controller behind a bus on which nothing can be written at times: so many datagrams do not get through.
-pub struct Loose(SimSpi, Rc<Cell<u32>>);
+/// The motion controller behind a bus on which nothing can be written at times.
+pub struct Loose(SimSpi, Rc<Disturbance>);
+
+/// What is the matter with the bus: after some datagrams so many do not get through.
+#[derive(Default)]
+pub struct Disturbance {
+    spared: Cell<u32>,
+    fails: Cell<u32>,
+    heard: Cell<bool>,
+}
+
+impl Disturbance {
+    /// The next so many datagrams are lost.
+    pub fn set(&self, fails: u32) {
+        self.after(0, fails, false);
+    }
+
+    /// So many datagrams are lost after some that are not; if they are `heard`, it is their answers that are lost.
+    pub fn after(&self, spared: u32, fails: u32, heard: bool) {
+        self.spared.set(spared);
+        self.fails.set(fails);
+        self.heard.set(heard);
+    }
+
+    /// How many datagrams are still to be lost.
+    pub fn get(&self) -> u32 {
+        self.fails.get()
+    }
+
+    /// Whether a datagram that comes now is lost.
+    fn strikes(&self) -> bool {
+        let left = if self.spared.get() > 0 { &self.spared } else { &self.fails };
+        let strikes = self.spared.get() == 0 && self.fails.get() > 0;
+        left.set(left.get().saturating_sub(1));
+        strikes
+    }
+}
 
 /// For as long as nobody mends it.
 pub const BROKEN: u32 = u32::MAX;
@@ -26,13 +61,14 @@ impl ErrorType for Loose {
 
 impl SpiDevice for Loose {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), ErrorKind> {
+        let Loose(bus, disturbance) = self;
         // Bit 0 of the first byte tells a read from a write.
         let write = matches!(operations, [Operation::TransferInPlace([first, ..])] if *first & 1 == 0);
-        if self.1.get() > 0 && write {
-            self.1.set(self.1.get() - 1);
-            return Err(ErrorKind::Other);
+        let lost = write && disturbance.strikes();
+        if !lost || disturbance.heard.get() {
+            bus.transaction(operations).map_err(|never| match never {})?;
         }
-        self.0.transaction(operations).map_err(|never| match never {})
+        if lost { Err(ErrorKind::Other) } else { Ok(()) }
     }
 }
 
@@ -48,7 +84,7 @@ impl Platform for Loose {
 pub struct LooseBench {
     pub board: SharedBoard,
     pub module: Module<Loose, 1>,
-    pub fails: Rc<Cell<u32>>,
+    pub fails: Rc<Disturbance>,
 }
 
 impl LooseBench {
@@ -59,7 +95,8 @@ impl LooseBench {
 
     /// On a board, whose bus is disturbed for so many datagrams from the start.
     pub fn on(board: SharedBoard, disturbed: u32) -> Self {
-        let fails = Rc::new(Cell::new(disturbed));
+        let fails = Rc::new(Disturbance::default());
+        fails.set(disturbed);
         let parts = Parts {
             tmc429: Loose(board.spi(Chip::Tmc429, 1_000_000), fails.clone()),
             tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
