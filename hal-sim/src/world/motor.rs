@@ -486,6 +486,28 @@ mod tests {
         assert!(ramp(200_000.0) > 100);
     }
 
+    /// A rotor that has lost the field to its own inertia falls in when the field is slow again, and begins to be
+    /// accelerated anew: a field that then goes on at its speed demands nothing.
+    #[test]
+    fn inertia_counts_anew_after_a_loss() {
+        let config = MotorConfig { inertia: FULL_TORQUE / 2, pull_in: 2_000, ..MotorConfig::default() };
+        let mut motor = Motor::new(config, 0);
+        motor.set_current(32);
+        motor.settle(0);
+        // 500 full steps/s for two electrical periods, then twice as many: within 6 ms, which takes 41 times the torque.
+        let now = run(&mut motor, 0, 2 * MILLISECOND, FULL_STEP, 8);
+        let now = run(&mut motor, now, MILLISECOND / 4, FULL_STEP, 40);
+        assert!(!motor.is_following());
+        assert_eq!(motor.demand(), 0, "one that is left behind is not accelerated");
+        let lost = motor.lost_steps();
+        assert!(lost >= 20, "{lost}");
+        // All that is over in less than the 100 ms after which a field would count as resting.
+        run(&mut motor, now, 2 * MILLISECOND, FULL_STEP, 100);
+        assert!(motor.is_following());
+        assert_eq!(motor.demand(), 0);
+        assert!(motor.lost_steps() <= lost + 4, "{} after {lost}", motor.lost_steps());
+    }
+
     #[test]
     fn the_load_angle_is_a_full_step_at_the_stall() {
         let mut motor = energised(MotorConfig::default());

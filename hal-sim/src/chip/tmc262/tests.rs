@@ -156,6 +156,22 @@ fn an_open_coil_is_reported_and_gives_no_torque() {
 }
 
 #[test]
+fn an_open_coil_is_not_seen_while_the_bridges_are_off() {
+    let mut chip = running(SGCSCONF, 0xE_F040);
+    chip.set_open(Bridge::A, true);
+    chip.set_open(Bridge::B, true);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x60, 0x60);
+    chip.set_disable_pin(true);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x60, 0, "by ENN");
+    chip.set_disable_pin(false);
+    send(&mut chip, 0, CHOPCONF & !0xF);
+    assert_eq!(send(&mut chip, 0, CHOPCONF) & 0x60, 0, "by TOFF");
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x60, 0x60);
+    chip.set_short(Bridge::A, true);
+    assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x78, 0x08, "by a short");
+}
+
+#[test]
 fn the_reading_leaves_zero_when_sgt_is_raised_and_returns_under_load() {
     let reading = |sgt: u32, load| {
         let mut chip = running(0xC_0000 | (sgt & 0x7F) << 8 | 31, 0xE_F040);
@@ -223,6 +239,55 @@ fn cool_step_moves_the_current_between_its_limits() {
     assert_eq!(chip.current(), 8);
     send(&mut chip, now, 0xA_0000);
     assert_eq!(chip.current(), 32, "SEMIN 0 switches coolStep off");
+}
+
+/// SEMIN 2, SEMAX 1 and SGT 10: free, 320, is above the upper threshold, a load of 0.6, 12, below the lower one.
+const BAND: u32 = 0xA_0000 | 1 << 8 | 2;
+
+#[test]
+fn cool_step_goes_up_by_seup_and_down_by_one_in_sedn_readings() {
+    for (sedn, readings) in [(0, 32), (1, 8), (2, 2), (3, 1)] {
+        let mut chip = running(0xC_0A1F, 0xE_F040);
+        send(&mut chip, 0, BAND | sedn << 13);
+        let mut now = 0;
+        for expected in [31, 30, 29] {
+            now = turn(&mut chip, now, 10_000, readings - 1, 0.0);
+            assert_eq!(chip.current(), expected + 1, "SEDN {sedn}");
+            now = turn(&mut chip, now, 10_000, 1, 0.0);
+            assert_eq!(chip.current(), expected, "SEDN {sedn}");
+        }
+    }
+    for (seup, size) in [(0, 1), (1, 2), (2, 4), (3, 8)] {
+        let mut chip = running(0xC_0A1F, 0xE_F040);
+        send(&mut chip, 0, BAND | 3 << 13 | seup << 5);
+        let mut now = turn(&mut chip, 0, 10_000, 40, 0.0);
+        for expected in [16, 16 + size, (16 + 2 * size).min(32)] {
+            assert_eq!(chip.current(), expected, "SEUP {seup}");
+            now = turn(&mut chip, now, 10_000, 1, 0.6);
+        }
+    }
+}
+
+#[test]
+fn a_reading_below_the_band_and_a_reset_begin_the_count_of_cool_step_anew() {
+    let mut chip = running(0xC_0A1F, 0xE_F040);
+    send(&mut chip, 0, BAND);
+    let now = turn(&mut chip, 0, 10_000, 31, 0.0);
+    let now = turn(&mut chip, now, 10_000, 1, 0.6);
+    let now = turn(&mut chip, now, 10_000, 31, 0.0);
+    assert_eq!(chip.current(), 32);
+    let now = turn(&mut chip, now, 10_000, 1, 0.0);
+    assert_eq!(chip.current(), 31);
+    let now = turn(&mut chip, now, 10_000, 31, 0.0);
+    chip.set_supplied(false);
+    chip.set_supplied(true);
+    for word in [0xE_F040, 0xC_0A1F, CHOPCONF, BAND] {
+        send(&mut chip, now, word);
+    }
+    let now = turn(&mut chip, now, 10_000, 31, 0.0);
+    assert_eq!(chip.current(), 32);
+    turn(&mut chip, now, 10_000, 1, 0.0);
+    assert_eq!(chip.current(), 31);
 }
 
 #[test]
