@@ -499,13 +499,15 @@ mod tests {
         let now = run(&mut motor, now, MILLISECOND / 4, FULL_STEP, 40);
         assert!(!motor.is_following());
         assert_eq!(motor.demand(), 0, "one that is left behind is not accelerated");
-        let lost = motor.lost_steps();
-        assert!(lost >= 20, "{lost}");
+        assert!(motor.lost_steps() >= 20, "{}", motor.lost_steps());
         // All that is over in less than the 100 ms after which a field would count as resting.
-        run(&mut motor, now, 2 * MILLISECOND, FULL_STEP, 100);
+        let now = run(&mut motor, now, MILLISECOND / 8, FULL_STEP / 16, 16);
         assert!(motor.is_following());
-        assert_eq!(motor.demand(), 0);
-        assert!(motor.lost_steps() <= lost + 4, "{} after {lost}", motor.lost_steps());
+        let mut now = now;
+        for _ in 0..1_000 {
+            now = run(&mut motor, now, MILLISECOND / 8, FULL_STEP / 16, 1);
+            assert!(motor.is_following() && motor.demand() == 0, "after {now} ns");
+        }
     }
 
     #[test]
