@@ -1,7 +1,7 @@
 //! Who connects to the TCP ports of `tmcl sim`: too many, web pages, and those who never read.
 
 use std::fs;
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Instant;
 
@@ -79,6 +79,30 @@ fn commands_wait_until_the_answers_before_them_are_read() {
     assert_eq!(greedy.answer().unwrap(), serde_json::json!({ "ok": true }));
     assert_eq!(other.ask("state")["switches"]["left"], true);
     writing.join().unwrap();
+}
+
+#[test]
+fn who_reads_no_answers_is_not_listened_to_for_ever() {
+    /// Far more than sockets hold.
+    const LARGE: usize = 40 << 20;
+    let sim = Sim::start(&LINKS);
+    let mut greedy = TcpStream::connect(sim.told("control")).unwrap();
+    greedy.set_nonblocking(true).unwrap();
+    let mut other = Controller::new(&sim);
+    let lines = "state\n".repeat(10_000);
+    let mut written = 0;
+    loop {
+        match greedy.write(lines.as_bytes()) {
+            Ok(count) => written += count,
+            Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
+        }
+        assert!(written < LARGE, "there is no end of what is taken");
+        // The simulator has had many turns since, and there is no more room for a line.
+        (0..50).for_each(|_| assert_eq!(other.ask("state")["ok"], true));
+        if greedy.write(b"state\n").is_err() {
+            return;
+        }
+    }
 }
 
 #[test]
