@@ -15,7 +15,7 @@ const OPTIONS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--eeprom", "{}/module.bin"]
 
 /// Starting a simulator on this file fails and says this.
 fn refused(path: &Path, said: &str) {
-    let output = run(&["sim", "--tcp", "127.0.0.1:0", "--eeprom", path.to_str().unwrap()]);
+    let output = run(&["sim", "--exit-with-stdin", "--tcp", "127.0.0.1:0", "--eeprom", path.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1), "{}", path.display());
     let complaint = complaint(&output);
     assert!(complaint.contains("--eeprom: ") && complaint.contains(said), "{complaint}");

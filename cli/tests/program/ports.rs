@@ -17,14 +17,15 @@ fn the_path_of_a_running_simulator_is_its_own() {
     symlink(folder, sim.path("another way")).unwrap();
     for option in ["--serial", "--rs485", "--slcan"] {
         for name in ["port", "bus", "another way/port", "./bus"] {
-            let output = run(&["sim", option, &format!("{folder}/{name}")]);
+            let output = run(&["sim", "--exit-with-stdin", option, &format!("{folder}/{name}")]);
             assert_eq!(output.status.code(), Some(1), "{option} {name}");
             let complaint = complaint(&output);
             assert!(complaint.contains(option) && complaint.contains("is the port of a simulator that runs"));
         }
     }
     // Nor can one simulator have two ports at a path.
-    let output = run(&["sim", "--serial", &format!("{folder}/two"), "--rs485", &format!("{folder}/two")]);
+    let two = format!("{folder}/two");
+    let output = run(&["sim", "--exit-with-stdin", "--serial", &two, "--rs485", &two]);
     assert_eq!(output.status.code(), Some(1));
     assert!(complaint(&output).contains("--rs485"), "{}", complaint(&output));
     assert!(!sim.path("two").is_symlink());
