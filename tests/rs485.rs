@@ -245,7 +245,7 @@ fn nobody_echoes_replies_of_others() {
     }
 }
 
-/// A reset comes after its reply, even at this speed and after a pause, and after what is being stored.
+/// A reset comes after its reply, even at this speed and after a pause; what is asked in between is lost.
 #[test]
 fn a_reset_waits() {
     let mut bus = Bus::new();
@@ -255,15 +255,11 @@ fn a_reset_waits() {
     bus.0.run(60 * MILLISECOND);
     assert_eq!(bus.0.rs485().len(), 9);
     bus.0.send_rs485(&request(3, "GAP 4, 0"));
-    bus.0.send_rs485(&request(3, "SGP 75, 0, 0"));
-    bus.0.run(38 * MILLISECOND);
+    bus.0.run(20 * MILLISECOND);
     bus.0.send_rs485(&request(3, "SGP 68, 0, 5"));
     bus.0.run(PATIENCE);
-    let said = bus.0.rs485();
-    let values: Vec<i32> =
-        said.as_chunks().0.iter().map(|reply| binary::decode_reply(reply).expect("mixed up").value).collect();
-    assert_eq!(values, [700, 0, 5]);
-    assert_eq!((bus.ok(3, "GGP 68, 0"), bus.ok(3, "GAP 4, 0")), (5, 1000), "restarted, with what was stored");
+    assert!(bus.0.rs485().is_empty());
+    assert_eq!((bus.ok(3, "GGP 68, 0"), bus.ok(3, "GAP 4, 0"), bus.ok(3, "GGP 75, 0")), (0, 1000, 40), "restarted");
 }
 
 #[test]

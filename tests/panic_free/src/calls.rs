@@ -117,7 +117,8 @@ fn language() {
     any(Status::from_number(any(0)).map(Status::meaning));
     any(Reply::echo(any(Status::Ok), command()).is_event());
     any(Instruction::numbered(any(0)).map(|instruction| instruction.opcode));
-    any(Opcode::from_number(any(0)).map(|opcode| opcode.instruction().required()));
+    let instruction = Opcode::from_number(any(0)).map(Opcode::instruction);
+    any(instruction.map(|instruction| (instruction.required(), instruction.operands().len())));
     if let Ok(line) = core::str::from_utf8(text()) {
         any(Instruction::by_mnemonic(line));
         if let Err(error) = text::parse(line) {
@@ -245,7 +246,14 @@ fn motion() {
     let _ = any(axis.read(&mut chip, parameter));
     let _ = any(axis.actual_position(&mut chip));
     axis.set_reverse(any(true));
-    any((axis.search_status(), axis.at_target(), axis.last_position(), axis.target_position()));
+    any((
+        axis.search_status(),
+        axis.searches(),
+        axis.takes_speed(),
+        axis.at_target(),
+        axis.last_position(),
+        axis.target_position(),
+    ));
     any((axis.home_switch(), axis.travelling(), axis.stop_switches(&chip)));
     any(axis.poll(now(), &mut chip, any(Sensors::default())));
 }
@@ -345,6 +353,8 @@ fn machine() {
     machine.run();
     any(&mut machine);
     machine.stop();
+    machine.end();
+    machine.rewind();
     machine.next();
     machine.reset();
     any(&mut machine);
