@@ -170,7 +170,9 @@ impl Settings {
         }
         let forced = self.forced.iter().position(|forced| *forced > 0);
         let index = forced.or_else(|| (0..PAGES).find(|index| self.dirty & bit(*index) != 0))?;
-        let values = *self.wanted.get(index)?;
+        // What is made ours holds what it counted as before: should that fail, nothing has been stored.
+        let source = if *self.alien.get(index)? { &self.durable } else { &self.wanted };
+        let values = *source.get(index)?;
         let (side, sequence) = *self.newest.get(index)?;
         self.in_flight = Some(Flight { page: index, epoch: self.epoch, values });
         Some(Job {

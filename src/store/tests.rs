@@ -159,7 +159,7 @@ fn the_first_store_makes_foreign_pages_ours() {
     let (mut store, _) = part.load();
     assert_eq!(store.next_job(), None, "nothing is written before");
     store.set(SPEED, 2000);
-    assert_eq!(part.settle(&mut store), 32, "both copies of 16 pages");
+    assert_eq!(part.settle(&mut store), 33, "both copies of 16 pages, and then what is stored");
     let (mut store, report) = part.load();
     assert_eq!(report, Report { valid: 32, ..Report::default() });
     assert_eq!(store.get(SPEED), Some(2000));
