@@ -332,3 +332,23 @@ fn an_erasure_that_fails_is_ended_before_a_download_begins() {
     }
     assert!(failed > 5, "{failed}");
 }
+
+/// A setting that another link cannot store is no end of a download: what comes is not suddenly carried out, and the
+/// program is whole when the part answers again.
+#[test]
+fn a_download_outlives_a_setting_that_cannot_be_stored() {
+    let mut bench = Bench::new();
+    bench.ok("132");
+    assert_eq!(bench.ask("SGP 1, 2, 7").0, STORED);
+    bench.control("fault eeprom on");
+    assert_eq!(bench.ask_beside("SGP 68, 0, 60000"), EEPROM_LOCKED);
+    assert_eq!(bench.ask("ROR 0, 500").0, STORED);
+    bench.control("fault eeprom off");
+    assert_eq!(bench.ask("STOP").0, STORED);
+    assert_eq!((bench.speed(), bench.ok_beside("GGP 129, 0")), (0, 1));
+    bench.ok("133");
+    bench.power_cycle();
+    assert_eq!(bench.memory(1), text::parse("ROR 0, 500").unwrap());
+    bench.run_to_end(0);
+    assert_eq!(bench.variable(1), 7);
+}
