@@ -35,7 +35,7 @@ impl Tracer {
         self.on = on;
     }
 
-    /// What has been recorded since the last call, with times since the start of the firmware.
+    /// What has been recorded since the last call, with times of the firmware's clock.
     pub fn take(&mut self) -> Vec<Step> {
         std::mem::take(&mut self.steps)
     }

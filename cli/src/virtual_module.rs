@@ -73,8 +73,9 @@ struct Firmware {
     keeper: Keeper<SimSpi>,
     /// Its byte links.
     ports: Ports,
-    /// When it was started: its own time counts from there.
+    /// When it was started, and what its clock showed then.
     started: Nanos,
+    clock: Micros,
     /// Edges of the encoder's null track that it has been told of: low, high.
     null_edges: [u64; 2],
     /// Bit rate of the RS485 interface since the start.
@@ -85,7 +86,7 @@ struct Firmware {
 
 impl Firmware {
     fn time(&self, now: Nanos) -> Micros {
-        Micros((now - self.started) / MICROSECOND)
+        self.clock.after(Micros((now - self.started) / MICROSECOND))
     }
 
     /// Where the encoder's null track became low, and high, since the last call.
@@ -96,7 +97,7 @@ impl Firmware {
     }
 
     fn deadline(&self) -> Nanos {
-        self.started + self.core.deadline().0 * MICROSECOND
+        self.started + self.core.deadline().since(self.clock).0 * MICROSECOND
     }
 }
 
@@ -135,6 +136,8 @@ pub struct VirtualModule {
     board: SharedBoard,
     firmware: Option<Firmware>,
     seed: u32,
+    /// What the microcontroller's clock shows whenever the firmware starts.
+    clock: Micros,
     /// Requests that wait until their link has its reply.
     inbox: VecDeque<(Source, Client, Request)>,
     outbox: VecDeque<Sent>,
@@ -157,6 +160,12 @@ impl VirtualModule {
     /// A module in the world described by `config`, switched on at time 0. `eeprom` are the contents of the
     /// EEPROM, fresh if `None`; `seed` makes everything that is random.
     pub fn new(config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32) -> Self {
+        Self::with_clock(config, eeprom, seed, Micros(0))
+    }
+
+    /// The same, but whenever the firmware starts the microcontroller's clock shows `clock` already: so what happens after
+    /// weeks, such as the wrapping of a counter of milliseconds, is seen within seconds.
+    pub fn with_clock(config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, clock: Micros) -> Self {
         let mut board = Board::new(config, seed.into());
         if let Some(contents) = eeprom {
             board.at25_mut().load(contents);
@@ -165,6 +174,7 @@ impl VirtualModule {
             board: SharedBoard::new(board),
             firmware: None,
             seed,
+            clock,
             inbox: VecDeque::new(),
             outbox: VecDeque::new(),
             frames_in: VecDeque::new(),
@@ -277,10 +287,10 @@ impl VirtualModule {
     /// The commands that have been recorded since the last call.
     pub fn take_steps(&mut self) -> Vec<Step> {
         let Some(firmware) = &mut self.firmware else { return Vec::new() };
-        let started = firmware.started;
+        let (started, clock) = (firmware.started, firmware.clock.0 * MICROSECOND);
         let mut steps = firmware.core.hooks().take();
         for step in &mut steps {
-            step.at += started;
+            step.at = started + (step.at - clock);
         }
         steps
     }
@@ -356,7 +366,7 @@ impl VirtualModule {
         let mut report = Report::default();
         let parts = parts(&self.board, Tracer::new(self.tracing));
         let mut core = Core::new(&TMCM_1140, parts, self.seed);
-        core.start(Micros(0), |store| report = keeper.load(store));
+        core.start(self.clock, |store| report = keeper.load(store));
         if report.unreachable {
             self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
         } else if report.foreign > 0 {
@@ -375,7 +385,8 @@ impl VirtualModule {
         let ports = Ports::new(core.links().start);
         // Its clock starts when all is read.
         let started = self.now();
-        self.firmware = Some(Firmware { core, keeper, ports, started, null_edges, baud, keep: Micros(0) });
+        let (clock, keep) = (self.clock, self.clock);
+        self.firmware = Some(Firmware { core, keeper, ports, started, clock, null_edges, baud, keep });
         // The first poll is due at once: only then the module knows its inputs.
         self.poll();
     }
