@@ -10,15 +10,18 @@
 mod common;
 
 use std::collections::BTreeMap;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, UNIX_EPOCH};
 
 use common::program::TICK;
 use common::random::Random;
-use common::{Bench, NOT_AVAILABLE, OK};
+use common::{Bench, NOT_AVAILABLE};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::VirtualModule;
+use tmcm::module::Source;
+use tmcm::tmcl::{binary, text};
 use tmcm::units::Micros;
+use tmcm::vm::ErrorFlag;
 
 /// Lives in a usual run.
 const LIVES: u64 = 48;
@@ -42,6 +45,11 @@ const BITS_31: u64 = (1 << 31) - 1;
 struct Life {
     bench: Bench,
     random: Random,
+    /// When the firmware was started, and how far the edge was then.
+    started: Nanos,
+    edge: Nanos,
+    /// It has gone across the edge.
+    crossed: bool,
     /// Rotor minus position while no step is lost.
     origin: i64,
     /// When the tick timer was zero: after this time, or so long before it.
@@ -55,19 +63,21 @@ impl Life {
         let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
         let config = WorldConfig::parse(WORLD).unwrap();
         let edge = random.pick(&EDGES);
-        // Within the first half minute the edge is there.
-        let clock = edge.saturating_sub(random.below(30_000)) * 1000 + random.below(1000);
+        // Within the first ten seconds the edge is there.
+        let ahead = random.below(10_000).min(edge);
+        let clock = (edge - ahead) * 1000;
         println!("seed {seed}: the clock starts at {clock} us");
         let module = VirtualModule::with_clock(&config, None, seed as u32, Micros(clock));
         let bench = Bench { module };
-        let ticks = (bench.module.now(), 0);
-        let mut life = Life { bench, random, origin: 0, ticks, stored: BTreeMap::new() };
+        let (started, edge, stored) = (bench.module.now(), ahead * MILLISECOND, BTreeMap::new());
+        let mut life = Life { bench, random, started, edge, crossed: false, origin: 0, ticks: (started, 0), stored };
         life.bench.run(MILLISECOND);
         life.settings();
         life
     }
 
-    fn live(&mut self) {
+    /// Lives, and says whether it has gone across its edge.
+    fn live(mut self) -> bool {
         for _ in 0..EVENTS {
             match self.random.below(20) {
                 0..=5 => self.moves(),
@@ -85,6 +95,7 @@ impl Life {
             }
             self.check();
         }
+        self.crossed
     }
 
     /// What is set after each start.
@@ -111,6 +122,7 @@ impl Life {
         let timer = u64::from(self.bench.ok("GGP 132, 0").cast_unsigned());
         let late = timer.wrapping_sub(expected) & BITS_31;
         assert!(late <= 3 || late >= BITS_31 - 2, "the tick timer shows {timer}, not {expected}");
+        self.crossed |= self.bench.module.now() > self.started + self.edge;
         if self.random.one_in(8) {
             // 31 bits wrap soon.
             let shown = BITS_31 - self.random.below(20_000);
@@ -155,7 +167,7 @@ impl Life {
         self.bench.ok("131, 0, 0, 0");
         self.bench.ok(&format!("MVP ABS, 0, {target}"));
         let arrives = |bench: &mut Bench| bench.ok("GAP 8, 0") == 1;
-        let held = |bench: &Bench| bench.module.machine().unwrap().errors.raised(tmcm::vm::ErrorFlag::Position);
+        let held = |bench: &Bench| bench.module.machine().unwrap().errors.raised(ErrorFlag::Position);
         self.bench.run_until(120 * SECOND, |bench| arrives(bench) || held(bench));
         self.stand();
         if held(&self.bench) {
@@ -335,12 +347,8 @@ impl Life {
         if self.random.one_in(2) {
             let (variable, value) = (self.random.below(56), self.random.next() as i32);
             self.bench.ok(&format!("SGP {variable}, 2, {value}"));
-            let command = tmcm::tmcl::text::parse(&format!("STGP {variable}, 2")).unwrap();
-            self.bench.module.hear(
-                tmcm::module::Source::Usb,
-                tmcl_cli::virtual_module::Client::default(),
-                &tmcm::tmcl::binary::encode_command(1, command),
-            );
+            let command = text::parse(&format!("STGP {variable}, 2")).unwrap();
+            self.bench.module.receive(Source::Usb, binary::encode_command(1, command));
             let span = self.random.below(20_000) * MICROSECOND;
             self.bench.run(span);
             self.stored.entry(variable).or_default().1 = Some(value);
@@ -367,6 +375,7 @@ impl Life {
         let (now, timer) = (self.bench.module.now(), self.bench.ok("GGP 132, 0"));
         assert!((0..400).contains(&timer), "{timer} ms after the start");
         self.ticks = (now, timer as u64);
+        self.started = now;
     }
 }
 
@@ -375,13 +384,17 @@ fn modules_live() {
     let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("not a number"));
     let one = |seed| Life::new(seed).live();
     match (number("SEED"), number("SOAK")) {
-        (Some(seed), _) => one(seed),
-        (None, None) => (1..=LIVES).for_each(one),
+        (Some(seed), _) => println!("across its edge: {}", one(seed)),
+        (None, None) => {
+            let crossed = (1..=LIVES).filter(|seed| one(*seed)).count();
+            assert!(crossed > LIVES as usize / 2, "only {crossed} have gone across their edge");
+        }
         (None, Some(hours)) => {
             let end = Instant::now() + Duration::from_secs(3600 * hours);
             // Other lives than the last time.
-            let first = std::time::UNIX_EPOCH.elapsed().unwrap().as_secs() << 20;
-            (first..).take_while(|_| Instant::now() < end).for_each(one);
+            let first = UNIX_EPOCH.elapsed().unwrap().as_secs() << 20;
+            let lives = (first..).take_while(|_| Instant::now() < end).map(one).count();
+            println!("{lives} lives");
         }
     }
 }
