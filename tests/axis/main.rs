@@ -44,4 +44,9 @@ impl Bench {
     fn current(&self) -> u32 {
         self.module.board().borrow().tmc262().current()
     }
+
+    /// The current that the driver is told, in 1/32: what coolStep makes of it left out.
+    fn scale(&self) -> u32 {
+        (self.module.board().borrow().tmc262().registers().sgcsconf & 0x1F) + 1
+    }
 }
