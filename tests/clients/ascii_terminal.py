@@ -14,12 +14,13 @@ Ends with "N passed, M failed", and with exit code 1 if anything failed.
 import os
 import pathlib
 import select
-import subprocess
 import sys
 import tempfile
 import termios
 import time
 import tty
+
+from virtual_module import Simulator, check, conclude
 
 TRANSCRIPTS = pathlib.Path(__file__).parent / "ascii"
 # The longest a reply takes, and how long the module is to be quiet before it counts as quiet.
@@ -34,14 +35,7 @@ class Terminal:
     def __init__(self, program):
         self.directory = tempfile.TemporaryDirectory()
         path = os.path.join(self.directory.name, "module")
-        self.process = subprocess.Popen(
-            [program, "sim", "--serial", path], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True
-        )
-        for line in self.process.stdout:
-            if line.strip() == "ready":
-                break
-        else:
-            raise SystemExit("tmcl sim has ended before it was ready")
+        self.simulator = Simulator(program, "--serial", path)
         self.fd = os.open(path, os.O_RDWR | os.O_NOCTTY)
         tty.setraw(self.fd, termios.TCSANOW)
 
@@ -50,9 +44,7 @@ class Terminal:
 
     def __exit__(self, *_):
         os.close(self.fd)
-        self.process.terminate()
-        self.process.wait(10)
-        self.process.stdout.close()
+        self.simulator.end()
         self.directory.cleanup()
 
     def read(self, seconds, most=4096):
@@ -110,32 +102,25 @@ def steps(path):
 
 
 def play(program, path):
-    """Plays a transcript; gives how many steps were as they should be, and how many were not."""
-    passed = failed = 0
+    """Plays a transcript; each step is a check."""
     with Terminal(program) as terminal:
         for number, kind, text, expected in steps(path):
             if kind == "=":
-                good, shown = terminal.telegram(text), "no reply with status 100"
+                check(f"{path.name}:{number}: {text}", terminal.telegram(text), "no reply with status 100")
             else:
                 received = terminal.type(text, expected)
-                good, shown = received == expected, f"received {escape(received)}\n    expected {escape(expected)}"
-            passed, failed = passed + good, failed + (not good)
-            if not good:
-                print(f"{path.name}:{number}: {text if kind == '=' else escape(text)}\n    {shown}")
-    return passed, failed
+                shown = f"received {escape(received)}\n    expected {escape(expected)}"
+                check(f"{path.name}:{number}: {escape(text)}", received == expected, f"\n    {shown}")
 
 
 def main():
     if len(sys.argv) != 2:
         raise SystemExit(__doc__)
-    passed = failed = 0
     for path in sorted(TRANSCRIPTS.glob("*.txt")):
-        good, bad = play(sys.argv[1], path)
-        print(f"{path.name}: {good} passed, {bad} failed")
-        passed, failed = passed + good, failed + bad
-    print(f"{passed} passed, {failed} failed")
-    return 1 if failed or not passed else 0
+        print(f"{path.name}:", flush=True)
+        play(sys.argv[1], path)
+    conclude()
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

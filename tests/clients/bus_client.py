@@ -8,47 +8,15 @@ With --image each module is the flash image on an emulated microcontroller.
 Starts `tmcl sim` itself. Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
-import argparse
-import signal
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM1140
+from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal
 
-PATIENCE = 180
 MODULES = (1, 2, 3)
 SERIAL_ADDRESS, CAN_ID = 66, 71
-
-passed = 0
-failed = 0
-
-
-def equal(what, found, expected):
-    """Counts a check and tells it if it fails."""
-    global passed, failed
-    if found == expected:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED: {what}: {found!r} in place of {expected!r}", flush=True)
-
-
-def start(binary, image, folder):
-    """Starts the simulator; gives the process and where it says it listens."""
-    links = ("--rs485", f"{folder}/rs485", "--slcan", f"{folder}/slcan", "--slcan-tcp", "127.0.0.1:0")
-    if image:
-        links += ("--image", image)
-    process = subprocess.Popen([binary, "sim", "--modules", "3", *links], stdout=subprocess.PIPE, text=True)
-    told = {}
-    for line in process.stdout:
-        if line.strip() == "ready":
-            return process, told
-        name, _, value = line.strip().partition(": ")
-        told.setdefault(name, value)
-    sys.exit(f"{binary} did not become ready")
 
 
 def session(name, arguments, base):
@@ -80,30 +48,24 @@ def session(name, arguments, base):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Drives three virtual modules on one bus with PyTrinamic.")
-    parser.add_argument("binary", help="the program tmcl")
-    parser.add_argument("--image", help="the flash image to be run, in place of the firmware's core")
-    options = parser.parse_args()
-    global failed
+    options = command_line("Drives three virtual modules on one bus with PyTrinamic.")
     with tempfile.TemporaryDirectory() as folder:
-        process, told = start(options.binary, options.image, folder)
+        links = ("--rs485", f"{folder}/rs485", "--slcan", f"{folder}/slcan", "--slcan-tcp", "127.0.0.1:0")
+        simulator = Simulator(options.binary, "--modules", str(len(MODULES)), *links, image=options.image)
         try:
             for base, (name, arguments) in enumerate((
-                ("slcan_tmcl", f"--port {told['slcan']}"),
-                ("slcan_tmcl", f"--port socket://{told['slcan-tcp']}"),
-                ("serial_tmcl", f"--port {told['rs485']} --data-rate 9600"),
+                ("slcan_tmcl", f"--port {simulator.told['slcan']}"),
+                ("slcan_tmcl", f"--port socket://{simulator.told['slcan-tcp']}"),
+                ("serial_tmcl", f"--port {simulator.told['rs485']} --data-rate 9600"),
             ), 10):
                 try:
                     session(name, arguments, 100 * base)
                 except Exception as error:  # One interface that fails shall not hide the others.
-                    failed += 1
-                    print(f"FAILED: {name}: {error!r}", flush=True)
+                    check(name, False, repr(error))
         finally:
-            process.send_signal(signal.SIGTERM)
-            equal("exit code of tmcl sim", process.wait(timeout=PATIENCE), 0)
+            simulator.end()
         equal("links are gone", [path for path in Path(folder).iterdir()], [])
-    print(f"{passed} passed, {failed} failed")
-    sys.exit(1 if failed else 0)
+    conclude()
 
 
 if __name__ == "__main__":

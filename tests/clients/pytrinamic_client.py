@@ -4,102 +4,22 @@
     python3 tests/clients/pytrinamic_client.py target/debug/tmcl
     python3 tests/clients/pytrinamic_client.py target/debug/tmcl --image target/thumbv7em-none-eabi/release/tmcm1140
 
-With --image the module is the flash image on the emulated microcontroller. Starts `tmcl sim` itself. Ends with "N passed, M failed", and with exit code 1 if anything failed.
+With --image the module is the flash image on the emulated microcontroller. Starts `tmcl sim` itself.
+Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
-import argparse
-import json
-import signal
-import socket
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
 from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM1140
 from pytrinamic.tmcl import TMCLCommand
+from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
 
-# Longest time to wait for anything, in seconds; a busy computer is slow, and an emulated microcontroller slower.
-PATIENCE = 180
 # Longest time that a module takes to start, in seconds of its own time.
 START = 0.3
 # An internal speed at which stallGuard2 has something to measure.
 SPEED = 800
-
-passed = 0
-failed = 0
-
-
-def check(what, good, found=""):
-    """Counts a check and tells it if it fails."""
-    global passed, failed
-    if good:
-        passed += 1
-    else:
-        failed += 1
-        print(f"FAILED: {what}: {found}", flush=True)
-
-
-def equal(what, found, expected):
-    check(what, found == expected, f"{found!r} in place of {expected!r}")
-
-
-def wait_for(what, condition):
-    """Waits until the condition holds, and counts that as a check."""
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if condition():
-            check(what, True)
-            return
-        time.sleep(0.01)
-    check(what, False, f"not within {PATIENCE} s")
-
-
-class Simulator:
-    """A running `tmcl sim` with all links that PyTrinamic can use, and its control port."""
-
-    def __init__(self, binary, image, folder):
-        self.serial, self.rs485, self.slcan = (str(Path(folder) / name) for name in ("tmcm1140", "rs485", "slcan"))
-        ptys = ["--serial", self.serial, "--rs485", self.rs485, "--slcan", self.slcan]
-        arguments = ["sim", *ptys, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]
-        if image:
-            arguments += ["--image", image]
-        self.process = subprocess.Popen([binary, *arguments], stdout=subprocess.PIPE, text=True)
-        told = {}
-        for line in self.process.stdout:
-            if line.strip() == "ready":
-                break
-            name, _, value = line.strip().partition(": ")
-            told.setdefault(name, value)
-        else:
-            sys.exit(f"{binary} did not become ready")
-        self.tcp = told["tcp"]
-        host, _, port = told["control"].rpartition(":")
-        self.socket = socket.create_connection((host, int(port)), timeout=PATIENCE)
-        self.lines = self.socket.makefile("rw")
-
-    def control(self, line):
-        """Carries out a line of the control protocol."""
-        self.lines.write(line + "\n")
-        self.lines.flush()
-        answer = json.loads(self.lines.readline())
-        if not answer["ok"]:
-            sys.exit(f"control: {line}: {answer['error']}")
-        return answer
-
-    def let_pass(self, seconds):
-        """Waits until so much of the module's time has passed: how fast it goes depends on the computer."""
-        end = self.control("state")["time_us"] + 1e6 * seconds
-        while self.control("state")["time_us"] < end:
-            time.sleep(0.01)
-
-    def end(self):
-        self.lines.close()
-        self.socket.close()
-        self.process.send_signal(signal.SIGTERM)
-        return self.process.wait(timeout=PATIENCE)
 
 
 def numbers(names):
@@ -238,22 +158,21 @@ def session(name, arguments, simulator):
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Drives the virtual module with PyTrinamic.")
-    parser.add_argument("binary", help="the program tmcl")
-    parser.add_argument("--image", help="the flash image to be run, in place of the firmware's core")
-    options = parser.parse_args()
+    options = command_line("Drives the virtual module with PyTrinamic.")
     with tempfile.TemporaryDirectory() as folder:
-        simulator = Simulator(options.binary, options.image, folder)
+        serial, rs485, slcan = (str(Path(folder) / name) for name in ("tmcm1140", "rs485", "slcan"))
+        links = ("--serial", serial, "--rs485", rs485, "--slcan", slcan, "--tcp", "127.0.0.1:0")
+        simulator = Simulator(options.binary, *links, image=options.image)
         sessions = [
-            ("usb_tmcl", f"--port {simulator.serial}"),
-            ("serial_tmcl", f"--port {simulator.rs485} --data-rate 9600"),
-            ("slcan_tmcl", f"--port {simulator.slcan}"),
+            ("usb_tmcl", f"--port {serial}"),
+            ("serial_tmcl", f"--port {rs485} --data-rate 9600"),
+            ("slcan_tmcl", f"--port {slcan}"),
         ]
         if not options.image:
             # The same USB link by other names.
             sessions += [
-                ("serial_tmcl", f"--port {simulator.serial} --data-rate 9600"),
-                ("socket_serial_tmcl", f"--port {simulator.tcp}"),
+                ("serial_tmcl", f"--port {serial} --data-rate 9600"),
+                ("socket_serial_tmcl", f"--port {simulator.told['tcp']}"),
             ]
         try:
             for name, arguments in sessions:
@@ -262,11 +181,9 @@ def main():
                 except Exception as error:  # One interface that fails shall not hide the others.
                     check(name, False, repr(error))
         finally:
-            code = simulator.end()
-        equal("exit code of tmcl sim", code, 0)
-        check("the serial port's link is gone", not Path(simulator.serial).is_symlink())
-    print(f"{passed} passed, {failed} failed")
-    sys.exit(1 if failed else 0)
+            simulator.end()
+        check("the serial port's link is gone", not Path(serial).is_symlink())
+    conclude()
 
 
 if __name__ == "__main__":
