@@ -10,7 +10,8 @@ use tmcm::module::Source;
 use crate::slcan::CanFrame;
 use crate::virtual_module::{Client, Sent};
 
-/// A module with its board, in virtual time. Bytes and frames go in at the present time.
+/// A module with its board, in virtual time. Bytes and frames go in at the present time, which is that to which it has
+/// been [run](Self::run_until): what it does may take it further, but what it says then is not said before that time.
 pub trait Device {
     /// Access to the board.
     type Board<'a>: DerefMut<Target = Board>
@@ -57,8 +58,11 @@ pub trait Device {
     /// Its port on the RS485 bus; `None` while that is off.
     fn rs485(&self) -> Option<Rs485>;
 
-    /// How many requests wait because the module is not ready for them.
-    fn backlog(&self) -> usize;
+    /// How many bytes of a client wait because the module is not ready for them.
+    fn unread(&self, source: Source, client: Client) -> usize;
+
+    /// How many frames wait for that.
+    fn unread_frames(&self) -> usize;
 
     /// True while a request of this client has not been answered as it will be.
     fn owes(&self, client: Client) -> bool;

@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 
 use tmcm::module::{Links, Message, Mode, Port, Request, Source};
 use tmcm::tmcl::Reply;
-use tmcm::tmcl::binary::TELEGRAM;
 use tmcm::units::Micros;
 
 use crate::virtual_module::Client;
@@ -16,12 +15,16 @@ struct Entry {
     source: Source,
     client: Client,
     port: Port,
-    /// Bytes that cannot be read before something is answered.
-    ahead: VecDeque<u8>,
+    /// Bytes, and `None` for a silence, that have not been read.
+    ahead: VecDeque<Option<u8>>,
 }
 
 /// The ports. That of a new client starts in the mode that global parameter 67 had at the start of the module.
-pub(crate) struct Ports(Vec<Entry>);
+pub(crate) struct Ports {
+    entries: Vec<Entry>,
+    /// Whose turn it is to be read.
+    turn: usize,
+}
 
 /// What came of a byte.
 pub(crate) struct Arrived {
@@ -34,7 +37,7 @@ pub(crate) struct Arrived {
 impl Ports {
     /// The ports of a module that starts. Links that nobody shares are there from the start.
     pub(crate) fn new(mode: Mode) -> Self {
-        let mut ports = Ports(Vec::new());
+        let mut ports = Ports { entries: Vec::new(), turn: 0 };
         for source in [Source::Usb, Source::Rs485] {
             ports.entry(source, Client::default(), mode);
         }
@@ -42,39 +45,56 @@ impl Ports {
     }
 
     fn position(&self, source: Source, client: Client) -> Option<usize> {
-        self.0.iter().position(|entry| entry.source == source && entry.client == client)
+        self.entries.iter().position(|entry| entry.source == source && entry.client == client)
+    }
+
+    fn find(&mut self, source: Source, client: Client) -> Option<&mut Entry> {
+        self.entries.iter_mut().find(|entry| entry.source == source && entry.client == client)
     }
 
     fn entry(&mut self, source: Source, client: Client, mode: Mode) -> Option<&mut Entry> {
         let index = self.position(source, client).unwrap_or_else(|| {
-            self.0.push(Entry { source, client, port: Port::new(source, mode), ahead: VecDeque::new() });
-            self.0.len() - 1
+            self.entries.push(Entry { source, client, port: Port::new(source, mode), ahead: VecDeque::new() });
+            self.entries.len() - 1
         });
-        self.0.get_mut(index)
+        self.entries.get_mut(index)
     }
 
     /// Bytes have arrived; [`Ports::next`] looks at them.
     pub(crate) fn push(&mut self, source: Source, client: Client, bytes: &[u8], links: &Links) {
         if let Some(entry) = self.entry(source, client, links.start) {
-            entry.ahead.extend(bytes);
+            entry.ahead.extend(bytes.iter().copied().map(Some));
         }
     }
 
     /// A client has been silent for so long that an unfinished telegram is given up.
     pub(crate) fn silence(&mut self, source: Source, client: Client) {
-        if let Some(entry) = self.position(source, client).and_then(|index| self.0.get_mut(index)) {
-            entry.port.silence();
+        if let Some(Entry { port, ahead, .. }) = self.find(source, client) {
+            if ahead.is_empty() {
+                port.silence();
+            } else {
+                ahead.push_back(None);
+            }
         }
     }
 
-    /// Reads bytes, as far as it is known how to, up to one that leads to something.
-    pub(crate) fn next(&mut self, links: &Links) -> Option<Arrived> {
-        for Entry { source, client, port, ahead } in &mut self.0 {
-            while !port.is_waiting()
-                && let Some(byte) = ahead.pop_front()
+    /// Reads bytes that come from a source which is `free`, as far as it is known how to, up to one that leads to
+    /// something. Then it is the next client's turn.
+    pub(crate) fn next(&mut self, links: &Links, free: impl Fn(Source) -> bool) -> Option<Arrived> {
+        let count = self.entries.len();
+        for index in (self.turn..count).chain(0..self.turn.min(count)) {
+            let Some(Entry { source, client, port, ahead }) = self.entries.get_mut(index) else { continue };
+            while free(*source)
+                && !port.is_waiting()
+                && let Some(heard) = ahead.pop_front()
             {
+                let Some(byte) = heard else {
+                    port.silence();
+                    continue;
+                };
                 let taken = port.push(byte, AT, links);
                 if taken.request.is_some() || !taken.echo.is_empty() {
+                    self.turn = index + 1;
                     let echo = taken.echo.to_vec();
                     return Some(Arrived { source: *source, client: *client, echo, request: taken.request });
                 }
@@ -91,9 +111,8 @@ impl Ports {
         mode: Option<Mode>,
         links: &Links,
     ) -> Message {
-        let entry = self.position(source, client).and_then(|index| self.0.get_mut(index));
         let mut message = Message::new();
-        if let Some(entry) = entry {
+        if let Some(entry) = self.find(source, client) {
             // A message has room for every reply.
             let _ = entry.port.answer(reply, mode, links, &mut message);
         }
@@ -102,24 +121,29 @@ impl Ports {
 
     /// A client has gone.
     pub(crate) fn forget(&mut self, client: Client) {
-        self.0.retain(|entry| entry.client != client || client == Client::default());
+        self.entries.retain(|entry| entry.client != client || client == Client::default());
     }
 
     /// The USB cable has been pulled out: who comes next finds a link as it is at the start, in the mode given.
     pub(crate) fn unplug_usb(&mut self, mode: Mode) {
-        for Entry { source, port, ahead, .. } in self.0.iter_mut().filter(|entry| entry.source == Source::Usb) {
+        for Entry { source, port, ahead, .. } in self.entries.iter_mut().filter(|entry| entry.source == Source::Usb) {
             *port = Port::new(*source, mode);
             ahead.clear();
         }
     }
 
-    /// How many telegrams the bytes would make that wait.
-    pub(crate) fn backlog(&self) -> usize {
-        self.0.iter().map(|entry| entry.ahead.len().div_ceil(TELEGRAM)).sum()
+    /// How many bytes of a client have not been read.
+    pub(crate) fn unread(&self, source: Source, client: Client) -> usize {
+        self.position(source, client).and_then(|index| self.entries.get(index)).map_or(0, |entry| entry.ahead.len())
+    }
+
+    /// True while bytes of any client have not been read.
+    pub(crate) fn has_unread(&self) -> bool {
+        self.entries.iter().any(|entry| !entry.ahead.is_empty())
     }
 
     /// True while bytes of this client wait.
     pub(crate) fn owes(&self, client: Client) -> bool {
-        self.0.iter().any(|entry| entry.client == client && !entry.ahead.is_empty())
+        self.entries.iter().any(|entry| entry.client == client && !entry.ahead.is_empty())
     }
 }

@@ -13,9 +13,7 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{
-    Answer, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140, TMCM_1140_AXES,
-};
+use tmcm::module::{Answer, Hooks, Inputs, Module, Outcome, Parts, Platform, Source, TMCM_1140, TMCM_1140_AXES};
 use tmcm::store::{Keeper, Report, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can::Frame;
@@ -138,11 +136,13 @@ pub struct VirtualModule {
     seed: u32,
     /// What the microcontroller's clock shows whenever the firmware starts.
     clock: Micros,
-    /// Requests that wait until their link has its reply.
-    inbox: VecDeque<(Source, Client, Request)>,
+    /// The present for those who bring bytes. A request that takes time leaves it behind.
+    present: Nanos,
     outbox: VecDeque<Sent>,
-    /// Frames that wait until the CAN link has its reply.
+    /// Frames that the module has not come to.
     frames_in: VecDeque<Frame>,
+    /// The frames' turn is before that of the bytes.
+    frames_first: bool,
     frames_out: VecDeque<Frame>,
     /// Who waits for a reply that comes later.
     waiting: Vec<(Source, Client)>,
@@ -175,9 +175,10 @@ impl VirtualModule {
             firmware: None,
             seed,
             clock,
-            inbox: VecDeque::new(),
+            present: 0,
             outbox: VecDeque::new(),
             frames_in: VecDeque::new(),
+            frames_first: false,
             frames_out: VecDeque::new(),
             waiting: Vec::new(),
             subscriber: None,
@@ -201,7 +202,9 @@ impl VirtualModule {
 
     /// Lets time pass until `to`.
     pub fn run_until(&mut self, to: Nanos) {
+        self.present = self.present.max(to);
         loop {
+            self.deliver();
             let poll = self.firmware.as_ref().map(Firmware::deadline).filter(|at| *at <= to);
             self.board.borrow_mut().advance_to(poll.unwrap_or(to));
             if poll.is_none() {
@@ -223,12 +226,8 @@ impl VirtualModule {
 
     /// Bytes from one of those who share a link arrive.
     pub fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
-        if let Some(firmware) = &mut self.firmware
-            && (self.plugged || source != Source::Usb)
-        {
-            firmware.ports.push(source, client, bytes, firmware.core.links());
-            self.deliver();
-        }
+        self.present = self.now();
+        Device::hear(self, source, client, bytes);
     }
 
     /// Nothing has come from a client for so long that an unfinished telegram is given up.
@@ -297,6 +296,11 @@ impl VirtualModule {
 
     /// A frame arrives on the CAN bus.
     pub fn receive_frame(&mut self, frame: Frame) {
+        self.present = self.now();
+        self.take_frame(frame);
+    }
+
+    fn take_frame(&mut self, frame: Frame) {
         if self.firmware.is_some() {
             self.frames_in.push_back(frame);
             self.deliver();
@@ -310,15 +314,20 @@ impl VirtualModule {
 
     /// Replies that are on the wire by now, oldest first.
     pub fn sent(&mut self) -> Option<Sent> {
-        let now = self.now();
-        let ready = self.outbox.iter().position(|sent| sent.at <= now)?;
-        self.outbox.remove(ready)
+        self.present = self.now();
+        Device::sent(self)
     }
 
-    /// When something happens next that the owner may want to see: a reply or a poll.
+    /// When something happens next that the owner may want to see: a reply or a poll, or the module can go on to the next
+    /// request.
     pub fn next_event(&self) -> Option<Nanos> {
         let reply = self.outbox.iter().map(|sent| sent.at).min();
-        [reply, self.firmware.as_ref().map(Firmware::deadline)].into_iter().flatten().min()
+        let request = Some(self.now()).filter(|now| *now > self.present && self.has_unread());
+        [reply, request, self.firmware.as_ref().map(Firmware::deadline)].into_iter().flatten().min()
+    }
+
+    fn has_unread(&self) -> bool {
+        !self.frames_in.is_empty() || self.firmware.as_ref().is_some_and(|firmware| firmware.ports.has_unread())
     }
 
     /// Switches the supply off or on. What was on its way is lost; the EEPROM keeps its contents.
@@ -331,7 +340,6 @@ impl VirtualModule {
             self.boot();
         } else {
             self.firmware = None;
-            self.inbox.clear();
             self.outbox.clear();
             self.frames_in.clear();
             self.frames_out.clear();
@@ -347,7 +355,6 @@ impl VirtualModule {
             return;
         }
         self.plugged = on;
-        self.inbox.retain(|(source, ..)| *source != Source::Usb);
         self.outbox.retain(|sent| sent.source != Source::Usb);
         self.waiting.retain(|(source, _)| *source != Source::Usb);
         if let Some(firmware) = &mut self.firmware {
@@ -421,7 +428,6 @@ impl VirtualModule {
             leds: [outputs.led, outputs.trouble],
         });
         self.collect();
-        self.deliver();
         if outputs.restart {
             self.firmware = None;
             self.waiting.clear();
@@ -431,62 +437,58 @@ impl VirtualModule {
         }
     }
 
-    /// Gives the firmware the requests whose links are free. An answer may make it possible to read on.
+    /// Gives the firmware requests whose links are free, bytes and frames in turn, and of the bytes each client's: one,
+    /// and more as long as they take no time that is not there yet and keep it from no poll.
     fn deliver(&mut self) {
-        while self.listen() {
-            self.serve();
+        let mut passed = 0;
+        while passed < 2 && self.now() <= self.present {
+            self.frames_first = !self.frames_first;
+            let served = if self.frames_first { self.serve_frame() } else { self.serve_bytes() };
+            passed = if served { 0 } else { passed + 1 };
+            if served && self.firmware.as_ref().is_none_or(|firmware| firmware.deadline() <= self.now()) {
+                return;
+            }
         }
-        self.serve();
     }
 
-    /// Reads one request, or bytes that are echoed; false if there is nothing more to be read now.
-    fn listen(&mut self) -> bool {
+    /// Serves the next request of a byte link, or echoes bytes; false if there is nothing to be read now.
+    fn serve_bytes(&mut self) -> bool {
         let Some(firmware) = &mut self.firmware else { return false };
-        let Some(Arrived { source, client, echo, request }) = firmware.ports.next(firmware.core.links()) else {
+        let free = |source| !firmware.core.awaits(source);
+        let Some(Arrived { source, client, echo, request }) = firmware.ports.next(firmware.core.links(), free) else {
             return false;
         };
-        self.inbox.extend(request.map(|request| (source, client, request)));
-        let now = self.board.borrow().now();
-        self.outbox.extend(Sent::new(on_the_wire(source, now, now), source, client, &echo));
+        let arrived = self.board.borrow().now();
+        self.outbox.extend(Sent::new(on_the_wire(source, arrived, arrived), source, client, &echo));
+        let Some(request) = request else { return true };
+        let before = firmware.core.subscriber();
+        let (answer, mode) = firmware.core.serial(firmware.time(arrived), source, &request);
+        if firmware.core.subscriber() != before {
+            self.subscriber = Some(client);
+        }
+        let reply = match answer {
+            Answer::Now(reply) => Some(reply),
+            Answer::None => None,
+            Answer::Later => {
+                self.waiting.push((source, client));
+                return true;
+            }
+        };
+        let bytes = firmware.ports.answer((source, client), reply.as_ref(), Some(mode), firmware.core.links());
+        let at = on_the_wire(source, arrived, self.board.borrow().now());
+        self.outbox.extend(Sent::new(at, source, client, &bytes));
         true
     }
 
-    /// Serves the requests whose links are free.
-    fn serve(&mut self) {
-        let Some(firmware) = &mut self.firmware else { return };
-        let mut index = 0;
-        while let Some((source, client, request)) = self.inbox.get(index).copied() {
-            if firmware.core.awaits(source) {
-                index += 1;
-                continue;
-            }
-            self.inbox.remove(index);
-            let arrived = self.board.borrow().now();
-            let before = firmware.core.subscriber();
-            let (answer, mode) = firmware.core.serial(firmware.time(arrived), source, &request);
-            if firmware.core.subscriber() != before {
-                self.subscriber = Some(client);
-            }
-            let reply = match answer {
-                Answer::Now(reply) => Some(reply),
-                Answer::None => None,
-                Answer::Later => {
-                    self.waiting.push((source, client));
-                    continue;
-                }
-            };
-            let bytes = firmware.ports.answer((source, client), reply.as_ref(), Some(mode), firmware.core.links());
-            let at = on_the_wire(source, arrived, self.board.borrow().now());
-            self.outbox.extend(Sent::new(at, source, client, &bytes));
+    /// Serves the next frame; false if there is none for now.
+    fn serve_frame(&mut self) -> bool {
+        let Some(firmware) = self.firmware.as_mut().filter(|firmware| !firmware.core.awaits(CAN)) else { return false };
+        let Some(Frame { id, data }) = self.frames_in.pop_front() else { return false };
+        let now = firmware.time(self.board.borrow().now());
+        if let Answer::Now(reply) = firmware.core.can(now, id, &data) {
+            self.frames_out.push_back(reply);
         }
-        while !firmware.core.awaits(CAN)
-            && let Some(Frame { id, data }) = self.frames_in.pop_front()
-        {
-            let now = firmware.time(self.board.borrow().now());
-            if let Answer::Now(reply) = firmware.core.can(now, id, &data) {
-                self.frames_out.push_back(reply);
-            }
-        }
+        true
     }
 
     /// Takes the replies that have become due.
@@ -545,11 +547,16 @@ impl Device for VirtualModule {
     }
 
     fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
-        VirtualModule::hear(self, source, client, bytes);
+        if let Some(firmware) = &mut self.firmware
+            && (self.plugged || source != Source::Usb)
+        {
+            firmware.ports.push(source, client, bytes, firmware.core.links());
+            self.deliver();
+        }
     }
 
     fn overhear(&mut self, byte: u8) {
-        VirtualModule::hear(self, Source::Rs485, Client::default(), &[byte]);
+        Device::hear(self, Source::Rs485, Client::default(), &[byte]);
     }
 
     fn silence(&mut self, source: Source, client: Client) {
@@ -557,12 +564,13 @@ impl Device for VirtualModule {
     }
 
     fn sent(&mut self) -> Option<Sent> {
-        VirtualModule::sent(self)
+        let ready = self.outbox.iter().position(|sent| sent.at <= self.present)?;
+        self.outbox.remove(ready)
     }
 
     fn receive_frame(&mut self, frame: &CanFrame) {
         if let Some(frame) = frame.plain() {
-            VirtualModule::receive_frame(self, frame);
+            self.take_frame(frame);
         }
     }
 
@@ -576,14 +584,16 @@ impl Device for VirtualModule {
         Some(Rs485 { baud: firmware.baud, pause: Some(pause) })
     }
 
-    fn backlog(&self) -> usize {
-        let unread = self.firmware.as_ref().map_or(0, |firmware| firmware.ports.backlog());
-        unread + self.inbox.len() + self.frames_in.len()
+    fn unread(&self, source: Source, client: Client) -> usize {
+        self.firmware.as_ref().map_or(0, |firmware| firmware.ports.unread(source, client))
+    }
+
+    fn unread_frames(&self) -> usize {
+        self.frames_in.len()
     }
 
     fn owes(&self, client: Client) -> bool {
         self.firmware.as_ref().is_some_and(|firmware| firmware.ports.owes(client))
-            || self.inbox.iter().any(|(_, from, _)| *from == client)
             || self.outbox.iter().any(|sent| sent.client == client)
             || self.waiting.iter().any(|(_, waiting)| *waiting == client)
     }
@@ -602,7 +612,7 @@ impl Device for VirtualModule {
             Some(_) => self.subscriber.is_some(),
             None => false,
         };
-        let owes = !self.inbox.is_empty() || !self.outbox.is_empty() || !self.waiting.is_empty();
+        let owes = self.has_unread() || !self.outbox.is_empty() || !self.waiting.is_empty();
         owes || firmware.core.awaits(CAN) || waited_for
     }
 

@@ -1,7 +1,8 @@
 //! A CAN bus with the virtual modules and any number of adapters on it.
 //!
-//! Frames go one after the other, in the order in which they were sent, at 1 Mbit/s. Bit rates are not enforced:
-//! what is set by global parameter 69 and at the adapters changes nothing.
+//! Frames go one after the other at 1 Mbit/s, and those who have one to send take turns. An adapter waits while a module
+//! has not come to a frame before: real modules would lose it. Bit rates are not enforced: what is set by global parameter
+//! 69 and at the adapters changes nothing.
 
 use std::collections::VecDeque;
 
@@ -37,8 +38,13 @@ pub struct Heard {
 /// The bus.
 #[derive(Debug, Default)]
 pub(super) struct Bus {
-    wire: VecDeque<Heard>,
-    /// Until when frames are on their way.
+    /// Who has sent something, and what has not been on the bus.
+    senders: Vec<(Node, VecDeque<CanFrame>)>,
+    /// Which of them is next.
+    turn: usize,
+    /// The frame that is on its way.
+    wire: Option<Heard>,
+    /// Until when frames have been on their way.
     taken: Nanos,
     /// For the adapters.
     pub(super) heard: VecDeque<Heard>,
@@ -46,34 +52,66 @@ pub(super) struct Bus {
 
 impl Bus {
     /// A node wants a frame on the bus.
-    pub(super) fn send(&mut self, now: Nanos, from: Node, frame: CanFrame) {
-        let data = frame.data.as_ref().map_or(0, |data| data.len() as u64);
-        let bits = FRAME_BITS[usize::from(frame.extended)] + 8 * data;
-        self.taken = self.taken.max(now) + bits * MICROSECOND;
-        self.wire.push_back(Heard { at: self.taken, from, frame });
+    pub(super) fn send(&mut self, from: Node, frame: CanFrame) {
+        match self.senders.iter_mut().find(|(node, _)| *node == from) {
+            Some((_, frames)) => frames.push_back(frame),
+            None => self.senders.push((from, VecDeque::from([frame]))),
+        }
     }
 
-    /// A module has lost its power: what it was going to send is not sent.
-    pub(super) fn cut_off(&mut self, module: usize) {
-        self.wire.retain(|heard| heard.from != Node::Module(module));
+    /// A node is gone, or has lost its power: what it was going to send is not sent.
+    pub(super) fn cut_off(&mut self, node: Node) {
+        self.senders.retain(|(sender, _)| *sender != node);
+        self.wire.take_if(|heard| heard.from == node);
+    }
+
+    /// Nobody is left who would acknowledge a frame: the adapters give up what they were going to send.
+    pub(super) fn fall_silent(&mut self) {
+        self.senders.clear();
+        self.wire = None;
     }
 
     /// When the next frame is complete.
     pub(super) fn next_event(&self) -> Option<Nanos> {
-        self.wire.front().map(|heard| heard.at)
+        self.wire.as_ref().map(|heard| heard.at)
     }
 
-    /// How many frames are on their way.
-    pub(super) fn waiting(&self) -> usize {
-        self.wire.len()
+    /// How many frames of a node have not been on the bus.
+    pub(super) fn waiting(&self, node: Node) -> usize {
+        let frames = self.senders.iter().find(|(sender, _)| *sender == node).map_or(0, |(_, frames)| frames.len());
+        frames + usize::from(self.wire.as_ref().is_some_and(|heard| heard.from == node))
     }
 
     /// Hands out the frames that are complete by now.
     pub(super) fn deliver(&mut self, modules: &mut [impl Device], now: Nanos) {
-        while let Some(heard) = self.wire.pop_front_if(|heard| heard.at <= now) {
+        while let Some(heard) = self.wire.take_if(|heard| heard.at <= now) {
             let others = modules.iter_mut().enumerate().filter(|(index, _)| heard.from != Node::Module(*index));
             others.for_each(|(_, module)| module.receive_frame(&heard.frame));
+            let at = heard.at;
             self.heard.push_back(heard);
+            self.begin(modules, at);
+        }
+    }
+
+    /// Lets the next frame begin if the bus is free.
+    pub(super) fn begin(&mut self, modules: &[impl Device], now: Nanos) {
+        if self.wire.is_some() {
+            return;
+        }
+        let ready = modules.iter().all(|module| module.unread_frames() == 0);
+        let count = self.senders.len();
+        for index in (self.turn..count).chain(0..self.turn.min(count)) {
+            let Some((from, frames)) = self.senders.get_mut(index) else { continue };
+            if (ready || matches!(from, Node::Module(_)))
+                && let Some(frame) = frames.pop_front()
+            {
+                let data = frame.data.as_ref().map_or(0, |data| data.len() as u64);
+                let bits = FRAME_BITS[usize::from(frame.extended)] + 8 * data;
+                self.taken = self.taken.max(now) + bits * MICROSECOND;
+                self.wire = Some(Heard { at: self.taken, from: *from, frame });
+                self.turn = index + 1;
+                return;
+            }
         }
     }
 }

@@ -16,7 +16,7 @@ pub use can::{Heard, Node};
 
 use crate::device::Device;
 use crate::slcan::CanFrame;
-use crate::virtual_module::{Sent, VirtualModule};
+use crate::virtual_module::{Client, Sent, VirtualModule};
 
 /// Bytes in an AT25128.
 const EEPROM: usize = 16_384;
@@ -29,6 +29,17 @@ pub struct Fleet<M = VirtualModule> {
     can: can::Bus,
     /// Replies on point-to-point links, and the module each comes from.
     sent: VecDeque<(usize, Sent)>,
+    /// Links have lost what was on its way since the last look.
+    lost: Lost,
+}
+
+/// Which links have lost what hosts had sent, because nobody was there to hear it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Lost {
+    /// The USB link of module 1: it had no power, or the cable was out.
+    pub usb: bool,
+    /// The buses: no module had power.
+    pub buses: bool,
 }
 
 impl Fleet {
@@ -61,7 +72,7 @@ impl<M: Device> Fleet<M> {
         let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
         // All have started.
         let now = modules.iter().map(M::now).max().unwrap_or_default();
-        Ok(Fleet { modules, now, rs485, can, sent: VecDeque::new() })
+        Ok(Fleet { modules, now, rs485, can, sent: VecDeque::new(), lost: Lost::default() })
     }
 
     /// The modules.
@@ -81,8 +92,13 @@ impl<M: Device> Fleet<M> {
         module.set_power(on);
         if !on {
             self.rs485.cut_off(index);
-            self.can.cut_off(index);
+            self.can.cut_off(Node::Module(index));
             self.sent.retain(|(from, _)| *from != index);
+            self.lost.usb |= index == 0;
+            if !self.modules.iter_mut().any(|module| module.board_mut().is_powered()) {
+                self.can.fall_silent();
+                self.lost.buses = true;
+            }
         }
     }
 
@@ -91,6 +107,12 @@ impl<M: Device> Fleet<M> {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.plug_usb(on);
         self.sent.retain(|(from, _)| *from != index);
+        self.lost.usb |= index == 0 && !on;
+    }
+
+    /// Which links have lost since the last call what hosts had sent before.
+    pub fn take_lost(&mut self) -> Lost {
+        std::mem::take(&mut self.lost)
     }
 
     /// Virtual time.
@@ -130,11 +152,27 @@ impl<M: Device> Fleet<M> {
         wires || self.modules.iter().any(M::is_busy)
     }
 
-    /// How many requests wait because their link still waits for a reply, at the module with most of them, or for the
-    /// CAN bus.
-    pub fn backlog(&self) -> usize {
-        let modules = self.modules.iter().map(M::backlog).max();
-        modules.unwrap_or_default().max(self.can.waiting())
+    /// How many bytes of a client on the USB link of module 1 it has not come to.
+    pub fn unread_usb(&self, client: Client) -> usize {
+        self.modules.first().map_or(0, |module| module.unread(Source::Usb, client))
+    }
+
+    /// How many bytes of the host on the RS485 bus the modules have not come to, and of replies to them that have not been
+    /// on the bus, at the module with most of them.
+    pub fn unread_rs485(&self) -> usize {
+        let unread =
+            |(index, module): (usize, &M)| module.unread(Source::Rs485, Client::default()) + self.rs485.waiting(index);
+        self.modules.iter().enumerate().map(unread).max().unwrap_or_default()
+    }
+
+    /// How many frames of an adapter have not been on the CAN bus.
+    pub fn unsent_frames(&self, adapter: u64) -> usize {
+        self.can.waiting(Node::Adapter(adapter))
+    }
+
+    /// An adapter is not on the CAN bus any more.
+    pub fn forget_adapter(&mut self, adapter: u64) {
+        self.can.cut_off(Node::Adapter(adapter));
     }
 
     /// A reply over a point-to-point link, and the index of the module that it comes from.
@@ -166,7 +204,8 @@ impl<M: Device> Fleet<M> {
 
     /// An adapter sends a frame on the CAN bus.
     pub fn send_can(&mut self, adapter: u64, frame: CanFrame) {
-        self.can.send(self.now, Node::Adapter(adapter), frame);
+        self.can.send(Node::Adapter(adapter), frame);
+        self.can.begin(&self.modules, self.now);
     }
 
     /// A frame that was on the CAN bus.
@@ -187,9 +226,10 @@ impl<M: Device> Fleet<M> {
                 }
             }
             while let Some(frame) = module.frame() {
-                self.can.send(self.now, Node::Module(index), frame);
+                self.can.send(Node::Module(index), frame);
             }
         }
+        self.can.begin(&self.modules, self.now);
     }
 }
 

@@ -113,6 +113,12 @@ impl Rs485 {
         }
     }
 
+    /// How many bytes a module still has to begin to send.
+    pub(super) fn waiting(&self, module: usize) -> usize {
+        let messages = self.places.get(module).into_iter().flat_map(|place| &place.messages);
+        messages.map(|message| message.bytes.len()).sum()
+    }
+
     /// When the next byte arrives, or somebody begins to send.
     pub(super) fn next_event(&self) -> Option<Nanos> {
         let starts = self.places.iter().filter_map(Place::starts);

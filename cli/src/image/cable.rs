@@ -1,34 +1,58 @@
 //! The USB cable of a module that runs its image: several hosts share what is one serial port to the module.
 //!
 //! The module does not know who speaks. A host has the cable until as much has come back as it has said, as it is with
-//! telegrams, or nothing has moved for a while; what comes back meanwhile is for it.
+//! telegrams, or nothing has moved for a while; what comes back meanwhile is for it. Then it is the next one's turn, for one
+//! telegram or line.
+//!
+//! To the module there is one connection, whoever comes and goes. What a host leaves behind in it - another language than
+//! that of parameter 67, a subscription - would be the next one's. So when a host that has asked for something of the kind
+//! is gone, the cable is reset, and for those who are still there the link is as after its start, too.
 
 use std::collections::VecDeque;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
+use tmcm::tmcl::Opcode;
+use tmcm::tmcl::binary::TELEGRAM;
 
 use super::pieces::Pieces;
 use crate::virtual_module::Client;
 
-/// A host whose request is not answered has the cable for so long. Storing takes some 20 ms.
-const PATIENCE: Nanos = 250 * MILLISECOND;
+/// A host whose request is not answered has the cable for so long while others want it. Storing takes longer, but that can
+/// be seen.
+const PATIENCE: Nanos = 40 * MILLISECOND;
+/// And for so long while nobody else does.
+const LONE_PATIENCE: Nanos = 5 * MILLISECOND;
+/// Bytes of a host alone that may be on their way without an answer. The module can take more: they would be carried out
+/// before a second host's.
+const AHEAD: usize = 3 * TELEGRAM;
 /// A silence that the firmware takes for the end of a telegram: it waits for 5 ms.
 pub(super) const GAP: Nanos = 6 * MILLISECOND;
 
 /// Bytes that wait for the cable.
 #[derive(Debug)]
-struct Waiting {
-    client: Client,
+struct Portion {
     bytes: Vec<u8>,
     /// A silence follows.
     gap: bool,
 }
 
+/// One of those who share the cable.
+#[derive(Debug)]
+struct Host {
+    client: Client,
+    pieces: Pieces,
+    waiting: VecDeque<Portion>,
+    /// It has asked for what would outlast it.
+    leaves_traces: bool,
+    gone: bool,
+}
+
 /// The cable.
 #[derive(Debug, Default)]
 pub(super) struct Cable {
-    hosts: Vec<(Client, Pieces)>,
-    waiting: VecDeque<Waiting>,
+    hosts: Vec<Host>,
+    /// Whose turn it is.
+    turn: usize,
     /// Who has the cable, or had it last.
     speaker: Client,
     /// How many bytes have not come back.
@@ -42,35 +66,67 @@ pub(super) struct Cable {
 impl Cable {
     /// Bytes from a host.
     pub(super) fn push(&mut self, client: Client, bytes: &[u8]) {
-        let whole = self.pieces(client).push(bytes);
-        if !whole.is_empty() {
-            self.waiting.push_back(Waiting { client, bytes: whole, gap: false });
+        let host = self.host(client);
+        for bytes in host.pieces.push(bytes) {
+            host.leaves_traces |= leaves_traces(&bytes);
+            host.waiting.push_back(Portion { bytes, gap: false });
         }
     }
 
     /// A host is silent.
     pub(super) fn silence(&mut self, client: Client) {
-        if let Some(bytes) = self.pieces(client).silence() {
-            self.waiting.push_back(Waiting { client, bytes, gap: true });
-        }
+        let host = self.host(client);
+        host.waiting.extend(host.pieces.silence().map(|bytes| Portion { bytes, gap: true }));
     }
 
     /// A host has gone.
     pub(super) fn forget(&mut self, client: Client) {
         self.silence(client);
-        self.hosts.retain(|(host, _)| *host != client);
+        self.host(client).gone = true;
+    }
+
+    /// True if somebody has left what the next one must not find: the cable is to be reset. Told once, when nobody waits for
+    /// an answer.
+    pub(super) fn is_left_behind(&mut self, now: Nanos) -> bool {
+        if self.is_taken(now, PATIENCE) {
+            return false;
+        }
+        let left = self.hosts.extract_if(.., |host| host.gone && host.waiting.is_empty());
+        let left = left.fold(false, |left, host| left | host.leaves_traces);
+        if left {
+            self.hosts.iter_mut().for_each(|host| host.leaves_traces = host.waiting.iter().any(Portion::leaves_traces));
+        }
+        left
+    }
+
+    /// The module is storing something: the answer may have to wait for that.
+    pub(super) fn wait(&mut self, now: Nanos) {
+        self.moved = now;
     }
 
     /// What goes to the module now.
     pub(super) fn next(&mut self, now: Nanos) -> Option<Vec<u8>> {
-        let speaker = self.speaker;
-        let taken = self.is_taken(now);
-        let ready = |waiting: &mut Waiting| !taken || waiting.client == speaker;
         if now < self.quiet {
             return None;
         }
-        let Waiting { client, bytes, gap } = self.waiting.pop_front_if(ready)?;
-        self.missing = if client == self.speaker { self.missing + bytes.len() } else { bytes.len() };
+        let speaker = self.speaker;
+        let alone = self.hosts.iter().all(|host| host.client == speaker || host.waiting.is_empty());
+        let taken = if alone {
+            self.missing >= AHEAD && self.is_taken(now, LONE_PATIENCE)
+        } else {
+            self.is_taken(now, PATIENCE)
+        };
+        if taken {
+            return None;
+        }
+        let count = self.hosts.len();
+        let mut turns = (self.turn..count).chain(0..self.turn.min(count));
+        let (index, client, Portion { bytes, gap }) = turns.find_map(|index| {
+            let host = self.hosts.get_mut(index)?;
+            Some((index, host.client, host.waiting.pop_front()?))
+        })?;
+        self.turn = index + 1;
+        self.missing = if client == speaker { self.missing + bytes.len() } else { bytes.len() };
         (self.speaker, self.moved) = (client, now);
         self.quiet = if gap { now + GAP } else { 0 };
         Some(bytes)
@@ -83,14 +139,21 @@ impl Cable {
         self.speaker
     }
 
-    /// How many portions wait.
-    pub(super) fn backlog(&self) -> usize {
-        self.waiting.len()
+    /// How many bytes of a host wait.
+    pub(super) fn unread(&self, client: Client) -> usize {
+        let portions = self.hosts.iter().filter(|host| host.client == client).flat_map(|host| &host.waiting);
+        portions.map(|portion| portion.bytes.len()).sum()
+    }
+
+    /// True while anything of anybody waits.
+    pub(super) fn has_unread(&self) -> bool {
+        self.hosts.iter().any(|host| host.gone || !host.waiting.is_empty())
     }
 
     /// True while something of this client's waits or may come back to it.
     pub(super) fn owes(&self, now: Nanos, client: Client) -> bool {
-        self.waiting.iter().any(|waiting| waiting.client == client) || self.speaker == client && self.is_taken(now)
+        let waits = self.hosts.iter().any(|host| host.client == client && !host.waiting.is_empty());
+        waits || self.speaker == client && self.is_taken(now, PATIENCE)
     }
 
     /// The module has lost its power, or the cable has been pulled out: nothing comes back any more, and what was half
@@ -99,17 +162,30 @@ impl Cable {
         *self = Cable { speaker: self.speaker, ..Cable::default() };
     }
 
-    fn is_taken(&self, now: Nanos) -> bool {
-        self.missing > 0 && now < self.moved + PATIENCE
+    fn is_taken(&self, now: Nanos, patience: Nanos) -> bool {
+        self.missing > 0 && now < self.moved + patience
     }
 
-    fn pieces(&mut self, client: Client) -> &mut Pieces {
-        let index = self.hosts.iter().position(|(host, _)| *host == client).unwrap_or_else(|| {
-            self.hosts.push((client, Pieces::default()));
+    fn host(&mut self, client: Client) -> &mut Host {
+        let index = self.hosts.iter().position(|host| host.client == client).unwrap_or_else(|| {
+            let (pieces, waiting) = (Pieces::default(), VecDeque::new());
+            self.hosts.push(Host { client, pieces, waiting, leaves_traces: false, gone: false });
             self.hosts.len() - 1
         });
-        &mut self.hosts[index].1
+        &mut self.hosts[index]
     }
+}
+
+impl Portion {
+    fn leaves_traces(&self) -> bool {
+        leaves_traces(&self.bytes)
+    }
+}
+
+/// Changes the language of the link, or subscribes to an event.
+fn leaves_traces(bytes: &[u8]) -> bool {
+    const COMMANDS: [u8; 2] = [Opcode::EnterAscii as u8, Opcode::PositionReachedEvent as u8];
+    bytes.get(1).is_some_and(|opcode| COMMANDS.contains(opcode)) || bytes.windows(3).any(|word| word == b"BIN")
 }
 
 #[cfg(test)]
@@ -122,14 +198,14 @@ mod tests {
     #[test]
     fn hosts_take_turns() {
         let mut cable = Cable::default();
-        cable.push(ONE, b"111111111");
-        cable.push(OTHER, b"222222222");
-        assert_eq!(cable.next(0).as_deref(), Some(&b"111111111"[..]));
+        cable.push(ONE, &[1; 9]);
+        cable.push(OTHER, &[2; 9]);
+        assert_eq!(cable.next(0).as_deref(), Some(&[1; 9][..]));
         assert_eq!(cable.next(PATIENCE - 1), None);
         assert!(cable.owes(1, ONE) && cable.owes(1, OTHER));
         assert_eq!(cable.hear(1, 9), ONE);
         assert!(!cable.owes(1, ONE));
-        assert_eq!(cable.next(1).as_deref(), Some(&b"222222222"[..]));
+        assert_eq!(cable.next(1).as_deref(), Some(&[2; 9][..]));
         // Something unasked for goes to who spoke last.
         assert_eq!((cable.hear(2, 9), cable.hear(3, 9)), (OTHER, OTHER));
     }
@@ -137,24 +213,24 @@ mod tests {
     #[test]
     fn who_gets_no_answer_has_the_cable_for_a_while() {
         let mut cable = Cable::default();
-        cable.push(ONE, b"111111111");
-        cable.push(OTHER, b"222222222");
-        cable.push(ONE, b"333333333");
+        cable.push(ONE, &[1; 9]);
+        cable.push(OTHER, &[2; 9]);
+        cable.push(ONE, &[3; 9]);
         assert!(cable.next(5).is_some() && cable.next(5).is_none());
-        assert_eq!(cable.next(5 + PATIENCE).as_deref(), Some(&b"222222222"[..]));
+        assert_eq!(cable.next(5 + PATIENCE).as_deref(), Some(&[2; 9][..]));
         assert!(cable.owes(5 + PATIENCE, ONE));
     }
 
     #[test]
     fn nothing_is_left_of_what_was_cut() {
         let mut cable = Cable::default();
-        cable.push(ONE, b"111111111");
+        cable.push(ONE, &[1; 9]);
         cable.push(OTHER, b"2222");
         assert!(cable.next(0).is_some());
         cable.cut();
         assert!(!cable.owes(0, ONE));
-        cable.push(OTHER, b"333333333");
-        assert_eq!(cable.next(0).as_deref(), Some(&b"333333333"[..]));
+        cable.push(OTHER, &[3; 9]);
+        assert_eq!(cable.next(0).as_deref(), Some(&[3; 9][..]));
     }
 
     #[test]
@@ -162,9 +238,9 @@ mod tests {
         let mut cable = Cable::default();
         cable.push(ONE, b"1234");
         cable.silence(ONE);
-        cable.push(ONE, b"123456789");
+        cable.push(ONE, &[1; 9]);
         assert_eq!(cable.next(0).as_deref(), Some(&b"1234"[..]));
         assert_eq!(cable.next(GAP - 1), None);
-        assert_eq!(cable.next(GAP).as_deref(), Some(&b"123456789"[..]));
+        assert_eq!(cable.next(GAP).as_deref(), Some(&[1; 9][..]));
     }
 }

@@ -11,10 +11,9 @@ use std::collections::VecDeque;
 
 use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
-use hal_sim::mcu::{self, BoardAccess, CanBus, LogLine, Machine, Stop};
+use hal_sim::mcu::{self, BoardAccess, CanBus, LogLine, Machine, Stop, Waiting};
 use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
-use tmcm::tmcl::binary::TELEGRAM;
 use tmcm::tmcl::can::Data;
 
 use crate::device::{Device, Rs485};
@@ -125,13 +124,18 @@ impl ImageModule {
         }
     }
 
-    /// Sends over USB what waits for it.
+    /// Sends over USB what waits for it, and resets the cable for the next host if that is due.
     fn feed(&mut self) {
         let now = self.machine.now();
-        if self.cable.backlog() > 0
-            && self.machine.usb_device().open
-            && let Some(bytes) = self.cable.next(now)
-        {
+        if !self.cable.has_unread() || !self.machine.usb_device().open || self.machine.waiting().usb > 0 {
+            return;
+        }
+        if self.machine.board().at25().is_writing() {
+            self.cable.wait(now);
+        }
+        if self.cable.is_left_behind(now) {
+            self.machine.reset_usb();
+        } else if let Some(bytes) = self.cable.next(now) {
             self.machine.send_usb(&bytes);
             self.active = now;
         }
@@ -193,6 +197,7 @@ impl Device for ImageModule {
             self.machine.set_power(on);
             self.cable.cut();
             self.rs485 = Pieces::default();
+            self.quiet = 0;
             self.sent.clear();
             self.frames.clear();
         }
@@ -213,7 +218,7 @@ impl Device for ImageModule {
             Source::Usb if !self.plugged => {}
             Source::Usb => self.cable.push(client, bytes),
             Source::Rs485 => {
-                let whole = self.rs485.push(bytes);
+                let whole = self.rs485.push(bytes).concat();
                 self.send_rs485(&whole, false);
             }
             Source::Can { .. } => {}
@@ -257,9 +262,17 @@ impl Device for ImageModule {
         self.machine.rs485_bit_rate().map(|baud| Rs485 { baud: baud.into(), pause: None })
     }
 
-    fn backlog(&self) -> usize {
-        let (bytes, frames) = self.machine.waiting();
-        self.cable.backlog() + bytes.div_ceil(TELEGRAM) + frames
+    fn unread(&self, source: Source, client: Client) -> usize {
+        match source {
+            Source::Usb => self.cable.unread(client),
+            Source::Rs485 => self.machine.waiting().rs485,
+            Source::Can { .. } => 0,
+        }
+    }
+
+    fn unread_frames(&self) -> usize {
+        // Where it listens to none, they do not wait for it.
+        self.machine.can_bit_rate().map_or(0, |_| self.machine.waiting().can)
     }
 
     fn owes(&self, client: Client) -> bool {
@@ -271,7 +284,9 @@ impl Device for ImageModule {
     }
 
     fn is_busy(&self) -> bool {
-        self.powered && (self.backlog() > 0 || self.machine.now() < self.active + QUIET)
+        let Waiting { rs485, usb, can } = self.machine.waiting();
+        let unread = self.cable.has_unread() || rs485 + usb + can > 0;
+        self.powered && (unread || self.machine.now() < self.active + QUIET)
     }
 
     fn take_log(&mut self) -> Vec<String> {

@@ -4,33 +4,54 @@
 //! its own: the firmware, which gives up an unfinished telegram after 5 ms, would see other silences than the host
 //! made. So it gets whole telegrams, whole lines, and what a silence has ended.
 
+use tmcm::tmcl::ascii;
 use tmcm::tmcl::binary::TELEGRAM;
 
 /// What has come from a host and is not whole.
 #[derive(Debug, Default)]
 pub(super) struct Pieces {
     held: Vec<u8>,
-    /// How many bytes of a telegram the module has been given without the others.
-    begun: usize,
+    /// The last that the module has been given was a line. If it takes it for the beginning of a telegram, a silence ends
+    /// that.
+    line: bool,
 }
 
 impl Pieces {
-    /// Takes bytes; gives those that the module may have now.
-    pub(super) fn push(&mut self, bytes: &[u8]) -> Vec<u8> {
+    /// Takes bytes; gives those that the module may have now, telegram by telegram and line by line.
+    pub(super) fn push(&mut self, bytes: &[u8]) -> Vec<Vec<u8>> {
         self.held.extend(bytes);
-        let telegrams = (self.begun + self.held.len()) / TELEGRAM * TELEGRAM;
-        let line = self.held.iter().rposition(|byte| matches!(byte, b'\r' | b'\n'));
-        let whole = telegrams.saturating_sub(self.begun).max(line.map_or(0, |end| end + 1));
-        self.begun = (self.begun + whole) % TELEGRAM;
-        self.held.drain(..whole).collect()
+        let mut portions = Vec::new();
+        loop {
+            let end = self.held.iter().position(|byte| is_end(*byte));
+            // Of a telegram this cannot be said: at least its command number is none of these characters.
+            let typed = self.held.iter().take(end.unwrap_or(ascii::LINE)).all(|byte| is_typed(*byte));
+            let whole = match end {
+                Some(end) if typed => end + 1,
+                None if typed => ascii::LINE,
+                _ => TELEGRAM,
+            };
+            if self.held.len() < whole {
+                return portions;
+            }
+            self.line = typed;
+            portions.push(self.held.drain(..whole).collect());
+        }
     }
 
-    /// The host is silent; gives what is left, if anything is unfinished. The module has to see a silence behind that.
+    /// The host is silent; gives what is left, if anything may be unfinished. The module has to see a silence behind that.
     pub(super) fn silence(&mut self) -> Option<Vec<u8>> {
-        let unfinished = !self.held.is_empty() || self.begun != 0;
-        self.begun = 0;
+        let unfinished = !self.held.is_empty() || std::mem::take(&mut self.line);
         unfinished.then(|| std::mem::take(&mut self.held))
     }
+}
+
+fn is_end(byte: u8) -> bool {
+    matches!(byte, b'\r' | b'\n')
+}
+
+/// Somebody may have typed this in ASCII mode.
+fn is_typed(byte: u8) -> bool {
+    byte.is_ascii_graphic() || matches!(byte, b' ' | b'\x08')
 }
 
 #[cfg(test)]
@@ -40,21 +61,29 @@ mod tests {
     #[test]
     fn telegrams_and_lines_are_whole() {
         let mut pieces = Pieces::default();
-        assert_eq!(pieces.push(b"1234"), b"");
-        assert_eq!(pieces.push(b"56789123"), b"123456789");
-        assert_eq!(pieces.silence().as_deref(), Some(&b"123"[..]));
+        let none: [Vec<u8>; 0] = [];
+        assert_eq!(pieces.push(&[1, 2, 3, 4]), none);
+        assert_eq!(pieces.push(&[5, 6, 7, 8, 9, 1, 2, 3]), [[1, 2, 3, 4, 5, 6, 7, 8, 9]]);
+        assert_eq!(pieces.silence().as_deref(), Some(&[1, 2, 3][..]));
         assert_eq!(pieces.silence(), None);
-        assert_eq!(pieces.push(b"AMST\rA"), b"AMST\r");
+        assert_eq!(pieces.push(b"AMVP ABS, 0, 1"), none);
+        assert_eq!(pieces.push(b"0\rAMST\rA"), [&b"AMVP ABS, 0, 10\r"[..], b"AMST\r"]);
         assert_eq!(pieces.silence().as_deref(), Some(&b"A"[..]));
     }
 
     #[test]
     fn a_telegram_may_have_the_end_of_a_line_in_it() {
         let mut pieces = Pieces::default();
-        assert_eq!(pieces.push(b"12\r4"), b"12\r");
-        assert_eq!(pieces.push(b"56789"), b"456789");
+        assert_eq!(pieces.push(&[1, 2, b'\r', 4, 5, 6, 7, 8, 9, 1]), [[1, 2, b'\r', 4, 5, 6, 7, 8, 9]]);
+        assert_eq!(pieces.push(&[b'\n', 3, 4, 5, 6, 7, 8, b'\r']), [[1, b'\n', 3, 4, 5, 6, 7, 8, b'\r']]);
         assert_eq!(pieces.silence(), None);
-        assert_eq!(pieces.push(b"12\r"), b"12\r");
+    }
+
+    #[test]
+    fn a_silence_ends_what_a_line_may_have_begun() {
+        let mut pieces = Pieces::default();
+        assert_eq!(pieces.push(b"BIN\r"), [b"BIN\r"]);
         assert_eq!(pieces.silence().as_deref(), Some(&b""[..]));
+        assert_eq!(pieces.silence(), None);
     }
 }

@@ -18,7 +18,7 @@ use super::slcan::HostAdapter;
 use super::tcp::{Guest, Server};
 use crate::device::Device;
 use crate::failure::Failure;
-use crate::fleet::Fleet;
+use crate::fleet::{Fleet, Lost};
 use crate::virtual_module::{Client, Sent};
 
 /// The TCP port that is used when none is asked for, if it is free.
@@ -27,8 +27,6 @@ const USUAL_PORT: u16 = 4140;
 const SERIAL: Client = Client(0);
 const RS485: Client = Client(1);
 const SLCAN: Client = Client(2);
-/// Requests that may wait; while there are more, nothing is read.
-const BACKLOG: usize = 64;
 
 /// The USB interface of module 1, the buses, and the control port.
 #[derive(Debug)]
@@ -71,39 +69,48 @@ impl Links {
         })
     }
 
-    /// Gives the modules what has arrived.
-    pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) {
+    /// Takes new connections and gives the modules what has arrived, a portion of each client's. Gives what there is to be
+    /// told.
+    pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) -> Vec<String> {
         let last = &mut self.last_client.0;
         let mut next = || {
             *last += 1;
             Client(*last)
         };
+        let mut told = Vec::new();
         if let Some(server) = &mut self.tcp {
-            server.accept(|stream| Endpoint::over_tcp(stream, next()));
+            told.extend(server.accept(|stream| Endpoint::over_tcp(stream, next())));
         }
         if let Some(server) = &mut self.slcan_tcp {
-            server.accept(|stream| HostAdapter::new(Endpoint::new(stream, next())));
+            told.extend(server.accept(|stream| HostAdapter::new(Endpoint::new(stream, next()))));
         }
-        let serial = self.serial.iter_mut().map(|pty| &mut pty.end);
-        for endpoint in serial {
-            usb(fleet, endpoint);
+        if let Some(pty) = &mut self.serial {
+            usb(fleet, &mut pty.end);
         }
         for endpoint in self.tcp.iter_mut().flat_map(|server| &mut server.clients) {
             usb(fleet, endpoint);
         }
-        if let Some(pty) = self.rs485.as_mut().filter(|_| fleet.backlog() < BACKLOG) {
-            pty.end.receive(|arrival| match arrival {
+        if let Some(pty) = &mut self.rs485 {
+            pty.end.receive(fleet.unread_rs485(), |arrival| match arrival {
                 Arrival::Bytes(bytes) => fleet.send_rs485(bytes),
                 Arrival::Silence => fleet.silence_rs485(),
             });
         }
-        if let Some(pty) = self.slcan.as_mut().filter(|_| fleet.backlog() < BACKLOG) {
-            pty.end.receive(fleet);
+        self.slcan.iter_mut().for_each(|pty| pty.end.receive(fleet));
+        self.slcan_tcp.iter_mut().flat_map(|server| &mut server.clients).for_each(|port| port.receive(fleet));
+        told
+    }
+
+    /// What hosts have sent by now on links that nobody hears is lost, and not heard when somebody is there again.
+    pub fn lose(&mut self, lost: Lost) {
+        if lost.usb {
+            self.serial.iter_mut().for_each(|pty| pty.end.throw_away(|_| {}));
+            self.tcp.iter_mut().flat_map(|server| &mut server.clients).for_each(|endpoint| endpoint.throw_away(|_| {}));
         }
-        for port in self.slcan_tcp.iter_mut().flat_map(|server| &mut server.clients) {
-            if fleet.backlog() < BACKLOG {
-                port.receive(fleet);
-            }
+        if lost.buses {
+            self.rs485.iter_mut().for_each(|pty| pty.end.throw_away(|_| {}));
+            self.slcan.iter_mut().for_each(|pty| pty.end.throw_away());
+            self.slcan_tcp.iter_mut().flat_map(|server| &mut server.clients).for_each(HostAdapter::throw_away);
         }
     }
 
@@ -157,10 +164,14 @@ impl Links {
         }
         if let Some(server) = &mut self.slcan_tcp {
             server.clients.retain_mut(|port| {
-                let stream = &mut port.endpoint.stream;
+                let Endpoint { stream, client, .. } = &mut port.endpoint;
                 stream.flush();
                 // Who has said all may still be told something.
-                !(stream.ended() && stream.drained() && quiet || stream.broken())
+                let done = stream.ended() && stream.drained() && quiet && fleet.unsent_frames(client.0) == 0;
+                if done || stream.broken() {
+                    fleet.forget_adapter(client.0);
+                }
+                !done && !stream.broken()
             });
         }
         if let Some(server) = &mut self.control {
@@ -169,15 +180,14 @@ impl Links {
     }
 
     /// What there is to wait for.
-    pub fn interests(&self, fleet: &Fleet<impl Device>) -> Vec<(BorrowedFd<'_>, PollFlags)> {
-        let full = fleet.backlog() >= BACKLOG;
+    pub fn interests(&self) -> Vec<(BorrowedFd<'_>, PollFlags)> {
         let mut wanted: Vec<(BorrowedFd<'_>, PollFlags)> = Vec::new();
-        wanted.extend(self.files().filter_map(|endpoint| endpoint.stream.interest(full)));
-        wanted.extend(self.sockets().filter_map(|endpoint| endpoint.stream.interest(full)));
-        let tcp = self.tcp.as_ref().and_then(Server::listening);
-        let slcan_tcp = self.slcan_tcp.as_ref().and_then(Server::listening);
-        let control = self.control.as_ref().and_then(Server::listening);
-        wanted.extend([tcp, slcan_tcp, control].into_iter().flatten().map(|fd| (fd, PollFlags::IN)));
+        wanted.extend(self.files().filter_map(Endpoint::interest));
+        wanted.extend(self.sockets().filter_map(Endpoint::interest));
+        let tcp = self.tcp.as_ref().map(Server::listening);
+        let slcan_tcp = self.slcan_tcp.as_ref().map(Server::listening);
+        let control = self.control.as_ref().map(Server::listening);
+        wanted.extend([tcp, slcan_tcp, control].into_iter().flatten().flatten().map(|fd| (fd, PollFlags::IN)));
         let controllers = self.control.iter().flat_map(|server| &server.clients);
         wanted.extend(controllers.filter_map(Controller::interest));
         wanted
@@ -210,15 +220,10 @@ fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<E
 
 /// Brings module 1 what has come from a client on its USB link.
 fn usb<T: Read + Write + AsFd>(fleet: &mut Fleet<impl Device>, endpoint: &mut Endpoint<T>) {
-    let client = endpoint.client;
-    let full = fleet.backlog() >= BACKLOG;
-    let Some(module) = fleet.modules_mut().first_mut().filter(|_| !full) else { return };
-    endpoint.receive(|arrival| take(module, client, arrival));
-}
-
-fn take(module: &mut impl Device, client: Client, arrival: Arrival<'_>) {
-    match arrival {
+    let (client, unread) = (endpoint.client, fleet.unread_usb(endpoint.client));
+    let Some(module) = fleet.modules_mut().first_mut() else { return };
+    endpoint.receive(unread, |arrival| match arrival {
         Arrival::Bytes(bytes) => module.hear(Source::Usb, client, bytes),
         Arrival::Silence => module.silence(Source::Usb, client),
-    }
+    });
 }

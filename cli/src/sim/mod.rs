@@ -166,7 +166,7 @@ impl<M: Device> Simulator<M> {
         let left = wake.saturating_duration_since(Instant::now());
         let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
 
-        let interests = self.links.interests(&self.fleet);
+        let interests = self.links.interests();
         let mut polled: Vec<PollFd<'_>> =
             self.stop.signs().map(|sign| PollFd::from_borrowed_fd(sign, PollFlags::IN)).collect();
         let signs = polled.len();
@@ -190,13 +190,21 @@ impl<M: Device> Simulator<M> {
     }
 
     fn take_requests(&mut self) {
-        self.links.receive(&mut self.fleet);
-        if let Some(server) = &mut self.links.control {
-            server.accept(control::Controller::new);
+        self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
+        // It is away for as long as its lines have an effect on the other links.
+        let mut control = self.links.control.take();
+        if let Some(server) = &mut control {
+            server.accept(control::Controller::new).iter().for_each(|message| say(message));
             for controller in &mut server.clients {
-                controller.receive(|line| control::execute(line, &mut self.fleet, &self.pacer));
+                controller.receive(|line| {
+                    let answer = control::execute(line, &mut self.fleet, &self.pacer);
+                    // Before the answer is out, after which somebody may send more.
+                    self.links.lose(self.fleet.take_lost());
+                    answer
+                });
             }
         }
+        self.links.control = control;
     }
 
     fn hand_out_replies(&mut self) {

@@ -10,6 +10,9 @@ use crate::device::Device;
 use crate::fleet::{Fleet, Heard, Node};
 use crate::slcan::Adapter;
 
+/// Bytes of the shortest line that makes a frame.
+const SHORTEST: usize = 6;
+
 /// A byte link to a host, and the adapter behind it.
 #[derive(Debug)]
 pub struct HostAdapter<T> {
@@ -24,15 +27,22 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
         HostAdapter { endpoint, adapter: Adapter::default() }
     }
 
-    /// Takes what has arrived from the host.
+    /// Takes what has arrived from the host: frames go on the bus.
     pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) {
         let HostAdapter { endpoint, adapter } = self;
         let number = endpoint.client.0;
-        endpoint.receive(|arrival| {
+        endpoint.receive(fleet.unsent_frames(number) * SHORTEST, |arrival| {
             if let Arrival::Bytes(bytes) = arrival {
                 bytes.iter().filter_map(|byte| adapter.push(*byte)).for_each(|frame| fleet.send_can(number, frame));
             }
         });
+        self.write();
+    }
+
+    /// The frames that have arrived from the host are lost; what it wants of the adapter itself is done.
+    pub fn throw_away(&mut self) {
+        let HostAdapter { endpoint, adapter } = self;
+        endpoint.throw_away(|bytes| bytes.iter().for_each(|byte| drop(adapter.push(*byte))));
         self.write();
     }
 

@@ -10,8 +10,9 @@ use super::slcan::HostAdapter;
 use super::stream::Stream;
 use crate::failure::Failure;
 
-/// Connections at one time to one port.
-pub const MOST_CONNECTIONS: usize = 200;
+/// Connections at one time to one port. All of them together hold up nobody for 50 ms: with an image a request takes its
+/// turn of 2 ms on the USB cable.
+pub const MOST_CONNECTIONS: usize = 16;
 /// How long nobody is let in after that has failed: there is no file descriptor left, or no memory.
 const PAUSE: Duration = Duration::from_millis(100);
 /// Bytes that may wait for a client that does not read. More, and it is cut off.
@@ -39,6 +40,8 @@ pub struct Server<C> {
     address: SocketAddr,
     /// Until when nobody is let in.
     paused: Option<Instant>,
+    /// It has been said that no more connections are taken.
+    refusal_told: bool,
     /// The connections.
     pub clients: Vec<C>,
 }
@@ -61,7 +64,7 @@ impl<C: Guest> Server<C> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        Ok(Server { listener, address, paused: None, clients: Vec::new() })
+        Ok(Server { listener, address, paused: None, refusal_told: false, clients: Vec::new() })
     }
 
     /// The address it listens on, with the real port.
@@ -81,35 +84,51 @@ impl<C: Guest> Server<C> {
     }
 
     /// Takes those who have connected since the last call. Where there is no room the one that has been idle longest
-    /// is closed, or the new one if none is idle.
-    pub fn accept(&mut self, mut make: impl FnMut(Stream<TcpStream>) -> C) {
+    /// is closed, or the new one if none is idle; gives what there is to be told of that, the first time until there is a
+    /// place again.
+    pub fn accept(&mut self, mut make: impl FnMut(Stream<TcpStream>) -> C) -> Option<String> {
         if self.is_paused() {
-            return;
+            return None;
         }
+        self.refusal_told &= self.clients.len() >= MOST_CONNECTIONS;
         for _ in 0..MOST_CONNECTIONS {
             match self.listener.accept() {
                 // A connection that breaks this early is no loss.
                 Ok((socket, _)) if socket.set_nonblocking(true).is_err() || socket.set_nodelay(true).is_err() => {}
-                Ok((socket, _)) => self.admit(make(Stream::new(socket, LIMIT))),
+                Ok((socket, from)) => {
+                    let refused = !self.admit(make(Stream::new(socket, LIMIT)));
+                    if refused && !std::mem::replace(&mut self.refusal_told, true) {
+                        return Some(format!(
+                            "{}: the connection from {from} is refused: there are {MOST_CONNECTIONS}, and no more at one time",
+                            self.address
+                        ));
+                    }
+                }
                 Err(error) if matches!(error.kind(), ErrorKind::ConnectionAborted | ErrorKind::Interrupted) => {}
-                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
                 Err(_) => {
                     self.paused = Some(Instant::now() + PAUSE);
-                    return;
+                    break;
                 }
             }
         }
+        None
     }
 
-    fn admit(&mut self, guest: C) {
+    /// Gives a new guest a place; false if there is none.
+    fn admit(&mut self, guest: C) -> bool {
         if self.clients.len() < MOST_CONNECTIONS {
-            return self.clients.push(guest);
+            self.clients.push(guest);
+            return true;
         }
         let idle = self.clients.iter_mut().filter(|client| client.idle_since().is_some());
-        match idle.min_by_key(|client| client.idle_since()) {
+        let longest = idle.min_by_key(|client| client.idle_since());
+        let admitted = longest.is_some();
+        match longest {
             Some(longest) => std::mem::replace(longest, guest).dismiss(),
             None => guest.dismiss(),
         }
+        admitted
     }
 
     /// What to wait on for new connections; none while nobody is let in.
@@ -161,12 +180,12 @@ mod tests {
             gone.try_iter().collect::<Vec<usize>>()
         };
         assert!(visit(&mut server, MOST_CONNECTIONS).is_empty());
-        assert_eq!(visit(&mut server, 1), [201], "all others are busy");
+        assert_eq!(visit(&mut server, 1), [MOST_CONNECTIONS + 1], "all others are busy");
         let now = Instant::now();
         for (index, at) in [(4, now + PAUSE), (7, now)] {
             server.clients[index].idle_since = Some(at);
         }
-        assert_eq!(visit(&mut server, 3), [8, 5, 204]);
-        assert_eq!((server.clients.len(), server.clients[7].number), (MOST_CONNECTIONS, 202));
+        assert_eq!(visit(&mut server, 3), [8, 5, MOST_CONNECTIONS + 4]);
+        assert_eq!((server.clients.len(), server.clients[7].number), (MOST_CONNECTIONS, MOST_CONNECTIONS + 2));
     }
 }

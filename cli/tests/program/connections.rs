@@ -11,7 +11,7 @@ use super::harness::{Host, PATIENCE, Sim, request};
 
 const LINKS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
 /// Connections at one time to one port, as `tmcl sim --help` tells.
-const MOST: usize = 200;
+const MOST: usize = 16;
 
 /// A connection to the control port.
 struct Controller {
@@ -118,7 +118,7 @@ fn the_controller_that_has_been_idle_longest_makes_room() {
     let mut late = Controller::new(&sim);
     assert_eq!(late.ask("state")["ok"], true);
     let farewell = all[1].answer().unwrap();
-    assert!(farewell["error"].as_str().unwrap().contains("there are 200 connections"), "{farewell}");
+    assert!(farewell["error"].as_str().unwrap().contains("there are 16 connections"), "{farewell}");
     assert_eq!(all[1].answer(), None, "closed");
     for index in [0, 2, MOST - 1] {
         assert_eq!(all[index].ask("state")["ok"], true);

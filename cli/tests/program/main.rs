@@ -24,3 +24,4 @@ mod readme;
 mod run;
 mod scan;
 mod send;
+mod turns;

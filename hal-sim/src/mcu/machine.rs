@@ -11,7 +11,7 @@ use super::log::{Log, LogLine};
 use super::peripheral::Cycles;
 use super::rcc::Cause;
 use super::serial::{Character, Incoming};
-use super::soc::Soc;
+use super::soc::{Soc, Waiting};
 use super::step::{Act, LINES, Observer, Step, View};
 use super::stop::Stop;
 use super::usb::{UsbDevice, UsbTimes};
@@ -321,9 +321,8 @@ impl Machine {
         soc.bit_times().map(|bit| bit.filter(|_| self.powered).map(|bit| (hz / bit.max(1)) as u32))
     }
 
-    /// How much of what others send has not begun to arrive yet: bytes on the RS485 bus and over USB, and frames on
-    /// the CAN bus.
-    pub fn waiting(&self) -> (usize, usize) {
+    /// How much of what others send has not begun to arrive yet.
+    pub fn waiting(&self) -> Waiting {
         self.shared.lock().waiting()
     }
 
@@ -355,6 +354,12 @@ impl Machine {
     /// Plugs the USB cable in or out. The host at its other end enumerates the module and opens its serial port.
     pub fn plug_usb(&mut self, on: bool) {
         self.shared.lock().plug_usb(on);
+    }
+
+    /// The USB host resets the port, enumerates the module and opens its serial port, as one that starts anew: what was half
+    /// said is lost.
+    pub fn reset_usb(&mut self) {
+        self.shared.lock().reset_usb();
     }
 
     /// What the USB host knows of the module.

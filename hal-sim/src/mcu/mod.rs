@@ -49,6 +49,7 @@ pub use can::{CanBus, CanFrame};
 pub use log::LogLine;
 pub use machine::{BoardAccess, Counters, Machine};
 pub use serial::Character;
+pub use soc::Waiting;
 pub use step::{Act, Step};
 pub use stop::Stop;
 pub use usb::{UsbDevice, UsbTimes};

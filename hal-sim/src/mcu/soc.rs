@@ -46,6 +46,17 @@ pub(super) struct Fault {
     pub(super) reason: &'static str,
 }
 
+/// How much of what others send has not begun to arrive yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Waiting {
+    /// Bytes on the RS485 bus.
+    pub rs485: usize,
+    /// Bytes over USB.
+    pub usb: usize,
+    /// Frames on the CAN bus.
+    pub can: usize,
+}
+
 /// The last register read, and how often it gave the same with nothing in between.
 #[derive(Clone, Copy, Debug, Default)]
 struct Watched {
@@ -189,6 +200,7 @@ impl Soc {
     /// The board has its power again.
     pub(super) fn power_on(&mut self) {
         self.wiring.forget();
+        self.can.forget();
         self.wiring.board.power_on();
     }
 
@@ -267,6 +279,12 @@ impl Soc {
         self.touched |= 1 << Unit::OtgFs as u32;
     }
 
+    /// The USB host resets the port and begins anew.
+    pub(super) fn reset_usb(&mut self) {
+        self.host.reset(self.time.nanos(self.now), &mut self.otg);
+        self.touched |= 1 << Unit::OtgFs as u32;
+    }
+
     /// The USB host.
     pub(super) fn usb_host(&mut self) -> &mut Host {
         &mut self.host
@@ -310,9 +328,9 @@ impl Soc {
         self.wiring.last_end()
     }
 
-    /// How many bytes others still want to send on the RS485 bus and over USB, and how many frames on the CAN bus.
-    pub(super) fn waiting(&self) -> (usize, usize) {
-        (self.wiring.waiting() + self.host.waiting(), self.can.waiting())
+    /// How much others still want to send.
+    pub(super) fn waiting(&self) -> Waiting {
+        Waiting { rs485: self.wiring.waiting(), usb: self.host.waiting(), can: self.can.waiting() }
     }
 
     /// Core cycles of a bit on the RS485 port and on the CAN bus, as the module has set them.

@@ -219,6 +219,11 @@ impl Can {
         self.others.clear();
     }
 
+    /// What others want to send is not sent: there was nobody on the bus to take it.
+    pub(super) fn forget(&mut self) {
+        self.others.clear();
+    }
+
     /// The core clock.
     pub(super) fn set_core_clock(&mut self, hz: u64) {
         self.hz = hz;

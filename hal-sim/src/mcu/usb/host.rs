@@ -173,6 +173,15 @@ impl Host {
         }
     }
 
+    /// Resets the bus and enumerates the device anew, as a host does that starts anew with the cable in.
+    pub(in crate::mcu) fn reset(&mut self, now: Nanos, otg: &mut Otg) {
+        if matches!(self.state, State::Reset(_) | State::Talking) {
+            let (incoming, frame) = (std::mem::take(&mut self.incoming), self.frame);
+            *self = Self { state: State::Reset(now), due: now, frame, incoming, ..Self::new() };
+            otg.bus_reset();
+        }
+    }
+
     /// What is known of the device.
     pub(in crate::mcu) fn device(&self) -> &UsbDevice {
         &self.device
