@@ -61,7 +61,7 @@ pub trait Device {
     /// How many bytes of a client wait because the module is not ready for them.
     fn unread(&self, source: Source, client: Client) -> usize;
 
-    /// How many frames wait for that.
+    /// How many frames to it wait for that.
     fn unread_frames(&self) -> usize;
 
     /// True while a request of this client has not been answered as it will be.

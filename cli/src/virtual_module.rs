@@ -589,7 +589,8 @@ impl Device for VirtualModule {
     }
 
     fn unread_frames(&self) -> usize {
-        self.frames_in.len()
+        let Some(links) = self.firmware.as_ref().map(|firmware| firmware.core.links()) else { return 0 };
+        self.frames_in.iter().filter(|frame| [links.can_id, links.can_secondary].contains(&frame.id)).count()
     }
 
     fn owes(&self, client: Client) -> bool {

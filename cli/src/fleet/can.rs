@@ -1,7 +1,7 @@
 //! A CAN bus with the virtual modules and any number of adapters on it.
 //!
-//! Frames go one after the other at 1 Mbit/s, and those who have one to send take turns. An adapter waits while a module
-//! has not come to a frame before: real modules would lose it. Bit rates are not enforced: what is set by global parameter
+//! Frames go one after the other at 1 Mbit/s, and those who have one to send take turns, modules before adapters. An
+//! adapter waits while a module has not come to a frame before: real modules would lose it. Bit rates are not enforced: what is set by global parameter
 //! 69 and at the adapters changes nothing.
 
 use std::collections::VecDeque;
@@ -40,7 +40,7 @@ pub struct Heard {
 pub(super) struct Bus {
     /// Who has sent something, and what has not been on the bus.
     senders: Vec<(Node, VecDeque<CanFrame>)>,
-    /// Which of them is next.
+    /// Which of them is next, of the adapters.
     turn: usize,
     /// The frame that is on its way.
     wire: Option<Heard>,
@@ -100,18 +100,20 @@ impl Bus {
         }
         let ready = modules.iter().all(|module| module.unread_frames() == 0);
         let count = self.senders.len();
-        for index in (self.turn..count).chain(0..self.turn.min(count)) {
-            let Some((from, frames)) = self.senders.get_mut(index) else { continue };
-            if (ready || matches!(from, Node::Module(_)))
-                && let Some(frame) = frames.pop_front()
-            {
-                let data = frame.data.as_ref().map_or(0, |data| data.len() as u64);
-                let bits = FRAME_BITS[usize::from(frame.extended)] + 8 * data;
-                self.taken = self.taken.max(now) + bits * MICROSECOND;
-                self.wire = Some(Heard { at: self.taken, from: *from, frame });
-                self.turn = index + 1;
-                return;
-            }
+        let turns = (self.turn..count).chain(0..self.turn.min(count));
+        let sends = |index: &usize| self.senders.get(*index).is_some_and(|(_, frames)| !frames.is_empty());
+        let is_module = |index: &usize| matches!(self.senders.get(*index), Some((Node::Module(_), _)));
+        // Else replies would fall behind the requests of many adapters.
+        let module = turns.clone().filter(is_module).find(sends);
+        let Some(index) = module.or_else(|| turns.filter(|_| ready).find(sends)) else { return };
+        let Some((from, frames)) = self.senders.get_mut(index) else { return };
+        let Some(frame) = frames.pop_front() else { return };
+        let data = frame.data.as_ref().map_or(0, |data| data.len() as u64);
+        let bits = FRAME_BITS[usize::from(frame.extended)] + 8 * data;
+        self.taken = self.taken.max(now) + bits * MICROSECOND;
+        self.wire = Some(Heard { at: self.taken, from: *from, frame });
+        if module.is_none() {
+            self.turn = index + 1;
         }
     }
 }

@@ -81,8 +81,12 @@ impl Cable {
 
     /// A host has gone.
     pub(super) fn forget(&mut self, client: Client) {
-        self.silence(client);
-        self.host(client).gone = true;
+        let host = self.host(client);
+        host.gone = true;
+        // A reset ends what was half said, too.
+        if !host.leaves_traces {
+            self.silence(client);
+        }
     }
 
     /// True if somebody has left what the next one must not find: the cable is to be reset. Told once, when nobody waits for
@@ -119,10 +123,12 @@ impl Cable {
         if taken {
             return None;
         }
+        // Nobody else finds the link as it is now.
+        let leaving = self.hosts.iter().any(|host| host.gone && host.leaves_traces);
         let count = self.hosts.len();
         let mut turns = (self.turn..count).chain(0..self.turn.min(count));
         let (index, client, Portion { bytes, gap }) = turns.find_map(|index| {
-            let host = self.hosts.get_mut(index)?;
+            let host = self.hosts.get_mut(index).filter(|host| host.gone || !leaving)?;
             Some((index, host.client, host.waiting.pop_front()?))
         })?;
         self.turn = index + 1;
@@ -219,6 +225,24 @@ mod tests {
         assert!(cable.next(5).is_some() && cable.next(5).is_none());
         assert_eq!(cable.next(5 + PATIENCE).as_deref(), Some(&[2; 9][..]));
         assert!(cable.owes(5 + PATIENCE, ONE));
+    }
+
+    #[test]
+    fn nobody_finds_what_another_has_left_behind() {
+        let mut cable = Cable::default();
+        let enter = [1, 139, 0, 0, 0, 0, 0, 0, 140];
+        cable.push(ONE, &enter);
+        cable.forget(ONE);
+        cable.push(OTHER, &[2; 9]);
+        assert_eq!(cable.next(0).as_deref(), Some(&enter[..]));
+        assert!(!cable.is_left_behind(0), "the answer is still to come");
+        assert_eq!((cable.hear(1, 9), cable.next(1)), (ONE, None));
+        assert!(cable.is_left_behind(1));
+        assert!(!cable.is_left_behind(1), "once");
+        assert_eq!(cable.next(1).as_deref(), Some(&[2; 9][..]));
+        cable.hear(2, 9);
+        cable.forget(OTHER);
+        assert!(!cable.is_left_behind(2), "it has left nothing");
     }
 
     #[test]

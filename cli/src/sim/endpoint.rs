@@ -18,7 +18,7 @@ const GAP: Duration = Duration::from_micros(Framer::GAP.0);
 const TCP_GAP: Duration = Duration::from_millis(250);
 /// Bytes of a client that may wait for the module: more are not read. So none can keep the others waiting, and what is
 /// sent too fast waits where it comes from.
-const ROOM: usize = 64 * TELEGRAM;
+const ROOM: usize = 16 * TELEGRAM;
 /// Most that is thrown away at once: more than waits in a socket.
 const MOST_THROWN_AWAY: usize = 16 << 20;
 

@@ -12,8 +12,8 @@ use tmcm::tmcl::binary;
 use super::build;
 use super::harness::{SILENCE, Sim, complaint, request, run};
 
-const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
-const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
+pub(crate) const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
+pub(crate) const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
 
 /// Where the image is.
 pub(super) fn image() -> &'static str {
@@ -21,7 +21,8 @@ pub(super) fn image() -> &'static str {
     PATH.get_or_init(|| build::image().to_str().unwrap().into())
 }
 
-fn start(arguments: &[&[&str]]) -> Sim {
+/// Starts a module that runs it.
+pub(crate) fn start(arguments: &[&[&str]]) -> Sim {
     Sim::start(&[&["--image", image()], arguments.concat().as_slice()].concat())
 }
 

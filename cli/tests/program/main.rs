@@ -13,6 +13,7 @@ mod ending;
 mod fake;
 mod harness;
 mod image;
+mod image_hosts;
 mod links;
 mod load;
 mod messages;

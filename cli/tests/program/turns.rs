@@ -3,11 +3,12 @@
 //! Times are virtual. They are read off a second module's clock, which nobody keeps busy, and pass slowly here: what this
 //! computer is busy with costs next to nothing of them.
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::thread;
 
 use tmcm::tmcl::binary::TELEGRAM;
+use tmcm::tmcl::{can, text};
 
 use super::harness::{Host, PATIENCE, Sim, request};
 
@@ -15,15 +16,15 @@ use super::harness::{Host, PATIENCE, Sim, request};
 const SLOW: [&str; 6] = ["--modules", "2", "--speed", "0.05", "--control", "127.0.0.1:0"];
 const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 /// Longest time, in us, for which clients may hold up another.
-const LONGEST: u64 = 50_000;
+pub(crate) const LONGEST: u64 = 50_000;
 /// Connections to a port at one time.
-const MOST_CONNECTIONS: usize = 16;
+pub(crate) const MOST_CONNECTIONS: usize = 16;
 
 /// A client that sends all at once what takes the module long, and takes the replies until it is dropped.
-struct Flood(TcpStream);
+pub(crate) struct Flood(TcpStream);
 
 impl Flood {
-    fn new(address: &str, bytes: Vec<u8>) -> Self {
+    pub(crate) fn new(address: &str, bytes: Vec<u8>) -> Self {
         let stream = TcpStream::connect(address).unwrap();
         let (mut sender, mut receiver) = (stream.try_clone().unwrap(), stream.try_clone().unwrap());
         // It may be dropped before all is sent.
@@ -38,6 +39,21 @@ impl Drop for Flood {
         // It may be closed already.
         let _ = self.0.shutdown(Shutdown::Both);
     }
+}
+
+/// The line of an adapter that makes a frame to module 1.
+pub(crate) fn frame(line: &str) -> String {
+    let data = can::encode_command(text::parse(line).unwrap());
+    let digits: String = data.iter().map(|byte| format!("{byte:02X}")).collect();
+    format!("t001{}{digits}\r", data.len())
+}
+
+/// An adapter on the CAN bus whose channel is open.
+pub(crate) fn adapter(sim: &Sim) -> BufReader<TcpStream> {
+    let mut stream = TcpStream::connect(sim.told("slcan-tcp")).unwrap();
+    stream.set_read_timeout(Some(PATIENCE)).unwrap();
+    stream.write_all(b"O\r").unwrap();
+    BufReader::new(stream)
 }
 
 /// The clock of the second module.
@@ -81,6 +97,24 @@ fn one_that_stores_without_end_holds_up_nobody() {
     let bytes = [request("SGP 68, 0, 1"), request("SGP 68, 0, 2")].concat().repeat(300);
     let _flood = Flood::new(sim.told("tcp"), bytes);
     is_never_held_up(&sim, &mut host);
+}
+
+/// The same on the CAN bus, where each has an adapter.
+#[test]
+fn adapters_hold_up_nobody() {
+    let sim = Sim::start(&[&["--slcan-tcp", "127.0.0.1:0"][..], &SLOW].concat());
+    let mut host = adapter(&sim);
+    let bytes = ["O\r".into(), frame("GAP 1, 0").repeat(1_000)].concat().into_bytes();
+    let _floods: Vec<Flood> = (1..MOST_CONNECTIONS).map(|_| Flood::new(sim.told("slcan-tcp"), bytes.clone())).collect();
+    for n in 0..10 {
+        let asked = time(&sim);
+        // Nobody else asks for that.
+        host.get_mut().write_all(frame(&format!("SGP 1, 2, {n}")).as_bytes()).unwrap();
+        let mut lines = host.by_ref().split(b'\r').map(Result::unwrap);
+        assert!(lines.any(|line| line.starts_with(b"t0028016409")));
+        let answered = time(&sim);
+        assert!(answered - asked <= LONGEST, "{} us", answered - asked);
+    }
 }
 
 #[test]
