@@ -2,13 +2,18 @@
 
 use std::io::Write;
 use std::process::{Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use rustix::process::Signal;
+use signal_hook::consts::SIGHUP;
 
 use super::harness::{Sim, run, tmcl};
 
 #[test]
 fn every_signal_that_ends_it_removes_its_links() {
+    // What is handled here is not ignored there, even if these tests run under `nohup`.
+    signal_hook::flag::register(SIGHUP, Arc::<AtomicBool>::default()).unwrap();
     for signal in [Signal::HUP, Signal::INT, Signal::TERM] {
         let sim = Sim::start(&["--serial", "{}/port", "--rs485", "{}/bus", "--slcan", "{}/can"]);
         let links = ["port", "bus", "can"].map(|name| sim.path(name));

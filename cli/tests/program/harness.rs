@@ -155,7 +155,14 @@ impl Sim {
 
     /// Waits for the end.
     pub(crate) fn wait(mut self) -> (ExitStatus, tempfile::TempDir) {
-        let status = self.child.wait().unwrap();
+        let latest = Instant::now() + PATIENCE;
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            assert!(Instant::now() < latest, "it goes on");
+            std::thread::sleep(Duration::from_millis(5));
+        };
         let folder = std::mem::replace(&mut self.folder, tempfile::tempdir().unwrap());
         (status, folder)
     }
