@@ -80,6 +80,29 @@ fn the_next_host_on_usb_gets_no_late_reply() {
     assert!(bench.module.board().borrow().at25().is_writing());
     assert_eq!(said(&mut bench, 100), [(Source::Rs485, ALONE, OK, 9, 1)]);
     assert_eq!(Bench::with_eeprom(&bench.eeprom()).ok("GGP 68, 0"), 60_000);
+    // A reply that waits for its frame goes with the cable, and so does a telegram that waits for the one before.
+    for line in ["SGP 68, 0, 50000", "SGP 68, 0, 40000"] {
+        post(&mut bench, Source::Usb, ALONE, line);
+    }
+    replug(&mut bench);
+    post(&mut bench, Source::Usb, ALONE, "GAP 4, 0");
+    bench.module.plug_usb(false);
+    bench.module.plug_usb(true);
+    assert_eq!(said(&mut bench, 100), []);
+    assert_eq!(bench.ok("GGP 68, 0"), 50_000);
+}
+
+/// Nor does the next one find ASCII mode, half a telegram or half a line.
+#[test]
+fn the_next_host_on_usb_finds_the_link_as_at_the_start() {
+    for left in [&[1, 6, 4][..], &[1, 139, 0, 0, 0, 0, 0, 0, 140], b"\x01\x8B\0\0\0\0\0\0\x8CAGAP"] {
+        let mut bench = Bench::new();
+        bench.module.hear(Source::Usb, ALONE, left);
+        bench.run(10 * MILLISECOND);
+        replug(&mut bench);
+        while bench.module.sent().is_some() {}
+        assert_eq!(bench.ok("GAP 4, 0"), 1000, "{left:?}");
+    }
 }
 
 /// Where several share the link, as the connections to a TCP port do, the event goes to the one who has asked last, and
