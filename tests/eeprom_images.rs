@@ -1,6 +1,6 @@
 //! Whatever the EEPROM holds, the module starts, is answered for, stores, and finds what it has stored. The images are
 //! ours with bits flipped, pages damaged, mixed up, of another firmware or of another version, and pure noise; how many
-//! is `RANDOM_INPUTS`.
+//! is said by the environment: `RANDOM_INPUTS=10000 cargo test --test eeprom_images`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
