@@ -73,13 +73,14 @@ class Demo:
     """A running demo and the module that it drives, which has just been switched on."""
 
     def __init__(self, name, options):
+        path = script(name)
         self.name = name
         self.module = Simulator(options.binary, "--tcp", "127.0.0.1:0", image=options.image)
         self.link = self.module.connect("tcp")
         self.listener = socket.create_server(("127.0.0.1", 0))
         port = "{}:{}".format(*self.listener.getsockname())
         arguments = ("--interface", "socket_serial_tmcl", "--port", port, "--timeout", str(PATIENCE))
-        command = [sys.executable, "-u", script(name), *arguments]
+        command = [sys.executable, "-u", path, *arguments]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
         self.host = None
         self.sources = {self.listener: self.accept, self.process.stdout: self.read}
