@@ -4,9 +4,7 @@ use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, ErrorKind};
 use std::os::fd::OwnedFd;
-use std::os::linux::net::SocketAddrExt;
 use std::os::unix::fs::MetadataExt;
-use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags};
@@ -24,7 +22,7 @@ pub struct Pty<E> {
     device: PathBuf,
     link: Option<PathBuf>,
     /// Shows other simulators that the link is in use.
-    _claim: Option<UnixDatagram>,
+    _claim: Option<OwnedFd>,
     /// Kept open so that the terminal stays as it is, raw, while no host has it open.
     _slave: OwnedFd,
 }
@@ -80,7 +78,7 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
 
 /// Makes the symbolic link, and gives what shows that it is in use. What an earlier run has left there is replaced,
 /// anything else stays.
-fn place(option: &str, link: &Path, device: &Path) -> Result<UnixDatagram, Failure> {
+fn place(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Failure> {
     let shown = link.display();
     let no_link = |error: io::Error| {
         Failure::Failed(format!("{option}: cannot make a link at {shown}: {error}. Its directory has to exist"))
@@ -110,13 +108,27 @@ fn place(option: &str, link: &Path, device: &Path) -> Result<UnixDatagram, Failu
     Ok(claim)
 }
 
-/// Takes a path for a link; fails while somebody has it. The terminals tell nothing: their numbers are used again. A
-/// socket's abstract name goes with the process, however that ends.
-fn claim(link: &Path) -> io::Result<UnixDatagram> {
+/// Takes a path for a link; fails while somebody has it. The terminals tell nothing: their numbers are used again.
+fn claim(link: &Path) -> io::Result<OwnedFd> {
     let parent = link.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = fs::metadata(parent)?;
     let mut hasher = DefaultHasher::new();
     (folder.dev(), folder.ino(), link.file_name()).hash(&mut hasher);
-    let name = format!("tmcl sim {:016x}", hasher.finish());
-    UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(name)?)
+    take(&format!("tmcl sim {:016x}", hasher.finish()))
+}
+
+/// Takes a name for as long as what is returned is open. A socket's abstract name goes with the process, however that ends.
+#[cfg(target_os = "linux")]
+fn take(name: &str) -> io::Result<OwnedFd> {
+    use std::os::linux::net::SocketAddrExt;
+    use std::os::unix::net::{SocketAddr, UnixDatagram};
+    Ok(UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(name)?)?.into())
+}
+
+/// The same where there are no abstract names: the lock of a file does, which stays behind.
+#[cfg(not(target_os = "linux"))]
+fn take(name: &str) -> io::Result<OwnedFd> {
+    let file = File::options().create(true).truncate(false).write(true).open(std::env::temp_dir().join(name))?;
+    file.try_lock().map_err(|_| ErrorKind::AddrInUse)?;
+    Ok(file.into())
 }

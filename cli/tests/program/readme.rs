@@ -72,7 +72,7 @@ fn what_it_shows_happens() {
             reader.mend();
         }
     }
-    let [is, was] = [reader.path("stall_homing.svg"), root.join("docs/stall_homing.svg")].map(|path| fs::read(path));
+    let [is, was] = [reader.path("stall_homing.svg"), root.join("docs/stall_homing.svg")].map(fs::read);
     assert!(is.unwrap() == was.unwrap(), "docs/stall_homing.svg is not what README's command draws");
 
     let commands = |start: &str| shown.iter().any(|shown| shown.command.starts_with(start));
