@@ -26,7 +26,7 @@ pub struct Options {
     #[arg(long, value_name = "PATH")]
     pub serial: Option<PathBuf>,
 
-    /// Offer the module's USB link on a TCP port, to up to 200 clients at once
+    /// Offer the module's USB link on a TCP port, to up to 16 clients at once
     ///
     /// Who comes when there are so many is refused. Port 0 takes a free one and prints it.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
@@ -65,7 +65,7 @@ pub struct Options {
     /// nothing comes. Port 0 takes a free one and prints it.
     ///
     /// A connection that begins like HTTP is closed, so that no web page reaches the module. Commands of a client that
-    /// does not read its answers wait until it does. At 200 connections a new one takes the place of the one that has
+    /// does not read its answers wait until it does. At 16 connections a new one takes the place of the one that has
     /// been idle longest.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
