@@ -42,6 +42,15 @@ impl Chip {
     const ALL: [Self; 3] = [Self::Tmc429, Self::Tmc262, Self::At25];
 }
 
+/// What a chip of the motion bus is sent between the fall and the rise of its chip select, whether it hears it or not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Datagram {
+    /// The chip that is selected.
+    pub chip: Chip,
+    /// The bytes on MOSI.
+    pub bytes: Vec<u8>,
+}
+
 /// What the microcontroller can read without SPI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inputs {
@@ -72,6 +81,8 @@ pub struct Board {
     encoder: MagneticEncoder,
     world: World,
     datagrams: [u64; Chip::ALL.len()],
+    /// The datagrams on the motion bus since they were last taken, if they are recorded.
+    recorded: Option<Vec<Datagram>>,
     selected: [bool; Chip::ALL.len()],
     /// What the motion bus reads, whatever its chips say.
     motion_bus_stuck: Option<u8>,
@@ -119,6 +130,7 @@ impl Board {
             encoder: MagneticEncoder::new(config.units_per_turn(), config.encoder.offset),
             world: World::new(config),
             datagrams: [0; Chip::ALL.len()],
+            recorded: None,
             selected: [false; Chip::ALL.len()],
             motion_bus_stuck: None,
             deaf: [false; Chip::ALL.len()],
@@ -257,6 +269,11 @@ impl Board {
     pub fn select(&mut self, chip: Chip) {
         self.selected[chip as usize] = true;
         self.datagrams[chip as usize] += 1;
+        if chip != Chip::At25
+            && let Some(recorded) = &mut self.recorded
+        {
+            recorded.push(Datagram { chip, bytes: Vec::with_capacity(4) });
+        }
         if self.hears(chip) {
             let now = self.now;
             self.slave(chip).select(now);
@@ -265,6 +282,12 @@ impl Board {
 
     /// Eight clocks on the bus of `chip`, which is selected. Gives what MISO reads.
     pub fn byte(&mut self, chip: Chip, mosi: u8) -> u8 {
+        // The motion bus has one datagram at a time: the last one is under way.
+        if chip != Chip::At25
+            && let Some(datagram) = self.recorded.as_mut().and_then(|recorded| recorded.last_mut())
+        {
+            datagram.bytes.push(mosi);
+        }
         if !self.hears(chip) {
             return FLOATING;
         }
@@ -304,6 +327,12 @@ impl Board {
     /// How many datagrams `chip` has been sent (times its chip select fell) since the board was made.
     pub fn datagrams(&self, chip: Chip) -> u64 {
         self.datagrams[chip as usize]
+    }
+
+    /// The datagrams to the chips of the motion bus since the last call, oldest first; they are recorded from the first
+    /// call on.
+    pub fn take_datagrams(&mut self) -> Vec<Datagram> {
+        self.recorded.replace(Vec::new()).unwrap_or_default()
     }
 
     /// The motion controller, to look at.

@@ -72,6 +72,20 @@ fn stop(board: &SharedBoard) {
 }
 
 #[test]
+fn the_datagrams_on_the_motion_bus_are_recorded_in_their_order_once_somebody_takes_them() {
+    let board = start("");
+    assert_eq!(board.borrow_mut().take_datagrams(), []);
+    board.borrow_mut().set_fault(Fault::Tmc429, true);
+    tmc429(&board, V_MAX, 0x01_0203);
+    tmc262(&board, 0x0_0042);
+    board.spi(Chip::At25, MOTION_HZ).write(&[5]).unwrap();
+    let seen = |chip, bytes: &[u8]| Datagram { chip, bytes: bytes.to_vec() };
+    let expected = [seen(Chip::Tmc429, &[V_MAX, 1, 2, 3]), seen(Chip::Tmc262, &[0, 0, 0x42])];
+    assert_eq!(board.borrow_mut().take_datagrams(), expected);
+    assert_eq!(board.borrow_mut().take_datagrams(), []);
+}
+
+#[test]
 fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
     let board = start("");
     let (before, count) = (board.borrow().now(), board.borrow().datagrams(Chip::Tmc429));

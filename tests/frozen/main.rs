@@ -1,0 +1,92 @@
+//! What the virtual TMCM-1140 answers, what it sends to its chips and what it leaves in its EEPROM, byte for byte, so
+//! that whoever rebuilds the code sees what has become different outside. Whether it is right is for other tests to say.
+//!
+//! Each file of this directory with the ending `txt` is a set of dialogues: requests, and behind them or below them what
+//! came back. `script.rs` tells how they are written. Below each dialogue stand a check sum of all datagrams to motion
+//! controller and driver in their order, and one of what the EEPROM holds in the end. No reply has a time, but requests
+//! have theirs: a firmware that polls at other times sends other datagrams.
+//!
+//! `eeprom.bin` is an EEPROM that `eeprom_write.txt` fills with settings of all kinds, coordinates, user variables and
+//! a program that starts by itself; `eeprom_read.txt` starts modules with it and tells what they find.
+//!
+//! With `UPDATE_FROZEN=1` in the environment the test writes files and EEPROM anew: `UPDATE_FROZEN=1 cargo test --test
+//! frozen`. A deliberate change comes in a commit of its own that shows the difference. With `FROZEN_DATAGRAMS=directory`
+//! it writes the datagrams of each dialogue into files there: done before and after a change, `diff` shows where they part.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod rig;
+mod script;
+
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use rig::EEPROM_SIZE;
+
+/// What is kept of a set of dialogues.
+struct Played {
+    path: PathBuf,
+    before: String,
+    after: String,
+    /// What is to be written into a file of this name.
+    eeprom: Option<(String, Vec<u8>)>,
+}
+
+fn directory() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/frozen")
+}
+
+fn play(path: PathBuf) -> Played {
+    let before = std::fs::read_to_string(&path).unwrap().replace("\r\n", "\n");
+    let name = path.file_stem().unwrap().to_str().unwrap().to_owned();
+    let (after, eeprom) = script::play(&name, &before);
+    Played { path, before, after, eeprom }
+}
+
+/// Where two texts part, or nothing.
+fn difference(before: &str, after: &str) -> Option<String> {
+    let (mut old, mut new) = (before.lines(), after.lines());
+    let mut number = 0;
+    loop {
+        number += 1;
+        let (old, new) = (old.next(), new.next());
+        if old != new {
+            return Some(format!("line {number}:\n- {}\n+ {}", old.unwrap_or_default(), new.unwrap_or_default()));
+        }
+        old?;
+    }
+}
+
+#[test]
+fn replies_datagrams_and_eeprom_are_what_they_were() {
+    let update = std::env::var_os("UPDATE_FROZEN").is_some_and(|value| value == "1");
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(directory()).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "txt"));
+    paths.sort();
+    // What reads the EEPROM file comes after what writes it.
+    let (readers, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| path.ends_with("eeprom_read.txt"));
+    assert!(!readers.is_empty() && !others.is_empty());
+    let mut differences = Vec::new();
+    for paths in [others, readers] {
+        let played: Vec<Played> = thread::scope(|scope| {
+            let threads: Vec<_> = paths.into_iter().map(|path| scope.spawn(|| play(path))).collect();
+            threads.into_iter().map(|thread| thread.join().expect("see above")).collect()
+        });
+        for Played { path, before, after, eeprom } in played {
+            if update {
+                std::fs::write(&path, &after).unwrap();
+            } else if let Some(difference) = difference(&before, &after) {
+                differences.push(format!("{}, {difference}", path.display()));
+            }
+            let Some((name, contents)) = eeprom else { continue };
+            assert_eq!(contents.len(), EEPROM_SIZE);
+            let path = directory().join(name);
+            if update {
+                std::fs::write(&path, contents).unwrap();
+            } else if let Some(at) = contents.iter().zip(&std::fs::read(&path).unwrap()).position(|(a, b)| a != b) {
+                differences.push(format!("{}, byte {at} has become different", path.display()));
+            }
+        }
+    }
+    assert!(differences.is_empty(), "UPDATE_FROZEN=1 writes what is now:\n{}", differences.join("\n"));
+}
