@@ -1,0 +1,98 @@
+//! Commands that end what the module does: 137 and 255, and 242, which would enter a boot loader.
+
+use crate::common::{Bench, INVALID_VALUE};
+use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm::module::Source;
+use tmcm::tmcl::{Command, binary, text};
+
+/// 137 and 255 want 1234; anything else changes nothing.
+#[test]
+fn reset_commands_want_their_password() {
+    let mut bench = Bench::new();
+    bench.ok("SGP 68, 0, 4");
+    bench.ok("SIO 1, 2, 1");
+    for opcode in [137, 255] {
+        for value in [0, 1, 1233, 1235, -1234, i32::MIN, i32::MAX] {
+            bench.refused(&format!("{opcode}, 0, 0, {value}"), INVALID_VALUE);
+        }
+    }
+    bench.run(SECOND);
+    assert_eq!((bench.ok("GGP 68, 0"), bench.ok("GIO 1, 2")), (4, 1));
+    assert!(bench.ok("GGP 132, 0") > 1000);
+}
+
+/// 255 restarts the module after its reply: the motor stops, RAM is gone, what is stored is back.
+#[test]
+fn software_reset() {
+    let mut bench = Bench::new();
+    for line in ["SAP 4, 0, 321", "STAP 4, 0", "SAP 5, 0, 322", "SGP 3, 2, 7", "ROR 0, 500", "SGP 132, 0, 1000000"] {
+        bench.ok(line);
+    }
+    bench.run(SECOND);
+    assert_eq!(bench.ok("255, 0, 0, 1234"), 1234);
+    // The reply has 100 ms to get through, then the module starts anew, which takes less than 300 ms.
+    bench.run(400 * MILLISECOND);
+    assert!((1..300).contains(&bench.ok("GGP 132, 0")));
+    let rotor = bench.rotor();
+    bench.run(SECOND);
+    assert_eq!((bench.ok("GAP 3, 0"), bench.rotor(), bench.ok("GAP 1, 0")), (0, rotor, 0));
+    assert_eq!((bench.ok("GAP 4, 0"), bench.ok("GAP 5, 0"), bench.ok("GGP 3, 2")), (321, 1000, 0));
+}
+
+/// Update tools take the next nine bytes for the answer to something else, so what enters the vendor's boot loader is
+/// never answered, also where 255 suppresses nothing; with other operands it is refused.
+#[test]
+fn boot_loader_entry() {
+    let entry = Command::ENTER_BOOTLOADER;
+    for source in [Source::Usb, Source::Rs485] {
+        let mut bench = Bench::new();
+        assert_eq!(bench.exchange(source, binary::encode_command(1, entry)), None);
+        for other in [
+            Command { kind: 0, ..entry },
+            Command { motor: 0, ..entry },
+            Command { value: 0, ..entry },
+            Command { value: 1234, ..entry },
+        ] {
+            let reply = bench.exchange(source, binary::encode_command(1, other)).unwrap().telegram().unwrap();
+            let reply = binary::decode_reply(&reply).unwrap();
+            assert_eq!((reply.status, reply.opcode, reply.value), (INVALID_VALUE, 242, other.value), "{other}");
+        }
+        assert_eq!(bench.ok("GAP 4, 0"), 1000, "the module goes on");
+    }
+}
+
+/// From 255 on, requests are neither executed nor answered, on any link, and the program stands; what was asked before is
+/// finished and answered.
+#[test]
+fn what_comes_after_255_is_lost() {
+    let mut bench = Bench::new();
+    for line in ["132", "GGP 1, 2", "CALC ADD, 1", "AGP 1, 2", "JA 0", "133", "129"] {
+        bench.ask(line);
+    }
+    // A store takes two page writes of 5 ms; the reply to it comes after the reply to 255.
+    let request = |line: &str| binary::encode_command(1, text::parse(line).unwrap());
+    bench.module.receive(Source::Rs485, request("STGP 7, 2"));
+    bench.module.receive(Source::Usb, request("255, 0, 0, 1234"));
+    bench.module.receive(Source::Usb, request("ROR 0, 500"));
+    let mut wrong = request("GAP 1, 0");
+    wrong[8] ^= 1;
+    bench.module.receive(Source::Usb, wrong);
+    bench.run(2 * MILLISECOND);
+    let counted = bench.module.read(Command::new(10, 1, 2, 0));
+    assert_eq!(counted, None, "not even asked past the links");
+    let steps = bench.module.machine().unwrap().registers.accumulator;
+    bench.run(50 * MILLISECOND);
+    assert_eq!(bench.module.machine().unwrap().registers.accumulator, steps, "the program stands");
+    for source in [Source::Usb, Source::Rs485] {
+        bench.module.receive(source, request("GAP 1, 0"));
+    }
+    bench.run(40 * MILLISECOND);
+    let said = std::iter::from_fn(|| bench.module.sent()).map(|sent| (sent.source, sent.bytes[3]));
+    let mut said: Vec<_> = said.collect();
+    said.sort_by_key(|(_, opcode)| *opcode);
+    assert_eq!(said, [(Source::Rs485, 11), (Source::Usb, 255)]);
+    assert_eq!(bench.module.board().borrow().tmc429().velocity(0), 0, "ROR was not executed");
+    // After the restart it hears again.
+    bench.run(SECOND);
+    assert_eq!(bench.ok("GAP 2, 0"), 0);
+}
