@@ -7,7 +7,7 @@ mod image_host;
 
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::{CanBus, CanFrame};
-use hal_sim::world::stage::Pin;
+use hal_sim::world::pin::Pin;
 use image_host::{BAUD, Host, OK, START, decoded, request, telegram};
 
 /// From the reply to a reset until the module answers again.

@@ -4,7 +4,7 @@ use crate::board::Board;
 use crate::fault::Fault;
 use crate::world::ANALOG_MAX;
 use crate::world::motor::FULL_TORQUE;
-use crate::world::stage::Pin;
+use crate::world::pin::Pin;
 use serde::Serialize;
 
 /// A command.

@@ -148,7 +148,7 @@ fn a_switch_pressed_by_hand_stops_the_motor() {
     let board = start("");
     tmc429(&board, V_TARGET, 1_000);
     run(&board, SECOND);
-    board.borrow_mut().change_world(|world| world.press(crate::world::stage::Pin::Right, true));
+    board.borrow_mut().change_world(|world| world.press(crate::world::pin::Pin::Right, true));
     run(&board, MILLISECOND);
     assert_eq!(board.borrow().tmc429().velocity(0), 0);
 }

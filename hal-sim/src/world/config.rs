@@ -2,7 +2,7 @@
 //! `hal-sim/worlds/stage.toml` shows them all.
 
 use super::motor::{FULL_STEP, FULL_TORQUE, MotorConfig};
-use super::stage::Pin;
+use super::pin::Pin;
 use serde::Deserialize;
 
 /// A world as its file describes it. The default is a bare 200-step motor on a 24 V supply at

@@ -3,6 +3,7 @@
 
 pub mod config;
 pub mod motor;
+pub mod pin;
 pub mod stage;
 mod switch;
 pub mod trace;
@@ -10,7 +11,8 @@ pub mod trace;
 use crate::clock::Nanos;
 use config::WorldConfig;
 use motor::Motor;
-use stage::{Pin, Stage};
+use pin::Pin;
+use stage::Stage;
 use trace::Trace;
 
 /// Reading of a 12-bit converter at full scale.

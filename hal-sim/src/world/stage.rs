@@ -8,30 +8,8 @@
 //! What counts is where the rotor comes to stand: a blow that carries it across a switch leaves the switch as it is.
 
 use super::config::{AbnConfig, StageConfig};
+use super::pin::Pin;
 use super::switch::{Cam, Window};
-use serde::Deserialize;
-
-/// The three digital inputs, in the order of their numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Pin {
-    /// IN1: left stop switch, encoder track A.
-    Left,
-    /// IN2: right stop switch, encoder track B.
-    Right,
-    /// IN3: home switch, encoder track N.
-    Home,
-}
-
-impl Pin {
-    const fn bit(self) -> u8 {
-        match self {
-            Self::Left => 1,
-            Self::Right => 2,
-            Self::Home => 4,
-        }
-    }
-}
 
 /// An ABN encoder's counter: what a quadrature decoder makes of its tracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! Where a switch of the stage is closed.
 
 use super::config::StageConfig;
-use super::stage::Pin;
+use super::pin::Pin;
 
 /// Which positions share the levels of the present one, so that most steps need no evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

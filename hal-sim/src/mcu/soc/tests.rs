@@ -66,7 +66,7 @@ fn the_board_is_at_the_pins() {
     let mut soc = soc("");
     write(&mut soc, &[(GPIOD, 1 << 16 | 1 << 18), (GPIOD + 0x18, 1 << 9)]);
     assert_eq!(soc.board().world().outputs().out, [false, true]);
-    soc.board_mut().change_world(|world| world.press(crate::world::stage::Pin::Right, true));
+    soc.board_mut().change_world(|world| world.press(crate::world::pin::Pin::Right, true));
     assert_eq!(soc.read(soc.now, GPIOD + 0x10, 4) >> 11 & 0xF, 0b0100);
 }
 
