@@ -38,6 +38,7 @@ mod statement;
 mod suggest;
 mod symbol;
 mod token;
+mod told;
 
 #[cfg(test)]
 mod tests;
@@ -48,13 +49,15 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::program::{STANDARD, binary, count, read_source};
+use crate::files::{STANDARD, read_source};
+use crate::program::binary;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use listing::{listing, symbols};
 pub use source::Source;
 pub(crate) use suggest::suggestion;
 pub use symbol::Symbols;
+pub(crate) use told::told;
 
 /// Assemble a TMCL program
 ///
@@ -150,28 +153,15 @@ fn names() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Shows the errors and warnings of what has been assembled.
-pub(crate) fn told(assembled: Result<Assembly, Diagnostics>) -> Result<Assembly, Failure> {
-    let assembly = assembled.map_err(|errors| {
-        say(&errors);
-        Failure::Said
-    })?;
-    say(&assembly.warnings);
-    Ok(assembly)
-}
-
-/// Shows errors and warnings.
-pub(crate) fn say(diagnostics: &Diagnostics) {
-    if !diagnostics.is_empty() {
-        // Where standard error is closed there is nobody to tell.
-        let _ = writeln!(std::io::stderr(), "{diagnostics}");
-    }
-}
-
 /// The source that the output would replace.
 fn overwritten<'a>(assembly: &'a Assembly, output: &Path) -> Option<&'a str> {
     let output = output.canonicalize().ok()?;
     let same = |path: &Path| path.canonicalize().is_ok_and(|path| path == output);
     let mut sources = assembly.lines.iter().filter(|line| line.number == 1).map(|line| &line.source);
     sources.find(|source| source.path.as_deref().is_some_and(same)).map(|source| source.name.as_str())
+}
+
+/// A number of commands in words.
+fn count(commands: usize) -> String {
+    format!("{commands} command{}", if commands == 1 { "" } else { "s" })
 }

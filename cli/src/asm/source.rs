@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::program::read_source;
+use crate::files::read_source;
 
 /// A source file, read once.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -15,8 +15,9 @@ use tmcm::tmcl::Opcode;
 
 use crate::conversation::Conversation;
 use crate::failure::Failure;
+use crate::files::STANDARD;
 use crate::interrupt::Interrupt;
-use crate::program::{ProgramThere, STANDARD, download, is_readable, read_program, verify};
+use crate::program::{ProgramThere, download, is_readable, read_program, verify};
 use action::Action;
 use debugger::Debugger;
 use input::{Input, Line};

@@ -1,8 +1,6 @@
 //! Programs in files: sources, which are assembled, and assembled ones.
 
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::IsTerminal;
 use std::path::Path;
 
 use tmcm::tmcl::Command;
@@ -10,49 +8,14 @@ use tmcm::tmcl::Command;
 use super::{Program, binary};
 use crate::asm::{assemble_file, assemble_text, told};
 use crate::failure::Failure;
-use crate::files::{self, LARGEST};
+use crate::files::{STANDARD, is_text, name, read_named};
 
-/// In place of a file: standard input, standard output.
-pub(crate) const STANDARD: &str = "-";
 /// The ending of the name of a source.
 const SOURCE: &str = "tmc";
 
-/// The source in a file, or on standard input. Comments are in whatever encoding the author had, so other bytes than
-/// UTF-8 are no error.
-pub(crate) fn read_source(path: &Path) -> Result<String, String> {
-    let bytes = read(path)?;
-    if is_text(&bytes) {
-        Ok(String::from_utf8_lossy(&bytes).into_owned())
-    } else {
-        Err(format!("{} is no text; if it is an assembled program, tmcl disasm shows its source", name(path)))
-    }
-}
-
-/// All that is in a file, or comes in on standard input.
-fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let name = name(path);
-    let read = if path == Path::new(STANDARD) {
-        files::read(std::io::stdin().lock(), LARGEST)
-    } else {
-        match File::open(path) {
-            // It would be waited for.
-            Ok(file) if file.is_terminal() => {
-                return Err(format!("{name} is a device, not a file; a link comes first, then the file"));
-            }
-            Ok(file) => files::read(file, LARGEST),
-            Err(error) => Err(error),
-        }
-    };
-    read.map_err(|error| format!("cannot read {name}: {error}"))
-}
-
-fn name(path: &Path) -> String {
-    if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
-}
-
 /// Reads an assembled program, and says what it is instead if it is none.
 pub fn read_commands(path: &Path) -> Result<Vec<Command>, Failure> {
-    commands(path, &read(path).map_err(Failure::Failed)?)
+    commands(path, &read_named(path).map_err(Failure::Failed)?)
 }
 
 fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
@@ -67,16 +30,11 @@ fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     })
 }
 
-/// An assembled program is never without zeros.
-fn is_text(bytes: &[u8]) -> bool {
-    !bytes.contains(&0)
-}
-
 /// Reads a program to be loaded into a module: a source if its name ends in .tmc, else an assembled one. On standard
 /// input it is whichever comes. The assembler's errors and warnings are shown.
 pub fn read_program(path: &Path) -> Result<Program, Failure> {
     let program = if path == Path::new(STANDARD) {
-        let bytes = read(path).map_err(Failure::Failed)?;
+        let bytes = read_named(path).map_err(Failure::Failed)?;
         if is_text(&bytes) {
             told(assemble_text(&name(path), &String::from_utf8_lossy(&bytes)))?.into()
         } else {

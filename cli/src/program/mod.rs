@@ -3,15 +3,16 @@
 pub mod binary;
 mod download;
 mod file;
+mod target;
 
 pub use download::{download, is_readable, verify};
-pub(crate) use file::{STANDARD, read_source};
 pub use file::{read_commands, read_program};
+pub use target::target;
 
 use std::path::PathBuf;
 
 use clap::Args;
-use tmcm::tmcl::{Command, Opcode};
+use tmcm::tmcl::Command;
 
 use crate::asm::Assembly;
 use crate::conversation::Reach;
@@ -114,19 +115,6 @@ impl From<Assembly> for Program {
         let labels = labels.filter_map(|(name, address)| Some((name.into(), u16::try_from(address).ok()?))).collect();
         Program { commands: assembly.commands, labels, lines }
     }
-}
-
-/// Where a command makes the program go on, now or at an interrupt.
-pub fn target(command: &Command) -> Option<i32> {
-    match Opcode::from_number(command.opcode)? {
-        Opcode::Ja | Opcode::Jc | Opcode::Csub | Opcode::Vect => Some(command.value),
-        _ => None,
-    }
-}
-
-/// A number of commands in words.
-pub(crate) fn count(commands: usize) -> String {
-    format!("{commands} command{}", if commands == 1 { "" } else { "s" })
 }
 
 #[cfg(test)]

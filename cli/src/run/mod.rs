@@ -18,8 +18,8 @@ use hal_sim::world::config::WorldConfig;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::failure::Failure;
+use crate::files::STANDARD;
 use crate::interrupt::Interrupt;
-use crate::program::STANDARD;
 use crate::program::read_program;
 use crate::sim::read_world;
 use crate::virtual_module::VirtualModule;

@@ -8,8 +8,8 @@ use tmcm::vm::{Condition, ErrorFlag, Errors, Registers};
 
 use crate::conversation::meaning;
 use crate::failure::Failure;
+use crate::files::STANDARD;
 use crate::program::Program;
-use crate::program::STANDARD;
 use crate::tracer::Step;
 
 /// Longer labels and commands push the rest of their line to the right.
