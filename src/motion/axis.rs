@@ -8,6 +8,7 @@ use super::position::Position;
 use super::ramp::{self, braking};
 use super::search::Search;
 use super::stall::Measured;
+use super::switch::{SETTLED, stops};
 use crate::chip::encoder::{Counter, TURN};
 use crate::chip::tmc262::{Configuration, Tmc262};
 use crate::chip::tmc429::{Mode, Motor, Register, Tmc429, reference, signed};
@@ -60,25 +61,12 @@ const CLEAR_ALWAYS: i32 = 8;
 /// Parameter 217: the N event is the track becoming high, not low.
 const NULL_HIGH: i32 = 16;
 
-/// Polls, of a millisecond each, after which a contact has ceased to bounce: what a switch has said all that time
-/// counts.
-pub(super) const SETTLED: u8 = 20;
-
 /// Polls after which all has been asked of the chips: the speed each second one, driver and right switch each fourth,
 /// and once in place of the switch whether the motion controller is there.
 const SLOTS: u8 = 64;
 
 /// Modulus of the ABN counter.
 const ABN_COUNTS: u32 = 1 << 16;
-
-/// True if a closed stop switch stops a motor that heads for where `ahead` points, with these reference switch bits.
-pub(super) fn stops(bits: u32, ahead: i32, left: bool, right: bool) -> bool {
-    match ahead {
-        ..0 => left && bits & reference::DISABLE_STOP_L == 0,
-        0 => false,
-        1.. => right && bits & reference::DISABLE_STOP_R == 0,
-    }
-}
 
 /// One axis.
 #[derive(Debug)]

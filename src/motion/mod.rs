@@ -7,7 +7,9 @@ mod parameters;
 mod position;
 pub mod ramp;
 mod search;
+mod searching;
 mod stall;
+mod switch;
 
 pub use axis::{Axis, Events, Sensors};
 

@@ -36,26 +36,19 @@
 //! never opens on its far side.
 //! After a search the axis is in positioning mode: parameter 138 is 0, also where it was 1 before.
 
-use embedded_hal::spi::SpiDevice;
-
-use super::axis::{SETTLED, stops};
 use super::position::Position;
-use super::{Axis, Error};
-use crate::chip::tmc429::{Register, Tmc429, reference};
-use crate::param::AxisParameter as P;
-use crate::units::{Internal, Micros};
+use super::switch::{Switches, stops};
+use crate::chip::tmc429::reference;
+use crate::units::Internal;
 
 /// Modes 1..=4: the right switch in place of the left one.
 const RIGHT: i32 = 64;
 /// Modes 5..=8: inverted home switch.
 const INVERTED: i32 = 128;
 
-/// Full steps that a switch may be away from where it was seen, beside the motor's overrun: one electrical period.
-const SLACK: i32 = 4;
-
 /// One run of a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Leg {
+pub(super) enum Leg {
     /// Off the stop switch on the other side, if it is closed at the start.
     Clear,
     /// To that switch, fast.
@@ -85,7 +78,7 @@ enum Goal {
 
 /// What the motor does in a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Motion {
+pub(super) enum Motion {
     /// It comes to a stand, or stands.
     Resting,
     /// It has been told to run, but the chip may have heard only half of that.
@@ -96,7 +89,7 @@ enum Motion {
 
 /// What is to be said of a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Verdict {
+pub(super) enum Verdict {
     /// It goes on.
     Underway,
     /// It is done.
@@ -120,24 +113,25 @@ pub(super) struct Search {
     fast: Internal,
     slow: Internal,
     /// How many legs are done.
-    done: usize,
-    motion: Motion,
+    pub(super) done: usize,
+    pub(super) motion: Motion,
     /// What the last poll said of this leg, and for how many polls the motor has stood with that.
-    verdict: Verdict,
-    stood: u8,
+    pub(super) verdict: Verdict,
+    pub(super) stood: u8,
     /// The switch has been closed in this leg.
-    closed: bool,
+    pub(super) closed: bool,
     /// Where it was seen at first, and how far back it is looked for from there.
     seen: i32,
     limit: i32,
     /// The edges.
-    first: i32,
+    pub(super) first: i32,
     second: i32,
-    far: Option<i32>,
+    pub(super) far: Option<i32>,
 }
 
 impl Search {
-    fn of(mode: i32, fast: Internal, slow: Internal) -> Self {
+    /// The search of a mode (parameter 193), at the speeds of parameters 194 (fast) and 195 (slow).
+    pub(super) fn of(mode: i32, fast: Internal, slow: Internal) -> Self {
         use Leg::{Clear, Cross, Far, Find, Leave, Return};
         let number = mode & !(RIGHT | INVERTED);
         // Modes 6 and 7 search the home switch in positive direction.
@@ -170,7 +164,8 @@ impl Search {
         }
     }
 
-    fn leg(&self) -> Leg {
+    /// The leg under way.
+    pub(super) fn leg(&self) -> Leg {
         self.legs.get(self.done).copied().unwrap_or(Leg::Middle)
     }
 
@@ -179,8 +174,8 @@ impl Search {
         self.slow
     }
 
-    /// Speed of the present leg.
-    fn speed(&self) -> Internal {
+    /// Speed of the leg under way; the sign is the direction.
+    pub(super) fn speed(&self) -> Internal {
         match self.leg() {
             Leg::Far => -self.fast * self.direction,
             Leg::Find => self.fast * self.direction,
@@ -208,13 +203,14 @@ impl Search {
     }
 
     /// How far `position` lies beyond `mark`, in the direction of the search.
-    fn beyond(&self, position: &Position, mark: i32) -> i32 {
+    pub(super) fn beyond(&self, position: &Position, mark: i32) -> i32 {
         position.actual.wrapping_sub(mark).wrapping_mul(self.direction)
     }
 
-    fn judge(&self, switches: Switches, position: &Position, standing: bool) -> Verdict {
-        let closed = switches.closed(self);
-        let other = switches.stop(-self.direction);
+    /// How the leg stands with these switches, and the motor where it is.
+    pub(super) fn judge(&self, switches: Switches, position: &Position, standing: bool) -> Verdict {
+        let closed = self.is_closed(switches);
+        let other = switches.towards(-self.direction);
         let way = position.target.wrapping_sub(position.actual);
         let over = match self.leg() {
             Leg::Clear => !other,
@@ -237,7 +233,7 @@ impl Search {
     }
 
     /// The edge that the present leg ends at.
-    fn mark(&mut self, edge: i32) {
+    pub(super) fn mark(&mut self, edge: i32) {
         match self.leg() {
             Leg::Far => self.far = Some(edge),
             Leg::Find => self.seen = edge,
@@ -248,7 +244,7 @@ impl Search {
     }
 
     /// Turns to what comes next, now that the motor stands; false if there is nothing.
-    fn proceed(&mut self, position: &Position, slack: i32) -> bool {
+    pub(super) fn proceed(&mut self, position: &Position, slack: i32) -> bool {
         match (self.verdict, self.leg()) {
             (Verdict::Underway, _) => {}
             (Verdict::Over, leg) => {
@@ -269,171 +265,23 @@ impl Search {
         }
         true
     }
-}
 
-/// The stop switches and the home switch as they are now, polarity applied.
-#[derive(Clone, Copy)]
-struct Switches {
-    left: bool,
-    right: bool,
-    home: bool,
-}
-
-impl Switches {
-    /// The stop switch in a direction.
-    fn stop(self, direction: i32) -> bool {
-        if direction > 0 { self.right } else { self.left }
-    }
-
-    /// The switch that is searched.
-    fn closed(self, search: &Search) -> bool {
-        match search.goal {
-            Goal::Stop => self.stop(search.direction),
-            Goal::Home | Goal::Circular => self.home != search.inverted,
+    /// True if the switch that is searched is closed; a normally closed home switch counts as closed while it is open.
+    pub(super) fn is_closed(&self, switches: Switches) -> bool {
+        match self.goal {
+            Goal::Stop => switches.towards(self.direction),
+            Goal::Home | Goal::Circular => switches.home != self.inverted,
         }
     }
-}
 
-impl<D: SpiDevice> Axis<D> {
-    /// RFS START: begins a search by the mode of parameter 193, at the speeds of parameters 194 and 195; what becomes
-    /// of these parameters later is for the next one.
-    ///
-    /// # Errors
-    /// [`Error::NotNow`] when one of the search speeds (194, 195) is zero: it would never end.
-    pub fn start_search<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        let (fast, slow) = (self.value(P::ReferenceSearchSpeed), self.value(P::ReferenceSwitchSpeed));
-        if fast == 0 || slow == 0 {
-            return Err(Error::NotNow);
-        }
-        self.rotate(now, chip, 0)?;
-        self.search = Some(Search::of(self.value(P::ReferenceSearchMode), fast, slow));
-        // While the motor comes to a stand the switches act as in the first leg.
-        self.configure(chip)
+    /// True where the chip latches the position of the edge that ends this leg: it does so for stop switches that open.
+    pub(super) fn edge_is_latched(&self) -> bool {
+        self.goal == Goal::Stop && matches!(self.leg(), Leg::Leave | Leg::Cross)
     }
 
-    /// RFS STOP: ends a search and stops the motor; without a search it does nothing.
-    pub fn stop_search<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        if self.search.is_some() { self.rotate(now, chip, 0) } else { Ok(()) }
-    }
-
-    /// True while a search is under way.
-    pub const fn searches(&self) -> bool {
-        self.search.is_some()
-    }
-
-    /// RFS STATUS: 0, or the number of the leg under way.
-    pub fn search_status(&self) -> i32 {
-        self.search.map_or(0, |search| search.done as i32 + 1)
-    }
-
-    /// Takes the search on by one poll; the position has been read in it.
-    pub(super) fn poll_search<M: SpiDevice>(
-        &mut self,
-        now: Micros,
-        chip: &mut Tmc429<M>,
-        mut search: Search,
-    ) -> Result<(), Error> {
-        let (left, right) = self.switches(chip)?;
-        let switches = Switches { left, right, home: self.sensors.home };
-        let standing = self.actual_speed(chip)? == 0;
-        let closed = switches.closed(&search);
-        if closed && !search.closed {
-            search.closed = true;
-            self.arm_latch(chip)?;
-        } else if search.leg() == Leg::Cross && !closed && search.beyond(&self.position, search.first) < 0 {
-            // Whatever was closed, it was not the switch: that begins where the first edge is.
-            search.closed = false;
-        }
-        let verdict = search.judge(switches, &self.position, standing);
-        if verdict == Verdict::Over && search.verdict != Verdict::Over {
-            search.mark(self.edge(chip, &search)?);
-        }
-        search.stood = if standing && verdict == search.verdict { search.stood.saturating_add(1) } else { 0 };
-        search.verdict = verdict;
-        if search.leg() == Leg::Middle && verdict == Verdict::Over {
-            let zeroed = self.zero(now, chip, &search);
-            return self.end_search(chip, zeroed.is_ok());
-        }
-        match search.motion {
-            Motion::Running if verdict == Verdict::Underway => {}
-            Motion::Running | Motion::Starting => {
-                self.run_at(now, chip, 0)?;
-                search.motion = Motion::Resting;
-            }
-            Motion::Resting if search.stood >= SETTLED => {
-                if !search.proceed(&self.position, SLACK << self.value(P::MicrostepResolution)) {
-                    return self.end_search(chip, false);
-                }
-                return self.begin_leg(now, chip, search, switches);
-            }
-            Motion::Resting => {}
-        }
-        self.search = Some(search);
-        Ok(())
-    }
-
-    /// From now on the stop switches act as their parameters say.
-    fn end_search<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, found: bool) -> Result<(), Error> {
-        self.search = None;
-        self.events.reached |= found;
-        self.events.cut_short |= !found;
-        self.configure(chip)
-    }
-
-    fn begin_leg<M: SpiDevice>(
-        &mut self,
-        now: Micros,
-        chip: &mut Tmc429<M>,
-        mut search: Search,
-        switches: Switches,
-    ) -> Result<(), Error> {
-        search.closed = switches.closed(&search);
-        search.verdict = Verdict::Underway;
-        search.stood = 0;
-        search.motion = Motion::Starting;
-        // The stop switches act as this leg wants it.
-        self.search = Some(search);
-        if search.closed {
-            self.arm_latch(chip)?;
-        }
-        if search.leg() == Leg::Middle {
-            let span = search.second.wrapping_sub(search.first);
-            self.travel_to(now, chip, search.first.wrapping_add(span / 2))?;
-        } else {
-            self.run_at(now, chip, search.speed())?;
-        }
-        search.motion = Motion::Running;
-        self.search = Some(search);
-        Ok(())
-    }
-
-    /// The chip will keep the position where the closed switch opens. Where the motor stands on the edge, it
-    /// may be off the switch before the next poll.
-    fn arm_latch<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        Ok(chip.write(self.motor, Register::XLatched, 0)?)
-    }
-
-    /// Where the present leg ends: as the chip has latched it, if it has; a standing motor latches nothing (datasheet
-    /// section 8.1.15).
-    fn edge<M: SpiDevice>(&self, chip: &mut Tmc429<M>, search: &Search) -> Result<i32, Error> {
-        let opens = search.goal == Goal::Stop && matches!(search.leg(), Leg::Leave | Leg::Cross);
-        if !opens || chip.read(self.motor, Register::RefConfMode)? & reference::LATCH_PENDING != 0 {
-            return Ok(self.position.actual);
-        }
-        Ok(self.position.extend(chip.read(self.motor, Register::XLatched)?))
-    }
-
-    /// Makes the position zero, which is the middle. The encoders become zero with it: their
-    /// deviation (parameters 212 and 218) is counted from there.
-    fn zero<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, search: &Search) -> Result<(), Error> {
-        let zero = self.position.actual;
-        self.set_position(now, chip, 0)?;
-        self.encoder.set(0);
-        self.external.set(0);
-        self.set_value(P::LastReferencePosition, zero);
-        if let Some(far) = search.far {
-            self.set_value(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());
-        }
-        Ok(())
+    /// The middle between the two edges, in microsteps.
+    pub(super) fn middle(&self) -> i32 {
+        let span = self.second.wrapping_sub(self.first);
+        self.first.wrapping_add(span / 2)
     }
 }
