@@ -14,7 +14,7 @@ use common::random::Random;
 use common::{Bench, OK, random_inputs};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use hal_sim::clock::{MILLISECOND, SECOND};
-use tmcl_cli::virtual_module::Client;
+use tmcl_cli::client::Client;
 use tmcm::module::Source;
 
 /// Bytes of a page.

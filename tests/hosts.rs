@@ -6,8 +6,8 @@ mod common;
 
 use common::{Bench, OK};
 use hal_sim::clock::MILLISECOND;
+use tmcl_cli::client::Client;
 use tmcl_cli::device::Device;
-use tmcl_cli::virtual_module::Client;
 use tmcm::module::Source;
 use tmcm::tmcl::{binary, text};
 

@@ -8,7 +8,7 @@ mod common;
 use common::program::{MEMORY, RESET, RUNNING, STEPPING, STOPPED, STORED, Status};
 use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_CHECKSUM, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
-use tmcl_cli::virtual_module::Client;
+use tmcl_cli::client::Client;
 use tmcm::module::Source;
 use tmcm::tmcl::can::{self, Frame};
 use tmcm::tmcl::{Command, binary, text};

@@ -7,8 +7,8 @@ use hal_sim::board::Board;
 use hal_sim::clock::Nanos;
 use tmcm::module::Source;
 
+use crate::client::{Client, Sent};
 use crate::slcan::CanFrame;
-use crate::virtual_module::{Client, Sent};
 
 /// A module with its board, in virtual time. Bytes and frames go in at the present time, which is that to which it has
 /// been [run](Self::run_until): what it does may take it further, but what it says then is not said before that time.

@@ -2,6 +2,7 @@
 //!
 //! * [`virtual_module`] - the firmware's core on the simulated board, in virtual time
 //! * [`tracer`] - the commands that its program executes, recorded
+//! * [`client`] - who shares a link to a module, and what is on its way to them
 //! * [`device`] - a module, whatever runs it, as its links see it
 //! * [`image`] - the flash image on the emulated microcontroller, as such a module
 //! * [`fleet`] - several of them on an RS485 bus and a CAN bus
@@ -24,6 +25,7 @@
 //! * [`progress`] - how far something has got
 
 pub mod asm;
+pub mod client;
 pub mod conversation;
 pub mod debug;
 pub mod device;

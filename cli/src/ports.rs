@@ -6,7 +6,7 @@ use tmcm::module::{Links, Message, Mode, Port, Request, Source};
 use tmcm::tmcl::Reply;
 use tmcm::units::Micros;
 
-use crate::virtual_module::Client;
+use crate::client::Client;
 
 /// Whoever brings bytes knows silences and says so; for the ports all bytes arrive at one time.
 const AT: Micros = Micros(0);

@@ -2,11 +2,10 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, SampleTime, Temperature};
-use embassy_stm32::peripherals::ADC1;
+use embassy_stm32::peripherals::{ADC1, PC0, PC1};
 use embassy_time::Timer;
-
-use super::tmcm1140::Analog;
 
 /// Time between two readings. A supply that is gone is noticed after two of them.
 const PERIOD_MS: u64 = 2;
@@ -23,10 +22,16 @@ const PER_DEGREE: i32 = 25;
 /// The latest readings: IN0, supply, temperature.
 static READINGS: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 
+/// The pins of the analog inputs.
+pub(super) struct Inputs {
+    pub(super) in0: Peri<'static, PC0>,
+    pub(super) supply: Peri<'static, PC1>,
+}
+
 /// The converter with its inputs.
 pub(super) struct Sensors {
     adc: Adc<'static, ADC1>,
-    inputs: Analog,
+    inputs: Inputs,
     temperature: Temperature,
     /// The last reading of the supply.
     supply: u16,
@@ -34,7 +39,7 @@ pub(super) struct Sensors {
 
 impl Sensors {
     /// Reads all inputs for the first time.
-    pub(super) fn new(adc: Adc<'static, ADC1>, inputs: Analog) -> Self {
+    pub(super) fn new(adc: Adc<'static, ADC1>, inputs: Inputs) -> Self {
         let temperature = adc.enable_temperature();
         let mut sensors = Sensors { adc, inputs, temperature, supply: 0 };
         sensors.read();
@@ -42,7 +47,7 @@ impl Sensors {
     }
 
     fn read(&mut self) {
-        let Sensors { adc, inputs: Analog { in0, supply }, temperature, .. } = self;
+        let Sensors { adc, inputs: Inputs { in0, supply }, temperature, .. } = self;
         // At 21 MHz 84 cycles are 4 us, enough for a source of 50 kOhm; the sensor wants 10 us and gets 23.
         let (time, long) = (SampleTime::CYCLES84, SampleTime::CYCLES480);
         let in0 = adc.blocking_read(in0, time);

@@ -2,11 +2,10 @@
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id, StandardId};
-use embassy_stm32::interrupt::typelevel::{CAN1_RX0, Handler};
 use embassy_stm32::pac::CAN1;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 
-use super::mail::CAN;
-use super::owner;
 use crate::module::Links;
 use crate::tmcl::can as wire;
 
@@ -22,14 +21,8 @@ pub(super) struct Can {
     rx: CanRx<'static>,
 }
 
-/// Calls the owner when a frame has come.
-pub(super) struct Pend;
-
-impl Handler<CAN1_RX0> for Pend {
-    unsafe fn on_interrupt() {
-        owner::pend();
-    }
-}
+/// The interface for the owner, once it has joined the bus.
+pub(super) static JOINED: Signal<CriticalSectionRawMutex, Can> = Signal::new();
 
 /// Waits until the bus is there - 11 recessive bits - and hands the interface over.
 #[embassy_executor::task]
@@ -42,7 +35,7 @@ pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
     // Dropped, it would reset the controller.
     core::mem::forget(can);
     defmt::info!("CAN at {=u32} bit/s", bit_rate);
-    CAN.signal(Can { _tx: tx, rx });
+    JOINED.signal(Can { _tx: tx, rx });
 }
 
 impl Can {

@@ -5,7 +5,8 @@ use embassy_time::Timer;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 
 use super::mail::{PAGE, WRITTEN};
-use super::tmcm1140::{Bus, Eeprom};
+use super::spi::Bus;
+use super::tmcm1140::Eeprom;
 use super::{now, watchdog};
 use crate::chip::at25::At25;
 use crate::store::{Keeper, Store, Worth};

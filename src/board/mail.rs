@@ -7,7 +7,6 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 
-use super::can::Can;
 use crate::module::{Links, Mode, Request};
 use crate::store::Job;
 use crate::tmcl::Reply;
@@ -32,9 +31,6 @@ pub(super) static USB_GONE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 /// Answers to the USB link: a reply and an event, and one more of each. They stay in here until they are sent, so
 /// that "empty" means that all is said.
 pub(super) static USB: Channel<CriticalSectionRawMutex, Outgoing, 4> = Channel::new();
-
-/// The CAN interface, once it has joined the bus.
-pub(super) static CAN: Signal<CriticalSectionRawMutex, Can> = Signal::new();
 
 /// The interface settings in force; none before the module is there.
 pub(super) static LINKS: CriticalSectionMutex<Cell<Option<Links>>> = CriticalSectionMutex::new(Cell::new(None));

@@ -24,9 +24,12 @@ mod mail;
 mod motion_bus;
 mod owner;
 mod rs485;
+mod signals;
+mod spi;
 mod tasks;
 mod tmcm1140;
 mod usb;
+mod wake;
 mod watchdog;
 
 pub use fault::panicked;

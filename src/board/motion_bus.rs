@@ -11,7 +11,7 @@ use embassy_stm32::pac::SPI1;
 use embassy_stm32::pac::spi::vals::Br;
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
-use super::tmcm1140::Bus;
+use super::spi::Bus;
 
 /// Clock of the TMC429: 84 MHz / 64. The chip, itself at 16 MHz, takes 2 MHz at most (eight of its clocks
 /// a bit); 84 MHz / 32 would be too fast.

@@ -1,24 +1,23 @@
 //! The owner of the module: the one place that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes when a poll is due, each millisecond, and whenever a link has
-//! something ([`pend`]). It takes what the links have, polls when that is due, and gives a program its slices; between
+//! something ([`wake`]). It takes what the links have, polls when that is due, and gives a program its slices; between
 //! two of these it looks at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
 
-use cortex_m::peripheral::{NVIC, SCB};
+use cortex_m::peripheral::SCB;
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
-use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::TIM3;
 use heapless::Vec;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::can::Can;
-use super::mail::{CAN, LINKS, Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN};
+use super::can::{self, Can};
+use super::mail::{LINKS, Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN};
 use super::motion_bus::Chip;
-use super::tmcm1140::{Motion, Signals, drivers_off, show_trouble};
-use super::{motion_bus, now, rs485, watchdog};
+use super::signals::Signals;
+use super::tmcm1140::{Motion, drivers_off, show_trouble};
+use super::{motion_bus, now, rs485, wake, watchdog};
 use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
 use crate::store::Store;
 use crate::tmcl::Reply;
@@ -89,38 +88,12 @@ pub(super) fn start(owner: Owner) {
     LINKS.lock(|shared| shared.set(Some(owner.links)));
     // SAFETY: the interrupt is not enabled yet.
     unsafe { *OWNER.0.get() = Some(owner) };
-    embassy_stm32::rcc::enable_and_reset::<embassy_stm32::peripherals::TIM3>();
-    // 84 MHz / 84: microseconds. The prescaler is taken over by an update.
-    TIM3.psc().write_value(83);
-    TIM3.egr().write(|w| w.set_ug(true));
-    TIM3.dier().write(|w| w.set_uie(true));
-    interrupt::TIM3.set_priority(Priority::P6);
-    // SAFETY: the handler has what it needs.
-    unsafe { interrupt::TIM3.enable() };
-    pend();
-}
-
-/// Calls the owner after a span of time, or at most a microsecond later, but not before.
-fn wake_after(span: Micros) {
-    // Were it running, its count could be past the new end before this is in force.
-    TIM3.cr1().write(|_| {});
-    TIM3.cnt().write(|w| w.set_cnt(0));
-    // The first of `span + 1` counts may be a short one.
-    TIM3.arr().write(|w| w.set_arr(span.0 as u16));
-    TIM3.cr1().write(|w| {
-        w.set_opm(true);
-        w.set_cen(true);
-    });
-}
-
-/// A link has something for the owner.
-pub(super) fn pend() {
-    NVIC::pend(interrupt::TIM3);
+    wake::start();
 }
 
 #[interrupt]
 unsafe fn TIM3() {
-    TIM3.sr().write(|w| w.set_uif(false));
+    wake::acknowledge();
     // SAFETY: only here, and an interrupt does not interrupt itself.
     if let Some(owner) = unsafe { (*OWNER.0.get()).as_mut() } {
         owner.turn();
@@ -154,7 +127,7 @@ impl Owner {
             if now >= deadline {
                 self.poll();
             } else if idle {
-                return wake_after(deadline.since(now));
+                return wake::after(deadline.since(now));
             }
         }
     }
@@ -206,7 +179,7 @@ impl Owner {
             PAGE.signal(job);
         }
         if self.can.is_none() {
-            self.can = CAN.try_take();
+            self.can = can::JOINED.try_take();
             if let Some(can) = &mut self.can {
                 can.listen_to(&self.links);
             }

@@ -18,7 +18,7 @@ use embassy_stm32::peripherals;
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use heapless::{Deque, Vec};
 
-use super::{now, owner};
+use super::{now, wake};
 use crate::module::{Links, Mode, Port, Request, Source, Taken};
 use crate::tmcl::Reply;
 use crate::tmcl::ascii::LINE;
@@ -179,7 +179,7 @@ impl Rs485 {
                 defmt::warn!("RS485: a host does not wait for its replies: request dropped");
                 self.port.give_up();
             }
-            owner::pend();
+            wake::pend();
         }
     }
 

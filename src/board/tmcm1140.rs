@@ -32,16 +32,14 @@ use embassy_stm32::adc::Adc;
 use embassy_stm32::can::{self, Can};
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::iwdg::vals::Key;
-use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, IWDG, RCC};
+use embassy_stm32::pac::{GPIOC, GPIOE, IWDG, RCC};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
     PllSource, Sysclk,
 };
-use embassy_stm32::spi::mode::Master;
-use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::spi::Spi;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::usart::{self, Uart};
@@ -50,29 +48,24 @@ use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, interrupt, peripherals};
 use static_cell::ConstStaticCell;
 
-use super::can::Pend;
-use super::{analog, encoder, watchdog};
-use crate::module::{Inputs, Outputs};
+use super::analog::Inputs;
+use super::signals::Signals;
+use super::spi::{self, Bus};
+use super::wake::OnFrame;
+use super::watchdog;
 
 /// Bit of ENN in port E.
 const ENN: usize = 1;
 /// Bit of LED2 in port C.
 const TROUBLE: usize = 4;
 
-/// SPI clock of the EEPROM: 42 MHz / 16. The sibling divides by 16, too. The motion bus begins with it as well, until its
-/// chips choose their own.
-const SPI_CLOCK: Hertz = Hertz(2_625_000);
-
 bind_interrupts!(struct Irqs {
     CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
-    CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, Pend;
+    CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, OnFrame;
     CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
     CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
-
-/// An SPI bus whose transfers are waited for.
-pub(super) type Bus = Spi<'static, Blocking, Master>;
 
 /// All that is connected, ready for use; the motor drivers are off.
 pub struct Board {
@@ -82,16 +75,10 @@ pub struct Board {
     pub(super) can: Can<'static>,
     pub(super) usb: usb::Driver<'static, peripherals::USB_OTG_FS>,
     pub(super) adc: Adc<'static, peripherals::ADC1>,
-    pub(super) analog: Analog,
+    pub(super) analog: Inputs,
     pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
     /// The pads for it are connected.
     pub(super) factory_reset: bool,
-}
-
-/// The analog inputs.
-pub(super) struct Analog {
-    pub(super) in0: Peri<'static, peripherals::PC0>,
-    pub(super) supply: Peri<'static, peripherals::PC1>,
 }
 
 /// What the owner of the module has.
@@ -101,44 +88,6 @@ pub(super) struct Motion {
     pub(super) select_tmc262: Output<'static>,
     pub(super) enable: Output<'static>,
     pub(super) signals: Signals,
-}
-
-/// The signals exchanged with each poll.
-pub(super) struct Signals {
-    stall: Input<'static>,
-    /// IN0 and IN3; IN1 and IN2 belong to the encoder's timer, which leaves them readable.
-    _inputs: [Input<'static>; 2],
-    _encoder: Qei<'static, peripherals::TIM4>,
-    outputs: [Output<'static>; 2],
-    pull_ups: Output<'static>,
-    led: Output<'static>,
-}
-
-/// First of the four pins of port D that are IN0..IN3.
-const FIRST_INPUT: usize = 11;
-
-impl Signals {
-    pub(super) fn read(&self) -> Inputs {
-        let port = GPIOD.idr().read().0;
-        Inputs {
-            digital: core::array::from_fn(|n| port >> (FIRST_INPUT + n) & 1 != 0),
-            analog: analog::in0(),
-            supply: Some(analog::supply()),
-            temperature: analog::temperature(),
-            stall: self.stall.is_high(),
-            external: encoder::count(),
-            null: encoder::edges(),
-            ..Inputs::default()
-        }
-    }
-
-    pub(super) fn write(&mut self, outputs: &Outputs) {
-        for (bit, pin) in self.outputs.iter_mut().enumerate() {
-            pin.set_level((outputs.digital >> bit & 1 != 0).into());
-        }
-        self.pull_ups.set_level(outputs.pull_ups.into());
-        self.led.set_level(outputs.led.into());
-    }
 }
 
 /// The EEPROM has a bus of its own.
@@ -192,18 +141,18 @@ impl Board {
             can: Can::new(p.CAN1, p.PD0, p.PD1, Irqs),
             usb: usb::Driver::new_fs(p.USB_OTG_FS, Irqs, p.PA12, p.PA11, USB.take(), usb_config),
             adc: Adc::new(p.ADC1),
-            analog: Analog { in0: p.PC0, supply: p.PC1 },
+            analog: Inputs { in0: p.PC0, supply: p.PC1 },
             watchdog,
             factory_reset,
             motion: Motion {
-                bus: Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi(SPI_CLOCK)),
+                bus: Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()),
                 select_tmc429: Output::new(p.PA4, Level::High, Speed::Medium),
                 select_tmc262: Output::new(p.PC3, Level::High, Speed::Medium),
                 enable: Output::new(p.PE1, Level::High, Speed::Low),
                 signals,
             },
             eeprom: Eeprom {
-                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi(SPI_CLOCK)),
+                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
                 select: Output::new(p.PA15, Level::High, Speed::Medium),
             },
             rs485: Rs485 {
@@ -304,14 +253,5 @@ fn clocks() -> embassy_stm32::Config {
     rcc.ahb_pre = AHBPrescaler::DIV1;
     rcc.apb1_pre = APBPrescaler::DIV4;
     rcc.apb2_pre = APBPrescaler::DIV2;
-    config
-}
-
-/// All parts use mode 3, and a part that is missing reads as all ones.
-fn spi(frequency: Hertz) -> spi::Config {
-    let mut config = spi::Config::default();
-    config.mode = spi::MODE_3;
-    config.frequency = frequency;
-    config.miso_pull = Pull::Up;
     config
 }

@@ -10,7 +10,7 @@ use heapless::String;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::mail::{LINKS, USB, USB_GONE, USB_REQUESTS};
-use super::{now, owner, watchdog};
+use super::{now, wake, watchdog};
 use crate::module::{Links, Message, Port, Source};
 
 /// Vendor and product of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35): hosts look for them.
@@ -86,7 +86,7 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
                     write(serial, heard.echo).await?;
                     if let Some(request) = heard.request {
                         USB_REQUESTS.send(request).await;
-                        owner::pend();
+                        wake::pend();
                     }
                 }
             }

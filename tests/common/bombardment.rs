@@ -4,7 +4,7 @@ use super::random::Random;
 use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
 use super::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use tmcl_cli::virtual_module::Sent;
+use tmcl_cli::client::Sent;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::can::{self, Frame};

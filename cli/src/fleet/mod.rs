@@ -14,9 +14,10 @@ use tmcm::store::{Need, Slot, Store};
 
 pub use can::{Heard, Node};
 
+use crate::client::{Client, Sent};
 use crate::device::Device;
 use crate::slcan::CanFrame;
-use crate::virtual_module::{Client, Sent, VirtualModule};
+use crate::virtual_module::VirtualModule;
 
 /// Bytes in an AT25128.
 const EEPROM: usize = 16_384;

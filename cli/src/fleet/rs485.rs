@@ -8,8 +8,8 @@ use std::collections::VecDeque;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 
+use crate::client::Client;
 use crate::device::{self, Device};
-use crate::virtual_module::Client;
 
 /// Bits of a byte on the wire: start bit, eight data bits, stop bit.
 const BITS: u64 = 10;

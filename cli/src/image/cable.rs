@@ -15,7 +15,7 @@ use tmcm::tmcl::Opcode;
 use tmcm::tmcl::binary::TELEGRAM;
 
 use super::pieces::Pieces;
-use crate::virtual_module::Client;
+use crate::client::Client;
 
 /// A host whose request is not answered has the cable for so long while others want it. Storing takes longer, but that can
 /// be seen.

@@ -16,9 +16,9 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::can::Data;
 
+use crate::client::{Client, Sent};
 use crate::device::{Device, Rs485};
 use crate::slcan::CanFrame;
-use crate::virtual_module::{Client, Sent};
 use cable::{Cable, GAP};
 use pieces::Pieces;
 

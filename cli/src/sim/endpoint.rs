@@ -8,7 +8,7 @@ use rustix::event::PollFlags;
 use tmcm::tmcl::binary::{Framer, TELEGRAM};
 
 use super::stream::{Input, Stream};
-use crate::virtual_module::Client;
+use crate::client::Client;
 
 /// Silence after which an unfinished telegram is given up. It counts from when bytes were read, and only if
 /// another look found none: a host or a simulator that was held up for a moment does not tear a telegram.

@@ -16,10 +16,10 @@ use super::endpoint::{Arrival, Endpoint};
 use super::pty::Pty;
 use super::slcan::HostAdapter;
 use super::tcp::{Guest, Server};
+use crate::client::{Client, Sent};
 use crate::device::Device;
 use crate::failure::Failure;
 use crate::fleet::{Fleet, Lost};
-use crate::virtual_module::{Client, Sent};
 
 /// The TCP port that is used when none is asked for, if it is free.
 const USUAL_PORT: u16 = 4140;
