@@ -8,55 +8,56 @@ use embedded_hal::spi::SpiDevice;
 
 use crate::units::CurrentScale;
 
-/// The register contents an axis wants. Fields hold parameter values as TMCL defines them (manual chapter
-/// 4); ranges are those of the parameters.
+/// What the chip is to do, field by field of its registers (TMC262 datasheet, chapter 6), in the units of the registers
+/// where nothing else is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Configuration {
-    /// Parameter 140, 0..=8: 2^n microsteps per full step.
+    /// Microsteps per full step as a power of two, 0..=8: the chip's MRES counts the other way, 8 - n.
     pub microsteps: u8,
-    /// Parameter 160.
+    /// INTPOL: each step pulse becomes 16 microsteps within the chip; the chip takes it at 16 microsteps only.
     pub interpolation: bool,
-    /// Parameter 161.
+    /// DEDGE: both edges of the step input make a step.
     pub double_edge: bool,
-    /// Parameter 162, 0..=3.
+    /// TBL, 0..=3: time after a switching of the bridges in which the chip does not look at the coil current.
     pub blank_time: u8,
-    /// Parameter 163.
+    /// CHM: chopper with constant off time in place of spreadCycle.
     pub constant_toff: bool,
-    /// Parameter 164; only with constant off time.
+    /// HDEC bit 1, with constant off time only: fast decay ends after its time alone, whatever the current is.
     pub no_fast_decay_comparator: bool,
-    /// Parameter 165, 0..=15: hysteresis end, or fast decay time.
+    /// 0..=15: HEND in spreadCycle, where it is the end of the hysteresis; with constant off time the fast decay time.
     pub hysteresis_end: u8,
-    /// Parameter 166, 0..=8: hysteresis start, or sine wave offset.
+    /// 0..=8: HSTRT in spreadCycle, where it is the start of the hysteresis; with constant off time the sine wave
+    /// offset.
     pub hysteresis_start: u8,
-    /// Parameter 167, 0..=15; 0 switches the bridges off.
+    /// TOFF, 0..=15: duration of the slow decay; 0 switches the bridges off.
     pub off_time: u8,
-    /// Parameter 184.
+    /// RNDTF: the off time varies at random.
     pub random_off_time: bool,
-    /// Parameter 168.
+    /// SEIMIN: coolStep goes down to 1/2 (0) or 1/4 (1) of the current scale.
     pub current_minimum: u8,
-    /// Parameter 169, 0..=3.
+    /// SEDN, 0..=3: after 32, 8, 2 or 1 measurements above the upper threshold the current goes down by one.
     pub down_step: u8,
-    /// Parameter 170, 0..=15.
+    /// SEMAX, 0..=15: distance of coolStep's upper threshold from its lower one, in 32 units of the load value.
     pub hysteresis: u8,
-    /// Parameter 171, 0..=3.
+    /// SEUP, 0..=3: each measurement below the lower threshold raises the current by 1, 2, 4 or 8.
     pub up_step: u8,
-    /// Parameter 172, 0..=15; 0 switches coolStep off.
+    /// SEMIN, 0..=15: coolStep's lower threshold, in 32 units of the load value; 0 switches coolStep off.
     pub cool_step: u8,
-    /// Parameter 173.
+    /// SFILT: a load value is measured over four full steps in place of one.
     pub filter: bool,
-    /// Parameter 174, -64..=63.
+    /// SGT, -64..=63: at the load value 0 the motor counts as stalled; the larger the threshold, the later.
     pub threshold: i8,
-    /// Current scale as selected from parameters 6, 7, 183 and 200.
+    /// CS: current of the coils.
     pub current: CurrentScale,
-    /// Parameter 175, 0..=3.
+    /// SLPH, 0..=3: slope of the high side's gates.
     pub slope_high: u8,
-    /// Parameter 176, 0..=3.
+    /// SLPL, 0..=3: slope of the low side's gates.
     pub slope_low: u8,
-    /// Parameter 177.
+    /// DISS2G: a short to ground does not switch the bridges off.
     pub no_short_protection: bool,
-    /// Parameter 178, 0..=3.
+    /// TS2G, 0..=3: how long a short to ground must last to be one.
     pub short_timer: u8,
-    /// Parameter 179.
+    /// VSENSE: full scale of the current is 165 mV at the sense resistor in place of 305 mV.
     pub vsense: bool,
 }
 
@@ -97,8 +98,8 @@ const TURNS: [Register; 8] = [
     Register::SgcsConf,
 ];
 
-/// Flags of every answer, all active high, in the order in which axis parameter 208 shows them (manual chapter 4):
-/// those that mean that the bridges are off.
+/// Status flags that come with every answer, active high, by their bit in bits 7..0 of the answer: those that mean that the
+/// bridges are off.
 pub mod flags {
     /// Shut down by over-temperature.
     pub const OVERTEMPERATURE: u8 = 1 << 1;
@@ -213,9 +214,9 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
     let bit = |set: bool, n: u32| u32::from(set) << n;
     let field = |value: u8, n: u32| u32::from(value) << n;
     let drvctrl = bit(c.interpolation, 9) | bit(c.double_edge, 8) | field(8_u8.saturating_sub(c.microsteps), 0);
-    // Parameters 165 and 166 change their meaning with the chopper mode (manual chapter 4, parameter 163):
-    // in spreadCycle they are HEND and HSTRT; with constant off time the four bits of the fast decay time
-    // are HSTRT and, as the highest, bit 11, and HEND holds the sine wave offset.
+    // The two hysteresis fields change their meaning with the chopper mode: in spreadCycle they are HEND and HSTRT; with
+    // constant off time the four bits of the fast decay time are HSTRT and, as the highest, bit 11, and HEND holds the
+    // sine wave offset.
     let (hend, hstrt, decay) = if c.constant_toff {
         (
             c.hysteresis_start,
@@ -223,7 +224,7 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
             bit(c.no_fast_decay_comparator, 12) | field(c.hysteresis_end >> 3, 11),
         )
     } else {
-        // Parameter 166 goes up to 8, HSTRT only to 7.
+        // HSTRT has three bits: a start of 8 is its largest value.
         (c.hysteresis_end, c.hysteresis_start.min(7), 0)
     };
     let chopconf = 0b100 << 17
@@ -234,7 +235,7 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
         | field(hend, 7)
         | field(hstrt, 4)
         | field(c.off_time, 0);
-    // The upper coolStep threshold is (172 + 170 + 1) * 32, so SEMAX is parameter 170 as it is.
+    // The upper coolStep threshold is (SEMIN + SEMAX + 1) * 32: the distance between the two is SEMAX as it is.
     let smarten = 0b101 << 17
         | field(c.current_minimum, 15)
         | field(c.down_step, 13)
