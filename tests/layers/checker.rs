@@ -1,0 +1,131 @@
+//! The checks are worth something only if they find what is wrong.
+
+use super::*;
+
+const ORDER: [&str; 3] = ["low", "middle", "high"];
+
+fn in_middle(source: &str) -> Vec<&str> {
+    violations(&ORDER, "middle", &tokens(source), 2)
+}
+
+#[test]
+fn finds_a_use_of_what_stands_below() {
+    assert_eq!(in_middle("use crate::high::Thing;"), ["high"]);
+    assert_eq!(in_middle("fn f() { crate::high::g(&crate::low::X) }"), ["high"]);
+    assert_eq!(in_middle("use crate::{low::{A, high}, middle, high::{self, B}};"), ["high"]);
+    assert_eq!(in_middle("use super::super::high;"), ["high"]);
+    assert_eq!(in_middle("macro_rules! m { () => { $crate::high::X } }"), ["high"]);
+    assert_eq!(in_middle("fn f<'a>() -> &'a str { \"\\\"\" } use crate::high::X; // '\"'"), ["high"]);
+}
+
+#[test]
+fn lets_pass_what_stands_above_or_in_the_module_itself() {
+    assert!(in_middle("use crate::low::{A, B}; use crate::middle::C; use super::high; use crate::LOWEST;").is_empty());
+    assert!(in_middle("mod tests { use super::super::high; }").is_empty());
+}
+
+#[test]
+fn does_not_read_comments_and_strings() {
+    assert!(in_middle("/// [`crate::high::X`]\n/* crate::high /* */ unsafe */ fn f() {}").is_empty());
+    for text in ["\"unsafe\"", "r#\"an \" unsafe\"#", "b\"unsafe\"", "// unsafe", "'\"' /* \" */ // unsafe"] {
+        assert!(!tokens(text).contains(&"unsafe"), "{text}");
+    }
+    assert!(tokens("let x = 'a'; unsafe { f(\"\\\\\") }").contains(&"unsafe"));
+    assert!(tokens("fn f<'a>(x: &'a str) { unsafe { g('\\'', br\"\\\") } }").contains(&"unsafe"));
+}
+
+#[test]
+fn finds_numbers_of_parameters() {
+    assert_eq!(numbers_of_parameters("// Parameter\n/// 81, and parameters 6 and 7;"), [81, 6]);
+    assert!(numbers_of_parameters("from_parameter(40), a parameter, one of 5").is_empty());
+}
+
+/// The imports of a crate with these files, as "file -> file".
+fn imports_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    for (path, text) in files {
+        let path = folder.join(path);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+    let imports = imports::Crate::read(&folder.join("lib.rs")).imports();
+    let short = |path: &Path| path.strip_prefix(&folder).unwrap().display().to_string();
+    let lines = imports.iter().flat_map(|(from, others)| others.keys().map(move |to| (from, to)));
+    lines.map(|(from, to)| format!("{} -> {}", short(from), short(to))).collect()
+}
+
+/// Each way to name a thing in `b.rs`, of a parent that hands it on.
+#[test]
+fn follows_every_path_to_the_file_that_defines() {
+    let parent = "mod a; mod b; mod e; pub use b::{Thing, function as other};";
+    for (number, source) in [
+        "use super::b::Thing;",
+        "use super::Thing;",
+        "use crate::m::Thing as Other;",
+        "use crate::{m::{self, a}, x}; fn f() { m::other() }",
+        "use super::*; fn f() -> Thing { 0 }",
+        "use super::b::*;",
+        "fn f() { super::other() }",
+        "fn f(x: crate::m::Thing) {}",
+        "fn f() -> Vec<super::b::Thing> { x }",
+        "mod tests { use super::super::Thing; }",
+        "mod tests { fn f() { crate::m::b::function() } }",
+        "use super::e::Thing;",
+    ]
+    .iter()
+    .enumerate()
+    {
+        let files = [
+            ("lib.rs", "mod m;"),
+            ("m/mod.rs", parent),
+            ("m/a.rs", source),
+            ("m/b.rs", "pub struct Thing; pub fn function() {}"),
+            ("m/e.rs", "pub(super) use super::b::Thing;"),
+        ];
+        let imports = imports_of(&format!("names{number}"), &files);
+        assert!(imports.contains(&"m/a.rs -> m/b.rs".into()), "{source}: {imports:?}");
+    }
+}
+
+#[test]
+fn a_child_is_part_of_its_parent_but_not_of_others() {
+    let files = [
+        ("lib.rs", "mod m; pub use m::Own;"),
+        ("m.rs", "mod a; pub use a::Part; pub struct Own; /* Part */"),
+        ("m/a.rs", "mod deep; use super::Own; pub struct Part; mod tests { use super::*; }"),
+        ("m/a/deep.rs", "use crate::Own; use std::fmt;"),
+    ];
+    assert_eq!(imports_of("parts", &files), ["m/a/deep.rs -> m.rs"]);
+    let files = [
+        ("lib.rs", "#[path = \"other/place.rs\"] mod m;"),
+        ("other/place.rs", "mod a; pub use a::Part; pub fn f(_: Part) {}"),
+        ("other/a.rs", "pub struct Part;"),
+    ];
+    assert_eq!(imports_of("mention", &files), ["other/place.rs -> other/a.rs"]);
+}
+
+#[test]
+fn finds_circles_and_nothing_else() {
+    let imports = |pairs: &[(&str, &str)]| {
+        let mut imports = circles::Imports::new();
+        for (from, to) in pairs {
+            imports.entry(from.into()).or_default().insert(to.into(), "Thing".into());
+        }
+        imports
+    };
+    assert!(circles::circles(&imports(&[("a", "b"), ("b", "c"), ("a", "c")])).is_empty());
+    let found = imports(&[("a", "b"), ("b", "c"), ("c", "a"), ("c", "d"), ("x", "a"), ("d", "e"), ("e", "d")]);
+    let pairs = |circle: &Vec<(&Path, &Path, &str)>| -> Vec<String> {
+        circle.iter().map(|(from, to, _)| format!("{}{}", from.display(), to.display())).collect()
+    };
+    let found: Vec<_> = circles::circles(&found).iter().map(pairs).collect();
+    assert_eq!(found, [vec!["ab", "bc", "ca"], vec!["de", "ed"]]);
+}
+
+#[test]
+fn reads_the_order_from_the_root() {
+    assert_eq!(
+        declared(&tokens("//! mod no;\npub mod low;\n#[cfg(x)]\nmod middle;\nmod tests { }")),
+        ["low", "middle"]
+    );
+}
