@@ -3,15 +3,17 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+use std::iter;
+
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::MICROSECOND;
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::{Simulated, parts};
-use tmcm::module::{Answer, Inputs, Module, Outcome, Request, Source, TMCM_1140};
+use tmcm::module::{Due, Inputs, Module, Outcome, Request, Source, TMCM_1140};
 use tmcm::tmcl::{Reply, Status, binary, can, text};
 use tmcm::units::Micros;
 
-const CAN: Source = Source::Can { length: 8 };
+const CAN: Source = Source::Can;
 
 struct Core {
     board: SharedBoard,
@@ -57,7 +59,7 @@ impl Core {
             Outcome::Reply(Reply::Plain { status: Status::Ok | Status::Loaded, value, .. }) => value,
             Outcome::Pending => {
                 self.store();
-                let (_, reply) = self.module.next_serial().unwrap();
+                let Due { reply: Some(reply), .. } = self.module.next_reply().unwrap() else { panic!("{line}") };
                 let Reply::Plain { status: Status::Ok, value, .. } = reply else { panic!("{line}: {reply:?}") };
                 value
             }
@@ -143,24 +145,23 @@ fn links_change_when_no_reply_waits_any_more() {
         }
         let bystander = |core: &mut Core| {
             let command = text::parse("GGP 128, 0").unwrap();
-            let telegram = Request::Telegram(binary::encode_command(33, command));
-            assert_eq!(core.module.serial(core.now(), Source::Rs485, &telegram).0, Answer::None);
-            assert_eq!(core.module.can(core.now(), 33, &can::encode_command(command)), Answer::None);
+            let telegram = Request::Telegram(binary::decode(&binary::encode_command(33, command)));
+            let frame = Request::Frame(can::decode(33, &can::encode_command(command)).unwrap());
+            assert_eq!(core.module.request(core.now(), Source::Rs485, &telegram).0, Outcome::Silent);
+            assert_eq!(core.module.request(core.now(), CAN, &frame).0, Outcome::Silent);
             core.poll(core.now().0 + 1_000);
             assert_eq!(*core.module.links(), before, "{setting}");
         };
         bystander(&mut core);
         core.store();
         bystander(&mut core);
-        let frame = core.module.next_frame().unwrap();
-        assert_eq!((frame.id, frame.data[0]), (2, 1), "{setting}");
-        for source in [Source::Rs485, Source::Usb] {
+        for source in [CAN, Source::Rs485, Source::Usb] {
             bystander(&mut core);
-            assert_eq!(core.module.next_serial().unwrap().0, source, "{setting}");
+            assert_eq!(core.module.next_reply().unwrap().to.source, source, "{setting}");
             // The reply is encoded with the settings of this moment.
             assert_eq!(*core.module.links(), before, "{setting}");
         }
-        assert_eq!((core.module.next_frame(), core.module.next_serial()), (None, None));
+        assert_eq!(core.module.next_reply(), None);
         assert_ne!(*core.module.links(), before, "{setting}");
     }
 }
@@ -200,7 +201,7 @@ fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
 #[test]
 fn replies_to_a_host_that_is_gone_are_dropped() {
     for (gone, left) in
-        [(Source::Usb, &[Source::Rs485][..]), (Source::Rs485, &[Source::Usb]), (CAN, &[Source::Usb, Source::Rs485])]
+        [(Source::Usb, [CAN, Source::Rs485]), (Source::Rs485, [Source::Usb, CAN]), (CAN, [Source::Usb, Source::Rs485])]
     {
         let mut core = Core::new();
         for (source, line) in [(Source::Usb, "SGP 77, 0, 1"), (CAN, "SGP 84, 0, 1"), (Source::Rs485, "SGP 85, 0, 1")] {
@@ -208,11 +209,25 @@ fn replies_to_a_host_that_is_gone_are_dropped() {
         }
         core.store();
         core.module.forget(gone);
-        let mut heard = Vec::new();
-        for _ in 0..3 {
-            heard.extend(core.module.next_serial().map(|(source, _)| source));
-            assert!(core.module.next_frame().is_none() || gone != CAN);
-        }
+        let heard: Vec<_> = iter::from_fn(|| core.module.next_reply()).map(|due| due.to.source).collect();
         assert_eq!(heard, left, "{gone:?}");
     }
+}
+
+/// With global parameter 255 a link that waits is told that there will be no reply, and in its turn; another one's reply
+/// keeps its place.
+#[test]
+fn a_suppressed_reply_is_due_like_any_other() {
+    let mut core = Core::new();
+    assert_eq!(core.execute(CAN, "SGP 77, 0, 1"), Outcome::Pending);
+    core.execute(Source::Usb, "SGP 255, 0, 1");
+    assert_eq!(core.execute(Source::Rs485, "SGP 85, 0, 1"), Outcome::Pending);
+    assert_eq!(core.module.next_reply(), None);
+    assert!(core.module.awaits(Source::Rs485));
+    core.store();
+    let due: Vec<_> = iter::from_fn(|| core.module.next_reply()).collect();
+    let value = Reply::Plain { status: Status::Ok, opcode: 9, value: 1 };
+    let told = |source: Source, reply| Due { to: source.into(), reply };
+    assert_eq!(due, [told(CAN, Some(value)), told(Source::Rs485, None)]);
+    assert!(!core.module.awaits(Source::Rs485));
 }

@@ -13,10 +13,10 @@ use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Answer, Hooks, Inputs, Module, Outcome, Parts, Platform, Source, TMCM_1140, TMCM_1140_AXES};
+use tmcm::module::{Due, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140, TMCM_1140_AXES};
 use tmcm::store::{Keeper, Report, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
-use tmcm::tmcl::can::Frame;
+use tmcm::tmcl::can::{self, Frame};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
@@ -36,9 +36,6 @@ const AT25_HZ: u32 = 2_625_000;
 /// A USB transfer takes a frame: no reply comes sooner. Hosts count on it: they look at the speed right
 /// after MVP and would take 0 for "arrived".
 const USB_FRAME: Nanos = MILLISECOND;
-
-/// The CAN bus, for questions to which the length of a frame is nothing.
-const CAN: Source = Source::Can { length: 8 };
 
 /// The simulated board as a platform, with additions `H`.
 #[derive(Debug)]
@@ -433,14 +430,14 @@ impl VirtualModule {
         self.outbox.extend(Sent::new(on_the_wire(source, arrived, arrived), source, client, &echo));
         let Some(request) = request else { return true };
         let before = firmware.core.subscriber();
-        let (answer, mode) = firmware.core.serial(firmware.time(arrived), source, &request);
+        let (outcome, mode) = firmware.core.request(firmware.time(arrived), source, &request);
         if firmware.core.subscriber() != before {
             self.subscriber = Some(client);
         }
-        let reply = match answer {
-            Answer::Now(reply) => Some(reply),
-            Answer::None => None,
-            Answer::Later => {
+        let reply = match outcome {
+            Outcome::Reply(reply) => Some(reply),
+            Outcome::Silent => None,
+            Outcome::Pending => {
                 self.waiting.push((source, client));
                 return true;
             }
@@ -453,11 +450,14 @@ impl VirtualModule {
 
     /// Serves the next frame; false if there is none for now.
     fn serve_frame(&mut self) -> bool {
-        let Some(firmware) = self.firmware.as_mut().filter(|firmware| !firmware.core.awaits(CAN)) else { return false };
+        let Some(firmware) = self.firmware.as_mut().filter(|firmware| !firmware.core.awaits(Source::Can)) else {
+            return false;
+        };
         let Some(Frame { id, data }) = self.frames_in.pop_front() else { return false };
         let now = firmware.time(self.board.borrow().now());
-        if let Answer::Now(reply) = firmware.core.can(now, id, &data) {
-            self.frames_out.push_back(reply);
+        let Some(request) = can::decode(id, &data).map(Request::Frame) else { return true };
+        if let (Outcome::Reply(reply), _) = firmware.core.request(now, Source::Can, &request) {
+            self.frames_out.push_back(firmware.core.links().frame(request.origin(Source::Can), &reply));
         }
         true
     }
@@ -466,26 +466,24 @@ impl VirtualModule {
     fn collect(&mut self) {
         let at = self.now();
         let Some(firmware) = &mut self.firmware else { return };
-        loop {
-            self.frames_out.extend(std::iter::from_fn(|| firmware.core.next_frame()));
-            let links = *firmware.core.links();
-            let Some((source, reply)) = firmware.core.next_serial() else { break };
-            let client = if reply.is_event() {
+        while let Some(Due { to, reply }) = firmware.core.next_reply() {
+            let links = firmware.core.links();
+            let source = to.source;
+            if source == Source::Can {
+                self.frames_out.extend(reply.map(|reply| links.frame(to, &reply)));
+                continue;
+            }
+            let client = if reply.is_some_and(|reply| reply.is_event()) {
                 self.subscriber
             } else {
                 let place = self.waiting.iter().position(|(waiting, _)| *waiting == source);
                 place.map(|place| self.waiting.remove(place).1)
             };
             let Some(client) = client else { continue };
-            let bytes = firmware.ports.answer((source, client), Some(&reply), None, &links);
+            let bytes = firmware.ports.answer((source, client), reply.as_ref(), None, links);
             // Not before the replies ahead of it, which may wait for their frame.
             let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
             self.outbox.extend(Sent::new(ahead.map_or(at, |ahead| ahead.max(at)), source, client, &bytes));
-        }
-        // Where the reply is suppressed, that is the answer.
-        let silent = self.waiting.extract_if(.., |(source, _)| !firmware.core.awaits(*source));
-        for to in silent {
-            firmware.ports.answer(to, None, None, firmware.core.links());
         }
     }
 }
@@ -580,12 +578,12 @@ impl Device for VirtualModule {
     fn is_busy(&self) -> bool {
         let Some(firmware) = &self.firmware else { return false };
         let waited_for = match firmware.core.subscriber() {
-            Some((Source::Can { .. }, _)) => true,
+            Some((Source::Can, _)) => true,
             Some(_) => self.subscriber.is_some(),
             None => false,
         };
         let owes = self.has_unread() || !self.outbox.is_empty() || !self.waiting.is_empty();
-        owes || firmware.core.awaits(CAN) || waited_for
+        owes || firmware.core.awaits(Source::Can) || waited_for
     }
 
     fn take_log(&mut self) -> Vec<String> {
@@ -600,6 +598,6 @@ impl Device for VirtualModule {
 fn on_the_wire(source: Source, arrived: Nanos, ready: Nanos) -> Nanos {
     match source {
         Source::Usb => ready.max(arrived + USB_FRAME),
-        Source::Rs485 | Source::Can { .. } => ready,
+        Source::Rs485 | Source::Can => ready,
     }
 }

@@ -18,9 +18,12 @@ use super::motion_bus::Chip;
 use super::signals::Signals;
 use super::tmcm1140::{Motion, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, wake, watchdog};
-use crate::module::{Answer, Links, Mode, Module, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES};
+use crate::module::{
+    Due, Links, Mode, Module, Outcome, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES,
+};
 use crate::store::Store;
 use crate::tmcl::Reply;
+use crate::tmcl::can::decode;
 use crate::units::Micros;
 
 /// This board as a platform.
@@ -37,9 +40,6 @@ impl Platform for Stm32 {
 /// The module on this board.
 type Core = Module<Stm32, TMCM_1140_AXES>;
 
-/// Byte links, in the order of [`Owner::owed`].
-const BYTE_LINKS: [Source; 2] = [Source::Usb, Source::Rs485];
-
 /// A host that does not fetch its replies, or talks all the time, does not keep a restart waiting for longer. The
 /// longest pause before a reply on RS485 and the reply itself take 265 ms.
 const LAST_WORDS: Micros = Micros::from_millis(300);
@@ -55,7 +55,7 @@ pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut 
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);
     let links = *module.links();
-    Owner { module, signals, links, can: None, held: Vec::new(), owed: [false; 2], ending: None, trouble: false }
+    Owner { module, signals, links, can: None, held: Vec::new(), ending: None, trouble: false }
 }
 
 /// The module and what belongs to it.
@@ -67,8 +67,6 @@ pub(super) struct Owner {
     can: Option<Can>,
     /// Requests that wait until their link has its last reply.
     held: Vec<(Source, Request), 4>,
-    /// Byte links that wait for an answer that comes later.
-    owed: [bool; 2],
     /// Since when a restart is due.
     ending: Option<Micros>,
     /// Trouble has been told.
@@ -107,11 +105,14 @@ impl Owner {
         loop {
             let mut idle = true;
             if let Some(can) = &mut self.can
-                && !self.module.awaits(Source::Can { length: 8 })
+                && !self.module.awaits(Source::Can)
                 && let Some((id, frame)) = can.read()
             {
-                if let Answer::Now(frame) = self.module.can(now(), id, frame.data()) {
-                    can.write(&frame);
+                if let Some(frame) = decode(id, frame.data()) {
+                    let request = Request::Frame(frame);
+                    if let (Outcome::Reply(reply), _) = self.module.request(now(), Source::Can, &request) {
+                        can.write(&self.module.links().frame(request.origin(Source::Can), &reply));
+                    }
                 }
                 idle = false;
             }
@@ -143,19 +144,11 @@ impl Owner {
 
     /// Serves one request.
     fn serve(&mut self, source: Source, request: &Request) {
-        let (answer, mode) = self.module.serial(now(), source, request);
-        match answer {
-            Answer::Now(reply) => self.answer(source, Some(&reply), Some(mode)),
-            Answer::None => self.answer(source, None, Some(mode)),
-            Answer::Later => self.owe(source, true),
-        }
-    }
-
-    fn owe(&mut self, source: Source, owes: bool) {
-        for (place, link) in self.owed.iter_mut().zip(BYTE_LINKS) {
-            if link == source {
-                *place = owes;
-            }
+        let (outcome, mode) = self.module.request(now(), source, request);
+        match outcome {
+            Outcome::Reply(reply) => self.answer(source, Some(&reply), Some(mode)),
+            Outcome::Silent => self.answer(source, None, Some(mode)),
+            Outcome::Pending => {}
         }
     }
 
@@ -209,31 +202,15 @@ impl Owner {
         USB_REQUESTS.clear();
         self.held.retain(|(source, _)| *source != Source::Usb);
         self.module.forget(Source::Usb);
-        self.owe(Source::Usb, false);
         USB.clear();
     }
 
     /// Gives the links the replies that have become due.
     fn deliver(&mut self) {
-        loop {
-            while let Some(frame) = self.module.next_frame() {
-                if let Some(can) = &mut self.can {
-                    can.write(&frame);
-                }
-            }
-            // The settings may change with the last reply, and this one goes out under those from before.
-            let links = *self.module.links();
-            let Some((source, reply)) = self.module.next_serial() else { break };
-            deliver(source, Some(&reply), None, &links);
-            if !reply.is_event() {
-                self.owe(source, false);
-            }
-        }
-        for (index, source) in BYTE_LINKS.into_iter().enumerate() {
-            if self.owed.get(index) == Some(&true) && !self.module.awaits(source) {
-                // The reply is suppressed: that is the answer.
-                self.owe(source, false);
-                self.answer(source, None, None);
+        while let Some(Due { to, reply }) = self.module.next_reply() {
+            match (to.source, reply, &mut self.can) {
+                (Source::Can, Some(reply), Some(can)) => can.write(&self.module.links().frame(to, &reply)),
+                (source, ..) => self.answer(source, reply.as_ref(), None),
             }
         }
     }
@@ -261,7 +238,7 @@ fn deliver(source: Source, reply: Option<&Reply>, mode: Option<Mode>, links: &Li
     let room = match source {
         Source::Rs485 => rs485::answer(reply, mode, links),
         Source::Usb => USB.try_send(Outgoing { reply: reply.copied(), mode, links: *links }).is_ok(),
-        Source::Can { .. } => true,
+        Source::Can => true,
     };
     if !room {
         defmt::warn!("more replies than fit, one dropped");

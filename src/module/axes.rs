@@ -64,7 +64,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 let opcode = Opcode::PositionReachedEvent as u8;
                 let event = Reply::Plain { status: Status::PositionReached, opcode, value: bit };
                 // There is room, unless the host has not fetched the replies before.
-                let _ = self.replies.push_back((subscription.source, event));
+                let _ = self.replies.push_back(super::Due { to: subscription.origin, reply: Some(event) });
             }
             let stopped = events.cut_short || events.stall || events.deviation || events.alarm;
             if events.reached || stopped {
@@ -177,7 +177,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Command 138: asks for a reply when a positioning move arrives, or a reference search has found its place. Bits of
     /// axes that do not exist are ignored: some hosts ask for all that there could be.
-    pub(super) fn subscribe(&mut self, source: super::Source, command: Command) -> Result<Done, Status> {
+    pub(super) fn subscribe(&mut self, origin: super::Origin, command: Command) -> Result<Done, Status> {
         let Command { kind, value: mask, .. } = command;
         let once = match kind {
             0 => true,
@@ -185,7 +185,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             _ => return Err(Status::WrongType),
         };
         let all = bit(AXES).wrapping_sub(1);
-        self.subscription = Some(Subscription { source, mask: mask & all, once, armed: 0 });
+        self.subscription = Some(Subscription { origin, mask: mask & all, once, armed: 0 });
         Ok(Done::Value(mask))
     }
 

@@ -1,6 +1,6 @@
 //! From a command to what it does: one exhaustive match over the instruction table.
 
-use super::{Done, Hooks, Module, Platform, RESTART_DELAY, Source, program};
+use super::{Done, Hooks, Module, Origin, Platform, RESTART_DELAY, Source, program};
 use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::Interrupts;
@@ -8,22 +8,22 @@ use crate::vm::Interrupts;
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run
     /// here, the motor, and what the command itself wants.
-    pub(super) fn dispatch(&mut self, now: Micros, source: Source, command: Command) -> Result<Done, Status> {
-        if let Some(done) = self.download(source, command) {
+    pub(super) fn dispatch(&mut self, now: Micros, origin: Origin, command: Command) -> Result<Done, Status> {
+        if let Some(done) = self.download(origin.source, command) {
             return done;
         }
         let instruction = Instruction::numbered(command.opcode).ok_or(Status::InvalidCommand)?;
         if !instruction.direct {
             return Err(Status::NotAvailable);
         }
-        self.perform(now, Some(source), instruction, command)
+        self.perform(now, Some(origin), instruction, command)
     }
 
     /// Executes a command from a link, or from the program where that is `None`.
     pub(super) fn perform(
         &mut self,
         now: Micros,
-        source: Option<Source>,
+        origin: Option<Origin>,
         instruction: &Instruction,
         command: Command,
     ) -> Result<Done, Status> {
@@ -87,7 +87,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                     _ => Err(Status::WrongType),
                 };
             }
-            Opcode::PositionReachedEvent => return self.subscribe(source.ok_or(Status::NotAvailable)?, command),
+            Opcode::PositionReachedEvent => return self.subscribe(origin.ok_or(Status::NotAvailable)?, command),
             Opcode::FactorySettings => {
                 confirmed(value)?;
                 self.store.reset();
@@ -102,7 +102,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::EnterBootloader if command == Command::ENTER_BOOTLOADER => return Ok(Done::Silent),
             Opcode::EnterBootloader => return Err(Status::InvalidValue),
             // The link changes its mode; CAN has but one.
-            Opcode::EnterAscii if !matches!(source, Some(Source::Can { .. })) => {}
+            Opcode::EnterAscii if origin.is_none_or(|origin| origin.source != Source::Can) => {}
             Opcode::Ei | Opcode::Di => {
                 interrupt::<AXES>(kind, true)?;
                 self.machine.interrupts.enable(kind, opcode == Opcode::Ei);
@@ -115,9 +115,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::RunApplication => self.run_application(kind, value)?,
             Opcode::StepApplication => self.step_application()?,
             Opcode::ResetApplication => self.machine.reset(),
-            Opcode::EnterDownload => return self.enter_download(source.ok_or(Status::NotAvailable)?, value),
+            Opcode::EnterDownload => return self.enter_download(origin.ok_or(Status::NotAvailable)?.source, value),
             Opcode::ExitDownload => {
-                return self.exit_download(source.ok_or(Status::NotAvailable)?, value);
+                return self.exit_download(origin.ok_or(Status::NotAvailable)?.source, value);
             }
             Opcode::ReadMemory => return self.read_memory(value),
             Opcode::ApplicationStatus => return self.application_status(kind),

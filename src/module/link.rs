@@ -1,10 +1,10 @@
-//! Byte links: who is addressed, what a broken telegram is answered, under which address the reply goes.
+//! Links: who is addressed, what a broken telegram is answered, under which address the reply goes.
 
 use super::port::{Mode, Request};
-use super::{Module, Outcome, Platform, Source, Waiter};
+use super::{Due, Module, Outcome, Platform, Source, Waiter};
 use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
 use crate::tmcl::ascii::{Echo, Line};
-use crate::tmcl::binary::{self, Telegram};
+use crate::tmcl::binary::Addressed;
 use crate::tmcl::{Opcode, Reply, Status};
 use crate::units::Micros;
 
@@ -54,29 +54,7 @@ impl Links {
 impl Waiter {
     /// True if it is this link.
     fn is(self, source: Source) -> bool {
-        matches!(self, Waiter::Link(from) if from.same_link(source))
-    }
-}
-
-/// The answer to a request of a byte link, or to a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Answer<T = Reply> {
-    /// Send this.
-    Now(T),
-    /// It comes by [`Module::next_serial`] or [`Module::next_frame`].
-    Later,
-    /// There is none.
-    None,
-}
-
-impl<T> Answer<T> {
-    /// What became of a command, as `encode` puts its reply.
-    pub(super) fn of(outcome: Outcome, encode: impl FnOnce(&Reply) -> T) -> Self {
-        match outcome {
-            Outcome::Reply(reply) => Answer::Now(encode(&reply)),
-            Outcome::Pending => Answer::Later,
-            Outcome::Silent => Answer::None,
-        }
+        matches!(self, Waiter::Link(from) if from.source == source)
     }
 }
 
@@ -115,77 +93,75 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             waiting.from = Waiter::Nobody;
         }
         for _ in 0..self.replies.len() {
-            if let Some(reply) = self.replies.pop_front().filter(|(to, _)| !to.same_link(source)) {
+            if let Some(reply) = self.replies.pop_front().filter(|due| due.to.source != source) {
                 // It has just been in there.
                 let _ = self.replies.push_back(reply);
             }
         }
-        self.subscription = self.subscription.filter(|subscription| !subscription.source.same_link(source));
+        self.subscription = self.subscription.filter(|subscription| subscription.origin.source != source);
     }
 
-    /// Takes a request from a byte link and answers it; in which mode the link goes on is part of the answer.
-    /// The reply is the [`Port`](super::Port)'s to encode, with the [`Module::links`] of this moment.
-    pub fn serial(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, Mode) {
+    /// Takes a request from a link and says what became of it, and in which mode a byte link goes on. The reply is for
+    /// the link's own end to encode, with the [`Module::links`] of this moment.
+    pub fn request(&mut self, now: Micros, source: Source, request: &Request) -> (Outcome, Mode) {
         self.update_links();
         let restarts = self.restart.is_some();
         match request {
-            Request::Telegram(_) if restarts => (Answer::None, Mode::Binary),
-            Request::Line(_) if restarts => (Answer::None, Mode::Ascii),
-            Request::Telegram(telegram) => self.telegram(now, source, telegram),
+            Request::Line(_) if restarts => (Outcome::Silent, Mode::Ascii),
+            _ if restarts => (Outcome::Silent, Mode::Binary),
+            Request::Telegram(telegram) => self.telegram(now, source, *telegram),
             Request::Line(line) => self.line(now, source, *line),
+            Request::Frame(frame) => (self.frame(now, *frame), Mode::Binary),
         }
     }
 
-    /// A reply of a byte link that has become due. What is due on CAN before it is to be fetched first.
-    pub fn next_serial(&mut self) -> Option<(Source, Reply)> {
-        let reply = self.replies.pop_front_if(|(source, _)| !matches!(source, Source::Can { .. }));
-        if reply.is_none() {
+    /// The next of the replies that have become due, oldest first.
+    pub fn next_reply(&mut self) -> Option<Due> {
+        let due = self.replies.pop_front();
+        if due.is_none() {
             // All is said under the old settings.
             self.update_links();
         }
-        reply
+        due
     }
 
     /// On the RS485 bus a telegram must carry one of the module's addresses; a point-to-point link accepts
     /// any. Whoever is addressed answers a wrong checksum with status 1. A module that has the host's address
     /// knows replies to requests to others when it hears them, and is silent.
-    fn telegram(&mut self, now: Micros, source: Source, telegram: &Telegram) -> (Answer, Mode) {
-        let command = binary::decode_command(telegram);
+    fn telegram(&mut self, now: Micros, source: Source, telegram: Addressed) -> (Outcome, Mode) {
+        let Addressed { address: to, command, intact } = telegram;
         if source == Source::Rs485 {
             let Links { address, secondary, host, .. } = self.links;
-            let [to, content @ .., _] = *telegram;
             let [overheard, _] = &mut self.overheard;
-            if to == host && overheard.is_reply(now, content) {
-                return (Answer::None, Mode::Binary);
+            if to == host && overheard.is_reply(now, command) {
+                return (Outcome::Silent, Mode::Binary);
             }
             // Who shares a second address answers, too.
             if to != address && to != host {
-                overheard.asked(now, to, command);
+                overheard.asked(now, to, intact.then_some(command));
             }
             if to != address && (secondary == 0 || to != secondary) {
-                return (Answer::None, Mode::Binary);
+                return (Outcome::Silent, Mode::Binary);
             }
         }
-        let Some(command) = command else {
-            return (Answer::Now(Reply::WRONG_CHECKSUM), Mode::Binary);
-        };
+        if !intact {
+            return (Outcome::Reply(Reply::WRONG_CHECKSUM), Mode::Binary);
+        }
         let mode = if command.opcode == Opcode::EnterAscii as u8 { Mode::Ascii } else { Mode::Binary };
-        (Answer::of(self.execute(now, source, command), |reply| *reply), mode)
+        (self.execute(now, source, command), mode)
     }
 
     /// A line in ASCII mode (manual section 3.4). BIN is answered as text, as everything is that was asked in
     /// ASCII mode.
-    fn line(&mut self, now: Micros, source: Source, line: Line) -> (Answer, Mode) {
+    fn line(&mut self, now: Micros, source: Source, line: Line) -> (Outcome, Mode) {
         let (status, opcode, mode) = match line {
-            Line::Command(command) => {
-                return (Answer::of(self.execute(now, source, command), |reply| *reply), Mode::Ascii);
-            }
+            Line::Command(command) => return (self.execute(now, source, command), Mode::Ascii),
             Line::Leave => (Status::Ok, 0, Mode::Binary),
             Line::Wrong { status, opcode } => (status, opcode, Mode::Ascii),
         };
         let reply = Reply::Plain { status, opcode, value: 0 };
-        let answer = if self.suppressed(opcode) { Answer::None } else { Answer::Now(reply) };
-        (answer, mode)
+        let outcome = if self.suppressed(opcode) { Outcome::Silent } else { Outcome::Reply(reply) };
+        (outcome, mode)
     }
 
     /// Lets the interface settings follow the parameters, unless a reply is still to go out under the old

@@ -1,10 +1,9 @@
 //! The device: everything a telegram can ask for, and what goes on between telegrams.
 //!
-//! Two entrances: a command comes in by [`Module::execute`] (or from a byte link's [`Port`] by
-//! [`Module::serial`], as a frame by [`Module::can`]) and time by [`Module::poll`]. A reply may come later: `poll`
-//! is followed by [`Module::next_serial`] and [`Module::next_frame`] until they have nothing more. There is no clock, no
-//! wait and no hardware access but through the chip drivers; digital and analog signals are exchanged as plain
-//! values.
+//! Two entrances: a command comes in by [`Module::execute`], which [`Module::request`] calls for what a link brings, and
+//! time by [`Module::poll`]. A reply may come later: `poll` is followed by [`Module::next_reply`] until there is none
+//! left. There is no clock, no wait and no hardware access but through the chip drivers; digital and analog signals are
+//! exchanged as plain values.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -23,7 +22,7 @@ mod supervision;
 
 pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
-pub use link::{Answer, Links};
+pub use link::Links;
 pub use port::{Message, Mode, Port, Request, Taken};
 pub use spec::{Spec, TMCM_1140, TMCM_1140_AXES};
 
@@ -81,17 +80,31 @@ pub enum Source {
     /// The RS485 bus.
     Rs485,
     /// The CAN bus.
-    Can {
-        /// Data bytes of the request, 7 or 8; its replies have as many.
-        length: u8,
-    },
+    Can,
 }
 
-impl Source {
-    /// True if both are the same link.
-    fn same_link(self, other: Self) -> bool {
-        core::mem::discriminant(&self) == core::mem::discriminant(&other)
+/// Where a request came from, and its reply goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Origin {
+    /// The link.
+    pub source: Source,
+    /// Data bytes of the request's frame on CAN, 7 or 8, as many as its reply has. On other links it means nothing.
+    pub length: u8,
+}
+
+impl From<Source> for Origin {
+    fn from(source: Source) -> Self {
+        Origin { source, length: 8 }
     }
+}
+
+/// A reply that comes later than the call that brought its request, or an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Due {
+    /// Where it goes.
+    pub to: Origin,
+    /// The reply; `None` where the request is over, but global parameter 255 suppresses its reply.
+    pub reply: Option<Reply>,
 }
 
 /// Links that can wait for a reply at the same time.
@@ -106,7 +119,7 @@ const WAITING: usize = LINKS + 2;
 pub enum Outcome {
     /// Answer at once.
     Reply(Reply),
-    /// The reply comes by [`Module::next_serial`] or [`Module::next_frame`]; until then the link brings no other command.
+    /// The reply, or that there is none, comes by [`Module::next_reply`]; until then the link brings no other command.
     Pending,
     /// No reply.
     Silent,
@@ -158,7 +171,7 @@ struct Undo {
 /// Who waits for a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Waiter {
-    Link(Source),
+    Link(Origin),
     Program,
     /// Who has asked is gone.
     Nobody,
@@ -179,7 +192,7 @@ struct Waiting {
 /// Command 138: who wants to know about which axes.
 #[derive(Clone, Copy, Debug)]
 struct Subscription {
-    source: Source,
+    origin: Origin,
     /// Axes whose next MVP shall be told of, as bits.
     mask: i32,
     /// For one MVP only.
@@ -220,7 +233,7 @@ pub struct Module<T: Platform, const AXES: usize> {
     /// What was asked of other modules, on RS485 and on CAN.
     overheard: [Overheard; 2],
     waiting: Vec<Waiting, WAITING>,
-    replies: Deque<(Source, Reply), REPLIES>,
+    replies: Deque<Due, REPLIES>,
     subscription: Option<Subscription>,
     /// How often there was a new one.
     subscriptions: u32,
@@ -315,18 +328,19 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// after each such command that was carried out: by it those who share a link are told apart.
     pub fn subscriber(&self) -> Option<(Source, u32)> {
         let waited_for = |subscription: &Subscription| subscription.mask | subscription.armed != 0;
-        self.subscription.filter(waited_for).map(|subscription| (subscription.source, self.subscriptions))
+        self.subscription.filter(waited_for).map(|subscription| (subscription.origin.source, self.subscriptions))
     }
 
     /// Executes a command from a link. What comes after a command that restarts the module is neither executed nor
     /// answered.
-    pub fn execute(&mut self, now: Micros, source: Source, command: Command) -> Outcome {
+    pub fn execute(&mut self, now: Micros, origin: impl Into<Origin>, command: Command) -> Outcome {
+        let origin = origin.into();
         if self.restart.is_some() {
             return Outcome::Silent;
         }
-        self.supervision.hear(now, source);
+        self.supervision.hear(now, origin.source);
         let silent = self.suppressed(command.opcode);
-        let done = self.dispatch(now, source, command);
+        let done = self.dispatch(now, origin, command);
         if done.is_ok() && command.opcode == Opcode::PositionReachedEvent as u8 {
             self.subscriptions = self.subscriptions.wrapping_add(1);
         }
@@ -334,7 +348,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Ok(Done::Silent) => return Outcome::Silent,
             Ok(Done::Special(reply)) => reply,
             Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {
-                let waiting = Waiting { from: Waiter::Link(source), command, need, value, undo, silent };
+                let waiting = Waiting { from: Waiter::Link(origin), command, need, value, undo, silent };
                 return match self.waiting.push(waiting) {
                     Ok(()) => Outcome::Pending,
                     // Only a host that does not wait for replies comes here.
@@ -463,10 +477,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             match from {
                 Waiter::Program => self.machine.stored(),
                 Waiter::Nobody => {}
-                Waiter::Link(_) if silent => {}
-                Waiter::Link(source) => {
+                Waiter::Link(to) => {
                     let reply = Reply::Plain { status, opcode: command.opcode, value };
-                    let _ = self.replies.push_back((source, reply));
+                    // A link has one command at a time that waits: there is room.
+                    let _ = self.replies.push_back(Due { to, reply: (!silent).then_some(reply) });
                 }
             }
             false

@@ -78,10 +78,10 @@ impl Overheard {
         let _ = self.open.push_back(Some(Asked { at: now, address, command }));
     }
 
-    /// Whether the seven bytes that came to the host's address are another module's reply - address, status, command
+    /// Whether the seven bytes that came to the host's address, here as the command they would be, are another module's reply - address, status, command
     /// number and value - or its event of command 138. If not, they are a request.
-    pub(super) fn is_reply(&mut self, now: Micros, content: [u8; Command::SIZE]) -> bool {
-        let [_, status, opcode, ..] = content;
+    pub(super) fn is_reply(&mut self, now: Micros, content: Command) -> bool {
+        let Command { kind: status, motor: opcode, .. } = content;
         if Status::from_number(status).is_some() && !is_place(opcode) {
             return true;
         }
@@ -97,10 +97,10 @@ impl Overheard {
 }
 
 impl Asked {
-    fn fit(&self, now: Micros, content: [u8; Command::SIZE]) -> Fit {
-        let [module, status, opcode, value @ ..] = content;
+    fn fit(&self, now: Micros, content: Command) -> Fit {
+        let Command { opcode: module, kind: status, motor: opcode, value } = content;
         let Asked { at, address, command } = *self;
-        let echo = |asked: Command| opcode == asked.opcode && i32::from_be_bytes(value) == asked.value;
+        let echo = |asked: Command| opcode == asked.opcode && value == asked.value;
         let plain = match command {
             None => status == Status::WrongChecksum as u8 && echo(Command::default()),
             Some(command) => Status::from_number(status).is_some() && echo(command),
@@ -112,15 +112,15 @@ impl Asked {
             _ if plain && opcode != 0 => Fit::Shared,
             // A stop is a stop, even if it may have been read out of another module's program.
             Some(Command { opcode, .. }) if opcode == Opcode::ReadMemory as u8 && !stops(content) => Fit::Anything,
-            Some(command) if is_special(command) && content.iter().all(u8::is_ascii_graphic) => Fit::Shared,
+            Some(command) if is_special(command) && content.to_bytes().iter().all(u8::is_ascii_graphic) => Fit::Shared,
             _ => Fit::Not,
         }
     }
 }
 
-/// Whether these seven bytes, as a command, stop something: MST, RFS STOP, stop application.
-const fn stops(content: [u8; Command::SIZE]) -> bool {
-    let Command { opcode, kind, .. } = Command::from_bytes(content);
+/// Whether a command stops something: MST, RFS STOP, stop application.
+const fn stops(command: Command) -> bool {
+    let Command { opcode, kind, .. } = command;
     opcode == Opcode::Mst as u8 || opcode == Opcode::StopApplication as u8 || opcode == Opcode::Rfs as u8 && kind == 1
 }
 
@@ -141,12 +141,16 @@ mod tests {
 
     const AT: fn(u64) -> Micros = Micros::from_millis;
 
+    fn is_reply(overheard: &mut Overheard, at: Micros, content: [u8; Command::SIZE]) -> bool {
+        overheard.is_reply(at, Command::from_bytes(content))
+    }
+
     #[test]
     fn most_replies_have_a_shape() {
         let mut overheard = Overheard::default();
         for reply in [[3, 100, 6, 0, 0, 0, 9], [3, 2, 17, 0, 0, 0, 0], [3, 128, 138, 0, 0, 0, 1], [3, 4, 4, 0, 0, 0, 0]]
         {
-            assert!(overheard.is_reply(AT(0), reply));
+            assert!(is_reply(&mut overheard, AT(0), reply));
         }
         // MVP REL, GAP 100, SIO 1 of bank 2, SCO 1 of all motors, and what asks for the boot loader.
         for request in [
@@ -156,7 +160,7 @@ mod tests {
             [30, 1, 255, 0, 0, 0, 0],
             [242, 129, 146, 0xA3, 0xB4, 0xC5, 0xD6],
         ] {
-            assert!(!overheard.is_reply(AT(0), request));
+            assert!(!is_reply(&mut overheard, AT(0), request));
         }
     }
 
@@ -166,13 +170,13 @@ mod tests {
         let reply = |module, value| [module, 100, 2, 0, 0, 0, value];
         overheard.asked(AT(0), 9, Some(Command::new(2, 0, 0, 100)));
         overheard.asked(AT(1), 8, Some(Command::new(2, 0, 0, 100)));
-        assert!(!overheard.is_reply(AT(2), reply(9, 99)), "another value");
-        assert!(overheard.is_reply(AT(3), reply(9, 100)));
-        assert!(overheard.is_reply(AT(4), reply(7, 100)), "7 may have 8 for a second address");
-        assert!(overheard.is_reply(AT(5), reply(8, 100)));
-        assert!(!overheard.is_reply(AT(6), reply(9, 100)), "both have answered");
+        assert!(!is_reply(&mut overheard, AT(2), reply(9, 99)), "another value");
+        assert!(is_reply(&mut overheard, AT(3), reply(9, 100)));
+        assert!(is_reply(&mut overheard, AT(4), reply(7, 100)), "7 may have 8 for a second address");
+        assert!(is_reply(&mut overheard, AT(5), reply(8, 100)));
+        assert!(!is_reply(&mut overheard, AT(6), reply(9, 100)), "both have answered");
         overheard.asked(AT(10), 9, Some(Command::new(2, 0, 0, 100)));
-        assert!(!overheard.is_reply(AT(411), reply(9, 100)), "nobody waits that long");
+        assert!(!is_reply(&mut overheard, AT(411), reply(9, 100)), "nobody waits that long");
     }
 
     #[test]
@@ -180,26 +184,26 @@ mod tests {
         let mut overheard = Overheard::default();
         overheard.asked(AT(0), 3, None);
         for request in [[6, 1, 0, 0, 0, 0, 0], [3, 2, 0, 0, 0, 0, 0], [3, 1, 0, 0, 0, 0, 1]] {
-            assert!(!overheard.is_reply(AT(1), request));
+            assert!(!is_reply(&mut overheard, AT(1), request));
         }
-        assert!(overheard.is_reply(AT(2), [3, 1, 0, 0, 0, 0, 0]));
+        assert!(is_reply(&mut overheard, AT(2), [3, 1, 0, 0, 0, 0, 0]));
         overheard.asked(AT(3), 6, Some(Command::new(0, 0, 0, 0)));
-        assert!(!overheard.is_reply(AT(4), [5, 4, 0, 0, 0, 0, 0]));
-        assert!(overheard.is_reply(AT(5), [6, 2, 0, 0, 0, 0, 0]));
+        assert!(!is_reply(&mut overheard, AT(4), [5, 4, 0, 0, 0, 0, 0]));
+        assert!(is_reply(&mut overheard, AT(5), [6, 2, 0, 0, 0, 0, 0]));
     }
 
     #[test]
     fn special_replies_are_expected() {
         let mut overheard = Overheard::default();
-        assert!(!overheard.is_reply(AT(0), *b"1140V14"));
+        assert!(!is_reply(&mut overheard, AT(0), *b"1140V14"));
         overheard.asked(AT(1), 3, Some(Command::new(136, 0, 0, 0)));
-        assert!(overheard.is_reply(AT(2), *b"1140V14"));
-        assert!(!overheard.is_reply(AT(4), [136, 0, 0, 0, 0, 0, 0]), "it scans the bus");
+        assert!(is_reply(&mut overheard, AT(2), *b"1140V14"));
+        assert!(!is_reply(&mut overheard, AT(4), [136, 0, 0, 0, 0, 0, 0]), "it scans the bus");
         overheard.asked(AT(5), 3, Some(Command::new(134, 0, 0, 0)));
         for stop in [[3, 0, 0, 0, 0, 0, 0], [13, 1, 0, 0, 0, 0, 0], [128, 0, 0, 0, 0, 0, 0]] {
-            assert!(!overheard.is_reply(AT(5), stop));
+            assert!(!is_reply(&mut overheard, AT(5), stop));
         }
-        assert!(overheard.is_reply(AT(6), [5, 4, 0, 0, 0, 0, 9]));
-        assert!(!overheard.is_reply(AT(7), [5, 4, 0, 0, 0, 0, 9]));
+        assert!(is_reply(&mut overheard, AT(6), [5, 4, 0, 0, 0, 0, 9]));
+        assert!(!is_reply(&mut overheard, AT(7), [5, 4, 0, 0, 0, 0, 9]));
     }
 }

@@ -2,10 +2,10 @@
 
 use heapless::{CapacityError, Vec, VecView};
 
-use super::{Links, Source};
+use super::{Links, Origin, Source};
 use crate::tmcl::ascii::{self, Editor, Line};
-use crate::tmcl::binary::{self, Framer, Telegram};
-use crate::tmcl::{Opcode, Reply};
+use crate::tmcl::binary::{self, Addressed, Framer};
+use crate::tmcl::{Opcode, Reply, can};
 use crate::units::Micros;
 
 /// The language of a byte link (manual section 3.4.1).
@@ -18,13 +18,23 @@ pub enum Mode {
     Ascii,
 }
 
-/// What a byte link brings the module.
+/// What a link brings the module, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
     /// In binary mode; whom it is for is checked by the module.
-    Telegram(Telegram),
+    Telegram(Addressed),
     /// In ASCII mode; it is for this module.
     Line(Line),
+    /// From the CAN bus; whom it is for is checked by the module.
+    Frame(can::Request),
+}
+
+impl Request {
+    /// Where it came from, if over this link.
+    pub const fn origin(&self, source: Source) -> Origin {
+        let length = if let Request::Frame(frame) = self { frame.length } else { 8 };
+        Origin { source, length }
+    }
 }
 
 /// What became of a byte.
@@ -79,8 +89,8 @@ impl Port {
         if let Some(request) = request {
             self.open = self.open.saturating_add(1);
             self.decides = match request {
-                Request::Telegram([_, opcode, ..]) => opcode == Opcode::EnterAscii as u8,
-                Request::Line(_) => true,
+                Request::Telegram(telegram) => telegram.command.opcode == Opcode::EnterAscii as u8,
+                Request::Line(_) | Request::Frame(_) => true,
             };
         }
         Taken { echo, request }
@@ -88,13 +98,14 @@ impl Port {
 
     /// Makes telegrams out of bytes. The last line may have ended with CR and LF: then the LF is no part of the
     /// telegram behind it, where it would be the address 10.
-    fn frame(&mut self, byte: u8, at: Micros) -> Option<Telegram> {
-        let telegram = self.framer.push(byte, at)?;
+    fn frame(&mut self, byte: u8, at: Micros) -> Option<Addressed> {
+        let bytes = self.framer.push(byte, at)?;
+        let telegram = binary::decode(&bytes);
         let after_text = core::mem::take(&mut self.after_text);
-        match telegram {
-            [b'\n', rest @ ..] if after_text && binary::decode_command(&telegram).is_none() => {
+        match bytes {
+            [b'\n', rest @ ..] if after_text && !telegram.intact => {
                 // One byte is missing now.
-                rest.into_iter().find_map(|byte| self.framer.push(byte, at))
+                rest.into_iter().find_map(|byte| self.framer.push(byte, at)).as_ref().map(binary::decode)
             }
             _ => Some(telegram),
         }
@@ -179,9 +190,9 @@ mod tests {
         let get = binary::encode_command(1, Command::new(6, 1, 0, 0));
         let enter = binary::encode_command(1, Command::new(139, 0, 0, 0));
         let ok = Reply::Plain { status: Status::Ok, opcode: 139, value: 0 };
-        assert_eq!(push(&mut port, &get).1, [Request::Telegram(get)]);
+        assert_eq!(push(&mut port, &get).1, [Request::Telegram(binary::decode(&get))]);
         assert!(!port.is_waiting(), "another telegram may follow at once");
-        assert_eq!(push(&mut port, &enter).1, [Request::Telegram(enter)]);
+        assert_eq!(push(&mut port, &enter).1, [Request::Telegram(binary::decode(&enter))]);
         assert_eq!(answer(&mut port, None, Mode::Binary), []);
         assert!(port.is_waiting(), "the answer to the one before decides nothing");
         assert_eq!(answer(&mut port, Some(&ok), Mode::Ascii), [2, 1, 100, 139, 0, 0, 0, 0, 242]);
@@ -189,6 +200,6 @@ mod tests {
         assert_eq!(push(&mut port, b"\rABIN\r"), (b"ABIN\r".to_vec(), vec![Request::Line(Line::Leave)]));
         assert!(port.is_waiting());
         assert_eq!(answer(&mut port, Some(&ok), Mode::Binary), *b"BA 100 0\r");
-        assert_eq!(push(&mut port, &get).1, [Request::Telegram(get)]);
+        assert_eq!(push(&mut port, &get).1, [Request::Telegram(binary::decode(&get))]);
     }
 }

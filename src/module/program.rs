@@ -129,7 +129,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// True while another link downloads. If its host has vanished, command 255 ends that.
     fn downloads_elsewhere(&self, source: Source) -> bool {
-        self.store.downloading().is_some() && self.downloader.is_some_and(|link| !link.same_link(source))
+        self.store.downloading().is_some() && self.downloader.is_some_and(|link| link != source)
     }
 
     /// Command 134. What is protected reads as an empty command.

@@ -50,7 +50,7 @@ impl Supervision {
     pub(super) fn hear(&mut self, now: Micros, source: Source) {
         match source {
             Source::Usb | Source::Rs485 => self.serial = now,
-            Source::Can { .. } => self.can = now,
+            Source::Can => self.can = now,
         }
     }
 
@@ -187,7 +187,7 @@ mod tests {
         supervision.hear(at(1_200), Source::Rs485);
         assert!(!supervision.silent(at(1_300), 100, 0));
         supervision.limit(at(1_300), G::CanHeartbeat);
-        supervision.hear(at(1_310), Source::Can { length: 8 });
+        supervision.hear(at(1_310), Source::Can);
         assert!(!supervision.silent(at(1_410), 0, 100) && supervision.silent(at(1_411), 0, 100));
     }
 }

@@ -28,10 +28,28 @@ pub fn encode_command(address: u8, command: Command) -> Telegram {
     sealed([address, opcode, kind, motor, a, b, c, d, 0])
 }
 
-/// The command in a request, or `None` if its checksum is wrong. The address is the first byte.
+/// A telegram taken apart as a request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Addressed {
+    /// The address it goes to.
+    pub address: u8,
+    /// The command that its bytes are.
+    pub command: Command,
+    /// The checksum is right.
+    pub intact: bool,
+}
+
+/// Takes a request apart.
+pub fn decode(telegram: &Telegram) -> Addressed {
+    let [address, opcode, kind, motor, a, b, c, d, sum] = *telegram;
+    let command = Command::from_bytes([opcode, kind, motor, a, b, c, d]);
+    Addressed { address, command, intact: sum == checksum(telegram) }
+}
+
+/// The command in a request, or `None` if its checksum is wrong.
 pub fn decode_command(telegram: &Telegram) -> Option<Command> {
-    let [_, opcode, kind, motor, a, b, c, d, sum] = *telegram;
-    (sum == checksum(telegram)).then(|| Command::from_bytes([opcode, kind, motor, a, b, c, d]))
+    let Addressed { command, intact, .. } = decode(telegram);
+    intact.then_some(command)
 }
 
 /// A reply from the module with address `module` to the host with address `host`. The special replies:

@@ -15,6 +15,22 @@ pub struct Frame {
     pub data: Data,
 }
 
+/// A request as it came over the CAN bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// The identifier it came under.
+    pub id: u16,
+    /// The command.
+    pub command: Command,
+    /// Data bytes, 7 or 8.
+    pub length: u8,
+}
+
+/// The request in a data frame of seven or more bytes; a shorter frame is none.
+pub fn decode(id: u16, data: &[u8]) -> Option<Request> {
+    Some(Request { id, command: decode_command(data)?, length: data.len().min(8) as u8 })
+}
+
 /// The command in a frame of seven or more data bytes; a shorter frame is none.
 pub fn decode_command(data: &[u8]) -> Option<Command> {
     Some(Command::from_bytes(*data.first_chunk()?))

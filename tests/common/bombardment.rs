@@ -97,7 +97,7 @@ impl Answer {
     }
 }
 
-const CAN: Source = Source::Can { length: 8 };
+const CAN: Source = Source::Can;
 
 fn answer_of(sent: &Sent) -> Answer {
     let telegram = sent.telegram().unwrap_or_else(|| panic!("{sent:?}"));

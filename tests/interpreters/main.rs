@@ -98,7 +98,7 @@ impl Pair {
         while self.module.store().next_job().is_some() {
             self.module.stored(true);
         }
-        while self.module.next_serial().is_some() {}
+        while self.module.next_reply().is_some() {}
     }
 
     fn millisecond(&mut self) {

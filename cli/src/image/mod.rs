@@ -221,7 +221,7 @@ impl Device for ImageModule {
                 let whole = self.rs485.push(bytes).concat();
                 self.send_rs485(&whole, false);
             }
-            Source::Can { .. } => {}
+            Source::Can => {}
         }
     }
 
@@ -237,7 +237,7 @@ impl Device for ImageModule {
                     self.send_rs485(&rest, true);
                 }
             }
-            Source::Can { .. } => {}
+            Source::Can => {}
         }
     }
 
@@ -266,7 +266,7 @@ impl Device for ImageModule {
         match source {
             Source::Usb => self.cable.unread(client),
             Source::Rs485 => self.machine.waiting().rs485,
-            Source::Can { .. } => 0,
+            Source::Can => 0,
         }
     }
 

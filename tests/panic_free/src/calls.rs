@@ -18,7 +18,7 @@ use tmcm::motion::{Axis, Sensors, ramp};
 use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
 use tmcm::store::{Keeper, Need, Slot, Store};
 use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
-use tmcm::tmcl::binary::{self, Framer, Telegram};
+use tmcm::tmcl::binary::{self, Addressed, Framer, Telegram};
 use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
 use tmcm::units::{CurrentScale, Micros};
 use tmcm::vm::{self, Awaited, Condition, ErrorFlag, Errors, Interrupts, Machine, Registers, Signals};
@@ -141,6 +141,7 @@ fn language() {
     any(binary::checksum(&telegram));
     any(binary::encode_command(any(0), command()));
     any(binary::decode_command(&telegram));
+    any(binary::decode(&telegram));
     any(binary::encode_reply(any(0), any(0), &reply));
     any(binary::decode_reply(&telegram).and_then(|reply| reply.status()));
     let mut framer = Framer::new();
@@ -150,6 +151,7 @@ fn language() {
     any(&framer);
 
     any(can::decode_command(text()));
+    any(can::decode(any(0), text()).map(|request| Request::Frame(request).origin(any(Source::Can))));
     any(can::encode_command(command()));
     any(can::encode_reply(any(0), any(0), &reply));
 }
@@ -394,12 +396,10 @@ fn module<const AXES: usize>() {
     any(&mut module);
     any(module.poll(now(), &any(Inputs::default())));
     any(&mut module);
-    any(module.serial(now(), any(Source::Usb), &any(Request::Telegram([0; _]))));
+    any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
-    any(module.can(now(), any(0), text()));
-    any(&mut module);
-    any(module.next_frame());
-    any(module.next_serial());
+    let due = any(module.next_reply());
+    any(due.and_then(|due| Some(module.links().frame(due.to, &due.reply?))));
     any(&mut module);
     module.stored(any(true));
     any(&mut module);
