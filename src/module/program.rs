@@ -146,7 +146,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// At the start and when the supply is back: starts the program if parameter 77 says so.
     pub(super) fn autostart(&mut self) {
-        if self.supervision.locked() || !core::mem::take(&mut self.starts) {
+        // Before a restart nothing new begins: who would stop it is not heard any more.
+        if self.supervision.locked() || self.restart.is_some() || !core::mem::take(&mut self.starts) {
             return;
         }
         if self.global(G::AutoStart) != 0 && self.runnable().is_ok() {

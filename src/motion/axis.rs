@@ -20,7 +20,7 @@ use crate::units::{INTERNAL_MAX, Internal, Micros};
 pub struct Sensors {
     /// SG_TST output of the driver: load value zero.
     pub stall: bool,
-    /// Home switch, polarity applied.
+    /// Home switch as it is: true is closed.
     pub home: bool,
     /// Built-in encoder, 0..=1023.
     pub encoder: u16,
@@ -238,7 +238,7 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// Home switch as of the last poll, polarity applied.
+    /// Home switch as of the last poll, as it is.
     pub const fn home_switch(&self) -> bool {
         self.sensors.home
     }

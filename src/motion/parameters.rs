@@ -174,11 +174,18 @@ impl<D: SpiDevice> Axis<D> {
             | P::ShortProtectionDisable
             | P::ShortDetectionTimer
             | P::RandomToffMode => self.change(parameter, value, Self::write_driver),
+            P::StopOnStall => {
+                if value > self.value(parameter) {
+                    // The motor may have been at or below the new speed a moment ago.
+                    self.measured = Measured::default();
+                }
+                self.set_value(parameter, value);
+                Ok(())
+            }
             // The next poll works with these.
             P::MaximumCurrent
             | P::StandbyCurrent
             | P::EndSwitchPowerDown
-            | P::StopOnStall
             | P::SmartEnergyThresholdSpeed
             | P::SmartEnergySlowRunCurrent
             | P::ReferenceSearchMode

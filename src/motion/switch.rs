@@ -6,7 +6,7 @@ use crate::chip::tmc429::reference;
 /// have had all that time.
 pub(super) const SETTLED: u8 = 20;
 
-/// The stop switches and the home switch, polarity applied: true is closed.
+/// The stop switches, with the polarity of global parameter 79 applied, and the home switch as it is: true is closed.
 #[derive(Clone, Copy)]
 pub(super) struct Switches {
     /// The left stop switch, at the end of negative positions.

@@ -21,7 +21,7 @@ parameters! {
     75 TelegramPause "telegram pause time" Milliseconds &[(0, 255)], ReadWrite Automatic 0 "pause before the RS485 reply",
     76 SerialHostAddress "serial host address" Address &[(0, 255)], ReadWrite Automatic 2 "reply address on RS485 and USB",
     77 AutoStart "auto start mode" Flag FLAG, ReadWrite Automatic 0 "1 = start the TMCL program after power up",
-    79 EndSwitchPolarity "end switch polarity" Flag FLAG, ReadWrite Automatic 0 "1 = reverse polarity",
+    79 EndSwitchPolarity "end switch polarity" Flag FLAG, ReadWrite Automatic 0 "1 = reverse polarity of the end switches; the home switch stays as it is",
     81 CodeProtection "TMCL code protection" Bits &[(0, 3)], ReadWrite Automatic 0 "bit 0 against disassembling; bit 1 against overwriting; clearing bit 0 erases the program first",
     82 CanHeartbeat "CAN heartbeat" Milliseconds &[(0, 65535)], ReadWrite Automatic 0 "motor stops when no CAN command arrives in this time; 0 = off",
     83 CanSecondaryId "CAN secondary address" CanId &[(0, 2047)], ReadWrite Automatic 0 "0 = off",

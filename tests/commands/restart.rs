@@ -1,6 +1,6 @@
 //! Commands that end what the module does: 137 and 255, and 242, which would enter a boot loader.
 
-use crate::common::{Bench, INVALID_VALUE};
+use crate::common::{Bench, INVALID_VALUE, OK};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, text};
@@ -95,4 +95,24 @@ fn what_comes_after_255_is_lost() {
     // After the restart it hears again.
     bench.run(SECOND);
     assert_eq!(bench.ok("GAP 2, 0"), 0);
+}
+
+/// A supply that comes back between 255 and the restart starts nothing, or the program would go on storing while nobody is
+/// heard.
+#[test]
+fn no_program_starts_before_a_restart() {
+    let mut bench = Bench::new();
+    for line in ["132", "ROR 0, 500", "CALC ADD, 1", "AGP 1, 2", "STGP 1, 2", "JA 1", "133", "SGP 77, 0, 1"] {
+        assert!(bench.ask(line).0 >= OK, "{line}");
+    }
+    bench.control("supply 5");
+    bench.run(20 * MILLISECOND);
+    bench.ok("255, 0, 0, 1234");
+    bench.control("supply 24");
+    bench.run(80 * MILLISECOND);
+    assert_eq!(bench.module.board().borrow().tmc429().velocity(0), 0);
+    // After the restart it does start by itself, and the module answers.
+    bench.run(400 * MILLISECOND);
+    assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GGP 128, 0")), (500, 1));
+    assert!(bench.ok("GGP 132, 0") < 500);
 }
