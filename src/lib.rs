@@ -4,6 +4,7 @@
 //! The modules in dependency order; each knows only those above it (`tests/layers.rs` keeps it so):
 //!
 //! * [`units`] - microseconds, internal velocity, current scale
+//! * [`can`] - a frame of the CAN bus
 //! * [`tmcl`] - the language: instruction table, commands, replies, the binary, ASCII and CAN codecs, text
 //! * [`param`] - the parameter tables
 //! * [`chip`] - one driver per part, on embedded-hal
@@ -19,6 +20,8 @@
 #![deny(unsafe_code)]
 
 pub mod units;
+
+pub mod can;
 
 pub mod tmcl;
 

@@ -8,8 +8,8 @@
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::fleet::{Fleet, Node};
-use tmcl_cli::slcan::CanFrame;
-use tmcm::tmcl::can::{self, Data, Frame};
+use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
+use tmcm::tmcl::can;
 use tmcm::tmcl::text;
 
 /// Longest time a test waits.
@@ -26,14 +26,15 @@ impl Bus {
     fn listen(&mut self, span: Nanos) -> Vec<(u16, Vec<u8>)> {
         self.0.run(span);
         let heard = std::iter::from_fn(|| self.0.can()).filter(|heard| matches!(heard.from, Node::Module(_)));
-        heard.map(|heard| heard.frame.plain().unwrap()).map(|frame| (frame.id, frame.data.to_vec())).collect()
+        let number = |id| if let Id::Standard(id) = id { id.as_raw() } else { panic!("{id:?}") };
+        heard.map(|heard| (number(heard.frame.id()), heard.frame.data().to_vec())).collect()
     }
 
     /// Sends a request of so many bytes and gives all that is said then.
     fn exchange(&mut self, id: u16, line: &str, length: usize) -> Vec<(u16, Vec<u8>)> {
         let mut data = can::encode_command(text::parse(line).unwrap());
         data.truncate(length);
-        self.0.send_can(1, Frame { id, data }.into());
+        self.0.send_can(1, Frame::standard(id, &data).unwrap());
         self.listen(PATIENCE)
     }
 
@@ -41,7 +42,7 @@ impl Bus {
     /// say.
     fn at_once(&mut self, requests: &[(u16, &str)]) -> Vec<u8> {
         for (id, line) in requests {
-            self.0.send_can(1, Frame { id: *id, data: can::encode_command(text::parse(line).unwrap()) }.into());
+            self.0.send_can(1, Frame::standard(*id, &can::encode_command(text::parse(line).unwrap())).unwrap());
         }
         self.listen(PATIENCE).iter().map(|(_, data)| data[0]).collect()
     }
@@ -173,10 +174,9 @@ fn replies_to_a_group_are_known() {
 fn foreign_traffic_does_not_make_a_reply_a_request() {
     let mut bus = Bus::new(3);
     for line in ["SGP 77, 0, 1", "MST 0"] {
-        bus.0.send_can(1, Frame { id: 3, data: can::encode_command(text::parse(line).unwrap()) }.into());
+        bus.0.send_can(1, Frame::standard(3, &can::encode_command(text::parse(line).unwrap())).unwrap());
         for n in 0..200_u8 {
-            let data = Data::from_slice(&[n, 1, 2, 3, 4, 5, 6, 7]).unwrap();
-            bus.0.send_can(1, Frame { id: 0x181 + u16::from(n % 8), data }.into());
+            bus.0.send_can(1, Frame::standard(0x181 + u16::from(n % 8), &[n, 1, 2, 3, 4, 5, 6, 7]).unwrap());
         }
         assert_eq!(bus.listen(2 * PATIENCE).len(), 1, "{line}");
     }
@@ -209,9 +209,9 @@ fn there_is_no_ascii_mode() {
 fn other_kinds_of_frames_are_nobodys() {
     let mut bus = Bus::new(1);
     let data = can::encode_command(text::parse("GAP 4, 0").unwrap());
-    let extended = CanFrame { id: 1, extended: true, length: 8, data: Some(data) };
-    let remote = CanFrame { id: 1, extended: false, length: 8, data: None };
-    for frame in [extended, remote, Frame { id: 1, data: Data::new() }.into()] {
+    let extended = Frame::new(ExtendedId::new(1).unwrap(), &data).unwrap();
+    let remote = Frame::new_remote(StandardId::new(1).unwrap(), 8).unwrap();
+    for frame in [extended, remote, Frame::standard(1, &[]).unwrap()] {
         bus.0.send_can(1, frame);
         assert_eq!(bus.listen(PATIENCE), []);
     }
@@ -221,7 +221,7 @@ fn other_kinds_of_frames_are_nobodys() {
 fn a_host_that_does_not_wait_is_answered_in_turn() {
     let mut bus = Bus::new(1);
     for line in ["SGP 77, 0, 1", "GGP 77, 0", "GAP 4, 0"] {
-        bus.0.send_can(1, Frame { id: 1, data: can::encode_command(text::parse(line).unwrap()) }.into());
+        bus.0.send_can(1, Frame::standard(1, &can::encode_command(text::parse(line).unwrap())).unwrap());
     }
     let opcodes: Vec<u8> = bus.listen(PATIENCE).iter().map(|(_, data)| data[2]).collect();
     assert_eq!(opcodes, [9, 10, 6]);

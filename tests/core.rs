@@ -9,6 +9,7 @@ use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::MICROSECOND;
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::{Simulated, parts};
+use tmcm::can::Frame;
 use tmcm::module::{Due, Inputs, Module, Outcome, Request, Source, TMCM_1140};
 use tmcm::tmcl::{Reply, Status, binary, can, text};
 use tmcm::units::Micros;
@@ -146,7 +147,8 @@ fn links_change_when_no_reply_waits_any_more() {
         let bystander = |core: &mut Core| {
             let command = text::parse("GGP 128, 0").unwrap();
             let telegram = Request::Telegram(binary::decode(&binary::encode_command(33, command)));
-            let frame = Request::Frame(can::decode(33, &can::encode_command(command)).unwrap());
+            let frame =
+                Request::Frame(can::decode(&Frame::standard(33, &can::encode_command(command)).unwrap()).unwrap());
             assert_eq!(core.module.request(core.now(), Source::Rs485, &telegram).0, Outcome::Silent);
             assert_eq!(core.module.request(core.now(), CAN, &frame).0, Outcome::Silent);
             core.poll(core.now().0 + 1_000);

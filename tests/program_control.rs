@@ -9,8 +9,9 @@ use common::program::{MEMORY, RESET, RUNNING, STEPPING, STOPPED, STORED, Status}
 use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_CHECKSUM, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcl_cli::client::Client;
+use tmcm::can::{CanFrame, Frame};
 use tmcm::module::Source;
-use tmcm::tmcl::can::{self, Frame};
+use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, binary, text};
 
 /// Counts in variable 0, once every 10 ms, without end.
@@ -411,9 +412,9 @@ fn a_download_over_can() {
         let send = |bench: &mut Bench, line: &str, length: usize| {
             let mut data = can::encode_command(command(line));
             data.truncate(length);
-            bench.module.receive_frame(Frame { id: 1, data });
+            bench.module.receive_frame(Frame::standard(1, &data).unwrap());
             bench.run(SECOND);
-            bench.module.frame().unwrap().data[1]
+            bench.module.frame().unwrap().data()[1]
         };
         let lines = [("132", OK), ("SGP 1, 2, 5", STORED), ("STOP", STORED), ("133", OK)];
         for ((line, status), length) in lines.into_iter().zip(lengths) {

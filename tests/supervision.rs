@@ -11,8 +11,9 @@ use embedded_hal::spi::SpiDevice;
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
+use tmcm::can::{CanFrame, Frame};
 use tmcm::module::{Outcome, Source};
-use tmcm::tmcl::can::{Frame, encode_command};
+use tmcm::tmcl::can::encode_command;
 use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::vm::ErrorFlag;
 
@@ -66,13 +67,13 @@ fn can(bench: &mut Bench, line: &str) {
 /// The status of a command over CAN.
 fn over_can(bench: &mut Bench, line: &str) -> u8 {
     let data = encode_command(text::parse(line).unwrap());
-    bench.module.receive_frame(Frame { id: 1, data });
+    bench.module.receive_frame(Frame::standard(1, &data).unwrap());
     let mut reply = None;
     bench.run_until(50 * MILLISECOND, |bench| {
         reply = bench.module.frame();
         reply.is_some()
     });
-    reply.unwrap().data[1]
+    reply.unwrap().data()[1]
 }
 
 /// Parameter 82 is the same for CAN; one heartbeat does not keep up the other.

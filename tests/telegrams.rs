@@ -6,6 +6,7 @@
 mod common;
 
 use common::{Bench, OK};
+use tmcm::can::StandardId;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
@@ -134,8 +135,14 @@ fn special_replies() {
     let stored = text::parse("ROR 0, 1000").unwrap();
     assert_eq!(binary::encode_reply(2, 1, &Reply::Version(*b"1140V142")), *b"\x021140V142");
     assert_eq!(binary::encode_reply(2, 1, &Reply::Memory(stored)), [2, 1, 0, 0, 0, 0, 0x03, 0xE8, 0xEE]);
-    assert_eq!(can::encode_reply(1, 8, &Reply::Version(*b"1140V142")).as_slice(), b"1140V142");
-    assert_eq!(can::encode_reply(1, 8, &Reply::Memory(stored)).as_slice(), [1, 0, 0, 0, 0, 0x03, 0xE8, 0]);
+    assert_eq!(
+        can::encode_reply(StandardId::new(1).unwrap(), 8, &Reply::Version(*b"1140V142")).as_slice(),
+        b"1140V142"
+    );
+    assert_eq!(
+        can::encode_reply(StandardId::new(1).unwrap(), 8, &Reply::Memory(stored)).as_slice(),
+        [1, 0, 0, 0, 0, 0x03, 0xE8, 0]
+    );
 }
 
 #[test]
@@ -175,10 +182,11 @@ fn can_replies_mirror_the_length_of_the_request() {
     for &(telegram, status, opcode, value) in REPLIES {
         let reply = Reply::Plain { status, opcode, value };
         for id in [0x001, 0x07F, 0x7FF] {
-            let whole = can::encode_reply(id, 8, &reply);
+            let own = StandardId::new(id).unwrap();
+            let whole = can::encode_reply(own, 8, &reply);
             assert_eq!((whole.len(), whole[0], whole[7]), (8, (id & 0xFF) as u8, 0));
             assert_eq!(whole[1..7], telegram[2..8], "{reply:?}");
-            assert_eq!(can::encode_reply(id, 7, &reply).as_slice(), &whole[..7]);
+            assert_eq!(can::encode_reply(own, 7, &reply).as_slice(), &whole[..7]);
         }
     }
 }

@@ -5,10 +5,10 @@ use std::ops::DerefMut;
 
 use hal_sim::board::Board;
 use hal_sim::clock::Nanos;
+use tmcm::can::Frame;
 use tmcm::module::Source;
 
 use crate::client::{Client, Sent};
-use crate::slcan::CanFrame;
 
 /// A module with its board, in virtual time. Bytes and frames go in at the present time, which is that to which it has
 /// been [run](Self::run_until): what it does may take it further, but what it says then is not said before that time.
@@ -50,10 +50,10 @@ pub trait Device {
     fn sent(&mut self) -> Option<Sent>;
 
     /// A frame arrives on the CAN bus.
-    fn receive_frame(&mut self, frame: &CanFrame);
+    fn receive_frame(&mut self, frame: &Frame);
 
     /// Frames that the module wants on the CAN bus by now, oldest first.
-    fn frame(&mut self) -> Option<CanFrame>;
+    fn frame(&mut self) -> Option<Frame>;
 
     /// Its port on the RS485 bus; `None` while that is off.
     fn rs485(&self) -> Option<Rs485>;

@@ -1,9 +1,7 @@
 //! CAN frames as text, the way serial CAN adapters write them (LAWICEL CAN232 and CANUSB manuals), and such an
 //! adapter.
 
-use std::fmt::{self, Write};
-
-use tmcm::tmcl::can::{Data, Frame};
+use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 
 /// End of a line, and the answer to a command that was carried out.
 pub const DONE: u8 = b'\r';
@@ -14,68 +12,38 @@ const LONGEST: usize = 26;
 /// Where time stamps, in milliseconds, begin anew.
 const MINUTE: u64 = 60_000;
 
-/// A frame of any kind.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct CanFrame {
-    /// Identifier, of 11 bits or of 29.
-    pub id: u32,
-    /// It has 29.
-    pub extended: bool,
-    /// Number of data bytes, that of a remote frame without their being there.
-    pub length: u8,
-    /// The data; `None` for a remote frame.
-    pub data: Option<Data>,
+/// Reads a line: `t`, `T`, `r` or `R`, identifier, length, data.
+pub fn parse(line: &str) -> Option<Frame> {
+    let (extended, remote) = match line.chars().next()? {
+        't' => (false, false),
+        'T' => (true, false),
+        'r' => (false, true),
+        'R' => (true, true),
+        _ => return None,
+    };
+    let digits = if extended { 8 } else { 3 };
+    let number = hex(line.get(1..1 + digits)?)?;
+    let id: Id =
+        if extended { ExtendedId::new(number)?.into() } else { StandardId::new(u16::try_from(number).ok()?)?.into() };
+    let length = hex(line.get(1 + digits..2 + digits)?).filter(|length| *length <= 8)? as usize;
+    let rest = line.get(2 + digits..)?;
+    if remote {
+        return rest.is_empty().then(|| Frame::new_remote(id, length))?;
+    }
+    (rest.len() == 2 * length).then_some(())?;
+    let bytes = (0..rest.len()).step_by(2).map(|at| Some(hex(rest.get(at..at + 2)?)? as u8));
+    Frame::new(id, &bytes.collect::<Option<Vec<u8>>>()?)
 }
 
-impl From<Frame> for CanFrame {
-    fn from(Frame { id, data }: Frame) -> Self {
-        CanFrame { id: id.into(), extended: false, length: data.len() as u8, data: Some(data) }
-    }
-}
-
-impl CanFrame {
-    /// The frame as a TMCL module takes it: with data and an 11-bit identifier.
-    pub fn plain(&self) -> Option<Frame> {
-        let id = u16::try_from(self.id).ok().filter(|_| !self.extended)?;
-        Some(Frame { id, data: self.data.clone()? })
-    }
-
-    /// Reads a line: `t`, `T`, `r` or `R`, identifier, length, data.
-    pub fn parse(line: &str) -> Option<Self> {
-        let kind = line.chars().next()?;
-        let (extended, remote) = match kind {
-            't' => (false, false),
-            'T' => (true, false),
-            'r' => (false, true),
-            'R' => (true, true),
-            _ => return None,
-        };
-        let (digits, largest) = if extended { (8, 0x1FFF_FFFF) } else { (3, 0x7FF) };
-        let id = hex(line.get(1..1 + digits)?).filter(|id| *id <= largest)?;
-        let length = hex(line.get(1 + digits..2 + digits)?).filter(|length| *length <= 8)? as u8;
-        let rest = line.get(2 + digits..)?;
-        let data = if remote {
-            rest.is_empty().then_some(None)?
-        } else {
-            (rest.len() == 2 * usize::from(length)).then_some(())?;
-            let bytes = (0..rest.len()).step_by(2).map(|at| rest.get(at..at + 2).and_then(hex));
-            Some(bytes.map(|byte| byte.map(|byte| byte as u8)).collect::<Option<Data>>()?)
-        };
-        Some(CanFrame { id, extended, length, data })
-    }
-}
-
-/// The line, without its end.
-impl fmt::Display for CanFrame {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = if self.data.is_some() { 't' } else { 'r' };
-        if self.extended {
-            write!(f, "{}{:08X}{}", kind.to_ascii_uppercase(), self.id, self.length)?;
-        } else {
-            write!(f, "{kind}{:03X}{}", self.id, self.length)?;
-        }
-        self.data.iter().flatten().try_for_each(|byte| write!(f, "{byte:02X}"))
-    }
+/// A frame as a line, without its end.
+pub fn line(frame: &Frame) -> String {
+    let kind = if frame.is_remote_frame() { 'r' } else { 't' };
+    let id = match frame.id() {
+        Id::Standard(id) => format!("{kind}{:03X}", id.as_raw()),
+        Id::Extended(id) => format!("{}{:08X}", kind.to_ascii_uppercase(), id.as_raw()),
+    };
+    let data: String = frame.data().iter().map(|byte| format!("{byte:02X}")).collect();
+    format!("{id}{}{data}", frame.dlc())
 }
 
 fn hex(digits: &str) -> Option<u32> {
@@ -106,7 +74,7 @@ pub struct Adapter {
 
 impl Adapter {
     /// Takes a byte from the host. Gives the frame that it wants on the bus.
-    pub fn push(&mut self, byte: u8) -> Option<CanFrame> {
+    pub fn push(&mut self, byte: u8) -> Option<Frame> {
         if byte != DONE {
             // Adapters ignore line feeds; a line too long is cut, and refused as what it then is.
             if byte != b'\n' && self.line.len() <= LONGEST {
@@ -116,9 +84,9 @@ impl Adapter {
         }
         let line = std::mem::take(&mut self.line);
         let line = std::str::from_utf8(&line).unwrap_or("?");
-        let frame = CanFrame::parse(line).filter(|_| self.channel == Channel::Open);
+        let frame = parse(line).filter(|_| self.channel == Channel::Open);
         let (answer, end) = match &frame {
-            Some(frame) => (if frame.extended { "Z" } else { "z" }, DONE),
+            Some(frame) => (if frame.is_extended() { "Z" } else { "z" }, DONE),
             None => self.command(line).map_or(("", REFUSED), |answer| (answer, DONE)),
         };
         self.out.extend_from_slice(answer.as_bytes());
@@ -127,16 +95,14 @@ impl Adapter {
     }
 
     /// A frame on the bus, at this many milliseconds.
-    pub fn hear(&mut self, frame: &CanFrame, millis: u64) {
+    pub fn hear(&mut self, frame: &Frame, millis: u64) {
         if self.channel == Channel::Closed {
             return;
         }
-        let mut line = frame.to_string();
+        self.out.extend_from_slice(line(frame).as_bytes());
         if self.stamps {
-            // Writing to a string does not fail.
-            let _ = write!(line, "{:04X}", millis % MINUTE);
+            self.out.extend_from_slice(format!("{:04X}", millis % MINUTE).as_bytes());
         }
-        self.out.extend_from_slice(line.as_bytes());
         self.out.push(DONE);
     }
 
@@ -172,7 +138,7 @@ impl Adapter {
 mod tests {
     use super::*;
 
-    fn say(adapter: &mut Adapter, text: &str) -> (Vec<CanFrame>, String) {
+    fn say(adapter: &mut Adapter, text: &str) -> (Vec<Frame>, String) {
         let frames = text.bytes().filter_map(|byte| adapter.push(byte)).collect();
         (frames, String::from_utf8(adapter.take()).unwrap())
     }
@@ -180,13 +146,12 @@ mod tests {
     #[test]
     fn frames_are_read_and_written() {
         for line in ["t0018060401000000AA00", "t7FF0", "T1FFFFFFF3010203", "r1238", "R000000020"] {
-            let frame = CanFrame::parse(line);
-            assert_eq!(frame.map(|frame| frame.to_string()).as_deref(), Some(line));
+            assert_eq!(parse(line).map(|frame| super::line(&frame)).as_deref(), Some(line));
         }
         for line in
             ["", "t", "t001", "t8000", "t0019", "t001200", "t00110", "t001101x", "t+011", "r00110", "x0010", "tä"]
         {
-            assert_eq!(CanFrame::parse(line), None, "{line}");
+            assert_eq!(parse(line), None, "{line}");
         }
     }
 
@@ -198,7 +163,7 @@ mod tests {
         let (frames, answer) = say(&mut adapter, "t0010\rT000000020\r");
         assert_eq!((frames.len(), answer.as_str()), (2, "z\rZ\r"));
         assert_eq!(say(&mut adapter, "S8\rZ1\rF\rV\rv\rN\rX\r").1, "\x07\x07F00\rV0101\rv0101\rNTMCL\r\x07");
-        let frame = CanFrame::parse("t0021AB").unwrap();
+        let frame = parse("t0021AB").unwrap();
         adapter.hear(&frame, 60_018);
         assert_eq!(adapter.take(), b"t0021AB\r");
         assert_eq!(say(&mut adapter, "C\rs031C\rZ1\rL\rt0010\r"), (vec![], "\r\r\r\r\x07".into()));

@@ -12,11 +12,12 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::Outputs;
 use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
+use tmcm::can::Frame;
 use tmcm::chip::at25::At25;
 use tmcm::module::{Due, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140, TMCM_1140_AXES};
 use tmcm::store::{Keeper, Report, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
-use tmcm::tmcl::can::{self, Frame};
+use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
@@ -24,7 +25,6 @@ use tmcm::vm::Machine;
 use crate::client::{Client, Sent};
 use crate::device::{Device, Rs485};
 use crate::ports::{Arrived, Ports};
-use crate::slcan::CanFrame;
 use crate::tracer::{Step, Tracer};
 
 /// SPI clock of the TMC429: 84 MHz / 64, as on the target.
@@ -107,8 +107,8 @@ pub struct VirtualModule {
     /// The present for those who bring bytes. A request that takes time leaves it behind.
     present: Nanos,
     outbox: VecDeque<Sent>,
-    /// Frames that the module has not come to.
-    frames_in: VecDeque<Frame>,
+    /// Frames with requests that the module has not come to.
+    frames_in: VecDeque<can::Request>,
     /// The frames' turn is before that of the bytes.
     frames_first: bool,
     frames_out: VecDeque<Frame>,
@@ -265,14 +265,7 @@ impl VirtualModule {
     /// A frame arrives on the CAN bus.
     pub fn receive_frame(&mut self, frame: Frame) {
         self.present = self.now();
-        self.take_frame(frame);
-    }
-
-    fn take_frame(&mut self, frame: Frame) {
-        if self.firmware.is_some() {
-            self.frames_in.push_back(frame);
-            self.deliver();
-        }
+        Device::receive_frame(self, &frame);
     }
 
     /// Frames that the module wants on the CAN bus by now, oldest first.
@@ -453,11 +446,10 @@ impl VirtualModule {
         let Some(firmware) = self.firmware.as_mut().filter(|firmware| !firmware.core.awaits(Source::Can)) else {
             return false;
         };
-        let Some(Frame { id, data }) = self.frames_in.pop_front() else { return false };
+        let Some(request) = self.frames_in.pop_front().map(Request::Frame) else { return false };
         let now = firmware.time(self.board.borrow().now());
-        let Some(request) = can::decode(id, &data).map(Request::Frame) else { return true };
         if let (Outcome::Reply(reply), _) = firmware.core.request(now, Source::Can, &request) {
-            self.frames_out.push_back(firmware.core.links().frame(request.origin(Source::Can), &reply));
+            self.frames_out.extend(firmware.core.links().frame(request.origin(Source::Can), &reply));
         }
         true
     }
@@ -470,7 +462,7 @@ impl VirtualModule {
             let links = firmware.core.links();
             let source = to.source;
             if source == Source::Can {
-                self.frames_out.extend(reply.map(|reply| links.frame(to, &reply)));
+                self.frames_out.extend(reply.and_then(|reply| links.frame(to, &reply)));
                 continue;
             }
             let client = if reply.is_some_and(|reply| reply.is_event()) {
@@ -537,14 +529,15 @@ impl Device for VirtualModule {
         self.outbox.remove(ready)
     }
 
-    fn receive_frame(&mut self, frame: &CanFrame) {
-        if let Some(frame) = frame.plain() {
-            self.take_frame(frame);
+    fn receive_frame(&mut self, frame: &Frame) {
+        if let (Some(_), Some(request)) = (&self.firmware, can::decode(frame)) {
+            self.frames_in.push_back(request);
+            self.deliver();
         }
     }
 
-    fn frame(&mut self) -> Option<CanFrame> {
-        VirtualModule::frame(self).map(CanFrame::from)
+    fn frame(&mut self) -> Option<Frame> {
+        VirtualModule::frame(self)
     }
 
     fn rs485(&self) -> Option<Rs485> {
@@ -559,7 +552,8 @@ impl Device for VirtualModule {
 
     fn unread_frames(&self) -> usize {
         let Some(links) = self.firmware.as_ref().map(|firmware| firmware.core.links()) else { return 0 };
-        self.frames_in.iter().filter(|frame| [links.can_id, links.can_secondary].contains(&frame.id)).count()
+        let own = [Some(links.can_id), links.can_secondary];
+        self.frames_in.iter().filter(|frame| own.contains(&Some(frame.id))).count()
     }
 
     fn owes(&self, client: Client) -> bool {

@@ -1,13 +1,13 @@
 //! The CAN link: the bxCAN with its filters. Its owner is that of the module; here is how it gets there.
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
-use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id, StandardId};
+use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id};
 use embassy_stm32::pac::CAN1;
+use embassy_stm32::pac::can::vals::{Ide, Rtr};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::module::Links;
-use crate::tmcl::can as wire;
 
 /// The receive queue that the filters lead to.
 const FIFO: usize = 0;
@@ -39,39 +39,45 @@ pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
 }
 
 impl Can {
-    /// The oldest frame that has come, if it is one that TMCL uses: a data frame with an identifier of 11 bits.
-    pub(super) fn read(&mut self) -> Option<(u16, Frame)> {
+    /// The oldest frame that has come.
+    pub(super) fn read(&mut self) -> Option<Frame> {
         // Asked at each turn of the owner; the driver looks at both queues and for errors. A request whose reply could
         // not be sent waits, for the next turn or poll: only a host that does not wait for replies brings so many.
         if CAN1.rfr(FIFO).read().fmp() == 0 || !has_room() {
             return None;
         }
         // Errors of the bus are the controller's to handle: it leaves bus-off by itself.
-        let frame = self.rx.try_read().ok()?.frame;
-        match frame.header().id() {
-            Id::Standard(id) if !frame.header().rtr() => Some((id.as_raw(), frame)),
-            _ => None,
-        }
+        Some(self.rx.try_read().ok()?.frame)
     }
 
-    /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is
-    /// dropped.
-    pub(super) fn write(&mut self, frame: &wire::Frame) {
+    /// Sends a frame, if there is one. With all three mailboxes full nobody has acknowledged the last three replies, and
+    /// this one is dropped.
+    pub(super) fn write(&mut self, frame: Option<impl embedded_can::Frame>) {
+        let Some(frame) = frame else { return };
         if !has_room() {
             return defmt::debug!("CAN: nobody listens, reply dropped");
         }
-        let bytes = frame.data.first_chunk().copied().unwrap_or_else(|| {
+        let bytes = frame.data().first_chunk().copied().unwrap_or_else(|| {
             let mut bytes = [0; 8];
-            bytes.iter_mut().zip(&frame.data).for_each(|(to, from)| *to = *from);
+            bytes.iter_mut().zip(frame.data()).for_each(|(to, from)| *to = *from);
             bytes
         });
         let [a, b, c, d, high @ ..] = bytes;
         let mailbox = CAN1.tx(CAN1.tsr().read().code().into());
-        mailbox.tdtr().write(|w| w.set_dlc(frame.data.len() as u8));
+        mailbox.tdtr().write(|w| w.set_dlc(frame.dlc() as u8));
         mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
         mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes(high));
         mailbox.tir().write(|w| {
-            w.set_stid(frame.id);
+            match frame.id() {
+                Id::Standard(id) => w.set_stid(id.as_raw()),
+                Id::Extended(id) => {
+                    w.set_ide(Ide::EXTENDED);
+                    w.set_stid(id.standard_id().as_raw());
+                    // The lower 18 of its 29 bits.
+                    w.set_exid(id.as_raw() & 0x3_FFFF);
+                }
+            }
+            w.set_rtr(if frame.is_remote_frame() { Rtr::REMOTE } else { Rtr::DATA });
             w.set_txrq(true);
         });
     }
@@ -80,13 +86,13 @@ impl Can {
     /// others, to know their replies.
     pub(super) fn listen_to(&mut self, links: &Links) {
         let Links { can_id, can_secondary, can_reply, .. } = *links;
-        let own = [can_id, if can_secondary == 0 { can_id } else { can_secondary }];
+        let own = [can_id, can_secondary.unwrap_or(can_id)];
         let mut filters = self.rx.modify_filters();
         if own.contains(&can_reply) {
             filters.enable_bank(0, Fifo::Fifo0, BankConfig::Mask16([Mask16::accept_all(); 2]));
             return;
         }
-        let [first, second] = own.map(|id| ListEntry16::data_frames_with_id(standard(id)));
+        let [first, second] = own.map(ListEntry16::data_frames_with_id);
         filters.enable_bank(0, Fifo::Fifo0, BankConfig::List16([first, second, first, second]));
     }
 }
@@ -95,9 +101,4 @@ impl Can {
 fn has_room() -> bool {
     let status = CAN1.tsr().read();
     (0..MAILBOXES).any(|mailbox| status.tme(mailbox))
-}
-
-/// Parameters 70, 71 and 83 have 11 bits.
-fn standard(id: u16) -> StandardId {
-    StandardId::new(id & 0x7FF).unwrap_or(StandardId::ZERO)
 }

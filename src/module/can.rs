@@ -1,15 +1,16 @@
 //! The CAN bus: which identifiers are the module's, which its replies have, and how long they are.
 
 use super::{Links, Module, Origin, Outcome, Platform, Source};
+use crate::can::{CanFrame, Frame};
 use crate::tmcl::Reply;
-use crate::tmcl::can::{self, Frame};
+use crate::tmcl::can;
 use crate::units::Micros;
 
 impl Links {
     /// A reply as a frame: it has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it,
     /// whichever identifier the request came under.
-    pub fn frame(&self, to: Origin, reply: &Reply) -> Frame {
-        Frame { id: self.can_reply, data: can::encode_reply(self.can_id, to.length.into(), reply) }
+    pub fn frame(&self, to: Origin, reply: &Reply) -> Option<Frame> {
+        CanFrame::new(self.can_reply, &can::encode_reply(self.can_id, to.length.into(), reply))
     }
 }
 
@@ -28,10 +29,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         // The second identifier may be that of a group: others answer, too.
         if id != can_id && id != can_reply {
-            let [_, low] = id.to_be_bytes();
+            let [_, low] = id.as_raw().to_be_bytes();
             overheard.asked(now, low, Some(command));
         }
-        if id != can_id && (can_secondary == 0 || id != can_secondary) {
+        if id != can_id && Some(id) != can_secondary {
             return Outcome::Silent;
         }
         self.execute(now, Origin { source: Source::Can, length }, command)

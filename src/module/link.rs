@@ -2,6 +2,7 @@
 
 use super::port::{Mode, Request};
 use super::{Due, Module, Outcome, Platform, Source, Waiter};
+use crate::can::StandardId;
 use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::Addressed;
@@ -10,7 +11,7 @@ use crate::units::Micros;
 
 /// Interface settings in force. They follow the parameters only after the reply to the command that set
 /// them, but for the echo, which changes at once.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Links {
     /// Address on the RS485 bus (parameter 66).
     pub address: u8,
@@ -25,18 +26,25 @@ pub struct Links {
     /// The mode byte links start in (parameter 67, bit 0, at the start of the module).
     pub start: Mode,
     /// Identifier of requests on CAN (parameter 71).
-    pub can_id: u16,
-    /// Second identifier of requests there; 0 for none (parameter 83).
-    pub can_secondary: u16,
+    pub can_id: StandardId,
+    /// Second identifier of requests there, if there is one (parameter 83).
+    pub can_secondary: Option<StandardId>,
     /// Identifier of replies there (parameter 70).
-    pub can_reply: u16,
+    pub can_reply: StandardId,
+}
+
+impl Default for Links {
+    fn default() -> Self {
+        Links::of(&[0; G::COUNT])
+    }
 }
 
 impl Links {
     pub(super) fn of(globals: &[i32; G::COUNT]) -> Self {
         let value = |parameter: G| globals.get(parameter.index()).copied().unwrap_or_default();
         let byte = |parameter| value(parameter) as u8;
-        let identifier = |parameter| value(parameter) as u16;
+        // They have 11 bits.
+        let identifier = |parameter| StandardId::new(value(parameter) as u16).unwrap_or(StandardId::MAX);
         Links {
             address: byte(G::SerialAddress),
             secondary: byte(G::SerialSecondaryAddress),
@@ -45,7 +53,7 @@ impl Links {
             echo: Echo::from_parameter(value(G::AsciiMode)),
             start: if value(G::AsciiMode) & 1 == 0 { Mode::Binary } else { Mode::Ascii },
             can_id: identifier(G::CanId),
-            can_secondary: identifier(G::CanSecondaryId),
+            can_secondary: Some(identifier(G::CanSecondaryId)).filter(|id| *id != StandardId::ZERO),
             can_reply: identifier(G::CanReplyId),
         }
     }

@@ -2,33 +2,27 @@
 //! 3.1; what hosts rely on beyond it: the reply has as many bytes as the request had).
 
 use super::{Command, Reply};
+use crate::can::{CanFrame, Id, StandardId};
 
 /// Data of a request or reply: at most eight bytes.
 pub type Data = heapless::Vec<u8, 8>;
-
-/// A data frame with an 11-bit identifier.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Frame {
-    /// Its identifier.
-    pub id: u16,
-    /// Its data.
-    pub data: Data,
-}
 
 /// A request as it came over the CAN bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
     /// The identifier it came under.
-    pub id: u16,
+    pub id: StandardId,
     /// The command.
     pub command: Command,
     /// Data bytes, 7 or 8.
     pub length: u8,
 }
 
-/// The request in a data frame of seven or more bytes; a shorter frame is none.
-pub fn decode(id: u16, data: &[u8]) -> Option<Request> {
-    Some(Request { id, command: decode_command(data)?, length: data.len().min(8) as u8 })
+/// The request in a data frame of seven or more bytes with an identifier of 11 bits; any other frame is none.
+pub fn decode(frame: &impl CanFrame) -> Option<Request> {
+    let (Id::Standard(id), false) = (frame.id(), frame.is_remote_frame()) else { return None };
+    let data = frame.data();
+    Some(Request { id, command: decode_command(data)?, length: data.len() as u8 })
 }
 
 /// The command in a frame of seven or more data bytes; a shorter frame is none.
@@ -48,11 +42,11 @@ pub fn encode_command(command: Command) -> Data {
 /// A reply of `length` (7 or 8) bytes from the module that receives on identifier `id`: low byte of that
 /// identifier, status, command, value. A special reply has no room for the host address and starts with
 /// what follows it; it is whole only in eight bytes.
-pub fn encode_reply(id: u16, length: usize, reply: &Reply) -> Data {
+pub fn encode_reply(id: StandardId, length: usize, reply: &Reply) -> Data {
     let full = match *reply {
         Reply::Plain { status, opcode, value } => {
             let [a, b, c, d] = value.to_be_bytes();
-            let [_, low] = id.to_be_bytes();
+            let [_, low] = id.as_raw().to_be_bytes();
             [low, status as u8, opcode, a, b, c, d, 0]
         }
         Reply::Version(text) => text,
@@ -71,12 +65,16 @@ mod tests {
     use super::super::Status;
     use super::*;
 
+    fn id(number: u16) -> StandardId {
+        StandardId::new(number).unwrap()
+    }
+
     #[test]
     fn the_reply_mirrors_the_length_of_the_request() {
         let reply = Reply::Plain { status: Status::Ok, opcode: 6, value: -2 };
-        assert_eq!(encode_reply(0x701, 7, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE]);
-        assert_eq!(encode_reply(0x701, 8, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE, 0]);
-        assert_eq!(encode_reply(1, 8, &Reply::Version(*b"1140V142")).as_slice(), b"1140V142");
+        assert_eq!(encode_reply(id(0x701), 7, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE]);
+        assert_eq!(encode_reply(id(0x701), 8, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE, 0]);
+        assert_eq!(encode_reply(id(1), 8, &Reply::Version(*b"1140V142")).as_slice(), b"1140V142");
     }
 
     #[test]

@@ -5,9 +5,10 @@ use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
 use super::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcl_cli::client::Sent;
+use tmcm::can::{CanFrame, Frame};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};
-use tmcm::tmcl::can::{self, Frame};
+use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Status, text};
 
 fn telegram(line: &str) -> Telegram {
@@ -114,7 +115,7 @@ fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
         bench.run(MILLISECOND);
         answers.extend(std::iter::from_fn(|| bench.module.sent()).map(|sent| answer_of(&sent)));
         let frames = std::iter::from_fn(|| bench.module.frame());
-        answers.extend(frames.map(|frame| Answer { source: CAN, content: frame.data.to_vec() }));
+        answers.extend(frames.map(|frame| Answer { source: CAN, content: frame.data().to_vec() }));
         if answers.iter().any(&wanted) {
             break;
         }
@@ -175,7 +176,7 @@ impl Bombardment<'_> {
             let mut data = can::encode_command(command);
             data.truncate(self.random.or_any(8, 9) as usize);
             let valid = data.len() >= 7;
-            (Request::Frame(Frame { id: to as u16, data }), valid)
+            (Request::Frame(Frame::standard(to as u16, &data).unwrap()), valid)
         } else {
             let mut telegram = binary::encode_command(to as u8, command);
             telegram[8] = telegram[8].wrapping_add(self.random.or_any(0, 256) as u8);

@@ -9,8 +9,8 @@ use hal_sim::control::{Line, State};
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::client::Client;
 use tmcl_cli::virtual_module::VirtualModule;
+use tmcm::can::{CanFrame, Frame, Id};
 use tmcm::module::Source;
-use tmcm::tmcl::can::Frame;
 use tmcm::tmcl::{Command, binary, can, text};
 
 /// Bytes that the EEPROM holds.
@@ -191,9 +191,7 @@ impl Rig {
     }
 
     fn frame(&mut self, id: u16, bytes: &[u8]) {
-        let mut data = can::Data::new();
-        data.extend_from_slice(bytes).expect("a frame has eight bytes at most");
-        self.module.receive_frame(Frame { id, data });
+        self.module.receive_frame(Frame::standard(id, bytes).expect("a frame has eight bytes at most"));
     }
 
     /// What comes for a request.
@@ -229,8 +227,9 @@ impl Rig {
         if !typed.is_empty() {
             said.push(format!("\"{}\"", typed.escape_ascii()));
         }
-        while let Some(Frame { id, data }) = self.module.frame() {
-            said.push(format!("{id}#{}", hex(&data)));
+        while let Some(frame) = self.module.frame() {
+            let Id::Standard(id) = frame.id() else { panic!("an identifier of 29 bits") };
+            said.push(format!("{}#{}", id.as_raw(), hex(frame.data())));
         }
         said
     }

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use hal_sim::clock::{MICROSECOND, Nanos};
 
 use crate::device::Device;
-use crate::slcan::CanFrame;
+use tmcm::can::{CanFrame, Frame};
 
 /// Bits of a frame without its data, and the silence behind it: 11-bit and 29-bit identifier. Stuff bits, which depend
 /// on what is in it, are left out.
@@ -32,14 +32,14 @@ pub struct Heard {
     /// Who has sent it.
     pub from: Node,
     /// The frame.
-    pub frame: CanFrame,
+    pub frame: Frame,
 }
 
 /// The bus.
 #[derive(Debug, Default)]
 pub(super) struct Bus {
     /// Who has sent something, and what has not been on the bus.
-    senders: Vec<(Node, VecDeque<CanFrame>)>,
+    senders: Vec<(Node, VecDeque<Frame>)>,
     /// Which of them is next, of the adapters.
     turn: usize,
     /// The frame that is on its way.
@@ -52,7 +52,7 @@ pub(super) struct Bus {
 
 impl Bus {
     /// A node wants a frame on the bus.
-    pub(super) fn send(&mut self, from: Node, frame: CanFrame) {
+    pub(super) fn send(&mut self, from: Node, frame: Frame) {
         match self.senders.iter_mut().find(|(node, _)| *node == from) {
             Some((_, frames)) => frames.push_back(frame),
             None => self.senders.push((from, VecDeque::from([frame]))),
@@ -108,8 +108,8 @@ impl Bus {
         let Some(index) = module.or_else(|| turns.filter(|_| ready).find(sends)) else { return };
         let Some((from, frames)) = self.senders.get_mut(index) else { return };
         let Some(frame) = frames.pop_front() else { return };
-        let data = frame.data.as_ref().map_or(0, |data| data.len() as u64);
-        let bits = FRAME_BITS[usize::from(frame.extended)] + 8 * data;
+        let data = frame.data().len() as u64;
+        let bits = FRAME_BITS[usize::from(frame.is_extended())] + 8 * data;
         self.taken = self.taken.max(now) + bits * MICROSECOND;
         self.wire = Some(Heard { at: self.taken, from: *from, frame });
         if module.is_none() {

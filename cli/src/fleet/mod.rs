@@ -8,6 +8,7 @@ use std::convert::Infallible;
 
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
+use tmcm::can::Frame;
 use tmcm::module::Source;
 use tmcm::param::GlobalParameter;
 use tmcm::store::{Need, Slot, Store};
@@ -16,7 +17,6 @@ pub use can::{Heard, Node};
 
 use crate::client::{Client, Sent};
 use crate::device::Device;
-use crate::slcan::CanFrame;
 use crate::virtual_module::VirtualModule;
 
 /// Bytes in an AT25128.
@@ -204,7 +204,7 @@ impl<M: Device> Fleet<M> {
     }
 
     /// An adapter sends a frame on the CAN bus.
-    pub fn send_can(&mut self, adapter: u64, frame: CanFrame) {
+    pub fn send_can(&mut self, adapter: u64, frame: Frame) {
         self.can.send(Node::Adapter(adapter), frame);
         self.can.begin(&self.modules, self.now);
     }

@@ -13,12 +13,11 @@ use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::{self, BoardAccess, CanBus, LogLine, Machine, Stop, Waiting};
 use hal_sim::world::config::WorldConfig;
+use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use tmcm::module::Source;
-use tmcm::tmcl::can::Data;
 
 use crate::client::{Client, Sent};
 use crate::device::{Device, Rs485};
-use crate::slcan::CanFrame;
 use cable::{Cable, GAP};
 use pieces::Pieces;
 
@@ -53,7 +52,7 @@ pub struct ImageModule {
     /// Until when nothing more is sent to the module on the RS485 bus.
     quiet: Nanos,
     sent: VecDeque<Sent>,
-    frames: VecDeque<CanFrame>,
+    frames: VecDeque<Frame>,
     /// When the module last heard or said something.
     active: Nanos,
     log: Vec<String>,
@@ -162,7 +161,7 @@ impl ImageModule {
             let client = self.cable.hear(now, bytes.len());
             self.sent.push_back(Sent { at, source: Source::Usb, client, bytes });
         }
-        self.frames.extend(self.machine.take_frames().into_iter().map(|(_, frame)| from_bus(&frame)));
+        self.frames.extend(self.machine.take_frames().into_iter().filter_map(|(_, frame)| from_bus(&frame)));
         if self.sent.len() + self.frames.len() > waiting {
             self.active = now;
         }
@@ -245,7 +244,7 @@ impl Device for ImageModule {
         self.sent.pop_front()
     }
 
-    fn receive_frame(&mut self, frame: &CanFrame) {
+    fn receive_frame(&mut self, frame: &Frame) {
         // The bus has the module's bit rate, whichever that is; where it listens to none, the frame passes.
         if let Some(bit_rate) = self.machine.can_bit_rate() {
             self.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
@@ -254,7 +253,7 @@ impl Device for ImageModule {
         self.active = self.machine.now();
     }
 
-    fn frame(&mut self) -> Option<CanFrame> {
+    fn frame(&mut self) -> Option<Frame> {
         self.frames.pop_front()
     }
 
@@ -299,18 +298,21 @@ impl Device for ImageModule {
 }
 
 /// A frame as the emulated bus has it.
-fn to_bus(frame: &CanFrame) -> mcu::CanFrame {
+fn to_bus(frame: &Frame) -> mcu::CanFrame {
     let mut data = [0; 8];
-    for (to, byte) in data.iter_mut().zip(frame.data.iter().flatten()) {
-        *to = *byte;
-    }
-    let remote = frame.data.is_none();
-    mcu::CanFrame { id: frame.id, extended: frame.extended, remote, length: frame.length, data }
+    data.iter_mut().zip(frame.data()).for_each(|(to, byte)| *to = *byte);
+    let id = match frame.id() {
+        Id::Standard(id) => id.as_raw().into(),
+        Id::Extended(id) => id.as_raw(),
+    };
+    let (extended, remote) = (frame.is_extended(), frame.is_remote_frame());
+    mcu::CanFrame { id, extended, remote, length: frame.dlc() as u8, data }
 }
 
-/// A frame from there.
-fn from_bus(frame: &mcu::CanFrame) -> CanFrame {
-    let data = || frame.data.iter().take(frame.length.into()).copied().collect::<Data>();
-    let mcu::CanFrame { id, extended, length, .. } = *frame;
-    CanFrame { id, extended, length, data: (!frame.remote).then(data) }
+/// A frame from there; there is none that is no frame here.
+fn from_bus(frame: &mcu::CanFrame) -> Option<Frame> {
+    let mcu::CanFrame { id, extended, remote, length, ref data } = *frame;
+    let id: Id = if extended { ExtendedId::new(id)?.into() } else { StandardId::new(u16::try_from(id).ok()?)?.into() };
+    let length = length.into();
+    if remote { Frame::new_remote(id, length) } else { Frame::new(id, data.get(..length)?) }
 }

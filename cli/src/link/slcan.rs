@@ -4,12 +4,13 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
+use tmcm::can::{CanFrame, Frame};
 use tmcm::tmcl::binary::{self, Telegram};
-use tmcm::tmcl::can::{self, Data, Frame};
+use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Opcode, Reply};
 
 use super::{LinkError, readable};
-use crate::slcan::{CanFrame, DONE, REFUSED};
+use crate::slcan::{self, DONE, REFUSED};
 
 /// Closes the adapter's channel, whatever it was told before, sets 1 Mbit/s, the module's default, and opens it.
 const OPEN: [&str; 4] = ["", "C", "S8", "O"];
@@ -47,11 +48,12 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     /// answer.
     pub(super) fn ask(&mut self, id: u16, command: Command, timeout: Duration) -> Result<Telegram, LinkError> {
         self.forget()?;
-        self.write(&CanFrame::from(Frame { id, data: can::encode_command(command) }).to_string())?;
+        let frame = Frame::standard(id, &can::encode_command(command)).ok_or(LinkError::Refused)?;
+        self.write(&slcan::line(&frame))?;
         let until = Instant::now() + timeout;
         loop {
-            let frame = CanFrame::parse(&self.line(until)?).as_ref().and_then(CanFrame::plain);
-            if let Some(reply) = frame.and_then(|frame| telegram(id, command, &frame.data)) {
+            let frame = slcan::parse(&self.line(until)?).filter(|frame| !frame.is_extended() && frame.is_data_frame());
+            if let Some(reply) = frame.and_then(|frame| telegram(id, command, frame.data())) {
                 return Ok(reply);
             }
         }
@@ -104,9 +106,9 @@ impl<T: Read + Write + AsFd> Slcan<T> {
 
 /// The reply to `command` of the module with identifier `id`, as the telegram it would be on a byte link; `None`
 /// for any other frame.
-fn telegram(id: u16, command: Command, data: &Data) -> Option<Telegram> {
+fn telegram(id: u16, command: Command, data: &[u8]) -> Option<Telegram> {
     let [_, id] = id.to_be_bytes();
-    let eight: [u8; 8] = data.as_slice().try_into().ok()?;
+    let eight: [u8; 8] = data.try_into().ok()?;
     let [module, status, opcode, a, b, c, d, _] = eight;
     match (Opcode::from_number(command.opcode), command.kind) {
         (Some(Opcode::FirmwareVersion), 0) => Some(binary::encode_reply(HOST, id, &Reply::Version(eight))),

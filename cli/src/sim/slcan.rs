@@ -42,7 +42,11 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
     /// The frames that have arrived from the host are lost; what it wants of the adapter itself is done.
     pub fn throw_away(&mut self) {
         let HostAdapter { endpoint, adapter } = self;
-        endpoint.throw_away(|bytes| bytes.iter().for_each(|byte| drop(adapter.push(*byte))));
+        endpoint.throw_away(|bytes| {
+            bytes.iter().for_each(|byte| {
+                adapter.push(*byte);
+            })
+        });
         self.write();
     }
 

@@ -6,6 +6,7 @@ use core::hint::black_box as any;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
+use tmcm::can::{CanFrame, Frame, Id, StandardId};
 use tmcm::chip::at25::{At25, PAGE};
 use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
@@ -151,9 +152,12 @@ fn language() {
     any(&framer);
 
     any(can::decode_command(text()));
-    any(can::decode(any(0), text()).map(|request| Request::Frame(request).origin(any(Source::Can))));
+    let Some(frame) = any(Frame::standard(any(0), text())) else { return };
+    any(Frame::new_remote(any(Id::Standard(StandardId::ZERO)), any(0)));
+    any((frame.is_extended(), frame.is_remote_frame(), frame.id(), frame.dlc(), frame.data().len()));
+    any(can::decode(&any(frame)).map(|request| Request::Frame(request).origin(any(Source::Can))));
     any(can::encode_command(command()));
-    any(can::encode_reply(any(0), any(0), &reply));
+    any(can::encode_reply(any(StandardId::ZERO), any(0), &reply));
 }
 
 #[inline(never)]
@@ -399,7 +403,7 @@ fn module<const AXES: usize>() {
     any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
     let due = any(module.next_reply());
-    any(due.and_then(|due| Some(module.links().frame(due.to, &due.reply?))));
+    any(due.and_then(|due| module.links().frame(due.to, &due.reply?)));
     any(&mut module);
     module.stored(any(true));
     any(&mut module);

@@ -1,0 +1,76 @@
+//! A frame of the CAN bus, of any kind, as [`embedded_can`] has it.
+
+pub use embedded_can::{ExtendedId, Frame as CanFrame, Id, StandardId};
+
+/// Most data bytes of a frame.
+const MOST: usize = 8;
+
+/// A data frame, or a remote frame, which has a length but no data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame {
+    id: Id,
+    remote: bool,
+    length: u8,
+    /// Zero behind the length, so that equal frames are equal.
+    bytes: [u8; MOST],
+}
+
+impl Frame {
+    /// A data frame with an identifier of 11 bits; `None` if the identifier is larger, or there are more than 8 bytes.
+    pub fn standard(id: u16, data: &[u8]) -> Option<Self> {
+        CanFrame::new(StandardId::new(id)?, data)
+    }
+}
+
+impl CanFrame for Frame {
+    fn new(id: impl Into<Id>, data: &[u8]) -> Option<Self> {
+        let mut bytes = [0; MOST];
+        bytes.get_mut(..data.len())?.copy_from_slice(data);
+        Some(Frame { id: id.into(), remote: false, length: data.len() as u8, bytes })
+    }
+
+    fn new_remote(id: impl Into<Id>, dlc: usize) -> Option<Self> {
+        (dlc <= MOST).then(|| Frame { id: id.into(), remote: true, length: dlc as u8, bytes: [0; MOST] })
+    }
+
+    fn is_extended(&self) -> bool {
+        matches!(self.id, Id::Extended(_))
+    }
+
+    fn is_remote_frame(&self) -> bool {
+        self.remote
+    }
+
+    fn id(&self) -> Id {
+        self.id
+    }
+
+    fn dlc(&self) -> usize {
+        self.length.into()
+    }
+
+    fn data(&self) -> &[u8] {
+        let length = if self.remote { 0 } else { self.dlc() };
+        self.bytes.get(..length).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_remote_frame_has_a_length_but_no_data() {
+        let frame = Frame::new_remote(StandardId::ZERO, 8).unwrap();
+        assert_eq!((frame.is_data_frame(), frame.dlc(), frame.data()), (false, 8, &[][..]));
+        assert_eq!(Frame::new_remote(StandardId::ZERO, 9), None);
+    }
+
+    #[test]
+    fn a_data_frame_has_eight_bytes_at_most() {
+        let frame = Frame::new(ExtendedId::MAX, &[1, 2, 3]).unwrap();
+        assert_eq!((frame.is_extended(), frame.id(), frame.data()), (true, ExtendedId::MAX.into(), &[1, 2, 3][..]));
+        assert_eq!(Frame::standard(1, &[0; 9]), None);
+        assert_eq!(Frame::standard(0x800, &[]), None);
+    }
+}
