@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use tmcm::module::{Executed, Hooks, Inputs, Module, Parts, Platform, Source, TMCM_1140};
+use tmcm::module::{Executed, Hooks, Inputs, Module, Parts, Platform, Source, TMCM_1140, Tmcm1140};
 use tmcm::store::Store;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::units::Micros;
@@ -69,10 +69,10 @@ fn show(name: &str, (commands, took): (u64, Duration)) {
 
 /// A machine that executes out of a store.
 fn machine(program: &[Command]) -> (u64, Duration) {
-    let (mut machine, mut store) = (Machine::default(), Store::new());
+    let (mut machine, mut store) = (Machine::new(TMCM_1140.commands), Store::<Tmcm1140>::new());
     store.begin_download(0);
     for command in program {
-        assert!(store.download(*command));
+        assert!(store.download(&command.to_bytes()));
     }
     store.end_download();
     machine.run();
@@ -80,7 +80,10 @@ fn machine(program: &[Command]) -> (u64, Duration) {
     let start = Instant::now();
     while start.elapsed() < SPAN {
         for _ in 0..BATCH {
-            let command = store.command(machine.counter()).unwrap_or_default();
+            let (commands, _) = store.program().as_chunks();
+            let command = commands
+                .get(usize::from(machine.counter()))
+                .map_or_else(Command::default, |bytes| Command::from_bytes(*bytes));
             let opcode = Opcode::from_number(command.opcode);
             assert!(opcode.is_some_and(|opcode| machine.execute(Micros(0), opcode, command) == Some(Ok(()))));
         }
@@ -142,7 +145,8 @@ impl Platform for Nothing {
     type Tmc429 = Nothing;
     type Tmc262 = Nothing;
     type Enable = Nothing;
-    type Store = Box<Store>;
+    type Product = Tmcm1140;
+    type Store = Box<Store<Tmcm1140>>;
     type Hooks = Counter;
 }
 
@@ -150,7 +154,7 @@ impl Platform for Nothing {
 fn module(program: &[Command]) -> (u64, Duration) {
     let (store, hooks) = (Box::new(Store::new()), Counter::default());
     let parts = Parts { tmc429: Nothing, tmc262: [Nothing], enable: Nothing, store, hooks };
-    let mut module: Module<Nothing, 1> = Module::new(&TMCM_1140, parts, 1);
+    let mut module: Module<Nothing, 1> = Module::new(parts, 1);
     module.start(Micros(0), |_| {});
     let around = [command(Opcode::EnterDownload, 0, 0), command(Opcode::ExitDownload, 0, 0)];
     for command in [&around[..1], program, &around[1..], &[command(Opcode::RunApplication, 0, 0)]].concat() {

@@ -10,7 +10,7 @@ use hal_sim::clock::MICROSECOND;
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::can::Frame;
-use tmcm::module::{Due, Inputs, Module, Outcome, Request, Source, TMCM_1140};
+use tmcm::module::{Due, Inputs, Module, Outcome, Request, Source};
 use tmcm::tmcl::{Reply, Status, binary, can, text};
 use tmcm::units::Micros;
 
@@ -24,7 +24,7 @@ struct Core {
 impl Core {
     fn new() -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let mut module = Module::new(&TMCM_1140, parts(&board, ()), 1);
+        let mut module = Module::new(parts(&board, ()), 1);
         module.start(Micros(0), |_| {});
         let mut core = Core { board, module };
         core.poll(0);

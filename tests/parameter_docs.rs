@@ -6,9 +6,8 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use tmcm::param::{
-    AxisParameter, GlobalParameter, InterruptParameter, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES, Unit,
-};
+use tmcm::module::TMCM_1140;
+use tmcm::param::{Interrupt, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES, Unit};
 
 const HEAD: &str = "\
 # Parameters
@@ -37,21 +36,21 @@ fn range(row: &Row, (low, high): (i32, i32)) -> String {
     }
 }
 
-fn line(row: &Row) -> String {
+fn line((number, name, row): &Named) -> String {
     let ranges: Vec<_> = row.ranges.iter().map(|limits| range(row, *limits)).collect();
     let stored = match row.storage {
         Storage::Volatile => "",
-        Storage::OnCommand => "yes",
-        Storage::Automatic => "at once",
+        Storage::OnCommand(_) => "yes",
+        Storage::Automatic(_) => "at once",
     };
     let (access, default) = if row.writable() { ("RW", row.default.to_string()) } else { ("R", String::new()) };
     let cells: [&str; 8] =
-        [&row.number.to_string(), row.name, &ranges.join(", "), row.unit.symbol(), access, stored, &default, row.note];
+        [&number.to_string(), name, &ranges.join(", "), row.unit.symbol(), access, stored, &default, row.note];
     let cells = cells.map(|cell| if cell.is_empty() { "| ".into() } else { format!("| {cell} ") });
     cells.concat() + "|\n"
 }
 
-fn table(title: &str, about: &str, rows: &[&Row]) -> String {
+fn table(title: &str, about: &str, rows: &[Named]) -> String {
     let mut text = format!("\n## {title}\n\n{about}\n\n");
     text += "| number | name | range | unit | access | stored | default | note |\n";
     text += "|---:|---|---|---|---|---|---:|---|\n";
@@ -59,11 +58,29 @@ fn table(title: &str, about: &str, rows: &[&Row]) -> String {
     text
 }
 
+/// A row with its number and name.
+type Named = (u8, String, &'static Row);
+
+fn named(row: &'static Row) -> Named {
+    (row.number, row.name.into(), row)
+}
+
+fn interrupts() -> Vec<Named> {
+    let named = |number| {
+        let (numbered, index) = Interrupt::find(number, TMCM_1140.axes, TMCM_1140.inputs)?;
+        Some((number, numbered.parameter_name(index)?.to_string(), numbered.row.as_ref()?))
+    };
+    (0..=u8::MAX).filter_map(named).collect()
+}
+
 fn render() -> String {
     let mut text = String::from(HEAD);
-    text += &table("Axis parameters", AXIS, &AxisParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
-    text +=
-        &table("Global parameters, bank 0", GLOBAL, &GlobalParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
+    text += &table("Axis parameters", AXIS, &TMCM_1140.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+    text += &table(
+        "Global parameters, bank 0",
+        GLOBAL,
+        &TMCM_1140.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>(),
+    );
     let (all, stored) = (USER_VARIABLES - 1, STORED_USER_VARIABLES - 1);
     write!(
         text,
@@ -72,8 +89,7 @@ fn render() -> String {
          start-up unless global parameter 85 is 1.\n"
     )
     .unwrap();
-    let interrupts: Vec<_> = InterruptParameter::ALL.iter().map(|p| p.row()).collect();
-    text + &table("Interrupt parameters, bank 3", INTERRUPT, &interrupts)
+    text + &table("Interrupt parameters, bank 3", INTERRUPT, &interrupts())
 }
 
 #[test]
@@ -99,7 +115,8 @@ fn the_page_is_what_the_tables_say() {
 fn every_row_has_its_eight_cells() {
     let text = render();
     let rows: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
-    assert_eq!(rows.len(), AxisParameter::COUNT + GlobalParameter::COUNT + InterruptParameter::COUNT + 3 * 2);
+    let parameters = TMCM_1140.axis.rows.len() + TMCM_1140.global.rows.len() + interrupts().len();
+    assert_eq!(rows.len(), parameters + 3 * 2);
     for row in rows {
         assert_eq!(row.matches('|').count(), 9, "{row}");
     }

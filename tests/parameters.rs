@@ -10,9 +10,9 @@ use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcm::chip::tmc429::{Motor, Tmc429};
-use tmcm::module::Source;
+use tmcm::module::{Source, TMCM_1140};
 use tmcm::motion::Axis;
-use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row, Storage};
+use tmcm::param::{AxisParameter, Interrupt, Row};
 use tmcm::tmcl::Command;
 
 const TABLES: [Table; 3] = [AXIS, GLOBAL, INTERRUPT];
@@ -23,22 +23,27 @@ const PECULIAR: [u8; 4] = [2, 132, 133, 255];
 
 #[test]
 fn the_firmware_has_the_rows_of_the_manual() {
-    fn check(expected: &Table, got: &[&Row]) {
+    fn check(expected: &Table, got: &[(u8, String, &Row)]) {
         assert_eq!(
-            got.iter().map(|row| row.number).collect::<Vec<_>>(),
+            got.iter().map(|(number, ..)| *number).collect::<Vec<_>>(),
             expected.rows.iter().map(|row| row.number).collect::<Vec<_>>()
         );
-        for (expected, got) in expected.rows.iter().zip(got) {
-            assert_eq!(got.name, expected.name);
+        for (expected, (_, name, got)) in expected.rows.iter().zip(got) {
+            assert_eq!(name, expected.name);
             assert_eq!(got.ranges, expected.ranges, "{}", got.name);
             assert_eq!(got.writable(), expected.is_writable(), "{}", got.name);
-            assert_eq!(got.storage != Storage::Volatile, expected.is_stored(), "{}", got.name);
+            assert_eq!(got.stored(), expected.is_stored(), "{}", got.name);
             assert!(expected.default().is_none_or(|default| got.default == default), "{}", got.name);
         }
     }
-    check(&AXIS, &AxisParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
-    check(&GLOBAL, &GlobalParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
-    check(&INTERRUPT, &InterruptParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
+    let named = |row: &'static Row| (row.number, row.name.to_string(), row);
+    check(&AXIS, &TMCM_1140.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+    check(&GLOBAL, &TMCM_1140.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+    let interrupts = (0..=u8::MAX).filter_map(|number| {
+        let (numbered, index) = Interrupt::find(number, TMCM_1140.axes, TMCM_1140.inputs)?;
+        Some((number, numbered.parameter_name(index)?.to_string(), numbered.row.as_ref()?))
+    });
+    check(&INTERRUPT, &interrupts.collect::<Vec<_>>());
 }
 
 #[test]
@@ -643,7 +648,7 @@ fn reverse_shaft() {
 fn stored_values_out_of_range_are_not_taken() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
     let mut chip = Tmc429::new(board.spi(Chip::Tmc429, 1_000_000));
-    let mut axis = Axis::new(Motor::M0, board.spi(Chip::Tmc262, 1_000_000));
+    let mut axis = Axis::new(Motor::M0, board.spi(Chip::Tmc262, 1_000_000), TMCM_1140.axis);
     for (parameter, value, expected) in [
         (AxisParameter::MaximumSpeed, 500, 500),
         (AxisParameter::MaximumSpeed, 0, 500),
@@ -651,7 +656,8 @@ fn stored_values_out_of_range_are_not_taken() {
         (AxisParameter::ReferenceSearchMode, 9, 1),
         (AxisParameter::EndSwitchDistance, 5, 0),
     ] {
-        axis.preset(parameter, value);
+        let row = TMCM_1140.axis.rows.iter().find(|row| row.function == parameter).unwrap();
+        axis.preset(row, value);
         assert_eq!(axis.read(&mut chip, parameter), Ok(expected), "{parameter:?} {value}");
     }
 }

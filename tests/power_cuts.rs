@@ -11,7 +11,8 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
-use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, STORED_USER_VARIABLES};
+use tmcm::module::TMCM_1140;
+use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};
 use tmcm::tmcl::{binary, text};
 
 /// What is stored by whom: the lines that make a change, the last of which stores it, and the settings it
@@ -31,9 +32,9 @@ const SCRIPT: &[(&[&str], &[&str])] = &[
 
 /// Every setting that is restored at start-up.
 fn settings() -> Vec<String> {
-    let axis = AxisParameter::ALL.iter().filter(|p| p.row().stored()).map(|p| format!("GAP {}, 0", p.row().number));
-    let global = GlobalParameter::ALL.iter().filter(|p| p.row().stored());
-    let global = global.map(|p| format!("GGP {}, 0", p.row().number));
+    let axis = TMCM_1140.axis.rows.iter().filter(|p| p.row.stored()).map(|p| format!("GAP {}, 0", p.row.number));
+    let global = TMCM_1140.global.rows.iter().filter(|p| p.row.stored());
+    let global = global.map(|p| format!("GGP {}, 0", p.row.number));
     let variables = (0..STORED_USER_VARIABLES).map(|n| format!("GGP {n}, 2"));
     let coordinates = (1..COORDINATES).map(|n| format!("GCO {n}, 0"));
     axis.chain(global).chain(variables).chain(coordinates).collect()

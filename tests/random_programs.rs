@@ -9,7 +9,7 @@ use common::random::Random;
 use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use tmcm::module::Source;
-use tmcm::param::{AxisParameter, GlobalParameter};
+use tmcm::module::TMCM_1140;
 use tmcm::tmcl::{Command, Opcode, binary, text};
 
 /// Virtual time in all.
@@ -97,8 +97,8 @@ fn ask(bench: &mut Bench, command: Command, within: Nanos) -> (u8, i32) {
 
 /// Every parameter that can be read has a value that could be written.
 fn check_ranges(bench: &mut Bench) {
-    let axis = AxisParameter::ALL.iter().map(|p| (p.row(), Opcode::Gap as u8));
-    let global = GlobalParameter::ALL.iter().map(|p| (p.row(), Opcode::Ggp as u8));
+    let axis = TMCM_1140.axis.rows.iter().map(|p| (&p.row, Opcode::Gap as u8));
+    let global = TMCM_1140.global.rows.iter().map(|p| (&p.row, Opcode::Ggp as u8));
     for (row, opcode) in axis.chain(global) {
         let (status, value) = ask(bench, Command::new(opcode, row.number, 0, 0), REPLY);
         assert_eq!(status, OK, "{}", row.name);

@@ -9,8 +9,8 @@ use clap::Args;
 use tmcm::tmcl::{Command, Instruction, Opcode};
 
 use crate::failure::Failure;
+use crate::product::{PRODUCT, parameter};
 use crate::program::{read_commands, target};
-use crate::send::words::parameter;
 
 /// Show an assembled TMCL program as source
 ///
@@ -71,7 +71,7 @@ pub fn source(commands: &[Command]) -> String {
 fn comment(command: &Command, plain: &str) -> Option<String> {
     let opcode = Opcode::from_number(command.opcode)?;
     let Instruction { mnemonic, .. } = opcode.instruction();
-    let name = parameter(opcode, *command).map(|row| row.name);
+    let name = parameter(PRODUCT, opcode, *command).map(|parameter| parameter.name);
     match (mnemonic.is_empty() || plain.starts_with(mnemonic), name) {
         (true, name) => name.map(String::from),
         (false, Some(name)) => Some(format!("{mnemonic}, {name}")),

@@ -40,6 +40,7 @@ pub mod load;
 pub mod monitor;
 pub mod params;
 mod ports;
+mod product;
 pub mod program;
 pub mod progress;
 pub mod run;

@@ -5,12 +5,12 @@ use std::io::Write;
 use clap::Args;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::param::GlobalParameter;
-use tmcm::store::COMMANDS;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::product::{PRODUCT, global_number};
 use crate::program::{Program, ProgramThere, download, read_program, target, verify};
 
 /// Load a TMCL program into a module, where it stays
@@ -60,8 +60,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let program = read_program(&options.program.file)?;
     let count = program.commands.len();
     let end = usize::from(at) + count;
-    if end > COMMANDS.into() {
-        let memory = COMMANDS - 1;
+    if end > PRODUCT.commands.into() {
+        let memory = PRODUCT.commands - 1;
         let message = format!("{count} commands from address {at} on do not fit; program memory ends at {memory}");
         return Err(Failure::Failed(message));
     }
@@ -78,8 +78,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(out, "the module has them as they are in the file")?;
     }
     if options.autostart {
-        let row = GlobalParameter::AutoStart.row();
-        module.value(Command::new(Opcode::Sgp as u8, row.number, 0, 1))?;
+        if let Some(number) = global_number(module.spec(), GlobalParameter::AutoStart) {
+            module.value(Command::new(Opcode::Sgp as u8, number, 0, 1))?;
+        }
         writeln!(out, "the program starts by itself after power-up")?;
     }
     if options.run {

@@ -14,7 +14,7 @@ use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::can::Frame;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Due, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140, TMCM_1140_AXES};
+use tmcm::module::{Due, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140};
 use tmcm::store::{Keeper, Report, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can;
@@ -45,7 +45,8 @@ impl<H: Hooks> Platform for Simulated<H> {
     type Tmc429 = SimSpi;
     type Tmc262 = SimSpi;
     type Enable = SimPin;
-    type Store = Box<Store>;
+    type Product = Tmcm1140;
+    type Store = Box<Store<Tmcm1140>>;
     type Hooks = H;
 }
 
@@ -333,7 +334,7 @@ impl VirtualModule {
         let mut keeper = Keeper::new(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
         let mut report = Report::default();
         let parts = parts(&self.board, Tracer::new(self.tracing));
-        let mut core = Core::new(&TMCM_1140, parts, self.seed);
+        let mut core = Core::new(parts, self.seed);
         core.start(self.clock, |store| report = keeper.load(store));
         if report.unreachable {
             self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());

@@ -9,11 +9,10 @@ mod image {
 
     use embassy_executor::Spawner;
     use tmcm::board::{self, Board};
-    use tmcm::module::TMCM_1140;
 
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
-        board::run(Board::start(), &TMCM_1140, spawner);
+        board::run(Board::start(), spawner);
     }
 
     #[panic_handler]

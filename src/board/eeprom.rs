@@ -9,7 +9,7 @@ use super::spi::Bus;
 use super::tmcm1140::Eeprom;
 use super::{now, watchdog};
 use crate::chip::at25::At25;
-use crate::store::{Keeper, Store, Worth};
+use crate::store::{Keeper, Memory, Store, Worth};
 
 type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
 
@@ -20,8 +20,8 @@ pub(super) fn keeper(eeprom: Eeprom) -> Keeper<Device> {
     Keeper::new(At25::new(device))
 }
 
-/// Reads what is stored: 16 384 bytes, 50 ms.
-pub(super) fn load(keeper: &mut Keeper<Device>, store: &mut Store) {
+/// Reads what is stored: of 16 384 bytes in 50 ms.
+pub(super) fn load<M: Memory>(keeper: &mut Keeper<Device>, store: &mut Store<M>) {
     let report = keeper.load(store);
     if report.unreachable {
         defmt::warn!("EEPROM does not answer: defaults apply, nothing can be stored");

@@ -19,7 +19,7 @@ use super::signals::Signals;
 use super::tmcm1140::{Motion, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, wake, watchdog};
 use crate::module::{
-    Due, Links, Mode, Module, Outcome, Outputs, Parts, Platform, Request, Source, Spec, TMCM_1140_AXES,
+    Due, Links, Mode, Module, Outcome, Outputs, Parts, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
 };
 use crate::store::Store;
 use crate::tmcl::Reply;
@@ -33,7 +33,8 @@ impl Platform for Stm32 {
     type Tmc429 = Chip;
     type Tmc262 = Chip;
     type Enable = Output<'static>;
-    type Store = &'static mut Store;
+    type Product = Tmcm1140;
+    type Store = &'static mut Store<Tmcm1140>;
     type Hooks = ();
 }
 
@@ -45,13 +46,13 @@ type Core = Module<Stm32, TMCM_1140_AXES>;
 const LAST_WORDS: Micros = Micros::from_millis(300);
 
 /// Builds the module where it stays, with what `load` reads from the EEPROM.
-pub(super) fn build(spec: &'static Spec, motion: Motion, load: impl FnOnce(&mut Store), seed: u32) -> Owner {
+pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), seed: u32) -> Owner {
     static MODULE: StaticCell<Core> = StaticCell::new();
-    static STORE: ConstStaticCell<Store> = ConstStaticCell::new(Store::new());
+    static STORE: ConstStaticCell<Store<Tmcm1140>> = ConstStaticCell::new(Store::new());
     let Motion { bus, select_tmc429, select_tmc262, enable, signals } = motion;
     let (tmc429, tmc262) = motion_bus::chips(bus, select_tmc429, select_tmc262);
     let parts = Parts { tmc429, tmc262: [tmc262], enable, store: STORE.take(), hooks: () };
-    let module = MODULE.init_with(|| Module::new(spec, parts, seed));
+    let module = MODULE.init_with(|| Module::new(parts, seed));
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);
     let links = *module.links();

@@ -4,25 +4,25 @@ use embassy_executor::{SpawnError, SpawnToken, Spawner};
 
 use super::tmcm1140::Board;
 use super::{analog, can, eeprom, encoder, fault, owner, rs485, usb, watchdog};
-use crate::module::Spec;
+use crate::module::{Tmcm1140, factory_reset};
 use crate::store::Store;
 
 /// Starts everything: the module, which stops the motor first and then reads what is stored, then the links. `spawner`
 /// is that of thread mode.
-pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
+pub fn run(board: Board, spawner: Spawner) {
     let recovering = fault::report();
     let mut keeper = eeprom::keeper(board.eeprom);
     let reset = board.factory_reset;
-    let load = |store: &mut Store| {
+    let load = |store: &mut Store<Tmcm1140>| {
         eeprom::load(&mut keeper, store);
         if reset {
             defmt::warn!("pads connected: factory settings");
-            store.reset();
+            factory_reset(store);
         }
     };
     // The first poll knows the supply: without one, no program starts.
     let sensors = analog::Sensors::new(board.adc, board.analog);
-    let owner = owner::build(spec, board.motion, load, seed());
+    let owner = owner::build(board.motion, load, seed());
     if recovering {
         owner.module.hold_program();
     }
@@ -35,7 +35,7 @@ pub fn run(board: Board, spec: &'static Spec, spawner: Spawner) {
         Err(error) => defmt::error!("RS485 stays off: {}", error),
     }
     encoder::start();
-    let (device, serial) = usb::build(board.usb, usb::serial_number());
+    let (device, serial) = usb::build(board.usb, owner.module.spec().usb, usb::serial_number());
     owner::start(owner);
     spawn(spawner, eeprom::keep(keeper));
     spawn(spawner, usb::run(device));

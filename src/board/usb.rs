@@ -21,14 +21,18 @@ const PACKET: u16 = 64;
 type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
 type Serial = CdcAcmClass<'static, Driver<'static, USB_OTG_FS>>;
 
-/// Builds the device around its driver; `serial` tells it from other modules.
-pub(super) fn build(driver: Driver<'static, USB_OTG_FS>, serial: &'static str) -> (Device, Serial) {
+/// Builds the device around its driver; `product` is its name, `serial` tells it from other modules.
+pub(super) fn build(
+    driver: Driver<'static, USB_OTG_FS>,
+    product: &'static str,
+    serial: &'static str,
+) -> (Device, Serial) {
     static CONFIGURATION: ConstStaticCell<[u8; 128]> = ConstStaticCell::new([0; _]);
     static CONTROL: ConstStaticCell<[u8; 64]> = ConstStaticCell::new([0; _]);
     static STATE: StaticCell<State> = StaticCell::new();
     let mut config = Config::new(IDS.0, IDS.1);
     config.manufacturer = Some("open firmware");
-    config.product = Some("TMCM-1140");
+    config.product = Some(product);
     config.serial_number = Some(serial);
     config.device_release = 0x0100;
     config.max_power = 100;

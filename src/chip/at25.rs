@@ -1,14 +1,10 @@
-//! Driver of the AT25128 EEPROM: 16 384 bytes in pages of 64, written within 5 ms (AT25128 datasheet).
+//! Driver of the AT25 EEPROMs with addresses of 16 bits: the AT25128 has 16 384 bytes in pages of 64, larger ones up to 65 536
+//! in pages of 64 or 128. A page is written within 5 ms (AT25128 datasheet).
 //!
 //! A write is started, and [`At25::busy`] tells when it is over; only [`At25::settle`], for the start of the
 //! firmware, waits.
 
 use embedded_hal::spi::{Operation, SpiDevice};
-
-/// Bytes in the part.
-pub const SIZE: u16 = 16_384;
-/// Bytes in a page; a write does not cross its end.
-pub const PAGE: usize = 64;
 
 const WRITE: u8 = 0x02;
 const READ: u8 = 0x03;
@@ -55,8 +51,8 @@ impl<SPI: SpiDevice> At25<SPI> {
         self.spi.transaction(&mut [Operation::Write(&[READ, high, low]), Operation::Read(bytes)])
     }
 
-    /// Starts writing a page at its address, a multiple of 64. The part is busy for up to 5 ms afterwards.
-    pub fn start_write(&mut self, address: u16, page: &[u8; PAGE]) -> Result<(), Error<SPI::Error>> {
+    /// Starts writing at an address; the bytes do not go beyond the end of a page. The part is busy for up to 5 ms afterwards.
+    pub fn start_write(&mut self, address: u16, page: &[u8]) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&[WRITE_ENABLE])?;
         // A part that is absent reads as all ones, one that is locked keeps the enable bit clear.
         if self.status()? & (WRITE_ENABLED | BUSY) != WRITE_ENABLED {

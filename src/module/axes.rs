@@ -4,8 +4,8 @@
 use super::{Done, Inputs, Module, Platform, Subscription, Undo};
 use crate::chip::tmc429::{Mode, Tmc429};
 use crate::motion::{self, Sensors};
-use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G};
-use crate::store::{Need, Slot};
+use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
+use crate::store::Need;
 use crate::tmcl::{ALL_AXES, Command, Opcode, Reply, Status};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
 use crate::vm::{ErrorFlag, Signals};
@@ -23,10 +23,6 @@ impl From<motion::Error> for Status {
             motion::Error::NotNow | motion::Error::Chip => Status::NotAvailable,
         }
     }
-}
-
-fn parameter(number: u8) -> Result<AxisParameter, Status> {
-    AxisParameter::from_number(number).ok_or(Status::WrongType)
 }
 
 type Axis<T> = motion::Axis<<T as Platform>::Tmc262>;
@@ -209,9 +205,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// GAP.
     pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Done, Status> {
-        let parameter = parameter(number)?;
+        let parameter = self.parameter(number)?;
         let (axis, chip) = self.axis(axis)?;
-        Ok(Done::Read(axis.read(chip, parameter)?))
+        Ok(Done::Read(axis.read(chip, parameter.function)?))
     }
 
     /// SAP, AAP. `echo` is the reply's value.
@@ -223,10 +219,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         value: i32,
         echo: i32,
     ) -> Result<Done, Status> {
-        let parameter = parameter(number)?;
+        let parameter = self.parameter(number)?;
         let (state, _) = self.axis(axis)?;
         let (searched, rotates) = (state.searches(), state.takes_speed());
-        let moves = match parameter {
+        let moves = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::RampMode => true,
             AxisParameter::TargetSpeed => rotates && value != 0,
             _ => false,
@@ -236,7 +232,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
-        let travels_on = match parameter {
+        let travels_on = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::ActualPosition => false,
             AxisParameter::TargetSpeed => !rotates,
             AxisParameter::RampMode => value != Mode::Velocity as i32 && !searched,
@@ -250,17 +246,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// STAP.
     pub(super) fn store_axis(&mut self, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
-        let parameter = stored(number)?;
+        let (parameter, slot) = self.stored_parameter(number, axis)?;
         let (state, chip) = self.axis(axis)?;
-        let value = state.read(chip, parameter)?;
-        self.store.set(Slot::Axis(axis, parameter), value);
+        let value = state.read(chip, parameter.function)?;
+        self.keep(slot, value)?;
         Ok(Done::stored(echo))
     }
 
     /// RSAP.
     pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
-        let parameter = stored(number)?;
-        let value = self.recall(Slot::Axis(axis, parameter))?;
+        let (parameter, slot) = self.stored_parameter(number, axis)?;
+        let value = self.recall(slot)?;
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
         Ok(Done::Value(echo))
@@ -271,7 +267,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let number = coordinate(number)?;
         let before = core::mem::replace(self.place(axis, number)?, value);
         if self.global(G::CoordinateStorage) != 0 {
-            self.store.set(Slot::Coordinate(axis, number), value);
+            // Coordinate 0 is in RAM only.
+            if number > 0 {
+                self.keep(self.spec().slots.coordinate(axis, number), value)?;
+            }
             let undo = Some(Undo { axis, number, value: before });
             return Ok(Done::Stored { value: echo, need: Need::Settings, undo });
         }
@@ -288,7 +287,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn store_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
         for (axis, number) in selection::<AXES>(number)? {
             let value = *self.place(axis, number)?;
-            self.store.set(Slot::Coordinate(axis, number), value);
+            self.keep(self.spec().slots.coordinate(axis, number), value)?;
         }
         Ok(Done::stored(echo))
     }
@@ -296,7 +295,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.
     pub(super) fn restore_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
         for (axis, number) in selection::<AXES>(number)? {
-            let value = self.recall(Slot::Coordinate(axis, number))?;
+            let value = self.recall(self.spec().slots.coordinate(axis, number))?;
             *self.place(axis, number)? = value;
         }
         Ok(Done::Value(echo))
@@ -306,6 +305,21 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn position(&mut self, axis: u8) -> Result<i32, Status> {
         let (axis, chip) = self.axis(axis)?;
         Ok(axis.actual_position(chip)?)
+    }
+
+    fn parameter(&self, number: u8) -> Result<&'static Parameter<AxisParameter>, Status> {
+        self.spec().axis.find(number).ok_or(Status::WrongType)
+    }
+
+    /// A parameter and its slot: only one that has one can be stored or restored.
+    fn stored_parameter(
+        &self,
+        number: u8,
+        axis: u8,
+    ) -> Result<(&'static Parameter<AxisParameter>, Option<usize>), Status> {
+        let parameter = self.parameter(number)?;
+        let slot = parameter.row.slot().ok_or(Status::WrongType)?;
+        Ok((parameter, self.spec().slots.axis(axis, slot)))
     }
 
     fn axis(&mut self, number: u8) -> Result<(&mut Axis<T>, &mut Chip<T>), Status> {
@@ -321,12 +335,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
 fn coordinate(number: u8) -> Result<u8, Status> {
     if usize::from(number) < COORDINATES { Ok(number) } else { Err(Status::InvalidValue) }
-}
-
-/// Only a parameter with a place in the EEPROM can be stored or restored.
-fn stored(number: u8) -> Result<AxisParameter, Status> {
-    let parameter = parameter(number)?;
-    if parameter.row().stored() { Ok(parameter) } else { Err(Status::WrongType) }
 }
 
 /// The coordinates that the 255 forms mean: one of 1..=20, or all of them by 0; of every axis.

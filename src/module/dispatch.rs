@@ -1,9 +1,9 @@
 //! From a command to what it does: one exhaustive match over the instruction table.
 
-use super::{Done, Hooks, Module, Origin, Platform, RESTART_DELAY, Source, program};
+use super::{Done, Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
+use crate::param::{ALL_INTERRUPTS, Interrupt};
 use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, Motor, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::Interrupts;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run
@@ -30,6 +30,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let Command { kind, motor, value, .. } = command;
         let known = usize::from(motor) < AXES;
         let Instruction { opcode, motor: number, .. } = *instruction;
+        if self.spec().lacks.contains(&opcode) {
+            return Err(Status::InvalidCommand);
+        }
         match number {
             Motor::Axis if !known => return Err(Status::InvalidValue),
             Motor::AxisOrAll if !known && motor != ALL_AXES => return Err(Status::InvalidValue),
@@ -82,15 +85,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             }
             Opcode::FirmwareVersion => {
                 return match kind {
-                    0 => Ok(Done::Special(Reply::Version(self.spec.version_string()))),
-                    1 => Ok(Done::Value(self.spec.version_number())),
+                    0 => Ok(Done::Special(Reply::Version(self.spec().version_string()))),
+                    1 => Ok(Done::Value(self.spec().version_number())),
                     _ => Err(Status::WrongType),
                 };
             }
             Opcode::PositionReachedEvent => return self.subscribe(origin.ok_or(Status::NotAvailable)?, command),
             Opcode::FactorySettings => {
                 confirmed(value)?;
-                self.store.reset();
+                factory_reset(&mut self.store);
                 self.restart(now);
                 return Ok(Done::Silent);
             }
@@ -104,12 +107,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             // The link changes its mode; CAN has but one.
             Opcode::EnterAscii if origin.is_none_or(|origin| origin.source != Source::Can) => {}
             Opcode::Ei | Opcode::Di => {
-                interrupt::<AXES>(kind, true)?;
+                self.check_interrupt(kind, true)?;
                 self.machine.interrupts.enable(kind, opcode == Opcode::Ei);
             }
             Opcode::Vect => {
-                interrupt::<AXES>(kind, false)?;
-                self.machine.interrupts.set_vector(kind, program::address(value)?);
+                self.check_interrupt(kind, false)?;
+                self.machine.interrupts.set_vector(kind, self.address(value)?);
             }
             Opcode::StopApplication => self.machine.stop(),
             Opcode::RunApplication => self.run_application(kind, value)?,
@@ -134,12 +137,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         Ok(Done::Value(value))
     }
-}
 
-/// Checks the number of an interrupt; `all` if the one that means all is one, too.
-fn interrupt<const AXES: usize>(number: u8, all: bool) -> Result<(), Status> {
-    let known = Interrupts::exists(number, AXES) || (all && number == Interrupts::GLOBAL);
-    if known { Ok(()) } else { Err(Status::WrongType) }
+    /// Checks the number of an interrupt; `all` if the one that means all is one, too.
+    fn check_interrupt(&self, number: u8, all: bool) -> Result<(), Status> {
+        let Spec { axes, inputs, .. } = *self.spec();
+        let known = (all && number == ALL_INTERRUPTS) || Interrupt::find(number, axes, inputs).is_some();
+        if known { Ok(()) } else { Err(Status::WrongType) }
+    }
 }
 
 fn confirmed(value: i32) -> Result<(), Status> {

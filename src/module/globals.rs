@@ -1,8 +1,7 @@
 //! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
 
-use super::{Done, Module, Platform};
-use crate::param::{COORDINATES, GlobalParameter as G, InterruptParameter, Row, STORED_USER_VARIABLES, Storage};
-use crate::store::Slot;
+use super::{Done, Module, Platform, Spec};
+use crate::param::{COORDINATES, GlobalParameter as G, Interrupt, Parameter, Row, Storage};
 use crate::tmcl::Status;
 use crate::units::Micros;
 
@@ -11,18 +10,10 @@ const BITS_31: u32 = 0x7FFF_FFFF;
 
 /// A parameter by number and bank.
 enum Global {
-    Bank0(G),
+    Bank0(&'static Parameter<G>),
     Variable(u8),
-    Interrupt(InterruptParameter),
-}
-
-fn global(number: u8, bank: u8) -> Result<Global, Status> {
-    match bank {
-        0 => G::from_number(number).map(Global::Bank0).ok_or(Status::WrongType),
-        2 => Ok(Global::Variable(number)),
-        3 => InterruptParameter::from_number(number).map(Global::Interrupt).ok_or(Status::WrongType),
-        _ => Err(Status::InvalidValue),
-    }
+    /// Of the interrupt with the same number.
+    Interrupt(u8, &'static Row),
 }
 
 fn check(row: &Row, value: i32) -> Result<(), Status> {
@@ -36,6 +27,21 @@ fn check(row: &Row, value: i32) -> Result<(), Status> {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
+    /// The parameter with a number in a bank.
+    fn find_global(&self, number: u8, bank: u8) -> Result<Global, Status> {
+        let spec = self.spec();
+        match bank {
+            0 => spec.global.find(number).map(Global::Bank0).ok_or(Status::WrongType),
+            2 => Ok(Global::Variable(number)),
+            3 => {
+                let found = Interrupt::find(number, spec.axes, spec.inputs);
+                let row = found.and_then(|(numbered, _)| numbered.row.as_ref());
+                row.map(|row| Global::Interrupt(number, row)).ok_or(Status::WrongType)
+            }
+            _ => Err(Status::InvalidValue),
+        }
+    }
+
     /// The value of a parameter of bank 0 as set.
     pub(super) fn global(&self, parameter: G) -> i32 {
         self.globals.get(parameter.index()).copied().unwrap_or_default()
@@ -50,15 +56,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// GGP.
     pub(super) fn get_global(&mut self, now: Micros, number: u8, bank: u8) -> Result<Done, Status> {
-        let value = match global(number, bank)? {
-            Global::Bank0(G::TickTimer) => self.tick_timer(now).cast_signed(),
-            Global::Bank0(G::RandomNumber) => self.random().cast_signed(),
-            Global::Bank0(G::ApplicationStatus) => self.machine.mode() as i32,
-            Global::Bank0(G::DownloadMode) => self.store.downloading().is_some().into(),
-            Global::Bank0(G::ProgramCounter) => self.machine.counter().into(),
-            Global::Bank0(parameter) => self.global(parameter),
+        let value = match self.find_global(number, bank)? {
+            Global::Bank0(parameter) => match parameter.function {
+                G::TickTimer => self.tick_timer(now).cast_signed(),
+                G::RandomNumber => self.random().cast_signed(),
+                G::ApplicationStatus => self.machine.mode() as i32,
+                G::DownloadMode => self.store.downloading().is_some().into(),
+                G::ProgramCounter => self.machine.counter().into(),
+                setting => self.global(setting),
+            },
             Global::Variable(number) => self.variables.get(usize::from(number)).copied().unwrap_or_default(),
-            Global::Interrupt(parameter) => self.machine.interrupts.setting(parameter),
+            Global::Interrupt(number, _) => self.machine.interrupts.setting(number),
         };
         Ok(Done::Read(value))
     }
@@ -72,11 +80,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         value: i32,
         echo: i32,
     ) -> Result<Done, Status> {
-        match global(number, bank)? {
-            Global::Bank0(parameter) => {
-                let row = parameter.row();
+        match self.find_global(number, bank)? {
+            Global::Bank0(Parameter { function, row }) => {
                 check(row, value)?;
-                match parameter {
+                match *function {
                     // Not while another link writes the program that would be erased.
                     G::CodeProtection if self.uncovers(value) && self.store.downloading().is_some() => {
                         return Err(Status::NotAvailable);
@@ -84,19 +91,21 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                     G::CodeProtection if self.uncovers(value) => {
                         // The parameter changes when there is nothing to be seen any more.
                         self.machine.stop();
-                        self.store.erase(value);
+                        if let Some(protection) = self.store.erase(value) {
+                            self.set_global_value(G::CodeProtection, protection);
+                        }
                         return Ok(Done::written(echo));
                     }
                     G::TickTimer => self.tick_offset = (now.millis() as u32).wrapping_sub(value.cast_unsigned()),
                     G::RandomNumber => self.random = value.cast_unsigned(),
-                    G::EndSwitchPolarity | G::ReverseShaft => self.set_interface(parameter, value)?,
-                    _ => {
-                        self.set_global_value(parameter, value);
-                        self.supervision.limit(now, parameter);
+                    polarity @ (G::EndSwitchPolarity | G::ReverseShaft) => self.set_interface(polarity, value)?,
+                    setting => {
+                        self.set_global_value(setting, value);
+                        self.supervision.limit(now, setting);
                     }
                 }
-                if row.storage == Storage::Automatic {
-                    self.store.set(Slot::Global(parameter), value);
+                if let Storage::Automatic(slot) = row.storage {
+                    self.keep(Some(slot.into()), value)?;
                     return Ok(Done::stored(echo));
                 }
             }
@@ -105,9 +114,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                     *place = value;
                 }
             }
-            Global::Interrupt(parameter) => {
-                check(parameter.row(), value)?;
-                self.machine.interrupts.set(parameter, value);
+            Global::Interrupt(number, row) => {
+                check(row, value)?;
+                self.machine.interrupts.set(number, value);
             }
         }
         Ok(Done::Value(echo))
@@ -117,32 +126,37 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn store_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
         let slot = self.stored_variable(number, bank)?;
         let value = self.variables.get(usize::from(number)).copied().unwrap_or_default();
-        self.store.set(slot, value);
+        self.keep(Some(slot), value)?;
         Ok(Done::stored(echo))
     }
 
     /// RSGP.
     pub(super) fn restore_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
         let slot = self.stored_variable(number, bank)?;
-        let value = self.recall(slot)?;
+        let value = self.recall(Some(slot))?;
         if let Some(place) = self.variables.get_mut(usize::from(number)) {
             *place = value;
         }
         Ok(Done::Value(echo))
     }
 
+    /// Wants a value in a slot of the EEPROM, for a command that stores it.
+    pub(super) fn keep(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
+        if slot.is_some_and(|slot| self.store.set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
+    }
+
     /// What the EEPROM holds in a slot, for a command that asks for it.
-    pub(super) fn recall(&self, slot: Slot) -> Result<i32, Status> {
+    pub(super) fn recall(&self, slot: Option<usize>) -> Result<i32, Status> {
         if self.store.is_unreachable() {
             return Err(Status::EepromLocked);
         }
-        self.store.get(slot).ok_or(Status::WrongType)
+        slot.and_then(|slot| self.store.get(slot)).ok_or(Status::WrongType)
     }
 
-    fn stored_variable(&self, number: u8, bank: u8) -> Result<Slot, Status> {
-        match global(number, bank)? {
-            Global::Variable(number) if usize::from(number) < STORED_USER_VARIABLES => Ok(Slot::Variable(number)),
-            _ => Err(Status::WrongType),
+    fn stored_variable(&self, number: u8, bank: u8) -> Result<usize, Status> {
+        match self.find_global(number, bank)? {
+            Global::Variable(number) => self.spec().slots.variable(number).ok_or(Status::WrongType),
+            Global::Bank0(_) | Global::Interrupt(..) => Err(Status::WrongType),
         }
     }
 
@@ -171,21 +185,25 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Takes everything that is restored at start-up from the store.
     pub(super) fn restore(&mut self) {
         self.reload_globals();
+        let Spec { axis: table, slots, .. } = self.spec();
+        let store = &self.store;
+        let stored = |slot: Option<usize>| store.get(slot?);
         if self.global(G::DoNotRestoreVariables) == 0 {
             for (number, variable) in (0..=u8::MAX).zip(&mut self.variables) {
-                *variable = self.store.get(Slot::Variable(number)).unwrap_or_default();
+                *variable = stored(slots.variable(number)).unwrap_or_default();
             }
         }
         let coordinates = self.global(G::CoordinateStorage) != 0;
         for (number, (axis, places)) in (0..=u8::MAX).zip(self.axes.iter_mut().zip(&mut self.coordinates)) {
-            for parameter in crate::param::AxisParameter::ALL {
-                if let Some(value) = self.store.get(Slot::Axis(number, *parameter)) {
-                    axis.preset(*parameter, value);
+            for parameter in table.rows {
+                let slot = parameter.row.slot().and_then(|slot| slots.axis(number, slot));
+                if let Some(value) = stored(slot) {
+                    axis.preset(parameter, value);
                 }
             }
             if coordinates {
                 for (n, place) in (0..COORDINATES as u8).zip(places) {
-                    *place = self.store.get(Slot::Coordinate(number, n)).unwrap_or_default();
+                    *place = stored(slots.coordinate(number, n)).unwrap_or_default();
                 }
             }
         }
@@ -193,9 +211,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Takes the stored parameters of bank 0 from the store.
     pub(super) fn reload_globals(&mut self) {
-        for parameter in G::ALL {
-            if let Some(value) = self.store.get(Slot::Global(*parameter)).filter(|v| parameter.row().accepts(*v)) {
-                self.set_global_value(*parameter, value);
+        for Parameter { function, row } in self.spec().global.rows {
+            let value = row.slot().and_then(|slot| self.store.get(slot.into()));
+            if let Some(value) = value.filter(|value| row.accepts(*value)) {
+                self.set_global_value(*function, value);
             }
         }
     }

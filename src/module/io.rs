@@ -57,7 +57,7 @@ impl Default for Outputs {
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Done, Status> {
-        let all = 1_u8.checked_shl(self.spec.outputs.into()).unwrap_or(0).wrapping_sub(1);
+        let all = 1_u8.checked_shl(self.spec().outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {
             // Configuration tools write 3 to every board, the default of those with two such outputs.
             (0, 0) if (0..=3).contains(&value) => self.outputs.pull_ups = value & 1 != 0,
@@ -70,7 +70,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
                 self.outputs.digital = (bits & i32::from(all)) as u8;
             }
-            (2, port) if port < self.spec.outputs => {
+            (2, port) if port < self.spec().outputs => {
                 let bit = 1_u8.checked_shl(port.into()).unwrap_or(0);
                 if flag(value)? {
                     self.outputs.digital |= bit;
@@ -96,7 +96,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             (1, 0) => self.inputs.analog.into(),
             (1, 8) => self.inputs.supply.ok_or(Status::NotAvailable)?.into(),
             (1, 9) => self.inputs.temperature.into(),
-            (2, port) if port < self.spec.outputs => (self.outputs.digital.unbounded_shr(port.into()) & 1).into(),
+            (2, port) if port < self.spec().outputs => (self.outputs.digital.unbounded_shr(port.into()) & 1).into(),
             (1 | 2, _) => return Err(Status::WrongType),
             _ => return Err(Status::InvalidValue),
         };

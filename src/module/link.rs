@@ -35,12 +35,12 @@ pub struct Links {
 
 impl Default for Links {
     fn default() -> Self {
-        Links::of(&[0; G::COUNT])
+        Links::of(&[0; G::SETTINGS])
     }
 }
 
 impl Links {
-    pub(super) fn of(globals: &[i32; G::COUNT]) -> Self {
+    pub(super) fn of(globals: &[i32; G::SETTINGS]) -> Self {
         let value = |parameter: G| globals.get(parameter.index()).copied().unwrap_or_default();
         let byte = |parameter| value(parameter) as u8;
         // They have 11 bits.
@@ -84,7 +84,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// What a parameter chooses from a list that begins with its smallest value.
     fn chosen(&self, parameter: G, list: &[u32]) -> u32 {
-        let first = parameter.row().ranges.first().map_or(0, |range| range.0);
+        let first = self.spec().global.row(parameter).and_then(|row| row.ranges.first()).map_or(0, |range| range.0);
         let index = self.global(parameter).saturating_sub(first);
         usize::try_from(index).ok().and_then(|index| list.get(index)).copied().unwrap_or_default()
     }

@@ -17,6 +17,7 @@ mod link;
 mod overheard;
 mod port;
 mod program;
+mod slots;
 mod spec;
 mod supervision;
 
@@ -24,7 +25,8 @@ pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
 pub use link::Links;
 pub use port::{Message, Mode, Port, Request, Taken};
-pub use spec::{Spec, TMCM_1140, TMCM_1140_AXES};
+pub use slots::Slots;
+pub use spec::{Product, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset};
 
 use overheard::Overheard;
 use supervision::Supervision;
@@ -38,13 +40,15 @@ use heapless::{Deque, Vec};
 use crate::chip::tmc429::{Motor, Tmc429};
 use crate::motion::{self, Axis};
 use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
-use crate::store::{Need, Slot, Store};
+use crate::store::{Finished, Need, Store};
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::Machine;
 
 /// What a module runs on, as types.
 pub trait Platform {
+    /// The product that it is a module of.
+    type Product: Product;
     /// The way to the motion controller.
     type Tmc429: SpiDevice;
     /// The way to the driver of an axis.
@@ -52,7 +56,7 @@ pub trait Platform {
     /// The drivers' ENN: low when they are on.
     type Enable: OutputPin;
     /// How the store is owned. It is larger than a stack should be, so a module does not contain it.
-    type Store: DerefMut<Target = Store>;
+    type Store: DerefMut<Target = Store<Self::Product>>;
     /// What is added to the module.
     type Hooks: Hooks;
 }
@@ -211,13 +215,12 @@ const PERIOD: Micros = Micros::from_millis(1);
 /// A module: axes, parameters, storage and links.
 #[derive(Debug)]
 pub struct Module<T: Platform, const AXES: usize> {
-    spec: &'static Spec,
     chip: Tmc429<T::Tmc429>,
     axes: [Axis<T::Tmc262>; AXES],
     enable: T::Enable,
     hooks: T::Hooks,
     store: T::Store,
-    globals: [i32; G::COUNT],
+    globals: [i32; G::SETTINGS],
     variables: [i32; USER_VARIABLES],
     coordinates: [[i32; COORDINATES]; AXES],
     machine: Machine,
@@ -249,20 +252,21 @@ pub struct Module<T: Platform, const AXES: usize> {
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// A module before its [start](Self::start). `seed` starts the random numbers.
-    pub fn new(spec: &'static Spec, parts: Parts<T, AXES>, seed: u32) -> Self {
+    pub fn new(parts: Parts<T, AXES>, seed: u32) -> Self {
+        const { spec::check::<T::Product>(AXES) };
+        let spec = T::Product::SPEC;
         let mut motors = Motor::ALL.into_iter().cycle();
         let Parts { tmc429, tmc262, enable, store, hooks } = parts;
         Module {
-            spec,
             chip: Tmc429::new(tmc429),
-            axes: tmc262.map(|driver| Axis::new(motors.next().unwrap_or(Motor::M0), driver)),
+            axes: tmc262.map(|driver| Axis::new(motors.next().unwrap_or(Motor::M0), driver, spec.axis)),
             enable,
             hooks,
             store,
-            globals: G::defaults(),
+            globals: spec.global.defaults(),
             variables: [0; USER_VARIABLES],
             coordinates: [[0; COORDINATES]; AXES],
-            machine: Machine::default(),
+            machine: Machine::new(spec.commands),
             starts: true,
             downloader: None,
             fuel: 0,
@@ -289,7 +293,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     ///
     /// With a motion controller that does not answer the drivers stay off; the module answers all the same, and
     /// refuses motion commands.
-    pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store)) {
+    pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<T::Product>)) {
         // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
         let _ = self.enable.set_high();
         // One that does not hear now is asked again before the drivers are switched on.
@@ -321,7 +325,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// What the module is.
     pub const fn spec(&self) -> &'static Spec {
-        self.spec
+        T::Product::SPEC
     }
 
     /// The link on which somebody waits for the event of command 138, if somebody does. The number is another one
@@ -415,18 +419,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// The settings on their way to the EEPROM: take jobs from here, tell how they went.
-    pub fn store(&mut self) -> &mut Store {
+    pub fn store(&mut self) -> &mut Store<T::Product> {
         &mut self.store
     }
 
     /// Releases what waited for the store, once that is settled; if writing failed, with the status for that.
     pub fn stored(&mut self, written: bool) {
-        let failed = self.store.finish(written);
+        let Finished { failed, erased } = self.store.finish(written);
         // What a factory reset makes of the parameters is for after the restart: until then the program is there, and
         // has to be protected.
         let resetting = self.restart.is_some();
-        if !resetting {
-            let protection = self.store.get(Slot::Global(G::CodeProtection)).unwrap_or_default();
+        if let Some(protection) = erased.filter(|_| !resetting) {
             self.set_global_value(G::CodeProtection, protection);
         }
         let Some(failed) = failed else { return self.settle() };

@@ -19,15 +19,21 @@ const CHIP_COST: u32 = 16;
 /// Units spent before the links are looked at again.
 const SLICE: u32 = 16;
 
-/// A value as an address in program memory.
-pub(super) fn address(value: i32) -> Result<u16, Status> {
-    vm::address(value).ok_or(Status::InvalidValue)
-}
-
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The interpreter, to look at.
     pub const fn machine(&self) -> &Machine {
         &self.machine
+    }
+
+    /// A value as an address in program memory.
+    pub(super) fn address(&self, value: i32) -> Result<u16, Status> {
+        vm::address(value, self.spec().commands).ok_or(Status::InvalidValue)
+    }
+
+    /// The command at an address of program memory; `None` outside.
+    fn program_command(&self, address: u16) -> Option<Command> {
+        let (commands, _) = self.store.program().as_chunks();
+        commands.get(usize::from(address)).map(|bytes| Command::from_bytes(*bytes))
     }
 
     /// A program may run when it is whole, and when it can move something.
@@ -44,7 +50,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn run_application(&mut self, kind: u8, value: i32) -> Result<(), Status> {
         let from = match kind {
             0 => None,
-            1 => Some(address(value)?),
+            1 => Some(self.address(value)?),
             _ => return Err(Status::WrongType),
         };
         self.runnable()?;
@@ -65,7 +71,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Command 135.
     pub(super) fn application_status(&self, kind: u8) -> Result<Done, Status> {
         let pointer = match kind {
-            0 => self.store.downloading().unwrap_or_default(),
+            0 => (self.store.downloading().unwrap_or_default() / Command::SIZE) as u16,
             1 => self.machine.counter(),
             2 => return Ok(Done::Value(self.machine.registers.accumulator)),
             3 => return Ok(Done::Value(self.machine.registers.x)),
@@ -83,7 +89,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Command 132. What the same link sends from now on is stored.
     pub(super) fn enter_download(&mut self, source: Source, value: i32) -> Result<Done, Status> {
-        let address = address(value)?;
+        let address = self.address(value)?;
         if self.protected(AGAINST_WRITING) {
             return Err(Status::EepromLocked);
         }
@@ -92,7 +98,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         self.machine.stop();
         self.downloader = Some(source);
-        self.store.begin_download(address);
+        self.store.begin_download(usize::from(address).saturating_mul(Command::SIZE));
         Ok(Done::stored(value))
     }
 
@@ -104,7 +110,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         Some(if self.protected(AGAINST_WRITING) {
             Err(Status::EepromLocked)
-        } else if self.store.download(command) {
+        } else if self.store.download(&command.to_bytes()) {
             Ok(Done::Special(Reply::echo(Status::Loaded, command)))
         } else {
             Err(Status::InvalidValue)
@@ -134,7 +140,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Command 134. What is protected reads as an empty command.
     pub(super) fn read_memory(&self, value: i32) -> Result<Done, Status> {
-        let command = self.store.command(address(value)?).unwrap_or_default();
+        let command = self.program_command(self.address(value)?).unwrap_or_default();
         let shown = if self.protected(AGAINST_READING) { Command::default() } else { command };
         Ok(Done::Special(Reply::Memory(shown)))
     }
@@ -183,7 +189,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 return;
             }
             let counter = self.machine.counter();
-            let Some(command) = self.store.command(counter) else { return self.machine.end() };
+            let Some(command) = self.program_command(counter) else { return self.machine.end() };
             let instruction = Instruction::numbered(command.opcode);
             let cost = if instruction.is_some_and(|instruction| instruction.chip) { CHIP_COST } else { 1 };
             if cost > slice {

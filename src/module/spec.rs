@@ -1,7 +1,12 @@
 //! What a product is, as data.
 
+use super::slots::Slots;
+use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140};
+use crate::store::{Array, Layout, Memory, Pair, Store};
+use crate::tmcl::{Command, Opcode};
+
 /// A product: everything in which one module differs from its sisters and that is not an algorithm.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Spec {
     /// Four characters of the version string.
     pub name: [u8; 4],
@@ -11,15 +16,80 @@ pub struct Spec {
     pub major: u8,
     /// Minor version.
     pub minor: u8,
+    /// The name of the USB device.
+    pub usb: &'static str,
+    /// Axes.
+    pub axes: u8,
+    /// General purpose digital inputs.
+    pub inputs: u8,
     /// General purpose digital outputs.
     pub outputs: u8,
+    /// Analog inputs, as bits by port number.
+    pub analog: u8,
+    /// Groups of pull-up resistors that are switched together.
+    pub pull_ups: u8,
+    /// Commands that others have, and this product has not: they are answered with status 2.
+    pub lacks: &'static [Opcode],
+    /// Axis parameters. One that is not there is answered with status 3.
+    pub axis: &'static Table<AxisParameter>,
+    /// Global parameters of bank 0.
+    pub global: &'static Table<GlobalParameter>,
+    /// How many commands program memory holds (manual section 3.3).
+    pub commands: u16,
+    /// Where its settings are stored.
+    pub slots: Slots,
+}
+
+/// A product as a type: its data, and how large its memories are.
+pub trait Product: Memory {
+    /// The data.
+    const SPEC: &'static Spec;
 }
 
 /// Axes of the TMCM-1140.
 pub const TMCM_1140_AXES: usize = 1;
 
 /// The TMCM-1140 with its TMCL firmware; the version is that of the manual this firmware follows.
-pub static TMCM_1140: Spec = Spec { name: *b"1140", number: 1140, major: 1, minor: 42, outputs: 2 };
+pub static TMCM_1140: Spec = Spec {
+    name: *b"1140",
+    number: 1140,
+    major: 1,
+    minor: 42,
+    usb: "TMCM-1140",
+    axes: TMCM_1140_AXES as u8,
+    inputs: 4,
+    outputs: 2,
+    analog: 0b1,
+    pull_ups: 1,
+    lacks: &[],
+    axis: &tmcm1140::AXIS,
+    global: &tmcm1140::GLOBAL,
+    commands: 2048,
+    slots: SLOTS,
+};
+
+const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 66, coordinates: 46 };
+
+/// The TMCM-1140 as a type. Its EEPROM is an AT25128; the slots have room for a second axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Tmcm1140;
+
+impl Product for Tmcm1140 {
+    const SPEC: &'static Spec = &TMCM_1140;
+}
+
+impl Memory for Tmcm1140 {
+    const SIZE: usize = 16_384;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm settings 2",
+        defaults: const { &SLOTS.defaults::<208>(&tmcm1140::AXIS, &tmcm1140::GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 224];
+    type Pairs = [Pair; 16];
+}
 
 impl Spec {
     /// The version string of command 136, type 0: `1140V142`.
@@ -33,5 +103,29 @@ impl Spec {
     pub const fn version_number(&self) -> i32 {
         let [high, low] = self.number.to_be_bytes();
         i32::from_be_bytes([high, low, self.major, self.minor])
+    }
+}
+
+/// Wants factory defaults everywhere. A program that must not be read is erased, because the defaults take that protection away.
+pub fn factory_reset<P: Product>(store: &mut Store<P>) {
+    let protection = store.get(P::LAYOUT.after_erasing).unwrap_or_default();
+    store.reset(protection & AGAINST_READING != 0);
+}
+
+/// Stops the compiler where the data of a product contradict each other, or the number of axes that a module is made with.
+#[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
+pub(super) const fn check<P: Product>(axes: usize) {
+    let spec = P::SPEC;
+    assert!(spec.axes as usize == axes, "the product has another number of axes");
+    assert!(spec.commands as usize * Command::SIZE == P::Program::LENGTH, "program memory has another size");
+    let Layout { defaults, after_erasing, .. } = P::LAYOUT;
+    spec.slots.check(spec.axis, spec.global, axes, defaults.len());
+    let mut i = 0;
+    while i < spec.global.rows.len() {
+        let parameter = &spec.global.rows[i];
+        if let (GlobalParameter::CodeProtection, Some(slot)) = (parameter.function, parameter.row.slot()) {
+            assert!(slot as usize == after_erasing, "erasing a program is for parameter 81");
+        }
+        i += 1;
     }
 }

@@ -12,7 +12,7 @@ use super::switch::{SETTLED, stops};
 use crate::chip::encoder::{Counter, TURN};
 use crate::chip::tmc262::{Configuration, Tmc262};
 use crate::chip::tmc429::{Mode, Motor, Register, Tmc429, reference, signed};
-use crate::param::AxisParameter as P;
+use crate::param::{AxisParameter as P, Table};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
 
 /// What an axis feels besides its chips, sampled once per poll.
@@ -73,7 +73,8 @@ const ABN_COUNTS: u32 = 1 << 16;
 pub struct Axis<D> {
     pub(super) motor: Motor,
     pub(super) driver: Tmc262<D>,
-    values: [i32; P::COUNT],
+    table: &'static Table<P>,
+    values: [i32; P::SETTINGS],
     pub(super) position: Position,
     pub(super) mode: Mode,
     /// Commanded speed in velocity mode.
@@ -111,12 +112,13 @@ pub struct Axis<D> {
 }
 
 impl<D: SpiDevice> Axis<D> {
-    /// The axis on ramp generator `motor`, with factory defaults; nothing is written yet.
-    pub fn new(motor: Motor, driver: D) -> Self {
+    /// The axis on ramp generator `motor`, with the factory defaults of its parameters; nothing is written yet.
+    pub fn new(motor: Motor, driver: D, table: &'static Table<P>) -> Self {
         Axis {
             motor,
             driver: Tmc262::new(driver),
-            values: P::defaults(),
+            table,
+            values: table.defaults(),
             position: Position::default(),
             mode: Mode::Ramp,
             target_speed: 0,
@@ -154,7 +156,7 @@ impl<D: SpiDevice> Axis<D> {
         if braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_none() {
             // Each divisor was accepted once, but not with the other one it was stored with.
             for divisor in [P::RampDivisor, P::PulseDivisor] {
-                self.set_value(divisor, divisor.row().default);
+                self.set_value(divisor, self.table.row(divisor).map_or(0, |row| row.default));
             }
         }
         self.mode = Mode::Ramp;

@@ -6,7 +6,7 @@ use super::ramp::braking;
 use super::stall::Measured;
 use super::{Axis, Error};
 use crate::chip::tmc429::{Mode, Tmc429};
-use crate::param::AxisParameter as P;
+use crate::param::{AxisParameter as P, Parameter};
 use crate::units::Micros;
 
 impl<D: SpiDevice> Axis<D> {
@@ -83,9 +83,9 @@ impl<D: SpiDevice> Axis<D> {
     }
 
     /// Takes a stored value without telling the chips, before [`Axis::start`] does.
-    pub fn preset(&mut self, parameter: P, value: i32) {
-        if parameter.row().stored() && parameter.row().accepts(value) {
-            self.set_value(parameter, value);
+    pub fn preset(&mut self, parameter: &Parameter<P>, value: i32) {
+        if parameter.row.stored() && parameter.row.accepts(value) {
+            self.set_value(parameter.function, value);
         }
     }
 
@@ -94,10 +94,11 @@ impl<D: SpiDevice> Axis<D> {
         &mut self,
         now: Micros,
         chip: &mut Tmc429<M>,
-        parameter: P,
+        parameter: &Parameter<P>,
         value: i32,
     ) -> Result<(), Error> {
-        let row = parameter.row();
+        let Parameter { function: parameter, row } = parameter;
+        let parameter = *parameter;
         if !row.writable() {
             return Err(Error::ReadOnly);
         }

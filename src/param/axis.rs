@@ -1,75 +1,144 @@
-//! Axis parameters (manual chapter 4), in the manual's order.
+//! What axis parameters do (manual chapter 4).
 
-use super::{ANY, Access, FLAG, Row, Storage, Unit, parameters};
+use super::functions;
 
-parameters! {
-    /// Axis parameters, read by GAP and written by SAP and AAP (manual chapter 4). Parameter 141 is not in
-    /// the V1.42 manual: it is a register of the TMC429 that existing host software reads.
+functions! {
+    /// What an axis parameter does, whatever number it has.
     AxisParameter;
-    0 TargetPosition "target position" Microsteps ANY, ReadWrite Volatile 0 "writing it starts a positioning move (position mode)",
-    1 ActualPosition "actual position" Microsteps ANY, ReadWrite Volatile 0 "stop the motor before overwriting; used for referencing",
-    2 TargetSpeed "target speed" Internal &[(-2047, 2047)], ReadWrite Volatile 0 "in velocity mode as ROR; in the position modes writing it does nothing, and it reads the ramp generator's own",
-    3 ActualSpeed "actual speed" Internal &[(-2047, 2047)], Read Volatile 0 "speed of the ramp generator",
-    4 MaximumSpeed "maximum positioning speed" Internal &[(1, 2047)], ReadWrite OnCommand 1000 "top speed of positioning ramps",
-    5 MaximumAcceleration "maximum acceleration" Internal &[(1, 2047)], ReadWrite OnCommand 1000 "reads back as written; velocity mode takes it as it is. For positioning the motion controller gets the smallest value from there on that has a PMUL/PDIV pair, at least 2^(153 - 154 - 1) where parameter 4 is above 1448, and at most 2^(153 - 154 + 12) - 1. Manual section 6.1.3 has this lower limit at every speed; but it keeps braking within the 2^19 steps of the motion controller, and from speeds up to 1448 braking takes half of them",
-    6 MaximumCurrent "maximum current" Current &[(0, 255)], ReadWrite OnCommand 128 "32 steps of 8; CS = value/8",
-    7 StandbyCurrent "standby current" Current &[(0, 255)], ReadWrite OnCommand 8 "used after parameter 214 has elapsed at standstill",
-    8 PositionReached "position reached flag" Flag FLAG, Read Volatile 0 "1 while target and actual position are equal",
-    9 HomeSwitch "home switch state" Flag FLAG, Read Volatile 0 "logical state",
-    10 RightSwitch "right limit switch state" Flag FLAG, Read Volatile 0 "logical state",
-    11 LeftSwitch "left limit switch state" Flag FLAG, Read Volatile 0 "logical state",
-    12 RightSwitchDisable "right limit switch disable" Flag FLAG, ReadWrite OnCommand 1 "1 = switch does not stop the motor",
-    13 LeftSwitchDisable "left limit switch disable" Flag FLAG, ReadWrite OnCommand 1 "1 = switch does not stop the motor",
-    130 MinimumSpeed "minimum speed" Internal &[(1, 2047)], ReadWrite OnCommand 1 "stop speed; the start speed is always 1",
-    135 ActualAcceleration "actual acceleration" Internal &[(0, 2047)], Read Volatile 0 "acceleration of the ramp generator, smoothed by the chip",
-    138 RampMode "ramp mode" Choice &[(0, 2)], ReadWrite Volatile 0 "0 position, 1 soft (exponential approach), 2 velocity; set by ROR, ROL, MST and MVP",
-    140 MicrostepResolution "microstep resolution" MicrostepExponent &[(0, 8)], ReadWrite OnCommand 8 "8 = 256 microsteps",
-    141 ReferenceTolerance "reference switch tolerance" Microsteps &[(0, 4095)], ReadWrite OnCommand 0 "DX_REF_TOLERANCE of the TMC429; not in the V1.42 manual, but host software reads it",
-    149 SoftStop "soft stop flag" Flag FLAG, ReadWrite OnCommand 0 "0 hard stop at a stop switch; 1 decelerate along the ramp",
-    150 EndSwitchPowerDown "end switch power down mode" Flag FLAG, ReadWrite OnCommand 0 "stopped by an end switch: 0 = run current, and no freewheeling (204); 1 = standby current",
-    153 RampDivisor "ramp divisor" Exponent &[(0, 13)], ReadWrite OnCommand 7 "change only at standstill; PMUL and PDIV are computed anew",
-    154 PulseDivisor "pulse divisor" Exponent &[(0, 13)], ReadWrite OnCommand 3 "change only at standstill; PMUL and PDIV are computed anew",
-    160 StepInterpolation "step interpolation enable" Flag FLAG, ReadWrite OnCommand 0 "only with 16 microsteps",
-    161 DoubleStep "double step enable" Flag FLAG, ReadWrite OnCommand 0 "both edges of the step signal make a microstep",
-    162 ChopperBlankTime "chopper blank time" Choice &[(0, 3)], ReadWrite OnCommand 2 "16, 24, 36, 54 clocks",
-    163 ConstantToffMode "constant TOff mode" Choice FLAG, ReadWrite OnCommand 0 "0 spreadCycle, 1 constant off time; switches the meaning of 164, 165 and 166",
-    164 DisableFastDecayComparator "disable fast decay comparator" Flag FLAG, ReadWrite OnCommand 0 "only in constant off time mode",
-    165 ChopperHysteresisEnd "chopper hysteresis end / fast decay time" Chip &[(0, 15)], ReadWrite OnCommand 2 "meaning changes with 163: hysteresis end / fast decay time",
-    166 ChopperHysteresisStart "chopper hysteresis start / sine wave offset" Chip &[(0, 8)], ReadWrite OnCommand 3 "8 does not fit the three bits of HSTRT: the chip gets 7; the parameter reads back 8",
-    167 ChopperOffTime "chopper off time" Chip &[(0, 15)], ReadWrite OnCommand 5 "0 switches the driver bridges off (motor freewheels)",
-    168 SmartEnergyCurrentMinimum "smartEnergy current minimum" Choice FLAG, ReadWrite OnCommand 0 "0 = 1/2 of CS; 1 = 1/4 of CS",
-    169 SmartEnergyDownStep "smartEnergy current down step" Choice &[(0, 3)], ReadWrite OnCommand 0 "32, 8, 2, 1 readings per decrement",
-    170 SmartEnergyHysteresis "smartEnergy hysteresis" Chip &[(0, 15)], ReadWrite OnCommand 0 "upper threshold = (172 + 170 + 1) * 32",
-    171 SmartEnergyUpStep "smartEnergy current up step" Choice &[(0, 3)], ReadWrite OnCommand 0 "1, 2, 4, 8 steps",
-    172 SmartEnergyHysteresisStart "smartEnergy hysteresis start" Chip &[(0, 15)], ReadWrite OnCommand 0 "lower coolStep threshold; 0 switches coolStep off",
-    173 StallGuardFilter "stallGuard2 filter enable" Flag FLAG, ReadWrite OnCommand 1 "1 = one reading per four full steps",
-    174 StallGuardThreshold "stallGuard2 threshold" Chip &[(-64, 63)], ReadWrite OnCommand 5 "higher = less sensitive",
-    175 SlopeHighSide "slope control high side" Choice &[(0, 3)], ReadWrite OnCommand 3 "0 slowest, 3 fastest",
-    176 SlopeLowSide "slope control low side" Choice &[(0, 3)], ReadWrite OnCommand 3 "0 slowest, 3 fastest",
-    177 ShortProtectionDisable "short protection disable" Flag FLAG, ReadWrite OnCommand 0 "1 = short to ground protection off",
-    178 ShortDetectionTimer "short detection timer" Choice &[(0, 3)], ReadWrite OnCommand 0 "3.2, 1.6, 1.2, 0.8 microseconds",
-    179 Vsense "Vsense" Flag FLAG, Read Volatile 1 "1 = full scale at 1/36 VDD",
-    180 SmartEnergyActualCurrent "smartEnergy actual current" CurrentScale &[(0, 31)], Read Volatile 0 "current as scaled by coolStep",
-    181 StopOnStall "stop on stall" Internal &[(0, 2047)], ReadWrite OnCommand 0 "a load value of zero, measured wholly above this speed, stops the motor; 0 = off",
-    182 SmartEnergyThresholdSpeed "smartEnergy threshold speed" Internal &[(0, 2047)], ReadWrite OnCommand 0 "speed above which coolStep is active; 0 = always",
-    183 SmartEnergySlowRunCurrent "smartEnergy slow run current" Current &[(0, 255)], ReadWrite OnCommand 0 "current of a moving motor below the speed of parameter 182, unless 200 applies; 0 = use parameter 6",
-    184 RandomToffMode "random TOFF mode" Flag FLAG, ReadWrite OnCommand 0 "1 = random chopper off time",
-    193 ReferenceSearchMode "reference search mode" Choice &[(1, 8), (65, 68), (133, 136)], ReadWrite OnCommand 1 "+64: right instead of left (modes 1..4); +128: inverted home switch (modes 5..8, so 133..136: the 129..132 of manual sections 7.1.5 to 7.1.8 do not exist)",
-    194 ReferenceSearchSpeed "reference search speed" Internal &[(0, 2047)], ReadWrite OnCommand 500 "coarse search; taken at RFS START, which refuses 0",
-    195 ReferenceSwitchSpeed "reference switch speed" Internal &[(0, 2047)], ReadWrite OnCommand 100 "fine search; taken at RFS START, which refuses 0",
-    196 EndSwitchDistance "end switch distance" Microsteps ANY, Read Volatile 0 "after modes 2 and 3",
-    197 LastReferencePosition "last reference position" Microsteps ANY, Read Volatile 0 "position just before it was zeroed (V1.20)",
-    200 BoostCurrent "boost current" Current &[(0, 255)], ReadWrite OnCommand 0 "while the speed changes, before 183 and 6; 0 = use 183 or 6",
-    204 Freewheeling "freewheeling" TenMilliseconds &[(0, 65535)], ReadWrite OnCommand 0 "0 = never; see also 150",
-    206 ActualLoad "actual load value" Chip &[(0, 1023)], Read Volatile 0 "stallGuard2 reading",
-    207 ExtendedErrorFlags "extended error flags" Bits &[(0, 3)], Read Volatile 0 "bit 0 stallGuard error, bit 1 deviation error; cleared when read or by the next motion command",
-    208 DriverErrorFlags "TMC262 error flags" Bits &[(0, 255)], Read Volatile 0 "bits 0 SG, 1 OT, 2 OTPW, 3 S2GA, 4 S2GB, 5 OLA, 6 OLB, 7 STST",
-    209 EncoderPosition "encoder position" Microsteps ANY, ReadWrite Volatile 0 "built-in sensOstep",
-    210 EncoderPrescaler "encoder prescaler" Prescaler &[(0, i32::MAX)], ReadWrite OnCommand 25600 "bit 2 is a special function: 4 clears the counter at the absolute zero point",
-    212 MaximumEncoderDeviation "maximum encoder deviation" EncoderSteps &[(0, i32::MAX)], ReadWrite OnCommand 0 "0 = off",
-    214 PowerDownDelay "power down delay" TenMilliseconds &[(1, 65535)], ReadWrite OnCommand 200 "standstill before the standby current",
-    215 AbsoluteResolverValue "absolute resolver value" Turn1024 &[(0, 1023)], Read Volatile 0 "angle within one turn",
-    216 ExternalEncoderPosition "external encoder position" Microsteps ANY, ReadWrite Volatile 0 "ABN encoder on the inputs",
-    217 ExternalEncoderPrescaler "external encoder prescaler" Prescaler &[(0, i32::MAX)], ReadWrite OnCommand 512 "bits 2..4 are special functions: 4 zero at the next N event, 8 with 4 at every N event, 16 polarity of N",
-    218 MaximumExternalEncoderDeviation "maximum external encoder deviation" EncoderSteps &[(0, i32::MAX)], ReadWrite OnCommand 0 "0 = off",
+    settings {
+        /// Maximum positioning speed.
+        MaximumSpeed,
+        /// Maximum acceleration.
+        MaximumAcceleration,
+        /// Maximum current.
+        MaximumCurrent,
+        /// Standby current.
+        StandbyCurrent,
+        /// Right limit switch disable.
+        RightSwitchDisable,
+        /// Left limit switch disable.
+        LeftSwitchDisable,
+        /// Minimum speed.
+        MinimumSpeed,
+        /// Microstep resolution.
+        MicrostepResolution,
+        /// Reference switch tolerance.
+        ReferenceTolerance,
+        /// Soft stop flag.
+        SoftStop,
+        /// End switch power down mode.
+        EndSwitchPowerDown,
+        /// Ramp divisor.
+        RampDivisor,
+        /// Pulse divisor.
+        PulseDivisor,
+        /// Step interpolation enable.
+        StepInterpolation,
+        /// Double step enable.
+        DoubleStep,
+        /// Chopper blank time.
+        ChopperBlankTime,
+        /// Constant TOff mode.
+        ConstantToffMode,
+        /// Disable fast decay comparator.
+        DisableFastDecayComparator,
+        /// Chopper hysteresis end / fast decay time.
+        ChopperHysteresisEnd,
+        /// Chopper hysteresis start / sine wave offset.
+        ChopperHysteresisStart,
+        /// Chopper off time.
+        ChopperOffTime,
+        /// SmartEnergy current minimum.
+        SmartEnergyCurrentMinimum,
+        /// SmartEnergy current down step.
+        SmartEnergyDownStep,
+        /// SmartEnergy hysteresis.
+        SmartEnergyHysteresis,
+        /// SmartEnergy current up step.
+        SmartEnergyUpStep,
+        /// SmartEnergy hysteresis start.
+        SmartEnergyHysteresisStart,
+        /// StallGuard2 filter enable.
+        StallGuardFilter,
+        /// StallGuard2 threshold.
+        StallGuardThreshold,
+        /// Slope control high side.
+        SlopeHighSide,
+        /// Slope control low side.
+        SlopeLowSide,
+        /// Short protection disable.
+        ShortProtectionDisable,
+        /// Short detection timer.
+        ShortDetectionTimer,
+        /// Vsense.
+        Vsense,
+        /// Stop on stall.
+        StopOnStall,
+        /// SmartEnergy threshold speed.
+        SmartEnergyThresholdSpeed,
+        /// SmartEnergy slow run current.
+        SmartEnergySlowRunCurrent,
+        /// Random TOFF mode.
+        RandomToffMode,
+        /// Reference search mode.
+        ReferenceSearchMode,
+        /// Reference search speed.
+        ReferenceSearchSpeed,
+        /// Reference switch speed.
+        ReferenceSwitchSpeed,
+        /// End switch distance.
+        EndSwitchDistance,
+        /// Last reference position.
+        LastReferencePosition,
+        /// Boost current.
+        BoostCurrent,
+        /// Freewheeling.
+        Freewheeling,
+        /// Encoder prescaler.
+        EncoderPrescaler,
+        /// Maximum encoder deviation.
+        MaximumEncoderDeviation,
+        /// Power down delay.
+        PowerDownDelay,
+        /// External encoder prescaler.
+        ExternalEncoderPrescaler,
+        /// Maximum external encoder deviation.
+        MaximumExternalEncoderDeviation,
+    }
+    computed {
+        /// Target position.
+        TargetPosition,
+        /// Actual position.
+        ActualPosition,
+        /// Target speed.
+        TargetSpeed,
+        /// Actual speed.
+        ActualSpeed,
+        /// Position reached flag.
+        PositionReached,
+        /// Home switch state.
+        HomeSwitch,
+        /// Right limit switch state.
+        RightSwitch,
+        /// Left limit switch state.
+        LeftSwitch,
+        /// Actual acceleration.
+        ActualAcceleration,
+        /// Ramp mode.
+        RampMode,
+        /// SmartEnergy actual current.
+        SmartEnergyActualCurrent,
+        /// Actual load value.
+        ActualLoad,
+        /// Extended error flags.
+        ExtendedErrorFlags,
+        /// TMC262 error flags.
+        DriverErrorFlags,
+        /// Encoder position.
+        EncoderPosition,
+        /// Absolute resolver value.
+        AbsoluteResolverValue,
+        /// External encoder position.
+        ExternalEncoderPosition,
+    }
 }

@@ -1,16 +1,19 @@
-//! The parameter tables: every axis and global parameter of the manual in one row each.
+//! Parameters: what they do, and for each product a table with a row for each one it has.
 //!
 //! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by
-//! the store (which slot), by the documentation (`docs/parameters.md`) and by the tests. What a parameter
-//! *does* is an exhaustive `match` over its enum elsewhere, so a row without behaviour does not compile.
+//! the settings (which slot), by the documentation (`docs/parameters.md`) and by the tests. What a parameter
+//! *does* is a variant of an enum, [`AxisParameter`] or [`GlobalParameter`], with an exhaustive `match` over it elsewhere: one
+//! without behaviour does not compile. Its number belongs to the row, because the same number means different things on
+//! different products. Interrupts, and their parameters in bank 3, have the same numbers on all products.
 
 mod axis;
 mod global;
 mod interrupt;
+pub mod tmcm1140;
 
 pub use axis::AxisParameter;
 pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
-pub use interrupt::InterruptParameter;
+pub use interrupt::{ALL_INTERRUPTS, Each, INTERRUPTS, Interrupt, Numbered, TIMERS};
 
 /// Bit of global parameter 81 that hides the program.
 pub const AGAINST_READING: i32 = 1;
@@ -100,21 +103,21 @@ pub enum Access {
     ReadWrite,
 }
 
-/// Whether a parameter survives power-off.
+/// Whether a parameter survives power-off, and in which slot: a parameter of an axis counts them from the first one of its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
     /// In RAM only.
     Volatile,
     /// Stored by STAP or STGP, restored at start-up.
-    OnCommand,
+    OnCommand(u8),
     /// Stored by the very command that sets it.
-    Automatic,
+    Automatic(u8),
 }
 
 /// Every 32-bit value.
-const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
+pub const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 /// 0 or 1.
-const FLAG: &[(i32, i32)] = &[(0, 1)];
+pub const FLAG: &[(i32, i32)] = &[(0, 1)];
 
 /// One parameter.
 #[derive(Debug)]
@@ -129,7 +132,7 @@ pub struct Row {
     pub ranges: &'static [(i32, i32)],
     /// Who may change it.
     pub access: Access,
-    /// Whether it survives power-off.
+    /// Whether it survives power-off, and where.
     pub storage: Storage,
     /// Value after a factory reset.
     pub default: i32,
@@ -150,119 +153,149 @@ impl Row {
 
     /// True when the EEPROM has a slot for it.
     pub const fn stored(&self) -> bool {
-        !matches!(self.storage, Storage::Volatile)
+        self.slot().is_some()
+    }
+
+    /// Its slot in the EEPROM, if it has one.
+    pub const fn slot(&self) -> Option<u8> {
+        match self.storage {
+            Storage::Volatile => None,
+            Storage::OnCommand(slot) | Storage::Automatic(slot) => Some(slot),
+        }
+    }
+
+    /// Checked when a table is made: ranges ascend, and the default lies in one of them.
+    const fn check(&self) {
+        let (mut i, mut fits) = (0, false);
+        while i < self.ranges.len() {
+            let (low, high) = self.ranges[i];
+            assert!(low <= high, "a range ends before it begins");
+            assert!(i == 0 || self.ranges[i - 1].1 < low, "ranges overlap");
+            fits |= low <= self.default && self.default <= high;
+            i += 1;
+        }
+        assert!(fits, "a default is out of range");
     }
 }
 
-/// Makes the enum of a table, its rows in the same order, and the ways from a number to a row.
-macro_rules! parameters {
+/// A parameter of a product: what it does, and its row.
+#[derive(Debug)]
+pub struct Parameter<F> {
+    /// What it does.
+    pub function: F,
+    /// Everything else about it.
+    pub row: Row,
+}
+
+/// The parameters of a product, in the order of their numbers.
+#[derive(Debug)]
+pub struct Table<F: 'static> {
+    /// One for each parameter.
+    pub rows: &'static [Parameter<F>],
+    /// By number: the place among the rows, counted from 1; 0 for a number that is not there.
+    places: [u8; 256],
+}
+
+impl<F: Copy + PartialEq> Table<F> {
+    /// The parameter with this number, if the product has it.
+    pub fn find(&self, number: u8) -> Option<&'static Parameter<F>> {
+        let place = self.places.get(usize::from(number))?;
+        self.rows.get(usize::from(*place).checked_sub(1)?)
+    }
+
+    /// The row of what does this, if the product has it. Looks through the table.
+    pub fn row(&self, function: F) -> Option<&'static Row> {
+        self.rows.iter().find(|parameter| parameter.function == function).map(|parameter| &parameter.row)
+    }
+}
+
+/// Makes the enum of what parameters do, and the check of tables of it. What is set has a cell in an array of values; what is
+/// computed when it is asked for has none.
+macro_rules! functions {
     (
-        $(#[$meta:meta])* $table:ident;
-        $($number:literal $variant:ident $name:literal $unit:ident $ranges:expr, $access:ident $storage:ident $default:literal $note:literal,)*
+        $(#[$meta:meta])* $name:ident;
+        settings { $($(#[$setting_meta:meta])* $setting:ident,)* }
+        computed { $($(#[$computed_meta:meta])* $computed:ident,)* }
     ) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
-        pub enum $table {
-            $(#[doc = concat!("Number ", $number, ", ", $name, ": ", $note, ".")] $variant,)*
+        pub enum $name {
+            $($(#[$setting_meta])* $setting,)*
+            $($(#[$computed_meta])* $computed,)*
         }
 
-        impl $table {
-            /// All parameters of the table, in the manual's order.
-            pub const ALL: &'static [$table] = &[$($table::$variant),*];
-            /// Number of rows.
-            pub const COUNT: usize = Self::ALL.len();
-            /// How many rows have a slot in the EEPROM.
-            pub const STORED: usize = {
-                let (mut i, mut count) = (0, 0);
-                while i < Self::COUNT {
-                    if Self::ROWS[i].stored() {
-                        count += 1;
-                    }
-                    i += 1;
-                }
-                count
-            };
-            const ROWS: [Row; Self::COUNT] = [$(Row {
-                number: $number,
-                name: $name,
-                unit: Unit::$unit,
-                ranges: $ranges,
-                access: Access::$access,
-                storage: Storage::$storage,
-                default: $default,
-                note: $note,
-            }),*];
+        impl $name {
+            /// Everything that parameters do.
+            pub const ALL: &'static [$name] = &[$($name::$setting,)* $($name::$computed,)*];
+            /// How many of them, from the first one on, have a cell in an array of values.
+            pub const SETTINGS: usize = [$($name::$setting),*].len();
 
-            /// The parameter with this number, if there is one.
-            pub const fn from_number(number: u8) -> Option<Self> {
-                match number {
-                    $($number => Some($table::$variant),)*
-                    _ => None,
-                }
-            }
-
-            /// The parameter's row.
-            pub const fn row(self) -> &'static Row {
-                match self {
-                    $($table::$variant => const { &Self::ROWS[$table::$variant as usize] },)*
-                }
-            }
-
-            /// The parameter's place in the table: its index into an array of values.
+            /// Its cell in an array of [`SETTINGS`](Self::SETTINGS) values; beyond that for what is computed.
             pub const fn index(self) -> usize {
                 self as usize
             }
+        }
 
-            /// Position among the stored rows, or `None` for a volatile one.
-            pub fn stored_index(self) -> Option<usize> {
-                let before = Self::ALL.iter().take(self.index());
-                self.row().stored().then(|| before.filter(|parameter| parameter.row().stored()).count())
+        impl $crate::param::Table<$name> {
+            /// The table of these rows. That they are in order, and no number, function or slot is there twice, is checked when
+            /// the table is made: in a `static` by the compiler.
+            pub const fn new(rows: &'static [$crate::param::Parameter<$name>]) -> Self {
+                let mut places = [0; 256];
+                let mut slots = [false; 256];
+                let mut functions = [false; $name::ALL.len()];
+                let mut i = 0;
+                while i < rows.len() {
+                    let $crate::param::Parameter { function, row } = &rows[i];
+                    row.check();
+                    assert!(i == 0 || rows[i - 1].row.number < row.number, "numbers do not ascend");
+                    assert!(!functions[*function as usize], "two parameters do the same");
+                    functions[*function as usize] = true;
+                    if let Some(slot) = row.slot() {
+                        assert!(!slots[slot as usize], "two parameters have the same slot");
+                        slots[slot as usize] = true;
+                    }
+                    i += 1;
+                    places[row.number as usize] = i as u8;
+                }
+                $crate::param::Table { rows, places }
             }
 
-            /// The factory defaults, in table order.
-            pub const fn defaults() -> [i32; Self::COUNT] {
-                let mut values = [0; Self::COUNT];
-                let mut i = 0;
-                while i < Self::COUNT {
-                    values[i] = Self::ROWS[i].default;
-                    i += 1;
+            /// The factory defaults, by [`index`]($name::index); 0 for what the product does not have.
+            pub fn defaults(&self) -> [i32; $name::SETTINGS] {
+                let mut values = [0; $name::SETTINGS];
+                for parameter in self.rows {
+                    if let Some(value) = values.get_mut(parameter.function.index()) {
+                        *value = parameter.row.default;
+                    }
                 }
                 values
             }
         }
     };
 }
-use parameters;
+use functions;
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The EEPROM addresses values by these positions: moving one would misread every module in the field.
-    #[test]
-    fn storage_slots_are_frozen() {
-        let axis: Vec<(u8, usize)> =
-            AxisParameter::ALL.iter().filter_map(|p| Some((p.row().number, p.stored_index()?))).collect();
-        assert_eq!(axis.len(), AxisParameter::STORED);
-        assert_eq!((axis[0], axis[9], axis[20]), ((4, 0), (149, 9), (167, 20)));
-        assert_eq!(axis.last(), Some(&(218, 45)));
-        let global: Vec<u8> =
-            GlobalParameter::ALL.iter().filter(|p| p.stored_index().is_some()).map(|p| p.row().number).collect();
-        assert_eq!(global, [65, 66, 67, 68, 69, 70, 71, 75, 76, 77, 79, 81, 82, 83, 84, 85, 87, 90]);
-    }
-
-    #[test]
-    fn numbers_ascend_and_defaults_are_in_range() {
-        fn check(rows: &[&Row]) {
-            assert!(rows.windows(2).all(|w| w[0].number < w[1].number));
-            for row in rows {
-                assert!(row.accepts(row.default), "{}: default {} out of range", row.name, row.default);
-                assert!(row.ranges.windows(2).all(|w| w[0].1 < w[1].0), "{}: ranges overlap", row.name);
-            }
-        }
-        check(&AxisParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
-        check(&GlobalParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
-        check(&InterruptParameter::ALL.iter().map(|p| p.row()).collect::<Vec<_>>());
-    }
+/// The rows of a table, one a line: number, function, name, unit, ranges, access, storage with its slot, default, note.
+#[macro_export]
+macro_rules! parameter_rows {
+    (
+        $functions:ident;
+        $($number:literal $function:ident $name:literal $unit:ident $ranges:expr, $access:ident $storage:ident $(($slot:literal))? $default:literal $note:literal,)*
+    ) => {
+        &[$($crate::param::Parameter {
+            function: $functions::$function,
+            row: $crate::param::Row {
+                number: $number,
+                name: $name,
+                unit: $crate::param::Unit::$unit,
+                ranges: $ranges,
+                access: $crate::param::Access::$access,
+                storage: $crate::param::Storage::$storage $(($slot))?,
+                default: $default,
+                note: $note,
+            },
+        }),*]
+    };
 }
+use crate::parameter_rows as rows;

@@ -2,9 +2,10 @@
 
 use embedded_hal::spi::SpiDevice;
 
+use super::memory::LONGEST_PAGE;
 use super::page::Job;
-use super::{Report, Store};
-use crate::chip::at25::{At25, PAGE};
+use super::{Memory, Report, Store};
+use crate::chip::at25::At25;
 use crate::units::Micros;
 
 /// A page takes up to 5 ms; after four times that the part is taken for dead.
@@ -28,7 +29,7 @@ impl<SPI: SpiDevice> Keeper<SPI> {
 
     /// Reads everything into the store, once a write that a restart has overtaken is over. If the part does not
     /// answer, defaults apply and all writes fail until the next restart.
-    pub fn load(&mut self, store: &mut Store) -> Report {
+    pub fn load<M: Memory>(&mut self, store: &mut Store<M>) -> Report {
         let loaded = match self.part.settle() {
             Ok(true) => store.load(|address, page| self.part.read(address, page)).ok(),
             Ok(false) | Err(_) => None,
@@ -61,7 +62,8 @@ impl<SPI: SpiDevice> Keeper<SPI> {
     }
 
     fn holds(&mut self, job: &Job) -> bool {
-        let mut page = [0; PAGE];
-        self.part.read(job.address, &mut page).is_ok() && page == job.page
+        let mut space = [0; LONGEST_PAGE];
+        let page = space.get_mut(..job.page.len()).unwrap_or_default();
+        self.part.read(job.address, page).is_ok() && *page == *job.page
     }
 }

@@ -1,8 +1,10 @@
-//! What survives power-off: the program in the first 14 336 bytes of the EEPROM, the settings in the last 2 048.
+//! What survives power-off: a program in the first pages of the EEPROM, settings in the last ones. A [`Memory`] says how large
+//! all of it is.
 //!
-//! A setting has a [`Slot`]; 14 slots make a page of 64 bytes. Each page exists twice and the two copies are
+//! A setting has a slot, which is a number; 14 slots make a page of 64 bytes. Each page exists twice and the two copies are
 //! written in turn, with a sequence number and a CRC: a write cut short leaves the older copy. A factory
-//! reset is one page write, too: it begins a new epoch, and pages of an older one count no more.
+//! reset is one page write, too: it begins a new epoch, and pages of an older one count no more. What a setting means, and what
+//! the bytes of the program, is not known here.
 //!
 //! The program exists once. Two slots say what it is worth: whether it is whole, and its check sum. They change
 //! before the first of its pages and after the last one, so that a download cut short is known as such.
@@ -13,19 +15,15 @@
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod keeper;
-mod layout;
+mod memory;
 mod page;
 mod program;
 mod settings;
 
 pub use keeper::Keeper;
-pub use layout::{AXES_MAX, Slot};
-pub use page::{Job, PAGES, SETTINGS};
-pub use program::COMMANDS;
+pub use memory::{Array, FIRST_SLOT, LONGEST_PAGE, Layout, Memory, Pair};
+pub use page::{Job, Page};
 
-use crate::param::{AGAINST_READING, GlobalParameter};
-use crate::tmcl::Command;
-use page::Image;
 use program::Program;
 use settings::Settings;
 
@@ -52,19 +50,20 @@ pub enum Worth {
     Whole,
     /// A download has not come to its end: it must not run.
     Incomplete,
-    /// The program is to be erased, and then parameter 81 gets this value.
+    /// The program is to be erased, and then [`Layout::after_erasing`] gets this value.
     Erasing(i32),
 }
 
 impl Worth {
-    /// Added to the value for parameter 81.
+    /// Added to the value for the slot, 0..=3.
     const ERASING: i32 = 4;
+    const AFTER: i32 = 3;
 
     fn from_slot(value: i32) -> Self {
         match value {
             0 => Worth::Empty,
             1 => Worth::Whole,
-            4..=7 => Worth::Erasing(value & 3),
+            4..=7 => Worth::Erasing(value & Self::AFTER),
             _ => Worth::Incomplete,
         }
     }
@@ -74,7 +73,7 @@ impl Worth {
             Worth::Empty => 0,
             Worth::Whole => 1,
             Worth::Incomplete => 2,
-            Worth::Erasing(protection) => Worth::ERASING | protection,
+            Worth::Erasing(value) => Worth::ERASING | value & Self::AFTER,
         }
     }
 }
@@ -83,9 +82,9 @@ impl Worth {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
     Idle,
-    /// Commands come in, the next one to this address; pages before it are written behind.
+    /// Bytes come in, the next ones to this offset; pages before it are written behind.
     Downloading {
-        next: u16,
+        next: usize,
         failed: bool,
     },
     /// All pages are written, then the program counts as whole.
@@ -94,7 +93,7 @@ enum Phase {
     Sealing,
     /// As soon as the intent is durable the memory is emptied.
     Intending,
-    /// All pages are written, then the program counts as gone and parameter 81 changes.
+    /// All pages are written, then the program counts as gone and a slot gets its value.
     Erasing,
 }
 
@@ -107,24 +106,38 @@ pub enum Need {
     Program,
 }
 
+/// What came of a page write.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Finished {
+    /// What has failed, and with it all that needs it.
+    pub failed: Option<Need>,
+    /// The program has been erased, and [`Layout::after_erasing`] has got this value.
+    pub erased: Option<i32>,
+}
+
+/// Slots of the store itself: what the program is worth, and its check sum.
+const WORTH: usize = 0;
+const SUM: usize = 1;
+
 /// The settings and the program, as they are in the EEPROM and as they shall be.
 #[derive(Debug)]
-pub struct Store {
-    settings: Settings,
-    program: Program,
+pub struct Store<M: Memory> {
+    settings: Settings<M>,
+    program: Program<M>,
     phase: Phase,
 }
 
-impl Default for Store {
+impl<M: Memory> Default for Store<M> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Store {
+impl<M: Memory> Store<M> {
     /// A store that has not been filled: see [`Store::forget`] and [`Store::load`]. All zeros, so that it may be a
     /// static without a copy in the flash.
     pub const fn new() -> Self {
+        const { assert!(memory::fits::<M>(), "settings or program have no place in the EEPROM") };
         Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle }
     }
 
@@ -137,7 +150,7 @@ impl Store {
 
     /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
     /// left alone and count as factory defaults. A program that is not whole is none.
-    pub fn load<E>(&mut self, mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<Report, E> {
+    pub fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<Report, E> {
         let mut report = self.settings.load(&mut read)?;
         self.program.load(&mut read)?;
         self.phase = Phase::Idle;
@@ -166,24 +179,24 @@ impl Store {
     }
 
     /// The stored value of a slot; `None` if there is no such slot.
-    pub fn get(&self, slot: Slot) -> Option<i32> {
+    pub fn get(&self, slot: usize) -> Option<i32> {
         self.settings.get(slot)
     }
 
-    /// Wants a value in a slot. What is there already is not written again.
-    pub fn set(&mut self, slot: Slot, value: i32) {
-        self.settings.set(slot, value);
+    /// Wants a value in a slot. What is there already is not written again. False if there is no such slot.
+    #[must_use]
+    pub fn set(&mut self, slot: usize, value: i32) -> bool {
+        self.settings.set(slot, value)
     }
 
-    /// Wants factory defaults everywhere. The program stays, unless it is protected against being read.
-    pub fn reset(&mut self) {
-        let protection = self.get(Slot::Global(GlobalParameter::CodeProtection)).unwrap_or_default();
-        let worth = if protection & AGAINST_READING != 0 { Worth::Erasing(0) } else { self.worth() };
-        let sum = self.get(Slot::ProgramSum).unwrap_or_default();
+    /// Wants factory defaults everywhere. The program stays, or is erased, too.
+    pub fn reset(&mut self, erase: bool) {
+        let worth = if erase { Worth::Erasing(0) } else { self.worth() };
+        let sum = self.get(SUM).unwrap_or_default();
         self.settings.reset();
         // Both are in the page that begins the new epoch.
-        self.settings.set(Slot::ProgramState, worth.to_slot());
-        self.settings.set(Slot::ProgramSum, sum);
+        self.record(worth);
+        self.settings.set(SUM, sum);
         if let Worth::Erasing(_) = worth {
             self.phase = Phase::Intending;
         }
@@ -199,21 +212,25 @@ impl Store {
     }
 
     fn sum_is_right(&self) -> bool {
-        self.program.sum().map(u32::cast_signed) == self.get(Slot::ProgramSum)
+        self.program.sum().map(u32::cast_signed) == self.get(SUM)
     }
 
     /// What the slot says of it.
     fn recorded(&self) -> Worth {
-        Worth::from_slot(self.get(Slot::ProgramState).unwrap_or_default())
+        Worth::from_slot(self.get(WORTH).unwrap_or_default())
     }
 
-    /// The command at an address of program memory; `None` outside.
-    pub fn command(&self, address: u16) -> Option<Command> {
-        self.program.command(address)
+    fn record(&mut self, worth: Worth) {
+        self.settings.set(WORTH, worth.to_slot());
     }
 
-    /// Where the next command of a download goes, while there is one.
-    pub fn downloading(&self) -> Option<u16> {
+    /// Program memory.
+    pub fn program(&self) -> &[u8] {
+        self.program.bytes()
+    }
+
+    /// The offset to which the next bytes of a download go, while there is one.
+    pub fn downloading(&self) -> Option<usize> {
         match self.phase {
             Phase::Downloading { next, .. } => Some(next),
             _ => None,
@@ -226,20 +243,20 @@ impl Store {
         free && !matches!(self.worth(), Worth::Erasing(_))
     }
 
-    /// Begins a download: from now on the program is not whole.
-    pub fn begin_download(&mut self, address: u16) {
-        self.set(Slot::ProgramState, Worth::Incomplete.to_slot());
-        self.phase = Phase::Downloading { next: address, failed: false };
+    /// Begins a download at an offset: from now on the program is not whole.
+    pub fn begin_download(&mut self, offset: usize) {
+        self.record(Worth::Incomplete);
+        self.phase = Phase::Downloading { next: offset, failed: false };
     }
 
-    /// Takes the next command of a download. False when it would lie outside the memory.
-    pub fn download(&mut self, command: Command) -> bool {
+    /// Takes the next bytes of a download. False when they would lie outside the memory.
+    pub fn download(&mut self, bytes: &[u8]) -> bool {
         let Phase::Downloading { next, .. } = &mut self.phase else { return false };
-        if *next >= COMMANDS {
+        let end = next.saturating_add(bytes.len());
+        if end > M::Program::LENGTH {
             return false;
         }
-        self.program.write(*next, command);
-        *next = next.saturating_add(1);
+        self.program.write(core::mem::replace(next, end), bytes);
         true
     }
 
@@ -251,12 +268,13 @@ impl Store {
         }
     }
 
-    /// Erases the program, and then gives parameter 81 this value. The intent is recorded first: what is to be
-    /// hidden is never seen again.
-    pub fn erase(&mut self, protection: i32) {
-        self.set(Slot::ProgramState, Worth::Erasing(protection).to_slot());
+    /// Erases the program, and then gives [`Layout::after_erasing`] a value, 0..=3. The intent is recorded first: what is to be
+    /// hidden is never seen again. If there is nothing left to erase, gives the value that the slot has got already.
+    #[must_use]
+    pub fn erase(&mut self, value: i32) -> Option<i32> {
+        self.record(Worth::Erasing(value));
         self.phase = Phase::Intending;
-        self.advance();
+        self.advance()
     }
 
     /// True when what is wanted is durable.
@@ -275,7 +293,7 @@ impl Store {
             return self.settings.next_job();
         }
         let end = match self.phase {
-            Phase::Downloading { next, failed: false } => usize::from(next).saturating_mul(Command::SIZE),
+            Phase::Downloading { next, failed: false } => next,
             Phase::Closing | Phase::Erasing => usize::MAX,
             Phase::Idle | Phase::Sealing | Phase::Intending | Phase::Downloading { .. } => return None,
         };
@@ -284,16 +302,17 @@ impl Store {
 
     /// The page handed out last is durable, or could not be written. Then what needed it has failed; of the
     /// settings all that is not durable is given up, so that what is stored and what reads as stored stay the
-    /// same. Tells what has failed.
-    pub fn finish(&mut self, written: bool) -> Option<Need> {
+    /// same.
+    pub fn finish(&mut self, written: bool) -> Finished {
         let failed = if self.program.finish(written) {
             (!written).then_some(Need::Program)
         } else {
             self.settings.finish(written);
             (!written).then_some(Need::Settings)
         };
+        let mut erased = None;
         match (failed, self.phase) {
-            (None, _) => self.advance(),
+            (None, _) => erased = self.advance(),
             // Tried again at the end of the download.
             (Some(Need::Program), Phase::Downloading { next, .. }) => {
                 self.phase = Phase::Downloading { next, failed: true };
@@ -301,32 +320,34 @@ impl Store {
             (Some(Need::Settings), Phase::Downloading { .. }) if self.recorded() == Worth::Incomplete => {}
             (Some(_), _) => self.phase = Phase::Idle,
         }
-        failed
+        Finished { failed, erased }
     }
 
-    /// Goes on to what has become possible.
-    fn advance(&mut self) {
+    /// Goes on to what has become possible. If the program is erased now, gives the value that a slot has got by that.
+    fn advance(&mut self) -> Option<i32> {
         if self.phase == Phase::Intending && self.settings.settled() {
             self.program.erase();
             self.phase = Phase::Erasing;
         }
-        let Some(sum) = self.program.sum() else { return };
+        let sum = self.program.sum()?;
         match (self.phase, self.recorded()) {
             (Phase::Closing, _) => {
                 self.phase = Phase::Sealing;
-                self.settings.set(Slot::ProgramSum, sum.cast_signed());
-                self.settings.set(Slot::ProgramState, Worth::Whole.to_slot());
+                self.settings.set(SUM, sum.cast_signed());
+                self.record(Worth::Whole);
             }
             (Phase::Sealing, _) if self.settings.settled() => {
                 self.phase = Phase::Idle;
             }
-            (Phase::Erasing, Worth::Erasing(protection)) => {
-                self.settings.set(Slot::Global(GlobalParameter::CodeProtection), protection);
-                self.settings.set(Slot::ProgramState, Worth::Empty.to_slot());
+            (Phase::Erasing, Worth::Erasing(value)) => {
+                self.settings.set(M::LAYOUT.after_erasing, value);
+                self.record(Worth::Empty);
                 self.phase = Phase::Idle;
+                return Some(value);
             }
             _ => {}
         }
+        None
     }
 }
 

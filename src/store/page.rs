@@ -1,47 +1,22 @@
-//! A page of settings as it lies in the EEPROM: epoch, sequence number, page number, 14 values, CRC.
+//! A page of settings as it lies in the EEPROM: epoch, sequence number, page number, values, CRC.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+use heapless::Vec;
 
-use crate::chip::at25::{PAGE, SIZE};
-
-/// Bytes of the settings area, at the end of the EEPROM; what lies before holds the program.
-pub const SETTINGS: u16 = 2048;
-/// Pages of settings; each takes two pages of the part.
-pub const PAGES: usize = SETTINGS as usize / PAGE / 2;
-/// Values in a page: 64 bytes less four of head and four of CRC.
-pub(super) const VALUES: usize = (PAGE - 8) / 4;
-
-/// A page of the part.
-pub(super) type Image = [u8; PAGE];
-/// The values of a page.
-pub(super) type Values = [i32; VALUES];
-
-/// Version of the layout. It goes into the CRC, so that a page of another layout is foreign.
-const LAYOUT: &[u8] = b"tmcm settings 2";
+use super::memory::LONGEST_PAGE;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
+/// The bytes of a page.
+pub type Page = Vec<u8, LONGEST_PAGE>;
+
 /// One page to be written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
-    /// Where: a multiple of 64.
+    /// Where: the beginning of a page of the part.
     pub address: u16,
-    /// What.
-    pub page: [u8; PAGE],
-}
-
-/// A page read back whole.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Decoded {
-    pub(super) epoch: u16,
-    pub(super) sequence: u8,
-    pub(super) values: Values,
-}
-
-/// Address of a page's first or second copy.
-pub(super) fn address(page: usize, second: bool) -> u16 {
-    let copy = page.saturating_mul(2).saturating_add(second.into());
-    (SIZE - SETTINGS).saturating_add(copy.saturating_mul(PAGE) as u16)
+    /// What: a whole page.
+    pub page: Page,
 }
 
 /// True when epoch `a` came after `b`; they wrap.
@@ -54,36 +29,40 @@ pub(super) fn follows(a: u8, b: u8) -> bool {
     a != b && a.wrapping_sub(b) < 0x80
 }
 
-pub(super) fn encode(page: usize, epoch: u16, sequence: u8, values: &Values) -> Image {
-    let mut image: Image = [0; _];
+/// The page with these values.
+pub(super) fn encode(tag: &[u8], number: usize, epoch: u16, sequence: u8, values: &[i32]) -> Page {
     let [high, low] = epoch.to_be_bytes();
-    let head = [high, low, sequence, page as u8];
-    let bytes = head.into_iter().chain(values.iter().flat_map(|value| value.to_be_bytes()));
-    for (place, byte) in image.iter_mut().zip(bytes) {
-        *place = byte;
-    }
-    let sum = checksum(&image);
-    if let Some(place) = image.last_chunk_mut() {
-        *place = sum;
-    }
-    image
+    let head = [high, low, sequence, number as u8];
+    let body = head.into_iter().chain(values.iter().flat_map(|value| value.to_be_bytes()));
+    let mut page: Page = body.take(LONGEST_PAGE).collect();
+    let sum = checksum(tag, &page);
+    // A page is no longer than the longest.
+    let _ = page.extend_from_slice(&sum);
+    page
 }
 
-pub(super) fn decode(page: usize, image: &Image) -> Option<Decoded> {
-    let (&[high, low, sequence, number], rest) = image.split_first_chunk()?;
-    if usize::from(number) != page || *image.last_chunk()? != checksum(image) {
+/// Takes the values out of a page. Gives epoch and sequence number; `None` if the page is not whole or another one.
+pub(super) fn decode(tag: &[u8], number: usize, page: &[u8], values: &mut [i32]) -> Option<(u16, u8)> {
+    let (body, sum) = page.split_last_chunk()?;
+    let &[high, low, sequence, found] = body.first_chunk()?;
+    if usize::from(found) != number || *sum != checksum(tag, body) {
         return None;
     }
-    let mut values = Values::default();
-    for (value, bytes) in values.iter_mut().zip(rest.as_chunks().0) {
-        *value = i32::from_be_bytes(*bytes);
-    }
-    Some(Decoded { epoch: u16::from_be_bytes([high, low]), sequence, values })
+    take_values(page, values);
+    Some((u16::from_be_bytes([high, low]), sequence))
 }
 
-fn checksum(image: &Image) -> [u8; 4] {
+/// Takes the values out of a page that is known to be whole.
+pub(super) fn take_values(page: &[u8], values: &mut [i32]) {
+    let (words, _) = page.as_chunks();
+    for (value, bytes) in values.iter_mut().zip(words.iter().skip(1)) {
+        *value = i32::from_be_bytes(*bytes);
+    }
+}
+
+fn checksum(tag: &[u8], body: &[u8]) -> [u8; 4] {
     let mut digest = CRC.digest();
-    digest.update(LAYOUT);
-    digest.update(image.split_last_chunk::<4>().map_or(&[], |(body, _)| body));
+    digest.update(tag);
+    digest.update(body);
     digest.finalize().to_be_bytes()
 }

@@ -1,31 +1,22 @@
 //! Program memory: what the interpreter reads, and which pages of it are not in the EEPROM yet.
 //!
-//! The bytes lie in the EEPROM inverted, so that an erased part is an empty program: command number 0, which
-//! ends it, everywhere.
+//! The bytes lie in the EEPROM inverted, so that an erased part is an empty program: zeros everywhere.
 
 use crc::{CRC_32_AIXM, Crc, NoTable};
 
-use super::page::{Image, Job, SETTINGS};
-use crate::chip::at25::{PAGE, SIZE};
-use crate::tmcl::Command;
+use super::memory::{Array, Memory, PROGRAM_PAGES};
+use super::page::{Job, Page};
 
-/// Commands in program memory (manual section 3.3).
-pub const COMMANDS: u16 = 2048;
-
-const BYTES: usize = COMMANDS as usize * Command::SIZE;
-const PAGES: usize = BYTES / PAGE;
 /// Pages as bits, 32 to a word.
-const WORDS: usize = PAGES / 32;
-
-const _: () = assert!(BYTES + SETTINGS as usize == SIZE as usize && BYTES == PAGES * PAGE && PAGES == WORDS * 32);
+const WORDS: usize = PROGRAM_PAGES / 32;
 
 /// Without a start value or a final inversion: a page of zeros counts zero.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_AIXM);
 
-/// The commands, and what is still to be written of them.
+/// The bytes, and what is still to be written of them.
 #[derive(Debug)]
-pub(super) struct Program {
-    bytes: [u8; BYTES],
+pub(super) struct Program<M: Memory> {
+    bytes: M::Program,
     /// Pages whose copy in the EEPROM is another.
     dirty: [u32; WORDS],
     /// Check sum over all pages that are not dirty; see [`weigh`].
@@ -33,17 +24,16 @@ pub(super) struct Program {
     in_flight: Option<usize>,
 }
 
-impl Program {
+impl<M: Memory> Program<M> {
     pub(super) const fn new() -> Self {
-        Program { bytes: [0; _], dirty: [0; _], sum: 0, in_flight: None }
+        Program { bytes: M::Program::ZEROS, dirty: [0; _], sum: 0, in_flight: None }
     }
 
     /// Reads the whole memory through `read(address, page)`.
-    pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut Image) -> Result<(), E>) -> Result<(), E> {
+    pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<(), E> {
         self.forget();
-        let (pages, _) = self.bytes.as_chunks_mut();
-        for (index, page) in pages.iter_mut().enumerate() {
-            read(address(index), page)?;
+        for (index, page) in self.bytes.as_mut().chunks_exact_mut(M::PAGE).enumerate() {
+            read(address::<M>(index), page)?;
             invert(page);
             self.sum = self.sum.wrapping_add(weigh(index, page));
         }
@@ -53,24 +43,22 @@ impl Program {
     /// An empty memory, durable as it is. In place: it is too large for the stack.
     pub(super) fn forget(&mut self) {
         let Program { bytes, dirty, sum, in_flight } = self;
-        bytes.fill(0);
+        bytes.as_mut().fill(0);
         (*dirty, *sum, *in_flight) = ([0; _], 0, None);
     }
 
-    /// The command at an address; `None` outside the memory.
-    pub(super) fn command(&self, address: u16) -> Option<Command> {
-        let (commands, _) = self.bytes.as_chunks();
-        commands.get(usize::from(address)).map(|bytes| Command::from_bytes(*bytes))
+    /// The bytes.
+    pub(super) fn bytes(&self) -> &[u8] {
+        self.bytes.as_ref()
     }
 
-    /// Changes a command; what is the same already is not written again.
-    pub(super) fn write(&mut self, address: u16, command: Command) {
-        let first = usize::from(address).saturating_mul(Command::SIZE);
-        for (offset, byte) in (first..).zip(command.to_bytes()) {
-            if self.bytes.get(offset).is_some_and(|old| *old != byte) {
-                self.touch(offset / PAGE);
-                if let Some(place) = self.bytes.get_mut(offset) {
-                    *place = byte;
+    /// Changes bytes from an offset on; what is the same already is not written again.
+    pub(super) fn write(&mut self, offset: usize, bytes: &[u8]) {
+        for (offset, byte) in (offset..).zip(bytes) {
+            if self.bytes().get(offset).is_some_and(|old| old != byte) {
+                self.touch(offset / M::PAGE);
+                if let Some(place) = self.bytes.as_mut().get_mut(offset) {
+                    *place = *byte;
                 }
             }
         }
@@ -78,10 +66,9 @@ impl Program {
 
     /// Empties the memory. Pages that are empty in the EEPROM already are not written.
     pub(super) fn erase(&mut self) {
-        let (pages, _) = self.bytes.as_chunks_mut::<PAGE>();
-        for (index, page) in pages.iter_mut().enumerate() {
-            if *page != [0; PAGE] {
-                *page = [0; PAGE];
+        for (index, page) in self.bytes.as_mut().chunks_exact_mut(M::PAGE).enumerate() {
+            if page.iter().any(|byte| *byte != 0) {
+                page.fill(0);
                 set(&mut self.dirty, index, true);
             }
         }
@@ -101,15 +88,16 @@ impl Program {
         let word = self.dirty.iter().position(|word| *word != 0)?;
         let bit = usize::try_from(self.dirty.get(word)?.trailing_zeros()).ok()?;
         let index = word.saturating_mul(32).saturating_add(bit);
-        if index.saturating_add(1).saturating_mul(PAGE) > end {
+        if index.saturating_add(1).saturating_mul(M::PAGE) > end {
             return None;
         }
-        let mut page = *self.page(index)?;
+        let bytes = self.page(index)?;
+        let (weight, mut page) = (weigh(index, bytes), Page::from_slice(bytes).ok()?);
         set(&mut self.dirty, index, false);
-        self.sum = self.sum.wrapping_add(weigh(index, &page));
+        self.sum = self.sum.wrapping_add(weight);
         self.in_flight = Some(index);
         invert(&mut page);
-        Some(Job { address: address(index), page })
+        Some(Job { address: address::<M>(index), page })
     }
 
     /// True while a page is on its way.
@@ -135,23 +123,23 @@ impl Program {
         }
     }
 
-    fn page(&self, index: usize) -> Option<&Image> {
-        let (pages, _) = self.bytes.as_chunks();
-        pages.get(index)
+    fn page(&self, index: usize) -> Option<&[u8]> {
+        let first = index.saturating_mul(M::PAGE);
+        self.bytes().get(first..first.saturating_add(M::PAGE))
     }
 }
 
 /// A page's share of the check sum. The factors are odd and different, so that no two pages can change places.
-fn weigh(index: usize, page: &Image) -> u32 {
+fn weigh(index: usize, page: &[u8]) -> u32 {
     let factor = (index as u32).wrapping_mul(2).wrapping_add(1);
     CRC.checksum(page).wrapping_mul(factor)
 }
 
-fn address(index: usize) -> u16 {
-    index.saturating_mul(PAGE) as u16
+fn address<M: Memory>(index: usize) -> u16 {
+    index.saturating_mul(M::PAGE) as u16
 }
 
-fn invert(page: &mut Image) {
+fn invert(page: &mut [u8]) {
     for byte in page {
         *byte = !*byte;
     }

@@ -1,19 +1,73 @@
 use super::*;
-use crate::param::{AxisParameter, GlobalParameter};
+use core::marker::PhantomData;
 
-const SPEED: Slot = Slot::Axis(0, AxisParameter::MaximumSpeed);
+/// A slot whose default is 1000.
+const SPEED: usize = 76;
+/// Slots whose default is 0, in pages of their own.
+const COUNT: usize = 141;
+const VARIABLE: usize = 75;
+
+/// A small part: an AT25128.
+#[derive(Debug)]
+struct Small;
+
+const fn defaults<const N: usize>() -> [i32; N] {
+    let mut defaults = [0; N];
+    defaults[SPEED] = 1000;
+    defaults[N - 1] = 7;
+    defaults
+}
+
+impl Memory for Small {
+    const SIZE: usize = 16_384;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout { tag: b"small", defaults: &defaults::<208>(), after_erasing: 13 };
+    type Program = [u8; 14_336];
+    type Values = [i32; 224];
+    type Pairs = [Pair; 16];
+}
+
+/// A part of 32 KiB with pages of 64 bytes: an AT25256.
+#[derive(Debug)]
+struct Middle;
+
+impl Memory for Middle {
+    const SIZE: usize = 32_768;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout { tag: b"middle", defaults: &defaults::<500>(), after_erasing: 13 };
+    type Program = [u8; 14_336];
+    type Values = [i32; 504];
+    type Pairs = [Pair; 36];
+}
+
+/// A part of 64 KiB with pages of 128 bytes: an AT25512.
+#[derive(Debug)]
+struct Large;
+
+impl Memory for Large {
+    const SIZE: usize = 65_536;
+    const PAGE: usize = 128;
+    const LAYOUT: Layout = Layout { tag: b"large", defaults: &defaults::<1_000>(), after_erasing: 13 };
+    type Program = [u8; 43_008];
+    type Values = [i32; 1_020];
+    type Pairs = [Pair; 34];
+}
 
 /// The settings area of a part whose writes always succeed.
-struct Part(Vec<u8>);
+struct Part<M: Memory = Small>(Vec<u8>, PhantomData<M>);
 
-impl Part {
-    fn fresh() -> Self {
-        Part(vec![0xFF; 16_384])
+impl<M: Memory> Part<M> {
+    fn of(contents: Vec<u8>) -> Self {
+        Part(contents, PhantomData)
     }
 
-    fn load(&self) -> (Store, Report) {
-        let read = |address: u16, page: &mut Image| {
-            *page = *self.0[address.into()..].first_chunk().unwrap();
+    fn fresh() -> Self {
+        Part::of(vec![0xFF; M::SIZE])
+    }
+
+    fn load(&self) -> (Store<M>, Report) {
+        let read = |address: u16, page: &mut [u8]| {
+            page.copy_from_slice(&self.0[address.into()..][..page.len()]);
             Ok::<(), ()>(())
         };
         let mut store = Store::new();
@@ -21,10 +75,10 @@ impl Part {
         (store, report)
     }
 
-    fn settle(&mut self, store: &mut Store) -> u32 {
+    fn settle(&mut self, store: &mut Store<M>) -> u32 {
         let mut writes = 0;
         while let Some(job) = store.next_job() {
-            assert!(job.address >= 14_336, "the program area is not ours");
+            assert_eq!((job.page.len(), usize::from(job.address) % M::PAGE), (M::PAGE, 0));
             self.0[job.address.into()..][..job.page.len()].copy_from_slice(&job.page);
             store.finish(true);
             writes += 1;
@@ -36,35 +90,33 @@ impl Part {
 
 #[test]
 fn an_empty_part_reads_as_defaults_and_is_left_alone() {
-    let (mut store, report) = Part::fresh().load();
+    let (mut store, report) = Part::<Small>::fresh().load();
     assert_eq!(report, Report::default());
     assert_eq!(store.get(SPEED), Some(1000));
-    assert_eq!(store.get(Slot::Global(GlobalParameter::SerialAddress)), Some(1));
     assert_eq!(store.next_job(), None);
 }
 
 #[test]
 fn values_survive_and_unchanged_ones_are_not_written() {
-    let mut part = Part::fresh();
+    let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
-    store.set(SPEED, 2000);
-    store.set(Slot::Coordinate(0, 20), -1);
+    assert!(store.set(SPEED, 2000));
+    assert!(store.set(COUNT, -1));
     assert_eq!(part.settle(&mut store), 2);
-    store.set(SPEED, 2000);
+    assert!(store.set(SPEED, 2000));
     assert!(store.settled(Need::Program));
     let (store, report) = part.load();
     assert_eq!(report.valid, 2);
-    assert_eq!((store.get(SPEED), store.get(Slot::Coordinate(0, 20))), (Some(2000), Some(-1)));
-    assert_eq!(store.get(Slot::Coordinate(0, 0)), None);
+    assert_eq!((store.get(SPEED), store.get(COUNT)), (Some(2000), Some(-1)));
 }
 
 /// The sequence number is a byte: 300 writes wrap it, and the newest copy still wins.
 #[test]
 fn the_newest_copy_wins_across_the_wrap() {
-    let mut part = Part::fresh();
+    let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
     for value in 1..=300 {
-        store.set(SPEED, value);
+        assert!(store.set(SPEED, value));
         part.settle(&mut store);
         assert_eq!(part.load().0.get(SPEED), Some(value));
     }
@@ -72,46 +124,46 @@ fn the_newest_copy_wins_across_the_wrap() {
 
 #[test]
 fn a_torn_write_leaves_the_older_copy() {
-    let mut part = Part::fresh();
+    let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
-    store.set(SPEED, 100);
+    assert!(store.set(SPEED, 100));
     part.settle(&mut store);
-    store.set(SPEED, 200);
+    assert!(store.set(SPEED, 200));
     let job = store.next_job().unwrap();
     for cut in 0..job.page.len() {
-        let mut torn = Part(part.0.clone());
+        let mut torn = Part::<Small>::of(part.0.clone());
         torn.0[job.address.into()..][..cut].copy_from_slice(&job.page[..cut]);
-        let expected = if torn.0[job.address.into()..][..64] == job.page { 200 } else { 100 };
+        let expected = if torn.0[job.address.into()..][..64] == *job.page { 200 } else { 100 };
         assert_eq!(torn.load().0.get(SPEED), Some(expected), "cut after {cut} bytes");
     }
 }
 
 #[test]
 fn a_factory_reset_takes_everything_back_with_its_first_page() {
-    let mut part = Part::fresh();
+    let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
-    store.set(SPEED, 2000);
-    store.set(Slot::Variable(55), 7);
+    assert!(store.set(SPEED, 2000));
+    assert!(store.set(VARIABLE, 7));
     part.settle(&mut store);
-    store.reset();
+    store.reset(false);
     let job = store.next_job().unwrap();
     part.0[job.address.into()..][..64].copy_from_slice(&job.page);
     let (after, _) = part.load();
-    assert_eq!((after.get(SPEED), after.get(Slot::Variable(55))), (Some(1000), Some(0)));
+    assert_eq!((after.get(SPEED), after.get(VARIABLE)), (Some(1000), Some(0)));
     store.finish(true);
     assert_eq!(part.settle(&mut store), 1);
-    store.set(SPEED, 3);
+    assert!(store.set(SPEED, 3));
     part.settle(&mut store);
     assert_eq!(part.load().0.get(SPEED), Some(3));
 }
 
 #[test]
 fn a_failed_write_gives_up_what_is_not_durable() {
-    let mut part = Part::fresh();
+    let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
-    store.set(SPEED, 100);
+    assert!(store.set(SPEED, 100));
     part.settle(&mut store);
-    store.set(SPEED, 200);
+    assert!(store.set(SPEED, 200));
     assert!(store.next_job().is_some());
     store.finish(false);
     assert!(store.settled(Need::Program));
@@ -120,11 +172,11 @@ fn a_failed_write_gives_up_what_is_not_durable() {
 
 #[test]
 fn nothing_is_durable_in_a_part_that_does_not_answer() {
-    let mut store = Store::new();
+    let mut store = Store::<Small>::new();
     store.unreachable();
     assert!(store.settled(Need::Program));
     // Even a value that is what the store reads already.
-    store.set(SPEED, 1000);
+    assert!(store.set(SPEED, 1000));
     assert!(!store.settled(Need::Program) && store.next_job().is_some());
     store.finish(false);
     assert!(store.settled(Need::Program));
@@ -133,7 +185,7 @@ fn nothing_is_durable_in_a_part_that_does_not_answer() {
 
 #[test]
 fn foreign_contents_are_reported_and_count_as_defaults() {
-    let part = Part((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
+    let part = Part::<Small>::of((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
     let (store, report) = part.load();
     assert_eq!(report, Report { foreign: 32, ..Report::default() });
     assert_eq!(store.get(SPEED), Some(1000));
@@ -141,11 +193,11 @@ fn foreign_contents_are_reported_and_count_as_defaults() {
 
 #[test]
 fn a_reset_during_a_write_is_not_undone_by_it() {
-    let mut part = Part::fresh();
+    let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
-    store.set(SPEED, 2000);
+    assert!(store.set(SPEED, 2000));
     let job = store.next_job().unwrap();
-    store.reset();
+    store.reset(false);
     part.0[job.address.into()..][..64].copy_from_slice(&job.page);
     store.finish(true);
     assert_eq!(part.settle(&mut store), 2);
@@ -155,15 +207,89 @@ fn a_reset_during_a_write_is_not_undone_by_it() {
 
 #[test]
 fn the_first_store_makes_foreign_pages_ours() {
-    let mut part = Part((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
+    let mut part = Part::<Small>::of((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
     let (mut store, _) = part.load();
     assert_eq!(store.next_job(), None, "nothing is written before");
-    store.set(SPEED, 2000);
+    assert!(store.set(SPEED, 2000));
     assert_eq!(part.settle(&mut store), 33, "both copies of 16 pages, and then what is stored");
     let (mut store, report) = part.load();
     assert_eq!(report, Report { valid: 32, ..Report::default() });
     assert_eq!(store.get(SPEED), Some(2000));
-    store.set(SPEED, 1);
-    store.set(SPEED, 2000);
+    assert!(store.set(SPEED, 1));
+    assert!(store.set(SPEED, 2000));
     assert!(store.settled(Need::Settings), "what is the same again is not written");
+}
+
+/// Every slot of a part keeps a value of its own, and what lies behind the last one is refused.
+fn every_slot_survives<M: Memory>() {
+    let mut part = Part::<M>::fresh();
+    let (mut store, _) = part.load();
+    let slots = M::LAYOUT.defaults.len();
+    let value = |slot: usize| i32::try_from(slot).unwrap() * 1_000_003 + 1;
+    assert!((FIRST_SLOT..slots).all(|slot| store.set(slot, value(slot))));
+    assert!(!store.set(slots, 1) && !store.set(usize::MAX, 1));
+    part.settle(&mut store);
+    let (store, _) = part.load();
+    assert!((FIRST_SLOT..slots).all(|slot| store.get(slot) == Some(value(slot))));
+    assert_eq!(store.get(slots), None);
+}
+
+#[test]
+fn every_slot_survives_whatever_the_size_of_part_and_page() {
+    every_slot_survives::<Small>();
+    every_slot_survives::<Middle>();
+    every_slot_survives::<Large>();
+}
+
+/// A program that fills its memory is the same after a power cycle, and it leaves the settings alone.
+fn a_whole_program_survives<M: Memory>() {
+    let mut part = Part::<M>::fresh();
+    let (mut store, _) = part.load();
+    assert!(store.set(SPEED, 5));
+    store.begin_download(0);
+    let byte = |at: usize| (at * 31 + at / 251) as u8 | 1;
+    let record = |first: usize| -> [u8; 7] { core::array::from_fn(|i| byte(first + i)) };
+    assert!((0..M::Program::LENGTH).step_by(7).all(|first| store.download(&record(first))));
+    assert_eq!(store.downloading(), Some(M::Program::LENGTH));
+    assert!(!store.download(&[1]), "there is no room for more");
+    store.end_download();
+    part.settle(&mut store);
+    let (store, report) = part.load();
+    assert_eq!((report.program, report.foreign, store.get(SPEED)), (Worth::Whole, 0, Some(5)));
+    assert!(store.program().iter().enumerate().all(|(at, found)| *found == byte(at)));
+}
+
+#[test]
+fn a_program_survives_whatever_the_size_of_part_and_page() {
+    a_whole_program_survives::<Small>();
+    a_whole_program_survives::<Middle>();
+    a_whole_program_survives::<Large>();
+}
+
+/// Only where it is told to, a reset erases the program; a slot gets its value when that is done, and not before.
+#[test]
+fn what_erases_the_program_is_told() {
+    for (erase, worth) in [(false, Worth::Whole), (true, Worth::Empty)] {
+        let mut part = Part::<Small>::fresh();
+        let (mut store, _) = part.load();
+        store.begin_download(0);
+        assert!(store.download(&[1; 7]));
+        store.end_download();
+        assert!(store.set(13, 1));
+        part.settle(&mut store);
+        store.reset(erase);
+        part.settle(&mut store);
+        assert_eq!((store.worth(), part.load().0.program()[0]), (worth, if erase { 0 } else { 1 }));
+    }
+    let mut part = Part::<Small>::fresh();
+    let (mut store, _) = part.load();
+    assert!(store.set(13, 1));
+    part.settle(&mut store);
+    assert_eq!(store.erase(2), None);
+    let mut erased = Vec::new();
+    while let Some(job) = store.next_job() {
+        erased.push((store.get(13), job.address, store.finish(true).erased));
+    }
+    assert_eq!(erased.iter().filter_map(|(_, _, erased)| *erased).collect::<Vec<_>>(), [2]);
+    assert_eq!((erased[0].0, store.get(13)), (Some(1), Some(2)));
 }

@@ -1,21 +1,14 @@
 //! Which events call which handler (manual section 3.6.6): enables, vectors, bank 3, what is pending.
 
-use crate::param::InterruptParameter as P;
+use crate::param::{ALL_INTERRUPTS, Interrupt, TIMERS};
 use crate::units::Micros;
 
-/// Interrupt numbers; the manual's go up to 42, those of a module with six axes up to 46.
+/// Interrupt numbers; the manual's go up to 42, those of a module with six axes and eight inputs up to 46.
 const NUMBERS: usize = 64;
-/// Timers, numbered from 0.
-const TIMERS: usize = 3;
-/// First numbers of the events of which each axis has one.
-const REACHED: u8 = 3;
-const STALL: u8 = 15;
-const DEVIATION: u8 = 21;
-/// First number of the stop switches, left and right for each axis.
-const STOP_SWITCHES: u8 = 27;
-/// First number of the inputs, and how many there are.
-const INPUTS: u8 = 39;
-const INPUT_COUNT: u8 = 4;
+
+/// Bits of a parameter in bank 3: low to high counts, high to low counts.
+const RISING: i32 = 1;
+const FALLING: i32 = 2;
 
 /// No vector.
 const NONE: u16 = u16::MAX;
@@ -30,29 +23,29 @@ pub struct Signals {
 impl Signals {
     /// The target position of an axis was reached: parameter 8 became 1.
     pub fn reached(&mut self, axis: u8) {
-        self.events |= bit(REACHED.saturating_add(axis));
+        self.events |= bit(Interrupt::PositionReached.first().saturating_add(axis));
     }
 
     /// stallGuard2 has stopped an axis.
     pub fn stall(&mut self, axis: u8) {
-        self.events |= bit(STALL.saturating_add(axis));
+        self.events |= bit(Interrupt::Stall.first().saturating_add(axis));
     }
 
     /// Deviation supervision has stopped an axis.
     pub fn deviation(&mut self, axis: u8) {
-        self.events |= bit(DEVIATION.saturating_add(axis));
+        self.events |= bit(Interrupt::Deviation.first().saturating_add(axis));
     }
 
     /// Which stop switches of an axis are active.
     pub fn stop_switches(&mut self, axis: u8, left: bool, right: bool) {
-        let first = STOP_SWITCHES.saturating_add(axis.saturating_mul(2));
-        self.level(first, left);
-        self.level(first.saturating_add(1), right);
+        let offset = axis.saturating_mul(2);
+        self.level(Interrupt::StopLeft.first().saturating_add(offset), left);
+        self.level(Interrupt::StopRight.first().saturating_add(offset), right);
     }
 
     /// The levels of the digital inputs.
     pub fn inputs(&mut self, levels: &[bool]) {
-        for (number, level) in (INPUTS..).zip(levels) {
+        for (number, level) in (Interrupt::Input.first()..).zip(levels) {
             self.level(number, *level);
         }
     }
@@ -67,13 +60,17 @@ impl Signals {
 /// The state of all interrupts.
 #[derive(Clone, Debug)]
 pub struct Interrupts {
-    settings: [i32; P::COUNT],
+    /// Milliseconds, unsigned 32 bits (manual section 5.4).
+    periods: [i32; TIMERS as usize],
+    /// Which edges of a level count, as bits by interrupt number.
+    rising: u64,
+    falling: u64,
     vectors: [u16; NUMBERS],
     enabled: u64,
     global: bool,
     pending: u64,
     /// When each timer that runs is due.
-    timers: [Option<Micros>; TIMERS],
+    timers: [Option<Micros>; TIMERS as usize],
     /// The levels at the last look, once there was one.
     levels: Option<u64>,
 }
@@ -81,7 +78,9 @@ pub struct Interrupts {
 impl Default for Interrupts {
     fn default() -> Self {
         Interrupts {
-            settings: P::defaults(),
+            periods: [0; _],
+            rising: 0,
+            falling: 0,
             vectors: [NONE; _],
             enabled: 0,
             global: false,
@@ -93,29 +92,9 @@ impl Default for Interrupts {
 }
 
 impl Interrupts {
-    /// The number in EI and DI that means all interrupts.
-    pub const GLOBAL: u8 = 255;
-
-    /// The events that have no parameter in bank 3: the number of axis 0, with those of the other axes behind it, and
-    /// the name (manual section 3.6.6.1).
-    pub const EVENTS: [(u8, &str); 3] =
-        [(REACHED, "position reached"), (STALL, "stallGuard"), (DEVIATION, "deviation")];
-
-    /// True if a module with this many axes has an interrupt of this number.
-    pub fn exists(number: u8, axes: usize) -> bool {
-        let of_axis = |first: u8, each: usize| {
-            let offset = number.checked_sub(first).map(usize::from);
-            offset.is_some_and(|offset| offset < axes.saturating_mul(each))
-        };
-        usize::from(number) < TIMERS
-            || Self::EVENTS.into_iter().any(|(first, _)| of_axis(first, 1))
-            || of_axis(STOP_SWITCHES, 2)
-            || (INPUTS..INPUTS.saturating_add(INPUT_COUNT)).contains(&number)
-    }
-
     /// EI and DI. An interrupt that is switched off forgets its event.
     pub fn enable(&mut self, number: u8, on: bool) {
-        if number == Self::GLOBAL {
+        if number == ALL_INTERRUPTS {
             self.global = on;
         } else if on {
             self.enabled |= bit(number);
@@ -132,24 +111,33 @@ impl Interrupts {
         }
     }
 
-    /// A parameter of bank 3.
-    pub fn setting(&self, parameter: P) -> i32 {
-        self.settings.get(parameter.index()).copied().unwrap_or_default()
+    /// The parameter of bank 3 with the number of an interrupt.
+    pub fn setting(&self, number: u8) -> i32 {
+        let edge = |edges: u64, value: i32| if edges & bit(number) != 0 { value } else { 0 };
+        let period = self.periods.get(usize::from(number)).copied();
+        period.unwrap_or_else(|| edge(self.rising, RISING) | edge(self.falling, FALLING))
     }
 
-    /// Changes a parameter of bank 3. A timer starts anew with its period.
-    pub fn set(&mut self, parameter: P, value: i32) {
-        if let Some(place) = self.settings.get_mut(parameter.index()) {
-            *place = value;
+    /// Changes it. A timer starts anew with its period.
+    pub fn set(&mut self, number: u8, value: i32) {
+        let index = usize::from(number);
+        if let Some((period, timer)) = self.periods.get_mut(index).zip(self.timers.get_mut(index)) {
+            (*period, *timer) = (value, None);
+            return;
         }
-        if let Some(timer) = self.timers.get_mut(usize::from(parameter.row().number)) {
-            *timer = None;
+        for (edges, wanted) in [(&mut self.rising, RISING), (&mut self.falling, FALLING)] {
+            if value & wanted != 0 {
+                *edges |= bit(number);
+            } else {
+                *edges &= !bit(number);
+            }
         }
     }
 
     /// Command 131: enables, vectors and pending events go, bank 3 stays.
     pub fn reset(&mut self) {
-        *self = Interrupts { settings: self.settings, levels: self.levels, ..Self::default() };
+        let Interrupts { periods, rising, falling, levels, .. } = *self;
+        *self = Interrupts { periods, rising, falling, levels, ..Self::default() };
     }
 
     /// Takes what happened since the last look. While no program runs events are dropped and timers stand.
@@ -188,22 +176,13 @@ impl Interrupts {
     /// Numbers whose level has changed in the way that bank 3 asks for.
     fn edges(&mut self, levels: u64) -> u64 {
         let before = self.levels.replace(levels).unwrap_or(levels);
-        let (rising, falling) = (levels & !before, before & !levels);
-        if rising | falling == 0 {
-            return 0;
-        }
-        let settings = P::ALL.iter().zip(self.settings).filter(|(p, _)| p.row().number >= STOP_SWITCHES);
-        settings.fold(0, |events, (parameter, transition)| {
-            let wanted = if transition & 1 != 0 { rising } else { 0 } | if transition & 2 != 0 { falling } else { 0 };
-            events | wanted & bit(parameter.row().number)
-        })
+        levels & !before & self.rising | before & !levels & self.falling
     }
 
     /// Timers that are due. Each keeps its rhythm, however late the look is.
     fn timers(&mut self, now: Micros) -> u64 {
         let mut due = 0;
-        for ((number, timer), period) in (0..).zip(&mut self.timers).zip(self.settings) {
-            // Milliseconds, unsigned 32 bits (manual section 5.4).
+        for ((number, timer), period) in (0..).zip(&mut self.timers).zip(self.periods) {
             let period = Micros::from_millis(period.cast_unsigned().into());
             if self.enabled & bit(number) == 0 || period == Micros(0) {
                 *timer = None;
@@ -235,15 +214,8 @@ mod tests {
         let mut interrupts = Interrupts::default();
         interrupts.set_vector(number, u16::from(number) + 100);
         interrupts.enable(number, true);
-        interrupts.enable(Interrupts::GLOBAL, true);
+        interrupts.enable(ALL_INTERRUPTS, true);
         interrupts
-    }
-
-    #[test]
-    fn the_manuals_numbers_exist_and_no_others() {
-        let one: Vec<u8> = (0..=255).filter(|n| Interrupts::exists(*n, 1)).collect();
-        assert_eq!(one, [0, 1, 2, 3, 15, 21, 27, 28, 39, 40, 41, 42]);
-        assert!(Interrupts::exists(20, 6) && Interrupts::exists(38, 6) && !Interrupts::exists(9, 6));
     }
 
     #[test]
@@ -251,7 +223,7 @@ mod tests {
         let mut interrupts = armed(39);
         interrupts.set_vector(3, 7);
         interrupts.enable(3, true);
-        interrupts.set(P::Input0, 1);
+        interrupts.set(39, 1);
         interrupts.look(T(0), Signals::default(), true);
         let mut signals = Signals::default();
         signals.inputs(&[true]);
@@ -270,10 +242,10 @@ mod tests {
         interrupts.look(T(0), signals, true);
         interrupts.enable(3, true);
         assert_eq!(interrupts.take(), None);
-        interrupts.enable(Interrupts::GLOBAL, false);
+        interrupts.enable(ALL_INTERRUPTS, false);
         interrupts.look(T(1), signals, true);
         assert_eq!(interrupts.take(), None);
-        interrupts.enable(Interrupts::GLOBAL, true);
+        interrupts.enable(ALL_INTERRUPTS, true);
         assert_eq!(interrupts.take(), Some(103));
         interrupts.look(T(2), signals, false);
         assert_eq!(interrupts.take(), None, "no program runs");
@@ -283,7 +255,7 @@ mod tests {
     fn edges_as_bank_3_asks_for_them() {
         for (transition, expected) in [(0, [false, false]), (1, [true, false]), (2, [false, true]), (3, [true, true])] {
             let mut interrupts = armed(28);
-            interrupts.set(P::StopRight0, transition);
+            interrupts.set(28, transition);
             let taken = [false, true, false].map(|right| {
                 let mut signals = Signals::default();
                 signals.stop_switches(0, false, right);
@@ -297,7 +269,7 @@ mod tests {
     #[test]
     fn a_timer_keeps_its_rhythm_when_the_look_is_late() {
         let mut interrupts = armed(0);
-        interrupts.set(P::Timer0, 10);
+        interrupts.set(0, 10);
         let late = |n: u64| Micros(n * 1_000 + n * 377 % 900);
         let due: Vec<u64> = (0..100)
             .filter(|n| {

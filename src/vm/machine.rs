@@ -4,7 +4,6 @@
 use heapless::Vec;
 
 use super::{Condition, ErrorFlag, Errors, Interrupts, Registers};
-use crate::store::COMMANDS;
 use crate::tmcl::{Command, Opcode, Status};
 use crate::units::Micros;
 
@@ -71,7 +70,7 @@ struct Interrupted {
 }
 
 /// The state of the interpreter.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Machine {
     /// Accumulator, X register, arithmetic flags.
     pub registers: Registers,
@@ -79,6 +78,8 @@ pub struct Machine {
     pub errors: Errors,
     /// Interrupts.
     pub interrupts: Interrupts,
+    /// How many commands program memory holds.
+    size: u16,
     mode: Mode,
     counter: u16,
     stack: Vec<u16, STACK>,
@@ -92,6 +93,23 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// The interpreter of a memory of so many commands, before it runs.
+    pub fn new(size: u16) -> Self {
+        Machine {
+            registers: Registers::default(),
+            errors: Errors::default(),
+            interrupts: Interrupts::default(),
+            size,
+            mode: Mode::default(),
+            counter: 0,
+            stack: Vec::new(),
+            wait: None,
+            interrupted: None,
+            returned: false,
+            stepping: false,
+        }
+    }
+
     /// What the program is doing.
     pub const fn mode(&self) -> Mode {
         self.mode
@@ -178,7 +196,7 @@ impl Machine {
     pub fn reset(&mut self) {
         let mut interrupts = core::mem::take(&mut self.interrupts);
         interrupts.reset();
-        *self = Machine { interrupts, mode: Mode::Reset, ..Self::default() };
+        *self = Machine { interrupts, mode: Mode::Reset, ..Self::new(self.size) };
     }
 
     /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
@@ -265,7 +283,7 @@ impl Machine {
             Opcode::Ja => self.jump(value),
             Opcode::Csub if self.stack.is_full() => self.next(),
             Opcode::Csub => {
-                if address(value).is_some() {
+                if address(value, self.size).is_some() {
                     // There is room.
                     let _ = self.stack.push(self.counter.saturating_add(1));
                 }
@@ -291,7 +309,7 @@ impl Machine {
 
     /// Goes to an address; a jump to where there is none ends the program.
     fn jump(&mut self, to: i32) {
-        match address(to) {
+        match address(to, self.size) {
             Some(to) => self.go_to(to),
             None => self.end(),
         }
@@ -303,7 +321,7 @@ impl Machine {
         self.wait = None;
         self.returned = false;
         self.stepping = false;
-        if address >= COMMANDS {
+        if address >= self.size {
             self.end();
         }
     }
@@ -340,7 +358,7 @@ impl Machine {
     }
 }
 
-/// A value as an address in program memory.
-pub fn address(value: i32) -> Option<u16> {
-    u16::try_from(value).ok().filter(|address| *address < COMMANDS)
+/// A value as an address in a program memory of so many commands.
+pub fn address(value: i32, commands: u16) -> Option<u16> {
+    u16::try_from(value).ok().filter(|address| *address < commands)
 }

@@ -12,7 +12,7 @@ use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::parts;
-use tmcm::module::{Hooks, Module, Outcome, Source, TMCM_1140};
+use tmcm::module::{Hooks, Module, Outcome, Source};
 use tmcm::tmcl::{Command, Reply, Status, binary, text};
 use tmcm::units::Micros;
 
@@ -463,7 +463,7 @@ impl Hooks for Functions {
 #[test]
 fn user_functions_of_an_image() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let mut module = Module::new(&TMCM_1140, parts(&board, Functions::default()), 1);
+    let mut module = Module::new(parts(&board, Functions::default()), 1);
     module.start(Micros(0), |_| {});
     for (line, status, value) in [
         ("UF0 200, 100, 1000", Status::Ok, 1300),

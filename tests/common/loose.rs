@@ -8,7 +8,7 @@ use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::control::Line;
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::{Inputs, Module, Outcome, Parts, Platform, Source, TMCM_1140};
+use tmcm::module::{Inputs, Module, Outcome, Parts, Platform, Source, Tmcm1140};
 use tmcm::store::Store;
 use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
@@ -76,7 +76,8 @@ impl Platform for Loose {
     type Tmc429 = Loose;
     type Tmc262 = SimSpi;
     type Enable = SimPin;
-    type Store = Box<Store>;
+    type Product = Tmcm1140;
+    type Store = Box<Store<Tmcm1140>>;
     type Hooks = ();
 }
 
@@ -104,7 +105,7 @@ impl LooseBench {
             store: Box::new(Store::new()),
             hooks: (),
         };
-        let mut module = Module::new(&TMCM_1140, parts, 1);
+        let mut module = Module::new(parts, 1);
         module.start(Micros(0), |_| {});
         LooseBench { board, module, fails }
     }

@@ -17,7 +17,7 @@ use hal_sim::world::config::WorldConfig;
 use random::Random;
 use reference::{Machine, World};
 use tmcl_cli::virtual_module::{Simulated, parts};
-use tmcm::module::{Inputs, Module, Outcome, Source, TMCM_1140};
+use tmcm::module::{Inputs, Module, Outcome, Source};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::{ErrorFlag, Mode};
@@ -69,7 +69,7 @@ struct Pair {
 impl Pair {
     fn new() -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let mut module = Module::new(&TMCM_1140, parts(&board, ()), 1);
+        let mut module = Module::new(parts(&board, ()), 1);
         module.start(Micros(0), |_| {});
         // What the axis parameters are to begin with.
         let rest = Rest([(4, 1000), (6, 128), (7, 8)].into());

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use tmcm::store::COMMANDS;
 use tmcm::tmcl::{Command, Instruction, Opcode, text};
 
 use super::check;
@@ -17,8 +16,10 @@ use super::suggest::suggestion;
 use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
 
+use crate::product::PRODUCT;
+
 /// Commands that program memory holds.
-const PROGRAM_SIZE: usize = COMMANDS as usize;
+const PROGRAM_SIZE: usize = PRODUCT.commands as usize;
 /// Files may include each other so deep.
 const DEEPEST: usize = 16;
 /// So many files are included at most, counting each time; more of them would only be there by mistake.
@@ -213,7 +214,7 @@ impl Assembler {
         let including = self.lines.get(line).and_then(|line| line.source.path.as_deref());
         let path = including.and_then(Path::parent).unwrap_or(Path::new("")).join(relative);
         if !path.exists()
-            && let Some(source) = include::source(name)
+            && let Some(source) = include::source(PRODUCT, name)
         {
             // Its names need not be defined twice.
             let again = self.lines.iter().any(|line| line.source.built_in && line.source.name == source.name);
@@ -286,7 +287,7 @@ impl Assembler {
                 let message = "this ends the program: a module takes command 0 for the end, none does nothing";
                 self.report(*line, Severity::Warning, Problem::new(text.span, message));
             }
-            for (part, message) in check::warnings(*command, commands.len()) {
+            for (part, message) in check::warnings(PRODUCT, *command, commands.len()) {
                 self.report(*line, Severity::Warning, Problem::new(encode::span(text, part), message));
             }
         }

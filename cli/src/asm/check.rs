@@ -1,12 +1,11 @@
 //! What a module would refuse: warnings about commands that can be assembled.
 
-use tmcm::module::TMCM_1140_AXES as AXES;
-use tmcm::param::{AxisParameter, COORDINATES, Row, STORED_USER_VARIABLES};
+use tmcm::module::Spec;
+use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES};
 use tmcm::tmcl::{ALL_AXES, Command, Field, Instruction, Motor, Opcode};
-use tmcm::vm::Interrupts;
 
+use crate::product::{Named, parameter};
 use crate::program::target;
-use crate::send::words::parameter;
 
 /// Type of MVP COORD.
 const COORD: u8 = 2;
@@ -20,17 +19,17 @@ pub(super) enum Part {
     Value,
 }
 
-/// The warnings for a command of a program with `length` commands.
-pub(super) fn warnings(command: Command, length: usize) -> Vec<(Part, String)> {
+/// The warnings for a command of a program with `length` commands, for this product.
+pub(super) fn warnings(spec: &Spec, command: Command, length: usize) -> Vec<(Part, String)> {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
     let instruction = opcode.instruction();
-    if !instruction.program {
+    if !instruction.program || spec.lacks.contains(&opcode) {
         return unknown(command.opcode);
     }
     let found = [
-        kind(command, opcode, instruction),
-        motor(command, opcode, instruction),
-        value(command, opcode),
+        kind(spec, command, opcode, instruction),
+        motor(spec, command, opcode, instruction),
+        value(spec, command, opcode),
         jump(command, length),
     ];
     found.into_iter().flatten().collect()
@@ -48,23 +47,23 @@ fn unknown(number: u8) -> Vec<(Part, String)> {
     vec![(Part::Number, message)]
 }
 
-fn kind(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
+fn kind(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
     let number = command.kind;
-    let row = parameter(opcode, command);
+    let parameter = parameter(spec, opcode, command);
     let message = match opcode {
         Opcode::Sap | Opcode::Gap | Opcode::Stap | Opcode::Rsap | Opcode::Aap => {
-            access(opcode, "axis parameter", number, row)
+            access(opcode, "axis parameter", number, parameter)
         }
         Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp => match command.motor {
-            0 => access(opcode, "global parameter", number, row),
+            0 => access(opcode, "global parameter", number, parameter),
             2 => user_variable(opcode, number),
-            3 => access(opcode, "interrupt parameter", number, row),
+            3 => access(opcode, "interrupt parameter", number, parameter),
             _ => None,
         },
         Opcode::Sco | Opcode::Gco | Opcode::Cco | Opcode::Aco => coordinate(i32::from(number)),
         Opcode::Ei | Opcode::Di | Opcode::Vect => {
-            let all = number == Interrupts::GLOBAL && opcode != Opcode::Vect;
-            let exists = all || Interrupts::exists(number, AXES);
+            let all = number == ALL_INTERRUPTS && opcode != Opcode::Vect;
+            let exists = all || Interrupt::find(number, spec.axes, spec.inputs).is_some();
             (!exists).then(|| format!("there is no interrupt {number}"))
         }
         _ => match instruction.fields.first() {
@@ -77,14 +76,14 @@ fn kind(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(
     message.map(|message| (Part::Kind, message))
 }
 
-fn access(opcode: Opcode, what: &str, number: u8, row: Option<&Row>) -> Option<String> {
-    let Some(row) = row else { return Some(format!("there is no {what} {number}")) };
+fn access(opcode: Opcode, what: &str, number: u8, parameter: Option<Named>) -> Option<String> {
+    let Some(Named { row, name }) = parameter else { return Some(format!("there is no {what} {number}")) };
     match opcode {
         Opcode::Sap | Opcode::Sgp | Opcode::Aap | Opcode::Agp if !row.writable() => {
-            Some(format!("{what} {number} ({}) can only be read", row.name))
+            Some(format!("{what} {number} ({name}) can only be read"))
         }
         Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp if !row.stored() => {
-            Some(format!("{what} {number} ({}) cannot be stored", row.name))
+            Some(format!("{what} {number} ({name}) cannot be stored"))
         }
         _ => None,
     }
@@ -100,35 +99,35 @@ fn coordinate(number: i32) -> Option<String> {
     (!exists).then(|| format!("there is no coordinate {number}, only 0..{}", COORDINATES - 1))
 }
 
-fn motor(command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
+fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
     let motor = command.motor;
     let message = match (opcode, instruction.motor) {
         (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _) if !matches!(motor, 0 | 2 | 3) => {
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
         (_, Motor::AxisOrAll) if motor == ALL_AXES => return None,
-        (_, Motor::Axis | Motor::AxisOrAll) if usize::from(motor) >= AXES => {
-            format!("there is no axis {motor}; the last of this module is {}", AXES - 1)
+        (_, Motor::Axis | Motor::AxisOrAll) if motor >= spec.axes => {
+            format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
         }
         _ => return None,
     };
     Some((Part::Motor, message))
 }
 
-fn value(command: Command, opcode: Opcode) -> Option<(Part, String)> {
+fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
     let message = match opcode {
-        Opcode::Sap | Opcode::Sgp => range(parameter(opcode, command)?, command.value),
-        Opcode::Ror | Opcode::Rol => range(AxisParameter::TargetSpeed.row(), command.value),
+        Opcode::Sap | Opcode::Sgp => range(&parameter(spec, opcode, command)?, command.value),
+        Opcode::Ror | Opcode::Rol => range(&spec.axis.row(AxisParameter::TargetSpeed)?.into(), command.value),
         Opcode::Mvp if command.kind == COORD => coordinate(command.value),
         _ => None,
     };
     message.map(|message| (Part::Value, message))
 }
 
-fn range(row: &Row, value: i32) -> Option<String> {
+fn range(Named { row, name }: &Named, value: i32) -> Option<String> {
     let ranges: Vec<String> = row.ranges.iter().map(|(low, high)| format!("{low}..{high}")).collect();
     let writable = row.writable() && !row.accepts(value);
-    writable.then(|| format!("{value} is out of range: {} takes {}", row.name, ranges.join(", ")))
+    writable.then(|| format!("{value} is out of range: {name} takes {}", ranges.join(", ")))
 }
 
 fn jump(command: Command, length: usize) -> Option<(Part, String)> {
@@ -141,10 +140,11 @@ fn jump(command: Command, length: usize) -> Option<(Part, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::product::PRODUCT;
     use tmcm::tmcl::text;
 
     fn told(line: &str) -> Vec<String> {
-        warnings(text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
+        warnings(PRODUCT, text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
     }
 
     #[test]
@@ -207,7 +207,7 @@ mod tests {
                 "command 129 cannot be in a program: a module carries it out while the program is loaded",
             ),
         ] {
-            assert_eq!(warnings(text::parse(line).unwrap(), 10), [(part, message.to_string())], "{line}");
+            assert_eq!(warnings(PRODUCT, text::parse(line).unwrap(), 10), [(part, message.to_string())], "{line}");
         }
     }
 }

@@ -1,11 +1,9 @@
 //! The include files that are part of the program: names for the numbers in the parameter tables.
 
 use std::fmt::{Debug, Write};
-use std::sync::LazyLock;
 
-use tmcm::module::TMCM_1140_AXES as AXES;
-use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
-use tmcm::vm::Interrupts;
+use tmcm::module::Spec;
+use tmcm::param::{ALL_INTERRUPTS, AxisParameter, INTERRUPTS as NUMBERS, Row};
 
 use super::source::Source;
 
@@ -34,20 +32,20 @@ impl Constant {
     }
 }
 
-/// The text of a built-in file, by its name in any case.
-pub fn text(name: &str) -> Option<String> {
+/// The text of a built-in file for a product, by its name in any case.
+pub fn text(spec: &Spec, name: &str) -> Option<String> {
     let (title, constants) = if name.eq_ignore_ascii_case(PARAMETERS) {
-        ("Axis parameters (AP) and global parameters (GP).", &PARAMETER_NAMES)
+        ("Axis parameters (AP) and global parameters (GP).", parameters(spec))
     } else if name.eq_ignore_ascii_case(INTERRUPTS) {
         (
             "Interrupts; those that are configured have their parameter in bank 3 under the same number.",
-            &INTERRUPT_NAMES,
+            interrupts(spec),
         )
     } else {
         return None;
     };
     let mut text = format!("// {title}\n");
-    for Constant { name, number, note } in constants.iter() {
+    for Constant { name, number, note } in &constants {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{name} = {number} // {note}");
     }
@@ -55,50 +53,39 @@ pub fn text(name: &str) -> Option<String> {
 }
 
 /// A built-in file, by its name in any case.
-pub(super) fn source(name: &str) -> Option<Source> {
+pub(super) fn source(spec: &Spec, name: &str) -> Option<Source> {
     let canonical = [PARAMETERS, INTERRUPTS].into_iter().find(|file| name.eq_ignore_ascii_case(file))?;
-    let source = Source::from_text(&format!("{canonical} (built in)"), &text(canonical)?);
+    let source = Source::from_text(&format!("{canonical} (built in)"), &text(spec, canonical)?);
     Some(Source { built_in: true, ..source })
 }
 
 /// The built-in file that defines a name.
-pub(super) fn file_with(name: &str) -> Option<&'static str> {
-    let defines = |constants: &[Constant]| constants.iter().any(|c| c.name.eq_ignore_ascii_case(name));
-    if defines(&PARAMETER_NAMES) { Some(PARAMETERS) } else { defines(&INTERRUPT_NAMES).then_some(INTERRUPTS) }
+pub(super) fn file_with(spec: &Spec, name: &str) -> Option<&'static str> {
+    let defines = |constants: Vec<Constant>| constants.iter().any(|c| c.name.eq_ignore_ascii_case(name));
+    if defines(parameters(spec)) { Some(PARAMETERS) } else { defines(interrupts(spec)).then_some(INTERRUPTS) }
 }
 
-static PARAMETER_NAMES: LazyLock<Vec<Constant>> = LazyLock::new(parameters);
-static INTERRUPT_NAMES: LazyLock<Vec<Constant>> = LazyLock::new(interrupts);
-
-fn parameters() -> Vec<Constant> {
-    let axis = AxisParameter::ALL.iter().map(|parameter| {
-        let known = KNOWN.iter().find(|(known, _)| known == parameter).map(|(_, name)| (*name).to_string());
-        Constant::of_row(known.unwrap_or_else(|| short("AP", parameter)), parameter.row())
+fn parameters(spec: &Spec) -> Vec<Constant> {
+    let axis = spec.axis.rows.iter().map(|parameter| {
+        let known = KNOWN.iter().find(|(known, _)| *known == parameter.function).map(|(_, name)| (*name).to_string());
+        Constant::of_row(known.unwrap_or_else(|| short("AP", &parameter.function)), &parameter.row)
     });
-    let global = GlobalParameter::ALL.iter().map(|parameter| Constant::of_row(short("GP", parameter), parameter.row()));
-    let motors = (0..AXES as u8).map(|axis| Constant::new(format!("Motor{axis}"), axis, format!("axis {axis}")));
+    let global = spec.global.rows.iter().map(|found| Constant::of_row(short("GP", &found.function), &found.row));
+    let motors = (0..spec.axes).map(|axis| Constant::new(format!("Motor{axis}"), axis, format!("axis {axis}")));
     axis.chain(global).chain(motors).collect()
 }
 
-fn interrupts() -> Vec<Constant> {
-    let configured = InterruptParameter::ALL.iter().map(|parameter| {
-        let mut name = String::from("TI");
-        for letter in format!("{parameter:?}").chars() {
-            if letter.is_uppercase() {
-                name.push('_');
-            }
-            name.push(letter.to_ascii_uppercase());
-        }
-        Constant::of_row(name, parameter.row())
-    });
-    let events = (0..AXES as u8).flat_map(|axis| {
-        Interrupts::EVENTS.map(|(first, event)| {
-            let name = format!("TI_{}{axis}", event.to_uppercase().replace(' ', "_"));
-            Constant::new(name, first + axis, format!("{event}, axis {axis}"))
+fn interrupts(spec: &Spec) -> Vec<Constant> {
+    let each = NUMBERS.iter().flat_map(|numbered| {
+        (0..numbered.each.count(spec.axes, spec.inputs)).map(move |index| {
+            let name = format!("TI_{}{index}", numbered.name.to_uppercase().replace(' ', "_"));
+            let parameter = numbered.parameter_name(index).map(|name| name.to_string());
+            let note = parameter.unwrap_or_else(|| format!("{}, axis {index}", numbered.name));
+            Constant::new(name, numbered.number(index), note)
         })
     });
-    let global = Constant::new("TI_GLOBAL", Interrupts::GLOBAL, "all interrupts together");
-    let mut all: Vec<Constant> = configured.chain(events).chain([global]).collect();
+    let global = Constant::new("TI_GLOBAL", ALL_INTERRUPTS, "all interrupts together");
+    let mut all: Vec<Constant> = each.chain([global]).collect();
     all.sort_by_key(|constant| constant.number);
     all
 }
@@ -111,12 +98,14 @@ fn short(prefix: &str, parameter: &impl Debug) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::product::PRODUCT;
     use std::collections::HashSet;
+    use tmcm::param::Interrupt;
 
     /// Programs in the field contain these; none may change.
     #[test]
     fn names_that_programs_use() {
-        let lines = |file| text(file).unwrap();
+        let lines = |file| text(PRODUCT, file).unwrap();
         for name in ["APMaxPositioningSpeed = 4 ", "APMaxAcceleration = 5 ", "Motor0 = 0 ", "GPAutoStart = 77 "] {
             assert!(lines("tmclparam.TMC").contains(&format!("\n{name}")), "{name}");
         }
@@ -130,17 +119,18 @@ mod tests {
         ] {
             assert!(lines("Interrupts.inc").contains(&format!("\n{name}")), "{name}");
         }
-        assert_eq!(text("Other.inc"), None);
-        assert_eq!(file_with("ti_global"), Some("Interrupts.inc"));
+        assert_eq!(text(PRODUCT, "Other.inc"), None);
+        assert_eq!(file_with(PRODUCT, "ti_global"), Some("Interrupts.inc"));
     }
 
     #[test]
     fn every_parameter_has_a_name_of_its_own() {
-        let all: Vec<String> = parameters().into_iter().chain(interrupts()).map(|c| c.name.to_lowercase()).collect();
-        assert_eq!(parameters().len(), AxisParameter::COUNT + GlobalParameter::COUNT + AXES);
-        assert_eq!(interrupts().len(), InterruptParameter::COUNT + AXES * Interrupts::EVENTS.len() + 1);
-        let exists = |number| number == Interrupts::GLOBAL || Interrupts::exists(number, AXES);
-        assert!(interrupts().iter().all(|constant| exists(constant.number)));
+        let (parameters, interrupts) = (parameters(PRODUCT), interrupts(PRODUCT));
+        let all: Vec<String> = parameters.iter().chain(&interrupts).map(|c| c.name.to_lowercase()).collect();
+        assert_eq!(parameters.len(), PRODUCT.axis.rows.len() + PRODUCT.global.rows.len() + 1);
+        assert_eq!(interrupts.len(), 12 + 1);
+        let exists = |number| number == ALL_INTERRUPTS || Interrupt::find(number, 1, 4).is_some();
+        assert!(interrupts.iter().all(|constant| exists(constant.number)));
         assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
     }
 }

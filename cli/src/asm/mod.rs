@@ -50,6 +50,7 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::files::{STANDARD, read_source};
+use crate::product::PRODUCT;
 use crate::program::binary;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
@@ -148,7 +149,7 @@ fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
 fn names() -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     for file in [include::PARAMETERS, include::INTERRUPTS] {
-        writeln!(out, "// {file}\n{}", include::text(file).unwrap_or_default())?;
+        writeln!(out, "// {file}\n{}", include::text(PRODUCT, file).unwrap_or_default())?;
     }
     Ok(())
 }

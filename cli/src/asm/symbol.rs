@@ -10,6 +10,8 @@ use super::include;
 use super::source::Source;
 use super::suggest::suggestion;
 
+use crate::product::PRODUCT;
+
 /// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
@@ -110,7 +112,7 @@ impl Symbols {
                 source.name
             ));
         }
-        if let Some(file) = include::file_with(name) {
+        if let Some(file) = include::file_with(PRODUCT, name) {
             return Err(format!("unknown name '{name}'; it is in a built-in file: add the line #include {file}"));
         }
         let names = self.list.iter().map(|symbol| symbol.name.as_str());

@@ -9,12 +9,14 @@ pub use reach::Reach;
 
 use std::fmt;
 
+use tmcm::module::Spec;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::binary::{Received, Telegram};
 use tmcm::tmcl::{Command, Opcode, Status};
 
 use crate::failure::Failure;
 use crate::link::{Link, LinkError};
+use crate::product::{PRODUCT, axis_number};
 
 /// Why a command has not been executed, or why nobody knows.
 #[derive(Debug)]
@@ -90,6 +92,7 @@ pub(crate) fn meaning(status: u8) -> &'static str {
 #[derive(Debug)]
 pub struct Conversation {
     link: Link,
+    spec: &'static Spec,
     /// The module's address, or its CAN identifier. It may be changed at any time.
     pub address: u16,
 }
@@ -102,7 +105,12 @@ impl Conversation {
 
     /// Talks over a link that is open.
     pub fn new(link: Link, address: u16) -> Self {
-        Conversation { link, address }
+        Conversation { link, spec: PRODUCT, address }
+    }
+
+    /// What the module is taken for.
+    pub fn spec(&self) -> &'static Spec {
+        self.spec
     }
 
     /// Sends a command and takes the nine bytes of its reply as they come.
@@ -132,9 +140,10 @@ impl Conversation {
         Ok(self.request(command)?.value)
     }
 
-    /// The value of an axis parameter.
+    /// The value of an axis parameter. One that this product has not is asked for under a number that no product has.
     pub fn axis(&mut self, axis: u8, parameter: AxisParameter) -> Result<i32, Error> {
-        self.value(Command::new(Opcode::Gap as u8, parameter.row().number, axis, 0))
+        let number = axis_number(self.spec, parameter).unwrap_or(u8::MAX);
+        self.value(Command::new(Opcode::Gap as u8, number, axis, 0))
     }
 
     /// A control command (manual section 3.7.38): none of them has a motor or bank.

@@ -10,8 +10,9 @@ use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::Frame;
 use tmcm::module::Source;
-use tmcm::param::GlobalParameter;
-use tmcm::store::{Need, Slot, Store};
+use tmcm::module::{TMCM_1140, Tmcm1140};
+use tmcm::param::{GlobalParameter, Row};
+use tmcm::store::{Need, Store};
 
 pub use can::{Heard, Node};
 
@@ -237,9 +238,14 @@ impl<M: Device> Fleet<M> {
 /// The EEPROM of a module with an address of its own; `None` where that is the factory default.
 fn numbered(number: i32) -> Option<Vec<u8>> {
     let parameters = [GlobalParameter::SerialAddress, GlobalParameter::CanId];
-    let mut store = Store::new();
+    let rows = parameters.map(|parameter| TMCM_1140.global.row(parameter));
+    let rows = rows.into_iter().flatten().filter(|row| row.default != number);
+    let slots: Vec<u8> = rows.filter_map(Row::slot).collect();
+    let mut store = Store::<Tmcm1140>::new();
     store.forget();
-    parameters.iter().for_each(|parameter| store.set(Slot::Global(*parameter), number));
+    for slot in &slots {
+        store.set((*slot).into(), number).then_some(())?;
+    }
     let mut contents = vec![0xFF; EEPROM];
     while !store.settled(Need::Settings) {
         let job = store.next_job()?;
@@ -247,5 +253,5 @@ fn numbered(number: i32) -> Option<Vec<u8>> {
         contents.get_mut(address..)?.get_mut(..job.page.len())?.copy_from_slice(&job.page);
         store.finish(true);
     }
-    parameters.iter().any(|parameter| parameter.row().default != number).then_some(contents)
+    (!slots.is_empty()).then_some(contents)
 }

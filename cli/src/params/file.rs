@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use tmcm::param::{AxisParameter, GlobalParameter};
+use tmcm::module::Spec;
+use tmcm::param::GlobalParameter;
 use tmcm::tmcl::{ALL_AXES, Command, Opcode, text};
 
 use crate::failure::Failure;
@@ -101,19 +102,19 @@ impl Setting {
         self.write().value
     }
 
-    /// The global parameter of bank 0 that it is.
-    pub(super) fn global(self) -> Option<GlobalParameter> {
+    /// What the global parameter of bank 0 that it is does.
+    pub(super) fn global(self, spec: &Spec) -> Option<GlobalParameter> {
         match self {
-            Setting::Global { number, bank: 0, .. } => GlobalParameter::from_number(number),
+            Setting::Global { number, bank: 0, .. } => spec.global.find(number).map(|found| found.function),
             _ => None,
         }
     }
 
     /// How the module is reached: what must not be the same on another module of the bus, or would cut it off.
-    pub(super) fn is_interface(self) -> bool {
+    pub(super) fn is_interface(self, spec: &Spec) -> bool {
         use GlobalParameter as G;
         matches!(
-            self.global(),
+            self.global(spec),
             Some(
                 G::SerialBaudRate
                     | G::SerialAddress
@@ -130,10 +131,11 @@ impl Setting {
     }
 
     /// The line of the file, with the setting's name.
-    pub(super) fn line(self) -> String {
+    pub(super) fn line(self, spec: &Spec) -> String {
         let row = match self {
-            Setting::Axis { number, .. } => AxisParameter::from_number(number).map(AxisParameter::row),
-            _ => self.global().map(GlobalParameter::row),
+            Setting::Axis { number, .. } => spec.axis.find(number).map(|found| &found.row),
+            Setting::Global { number, bank: 0, .. } => spec.global.find(number).map(|found| &found.row),
+            Setting::Global { .. } | Setting::Coordinate { .. } => None,
         };
         match row {
             Some(row) => format!("{} {COMMENT} {}", self.write(), row.name),
@@ -164,16 +166,18 @@ fn parse(text: &str) -> Result<Vec<Setting>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::product::PRODUCT;
 
     #[test]
     fn lines_are_read_as_they_are_written() {
         let speed = Setting::Axis { number: 4, axis: 0, value: 1000 };
-        assert_eq!(speed.line(), "SAP 4, 0, 1000 // maximum positioning speed");
+        assert_eq!(speed.line(PRODUCT), "SAP 4, 0, 1000 // maximum positioning speed");
         let address = Setting::Global { number: 66, bank: 0, value: 3 };
-        assert_eq!(address.line(), "SGP 66, 0, 3 // serial address");
+        assert_eq!(address.line(PRODUCT), "SGP 66, 0, 3 // serial address");
         let place = Setting::Coordinate { number: 20, axis: 0, value: -7 };
-        assert_eq!(place.line(), "SCO 20, 0, -7");
-        let lines = format!("// settings\n\n{}\n  {}\n{}", speed.line(), address.line(), place.line());
+        assert_eq!(place.line(PRODUCT), "SCO 20, 0, -7");
+        let lines =
+            format!("// settings\n\n{}\n  {}\n{}", speed.line(PRODUCT), address.line(PRODUCT), place.line(PRODUCT));
         assert_eq!(parse(&lines), Ok(vec![speed, address, place]));
     }
 
@@ -186,7 +190,7 @@ mod tests {
 
     #[test]
     fn interfaces_are_told_from_the_rest() {
-        let of = |number, bank| Setting::Global { number, bank, value: 0 }.is_interface();
+        let of = |number, bank| Setting::Global { number, bank, value: 0 }.is_interface(PRODUCT);
         assert!([65, 66, 67, 69, 70, 71, 75, 76, 83, 87].iter().all(|number| of(*number, 0)));
         assert!([68, 77, 79, 82, 84, 85, 90].iter().all(|number| !of(*number, 0)));
         assert!(!of(66, 2));

@@ -20,14 +20,16 @@ pub(super) fn restore(
     store: bool,
     interface: bool,
 ) -> Result<(), Failure> {
-    let (mut interfaces, settings): (Vec<_>, Vec<_>) = settings.into_iter().partition(|setting| setting.is_interface());
+    let spec = module.spec();
+    let (mut interfaces, settings): (Vec<_>, Vec<_>) =
+        settings.into_iter().partition(|setting| setting.is_interface(spec));
     let left = if interface { 0 } else { std::mem::take(&mut interfaces).len() };
     let effective = match reach.link {
         Place::Slcan(_) => GlobalParameter::CanId,
         Place::Serial(_) | Place::Tcp(_) | Place::Simulated => GlobalParameter::SerialAddress,
     };
     // The module hears nothing more under its old address.
-    interfaces.sort_by_key(|setting| setting.global() == Some(effective));
+    interfaces.sort_by_key(|setting| setting.global(spec) == Some(effective));
     standstill(module, &settings)?;
 
     let total = settings.len() + interfaces.len();

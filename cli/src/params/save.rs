@@ -3,7 +3,8 @@
 use std::io::Write;
 use std::path::Path;
 
-use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Row, STORED_USER_VARIABLES};
+use tmcm::module::Spec;
+use tmcm::param::{COORDINATES, GlobalParameter, Row, STORED_USER_VARIABLES};
 
 use super::file::{Setting, VARIABLES};
 use crate::conversation::{Conversation, Error};
@@ -20,7 +21,7 @@ struct Section {
 pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
     let version = module.version()?;
     let mut text = format!("// Settings of a module {version}, saved by tmcl params\n");
-    let sections = sections(module.axes()?);
+    let sections = sections(module.spec(), module.axes()?);
     let total = sections.iter().map(|section| section.settings.len()).sum();
     let mut progress = Progress::new(format!("reading {total} settings"), total);
     let (mut asked, mut saved) = (0, 0);
@@ -28,7 +29,7 @@ pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure
         text += &format!("\n// {heading}\n");
         for setting in settings {
             if let Some(value) = value(module, setting)? {
-                text += &format!("{}\n", setting.with(value).line());
+                text += &format!("{}\n", setting.with(value).line(module.spec()));
                 saved += 1;
             }
             asked += 1;
@@ -56,16 +57,16 @@ fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Err
 
 /// What is saved of a module with so many axes. Of the parameters that can be written, those are settings that can
 /// also be stored; the others are live values.
-fn sections(axes: u8) -> Vec<Section> {
+fn sections(spec: &Spec, axes: u8) -> Vec<Section> {
     let setting = |row: &Row| row.writable() && row.stored();
-    let globals = GlobalParameter::ALL.iter().filter(|parameter| **parameter != GlobalParameter::CodeProtection);
-    let globals = globals.map(|parameter| parameter.row()).filter(|row| setting(row));
+    let globals = spec.global.rows.iter().filter(|found| found.function != GlobalParameter::CodeProtection);
+    let globals = globals.map(|found| &found.row).filter(|row| setting(row));
     let globals = globals.map(|row| Setting::Global { number: row.number, bank: 0, value: 0 });
-    let (interface, globals) = globals.partition(|setting| setting.is_interface());
+    let (interface, globals) = globals.partition(|setting| setting.is_interface(spec));
 
     let mut sections = Vec::new();
     for axis in 0..axes {
-        let rows = AxisParameter::ALL.iter().map(|parameter| parameter.row()).filter(|row| setting(row));
+        let rows = spec.axis.rows.iter().map(|found| &found.row).filter(|row| setting(row));
         let settings = rows.map(|row| Setting::Axis { number: row.number, axis, value: 0 }).collect();
         sections.push(Section { heading: format!("Axis {axis}"), settings });
     }

@@ -1,7 +1,8 @@
 //! An assembled program as a file: no header, eight bytes a command.
 
-use tmcm::store::COMMANDS;
 use tmcm::tmcl::Command;
+
+use crate::product::PRODUCT;
 
 /// Bytes of a command in a file: the seven of program memory and their sum.
 pub const RECORD: usize = Command::SIZE + 1;
@@ -28,8 +29,9 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
             rest.len()
         ));
     }
-    if records.len() > COMMANDS.into() {
-        return Err(format!("it has more commands than the {COMMANDS} that program memory holds"));
+    let room = PRODUCT.commands;
+    if records.len() > room.into() {
+        return Err(format!("it has more commands than the {room} that program memory holds"));
     }
     let decoded = records.iter().enumerate().map(|(address, &[opcode, kind, motor, a, b, c, d, found])| {
         let command = Command::from_bytes([opcode, kind, motor, a, b, c, d]);

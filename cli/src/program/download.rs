@@ -7,6 +7,7 @@ use super::Program;
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::product::global_number;
 use crate::progress::Progress;
 
 /// Stops the program in the module and replaces it, from address `at` on. The module's next program counter is 0.
@@ -59,7 +60,7 @@ fn explain(error: Error) -> Failure {
 
 /// False if the module's code protection keeps the program from being read.
 pub fn is_readable(module: &mut Conversation) -> Result<bool, Error> {
-    let protection = GlobalParameter::CodeProtection.row().number;
+    let Some(protection) = global_number(module.spec(), GlobalParameter::CodeProtection) else { return Ok(true) };
     Ok(module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))? & AGAINST_READING == 0)
 }
 

@@ -12,6 +12,7 @@ use super::session::{End, Session};
 use super::time::show;
 use super::trace::error_flags;
 use crate::conversation::meaning;
+use crate::product::PRODUCT;
 use crate::program::Program;
 use crate::program::target;
 use crate::tracer::Step;
@@ -116,7 +117,7 @@ fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> S
     }
     let Some(step) = &session.counts.last else { return "no command was executed".into() };
     let (command, place) = (step.executed.command, program.place(step.executed.address));
-    let outside = target(&command).is_some_and(|target| tmcm::vm::address(target).is_none());
+    let outside = target(&command).is_some_and(|target| tmcm::vm::address(target, PRODUCT.commands).is_none());
     match Opcode::from_number(command.opcode) {
         Some(Opcode::Stop) => format!("STOP at {place}"),
         _ if machine.mode() == Mode::Reset => format!("reset from outside, after {place}"),

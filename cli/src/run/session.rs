@@ -15,6 +15,7 @@ use super::script::{Action, Event};
 use super::trace::Trace;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::product::PRODUCT;
 use crate::program::Program;
 use crate::progress::Progress;
 use crate::send::words::{self, Meaning};
@@ -204,7 +205,7 @@ impl<'a> Session<'a> {
         }
         while let Some(sent) = self.module.sent() {
             let Some(((at, command), reply)) = self.asked.pop_front().zip(sent.telegram()) else { continue };
-            let Meaning { text, done } = words::meaning(command, &reply);
+            let Meaning { text, done } = words::meaning(PRODUCT, command, &reply);
             if self.started {
                 self.notes.push((at, format!("{command}: {text}")));
             } else if done {

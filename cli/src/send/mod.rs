@@ -58,7 +58,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 /// Sends a command and gives the reply in words.
 pub(crate) fn ask(module: &mut Conversation, command: Command) -> Result<Meaning, Error> {
     match module.exchange(command) {
-        Ok(reply) => Ok(meaning(command, &reply)),
+        Ok(reply) => Ok(meaning(module.spec(), command, &reply)),
         Err(LinkError::NoReply { bytes: 0 }) if is_silent(command) => {
             Ok(Meaning { text: "no reply, as it should be".into(), done: true })
         }

@@ -1,10 +1,12 @@
 //! Replies in words: status, value with its unit, and what the value is.
 
-use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row, Unit};
+use tmcm::module::Spec;
+use tmcm::param::Unit;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{CONFIRMATION, Command, Opcode};
 
 use crate::conversation::{self, Answer, executed, hexadecimal};
+use crate::product::{Named, parameter};
 
 /// A reply, put into words.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -24,14 +26,14 @@ pub fn is_silent(command: Command) -> bool {
     }
 }
 
-/// What a reply to `command` says.
-pub fn meaning(command: Command, reply: &Telegram) -> Meaning {
+/// What a reply to `command` says, from a module of this product.
+pub fn meaning(spec: &Spec, command: Command, reply: &Telegram) -> Meaning {
     match Answer::read(command, reply) {
         Answer::Version(text) => Meaning { text, done: true },
         Answer::Memory(stored) => Meaning { text: stored.to_string(), done: true },
         Answer::Plain(Received { status, value, .. }) => {
             let done = executed(status);
-            let what = if done { what(command, value) } else { String::new() };
+            let what = if done { what(spec, command, value) } else { String::new() };
             let separator = if what.is_empty() { "" } else { ", " };
             Meaning { text: format!("{what}{separator}status {status} {}", conversation::meaning(status)), done }
         }
@@ -50,15 +52,15 @@ pub fn meaning(command: Command, reply: &Telegram) -> Meaning {
 }
 
 /// The value of a reply in its unit, and its name; empty where the value says nothing.
-fn what(command: Command, value: i32) -> String {
+fn what(spec: &Spec, command: Command, value: i32) -> String {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return value.to_string() };
-    let parameter = parameter(opcode, command);
+    let parameter = parameter(spec, opcode, command);
     match opcode {
         Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp => {
-            parameter.map_or_else(String::new, |row| row.name.into())
+            parameter.map_or_else(String::new, |parameter| parameter.name)
         }
         Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Ggp | Opcode::Sgp | Opcode::Agp => match parameter {
-            Some(row) => format!("{} ({})", with_unit(value, row.unit.symbol()), row.name),
+            Some(Named { row, name }) => format!("{} ({name})", with_unit(value, row.unit.symbol())),
             None => value.to_string(),
         },
         Opcode::Mvp => format!("{} (target)", with_unit(value, Unit::Microsteps.symbol())),
@@ -81,22 +83,6 @@ pub(crate) fn firmware(value: i32) -> String {
     format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
 }
 
-/// The table's row for the parameter that a command concerns.
-pub(crate) fn parameter(opcode: Opcode, command: Command) -> Option<&'static Row> {
-    let number = command.kind;
-    match opcode {
-        Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Stap | Opcode::Rsap => {
-            AxisParameter::from_number(number).map(AxisParameter::row)
-        }
-        Opcode::Ggp | Opcode::Sgp | Opcode::Agp | Opcode::Stgp | Opcode::Rsgp => match command.motor {
-            0 => GlobalParameter::from_number(number).map(GlobalParameter::row),
-            3 => InterruptParameter::from_number(number).map(InterruptParameter::row),
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
 fn with_unit(value: i32, unit: &str) -> String {
     if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
 }
@@ -104,12 +90,13 @@ fn with_unit(value: i32, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::product::PRODUCT;
     use tmcm::tmcl::{Reply, Status, text};
 
     fn told(line: &str, status: Status, value: i32) -> String {
         let command = text::parse(line).unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Plain { status, opcode: command.opcode, value });
-        meaning(command, &reply).text
+        meaning(PRODUCT, command, &reply).text
     }
 
     #[test]
@@ -133,10 +120,10 @@ mod tests {
         let command = text::parse("MST 0").unwrap();
         let refused = binary::encode_reply(2, 1, &Reply::WRONG_CHECKSUM);
         let expected = Meaning { text: "status 1 wrong checksum".into(), done: false };
-        assert_eq!(meaning(command, &refused), expected);
-        assert_eq!(meaning(command, &[1; 9]).text, "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01");
+        assert_eq!(meaning(PRODUCT, command, &refused), expected);
+        assert_eq!(meaning(PRODUCT, command, &[1; 9]).text, "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01");
         let other = binary::encode_reply(2, 1, &Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
-        let told = meaning(command, &other);
+        let told = meaning(PRODUCT, command, &other);
         assert!(!told.done && told.text.contains("it answers command 6"), "{told:?}");
     }
 
@@ -144,10 +131,10 @@ mod tests {
     fn special_replies() {
         let version = text::parse("136, 0").unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Version(*b"1140V142"));
-        assert_eq!(meaning(version, &reply), Meaning { text: "1140V142".into(), done: true });
+        assert_eq!(meaning(PRODUCT, version, &reply), Meaning { text: "1140V142".into(), done: true });
         let read = text::parse("134, 0, 0, 12").unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Memory(text::parse("MVP ABS, 0, 90000").unwrap()));
-        assert_eq!(meaning(read, &reply).text, "MVP ABS, 0, 90000");
+        assert_eq!(meaning(PRODUCT, read, &reply).text, "MVP ABS, 0, 90000");
         assert_eq!(told("134, 0, 0, 12", Status::NotAvailable, 12), "status 6 not available in this mode or state");
     }
 }

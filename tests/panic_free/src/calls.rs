@@ -3,21 +3,23 @@
 
 use core::fmt::{self, Write};
 use core::hint::black_box as any;
+use core::marker::PhantomData;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use tmcm::can::{CanFrame, Frame, Id, StandardId};
-use tmcm::chip::at25::{At25, PAGE};
+use tmcm::chip::at25::At25;
 use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{Motor, Register, Tmc429, signed};
 use tmcm::module::{
-    Hooks, Inputs, Links, Message, Mode, Module, Parts, Platform, Port, Request, Source, Spec, TMCM_1140,
-    TMCM_1140_AXES,
+    Hooks, Inputs, Links, Message, Mode, Module, Parts, Platform, Port, Product, Request, Slots, Source, Spec,
+    TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
 };
 use tmcm::motion::{Axis, Sensors, ramp};
-use tmcm::param::{AxisParameter, GlobalParameter, InterruptParameter, Row};
-use tmcm::store::{Keeper, Need, Slot, Store};
+use tmcm::param::tmcm1140::{AXIS, GLOBAL};
+use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
+use tmcm::store::{Keeper, Layout, Memory, Need, Pair, Store};
 use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
 use tmcm::tmcl::binary::{self, Addressed, Framer, Telegram};
 use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
@@ -55,14 +57,38 @@ impl OutputPin for Pin {
     }
 }
 
-/// All of it.
-struct Bare;
+/// A product with as many axes as there can be.
+#[derive(Debug)]
+struct SixAxes;
 
-impl Platform for Bare {
+static SIX_AXES: Spec = Spec { axes: 6, ..TMCM_1140 };
+
+impl Product for SixAxes {
+    const SPEC: &'static Spec = &SIX_AXES;
+}
+
+impl Memory for SixAxes {
+    const SIZE: usize = 32_768;
+    const PAGE: usize = 128;
+    const LAYOUT: Layout = Layout {
+        tag: b"six axes",
+        defaults: const { &SIX_AXES.slots.defaults::<472>(&AXIS, &GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 480];
+    type Pairs = [Pair; 16];
+}
+
+/// All of it.
+struct Bare<P>(PhantomData<P>);
+
+impl<P: Product + 'static> Platform for Bare<P> {
     type Tmc429 = Chip;
     type Tmc262 = Chip;
     type Enable = Pin;
-    type Store = &'static mut Store;
+    type Product = P;
+    type Store = &'static mut Store<P>;
     type Hooks = Added;
 }
 
@@ -99,8 +125,8 @@ pub(crate) fn all() {
     store();
     machine();
     port();
-    module::<TMCM_1140_AXES>();
-    module::<6>();
+    module::<Tmcm1140, TMCM_1140_AXES>();
+    module::<SixAxes, 6>();
     #[cfg(feature = "deliberate")]
     any(text()[any(0)]);
 }
@@ -162,11 +188,17 @@ fn language() {
 
 #[inline(never)]
 fn parameters() {
-    let row = |row: &Row| any((row.accepts(any(0)), row.writable(), row.stored(), row.unit.symbol()));
-    any(AxisParameter::from_number(any(0)).map(|p| (row(p.row()), p.index(), p.stored_index())));
-    any(GlobalParameter::from_number(any(0)).map(|p| (row(p.row()), p.index(), p.stored_index())));
-    any(InterruptParameter::from_number(any(0)).map(|p| (row(p.row()), p.index(), p.stored_index())));
-    any((AxisParameter::defaults(), GlobalParameter::defaults(), InterruptParameter::defaults()));
+    let row = |row: &Row| _ = any((row.stored(), row.unit.symbol()));
+    AXIS.rows.iter().for_each(|parameter| any(row(&parameter.row)));
+    let found = |row: Option<&Row>| any(row.map(|row| (row.accepts(any(0)), row.writable(), row.slot())));
+    any((found(AXIS.find(any(0)).map(|p| &p.row)), found(AXIS.row(any(AxisParameter::MaximumSpeed)))));
+    any((found(GLOBAL.find(any(0)).map(|p| &p.row)), found(GLOBAL.row(any(GlobalParameter::CanId)))));
+    any((any(AxisParameter::MaximumSpeed).index(), any(GlobalParameter::CanId).index()));
+    any((AXIS.defaults(), GLOBAL.defaults()));
+    if let Some((numbered, index)) = Interrupt::find(any(0), any(0), any(0)) {
+        any((numbered.number(index), numbered.each.count(any(0), any(0)), any(Interrupt::Input).first()));
+        let _ = numbered.parameter_name(index).map(|name| any(write!(Paper, "{name}")));
+    }
 }
 
 #[inline(never)]
@@ -197,7 +229,7 @@ fn chips() {
     let _ = any(memory.settle());
     let _ = any(memory.busy());
     let _ = any(memory.read(any(0), any(&mut [])));
-    let _ = any(memory.start_write(any(0), &any([0; PAGE])));
+    let _ = any(memory.start_write(any(0), any(&[])));
 
     let mut counter = Counter::<1024>::new();
     any(&mut counter);
@@ -237,7 +269,7 @@ const CONFIGURATION: Configuration = Configuration {
 fn motion() {
     any(ramp::braking(any(0), any(0), any(0), any(0)));
     let mut chip = Tmc429::new(Chip);
-    let mut axis = Axis::new(any(Motor::M0), Chip);
+    let mut axis = Axis::new(any(Motor::M0), Chip, &AXIS);
     any((&mut axis, &mut chip));
     let _ = any(axis.start(now(), &mut chip));
     let _ = any(axis.rotate(now(), &mut chip, any(0)));
@@ -246,10 +278,11 @@ fn motion() {
     let _ = any(axis.restart_driver());
     let _ = any(axis.start_search(now(), &mut chip));
     let _ = any(axis.stop_search(now(), &mut chip));
-    let parameter = any(AxisParameter::TargetPosition);
-    axis.preset(parameter, any(0));
-    let _ = any(axis.write(now(), &mut chip, parameter, any(0)));
-    let _ = any(axis.read(&mut chip, parameter));
+    if let Some(parameter) = AXIS.find(any(0)) {
+        axis.preset(parameter, any(0));
+        let _ = any(axis.write(now(), &mut chip, parameter, any(0)));
+        let _ = any(axis.read(&mut chip, parameter.function));
+    }
     let _ = any(axis.actual_position(&mut chip));
     axis.set_reverse(any(true));
     any((
@@ -266,7 +299,7 @@ fn motion() {
 
 #[inline(never)]
 fn store() {
-    let mut store = Store::new();
+    let mut store = Store::<Tmcm1140>::new();
     any(&mut store);
     store.forget();
     any(&mut store);
@@ -275,28 +308,24 @@ fn store() {
     any(&mut keeper);
     any(&mut store);
     any(keeper.poll(now(), || store.next_job()));
-    for slot in [
-        Slot::ProgramState,
-        Slot::Global(any(GlobalParameter::CanId)),
-        Slot::Variable(any(0)),
-        Slot::Axis(any(0), any(AxisParameter::TargetPosition)),
-        Slot::Coordinate(any(0), any(0)),
-    ] {
-        store.set(slot, any(0));
-        any(store.get(slot));
+    let slots: &Slots = any(&TMCM_1140.slots);
+    for slot in [slots.variable(any(0)), slots.axis(any(0), any(0)), slots.coordinate(any(0), any(0)), any(Some(0))] {
+        any(slot.map(|slot| store.set(slot, any(0))));
+        any(slot.map(|slot| store.get(slot)));
     }
+    factory_reset(&mut store);
     any(&mut store);
-    any((store.worth(), store.command(any(0)), store.downloading(), store.takes_download()));
+    any((store.worth(), store.program(), store.downloading(), store.takes_download()));
     store.begin_download(any(0));
     any(&mut store);
-    any(store.download(command()));
+    any(store.download(text()));
     store.end_download();
     any(&mut store);
-    store.erase(any(0));
+    any(store.erase(any(0)));
     any(&mut store);
     any((store.settled(any(Need::Settings)), store.is_unreachable()));
     any(store.finish(any(true)));
-    store.reset();
+    store.reset(any(true));
     any(&mut store);
     any(store.unreachable());
 }
@@ -321,18 +350,17 @@ fn machine() {
     signals.inputs(any(&[]));
     let mut interrupts = Interrupts::default();
     any(&mut interrupts);
-    any(Interrupts::exists(any(0), any(0)));
     interrupts.enable(any(0), any(true));
     interrupts.set_vector(any(0), any(0));
-    interrupts.set(any(InterruptParameter::Timer0), any(0));
-    any(interrupts.setting(any(InterruptParameter::Timer0)));
+    interrupts.set(any(0), any(0));
+    any(interrupts.setting(any(0)));
     interrupts.look(now(), signals, any(true));
     any(interrupts.take());
     interrupts.reset();
 
-    let mut machine = Machine::default();
+    let mut machine = Machine::new(any(0));
     any(&mut machine);
-    if let Some(address) = vm::address(any(0)) {
+    if let Some(address) = vm::address(any(0), any(0)) {
         machine.run_from(address);
     }
     any(&mut machine);
@@ -384,13 +412,13 @@ fn port() {
 }
 
 #[inline(never)]
-fn module<const AXES: usize>() {
+fn module<P: Product + 'static, const AXES: usize>() {
     let spec: &Spec = any(&TMCM_1140);
     any((spec.version_string(), spec.version_number()));
-    let store: Option<&'static mut Store> = any(None);
+    let store: Option<&'static mut Store<P>> = any(None);
     let Some(store) = store else { return };
     let parts = Parts { tmc429: Chip, tmc262: [const { Chip }; AXES], enable: Pin, store, hooks: Added };
-    let mut module: Module<Bare, AXES> = Module::new(spec, parts, any(0));
+    let mut module: Module<Bare<P>, AXES> = Module::new(parts, any(0));
     any(&mut module);
     module.start(now(), |store| {
         any(store);
