@@ -1,0 +1,313 @@
+//! Products with other numbers of axes, other parameters and other EEPROMs than the TMCM-1140: each exists in this test alone,
+//! with a table of its own. All axes share the chips of one simulated board as far as they go: what counts here is what
+//! a module stores, refuses and finds again.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
+use hal_sim::world::config::WorldConfig;
+use tmcm::module::{Module, Outcome, Parts, Platform, Product, Slots, Source, Spec, TMCM_1140};
+use tmcm::param::tmcm1140;
+use tmcm::param::{ANY, AxisParameter, COORDINATES, FLAG, GlobalParameter, Parameter, STORED_USER_VARIABLES, Table};
+use tmcm::parameter_rows;
+use tmcm::store::{Layout, Memory, Pair, Store};
+use tmcm::tmcl::{Opcode, Reply, Status, text};
+use tmcm::units::Micros;
+
+/// Three axes. Number 204 is no time of freewheeling here, but the maximum current; 210 is the current at standstill.
+static THREE_AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(parameter_rows! { AxisParameter;
+    0 TargetPosition "target position" Microsteps ANY, ReadWrite Volatile 0 "",
+    1 ActualPosition "actual position" Microsteps ANY, ReadWrite Volatile 0 "",
+    3 ActualSpeed "actual speed" Internal &[(-2047, 2047)], Read Volatile 0 "",
+    4 MaximumSpeed "maximum speed" Internal &[(1, 2047)], ReadWrite OnCommand(0) 900 "",
+    5 MaximumAcceleration "maximum acceleration" Internal &[(1, 2047)], ReadWrite OnCommand(1) 700 "",
+    12 RightSwitchDisable "right limit switch disable" Flag FLAG, ReadWrite OnCommand(3) 1 "",
+    13 LeftSwitchDisable "left limit switch disable" Flag FLAG, ReadWrite OnCommand(4) 1 "",
+    140 MicrostepResolution "microstep resolution" MicrostepExponent &[(0, 8)], ReadWrite OnCommand(9) 8 "",
+    153 RampDivisor "ramp divisor" Exponent &[(0, 13)], ReadWrite OnCommand(5) 7 "",
+    154 PulseDivisor "pulse divisor" Exponent &[(0, 13)], ReadWrite OnCommand(6) 3 "",
+    204 MaximumCurrent "maximum current" Current &[(0, 255)], ReadWrite OnCommand(7) 100 "",
+    210 StandbyCurrent "standby current" Current &[(0, 255)], ReadWrite OnCommand(8) 16 "",
+});
+
+static THREE_GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(parameter_rows! { GlobalParameter;
+    66 SerialAddress "serial address" Address &[(1, 255)], ReadWrite Automatic(3) 1 "",
+    76 SerialHostAddress "serial host address" Address &[(0, 255)], ReadWrite Automatic(4) 2 "",
+    81 CodeProtection "code protection" Bits &[(0, 3)], ReadWrite Automatic(2) 0 "",
+    84 CoordinateStorage "coordinate storage" Flag FLAG, ReadWrite Automatic(5) 0 "",
+});
+
+static THREE: Spec = Spec {
+    name: *b"3003",
+    number: 3003,
+    axes: 3,
+    inputs: 2,
+    lacks: &[Opcode::Stgp, Opcode::EnterAscii],
+    axis: &THREE_AXIS,
+    global: &THREE_GLOBAL,
+    commands: 6144,
+    slots: THREE_SLOTS,
+    ..TMCM_1140
+};
+
+const THREE_SLOTS: Slots = Slots { variables: 6, axes: 62, each: 30, coordinates: 10 };
+
+/// 64 KiB in pages of 128 bytes.
+#[derive(Debug)]
+struct Three;
+
+impl Product for Three {
+    const SPEC: &'static Spec = &THREE;
+}
+
+impl Memory for Three {
+    const SIZE: usize = 65_536;
+    const PAGE: usize = 128;
+    const LAYOUT: Layout = Layout {
+        tag: b"three",
+        defaults: const { &THREE_SLOTS.defaults::<152>(&THREE_AXIS, &THREE_GLOBAL) },
+        after_erasing: 2,
+    };
+    type Program = [u8; 43_008];
+    type Values = [i32; 180];
+    type Pairs = [Pair; 6];
+}
+
+/// Six axes with the parameters of the TMCM-1140.
+static SIX: Spec = Spec { name: *b"6006", number: 6006, axes: 6, inputs: 8, outputs: 8, ..TMCM_1140 };
+
+/// 32 KiB in pages of 64 bytes.
+#[derive(Debug)]
+struct Six;
+
+impl Product for Six {
+    const SPEC: &'static Spec = &SIX;
+}
+
+impl Memory for Six {
+    const SIZE: usize = 32_768;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout {
+        tag: b"six",
+        defaults: const { &SIX.slots.defaults::<472>(&tmcm1140::AXIS, &tmcm1140::GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 476];
+    type Pairs = [Pair; 34];
+}
+
+struct On<P>(std::marker::PhantomData<P>);
+
+impl<P: Product + 'static> Platform for On<P> {
+    type Tmc429 = SimSpi;
+    type Tmc262 = SimSpi;
+    type Enable = SimPin;
+    type Product = P;
+    type Store = Box<Store<P>>;
+    type Hooks = ();
+}
+
+/// A module of a product, and an EEPROM that takes no time and stays where it is.
+struct Rig<P: Product + 'static, const AXES: usize> {
+    module: Module<On<P>, AXES>,
+    eeprom: Vec<u8>,
+}
+
+impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
+    fn on(eeprom: Vec<u8>) -> Self {
+        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+        let parts = Parts {
+            tmc429: board.spi(Chip::Tmc429, 1_000_000),
+            tmc262: std::array::from_fn(|_| board.spi(Chip::Tmc262, 1_000_000)),
+            enable: board.enable_pin(),
+            store: Box::new(Store::new()),
+            hooks: (),
+        };
+        let mut module = Module::new(parts, 1);
+        module.start(Micros(0), |store| {
+            let read = |address: u16, page: &mut [u8]| {
+                page.copy_from_slice(&eeprom[address.into()..][..page.len()]);
+                Ok::<(), ()>(())
+            };
+            store.load(read).unwrap();
+        });
+        Rig { module, eeprom }
+    }
+
+    fn new() -> Self {
+        Self::on(vec![0xFF; P::SIZE])
+    }
+
+    /// Without power, and on again.
+    fn power_cycle(self) -> Self {
+        Self::on(self.eeprom)
+    }
+
+    /// Has a command carried out and lets all be stored. Gives status and value.
+    fn send(&mut self, line: &str) -> (u8, i32) {
+        let mut outcome = self.module.execute(Micros(0), Source::Usb, text::parse(line).unwrap());
+        while let Some(job) = self.module.store().next_job() {
+            self.eeprom[job.address.into()..][..job.page.len()].copy_from_slice(&job.page);
+            self.module.stored(true);
+        }
+        if outcome == Outcome::Pending {
+            outcome = Outcome::Reply(self.module.next_serial().unwrap().1);
+        }
+        match outcome {
+            Outcome::Reply(Reply::Plain { status, value, .. }) => (status as u8, value),
+            other => panic!("{line}: {other:?}"),
+        }
+    }
+
+    fn ok(&mut self, line: &str) -> i32 {
+        let (status, value) = self.send(line);
+        assert_eq!(status, Status::Ok as u8, "{line}");
+        value
+    }
+}
+
+/// A value that a parameter takes and that is another one for each axis, as far as its range goes.
+fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
+    let row = &parameter.row;
+    let offset = i32::from(axis) + 1;
+    let values = [row.default.wrapping_add(offset), row.default.wrapping_sub(offset), row.default ^ 1];
+    values.into_iter().find(|value| row.accepts(*value)).unwrap()
+}
+
+/// Whatever can be stored is different afterwards, in the EEPROM and after a power cycle, and no two of them share a slot.
+fn everything_survives<P: Product + 'static, const AXES: usize>() {
+    let mut rig = Rig::<P, AXES>::new();
+    let spec = P::SPEC;
+    let mut expected = Vec::new();
+    let axes = 0..spec.axes;
+    for parameter in spec.global.rows.iter().filter(|parameter| parameter.row.stored()) {
+        // Whatever the address, this link takes the command; code protection would keep the program from being changed.
+        let (number, value) = (parameter.row.number, another(parameter, 0));
+        rig.ok(&format!("SGP {number}, 0, {value}"));
+        expected.push((format!("GGP {number}, 0"), value));
+    }
+    rig.ok("SGP 84, 0, 1");
+    expected.retain(|(line, _)| line != "GGP 84, 0" && line != "GGP 85, 0");
+    if spec.global.find(85).is_some() {
+        rig.ok("SGP 85, 0, 0");
+    }
+    for axis in axes.clone() {
+        for parameter in spec.axis.rows.iter().filter(|parameter| parameter.row.stored()) {
+            let (number, value) = (parameter.row.number, another(parameter, axis));
+            rig.ok(&format!("SAP {number}, {axis}, {value}"));
+            rig.ok(&format!("STAP {number}, {axis}"));
+            expected.push((format!("GAP {number}, {axis}"), value));
+        }
+        for number in 1..COORDINATES as i32 {
+            let value = i32::from(axis) * 100_000 + number;
+            rig.ok(&format!("SCO {number}, {axis}, {value}"));
+            expected.push((format!("GCO {number}, {axis}"), value));
+        }
+    }
+    if !spec.lacks.contains(&Opcode::Stgp) {
+        for number in 0..STORED_USER_VARIABLES {
+            rig.ok(&format!("SGP {number}, 2, {}", 7_000 + number));
+            rig.ok(&format!("STGP {number}, 2"));
+            expected.push((format!("GGP {number}, 2"), 7_000 + i32::try_from(number).unwrap()));
+        }
+    }
+    let mut rig = rig.power_cycle();
+    for (line, value) in expected {
+        assert_eq!(rig.ok(&line), value, "{line}");
+    }
+}
+
+#[test]
+fn everything_that_can_be_stored_survives_on_three_axes() {
+    everything_survives::<Three, 3>();
+}
+
+#[test]
+fn everything_that_can_be_stored_survives_on_six_axes() {
+    everything_survives::<Six, 6>();
+}
+
+/// A fresh module has the defaults of its own table, on every axis, before and after a factory reset.
+#[test]
+fn defaults_are_those_of_the_product() {
+    let mut rig = Rig::<Three, 3>::new();
+    let defaults = |rig: &mut Rig<Three, 3>| {
+        for axis in 0..3 {
+            for parameter in THREE_AXIS.rows.iter().filter(|parameter| parameter.row.stored()) {
+                let row = &parameter.row;
+                assert_eq!(rig.ok(&format!("GAP {}, {axis}", row.number)), row.default, "{} {axis}", row.name);
+            }
+        }
+    };
+    defaults(&mut rig);
+    rig.ok("SAP 4, 2, 77");
+    rig.ok("STAP 4, 2");
+    let mut rig = rig.power_cycle();
+    assert_eq!(rig.ok("GAP 4, 2"), 77);
+    tmcm::module::factory_reset(rig.module.store());
+    // The pages are written with whatever comes next.
+    rig.ok("SGP 66, 0, 9");
+    let mut rig = rig.power_cycle();
+    defaults(&mut rig);
+}
+
+#[test]
+fn what_a_product_does_not_have_is_refused() {
+    let mut rig = Rig::<Three, 3>::new();
+    let wrong_type = Status::WrongType as u8;
+    for line in ["GAP 6, 0", "SAP 7, 0, 1", "GAP 200, 2", "STAP 6, 1", "RSAP 6, 1", "GGP 79, 0", "SGP 67, 0, 1"] {
+        assert_eq!(rig.send(line).0, wrong_type, "{line}");
+    }
+    for line in ["STGP 1, 2", "139, 0, 0, 0"] {
+        assert_eq!(rig.send(line).0, Status::InvalidCommand as u8, "{line}");
+    }
+    for line in ["GAP 4, 3", "SAP 4, 3, 1", "STAP 4, 3", "MST 3", "SCO 1, 3, 1"] {
+        assert_eq!(rig.send(line).0, Status::InvalidValue as u8, "{line}");
+    }
+}
+
+/// The same number is the current of one product and the freewheeling time of another.
+#[test]
+fn a_number_means_what_the_product_says() {
+    let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
+    assert_eq!((three.ok("GAP 204, 1"), six.ok("GAP 204, 1")), (100, 0));
+    assert_eq!((three.send("SAP 204, 1, 256").0, six.send("SAP 204, 1, 256").0), (Status::InvalidValue as u8, 100));
+    assert_eq!((three.send("SAP 210, 0, 256").0, six.send("SAP 210, 0, 256").0), (Status::InvalidValue as u8, 100));
+}
+
+/// Each axis has two stop switches, and each input an edge: their numbers follow from those of the first.
+#[test]
+fn interrupts_are_as_many_as_axes_and_inputs() {
+    let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
+    let exist = |numbers: &[i32], last: i32| (0..=last).map(|number| numbers.contains(&number)).collect::<Vec<_>>();
+    let found = |enable: &mut dyn FnMut(i32) -> u8| {
+        (0..=64).map(|number| enable(number) == Status::Ok as u8).collect::<Vec<_>>()
+    };
+    let of_three = [0, 1, 2, 3, 4, 5, 15, 16, 17, 21, 22, 23, 27, 28, 29, 30, 31, 32, 39, 40];
+    assert_eq!(found(&mut |number| three.send(&format!("EI {number}")).0), exist(&of_three, 64));
+    let of_six: Vec<i32> = (0..9).chain(15..47).collect();
+    assert_eq!(found(&mut |number| six.send(&format!("EI {number}")).0), exist(&of_six, 64));
+    for number in (27..=38).chain(39..=46) {
+        let value = number % 4;
+        assert_eq!(six.ok(&format!("SGP {number}, 3, {value}")), value);
+    }
+    for number in (27..=38).chain(39..=46) {
+        assert_eq!(six.ok(&format!("GGP {number}, 3")), number % 4, "{number}");
+    }
+    assert_eq!(three.send("GGP 33, 3").0, Status::WrongType as u8);
+}
+
+/// A program of another size than that of the TMCM-1140 ends where its memory does.
+#[test]
+fn program_memory_has_the_size_of_the_product() {
+    let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
+    assert_eq!((three.send("132, 0, 0, 6143").0, six.send("132, 0, 0, 2048").0), (100, Status::InvalidValue as u8));
+    assert_eq!(three.send("ROR 0, 1").0, Status::Loaded as u8);
+    assert_eq!(three.send("ROR 0, 2").0, Status::InvalidValue as u8);
+    three.ok("133, 0, 0, 0");
+    let mut three = three.power_cycle();
+    assert_eq!(three.send("132, 0, 0, 6144").0, Status::InvalidValue as u8);
+    let outcome = three.module.execute(Micros(0), Source::Usb, text::parse("134, 0, 0, 6143").unwrap());
+    assert_eq!(outcome, Outcome::Reply(Reply::Memory(text::parse("ROR 0, 1").unwrap())));
+}
