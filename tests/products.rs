@@ -152,7 +152,7 @@ impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
             self.module.stored(true);
         }
         if outcome == Outcome::Pending {
-            outcome = Outcome::Reply(self.module.next_serial().unwrap().1);
+            outcome = Outcome::Reply(self.module.next_reply().unwrap().reply.unwrap());
         }
         match outcome {
             Outcome::Reply(Reply::Plain { status, value, .. }) => (status as u8, value),
