@@ -256,7 +256,9 @@ fn defaults_are_those_of_the_product() {
 fn what_a_product_does_not_have_is_refused() {
     let mut rig = Rig::<Three, 3>::new();
     let wrong_type = Status::WrongType as u8;
-    for line in ["GAP 6, 0", "SAP 7, 0, 1", "GAP 200, 2", "STAP 6, 1", "RSAP 6, 1", "GGP 79, 0", "SGP 67, 0, 1"] {
+    for line in
+        ["GAP 6, 0", "SAP 7, 0, 1", "GAP 200, 2", "STAP 6, 1", "RSAP 6, 1", "GGP 79, 0", "SGP 67, 0, 1", "GIO 2, 0"]
+    {
         assert_eq!(rig.send(line).0, wrong_type, "{line}");
     }
     for line in ["STGP 1, 2", "139, 0, 0, 0"] {

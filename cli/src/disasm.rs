@@ -73,7 +73,7 @@ fn comment(command: &Command, plain: &str) -> Option<String> {
     let Instruction { mnemonic, .. } = opcode.instruction();
     let name = parameter(PRODUCT, opcode, *command).map(|parameter| parameter.name);
     match (mnemonic.is_empty() || plain.starts_with(mnemonic), name) {
-        (true, name) => name.map(String::from),
+        (true, name) => name,
         (false, Some(name)) => Some(format!("{mnemonic}, {name}")),
         (false, None) => Some((*mnemonic).to_string()),
     }

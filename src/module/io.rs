@@ -1,6 +1,6 @@
 //! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
 
-use super::{Done, Module, Platform};
+use super::{Done, Module, Platform, Spec};
 use crate::tmcl::Status;
 
 /// Milliseconds of the status LED's on and off time.
@@ -60,6 +60,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let all = 1_u8.checked_shl(self.spec().outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {
             // Configuration tools write 3 to every board, the default of those with two such outputs.
+            (0, 0) if self.spec().pull_ups == 0 => return Err(Status::WrongType),
             (0, 0) if (0..=3).contains(&value) => self.outputs.pull_ups = value & 1 != 0,
             (0, 0) => return Err(Status::InvalidValue),
             (2, ALL) => {
@@ -85,18 +86,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     pub(super) fn get_input(&self, port: u8, bank: u8) -> Result<Done, Status> {
+        let Spec { inputs, outputs, analog, .. } = *self.spec();
+        let digital = self.inputs.digital.get(..usize::from(inputs)).unwrap_or(&self.inputs.digital);
         let value = match (bank, port) {
-            (0, ALL) => self.inputs.digital.iter().rev().fold(0, |bits, level| bits << 1 | i32::from(*level)),
+            (0, ALL) => digital.iter().rev().fold(0, |bits, level| bits << 1 | i32::from(*level)),
             (0, 11) => {
                 let angle = self.inputs.encoder;
                 let turn = crate::chip::encoder::TURN;
                 (angle.min(turn.saturating_sub(angle)) <= NEAR_ZERO).into()
             }
-            (0, port) => (*self.inputs.digital.get(usize::from(port)).ok_or(Status::WrongType)?).into(),
-            (1, 0) => self.inputs.analog.into(),
+            (0, port) => (*digital.get(usize::from(port)).ok_or(Status::WrongType)?).into(),
+            (1, 0) if analog & 1 != 0 => self.inputs.analog.into(),
             (1, 8) => self.inputs.supply.ok_or(Status::NotAvailable)?.into(),
             (1, 9) => self.inputs.temperature.into(),
-            (2, port) if port < self.spec().outputs => (self.outputs.digital.unbounded_shr(port.into()) & 1).into(),
+            (2, port) if port < outputs => (self.outputs.digital.unbounded_shr(port.into()) & 1).into(),
             (1 | 2, _) => return Err(Status::WrongType),
             _ => return Err(Status::InvalidValue),
         };

@@ -102,7 +102,9 @@ impl Pair {
     const NEW: Self = Pair { newest: (false, 0), forced: 0, alien: false, found: [None; 2] };
 }
 
-/// Whether the parts of a memory agree with each other and with the EEPROM.
+/// Whether the parts of a memory agree with each other and with the EEPROM: for the compiler, which stops where it cannot
+/// reckon on.
+#[allow(clippy::arithmetic_side_effects)]
 pub(super) const fn fits<M: Memory>() -> bool {
     let (program, pairs) = (M::Program::LENGTH, M::Pairs::LENGTH);
     let Layout { defaults, after_erasing, .. } = M::LAYOUT;

@@ -56,7 +56,7 @@ impl<M: Memory> Program<M> {
     pub(super) fn write(&mut self, offset: usize, bytes: &[u8]) {
         for (offset, byte) in (offset..).zip(bytes) {
             if self.bytes().get(offset).is_some_and(|old| old != byte) {
-                self.touch(offset / M::PAGE);
+                self.touch(offset.checked_div(M::PAGE).unwrap_or_default());
                 if let Some(place) = self.bytes.as_mut().get_mut(offset) {
                     *place = *byte;
                 }

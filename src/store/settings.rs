@@ -152,7 +152,7 @@ impl<M: Memory> Settings<M> {
         }
         let Some(place) = self.wanted.as_mut().get_mut(slot) else { return false };
         *place = value;
-        self.mark(slot / Self::EACH);
+        self.mark(slot.checked_div(Self::EACH).unwrap_or_default());
         if !self.settled() {
             self.format();
         }
