@@ -101,24 +101,27 @@ impl EepromFile {
 
     /// Gives the file these contents. The old one is there until the new one is complete.
     pub fn save(&mut self, contents: &[u8]) -> Result<(), Failure> {
-        self.replace(contents)
-            .map_err(|error| Failure::Failed(format!("--eeprom: cannot write {}: {error}", self.path.display())))
+        self.replace(contents).map_err(|error| {
+            let taken = self.held.is_none() && error.kind() == ErrorKind::AlreadyExists;
+            // Who has been faster says why.
+            let refused = taken.then(|| Self::open(&self.path).err()).flatten();
+            refused
+                .unwrap_or_else(|| Failure::Failed(format!("--eeprom: cannot write {}: {error}", self.path.display())))
+        })
     }
 
     fn replace(&mut self, contents: &[u8]) -> io::Result<()> {
-        let expected = match &self.held {
-            Some(held) => same(held, &self.path),
-            None => fs::symlink_metadata(&self.path).map(|_| false),
-        };
-        match expected {
-            Ok(true) => {}
-            Ok(false) => return Err(io::Error::other("another file has taken its place")),
+        let exists = match self.held.as_ref().map(|held| same(held, &self.path)) {
+            Some(Ok(true)) => true,
+            Some(Ok(false)) => return Err(io::Error::other("another file has taken its place")),
             // Whoever removed the file gets it back.
-            Err(error) if error.kind() == ErrorKind::NotFound => {}
-            Err(error) => return Err(error),
-        }
+            Some(Err(error)) if error.kind() != ErrorKind::NotFound => return Err(error),
+            Some(Err(_)) | None => false,
+        };
         let (fresh, mut file) = beside(&self.path)?;
-        let written = self.fill(&mut file, contents).and_then(|()| fs::rename(&fresh, &self.path));
+        let written = self
+            .fill(&mut file, contents)
+            .and_then(|()| if exists { fs::rename(&fresh, &self.path) } else { name_anew(&fresh, &self.path) });
         if written.is_err() {
             // What is left of it is of no use; the old file is untouched.
             let _ = fs::remove_file(&fresh);
@@ -150,6 +153,22 @@ impl Backing for EepromFile {
         }
         self.failing = saved.is_err();
         !self.failing
+    }
+}
+
+/// Gives a file a name that nobody has: of several who do so at once one succeeds.
+fn name_anew(fresh: &Path, path: &Path) -> io::Result<()> {
+    match fs::hard_link(fresh, path) {
+        Ok(()) => {
+            // One name too many does no harm.
+            let _ = fs::remove_file(fresh);
+            Ok(())
+        }
+        // There are file systems without links; those cannot say who is first.
+        Err(error) if error.kind() != ErrorKind::AlreadyExists && fs::symlink_metadata(path).is_err() => {
+            fs::rename(fresh, path)
+        }
+        Err(error) => Err(error),
     }
 }
 

@@ -1,6 +1,7 @@
 //! `tmcl sim --eeprom`: what is stored outlives the process.
 
 use std::fs::{self, File, Permissions};
+use std::io::{BufRead, BufReader};
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::Path;
 
@@ -8,7 +9,7 @@ use rustix::fs::inotify::{self, CreateFlags, Reader, WatchFlags};
 use rustix::fs::{CWD, Mode};
 use rustix::process::{Resource, Rlimit, Signal, prlimit};
 
-use super::harness::{Sim, complaint, names, run};
+use super::harness::{Sim, complaint, names, run, tmcl};
 use super::image::image;
 
 const OPTIONS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--eeprom", "{}/module.bin"];
@@ -59,6 +60,29 @@ fn a_file_has_one_simulator_at_a_time() {
     assert!(sim.path("other name").is_symlink());
     assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
     refused(&path, "is the EEPROM of another simulator that runs");
+}
+
+/// There is no file yet that could be locked: still one of two that start together has it, and the other is told why not.
+#[test]
+fn of_two_that_start_together_on_a_new_file_one_is_refused() {
+    for round in 0..20 {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("module.bin");
+        let mut command = tmcl(&["sim", "--tcp", "127.0.0.1:0", "--eeprom", path.to_str().unwrap()]);
+        let mut both = [command.spawn().unwrap(), command.spawn().unwrap()];
+        let ready = both.each_mut().map(|child| {
+            let lines = BufReader::new(child.stdout.take().unwrap()).lines();
+            lines.map_while(Result::ok).any(|line| line == "ready")
+        });
+        let said = both.map(|mut child| {
+            child.kill().unwrap();
+            complaint(&child.wait_with_output().unwrap())
+        });
+        assert_eq!(ready.iter().filter(|ready| **ready).count(), 1, "round {round}: {said:?}");
+        let refusals = said.iter().filter(|said| said.contains("is the EEPROM of another simulator that runs"));
+        assert_eq!(refusals.count(), 1, "round {round}: {said:?}");
+        assert_eq!(names(folder.path()), ["module.bin"]);
+    }
 }
 
 /// Stores go well, then fail while `spoil` has had its way with the simulator and its folder, and go well again after
