@@ -17,6 +17,8 @@ use crate::fleet::Fleet;
 
 /// Longest line; nothing of the protocol comes near it.
 const LONGEST_LINE: usize = 4096;
+/// Lines of a client that are carried out in a turn of the simulator: those of all clients together hold up nobody.
+const LINES: usize = 4;
 /// What a request of HTTP begins with.
 const METHODS: [&str; 9] = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH"];
 
@@ -40,7 +42,7 @@ impl Controller {
         Controller { stream, unread: VecDeque::new(), line: Vec::new(), trusted: false, heard: Instant::now() }
     }
 
-    /// Takes what has arrived and answers each line with what `execute` makes of it. While answers wait for a client
+    /// Takes what has arrived and answers some lines, each with what `execute` makes of it. While answers wait for a client
     /// that does not read them, no more of its lines are taken.
     pub fn receive(&mut self, mut execute: impl FnMut(&str) -> String) {
         if self.wants_more() {
@@ -52,11 +54,14 @@ impl Controller {
                 Input::Ended | Input::Nothing => {}
             }
         }
-        while !self.stream.is_full()
+        let mut lines = 0;
+        while lines < LINES
+            && self.has_unread()
             && let Some(byte) = self.unread.pop_front()
         {
             if byte == b'\n' {
                 self.take_line(&mut execute);
+                lines += 1;
             } else if self.line.len() <= LONGEST_LINE {
                 self.line.push(byte);
             }
@@ -91,6 +96,11 @@ impl Controller {
     /// What to wait for, as [`Stream::interest`] has it.
     pub fn interest(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
         self.stream.interest(!self.wants_more())
+    }
+
+    /// Something that has come waits for the next turn, and for nothing else.
+    pub fn has_unread(&self) -> bool {
+        !self.unread.is_empty() && !self.stream.is_full()
     }
 
     fn wants_more(&self) -> bool {

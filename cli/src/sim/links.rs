@@ -193,6 +193,11 @@ impl Links {
         wanted
     }
 
+    /// Lines have come to the control port that wait for the next turn.
+    pub fn has_lines(&self) -> bool {
+        self.control.iter().flat_map(|server| &server.clients).any(Controller::has_unread)
+    }
+
     /// When the first silence is to be told.
     pub fn silence_ends(&self) -> Option<Instant> {
         let files = self.files().filter_map(Endpoint::silence_ends);

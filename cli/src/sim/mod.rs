@@ -163,6 +163,9 @@ impl<M: Device> Simulator<M> {
             wake = self.fleet.next_event().map_or(wake, |due| wake.min(self.pacer.when(due)));
         }
         wake = self.links.silence_ends().map_or(wake, |end| wake.min(end));
+        if self.links.has_lines() {
+            wake = Instant::now();
+        }
         let left = wake.saturating_duration_since(Instant::now());
         let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
 

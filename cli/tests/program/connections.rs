@@ -1,5 +1,6 @@
 //! Who connects to the TCP ports of `tmcl sim`: too many, web pages, and those who never read.
 
+use std::collections::HashSet;
 use std::fs;
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -58,6 +59,18 @@ fn nothing_that_a_web_page_sends_is_carried_out() {
     // Whoever has begun otherwise is no browser.
     assert_eq!(controller.ask("GET / HTTP/1.1")["ok"], false);
     assert_eq!(controller.ask("press left")["ok"], true);
+}
+
+/// In each turn of the simulator time passes and everybody is served; what waits of a client's lines waits for the next one.
+#[test]
+fn a_client_has_few_lines_carried_out_in_a_turn() {
+    const LINES: usize = 600;
+    let sim = Sim::start(&LINKS);
+    let mut greedy = Controller::new(&sim);
+    greedy.stream.write_all("state\n".repeat(LINES).as_bytes()).unwrap();
+    let times: HashSet<u64> = (0..LINES).map(|_| greedy.answer().unwrap()["time_us"].as_u64().unwrap()).collect();
+    // Four lines; a turn in which this computer was busy with something else may let no time pass.
+    assert!(times.len() >= LINES / 8, "{} turns", times.len());
 }
 
 #[test]
