@@ -30,7 +30,7 @@ pub struct Controller {
     /// Bytes that have come and that nobody has looked at.
     unread: VecDeque<u8>,
     line: Vec<u8>,
-    /// A line has come that is none of HTTP.
+    /// A command has come.
     trusted: bool,
     /// When the last line came, or the connection.
     heard: Instant,
@@ -72,14 +72,15 @@ impl Controller {
         self.heard = Instant::now();
         let line = std::mem::take(&mut self.line);
         let text = String::from_utf8_lossy(&line);
-        if !self.trusted && is_http(&text) {
+        // One character more than that is kept of a longer one.
+        let too_long = line.len() > LONGEST_LINE;
+        self.trusted |= !too_long && Line::parse(&text).is_ok();
+        if !self.trusted && (too_long || is_http(&text)) {
             // Any web page can make a browser send lines, behind this one.
             self.unread.clear();
             return self.stream.give_up();
         }
-        self.trusted = true;
-        // One character more than that is kept of a longer one.
-        let answer = if line.len() > LONGEST_LINE {
+        let answer = if too_long {
             answer(Err(format!("a line has {LONGEST_LINE} characters at most")))
         } else {
             execute(&text)
@@ -119,9 +120,13 @@ impl Guest for Controller {
     }
 }
 
-/// Whether this is the first line of a request of HTTP.
+/// Whether a request of HTTP may begin with this line: a method that is known, or any with a path or address behind it.
 fn is_http(line: &str) -> bool {
-    line.split_whitespace().next().is_some_and(|word| METHODS.contains(&word)) || line.contains(" HTTP/")
+    let lower = line.to_ascii_lowercase();
+    let behind = lower.split_whitespace().nth(1).unwrap_or_default();
+    lower.contains(" http/")
+        || ["/", "http:", "https:"].iter().any(|beginning| behind.starts_with(beginning))
+        || line.split_whitespace().next().is_some_and(|word| METHODS.contains(&word))
 }
 
 /// An answer. Serialised it is one line.
@@ -190,9 +195,11 @@ mod tests {
 
     #[test]
     fn requests_of_http_are_told_from_commands() {
-        let http = ["GET / HTTP/1.1", "POST /x", "PRI * HTTP/2.0", "QUERY / HTTP/1.1", "OPTIONS"];
+        let http = ["GET / HTTP/1.1", "POST /x", "PRI * HTTP/2.0", "q * Http/1.1", "OPTIONS", "QUERY /", "q HTTP://x"];
         assert!(http.iter().all(|line| is_http(line)));
-        assert!(!["", "state", "get", "press left", "POSTER", "module 1 GET"].iter().any(|line| is_http(line)));
+        assert!(
+            !["", "state", "get", "press left", "POSTER", "module 1 GET", "input 1/2"].iter().any(|line| is_http(line))
+        );
     }
 
     #[test]

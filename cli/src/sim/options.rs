@@ -64,8 +64,8 @@ pub struct Options {
     /// than 1. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
     /// nothing comes. Port 0 takes a free one and prints it.
     ///
-    /// A connection that begins like HTTP is closed, so that no web page reaches the module. Commands of a client that
-    /// does not read its answers wait until it does. At 16 connections a new one takes the place of the one that has
+    /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so that no
+    /// web page reaches the module. Commands of a client that does not read its answers wait until it does. At 16 connections a new one takes the place of the one that has
     /// been idle longest.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,

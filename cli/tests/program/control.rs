@@ -64,7 +64,7 @@ fn lines_may_come_together_and_the_last_without_an_end() {
 fn a_line_too_long_is_refused_as_a_whole() {
     let sim = Sim::start(&LINKS);
     for rest in [" ", "x"] {
-        let answer = sim.control(&[&("press left".to_owned() + &rest.repeat(5000))]);
+        let answer = sim.control(&["state", &("press left".to_owned() + &rest.repeat(5000))]);
         assert_eq!((&answer["ok"], &answer["error"]), (&false.into(), &"a line has 4096 characters at most".into()));
     }
     assert_eq!(sim.control(&["state"])["switches"]["left"], false);
