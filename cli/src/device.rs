@@ -70,6 +70,11 @@ pub trait Device {
     /// A client has gone: it gets no event any more. Requests it has sent are carried out all the same.
     fn forget(&mut self, client: Client);
 
+    /// Clients whose sessions the module's USB link has ended in favour of others since the last call.
+    fn take_ended(&mut self) -> Vec<Client> {
+        Vec::new()
+    }
+
     /// True while somebody may hear from the module without a further request.
     fn is_busy(&self) -> bool;
 

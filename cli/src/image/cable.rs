@@ -7,12 +7,15 @@
 //! To the module there is one connection, whoever comes and goes. What a host leaves behind in it - another language than
 //! that of parameter 67, a subscription - would be the next one's. So when a host that has asked for something of the kind
 //! is gone, the cable is reset, and for those who are still there the link is as after its start, too.
+//!
+//! Nor can others speak while one that stays has made the module change its language. As soon as one of them wants to, the
+//! session of that one is over: it is taken for gone, and its connection is closed.
 
 use std::collections::VecDeque;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use tmcm::tmcl::Opcode;
-use tmcm::tmcl::binary::TELEGRAM;
+use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 
 use super::pieces::Pieces;
 use crate::client::Client;
@@ -61,6 +64,12 @@ pub(super) struct Cable {
     moved: Nanos,
     /// Until when nothing is sent.
     quiet: Nanos,
+    /// A change of the language is on its way; it has come about once that is answered.
+    changing: bool,
+    /// Who has made the module speak another language than at its start.
+    strayed: Option<Client>,
+    /// Whose sessions have been ended since that was last asked for.
+    ended: Vec<Client>,
 }
 
 impl Cable {
@@ -92,12 +101,22 @@ impl Cable {
     /// True if somebody has left what the next one must not find: the cable is to be reset. Told once, when nobody waits for
     /// an answer.
     pub(super) fn is_left_behind(&mut self, now: Nanos) -> bool {
-        if self.is_taken(now, PATIENCE) {
+        let stays = |client: &Client| self.hosts.iter().any(|host| host.client == *client && !host.gone);
+        let in_the_way = self.strayed.filter(|client| self.others_wait() && stays(client));
+        // What it is still to hear is of little use to it.
+        if self.is_taken(now, if in_the_way.is_some() { LONE_PATIENCE } else { PATIENCE }) {
             return false;
+        }
+        if let Some(client) = in_the_way {
+            let host = self.host(client);
+            (host.gone, host.leaves_traces) = (true, true);
+            host.waiting.clear();
+            self.ended.push(client);
         }
         let left = self.hosts.extract_if(.., |host| host.gone && host.waiting.is_empty());
         let left = left.fold(false, |left, host| left | host.leaves_traces);
         if left {
+            (self.missing, self.changing, self.strayed) = (0, false, None);
             self.hosts.iter_mut().for_each(|host| host.leaves_traces = host.waiting.iter().any(Portion::leaves_traces));
         }
         left
@@ -114,11 +133,10 @@ impl Cable {
             return None;
         }
         let speaker = self.speaker;
-        let alone = self.hosts.iter().all(|host| host.client == speaker || host.waiting.is_empty());
-        let taken = if alone {
-            self.missing >= AHEAD && self.is_taken(now, LONE_PATIENCE)
-        } else {
+        let taken = if self.others_wait() {
             self.is_taken(now, PATIENCE)
+        } else {
+            self.missing >= AHEAD && self.is_taken(now, LONE_PATIENCE)
         };
         if taken {
             return None;
@@ -132,6 +150,8 @@ impl Cable {
             Some((index, host.client, host.waiting.pop_front()?))
         })?;
         self.turn = index + 1;
+        // What is not answered by now has not come about.
+        self.changing = changes_language(&bytes) || self.changing && client == speaker && self.missing > 0;
         self.missing = if client == speaker { self.missing + bytes.len() } else { bytes.len() };
         (self.speaker, self.moved) = (client, now);
         self.quiet = if gap { now + GAP } else { 0 };
@@ -142,7 +162,16 @@ impl Cable {
     pub(super) fn hear(&mut self, now: Nanos, count: usize) -> Client {
         self.missing = self.missing.saturating_sub(count);
         self.moved = now;
+        if std::mem::take(&mut self.changing) {
+            // There are two.
+            self.strayed = if self.strayed.is_some() { None } else { Some(self.speaker) };
+        }
         self.speaker
+    }
+
+    /// Clients whose sessions have been ended in favour of others since the last call.
+    pub(super) fn take_ended(&mut self) -> Vec<Client> {
+        std::mem::take(&mut self.ended)
     }
 
     /// How many bytes of a host wait.
@@ -168,6 +197,11 @@ impl Cable {
         *self = Cable { speaker: self.speaker, ..Cable::default() };
     }
 
+    /// Somebody else wants the cable than who has it.
+    fn others_wait(&self) -> bool {
+        self.hosts.iter().any(|host| host.client != self.speaker && !host.waiting.is_empty())
+    }
+
     fn is_taken(&self, now: Nanos, patience: Nanos) -> bool {
         self.missing > 0 && now < self.moved + patience
     }
@@ -191,7 +225,19 @@ impl Portion {
 /// Changes the language of the link, or subscribes to an event.
 fn leaves_traces(bytes: &[u8]) -> bool {
     const COMMANDS: [u8; 2] = [Opcode::EnterAscii as u8, Opcode::PositionReachedEvent as u8];
-    bytes.get(1).is_some_and(|opcode| COMMANDS.contains(opcode)) || bytes.windows(3).any(|word| word == b"BIN")
+    bytes.get(1).is_some_and(|opcode| COMMANDS.contains(opcode)) || names_binary(bytes)
+}
+
+/// Changes the language of the link, if it is another.
+fn changes_language(bytes: &[u8]) -> bool {
+    let enters = |telegram: &Telegram| {
+        telegram[1] == Opcode::EnterAscii as u8 && telegram[TELEGRAM - 1] == binary::checksum(telegram)
+    };
+    bytes.try_into().is_ok_and(enters) || matches!(bytes.last(), Some(b'\r' | b'\n')) && names_binary(bytes)
+}
+
+fn names_binary(bytes: &[u8]) -> bool {
+    bytes.windows(3).any(|word| word == b"BIN")
 }
 
 #[cfg(test)]
@@ -243,6 +289,34 @@ mod tests {
         cable.hear(2, 9);
         cable.forget(OTHER);
         assert!(!cable.is_left_behind(2), "it has left nothing");
+    }
+
+    #[test]
+    fn who_has_changed_the_language_goes_when_another_wants_the_cable() {
+        let mut cable = Cable::default();
+        let enter = [1, 139, 0, 0, 0, 0, 0, 0, 140];
+        cable.push(ONE, &enter);
+        assert!(cable.next(0).is_some());
+        cable.hear(1, 9);
+        assert!(!cable.is_left_behind(1), "nobody else is there");
+        cable.push(ONE, b"ABIN\r");
+        assert!(cable.next(1).is_some());
+        cable.hear(2, 9);
+        cable.push(OTHER, &[2; 9]);
+        assert!(!cable.is_left_behind(2), "it has changed it back");
+        assert!(cable.next(2).is_some());
+        cable.hear(3, 9);
+        cable.push(ONE, &enter);
+        assert!(cable.next(3).is_some());
+        cable.hear(4, 9);
+        cable.push(ONE, b"AGAP");
+        cable.silence(ONE);
+        assert!(cable.next(4).is_some());
+        cable.push(OTHER, &[2; 9]);
+        assert!(!cable.is_left_behind(4 + LONE_PATIENCE - 1), "the answer is still to come");
+        assert!(cable.is_left_behind(4 + LONE_PATIENCE));
+        assert_eq!((cable.take_ended(), cable.take_ended()), (vec![ONE], vec![]));
+        assert_eq!(cable.next(4 + GAP).as_deref(), Some(&[2; 9][..]));
     }
 
     #[test]

@@ -282,6 +282,10 @@ impl Device for ImageModule {
         self.cable.forget(client);
     }
 
+    fn take_ended(&mut self) -> Vec<Client> {
+        self.cable.take_ended()
+    }
+
     fn is_busy(&self) -> bool {
         let Waiting { rs485, usb, can } = self.machine.waiting();
         let unread = self.cable.has_unread() || rs485 + usb + can > 0;

@@ -153,8 +153,12 @@ impl Links {
         self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());
         self.slcan.iter_mut().for_each(|pty| pty.end.endpoint.stream.flush());
         if let (Some(server), Some(module)) = (&mut self.tcp, fleet.modules_mut().first_mut()) {
+            let ended = module.take_ended();
             server.clients.retain_mut(|Endpoint { stream, client, .. }| {
                 stream.flush();
+                if ended.contains(client) {
+                    stream.give_up();
+                }
                 let done = stream.ended() && stream.drained() && !module.owes(*client);
                 if done || stream.broken() {
                     module.forget(*client);

@@ -95,7 +95,8 @@ pub struct Options {
     ///
     /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140. Board, world
     /// and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
-    /// are one USB cable, on which hosts take turns.
+    /// are one USB cable, on which hosts take turns. One that has made the module leave the mode of global parameter 67
+    /// loses its connection when another has something to say.
     ///
     /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically it
     /// goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the time-outs of

@@ -4,7 +4,8 @@
 //! Times are the module's, and pass slowly: what this computer is busy with costs next to nothing of them.
 
 use std::fs::OpenOptions;
-use std::io::{BufRead, Read, Write};
+use std::io::{BufRead, ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::time::Instant;
 
 use rustix::termios::QueueSelector;
@@ -63,6 +64,59 @@ fn each_connection_begins_in_the_start_mode() {
         assert_eq!(host.read(), *b"BA 100 0\r");
         assert_eq!(host.ok("GAP 4, 0"), 1000);
     }
+}
+
+/// The next line that comes in ASCII mode.
+fn line(host: &mut Host<TcpStream>) -> String {
+    host.0.set_read_timeout(Some(PATIENCE)).unwrap();
+    let (mut line, mut byte) = (String::new(), [0]);
+    loop {
+        host.0.read_exact(&mut byte).unwrap();
+        match byte {
+            [b'\r'] => return line,
+            [byte] => line.push(byte.into()),
+        }
+    }
+}
+
+/// One that stays in ASCII mode has the link for itself only as long as nobody else wants it: then its session is over.
+#[test]
+fn who_has_left_the_start_mode_makes_room_for_the_others() {
+    let sim = start(&[&TCP, &CONTROL, &SLOW, &["--serial", "{}/usb"]]);
+    let mut other = sim.tcp();
+    // Nothing that is typed comes back.
+    other.ok("SGP 67, 0, 32");
+    let answered_soon = |host: &mut Host<TcpStream>| {
+        let asked = time(&sim);
+        assert_eq!(host.ok("GAP 4, 0"), 1000);
+        let answered = time(&sim);
+        assert!(answered - asked <= LONGEST, "{} us", answered - asked);
+    };
+    // With all said, and with a line begun.
+    for begun in ["", "AGAP 4"] {
+        let mut host = sim.tcp();
+        host.ok("139");
+        host.write(b"AGAP 4, 0\r");
+        assert_eq!(line(&mut host), "BA 100 1000");
+        host.write(begun.as_bytes());
+        answered_soon(&mut sim.tcp());
+        answered_soon(&mut other);
+        host.0.set_read_timeout(Some(PATIENCE)).unwrap();
+        let closed = host.0.read(&mut [0; 64]);
+        assert!(closed.map_or_else(|error| error.kind() == ErrorKind::ConnectionReset, |count| count == 0), "{begun}");
+    }
+    // The serial port stays, and what is next at it begins anew, too.
+    let mut serial = sim.serial();
+    serial.ok("139");
+    answered_soon(&mut other);
+    assert_eq!(serial.ok("GAP 4, 0"), 1000);
+    // Who has left ASCII mode again is in nobody's way.
+    let mut host = sim.tcp();
+    host.ok("139");
+    host.write(b"ABIN\r");
+    assert_eq!(line(&mut host), "BA 100 0");
+    answered_soon(&mut other);
+    assert_eq!(host.ok("GAP 4, 0"), 1000);
 }
 
 /// An event belongs to who has asked for it: who comes later does not get it.
