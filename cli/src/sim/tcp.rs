@@ -5,6 +5,8 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
 
+use rustix::net::sockopt;
+
 use super::endpoint::Endpoint;
 use super::slcan::HostAdapter;
 use super::stream::Stream;
@@ -15,6 +17,12 @@ use crate::failure::Failure;
 pub const MOST_CONNECTIONS: usize = 16;
 /// How long nobody is let in after that has failed: there is no file descriptor left, or no memory.
 const PAUSE: Duration = Duration::from_millis(100);
+/// A connection that has been silent for so long is tried for whether anybody is there.
+const TRIED_AFTER: Duration = Duration::from_secs(10);
+/// And again after so long.
+const TRIED_EVERY: Duration = Duration::from_secs(5);
+/// After so many tries without an answer it is at its end.
+const TRIES: u32 = 3;
 /// Bytes that may wait for a client that does not read. More, and it is cut off.
 const LIMIT: usize = 64 * 1024;
 
@@ -94,7 +102,7 @@ impl<C: Guest> Server<C> {
         for _ in 0..MOST_CONNECTIONS {
             match self.listener.accept() {
                 // A connection that breaks this early is no loss.
-                Ok((socket, _)) if socket.set_nonblocking(true).is_err() || socket.set_nodelay(true).is_err() => {}
+                Ok((socket, _)) if prepare(&socket).is_err() => {}
                 Ok((socket, from)) => {
                     let refused = !self.admit(make(Stream::new(socket, LIMIT)));
                     if refused && !std::mem::replace(&mut self.refusal_told, true) {
@@ -139,6 +147,17 @@ impl<C: Guest> Server<C> {
     fn is_paused(&self) -> bool {
         self.paused.is_some_and(|end| Instant::now() < end)
     }
+}
+
+/// Makes a new connection one that makes nobody wait, and that ends when nobody is there any more: who vanishes, without a
+/// word, keeps no place.
+fn prepare(socket: &TcpStream) -> std::io::Result<()> {
+    socket.set_nonblocking(true)?;
+    socket.set_nodelay(true)?;
+    sockopt::set_socket_keepalive(socket, true)?;
+    sockopt::set_tcp_keepidle(socket, TRIED_AFTER)?;
+    sockopt::set_tcp_keepintvl(socket, TRIED_EVERY)?;
+    Ok(sockopt::set_tcp_keepcnt(socket, TRIES)?)
 }
 
 #[cfg(test)]

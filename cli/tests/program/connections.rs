@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fs;
 use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
-use std::net::TcpStream;
+use std::net::{SocketAddr, TcpStream};
 use std::time::Instant;
 
 use rustix::process::{Resource, Rlimit, getrlimit, prlimit};
@@ -82,6 +82,31 @@ fn a_client_has_few_lines_carried_out_in_a_turn() {
     let times: HashSet<u64> = (0..LINES).map(|_| greedy.answer().unwrap()["time_us"].as_u64().unwrap()).collect();
     // Four lines; a turn in which this computer was busy with something else may let no time pass.
     assert!(times.len() >= LINES / 8, "{} turns", times.len());
+}
+
+/// A host that has vanished, without a word, is noticed in the end: its connection is tried now and then.
+#[test]
+fn connections_are_tried_for_whether_anybody_is_there() {
+    let sim = Sim::start(&[&LINKS[..], &["--slcan-tcp", "127.0.0.1:0"]].concat());
+    for link in ["tcp", "control", "slcan-tcp"] {
+        let port = |address: SocketAddr| format!(":{:04X}", address.port());
+        let stream = TcpStream::connect(sim.told(link)).unwrap();
+        let (from, to) = (port(stream.local_addr().unwrap()), port(stream.peer_addr().unwrap()));
+        // The kernel's word for a timer that keeps a connection alive is 2.
+        let is_tried = || {
+            let table = fs::read_to_string("/proc/net/tcp").unwrap();
+            table.lines().any(|line| {
+                let words: Vec<&str> = line.split_whitespace().collect();
+                let ends = |index: usize, port: &str| words.get(index).is_some_and(|word| word.ends_with(port));
+                ends(1, &to) && ends(2, &from) && words.get(5).is_some_and(|timer| timer.starts_with("02:"))
+            })
+        };
+        let end = Instant::now() + PATIENCE;
+        while !is_tried() {
+            assert!(Instant::now() < end, "{link}");
+            std::thread::yield_now();
+        }
+    }
 }
 
 #[test]
