@@ -310,20 +310,25 @@ impl Machine {
     /// Goes to an address; a jump to where there is none ends the program.
     fn jump(&mut self, to: i32) {
         match address(to, self.size) {
-            Some(to) => self.go_to(to),
+            Some(to) => self.arrive(to),
             None => self.end(),
         }
     }
 
     /// The command is done. Running off the end of program memory ends the program.
     fn go_to(&mut self, address: u16) {
+        self.arrive(address);
+        if address >= self.size {
+            self.end();
+        }
+    }
+
+    /// The next command is the one at an address that is known to be inside.
+    fn arrive(&mut self, address: u16) {
         self.counter = address;
         self.wait = None;
         self.returned = false;
         self.stepping = false;
-        if address >= self.size {
-            self.end();
-        }
     }
 
     /// A time of -1 is in the accumulator; a negative one is none, and the command has no effect.
