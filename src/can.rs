@@ -20,6 +20,19 @@ impl Frame {
     pub fn standard(id: u16, data: &[u8]) -> Option<Self> {
         CanFrame::new(StandardId::new(id)?, data)
     }
+
+    /// A frame as a controller has it: of the bytes those behind the length mean nothing, and a length above 8 is 8.
+    pub fn received(id: Id, remote: bool, length: u8, bytes: [u8; MOST]) -> Self {
+        let length = length.min(MOST as u8);
+        let data = if remote { 0 } else { length };
+        let unused = u64::MAX.checked_shl(u32::from(data).saturating_mul(8)).unwrap_or_default();
+        Frame { id, remote, length, bytes: (u64::from_le_bytes(bytes) & !unused).to_le_bytes() }
+    }
+
+    /// The data, and zero behind it.
+    pub const fn bytes(&self) -> [u8; MOST] {
+        self.bytes
+    }
 }
 
 impl CanFrame for Frame {

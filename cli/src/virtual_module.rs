@@ -450,7 +450,7 @@ impl VirtualModule {
         let Some(request) = self.frames_in.pop_front().map(Request::Frame) else { return false };
         let now = firmware.time(self.board.borrow().now());
         if let (Outcome::Reply(reply), _) = firmware.core.request(now, Source::Can, &request) {
-            self.frames_out.extend(firmware.core.links().frame(request.origin(Source::Can), &reply));
+            self.frames_out.push_back(firmware.core.links().frame(request.origin(Source::Can), &reply));
         }
         true
     }
@@ -463,7 +463,7 @@ impl VirtualModule {
             let links = firmware.core.links();
             let source = to.source;
             if source == Source::Can {
-                self.frames_out.extend(reply.and_then(|reply| links.frame(to, &reply)));
+                self.frames_out.extend(reply.map(|reply| links.frame(to, &reply)));
                 continue;
             }
             let client = if reply.is_some_and(|reply| reply.is_event()) {

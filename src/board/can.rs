@@ -1,12 +1,13 @@
 //! The CAN link: the bxCAN with its filters. Its owner is that of the module; here is how it gets there.
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
-use embassy_stm32::can::{self, CanRx, CanTx, Fifo, Frame, Id};
+use embassy_stm32::can::{self, CanRx, CanTx, Fifo};
 use embassy_stm32::pac::CAN1;
 use embassy_stm32::pac::can::vals::{Ide, Rtr};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
+use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use crate::module::Links;
 
 /// The receive queue that the filters lead to.
@@ -18,6 +19,7 @@ const MAILBOXES: usize = 3;
 pub(super) struct Can {
     /// Replies go to the mailboxes at the registers.
     _tx: CanTx<'static>,
+    /// Frames are read there, too; the filters are set here.
     rx: CanRx<'static>,
 }
 
@@ -46,23 +48,31 @@ impl Can {
         if CAN1.rfr(FIFO).read().fmp() == 0 || !has_room() {
             return None;
         }
-        // Errors of the bus are the controller's to handle: it leaves bus-off by itself.
-        Some(self.rx.try_read().ok()?.frame)
+        // Read at the registers: the driver would look at the clock, at both queues and for errors, which are the
+        // controller's to handle: it leaves bus-off by itself.
+        let queued = CAN1.rx(FIFO);
+        let (identity, size) = (queued.rir().read(), queued.rdtr().read());
+        let [low, high] = [queued.rdlr().read().0, queued.rdhr().read().0];
+        CAN1.rfr(FIFO).write(|w| w.set_rfom(true));
+        // The driver's handler has asked not to be called for more until this one is read.
+        cortex_m::interrupt::free(|_| CAN1.ier().modify(|w| w.set_fmpie(FIFO, true)));
+        let id = if identity.ide() == Ide::STANDARD {
+            StandardId::new(identity.stid())?.into()
+        } else {
+            ExtendedId::new(u32::from(identity.stid()) << 18 | identity.exid())?.into()
+        };
+        let bytes = (u64::from(high) << 32 | u64::from(low)).to_le_bytes();
+        let remote = identity.rtr() == Rtr::REMOTE;
+        Some(Frame::received(id, remote, size.dlc(), bytes))
     }
 
-    /// Sends a frame, if there is one. With all three mailboxes full nobody has acknowledged the last three replies, and
-    /// this one is dropped.
-    pub(super) fn write(&mut self, frame: Option<impl embedded_can::Frame>) {
-        let Some(frame) = frame else { return };
+    /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is
+    /// dropped.
+    pub(super) fn write(&mut self, frame: &Frame) {
         if !has_room() {
             return defmt::debug!("CAN: nobody listens, reply dropped");
         }
-        let bytes = frame.data().first_chunk().copied().unwrap_or_else(|| {
-            let mut bytes = [0; 8];
-            bytes.iter_mut().zip(frame.data()).for_each(|(to, from)| *to = *from);
-            bytes
-        });
-        let [a, b, c, d, high @ ..] = bytes;
+        let [a, b, c, d, high @ ..] = frame.bytes();
         let mailbox = CAN1.tx(CAN1.tsr().read().code().into());
         mailbox.tdtr().write(|w| w.set_dlc(frame.dlc() as u8));
         mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));

@@ -112,7 +112,7 @@ impl Owner {
                 if let Some(frame) = decode(&frame) {
                     let request = Request::Frame(frame);
                     if let (Outcome::Reply(reply), _) = self.module.request(now(), Source::Can, &request) {
-                        can.write(self.module.links().frame(request.origin(Source::Can), &reply));
+                        can.write(&self.module.links().frame(request.origin(Source::Can), &reply));
                     }
                 }
                 idle = false;
@@ -210,7 +210,7 @@ impl Owner {
     fn deliver(&mut self) {
         while let Some(Due { to, reply }) = self.module.next_reply() {
             match (to.source, reply, &mut self.can) {
-                (Source::Can, Some(reply), Some(can)) => can.write(self.module.links().frame(to, &reply)),
+                (Source::Can, Some(reply), Some(can)) => can.write(&self.module.links().frame(to, &reply)),
                 (source, ..) => self.answer(source, reply.as_ref(), None),
             }
         }

@@ -1,7 +1,7 @@
 //! The CAN bus: which identifiers are the module's, which its replies have, and how long they are.
 
 use super::{Links, Module, Origin, Outcome, Platform, Source};
-use crate::can::{CanFrame, Frame};
+use crate::can::Frame;
 use crate::tmcl::Reply;
 use crate::tmcl::can;
 use crate::units::Micros;
@@ -9,8 +9,8 @@ use crate::units::Micros;
 impl Links {
     /// A reply as a frame: it has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it,
     /// whichever identifier the request came under.
-    pub fn frame(&self, to: Origin, reply: &Reply) -> Option<Frame> {
-        CanFrame::new(self.can_reply, &can::encode_reply(self.can_id, to.length.into(), reply))
+    pub fn frame(&self, to: Origin, reply: &Reply) -> Frame {
+        can::reply_frame(self.can_id, self.can_reply, to.length, reply)
     }
 }
 

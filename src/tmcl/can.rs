@@ -2,7 +2,7 @@
 //! 3.1; what hosts rely on beyond it: the reply has as many bytes as the request had).
 
 use super::{Command, Reply};
-use crate::can::{CanFrame, Id, StandardId};
+use crate::can::{CanFrame, Frame, Id, StandardId};
 
 /// Data of a request or reply: at most eight bytes.
 pub type Data = heapless::Vec<u8, 8>;
@@ -43,7 +43,18 @@ pub fn encode_command(command: Command) -> Data {
 /// identifier, status, command, value. A special reply has no room for the host address and starts with
 /// what follows it; it is whole only in eight bytes.
 pub fn encode_reply(id: StandardId, length: usize, reply: &Reply) -> Data {
-    let full = match *reply {
+    let mut data = Data::from_array(reply_bytes(id, reply));
+    data.truncate(if length == Command::SIZE { 7 } else { 8 });
+    data
+}
+
+/// The same as a frame with identifier `to`.
+pub fn reply_frame(id: StandardId, to: StandardId, length: u8, reply: &Reply) -> Frame {
+    Frame::received(Id::Standard(to), false, length, reply_bytes(id, reply))
+}
+
+fn reply_bytes(id: StandardId, reply: &Reply) -> [u8; 8] {
+    match *reply {
         Reply::Plain { status, opcode, value } => {
             let [a, b, c, d] = value.to_be_bytes();
             let [_, low] = id.as_raw().to_be_bytes();
@@ -54,10 +65,7 @@ pub fn encode_reply(id: StandardId, length: usize, reply: &Reply) -> Data {
             let [opcode, kind, motor, a, b, c, d] = command.to_bytes();
             [opcode, kind, motor, a, b, c, d, 0]
         }
-    };
-    let mut data = Data::from_array(full);
-    data.truncate(if length == Command::SIZE { 7 } else { 8 });
-    data
+    }
 }
 
 #[cfg(test)]

@@ -179,10 +179,12 @@ fn language() {
 
     any(can::decode_command(text()));
     let Some(frame) = any(Frame::standard(any(0), text())) else { return };
+    any(Frame::received(any(Id::Standard(StandardId::ZERO)), any(false), any(0), any([0; _])));
     any(Frame::new_remote(any(Id::Standard(StandardId::ZERO)), any(0)));
-    any((frame.is_extended(), frame.is_remote_frame(), frame.id(), frame.dlc(), frame.data().len()));
+    any((frame.is_extended(), frame.is_remote_frame(), frame.id(), frame.dlc(), frame.data().len(), frame.bytes()));
     any(can::decode(&any(frame)).map(|request| Request::Frame(request).origin(any(Source::Can))));
     any(can::encode_command(command()));
+    any(can::reply_frame(any(StandardId::ZERO), any(StandardId::ZERO), any(0), &reply));
     any(can::encode_reply(any(StandardId::ZERO), any(0), &reply));
 }
 
@@ -431,7 +433,7 @@ fn module<P: Product + 'static, const AXES: usize>() {
     any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
     let due = any(module.next_reply());
-    any(due.and_then(|due| module.links().frame(due.to, &due.reply?)));
+    any(due.and_then(|due| Some(module.links().frame(due.to, &due.reply?))));
     any(&mut module);
     module.stored(any(true));
     any(&mut module);
