@@ -3,7 +3,7 @@
 use embedded_hal::spi::SpiDevice;
 
 use super::Error;
-use super::current::{Current, Drive, Phase};
+use super::current::{Current, Excitation, MotionState};
 use super::position::Position;
 use super::ramp::{self, braking};
 use super::search::Search;
@@ -100,10 +100,10 @@ pub struct Axis<D> {
     pub(super) events: Events,
     /// The external encoder is to be zeroed at its next N event.
     pub(super) null_armed: bool,
-    ramp: ramp::Known,
+    braking_memo: ramp::BrakingMemo,
     pub(super) measured: Measured,
     current: Current,
-    pub(super) drive: Option<Drive>,
+    pub(super) excitation: Option<Excitation>,
     pub(super) sensors: Sensors,
     pub(super) encoder: Counter<{ TURN as u32 }>,
     pub(super) external: Counter<ABN_COUNTS>,
@@ -135,10 +135,10 @@ impl<D: SpiDevice> Axis<D> {
             stopping: false,
             events: Events::default(),
             null_armed: false,
-            ramp: ramp::Known::default(),
+            braking_memo: ramp::BrakingMemo::default(),
             measured: Measured::default(),
             current: Current::default(),
-            drive: None,
+            excitation: None,
             sensors: Sensors::default(),
             encoder: Counter::new(),
             external: Counter::new(),
@@ -151,7 +151,7 @@ impl<D: SpiDevice> Axis<D> {
     pub fn start<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
         self.write_position(chip, 0)?;
         self.arm_null(true);
-        self.refresh_drive(now, Phase::Still)?;
+        self.refresh_excitation(now, MotionState::Standing)?;
         let (ramp_div, pulse_div) = self.divisors();
         if braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_none() {
             // Each divisor was accepted once, but not with the other one it was stored with.
@@ -366,7 +366,7 @@ impl<D: SpiDevice> Axis<D> {
             chip.write(m, Register::AMax, wanted as u32)?;
             chip.write(m, Register::VMax, INTERNAL_MAX as u32)?;
         } else {
-            let b = self.ramp.braking(wanted, ramp_div, pulse_div, limit).ok_or(Error::OutOfRange)?;
+            let b = self.braking_memo.braking(wanted, ramp_div, pulse_div, limit).ok_or(Error::OutOfRange)?;
             chip.write(m, Register::AMax, b.acceleration as u32)?;
             chip.write(m, Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv))?;
             chip.write(m, Register::VMax, limit as u32)?;
@@ -382,8 +382,8 @@ impl<D: SpiDevice> Axis<D> {
 
     /// Gives the driver the parameters and the present current.
     pub(super) fn write_driver(&mut self) -> Result<(), Error> {
-        if let Some(drive) = self.drive {
-            let configuration = self.configuration(drive);
+        if let Some(excitation) = self.excitation {
+            let configuration = self.configuration(excitation);
             self.driver.apply(&configuration)?;
         }
         Ok(())
@@ -425,10 +425,10 @@ impl<D: SpiDevice> Axis<D> {
             _ => drop(self.switches(chip)?),
         }
 
-        let leg = self.position.leg;
+        let waypoint = self.position.waypoint;
         if self.mode != Mode::Velocity && self.position.advance() {
-            // One that the chip has not heard has not begun.
-            self.write_leg(chip).inspect_err(|_| self.position.leg = leg)?;
+            // A waypoint that did not get through to the chip is given to it again with the next poll.
+            self.write_waypoint(chip).inspect_err(|_| self.position.waypoint = waypoint)?;
         }
         self.guard(now, chip)?;
         if let Some(search) = self.search {
@@ -443,7 +443,7 @@ impl<D: SpiDevice> Axis<D> {
             self.events.cut_short |= cut_short;
             self.travelling = !(reached || cut_short);
         }
-        self.refresh_drive(now, self.phase())
+        self.refresh_excitation(now, self.motion_state())
     }
 
     fn count_encoders(&mut self) {
@@ -497,7 +497,7 @@ impl<D: SpiDevice> Axis<D> {
         self.search.map_or_else(|| self.value(P::MaximumSpeed), |search| search.switch_speed())
     }
 
-    fn phase(&self) -> Phase {
+    fn motion_state(&self) -> MotionState {
         let held = self.held > 0;
         let (ahead, cruises) = match self.mode {
             Mode::Velocity | Mode::Hold => (self.target_speed != 0, self.speed == self.target_speed),
@@ -507,13 +507,13 @@ impl<D: SpiDevice> Axis<D> {
         };
         let moving = ahead || self.speed != 0;
         if !moving || (held && self.value(P::EndSwitchPowerDown) != 0) {
-            Phase::Still
+            MotionState::Standing
         } else if held {
-            Phase::Held
+            MotionState::Held
         } else if cruises {
-            Phase::Running
+            MotionState::Cruising
         } else {
-            Phase::Changing
+            MotionState::Changing
         }
     }
 
@@ -526,15 +526,15 @@ impl<D: SpiDevice> Axis<D> {
     /// From the first step on the current is that of a motor whose speed changes.
     fn wake(&mut self, now: Micros) -> Result<(), Error> {
         self.release_driver()?;
-        self.refresh_drive(now, Phase::Changing)
+        self.refresh_excitation(now, MotionState::Changing)
     }
 
-    fn refresh_drive(&mut self, now: Micros, phase: Phase) -> Result<(), Error> {
+    fn refresh_excitation(&mut self, now: Micros, state: MotionState) -> Result<(), Error> {
         let values = &self.values;
         let value = |p: P| values.get(p.index()).copied().unwrap_or_default();
-        let drive = self.current.select(now, phase, self.speed, value);
-        if self.drive != Some(drive) {
-            self.drive = Some(drive);
+        let excitation = self.current.select(now, state, self.speed, value);
+        if self.excitation != Some(excitation) {
+            self.excitation = Some(excitation);
             self.write_driver()?;
         }
         Ok(())
@@ -543,12 +543,12 @@ impl<D: SpiDevice> Axis<D> {
     /// Goes into a positioning mode: ramp settings and target first, the mode last.
     fn resume<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
         self.mode = mode;
-        self.write_leg(chip)?;
+        self.write_waypoint(chip)?;
         self.configure(chip)
     }
 
-    fn write_leg<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        Ok(chip.write(self.motor, Register::XTarget, self.position.leg as u32)?)
+    fn write_waypoint<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        Ok(chip.write(self.motor, Register::XTarget, self.position.waypoint as u32)?)
     }
 
     pub(super) fn set_mode<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
@@ -573,7 +573,7 @@ impl<D: SpiDevice> Axis<D> {
         Ok(chip.write(self.motor, Register::RefConfMode, self.reference() | self.mode as u32)?)
     }
 
-    fn configuration(&self, drive: Drive) -> Configuration {
+    fn configuration(&self, excitation: Excitation) -> Configuration {
         let byte = |parameter: P| self.value(parameter) as u8;
         let flag = |parameter: P| self.value(parameter) != 0;
         Configuration {
@@ -585,16 +585,16 @@ impl<D: SpiDevice> Axis<D> {
             no_fast_decay_comparator: flag(P::DisableFastDecayComparator),
             hysteresis_end: byte(P::ChopperHysteresisEnd),
             hysteresis_start: byte(P::ChopperHysteresisStart),
-            off_time: if drive.free { 0 } else { byte(P::ChopperOffTime) },
+            off_time: if excitation.free { 0 } else { byte(P::ChopperOffTime) },
             random_off_time: flag(P::RandomToffMode),
             current_minimum: byte(P::SmartEnergyCurrentMinimum),
             down_step: byte(P::SmartEnergyDownStep),
             hysteresis: byte(P::SmartEnergyHysteresis),
             up_step: byte(P::SmartEnergyUpStep),
-            cool_step: if drive.cool_step { byte(P::SmartEnergyHysteresisStart) } else { 0 },
+            cool_step: if excitation.cool_step { byte(P::SmartEnergyHysteresisStart) } else { 0 },
             filter: flag(P::StallGuardFilter),
             threshold: self.value(P::StallGuardThreshold) as i8,
-            current: drive.scale,
+            current: excitation.scale,
             slope_high: byte(P::SlopeHighSide),
             slope_low: byte(P::SlopeLowSide),
             no_short_protection: flag(P::ShortProtectionDisable),

@@ -1,78 +1,85 @@
-//! Which motor current applies: run, boost, slow, standby or none (manual chapter 4, parameters 6, 7, 150,
+//! The current of the motor: run, boost, slow run, standby or none (manual chapter 4, parameters 6, 7, 150,
 //! 182, 183, 200, 204, 214).
 //!
 //! A moving motor has the boost current (200) while its speed changes, else the slow run current (183) below the speed of
-//! parameter 182, else the run current (6); a current of 0 in 200 or 183 is none, and the next one applies.
+//! parameter 182, else the run current (6). A value of 0 in 200 or 183 switches that current off, and the next one in
+//! this order applies.
 //!
-//! A motor that an end switch holds stays at the run current as long as parameter 150 is 0: neither the slow run
-//! current (183), nor standby (214), nor freewheeling (204) applies, although it stands. With 150 at 1 it stands
-//! like any other: standby and freewheeling come after their times.
+//! A motor that a stop switch holds keeps the run current as long as parameter 150 is 0: neither the slow run
+//! current (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 that motor
+//! is treated like any other that stands: standby and freewheeling come after their times.
 
 use crate::param::AxisParameter as P;
 use crate::units::{CurrentScale, Internal, Micros};
 
-/// What the motor does, as far as its current is concerned.
+/// How the motor moves, as far as its current depends on that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Phase {
-    /// Stands, or is held by an end switch that powers it down.
-    Still,
-    /// Is held by an end switch and keeps its current.
+pub(super) enum MotionState {
+    /// The motor stands, or is held by a stop switch and parameter 150 says that this counts as standing.
+    Standing,
+    /// The motor is held by a stop switch and keeps its current.
     Held,
-    /// Accelerates or brakes, or is about to make its first step.
+    /// The motor accelerates or brakes, or is about to make its first step.
     Changing,
-    /// Runs at its speed.
-    Running,
+    /// The motor turns at the speed that it was sent at.
+    Cruising,
 }
 
-/// What the driver is told beyond the parameters.
+/// How the windings are driven: the part of the driver's configuration that follows the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Drive {
-    /// Current scale.
+pub(super) struct Excitation {
+    /// Current of the windings.
     pub scale: CurrentScale,
-    /// Bridges off.
+    /// The bridges are off, the motor is freewheeling.
     pub free: bool,
-    /// coolStep may work.
+    /// coolStep may adapt the current: it may not below the speed of parameter 182.
     pub cool_step: bool,
 }
 
-/// Chooses the current and keeps the standstill's time.
+/// Chooses the current; for that it keeps the time since when the motor stands.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Current {
     still_since: Option<Micros>,
 }
 
 impl Current {
-    /// What applies now.
-    pub(super) fn select(&mut self, now: Micros, phase: Phase, speed: Internal, value: impl Fn(P) -> i32) -> Drive {
+    /// The excitation for this state of motion; `speed` in internal units, `value` gives the value of a parameter.
+    pub(super) fn select(
+        &mut self,
+        now: Micros,
+        state: MotionState,
+        speed: Internal,
+        value: impl Fn(P) -> i32,
+    ) -> Excitation {
         let slow = speed.abs() < value(P::SmartEnergyThresholdSpeed);
         let run = CurrentScale::from_parameter(value(P::MaximumCurrent));
-        let mut drive = Drive { scale: run, free: false, cool_step: !slow };
-        if phase != Phase::Still {
+        let mut excitation = Excitation { scale: run, free: false, cool_step: !slow };
+        if state != MotionState::Standing {
             self.still_since = None;
         }
-        match phase {
-            Phase::Still => {
+        match state {
+            MotionState::Standing => {
                 let stood = now.since(*self.still_since.get_or_insert(now));
-                if stood >= ticks(value(P::PowerDownDelay)) {
-                    drive.scale = CurrentScale::from_parameter(value(P::StandbyCurrent));
+                if stood >= hundredths(value(P::PowerDownDelay)) {
+                    excitation.scale = CurrentScale::from_parameter(value(P::StandbyCurrent));
                 }
                 let freewheeling = value(P::Freewheeling);
-                drive.free = freewheeling != 0 && stood >= ticks(freewheeling);
+                excitation.free = freewheeling != 0 && stood >= hundredths(freewheeling);
             }
-            Phase::Held => {}
-            Phase::Changing | Phase::Running => {
-                let boost = if phase == Phase::Changing { value(P::BoostCurrent) } else { 0 };
+            MotionState::Held => {}
+            MotionState::Changing | MotionState::Cruising => {
+                let boost = if state == MotionState::Changing { value(P::BoostCurrent) } else { 0 };
                 let slow_run = if slow { value(P::SmartEnergySlowRunCurrent) } else { 0 };
                 if let Some(current) = [boost, slow_run].into_iter().find(|current| *current != 0) {
-                    drive.scale = CurrentScale::from_parameter(current);
+                    excitation.scale = CurrentScale::from_parameter(current);
                 }
             }
         }
-        drive
+        excitation
     }
 }
 
-/// Parameters 204 and 214 count hundredths of a second.
-fn ticks(n: i32) -> Micros {
+/// A time in hundredths of a second, the unit of parameters 204 and 214.
+fn hundredths(n: i32) -> Micros {
     Micros::from_millis(10 * u64::from(n.unsigned_abs()))
 }

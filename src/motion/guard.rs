@@ -1,9 +1,9 @@
-//! What stops an axis by itself: a stall, an encoder that deviates, a driver that has shut down, an
-//! under-voltage.
+//! An axis stops by itself at a stall, when an encoder deviates, and when its driver has shut down; and it is stopped hard
+//! from outside, for example at under-voltage.
 
 use embedded_hal::spi::SpiDevice;
 
-use super::current::Drive;
+use super::current::Excitation;
 use super::stall::{self, Measured};
 use super::{Axis, Error};
 use crate::chip::tmc262::flags;
@@ -19,13 +19,13 @@ const DEVIATION: i32 = 2;
 const SHUT_DOWN: u8 = flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B;
 
 impl<D: SpiDevice> Axis<D> {
-    /// Looks after the motor once a poll and stops it at once where that is due. What was found stays in
-    /// parameters 207 and 208; only what is new is an event. A motor that has been stopped for a deviation may
-    /// deviate until it is to move again.
+    /// Looks for a stall, a deviation and driver faults once a poll, and stops the motor without a ramp if there is one.
+    /// Each stays visible in parameters 207 and 208, but is an event only when it is new. A motor that has been stopped
+    /// for a deviation may deviate until it is sent somewhere again.
     pub(super) fn guard<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
         let deviation = self.deviates() && !self.deviating;
         let faults = self.driver.flags() & SHUT_DOWN & !self.alarms;
-        // Where the speed is not known now it will be with the next poll.
+        // A speed that could not be read now is read with the next poll.
         let stall = self.stalled(chip).unwrap_or(false);
         if !(stall || deviation || faults != 0) {
             return Ok(());
@@ -40,8 +40,8 @@ impl<D: SpiDevice> Axis<D> {
         self.hard_stop(now, chip)
     }
 
-    /// Stops at once, without a ramp, and ends what was going on; if the chip does not hear, as soon as it does.
-    /// V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a written zero clears the hidden bits
+    /// Stops at once, without a ramp, and ends a move or a reference search. A stop that does not get through to the chip is
+    /// tried again with every poll. V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a written zero clears the hidden bits
     /// of the velocity, too.
     pub fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
         self.stopping = true;
@@ -64,7 +64,7 @@ impl<D: SpiDevice> Axis<D> {
         self.write_driver()
     }
 
-    /// Driver flags as parameter 208 shows them: those of now, and shut-downs since the last motion command.
+    /// Driver flags as parameter 208 shows them: those of the last answer, and shut-downs since the last motion command.
     pub(super) fn driver_flags(&self) -> u8 {
         self.driver.flags() | self.alarms
     }
@@ -72,13 +72,13 @@ impl<D: SpiDevice> Axis<D> {
     /// Before a motion: a driver that has shut down is given another chance. Switching the chopper off and on
     /// ends the shut-down (TMC262: short to ground stays latched until TOFF was zero).
     pub(super) fn release_driver(&mut self) -> Result<(), Error> {
-        if let Some(drive) = self.drive.take_if(|_| self.alarms != 0) {
+        if let Some(excitation) = self.excitation.take_if(|_| self.alarms != 0) {
             self.alarms = 0;
             self.measured = Measured::default();
-            self.drive = Some(Drive { free: true, ..drive });
+            self.excitation = Some(Excitation { free: true, ..excitation });
             self.write_driver()?;
-            // The new current, whatever it is, will be written.
-            self.drive = None;
+            // So the next poll writes the excitation even if it is the one of before.
+            self.excitation = None;
         }
         Ok(())
     }

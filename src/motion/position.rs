@@ -1,28 +1,30 @@
 //! 32-bit positions on a 24-bit chip.
 //!
-//! The counter is extended by its differences, which is exact as long as less than 2^23 steps pass between
-//! two looks (16.7 s at the chip's 500 kHz; we look every millisecond). The chip's target must stay within
-//! 2^23 steps of the motor, so a longer move is done in legs: the target is put ahead of the motor and moved
-//! on long before the chip would begin to brake.
+//! The chip's counter is extended by its differences, which is exact as long as less than 2^23 microsteps pass between
+//! two readings (16.7 s at the chip's 500 kHz; the counter is read every millisecond). The chip's target must stay within
+//! 2^23 microsteps of the motor, so a longer move goes by way of waypoints: the chip's target is put ahead of the motor,
+//! and moved on long before the chip would begin to brake.
 
-/// Furthest the chip's target lies ahead: a quarter of its range, which leaves room for any overrun.
+/// Furthest a waypoint lies ahead of the motor, in microsteps: a quarter of the counter's range, which leaves room for
+/// any overrun.
 const REACH: i32 = 1 << 22;
-/// The target is moved on when less than this is left: four times the chip's longest braking ramp of 2^19.
+/// The waypoint is moved on when fewer microsteps than this are left: four times the chip's longest braking ramp, of
+/// 2^19.
 const RENEW: u32 = 1 << 21;
 
-/// Where an axis is and where it goes.
+/// The position of an axis and its target.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Position {
     /// Where the motor is, in microsteps.
     pub actual: i32,
-    /// Where it shall go.
+    /// Where the motor is to go in the end, in microsteps.
     pub target: i32,
-    /// Where the chip has been told to go.
-    pub leg: i32,
+    /// The target that the chip has been given, in microsteps: on the way to `target`, or `target` itself.
+    pub waypoint: i32,
 }
 
 impl Position {
-    /// Takes the chip's counter, 24 bits.
+    /// Takes a reading of the chip's counter, 24 bits.
     pub(super) fn track(&mut self, counter: u32) {
         self.actual = self.extend(counter);
     }
@@ -33,28 +35,28 @@ impl Position {
         self.actual.wrapping_add(away)
     }
 
-    /// Sets a new target; the shorter way round counts.
+    /// Sets a new target; the motor goes there the shorter way round the 32 bits.
     pub(super) fn aim(&mut self, target: i32) {
         self.target = target;
-        self.leg = self.next_leg();
+        self.waypoint = self.next_waypoint();
     }
 
-    /// Moves the leg on when the motor comes near its end; true if the chip must be told.
+    /// Moves the waypoint on when the motor comes near it; true if the chip must be given the new one.
     pub(super) fn advance(&mut self) -> bool {
-        let near = self.leg.wrapping_sub(self.actual).unsigned_abs() < RENEW;
-        if self.leg == self.target || !near {
+        let near = self.waypoint.wrapping_sub(self.actual).unsigned_abs() < RENEW;
+        if self.waypoint == self.target || !near {
             return false;
         }
-        self.leg = self.next_leg();
+        self.waypoint = self.next_waypoint();
         true
     }
 
-    /// Makes the motor stand at `position`, nowhere to go.
+    /// Makes `position` both position and target, so that the motor has nowhere to go.
     pub(super) fn set(&mut self, position: i32) {
-        *self = Position { actual: position, target: position, leg: position };
+        *self = Position { actual: position, target: position, waypoint: position };
     }
 
-    fn next_leg(&self) -> i32 {
+    fn next_waypoint(&self) -> i32 {
         let distance = self.target.wrapping_sub(self.actual);
         self.actual.wrapping_add(distance.clamp(-REACH, REACH))
     }
@@ -76,18 +78,18 @@ mod tests {
     }
 
     #[test]
-    fn long_moves_go_in_legs() {
+    fn long_moves_go_by_waypoints() {
         let mut position = Position::default();
         position.aim(1 << 26);
-        assert_eq!(position.leg, 1 << 22);
+        assert_eq!(position.waypoint, 1 << 22);
         assert!(!position.advance());
         position.actual = (1 << 22) - (1 << 21) + 1;
         assert!(position.advance());
-        assert_eq!(position.leg, position.actual + (1 << 22));
+        assert_eq!(position.waypoint, position.actual + (1 << 22));
         // From there on the motor follows: ever ahead, never further than the reach, and in the end there.
         while position.actual != 1 << 26 {
-            let ahead = position.leg - position.actual;
-            assert!(ahead <= REACH && (ahead >= RENEW as i32 - 1000 || position.leg == 1 << 26));
+            let ahead = position.waypoint - position.actual;
+            assert!(ahead <= REACH && (ahead >= RENEW as i32 - 1000 || position.waypoint == 1 << 26));
             position.actual += ahead.min(1000);
             position.advance();
         }
@@ -100,6 +102,6 @@ mod tests {
         position.set(2_000_000_000);
         position.aim(-2_000_000_000);
         // -2e9 - 2e9 = -4e9, which is 294 967 296 forwards.
-        assert_eq!(position.leg, 2_000_000_000 + (1 << 22));
+        assert_eq!(position.waypoint, 2_000_000_000 + (1 << 22));
     }
 }

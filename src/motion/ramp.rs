@@ -25,14 +25,15 @@ pub struct Braking {
     pub pdiv: u8,
 }
 
-/// The last setting that was worked out, and for what: most moves want the same again.
+/// The last setting that was worked out, with the question it answers: most moves ask the same again, and working it out
+/// takes long divisions.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Known(Option<(Wanted, Option<Braking>)>);
+pub struct BrakingMemo(Option<(Question, Option<Braking>)>);
 
-/// What [`braking`] is asked.
-type Wanted = (Internal, u8, u8, Internal);
+/// The arguments of [`braking`].
+type Question = (Internal, u8, u8, Internal);
 
-impl Known {
+impl BrakingMemo {
     /// The same as [`braking`].
     pub fn braking(&mut self, wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
         let question = (wanted, ramp_div, pulse_div, speed);
