@@ -9,7 +9,7 @@ use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcm::chip::tmc429::{Motor, Tmc429};
+use tmcm::chip::tmc429::{RampGenerator, Tmc429};
 use tmcm::module::{Source, TMCM_1140};
 use tmcm::motion::Axis;
 use tmcm::param::{AxisParameter, Interrupt, Row};
@@ -648,7 +648,7 @@ fn reverse_shaft() {
 fn stored_values_out_of_range_are_not_taken() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
     let mut chip = Tmc429::new(board.spi(Chip::Tmc429, 1_000_000));
-    let mut axis = Axis::new(Motor::M0, board.spi(Chip::Tmc262, 1_000_000), TMCM_1140.axis);
+    let mut axis = Axis::new(RampGenerator::First, board.spi(Chip::Tmc262, 1_000_000), TMCM_1140.axis);
     for (parameter, value, expected) in [
         (AxisParameter::MaximumSpeed, 500, 500),
         (AxisParameter::MaximumSpeed, 0, 500),

@@ -1,8 +1,8 @@
 //! Driver of the TMC429 motion controller: three ramp generators behind 32-bit datagrams (TMC429 datasheet
 //! chapters 6 to 8).
 //!
-//! Registers that only the host changes are shadowed: writing a value the chip already has costs nothing.
-//! Every datagram brings the status byte along; the last one is kept.
+//! Registers that only the firmware changes are shadowed: writing a value that the chip already has costs no datagram.
+//! Every datagram brings the chip's status byte along; the last one is kept.
 
 use embedded_hal::spi::{self, ErrorKind, SpiDevice};
 
@@ -11,15 +11,15 @@ use embedded_hal::spi::{self, ErrorKind, SpiDevice};
 pub enum Error<E> {
     /// The bus failed.
     Spi(E),
-    /// Nobody answers.
-    Silent,
+    /// The chip did not answer: the bus reads as if nobody drove it, or the version is not that of a TMC429.
+    NoAnswer,
 }
 
 impl<E: spi::Error> spi::Error for Error<E> {
     fn kind(&self) -> ErrorKind {
         match self {
             Error::Spi(error) => error.kind(),
-            Error::Silent => ErrorKind::Other,
+            Error::NoAnswer => ErrorKind::Other,
         }
     }
 }
@@ -27,29 +27,29 @@ impl<E: spi::Error> spi::Error for Error<E> {
 /// One of the chip's three ramp generators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Motor {
+pub enum RampGenerator {
     /// The first.
-    M0 = 0,
+    First = 0,
     /// The second.
-    M1 = 1,
+    Second = 1,
     /// The third.
-    M2 = 2,
+    Third = 2,
 }
 
-impl Motor {
+impl RampGenerator {
     /// All three, in order.
-    pub const ALL: [Motor; 3] = [Motor::M0, Motor::M1, Motor::M2];
+    pub const ALL: [RampGenerator; 3] = [RampGenerator::First, RampGenerator::Second, RampGenerator::Third];
 }
 
 /// Registers of a ramp generator, by index (datasheet section 8.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Register {
-    /// Target position, 24 bits.
+    /// Target position, 24 bits, in microsteps.
     XTarget = 0x0,
-    /// Actual position, 24 bits; the chip counts it.
+    /// Actual position, 24 bits, in microsteps; the chip counts the steps it makes.
     XActual = 0x1,
-    /// Stop speed.
+    /// Speed at which a motor starts and stops without a ramp; speeds are 0..=2047, and by PULSE_DIV become steps.
     VMin = 0x2,
     /// Speed limit.
     VMax = 0x3,
@@ -123,7 +123,7 @@ pub mod reference {
 /// How a ramp generator moves (datasheet section 8.1.11.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Mode {
+pub enum RampMode {
     /// Positioning with a trapezoidal ramp.
     #[default]
     Ramp = 0,
@@ -154,10 +154,10 @@ pub const fn signed(word: u32, bits: u32) -> i32 {
 #[derive(Debug)]
 pub struct Tmc429<SPI> {
     spi: SPI,
-    /// As of the last datagram that was answered.
+    /// Status byte of the last datagram that was answered.
     status: u8,
-    /// A datagram was not answered, and nobody has [confirmed](Self::confirm) since that the chip is there.
-    silent: bool,
+    /// A datagram was not answered, and the chip has not been [confirmed](Self::confirm) to be there since.
+    unanswered: bool,
     shadow: [[Option<u32>; REGISTERS]; 3],
     interface: Option<u32>,
 }
@@ -165,7 +165,7 @@ pub struct Tmc429<SPI> {
 impl<SPI: SpiDevice> Tmc429<SPI> {
     /// The chip with unknown register contents: after a warm start it may be running.
     pub const fn new(spi: SPI) -> Self {
-        Tmc429 { spi, status: 0, silent: false, shadow: [[None; REGISTERS]; 3], interface: None }
+        Tmc429 { spi, status: 0, unanswered: false, shadow: [[None; REGISTERS]; 3], interface: None }
     }
 
     /// Stops all motors at once, whatever they were doing: hold mode is the one in which V_ACTUAL may be
@@ -178,14 +178,14 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         let disabled = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
         let words = [
             (Register::Interrupt, 0),
-            (Register::RefConfMode, disabled | Mode::Hold as u32),
+            (Register::RefConfMode, disabled | RampMode::Hold as u32),
             (Register::VTarget, 0),
             (Register::VActual, 0),
         ];
         let mut result = Ok(());
-        for motor in Motor::ALL {
+        for generator in RampGenerator::ALL {
             for (register, word) in words {
-                result = result.and(self.write(motor, register, word));
+                result = result.and(self.write(generator, register, word));
             }
         }
         result
@@ -217,33 +217,33 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Writes a register of one motor, unless the chip has that value already.
-    pub fn write(&mut self, motor: Motor, register: Register, word: u32) -> Result<(), Error<SPI::Error>> {
+    pub fn write(&mut self, generator: RampGenerator, register: Register, word: u32) -> Result<(), Error<SPI::Error>> {
         let word = word & WORD;
-        // The chip counts these itself, or acts on the mere write; nothing is known of them afterwards.
+        // The chip changes these registers itself, or acts on each write: what they hold is not known afterwards.
         let lively = matches!(
             register,
             Register::XActual | Register::VActual | Register::VTarget | Register::Interrupt | Register::XLatched
         );
-        if self.holds(motor, register, word) {
+        if self.holds(generator, register, word) {
             return Ok(());
         }
-        // Known only once the datagram went through.
-        let result = self.transfer(motor as u8, register as u8, Some(word));
-        if let Some(known) = self.shadow.get_mut(motor as usize).and_then(|r| r.get_mut(register as usize)) {
+        // The register's contents are known only if the datagram got through.
+        let result = self.transfer(generator as u8, register as u8, Some(word));
+        if let Some(known) = self.shadow.get_mut(generator as usize).and_then(|r| r.get_mut(register as usize)) {
             *known = if lively || result.is_err() { None } else { Some(word) };
         }
         result.map(drop)
     }
 
     /// True when the chip is known to hold `word` in this register.
-    pub fn holds(&self, motor: Motor, register: Register, word: u32) -> bool {
-        let known = self.shadow.get(motor as usize).and_then(|r| r.get(register as usize));
+    pub fn holds(&self, generator: RampGenerator, register: Register, word: u32) -> bool {
+        let known = self.shadow.get(generator as usize).and_then(|r| r.get(register as usize));
         known.is_some_and(|known| *known == Some(word))
     }
 
     /// Reads a register of one motor: 24 bits.
-    pub fn read(&mut self, motor: Motor, register: Register) -> Result<u32, Error<SPI::Error>> {
-        self.transfer(motor as u8, register as u8, None)
+    pub fn read(&mut self, generator: RampGenerator, register: Register) -> Result<u32, Error<SPI::Error>> {
+        self.transfer(generator as u8, register as u8, None)
     }
 
     /// Reads the state of the six reference switches: bit 2n is the right switch of motor n, bit 2n + 1 its
@@ -258,20 +258,20 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// # Errors
     /// Until it has answered this, what is read counts as not answered.
     pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
-        self.silent = false;
+        self.unanswered = false;
         let version = self.transfer(COMMON, Common::TypeVersion as u8, None)?;
-        self.silent = version != TYPE_VERSION;
-        if self.silent { Err(Error::Silent) } else { Ok(()) }
+        self.unanswered = version != TYPE_VERSION;
+        if self.unanswered { Err(Error::NoAnswer) } else { Ok(()) }
     }
 
     /// True while all datagrams since the last [`confirm`](Self::confirm) were answered.
     pub const fn answers(&self) -> bool {
-        !self.silent
+        !self.unanswered
     }
 
     /// Left reference switch active, as of the last datagram.
-    pub const fn left_switch(&self, motor: Motor) -> bool {
-        self.status & (2 << (2 * motor as u8)) != 0
+    pub const fn left_switch(&self, generator: RampGenerator) -> bool {
+        self.status & (2 << (2 * generator as u8)) != 0
     }
 
     /// One datagram: SMDA and register index, then 24 bits to write, or zeros and the read bit. The answer's
@@ -283,10 +283,10 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
         let [status, high, middle, low] = datagram;
         let lost = status & STATUS_INT != 0;
-        self.silent |= lost;
-        // What was written may have been heard; what was read may mean nothing.
-        if lost || self.silent && write.is_none() {
-            return Err(Error::Silent);
+        self.unanswered |= lost;
+        // A write may have reached the chip all the same; a reading may mean nothing.
+        if lost || self.unanswered && write.is_none() {
+            return Err(Error::NoAnswer);
         }
         self.status = status;
         Ok(u32::from_be_bytes([0, high, middle, low]))

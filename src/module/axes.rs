@@ -2,7 +2,7 @@
 //! 3.7.27).
 
 use super::{Done, Inputs, Module, Platform, Subscription, Undo};
-use crate::chip::tmc429::{Mode, Tmc429};
+use crate::chip::tmc429::{RampMode, Tmc429};
 use crate::motion::{self, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
 use crate::store::Need;
@@ -235,7 +235,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let travels_on = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::ActualPosition => false,
             AxisParameter::TargetSpeed => !rotates,
-            AxisParameter::RampMode => value != Mode::Velocity as i32 && !searched,
+            AxisParameter::RampMode => value != RampMode::Velocity as i32 && !searched,
             _ => true,
         };
         if !travels_on {

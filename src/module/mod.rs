@@ -37,7 +37,7 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::{Deque, Vec};
 
-use crate::chip::tmc429::{Motor, Tmc429};
+use crate::chip::tmc429::{RampGenerator, Tmc429};
 use crate::motion::{self, Axis};
 use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
 use crate::store::{Finished, Need, Store};
@@ -255,11 +255,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub fn new(parts: Parts<T, AXES>, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
-        let mut motors = Motor::ALL.into_iter().cycle();
+        let mut generators = RampGenerator::ALL.into_iter().cycle();
         let Parts { tmc429, tmc262, enable, store, hooks } = parts;
         Module {
             chip: Tmc429::new(tmc429),
-            axes: tmc262.map(|driver| Axis::new(motors.next().unwrap_or(Motor::M0), driver, spec.axis)),
+            axes: tmc262.map(|driver| Axis::new(generators.next().unwrap_or(RampGenerator::First), driver, spec.axis)),
             enable,
             hooks,
             store,

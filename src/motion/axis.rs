@@ -11,7 +11,7 @@ use super::stall::Measured;
 use super::switch::{SETTLED, stops};
 use crate::chip::encoder::{Counter, TURN};
 use crate::chip::tmc262::{Configuration, Tmc262};
-use crate::chip::tmc429::{Mode, Motor, Register, Tmc429, reference, signed};
+use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, signed};
 use crate::param::{AxisParameter as P, Table};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
 
@@ -71,12 +71,12 @@ const ABN_COUNTS: u32 = 1 << 16;
 /// One axis.
 #[derive(Debug)]
 pub struct Axis<D> {
-    pub(super) motor: Motor,
+    pub(super) generator: RampGenerator,
     pub(super) driver: Tmc262<D>,
     table: &'static Table<P>,
     values: [i32; P::SETTINGS],
     pub(super) position: Position,
-    pub(super) mode: Mode,
+    pub(super) mode: RampMode,
     /// Commanded speed in velocity mode.
     pub(super) target_speed: Internal,
     pub(super) reverse: bool,
@@ -112,15 +112,15 @@ pub struct Axis<D> {
 }
 
 impl<D: SpiDevice> Axis<D> {
-    /// The axis on ramp generator `motor`, with the factory defaults of its parameters; nothing is written yet.
-    pub fn new(motor: Motor, driver: D, table: &'static Table<P>) -> Self {
+    /// The axis on ramp generator `generator`, with the factory defaults of its parameters; nothing is written yet.
+    pub fn new(generator: RampGenerator, driver: D, table: &'static Table<P>) -> Self {
         Axis {
-            motor,
+            generator,
             driver: Tmc262::new(driver),
             table,
             values: table.defaults(),
             position: Position::default(),
-            mode: Mode::Ramp,
+            mode: RampMode::Ramp,
             target_speed: 0,
             reverse: false,
             speed: 0,
@@ -159,14 +159,14 @@ impl<D: SpiDevice> Axis<D> {
                 self.set_value(divisor, self.table.row(divisor).map_or(0, |row| row.default));
             }
         }
-        self.mode = Mode::Ramp;
+        self.mode = RampMode::Ramp;
         self.configure(chip)
     }
 
     /// True when parameter 2 is the speed to rotate at, as in ROR: in velocity mode, and in a reference search, which it
     /// ends. In the positioning modes the ramp generator works out its target speed itself.
     pub const fn takes_speed(&self) -> bool {
-        self.search.is_some() || matches!(self.mode, Mode::Velocity | Mode::Hold)
+        self.search.is_some() || matches!(self.mode, RampMode::Velocity | RampMode::Hold)
     }
 
     /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
@@ -197,8 +197,8 @@ impl<D: SpiDevice> Axis<D> {
         if speed != 0 {
             self.wake(now)?;
         }
-        self.set_mode(chip, Mode::Velocity)?;
-        chip.write(self.motor, Register::VTarget, speed as u32)?;
+        self.set_mode(chip, RampMode::Velocity)?;
+        chip.write(self.generator, Register::VTarget, speed as u32)?;
         self.target_speed = speed;
         // The speed limit comes last: in ramp mode it would have acted at once.
         self.configure(chip)
@@ -213,7 +213,7 @@ impl<D: SpiDevice> Axis<D> {
     ) -> Result<(), Error> {
         self.wake(now)?;
         self.aim(target);
-        let mode = if self.mode == Mode::Soft { Mode::Soft } else { Mode::Ramp };
+        let mode = if self.mode == RampMode::Soft { RampMode::Soft } else { RampMode::Ramp };
         self.resume(chip, mode)
     }
 
@@ -235,8 +235,8 @@ impl<D: SpiDevice> Axis<D> {
     /// Where it is positioned to, if it is.
     pub const fn target_position(&self) -> Option<i32> {
         match self.mode {
-            Mode::Ramp | Mode::Soft => Some(self.position.target),
-            Mode::Velocity | Mode::Hold => None,
+            RampMode::Ramp | RampMode::Soft => Some(self.position.target),
+            RampMode::Velocity | RampMode::Hold => None,
         }
     }
 
@@ -248,7 +248,7 @@ impl<D: SpiDevice> Axis<D> {
     /// Left and right stop switch, polarity applied: the left one as of the last datagram, the right one at most
     /// eight polls old.
     pub fn stop_switches<M: SpiDevice>(&self, chip: &Tmc429<M>) -> [bool; 2] {
-        [chip.left_switch(self.motor), self.right]
+        [chip.left_switch(self.generator), self.right]
     }
 
     /// True while a positioning move is under way.
@@ -258,7 +258,7 @@ impl<D: SpiDevice> Axis<D> {
 
     /// Where the motor is now, in microsteps: one datagram.
     pub fn actual_position<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
-        let counter = chip.read(self.motor, Register::XActual)?;
+        let counter = chip.read(self.generator, Register::XActual)?;
         self.position.track(counter);
         Ok(self.position.actual)
     }
@@ -269,18 +269,18 @@ impl<D: SpiDevice> Axis<D> {
         &mut self,
         now: Micros,
         chip: &mut Tmc429<M>,
-        mode: Mode,
+        mode: RampMode,
     ) -> Result<(), Error> {
         if self.search.is_some() {
             self.rotate(now, chip, 0)?;
         }
         match (self.mode, mode) {
-            (Mode::Velocity, Mode::Velocity) => Ok(()),
-            (_, Mode::Velocity) => {
+            (RampMode::Velocity, RampMode::Velocity) => Ok(()),
+            (_, RampMode::Velocity) => {
                 let heading = self.target_speed(chip)?;
                 self.rotate(now, chip, heading)
             }
-            (Mode::Velocity, _) => {
+            (RampMode::Velocity, _) => {
                 self.begin(true);
                 self.wake(now)?;
                 self.aim(self.position.target);
@@ -302,19 +302,19 @@ impl<D: SpiDevice> Axis<D> {
     ) -> Result<(), Error> {
         let mode = self.mode;
         let standing = self.position.actual == self.position.target && self.speed == 0;
-        if mode != Mode::Velocity || self.search.is_some() {
+        if mode != RampMode::Velocity || self.search.is_some() {
             self.search = None;
             self.travelling = false;
             self.run_at(now, chip, 0)?;
         }
         self.write_position(chip, value)?;
-        if mode != Mode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
+        if mode != RampMode::Velocity && standing { self.resume(chip, mode) } else { Ok(()) }
     }
 
     /// Makes target and position `value`, in a mode in which the chip takes it.
     fn write_position<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, value: i32) -> Result<(), Error> {
-        chip.write(self.motor, Register::XActual, value as u32)?;
-        chip.write(self.motor, Register::XTarget, value as u32)?;
+        chip.write(self.generator, Register::XActual, value as u32)?;
+        chip.write(self.generator, Register::XTarget, value as u32)?;
         self.position.set(value);
         self.measured = Measured::default();
         Ok(())
@@ -323,25 +323,25 @@ impl<D: SpiDevice> Axis<D> {
     /// The speed the motor is heading for: the commanded one, or the ramp generator's own.
     pub(super) fn target_speed<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<Internal, Error> {
         Ok(match self.mode {
-            Mode::Velocity | Mode::Hold => self.target_speed,
-            Mode::Ramp | Mode::Soft => signed(chip.read(self.motor, Register::VTarget)?, 12),
+            RampMode::Velocity | RampMode::Hold => self.target_speed,
+            RampMode::Ramp | RampMode::Soft => signed(chip.read(self.generator, Register::VTarget)?, 12),
         })
     }
 
     /// The speed right now: one datagram.
     pub(super) fn actual_speed<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<Internal, Error> {
-        self.speed = signed(chip.read(self.motor, Register::VActual)?, 12);
+        self.speed = signed(chip.read(self.generator, Register::VActual)?, 12);
         Ok(self.speed)
     }
 
     /// The magnitude of the chip's smoothed acceleration.
     pub(super) fn actual_acceleration<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<Internal, Error> {
-        Ok(signed(chip.read(self.motor, Register::AActual)?, 12).abs())
+        Ok(signed(chip.read(self.generator, Register::AActual)?, 12).abs())
     }
 
     /// Left and right stop switch, polarity applied: one datagram.
     pub(super) fn switches<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<(bool, bool), Error> {
-        let bits = chip.reference_switches()? >> (2 * self.motor as u32);
+        let bits = chip.reference_switches()? >> (2 * self.generator as u32);
         self.right = bits & 1 != 0;
         Ok((bits & 2 != 0, self.right))
     }
@@ -354,14 +354,14 @@ impl<D: SpiDevice> Axis<D> {
 
     /// Writes all settings of the ramp generator; the chip's driver skips what it has already.
     pub(super) fn configure<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        let m = self.motor;
+        let m = self.generator;
         let (ramp_div, pulse_div) = self.divisors();
         chip.write(m, Register::VMin, self.value(P::MinimumSpeed) as u32)?;
         self.write_divisors(chip, u32::from(pulse_div) << 12 | u32::from(ramp_div) << 8)?;
         chip.write(m, Register::DxRefTolerance, self.tolerance() as u32)?;
         let limit = self.positioning_speed();
         let wanted = self.value(P::MaximumAcceleration);
-        if self.mode == Mode::Velocity {
+        if self.mode == RampMode::Velocity {
             // Velocity mode goes up to the full range and takes the acceleration as it is.
             chip.write(m, Register::AMax, wanted as u32)?;
             chip.write(m, Register::VMax, INTERNAL_MAX as u32)?;
@@ -426,7 +426,7 @@ impl<D: SpiDevice> Axis<D> {
         }
 
         let waypoint = self.position.waypoint;
-        if self.mode != Mode::Velocity && self.position.advance() {
+        if self.mode != RampMode::Velocity && self.position.advance() {
             // A waypoint that did not get through to the chip is given to it again with the next poll.
             self.write_waypoint(chip).inspect_err(|_| self.position.waypoint = waypoint)?;
         }
@@ -473,14 +473,14 @@ impl<D: SpiDevice> Axis<D> {
     /// samples may be some polls old.
     fn is_held<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
         let ahead = match self.mode {
-            Mode::Velocity | Mode::Hold => self.target_speed,
-            Mode::Ramp | Mode::Soft => self.position.target.wrapping_sub(self.position.actual),
+            RampMode::Velocity | RampMode::Hold => self.target_speed,
+            RampMode::Ramp | RampMode::Soft => self.position.target.wrapping_sub(self.position.actual),
         };
         // Near the counter's origin the chip lets the motor pass (datasheet section 8.1.14).
         let tolerance = self.tolerance().unsigned_abs();
         let near = tolerance != 0 && signed(self.position.actual as u32, 24).unsigned_abs() <= tolerance;
         let bits = self.reference();
-        if near || self.speed != 0 || !stops(bits, ahead, chip.left_switch(self.motor), self.right) {
+        if near || self.speed != 0 || !stops(bits, ahead, chip.left_switch(self.generator), self.right) {
             return Ok(false);
         }
         let (left, right) = self.switches(chip)?;
@@ -500,8 +500,8 @@ impl<D: SpiDevice> Axis<D> {
     fn motion_state(&self) -> MotionState {
         let held = self.held > 0;
         let (ahead, cruises) = match self.mode {
-            Mode::Velocity | Mode::Hold => (self.target_speed != 0, self.speed == self.target_speed),
-            Mode::Ramp | Mode::Soft => {
+            RampMode::Velocity | RampMode::Hold => (self.target_speed != 0, self.speed == self.target_speed),
+            RampMode::Ramp | RampMode::Soft => {
                 (self.position.actual != self.position.target, self.speed.abs() == self.positioning_speed())
             }
         };
@@ -541,17 +541,17 @@ impl<D: SpiDevice> Axis<D> {
     }
 
     /// Goes into a positioning mode: ramp settings and target first, the mode last.
-    fn resume<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
+    fn resume<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: RampMode) -> Result<(), Error> {
         self.mode = mode;
         self.write_waypoint(chip)?;
         self.configure(chip)
     }
 
     fn write_waypoint<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        Ok(chip.write(self.motor, Register::XTarget, self.position.waypoint as u32)?)
+        Ok(chip.write(self.generator, Register::XTarget, self.position.waypoint as u32)?)
     }
 
-    pub(super) fn set_mode<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: Mode) -> Result<(), Error> {
+    pub(super) fn set_mode<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: RampMode) -> Result<(), Error> {
         self.mode = mode;
         self.write_reference(chip)
     }
@@ -570,7 +570,7 @@ impl<D: SpiDevice> Axis<D> {
     }
 
     fn write_reference<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        Ok(chip.write(self.motor, Register::RefConfMode, self.reference() | self.mode as u32)?)
+        Ok(chip.write(self.generator, Register::RefConfMode, self.reference() | self.mode as u32)?)
     }
 
     fn configuration(&self, excitation: Excitation) -> Configuration {
@@ -606,16 +606,16 @@ impl<D: SpiDevice> Axis<D> {
     /// PULSE_DIV may make a stray step when changed outside ramp mode while the motor stands (datasheet
     /// section 8.1.13): for the moment of the change the chip is in ramp mode with its target where it is.
     fn write_divisors<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, word: u32) -> Result<(), Error> {
-        let standing = self.mode == Mode::Velocity && self.target_speed == 0 && self.speed == 0;
-        if !standing || chip.holds(self.motor, Register::Divisors, word) {
-            return Ok(chip.write(self.motor, Register::Divisors, word)?);
+        let standing = self.mode == RampMode::Velocity && self.target_speed == 0 && self.speed == 0;
+        if !standing || chip.holds(self.generator, Register::Divisors, word) {
+            return Ok(chip.write(self.generator, Register::Divisors, word)?);
         }
         let here = self.actual_position(chip)?;
-        chip.write(self.motor, Register::XTarget, here as u32)?;
-        self.set_mode(chip, Mode::Ramp)?;
-        chip.write(self.motor, Register::Divisors, word)?;
-        self.set_mode(chip, Mode::Velocity)?;
+        chip.write(self.generator, Register::XTarget, here as u32)?;
+        self.set_mode(chip, RampMode::Ramp)?;
+        chip.write(self.generator, Register::Divisors, word)?;
+        self.set_mode(chip, RampMode::Velocity)?;
         // The ramp generator has used V_TARGET for itself.
-        Ok(chip.write(self.motor, Register::VTarget, self.target_speed as u32)?)
+        Ok(chip.write(self.generator, Register::VTarget, self.target_speed as u32)?)
     }
 }

@@ -7,7 +7,7 @@ use super::current::Excitation;
 use super::stall::{self, Measured};
 use super::{Axis, Error};
 use crate::chip::tmc262::flags;
-use crate::chip::tmc429::{Mode, Register, Tmc429};
+use crate::chip::tmc429::{RampMode, Register, Tmc429};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -48,9 +48,9 @@ impl<D: SpiDevice> Axis<D> {
         self.measured = Measured::default();
         self.search = None;
         self.travelling = false;
-        self.set_mode(chip, Mode::Hold)?;
-        chip.write(self.motor, Register::VActual, 0)?;
-        chip.write(self.motor, Register::VTarget, 0)?;
+        self.set_mode(chip, RampMode::Hold)?;
+        chip.write(self.generator, Register::VActual, 0)?;
+        chip.write(self.generator, Register::VTarget, 0)?;
         self.speed = 0;
         self.run_at(now, chip, 0)?;
         self.stopping = false;

@@ -5,7 +5,7 @@ use embedded_hal::spi::SpiDevice;
 use super::ramp::braking;
 use super::stall::Measured;
 use super::{Axis, Error};
-use crate::chip::tmc429::{Mode, Tmc429};
+use crate::chip::tmc429::{RampMode, Tmc429};
 use crate::param::{AxisParameter as P, Parameter};
 use crate::units::Micros;
 
@@ -112,9 +112,9 @@ impl<D: SpiDevice> Axis<D> {
             P::TargetSpeed => Ok(()),
             P::RampMode => {
                 let mode = match value {
-                    0 => Mode::Ramp,
-                    1 => Mode::Soft,
-                    _ => Mode::Velocity,
+                    0 => RampMode::Ramp,
+                    1 => RampMode::Soft,
+                    _ => RampMode::Velocity,
                 };
                 self.change_mode(now, chip, mode)
             }

@@ -127,16 +127,18 @@ impl<D: SpiDevice> Axis<D> {
     /// The chip will keep the position where the closed switch opens. Where the motor stands on the edge, it
     /// may be off the switch before the next poll.
     fn arm_latch<M: SpiDevice>(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
-        Ok(chip.write(self.motor, Register::XLatched, 0)?)
+        Ok(chip.write(self.generator, Register::XLatched, 0)?)
     }
 
     /// Where the present leg ends: as the chip has latched it, if it has; a standing motor latches nothing (datasheet
     /// section 8.1.15).
     fn edge<M: SpiDevice>(&self, chip: &mut Tmc429<M>, search: &Search) -> Result<i32, Error> {
-        if !search.edge_is_latched() || chip.read(self.motor, Register::RefConfMode)? & reference::LATCH_PENDING != 0 {
+        if !search.edge_is_latched()
+            || chip.read(self.generator, Register::RefConfMode)? & reference::LATCH_PENDING != 0
+        {
             return Ok(self.position.actual);
         }
-        Ok(self.position.extend(chip.read(self.motor, Register::XLatched)?))
+        Ok(self.position.extend(chip.read(self.generator, Register::XLatched)?))
     }
 
     /// Makes the position zero, which is the middle. The encoders become zero with it: their

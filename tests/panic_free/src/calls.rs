@@ -11,7 +11,7 @@ use tmcm::can::{CanFrame, Frame, Id, StandardId};
 use tmcm::chip::at25::At25;
 use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
-use tmcm::chip::tmc429::{Motor, Register, Tmc429, signed};
+use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
 use tmcm::module::{
     Hooks, Inputs, Links, Message, Mode, Module, Parts, Platform, Port, Product, Request, Slots, Source, Spec,
     TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
@@ -207,16 +207,16 @@ fn parameters() {
 fn chips() {
     let mut controller = Tmc429::new(Chip);
     any(&mut controller);
-    let (motor, register) = (any(Motor::M0), any(Register::XTarget));
+    let (generator, register) = (any(RampGenerator::First), any(Register::XTarget));
     let _ = any(controller.halt());
     let _ = any(controller.initialise());
     let _ = any(controller.write_interface(any(true), any(true)));
-    let _ = any(controller.write(motor, register, any(0)));
-    any(controller.holds(motor, register, any(0)));
-    let _ = any(controller.read(motor, register));
+    let _ = any(controller.write(generator, register, any(0)));
+    any(controller.holds(generator, register, any(0)));
+    let _ = any(controller.read(generator, register));
     let _ = any(controller.reference_switches());
     let _ = any(controller.confirm());
-    any(controller.left_switch(motor));
+    any(controller.left_switch(generator));
     any(signed(any(0), any(0)));
 
     let mut driver = Tmc262::new(Chip);
@@ -271,7 +271,7 @@ const CONFIGURATION: Configuration = Configuration {
 fn motion() {
     any(ramp::braking(any(0), any(0), any(0), any(0)));
     let mut chip = Tmc429::new(Chip);
-    let mut axis = Axis::new(any(Motor::M0), Chip, &AXIS);
+    let mut axis = Axis::new(any(RampGenerator::First), Chip, &AXIS);
     any((&mut axis, &mut chip));
     let _ = any(axis.start(now(), &mut chip));
     let _ = any(axis.rotate(now(), &mut chip, any(0)));
