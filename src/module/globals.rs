@@ -60,7 +60,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Global::Bank0(parameter) => match parameter.function {
                 G::TickTimer => self.tick_timer(now).cast_signed(),
                 G::RandomNumber => self.random().cast_signed(),
-                G::ApplicationStatus => self.machine.mode() as i32,
+                G::ApplicationStatus => self.machine.state() as i32,
                 G::DownloadMode => self.store.downloading().is_some().into(),
                 G::ProgramCounter => self.machine.counter().into(),
                 setting => self.global(setting),

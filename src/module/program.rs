@@ -10,7 +10,7 @@ use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Worth;
 use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::{self, Awaited, Machine, Mode, Signals, Wait};
+use crate::vm::{self, Awaited, Machine, ProgramState, Signals, Wait};
 
 /// Units a program may spend in a millisecond.
 pub(super) const FUEL: u32 = 128;
@@ -80,11 +80,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let [high, low] = pointer.to_be_bytes();
         // Step by step, a WAIT that a handler has returned to goes on with the next step; until a step is done it is
         // waited for, whatever it is.
-        let waits = u8::from(match self.machine.mode() {
-            Mode::Step => self.machine.busy(),
+        let waits = u8::from(match self.machine.state() {
+            ProgramState::Step => self.machine.busy(),
             _ => self.machine.waits(),
         });
-        Ok(Done::Value(i32::from_be_bytes([self.machine.mode() as u8, waits, high, low])))
+        Ok(Done::Value(i32::from_be_bytes([self.machine.state() as u8, waits, high, low])))
     }
 
     /// Command 132. What the same link sends from now on is stored.
@@ -180,7 +180,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn run_slice(&mut self, now: Micros) {
         let (turn, mut slice) = (self.turn(), SLICE);
         while self.machine.busy() && self.fuel > 0 {
-            if self.machine.waits() && self.is_over() || self.machine.interrupt(turn) {
+            if self.machine.waits() && self.is_over() || self.machine.enter_handler(turn) {
                 continue;
             }
             if self.machine.waits() {

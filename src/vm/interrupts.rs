@@ -1,4 +1,5 @@
-//! Which events call which handler (manual section 3.6.6): enables, vectors, bank 3, what is pending.
+//! Interrupts of a TMCL program (manual section 3.6.6): which events are pending, which of them are enabled, and the
+//! address of the handler (the vector) that each calls. Bank 3 of the global parameters has periods of timers and edges.
 
 use crate::param::{ALL_INTERRUPTS, Interrupt, TIMERS};
 use crate::units::Micros;
@@ -13,7 +14,8 @@ const FALLING: i32 = 2;
 /// No vector.
 const NONE: u16 = u16::MAX;
 
-/// What happened since the last look, and the levels of what has edges; both as bits, by interrupt number.
+/// What the module hands to the interrupts each millisecond: events since the last time, and the levels of inputs and stop
+/// switches, whose edges are events; both as bits, by interrupt number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Signals {
     events: u64,
@@ -104,7 +106,7 @@ impl Interrupts {
         }
     }
 
-    /// VECT.
+    /// VECT: sets the address of the handler.
     pub fn set_vector(&mut self, number: u8, address: u16) {
         if let Some(vector) = self.vectors.get_mut(usize::from(number)) {
             *vector = address;
@@ -140,7 +142,7 @@ impl Interrupts {
         *self = Interrupts { periods, rising, falling, levels, ..Self::default() };
     }
 
-    /// Takes what happened since the last look. While no program runs events are dropped and timers stand.
+    /// Takes the events and levels of this millisecond. While no program runs events are dropped and timers stand.
     pub fn look(&mut self, now: Micros, signals: Signals, program_runs: bool) {
         let edges = self.edges(signals.levels);
         if !program_runs {
@@ -149,13 +151,14 @@ impl Interrupts {
         self.pending |= (signals.events | edges | self.timers(now)) & self.enabled;
     }
 
-    /// No program runs any more: what is pending is dropped, and timers stand.
+    /// The program has stopped: pending events are dropped, and timers stand.
     pub fn forget(&mut self) {
         self.pending = 0;
         self.timers = [None; _];
     }
 
-    /// The handler of the pending interrupt that goes first, if one may run; its event is taken.
+    /// The address of the handler that is to run next, if one may run: of the pending interrupts that with the lowest
+    /// number goes first. Its event is no longer pending then.
     pub fn take(&mut self) -> Option<u16> {
         if !self.global {
             return None;
@@ -173,13 +176,13 @@ impl Interrupts {
         None
     }
 
-    /// Numbers whose level has changed in the way that bank 3 asks for.
+    /// Interrupts whose level has changed in the direction that bank 3 asks for, as bits.
     fn edges(&mut self, levels: u64) -> u64 {
         let before = self.levels.replace(levels).unwrap_or(levels);
         levels & !before & self.rising | before & !levels & self.falling
     }
 
-    /// Timers that are due. Each keeps its rhythm, however late the look is.
+    /// Timers that are due, as bits. Each keeps its rhythm, however late the call is.
     fn timers(&mut self, now: Micros) -> u64 {
         let mut due = 0;
         for ((number, timer), period) in (0..).zip(&mut self.timers).zip(self.periods) {

@@ -12,10 +12,10 @@ const STACK: usize = 8;
 /// Length of a tick of WAIT (manual section 3.7.22).
 const TICK_MS: u64 = 10;
 
-/// What the program is doing: the values of global parameter 128.
+/// What the program is doing, as global parameter 128 tells it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Mode {
+pub enum ProgramState {
     /// It has ended or has been stopped.
     #[default]
     Stop = 0,
@@ -47,18 +47,18 @@ pub enum Awaited {
 pub enum Wait {
     /// A WAIT command.
     For {
-        /// What for.
+        /// The event, or the time alone.
         awaited: Awaited,
-        /// Of which motor.
+        /// The axis whose event it is.
         motor: u8,
-        /// When it ends whatever happens.
+        /// The end of the time-out; without one the WAIT may last for ever.
         until: Option<Micros>,
     },
-    /// What a command stores is not durable yet.
+    /// The value that a command stores is not durable in the EEPROM yet.
     Store,
 }
 
-/// What an interrupt has interrupted.
+/// What a handler interrupts, saved for RETI.
 #[derive(Clone, Copy, Debug)]
 struct Interrupted {
     registers: Registers,
@@ -80,15 +80,15 @@ pub struct Machine {
     pub interrupts: Interrupts,
     /// How many commands program memory holds.
     size: u16,
-    mode: Mode,
+    state: ProgramState,
     counter: u16,
     stack: Vec<u16, STACK>,
     wait: Option<Wait>,
-    /// What goes on after the handler that runs.
+    /// While a handler runs: the state to which RETI returns.
     interrupted: Option<Interrupted>,
-    /// A handler has just ended: the program gets its turn before the next one.
+    /// A handler has just ended: one command of the program is executed before the next handler begins.
     returned: bool,
-    /// In mode step: a command is to be executed.
+    /// In the state [`ProgramState::Step`]: a command is to be executed.
     stepping: bool,
 }
 
@@ -100,7 +100,7 @@ impl Machine {
             errors: Errors::default(),
             interrupts: Interrupts::default(),
             size,
-            mode: Mode::default(),
+            state: ProgramState::default(),
             counter: 0,
             stack: Vec::new(),
             wait: None,
@@ -111,8 +111,8 @@ impl Machine {
     }
 
     /// What the program is doing.
-    pub const fn mode(&self) -> Mode {
-        self.mode
+    pub const fn state(&self) -> ProgramState {
+        self.state
     }
 
     /// Address of the current command.
@@ -125,19 +125,19 @@ impl Machine {
         self.wait
     }
 
-    /// True while it does not go on with the next command.
+    /// True while the program does not go on with the next command.
     pub const fn waits(&self) -> bool {
         self.wait.is_some()
     }
 
     /// True while events count: the program runs, or is stepped through.
     pub const fn runs(&self) -> bool {
-        matches!(self.mode, Mode::Run | Mode::Step)
+        matches!(self.state, ProgramState::Run | ProgramState::Step)
     }
 
     /// True while there is something to be executed, or waited for.
     pub const fn busy(&self) -> bool {
-        matches!(self.mode, Mode::Run) || self.stepping
+        matches!(self.state, ProgramState::Run) || self.stepping
     }
 
     /// True in the handler of an interrupt.
@@ -147,7 +147,7 @@ impl Machine {
 
     /// Command 129, type 0: starts, or goes on where the program was stopped.
     pub fn run(&mut self) {
-        self.mode = Mode::Run;
+        self.state = ProgramState::Run;
         self.stepping = false;
     }
 
@@ -162,17 +162,17 @@ impl Machine {
 
     /// Command 130: executes one command.
     pub fn step(&mut self) {
-        self.mode = Mode::Step;
+        self.state = ProgramState::Step;
         self.stepping = true;
     }
 
     /// Stops the program where it is (command 128, and what stops it from outside). Program counter, subroutine stack and
     /// handler stay, so [`Machine::run`] goes on from here; a WAIT that is left begins anew then.
     pub fn stop(&mut self) {
-        self.mode = Mode::Stop;
+        self.state = ProgramState::Stop;
         self.stepping = false;
         self.wait = None;
-        // Now, and not with the next look: it may go on before that.
+        // Pending events are dropped now, and not with the next look at them: the program may go on before that.
         self.interrupts.forget();
     }
 
@@ -196,13 +196,13 @@ impl Machine {
     pub fn reset(&mut self) {
         let mut interrupts = core::mem::take(&mut self.interrupts);
         interrupts.reset();
-        *self = Machine { interrupts, mode: Mode::Reset, ..Self::new(self.size) };
+        *self = Machine { interrupts, state: ProgramState::Reset, ..Self::new(self.size) };
     }
 
     /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
-    /// something is being stored. That is a step of its own, so that who goes step by step sees where the handler
-    /// begins. True if it went there.
-    pub fn interrupt(&mut self, now: Micros) -> bool {
+    /// a value is being stored. Going there is a step of its own, so that a user who steps through the program sees where
+    /// the handler begins. True if the program is in a handler now that it was not in before.
+    pub fn enter_handler(&mut self, now: Micros) -> bool {
         let turn = self.returned && self.wait.is_none();
         if turn || self.interrupted.is_some() {
             return false;
@@ -220,23 +220,24 @@ impl Machine {
         true
     }
 
-    /// The command is done: goes on with the next one.
+    /// Goes on with the next command, now that one is done.
     pub fn next(&mut self) {
         self.go_to(self.counter.saturating_add(1));
     }
 
-    /// Waits until what the command stores is durable.
+    /// Waits until the value that the command stores is durable.
     pub fn wait_for_store(&mut self) {
         self.wait = Some(Wait::Store);
     }
 
-    /// For how many stores it waits: its own, and that which a handler has interrupted.
+    /// For how many values the program waits to be durable: at most one of the present command, and one of the command that
+    /// a handler has interrupted.
     pub fn stores(&self) -> usize {
         let interrupted = self.interrupted.and_then(|interrupted| interrupted.wait);
         [self.wait, interrupted].into_iter().filter(|wait| *wait == Some(Wait::Store)).count()
     }
 
-    /// What was to be stored is durable, or cannot be; also what was to be stored before a handler began.
+    /// The values that the program stores are durable, or cannot be; also one that was to be stored before a handler began.
     pub fn stored(&mut self) {
         if self.wait == Some(Wait::Store) {
             self.next();
@@ -247,7 +248,7 @@ impl Machine {
         }
     }
 
-    /// A WAIT is over; `in_time` if what it waited for has come.
+    /// A WAIT is over; `in_time` if its event has come, and not the end of its time-out.
     pub fn waited(&mut self, awaited: Awaited, in_time: bool) {
         if !in_time && awaited != Awaited::Ticks {
             self.errors.raise(ErrorFlag::Timeout);
@@ -255,10 +256,10 @@ impl Machine {
         self.next();
     }
 
-    /// Executes a command that needs no more than what is in here. `None` if it is another one.
+    /// Executes a command that needs no more than the interpreter's own state. `None` for any other command.
     ///
     /// # Errors
-    /// It is refused, and the program goes on with the next one.
+    /// The command is refused, and the program goes on with the next one.
     pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> Option<Result<(), Status>> {
         let Command { kind, motor, value, .. } = command;
         match opcode {
@@ -307,7 +308,7 @@ impl Machine {
         Some(Ok(()))
     }
 
-    /// Goes to an address; a jump to where there is none ends the program.
+    /// Goes to an address; a jump out of program memory ends the program.
     fn jump(&mut self, to: i32) {
         match address(to, self.size) {
             Some(to) => self.arrive(to),
@@ -315,7 +316,7 @@ impl Machine {
         }
     }
 
-    /// The command is done. Running off the end of program memory ends the program.
+    /// Goes on at an address. Running off the end of program memory ends the program.
     fn go_to(&mut self, address: u16) {
         self.arrive(address);
         if address >= self.size {
@@ -331,7 +332,8 @@ impl Machine {
         self.stepping = false;
     }
 
-    /// A time of -1 is in the accumulator; a negative one is none, and the command has no effect.
+    /// The wait of a WAIT command; `value` is in ticks of 10 ms. The value -1 stands for the accumulator. A time that is
+    /// still negative is none: the command has no effect then, as with an unknown type.
     fn wait_of(&self, now: Micros, kind: u8, motor: u8, value: i32) -> Option<Wait> {
         let awaited = match kind {
             0 => Awaited::Ticks,

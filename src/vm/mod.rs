@@ -1,10 +1,11 @@
-//! TMCL programs: what the interpreter has for itself. Everything else a command does is the module's.
+//! TMCL programs: the part of the interpreter that needs no hardware. All other commands of a program are executed by the
+//! module, as if they came over a link.
 //!
 //! * `registers` - accumulator, X register, flags
 //! * `interrupts` - which events call which handler
 //! * `machine` - program counter, call stack, WAIT, and the commands that direct where the program goes
 //!
-//! Nothing in here loops, waits or knows the time: it is passed in, and a command is one call.
+//! Nothing in here loops or waits, and there is no clock: the time is passed in, and each command is one call.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -13,5 +14,5 @@ mod machine;
 mod registers;
 
 pub use interrupts::{Interrupts, Signals};
-pub use machine::{Awaited, Machine, Mode, Wait, address};
+pub use machine::{Awaited, Machine, ProgramState, Wait, address};
 pub use registers::{Condition, ErrorFlag, Errors, Registers};

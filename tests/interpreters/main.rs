@@ -20,7 +20,7 @@ use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::module::{Inputs, Module, Outcome, Source};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
-use tmcm::vm::{ErrorFlag, Mode};
+use tmcm::vm::{ErrorFlag, ProgramState};
 
 /// Programs in all.
 const PROGRAMS: u32 = 100_000;
@@ -222,7 +222,7 @@ impl Pair {
             "{}",
             what()
         );
-        assert_eq!(ours.mode() == Mode::Step, theirs.running, "{}", what());
+        assert_eq!(ours.state() == ProgramState::Step, theirs.running, "{}", what());
     }
 }
 

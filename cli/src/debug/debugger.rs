@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// What the module does with its program (global parameter 128, command 135).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Mode {
+enum ProgramState {
     Stopped,
     Running,
     Stepping,
@@ -30,14 +30,14 @@ enum Mode {
     Unknown(u8),
 }
 
-impl Mode {
+impl ProgramState {
     fn name(self) -> String {
         match self {
-            Mode::Stopped => "stopped".into(),
-            Mode::Running => "running".into(),
-            Mode::Stepping => "step by step".into(),
-            Mode::Reset => "reset".into(),
-            Mode::Unknown(number) => format!("unknown mode {number}"),
+            ProgramState::Stopped => "stopped".into(),
+            ProgramState::Running => "running".into(),
+            ProgramState::Stepping => "step by step".into(),
+            ProgramState::Reset => "reset".into(),
+            ProgramState::Unknown(number) => format!("unknown mode {number}"),
         }
     }
 }
@@ -45,7 +45,7 @@ impl Mode {
 /// The state of the program, as command 135, type 1 tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
-    mode: Mode,
+    program: ProgramState,
     /// A WAIT is not over yet.
     waiting: bool,
     /// The program counter.
@@ -56,13 +56,13 @@ impl State {
     fn of(value: i32) -> Self {
         let [mode, waiting, high, low] = value.to_be_bytes();
         let mode = match mode {
-            0 => Mode::Stopped,
-            1 => Mode::Running,
-            2 => Mode::Stepping,
-            3 => Mode::Reset,
-            number => Mode::Unknown(number),
+            0 => ProgramState::Stopped,
+            1 => ProgramState::Running,
+            2 => ProgramState::Stepping,
+            3 => ProgramState::Reset,
+            number => ProgramState::Unknown(number),
         };
-        State { mode, waiting: waiting != 0, counter: u16::from_be_bytes([high, low]) }
+        State { program: mode, waiting: waiting != 0, counter: u16::from_be_bytes([high, low]) }
     }
 }
 
@@ -135,8 +135,8 @@ impl<'a> Debugger<'a> {
     /// Where the program is.
     pub(super) fn whereabouts(&mut self) -> Result<String, Error> {
         let state = self.state()?;
-        match state.mode {
-            Mode::Running => Ok("running; stop halts it".into()),
+        match state.program {
+            ProgramState::Running => Ok("running; stop halts it".into()),
             _ => Ok(self.line(state.counter, Some(state.counter))),
         }
     }
@@ -144,8 +144,8 @@ impl<'a> Debugger<'a> {
     /// In which state the module is left.
     pub(super) fn farewell(&mut self) -> Result<String, Error> {
         let state = self.state()?;
-        let mut text = match state.mode {
-            Mode::Running => "the program goes on running in the module; command 128 stops it".into(),
+        let mut text = match state.program {
+            ProgramState::Running => "the program goes on running in the module; command 128 stops it".into(),
             _ => format!("the program is stopped at address {}", state.counter),
         };
         for axis in 0..self.module.axes()? {
@@ -164,7 +164,7 @@ impl<'a> Debugger<'a> {
     /// Steps to a breakpoint or the end of the program; not further than `most` steps.
     fn advance(&mut self, most: Option<u32>, interrupt: &mut Interrupt) -> Result<String, Error> {
         let state = self.state()?;
-        if state.mode == Mode::Running {
+        if state.program == ProgramState::Running {
             return Ok(RUNS.into());
         }
         let (mut at, mut done) = (state.counter, 0);
@@ -200,7 +200,7 @@ impl<'a> Debugger<'a> {
         loop {
             let state = self.state()?;
             if !state.waiting {
-                let ended = state.mode == Mode::Stopped;
+                let ended = state.program == ProgramState::Stopped;
                 return Ok(if ended { Step::Ended } else { Step::Done(state.counter) });
             }
             if interrupt.within(LOOK) {
@@ -216,7 +216,7 @@ impl<'a> Debugger<'a> {
     }
 
     fn registers(&mut self) -> Result<String, Error> {
-        let State { mode, waiting, counter } = self.state()?;
+        let State { program: mode, waiting, counter } = self.state()?;
         let accumulator = self.module.control(Opcode::ApplicationStatus, kind::ACCUMULATOR, 0)?;
         let x = self.module.control(Opcode::ApplicationStatus, kind::X_REGISTER, 0)?;
         let waiting = if waiting { ", in a WAIT" } else { "" };

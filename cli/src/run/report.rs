@@ -6,7 +6,7 @@ use hal_sim::clock::Nanos;
 use hal_sim::control::State;
 use tmcm::param::USER_VARIABLES;
 use tmcm::tmcl::{Command, Opcode};
-use tmcm::vm::{Awaited, Mode, Wait};
+use tmcm::vm::{Awaited, ProgramState, Wait};
 
 use super::session::{End, Session};
 use super::time::show;
@@ -120,7 +120,7 @@ fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> S
     let outside = target(&command).is_some_and(|target| tmcm::vm::address(target, PRODUCT.commands).is_none());
     match Opcode::from_number(command.opcode) {
         Some(Opcode::Stop) => format!("STOP at {place}"),
-        _ if machine.mode() == Mode::Reset => format!("reset from outside, after {place}"),
+        _ if machine.state() == ProgramState::Reset => format!("reset from outside, after {place}"),
         _ if command.opcode == 0 => format!("an empty command at {place}: a program ends with STOP"),
         _ if outside => format!("{command} at {place} leads out of program memory"),
         _ => format!("stopped from outside, after {place}"),

@@ -367,7 +367,7 @@ fn machine() {
     }
     any(&mut machine);
     any((
-        machine.mode(),
+        machine.state(),
         machine.counter(),
         machine.wait(),
         machine.waits(),
@@ -379,7 +379,7 @@ fn machine() {
         any(machine.execute(now(), opcode, command()));
     }
     any(&mut machine);
-    machine.interrupt(now());
+    machine.enter_handler(now());
     machine.waited(any(Awaited::Ticks), any(true));
     machine.wait_for_store();
     any(&mut machine);
@@ -438,7 +438,7 @@ fn module<P: Product + 'static, const AXES: usize>() {
     module.stored(any(true));
     any(&mut module);
     any((module.deadline(), module.subscriber(), module.awaits(any(Source::Usb))));
-    any((module.spec().number, *module.links(), module.machine().mode(), module.axes().len()));
+    any((module.spec().number, *module.links(), module.machine().state(), module.axes().len()));
     any((module.baud_rate(), module.can_bit_rate()));
     any(module.store().next_job());
     any(module.hooks());
