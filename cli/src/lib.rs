@@ -21,7 +21,7 @@
 //! * [`load`] - a program into a module, checked and started
 //! * [`debug`] - a program in a module, step by step
 //! * [`failure`] - how a command ends when it does not succeed
-//! * [`interrupt`] - Ctrl-C, waited for
+//! * [`signal`] - Ctrl-C and other signals that ask for the end, waited for
 //! * [`progress`] - how far something has got
 
 pub mod asm;
@@ -34,7 +34,6 @@ pub mod failure;
 mod files;
 pub mod fleet;
 pub mod image;
-pub mod interrupt;
 pub mod link;
 pub mod load;
 pub mod monitor;
@@ -46,6 +45,7 @@ pub mod progress;
 pub mod run;
 pub mod scan;
 pub mod send;
+pub mod signal;
 pub mod sim;
 pub mod slcan;
 pub mod tracer;

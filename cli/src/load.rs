@@ -9,9 +9,9 @@ use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::Conversation;
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
 use crate::product::{PRODUCT, global_number};
 use crate::program::{Program, ProgramThere, download, read_program, target, verify};
+use crate::signal::EndSignal;
 
 /// Load a TMCL program into a module, where it stays
 ///
@@ -68,13 +68,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if let Some(warning) = stray(&program, at) {
         writeln!(std::io::stderr(), "tmcl: warning: {warning}")?;
     }
-    let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let mut module = Conversation::open(&options.program.reach)?;
-    download(&mut module, &program, at, &interrupt)?;
+    download(&mut module, &program, at, &signal)?;
     let mut out = std::io::stdout().lock();
     writeln!(out, "loaded to addresses {at} to {}", end - 1)?;
     if options.verify {
-        verify(&mut module, &program, at, &interrupt)?;
+        verify(&mut module, &program, at, &signal)?;
         writeln!(out, "the module has them as they are in the file")?;
     }
     if options.autostart {

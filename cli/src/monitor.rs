@@ -9,7 +9,7 @@ use tmcm::param::AxisParameter;
 
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
+use crate::signal::EndSignal;
 
 /// Watch an axis: position, speed, load, error flags and switches, as they change
 ///
@@ -73,7 +73,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     // An axis that is not there would look like one that knows nothing.
     module.axis(options.axis, AxisParameter::ActualPosition)?;
-    let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let terminal = std::io::stdout().is_terminal();
     let mut out = std::io::stdout().lock();
     if options.csv {
@@ -85,7 +85,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut samples = 0;
     let mut seen = 0;
     while options.count.is_none_or(|count| samples < count) {
-        if interrupt.within(due.saturating_duration_since(Instant::now())) {
+        if signal.within(due.saturating_duration_since(Instant::now())) {
             break;
         }
         let sample = sample(&mut module, options.axis)?;

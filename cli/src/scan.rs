@@ -12,10 +12,10 @@ use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
 use crate::link::{Link, LinkError, Place};
 use crate::progress::Progress;
 use crate::send::words::firmware;
+use crate::signal::EndSignal;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
 ///
@@ -74,7 +74,7 @@ fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
 
 /// Looks for modules and prints them.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let rates = match (&options.link, &options.baud) {
         (_, Some(baud)) => std::slice::from_ref(baud),
         (Place::Serial(_), None) => &BAUD_RATES[..],
@@ -94,7 +94,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         if index > 0 {
             scanner.settle();
         }
-        let end = scanner.scan(&interrupt)?;
+        let end = scanner.scan(&signal)?;
         modules += scanner.modules;
         let first = scanner.first.filter(|_| rates.len() > 1);
         // A serial device is open once at a time.
@@ -153,7 +153,7 @@ impl<'a> Scanner<'a> {
         Ok(Scanner { options, module: Conversation::new(link, NOBODY), rate, modules: 0, first: None })
     }
 
-    fn scan(&mut self, interrupt: &Interrupt) -> Result<End, Failure> {
+    fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {
         let can = matches!(self.options.link, Place::Slcan(_));
         if !can && let Some(reply) = self.find(NOBODY)? {
             self.module.address = reply.module.into();
@@ -169,7 +169,7 @@ impl<'a> Scanner<'a> {
         let what = format!("asking {name} {} to {}{}", addresses.start(), addresses.end(), self.rate);
         let mut progress = Progress::new(what, addresses.len());
         for (done, address) in addresses.enumerate() {
-            if interrupt.happened() {
+            if signal.happened() {
                 return Ok(End::Interrupted);
             }
             if let Some(reply) = self.find(address)? {

@@ -9,9 +9,9 @@ use tmcm::tmcl::{Command, Opcode};
 use super::action::{Action, HELP};
 use crate::asm::suggestion;
 use crate::conversation::{Conversation, Error};
-use crate::interrupt::Interrupt;
 use crate::program::{Line, Program};
 use crate::send;
+use crate::signal::EndSignal;
 
 /// Lines that `list` shows.
 const LINES: u16 = 11;
@@ -98,17 +98,17 @@ impl<'a> Debugger<'a> {
     }
 
     /// Does what the user wants, and gives what is to be told.
-    pub(super) fn act(&mut self, action: Action, interrupt: &mut Interrupt) -> Result<String, Error> {
+    pub(super) fn act(&mut self, action: Action, signal: &mut EndSignal) -> Result<String, Error> {
         if matches!(action, Action::Step(_) | Action::Continue | Action::Stop | Action::Reset | Action::Send(_)) {
             self.ended = None;
         }
         match action {
-            Action::Step(times) => self.advance(Some(times), interrupt),
+            Action::Step(times) => self.advance(Some(times), signal),
             Action::Continue if self.breakpoints.is_empty() => {
                 self.module.control(Opcode::RunApplication, 0, 0)?;
                 Ok("running; stop halts it".into())
             }
-            Action::Continue => self.advance(None, interrupt),
+            Action::Continue => self.advance(None, signal),
             Action::Stop => {
                 self.module.control(Opcode::StopApplication, 0, 0)?;
                 self.whereabouts()
@@ -162,14 +162,14 @@ impl<'a> Debugger<'a> {
     }
 
     /// Steps to a breakpoint or the end of the program; not further than `most` steps.
-    fn advance(&mut self, most: Option<u32>, interrupt: &mut Interrupt) -> Result<String, Error> {
+    fn advance(&mut self, most: Option<u32>, signal: &mut EndSignal) -> Result<String, Error> {
         let state = self.state()?;
         if state.program == ProgramState::Running {
             return Ok(RUNS.into());
         }
         let (mut at, mut done) = (state.counter, 0);
         loop {
-            let counter = match self.step(interrupt)? {
+            let counter = match self.step(signal)? {
                 Step::Done(counter) => counter,
                 Step::Ended => {
                     self.ended = Some(at);
@@ -187,15 +187,15 @@ impl<'a> Debugger<'a> {
             if self.breakpoints.contains(&counter) {
                 return Ok(format!("breakpoint\n{}", self.line(counter, Some(counter))));
             }
-            if interrupt.happened() {
-                interrupt.forget();
+            if signal.happened() {
+                signal.forget();
                 return Ok(self.interrupted(counter));
             }
         }
     }
 
     /// Executes the command at the program counter, or goes to the handler of an interrupt.
-    fn step(&mut self, interrupt: &mut Interrupt) -> Result<Step, Error> {
+    fn step(&mut self, signal: &mut EndSignal) -> Result<Step, Error> {
         self.module.control(Opcode::StepApplication, 0, 0)?;
         loop {
             let state = self.state()?;
@@ -203,8 +203,8 @@ impl<'a> Debugger<'a> {
                 let ended = state.program == ProgramState::Stopped;
                 return Ok(if ended { Step::Ended } else { Step::Done(state.counter) });
             }
-            if interrupt.within(LOOK) {
-                interrupt.forget();
+            if signal.within(LOOK) {
+                signal.forget();
                 self.module.control(Opcode::StopApplication, 0, 0)?;
                 return Ok(Step::Interrupted(self.state()?.counter));
             }

@@ -8,7 +8,7 @@ use rustix::event::{PollFd, PollFlags};
 use rustix::io::Errno;
 
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
+use crate::signal::EndSignal;
 
 /// What came.
 pub(super) enum Line {
@@ -34,13 +34,13 @@ impl Input {
     }
 
     /// Waits for the next line.
-    pub(super) fn line(&mut self, out: &mut impl Write, interrupt: &mut Interrupt) -> Result<Line, Failure> {
+    pub(super) fn line(&mut self, out: &mut impl Write, signal: &mut EndSignal) -> Result<Line, Failure> {
         if self.terminal {
             write!(out, "(tmcl) ")?;
             out.flush()?;
         }
-        if self.lines.buffer().is_empty() && interrupted(self.lines.get_ref(), interrupt).map_err(failed)? {
-            interrupt.forget();
+        if self.lines.buffer().is_empty() && interrupted(self.lines.get_ref(), signal).map_err(failed)? {
+            signal.forget();
             if self.terminal {
                 writeln!(out)?;
                 return Ok(Line::Interrupted);
@@ -61,8 +61,8 @@ impl Input {
 }
 
 /// Waits until there is something to read; true if a signal came first.
-fn interrupted(input: &File, interrupt: &Interrupt) -> std::io::Result<bool> {
-    let mut polled = [PollFd::new(interrupt, PollFlags::IN), PollFd::new(input, PollFlags::IN)];
+fn interrupted(input: &File, signal: &EndSignal) -> std::io::Result<bool> {
+    let mut polled = [PollFd::new(signal, PollFlags::IN), PollFd::new(input, PollFlags::IN)];
     loop {
         match rustix::event::poll(&mut polled, None) {
             Ok(_) => return Ok(!polled[0].revents().is_empty()),

@@ -16,8 +16,8 @@ use tmcm::tmcl::Opcode;
 use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::files::STANDARD;
-use crate::interrupt::Interrupt;
 use crate::program::{ProgramThere, download, is_readable, read_program, verify};
+use crate::signal::EndSignal;
 use action::Action;
 use debugger::Debugger;
 use input::{Input, Line};
@@ -53,15 +53,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return Err(Failure::Failed(message.into()));
     }
     let program = read_program(&options.program.file)?;
-    let mut interrupt = Interrupt::watch(&[SIGINT])?;
+    let mut signal = EndSignal::watch(&[SIGINT])?;
     let mut module = Conversation::open(&options.program.reach)?;
     if options.attach {
         // A protected program has to be taken on trust.
         if is_readable(&mut module)? {
-            verify(&mut module, &program, 0, &interrupt)?;
+            verify(&mut module, &program, 0, &signal)?;
         }
     } else {
-        download(&mut module, &program, 0, &interrupt)?;
+        download(&mut module, &program, 0, &signal)?;
         module.control(Opcode::ResetApplication, 0, 0)?;
     }
     let mut out = std::io::stdout().lock();
@@ -69,14 +69,14 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut debugger = Debugger::new(&mut module, &program);
     writeln!(out, "{}", debugger.whereabouts()?)?;
     loop {
-        let action = match input.line(&mut out, &mut interrupt)? {
+        let action = match input.line(&mut out, &mut signal)? {
             Line::Text(line) => Action::parse(&line),
             Line::Interrupted => Ok(Action::Stop),
             Line::End => Ok(Action::Quit),
         };
         let told = match action {
             Ok(Action::Quit) => break,
-            Ok(action) => debugger.act(action, &mut interrupt),
+            Ok(action) => debugger.act(action, &mut signal),
             Err(message) => Ok(message),
         };
         match told {

@@ -6,17 +6,17 @@ use tmcm::tmcl::{Command, Opcode, Status};
 use super::Program;
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
 use crate::product::global_number;
 use crate::progress::Progress;
+use crate::signal::EndSignal;
 
 /// Stops the program in the module and replaces it, from address `at` on. The module's next program counter is 0.
 ///
 /// A download that fails in the middle leaves a STOP at `at`, so that the half that is there does not run.
-pub fn download(module: &mut Conversation, program: &Program, at: u16, interrupt: &Interrupt) -> Result<(), Failure> {
+pub fn download(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     module.control(Opcode::ResetApplication, 0, 0)?;
     module.control(Opcode::EnterDownload, 0, at.into()).map_err(explain)?;
-    if let Err(failure) = send(module, program, at, interrupt) {
+    if let Err(failure) = send(module, program, at, signal) {
         // What has gone wrong may go wrong again; it is the first failure that counts.
         let _ = module.control(Opcode::EnterDownload, 0, at.into());
         let _ = module.value(Command::new(Opcode::Stop as u8, 0, 0, 0));
@@ -28,11 +28,11 @@ pub fn download(module: &mut Conversation, program: &Program, at: u16, interrupt
 }
 
 /// Sends the commands, each of which has to be stored and not executed.
-fn send(module: &mut Conversation, program: &Program, at: u16, interrupt: &Interrupt) -> Result<(), Failure> {
+fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     let total = program.commands.len();
     let mut progress = Progress::new("loading the program", total);
     for (done, (address, command)) in (1..).zip(program.placed(at)) {
-        if interrupt.happened() {
+        if signal.happened() {
             return Err(Failure::Failed("interrupted; the module has no program now".into()));
         }
         let reply = module.request(command).map_err(|error| {
@@ -65,7 +65,7 @@ pub fn is_readable(module: &mut Conversation) -> Result<bool, Error> {
 }
 
 /// Compares the program in the module with this one.
-pub fn verify(module: &mut Conversation, program: &Program, at: u16, interrupt: &Interrupt) -> Result<(), Failure> {
+pub fn verify(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     if !is_readable(module)? {
         let message = "the program cannot be compared: it is protected from being read (global parameter 81)";
         return Err(Failure::Failed(message.into()));
@@ -74,7 +74,7 @@ pub fn verify(module: &mut Conversation, program: &Program, at: u16, interrupt: 
     let mut progress = Progress::new("comparing the program", total);
     let mut differences = Vec::new();
     for (done, (address, expected)) in (1..).zip(program.placed(at)) {
-        if interrupt.happened() {
+        if signal.happened() {
             return Err(Failure::Failed("interrupted; the program is loaded but not compared".into()));
         }
         let found = module.memory(address)?;

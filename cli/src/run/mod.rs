@@ -19,8 +19,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::files::STANDARD;
-use crate::interrupt::Interrupt;
 use crate::program::read_program;
+use crate::signal::EndSignal;
 use crate::sim::read_world;
 use crate::virtual_module::VirtualModule;
 use recording::Recording;
@@ -97,13 +97,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
     let program = read_program(&options.program)?;
     let world = options.world.as_deref().map(read_world).transpose()?.unwrap_or_else(WorldConfig::default);
-    let interrupt = Interrupt::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
     let recording = options.plot.is_some().then(Recording::new);
     let module = VirtualModule::new(&world, None, SEED);
     let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
     let before = report::variables(&mut session.module);
-    let end = session.run(options.until, &interrupt)?;
+    let end = session.run(options.until, &signal)?;
     let report = report::report(&mut session, end, options.until, &program, &before);
     let mut out = std::io::stdout().lock();
     if options.trace.as_deref() == Some(Path::new(STANDARD)) {

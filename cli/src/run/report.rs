@@ -111,7 +111,7 @@ fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> S
             Some(Wait::Store) => format!("waiting for the EEPROM at {place}"),
         };
         return match end {
-            End::Interrupt => format!("interrupted by Ctrl-C, {wait}"),
+            End::Signal => format!("interrupted by Ctrl-C, {wait}"),
             End::Time | End::Program => format!("still running after {}, {wait}", show(limit)),
         };
     }

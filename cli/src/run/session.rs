@@ -14,11 +14,11 @@ use super::recording::{Mark, Recording};
 use super::script::{Action, Event};
 use super::trace::Trace;
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
 use crate::product::PRODUCT;
 use crate::program::Program;
 use crate::progress::Progress;
 use crate::send::words::{self, Meaning};
+use crate::signal::EndSignal;
 use crate::tracer::Step;
 use crate::virtual_module::VirtualModule;
 
@@ -37,7 +37,7 @@ pub(super) enum End {
     /// The time is up.
     Time,
     /// Ctrl-C.
-    Interrupt,
+    Signal,
 }
 
 /// What was counted.
@@ -113,7 +113,7 @@ impl<'a> Session<'a> {
     }
 
     /// Runs the program from address 0 on until it has ended and nothing more is to happen, or until `end`.
-    pub(super) fn run(&mut self, end: Nanos, interrupt: &Interrupt) -> Result<End, Failure> {
+    pub(super) fn run(&mut self, end: Nanos, signal: &EndSignal) -> Result<End, Failure> {
         let began = Instant::now();
         let mut progress: Option<Progress> = None;
         self.send(Command::new(Opcode::RunApplication as u8, 0, 0, 0));
@@ -129,8 +129,8 @@ impl<'a> Session<'a> {
                 return self.finish(End::Time);
             }
             if tick.is_multiple_of(LOOK) {
-                if interrupt.happened() {
-                    return self.finish(End::Interrupt);
+                if signal.happened() {
+                    return self.finish(End::Signal);
                 }
                 if began.elapsed() > PATIENCE {
                     let total = (end / TICK) as usize;

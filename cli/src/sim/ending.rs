@@ -8,13 +8,13 @@ use rustix::io::Errno;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::failure::Failure;
-use crate::interrupt::Interrupt;
 use crate::link::readable;
+use crate::signal::EndSignal;
 
 /// Watches for the end.
 #[derive(Debug)]
 pub(super) struct Ending {
-    interrupt: Interrupt,
+    signal: EndSignal,
     stdin: Option<Stdin>,
 }
 
@@ -22,17 +22,17 @@ impl Ending {
     /// Watches for signals, and for the end of standard input if that is wanted.
     pub(super) fn watch(stdin: bool) -> Result<Self, Failure> {
         let signals: &[i32] = if ignored(SIGHUP) { &[SIGINT, SIGTERM] } else { &[SIGINT, SIGTERM, SIGHUP] };
-        Ok(Ending { interrupt: Interrupt::watch(signals)?, stdin: stdin.then(std::io::stdin) })
+        Ok(Ending { signal: EndSignal::watch(signals)?, stdin: stdin.then(std::io::stdin) })
     }
 
     /// What can be read when the end may have come.
     pub(super) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
-        std::iter::once(self.interrupt.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
+        std::iter::once(self.signal.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
     }
 
     /// The end has come.
     pub(super) fn has_come(&self) -> bool {
-        self.interrupt.happened() || self.stdin.as_ref().is_some_and(is_at_end)
+        self.signal.happened() || self.stdin.as_ref().is_some_and(is_at_end)
     }
 }
 

@@ -8,11 +8,11 @@ use std::time::{Duration, Instant};
 use crate::failure::Failure;
 use crate::link::readable;
 
-/// Can be read once one of the signals has come.
+/// A file descriptor that can be read once one of the signals has come: Ctrl-C (SIGINT), SIGTERM or SIGHUP.
 #[derive(Debug)]
-pub struct Interrupt(UnixStream);
+pub struct EndSignal(UnixStream);
 
-impl Interrupt {
+impl EndSignal {
     /// From now on these signals no longer end the program by themselves.
     pub fn watch(signals: &[i32]) -> Result<Self, Failure> {
         Self::register(signals).map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
@@ -24,7 +24,7 @@ impl Interrupt {
         for signal in signals {
             signal_hook::low_level::pipe::register(*signal, bell.try_clone()?)?;
         }
-        Ok(Interrupt(stop))
+        Ok(EndSignal(stop))
     }
 
     /// A signal has come.
@@ -34,7 +34,7 @@ impl Interrupt {
 
     /// Sleeps for that long, or until a signal comes: then it is true.
     pub fn within(&self, time: Duration) -> bool {
-        // Who cannot be woken had better wake up.
+        // Where the descriptor cannot be waited for, the sleep would have no end.
         readable(&self.0, Instant::now() + time).unwrap_or(true)
     }
 
@@ -45,7 +45,7 @@ impl Interrupt {
     }
 }
 
-impl AsFd for Interrupt {
+impl AsFd for EndSignal {
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.0.as_fd()
     }
