@@ -12,7 +12,7 @@ use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
-use crate::link::{Link, LinkError, Place};
+use crate::link::{Link, LinkError, LinkTarget};
 use crate::progress::Progress;
 use crate::send::words::firmware;
 use crate::signal::EndSignal;
@@ -27,8 +27,8 @@ use crate::signal::EndSignal;
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
     /// Where to look: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
-    #[arg(value_name = "LINK", value_parser = Place::parse)]
-    pub link: Place,
+    #[arg(value_name = "LINK", value_parser = LinkTarget::parse)]
+    pub link: LinkTarget,
 
     /// The addresses on RS485, or the identifiers on CAN (up to 2047), to ask: FIRST-LAST or a single one
     #[arg(long, value_name = "RANGE", default_value = "1-255", value_parser = addresses)]
@@ -77,8 +77,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let rates = match (&options.link, &options.baud) {
         (_, Some(baud)) => std::slice::from_ref(baud),
-        (Place::Serial(_), None) => &BAUD_RATES[..],
-        (Place::Tcp(_) | Place::Slcan(_) | Place::Simulated, None) => &BAUD_RATES[..1],
+        (LinkTarget::Serial(_), None) => &BAUD_RATES[..],
+        (LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated, None) => &BAUD_RATES[..1],
     };
     let mut modules = 0;
     for (index, baud) in rates.iter().enumerate() {
@@ -147,14 +147,14 @@ impl<'a> Scanner<'a> {
         let mut link = Link::open(&options.link, baud, CONNECTION)?;
         link.set_timeout(Duration::from_millis(options.timeout));
         let rate = match options.link {
-            Place::Serial(_) => format!(" at {baud} baud"),
-            Place::Tcp(_) | Place::Slcan(_) | Place::Simulated => String::new(),
+            LinkTarget::Serial(_) => format!(" at {baud} baud"),
+            LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => String::new(),
         };
         Ok(Scanner { options, module: Conversation::new(link, NOBODY), rate, modules: 0, first: None })
     }
 
     fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {
-        let can = matches!(self.options.link, Place::Slcan(_));
+        let can = matches!(self.options.link, LinkTarget::Slcan(_));
         if !can && let Some(reply) = self.find(NOBODY)? {
             self.module.address = reply.module.into();
             let what = self.describe(reply.value)?;

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::link::Place;
+use crate::link::LinkTarget;
 
 /// Where a module is and how to talk to it: the same for every command that talks to one.
 #[derive(Args, Clone, Debug)]
@@ -14,8 +14,8 @@ pub struct Reach {
     /// The path of a serial device (USB, an RS485 adapter, the serial port of `tmcl sim`), tcp:HOST:PORT (the TCP port
     /// of `tmcl sim`), slcan:DEVICE or slcan:tcp:HOST:PORT (a serial CAN adapter), or sim for a virtual module that
     /// lives only as long as this program.
-    #[arg(value_name = "LINK", value_parser = Place::parse)]
-    pub link: Place,
+    #[arg(value_name = "LINK", value_parser = LinkTarget::parse)]
+    pub link: LinkTarget,
 
     /// The module's address on an RS485 bus, or its CAN identifier, up to 2047
     #[arg(

@@ -225,7 +225,7 @@ impl<'a> Debugger<'a> {
 
     fn list(&mut self, place: Option<String>) -> Result<String, Error> {
         let counter = self.ended.map_or_else(|| self.state().map(|state| state.counter), Ok)?;
-        let first = match place.map(|place| self.place(&place)) {
+        let first = match place.map(|place| self.address_of(&place)) {
             None => counter.saturating_sub(LINES / 2),
             Some(Ok(address)) => address,
             Some(Err(message)) => return Ok(message),
@@ -245,13 +245,13 @@ impl<'a> Debugger<'a> {
     }
 
     fn set_breakpoint(&mut self, place: &str) -> Result<String, String> {
-        let address = self.place(place)?;
+        let address = self.address_of(place)?;
         self.breakpoints.insert(address);
         Ok(self.line(address, None))
     }
 
     fn delete_breakpoint(&mut self, place: &str) -> Result<String, String> {
-        let address = self.place(place)?;
+        let address = self.address_of(place)?;
         if self.breakpoints.remove(&address) {
             Ok(self.list_breakpoints())
         } else {
@@ -260,7 +260,7 @@ impl<'a> Debugger<'a> {
     }
 
     /// The address that a user means.
-    fn place(&self, text: &str) -> Result<u16, String> {
+    fn address_of(&self, text: &str) -> Result<u16, String> {
         let address = text.parse().ok().or_else(|| self.program.address(text));
         match address {
             Some(address) if self.command(address).is_some() => Ok(address),

@@ -21,26 +21,26 @@ use tcp::Tcp;
 /// Where a module is, as it is written on the command line: the path of a serial device, `tcp:HOST:PORT`, `sim`, or
 /// one of the first two behind `slcan:`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum LinkTarget {
     /// A serial device: USB, an RS485 adapter, or the pseudo terminal of `tmcl sim`.
     Serial(String),
     /// A TCP port that carries the bytes of a serial link.
     Tcp(String),
     /// A serial CAN adapter at a place of its own.
-    Slcan(Box<Place>),
+    Slcan(Box<LinkTarget>),
     /// A virtual module of one's own, in virtual time.
     Simulated,
 }
 
-impl Place {
+impl LinkTarget {
     /// Reads a place. The error says how to write one.
     pub fn parse(text: &str) -> Result<Self, String> {
         if text == "sim" {
-            return Ok(Place::Simulated);
+            return Ok(LinkTarget::Simulated);
         }
         if let Some(adapter) = text.strip_prefix("slcan:") {
             return match Self::parse(adapter)? {
-                place @ (Place::Serial(_) | Place::Tcp(_)) => Ok(Place::Slcan(Box::new(place))),
+                target @ (LinkTarget::Serial(_) | LinkTarget::Tcp(_)) => Ok(LinkTarget::Slcan(Box::new(target))),
                 _ => {
                     Err("give the adapter's device, for example slcan:/dev/ttyACM0 or slcan:tcp:127.0.0.1:4142".into())
                 }
@@ -49,14 +49,14 @@ impl Place {
         if let Some(address) = text.strip_prefix("tcp:") {
             let parts = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
             return match parts.map(|(_, port)| port.parse::<u16>()) {
-                Some(Ok(_)) => Ok(Place::Tcp(address.into())),
+                Some(Ok(_)) => Ok(LinkTarget::Tcp(address.into())),
                 _ => Err("give a host and a port, for example tcp:127.0.0.1:4140".into()),
             };
         }
         if text.is_empty() {
             return Err("give a serial device such as /dev/ttyACM0, tcp:HOST:PORT, slcan:DEVICE, or sim".into());
         }
-        Ok(Place::Serial(text.into()))
+        Ok(LinkTarget::Serial(text.into()))
     }
 }
 
@@ -121,21 +121,21 @@ enum Wire {
 
 impl Link {
     /// Opens a link; `baud` is for serial devices, `timeout` is how long to wait for a reply.
-    pub fn open(place: &Place, baud: u32, timeout: Duration) -> Result<Self, Failure> {
-        let wire = match place {
-            Place::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
-            Place::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
-            Place::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
-            Place::Simulated => Wire::Simulated(Box::new(Simulated::new())),
+    pub fn open(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Self, Failure> {
+        let wire = match target {
+            LinkTarget::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
+            LinkTarget::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
+            LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
+            LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new())),
         };
         Ok(Link { wire, timeout })
     }
 
-    fn open_adapter(place: &Place, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
-        let wire = match place {
-            Place::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Wire::SlcanTcp),
-            Place::Serial(path) => Slcan::open(Serial::open(path, baud)?.0).map(Wire::SlcanSerial),
-            Place::Slcan(_) | Place::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
+    fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
+        let wire = match target {
+            LinkTarget::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Wire::SlcanTcp),
+            LinkTarget::Serial(path) => Slcan::open(Serial::open(path, baud)?.0).map(Wire::SlcanSerial),
+            LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
         };
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
     }
@@ -200,15 +200,15 @@ mod tests {
 
     #[test]
     fn places_are_told_apart() {
-        assert_eq!(Place::parse("sim"), Ok(Place::Simulated));
-        assert_eq!(Place::parse("/dev/ttyACM0"), Ok(Place::Serial("/dev/ttyACM0".into())));
-        assert_eq!(Place::parse("tcp:localhost:4140"), Ok(Place::Tcp("localhost:4140".into())));
-        let adapter = Place::Slcan(Box::new(Place::Serial("/dev/ttyACM0".into())));
-        assert_eq!(Place::parse("slcan:/dev/ttyACM0"), Ok(adapter));
+        assert_eq!(LinkTarget::parse("sim"), Ok(LinkTarget::Simulated));
+        assert_eq!(LinkTarget::parse("/dev/ttyACM0"), Ok(LinkTarget::Serial("/dev/ttyACM0".into())));
+        assert_eq!(LinkTarget::parse("tcp:localhost:4140"), Ok(LinkTarget::Tcp("localhost:4140".into())));
+        let adapter = LinkTarget::Slcan(Box::new(LinkTarget::Serial("/dev/ttyACM0".into())));
+        assert_eq!(LinkTarget::parse("slcan:/dev/ttyACM0"), Ok(adapter));
         assert!(
             ["slcan:", "slcan:sim", "slcan:slcan:x", "tcp:localhost", "tcp::4140", "tcp:localhost:x", ""]
                 .iter()
-                .all(|text| Place::parse(text).is_err())
+                .all(|text| LinkTarget::parse(text).is_err())
         );
     }
 }

@@ -9,7 +9,7 @@ use tmcm::tmcl::{ALL_AXES, Command, Opcode};
 use super::file::Setting;
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
-use crate::link::Place;
+use crate::link::LinkTarget;
 use crate::progress::Progress;
 
 /// Writes the settings to the module; `store` also stores them, `interface` includes those of the interfaces.
@@ -25,8 +25,8 @@ pub(super) fn restore(
         settings.into_iter().partition(|setting| setting.is_interface(spec));
     let left = if interface { 0 } else { std::mem::take(&mut interfaces).len() };
     let effective = match reach.link {
-        Place::Slcan(_) => GlobalParameter::CanId,
-        Place::Serial(_) | Place::Tcp(_) | Place::Simulated => GlobalParameter::SerialAddress,
+        LinkTarget::Slcan(_) => GlobalParameter::CanId,
+        LinkTarget::Serial(_) | LinkTarget::Tcp(_) | LinkTarget::Simulated => GlobalParameter::SerialAddress,
     };
     // The module hears nothing more under its old address.
     interfaces.sort_by_key(|setting| setting.global(spec) == Some(effective));

@@ -66,7 +66,7 @@ impl Program {
     }
 
     /// An address in words, with the label that is here or next above.
-    pub fn place(&self, address: u16) -> String {
+    pub fn location(&self, address: u16) -> String {
         let above = self.labels.iter().filter(|(_, place)| *place <= address).max_by_key(|(_, place)| *place);
         match above {
             None => format!("address {address}"),
@@ -139,7 +139,7 @@ mod tests {
         let told = [0, 1, 2].map(|address| program.line(address).cloned());
         assert_eq!(told, [line("3", "Start: EI TI_GLOBAL // go"), line("5", "JA Loop"), None]);
         assert_eq!(
-            [0, 1, 3].map(|at| program.place(at)),
+            [0, 1, 3].map(|at| program.location(at)),
             ["address 0 (Start)", "address 1 (Loop)", "address 3 (End + 1)"]
         );
         assert_eq!(program.text(&Command::new(21, 1, 0, 1)), "JC NZ, Loop");

@@ -95,7 +95,7 @@ fn motor_and_pins(module: &VirtualModule, row: &mut impl FnMut(&str, &str)) {
 
 /// A command that had no effect, and why.
 fn refusal(step: &Step, program: &Program) -> String {
-    let (command, place) = (program.text(&step.executed.command), program.place(step.executed.address));
+    let (command, place) = (program.text(&step.executed.command), program.location(step.executed.address));
     let why = step.executed.refused.map_or("", |status| meaning(status as u8));
     format!("{command} at {place}: {why}")
 }
@@ -104,7 +104,7 @@ fn refusal(step: &Step, program: &Program) -> String {
 fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> String {
     let Some(machine) = session.module.machine() else { return "the module has no power".into() };
     if machine.runs() {
-        let place = program.place(machine.counter());
+        let place = program.location(machine.counter());
         let wait = match machine.wait() {
             None => format!("at {place}"),
             Some(Wait::For { awaited, .. }) => format!("in WAIT {} at {place}", awaited_name(awaited)),
@@ -116,7 +116,7 @@ fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> S
         };
     }
     let Some(step) = &session.counts.last else { return "no command was executed".into() };
-    let (command, place) = (step.executed.command, program.place(step.executed.address));
+    let (command, place) = (step.executed.command, program.location(step.executed.address));
     let outside = target(&command).is_some_and(|target| tmcm::vm::address(target, PRODUCT.commands).is_none());
     match Opcode::from_number(command.opcode) {
         Some(Opcode::Stop) => format!("STOP at {place}"),

@@ -32,7 +32,7 @@ impl<E> Pty<E> {
     pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
         let (master, slave, device) =
             terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {error}")))?;
-        let claim = link.map(|link| place(option, link, &device)).transpose()?;
+        let claim = link.map(|link| make_symlink(option, link, &device)).transpose()?;
         // One telegram may wait for a host that does not read; then replies are lost, as on a wire.
         let stream = Stream::new(File::from(master), 1);
         Ok(Pty { end: end(stream), device, link: link.map(Path::to_path_buf), _claim: claim, _slave: slave })
@@ -78,7 +78,7 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
 
 /// Makes the symbolic link, and gives what shows that it is in use. What an earlier run has left there is replaced,
 /// anything else stays.
-fn place(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Failure> {
+fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Failure> {
     let shown = link.display();
     let no_link = |error: io::Error| {
         Failure::Failed(format!("{option}: cannot make a link at {shown}: {error}. Its directory has to exist"))

@@ -28,7 +28,7 @@ impl Area {
 
     /// Where a value of a scale is.
     fn y(&self, scale: &Scale, value: i32) -> f64 {
-        self.bottom() - scale.place(value.into()) * self.height
+        self.bottom() - scale.fraction(value.into()) * self.height
     }
 }
 

@@ -228,7 +228,7 @@ impl Plot<'_> {
         }
         let mut grid = String::new();
         for tick in &scale.ticks {
-            let y = area.bottom() - scale.place(*tick) * area.height;
+            let y = area.bottom() - scale.fraction(*tick) * area.height;
             let _ = write!(grid, "M{:.1} {y:.1}H{:.1}", area.left, area.right());
             self.text(LEFT - 8.0, y + 4.0, "text-anchor=\"end\"", &grouped(*tick));
         }

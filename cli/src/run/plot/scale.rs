@@ -27,7 +27,7 @@ impl Scale {
     }
 
     /// Where a value is between the lower end (0.0) and the upper one (1.0).
-    pub(super) fn place(&self, value: f64) -> f64 {
+    pub(super) fn fraction(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
 }
@@ -96,8 +96,8 @@ mod tests {
         assert_eq!(Scale::over(-512_000.0, 512_000.0, 4).ticks, [-500_000.0, 0.0, 500_000.0]);
         assert_eq!(Scale::over(0.0, 32.0, 3).ticks, [0.0, 20.0]);
         let scale = Scale::over(0.0, 1000.0, 4);
-        assert_eq!(scale.place(500.0), 0.5);
-        assert!(scale.place(0.0) > 0.0 && scale.place(1000.0) < 1.0);
+        assert_eq!(scale.fraction(500.0), 0.5);
+        assert!(scale.fraction(0.0) > 0.0 && scale.fraction(1000.0) < 1.0);
     }
 
     #[test]
