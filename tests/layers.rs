@@ -6,6 +6,7 @@
 //! * No two files of a crate import each other, directly or by way of others; `layers/imports.rs` says what an import
 //!   is. [`CIRCLES`] has the circles that are still there.
 //! * The simulated hardware does not know the firmware.
+//! * The functions that `docs/architecture.md` tells of are where it says, and no way visits a file twice without a reason.
 //! * `unsafe` is left to the board.
 //!
 //! What is not yet so stands in lists here, with the reason; an entry that is no longer needed fails its test, too.
@@ -262,6 +263,36 @@ fn simulated_hardware_does_not_know_the_firmware() {
     assert!(!sources.is_empty());
     for path in sources {
         assert!(!tokens(&fs::read_to_string(&path).unwrap()).contains(&"tmcm"), "{}", path.display());
+    }
+}
+
+/// A row of a table in `docs/architecture.md`: file, functions, what happens there. None for any other line.
+fn visit(line: &str) -> Option<(&str, Vec<&str>, &str)> {
+    let [file, functions, happens] =
+        line.strip_prefix("| `")?.strip_suffix(" |")?.splitn(3, " | ").collect::<Vec<_>>()[..]
+    else {
+        return None;
+    };
+    let functions = functions.split('`').skip(1).step_by(2).collect();
+    Some((file.strip_suffix('`')?, functions, happens))
+}
+
+#[test]
+fn the_ways_through_the_code_are_as_they_are_told() {
+    let text = fs::read_to_string(root().join("docs/architecture.md")).unwrap();
+    let ways: Vec<_> = text.split("\n### ").skip(1).collect();
+    assert_eq!(ways.len(), 5);
+    for way in ways {
+        let mut visited = BTreeSet::new();
+        for (file, functions, happens) in way.lines().filter_map(visit) {
+            let source = fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
+            let tokens = tokens(&source);
+            for function in functions {
+                assert!(tokens.windows(2).any(|two| two == ["fn", function]), "{file} has no function {function}");
+            }
+            assert_eq!(happens.starts_with("Again"), !visited.insert(file), "{file}: {happens}");
+        }
+        assert!(visited.len() > 8, "{way}");
     }
 }
 
