@@ -64,7 +64,7 @@ impl<SPI: SpiDevice> At25<SPI> {
     }
 
     /// Waits for the end of a write that a restart of the firmware has overtaken: until then the part can
-    /// not be read. False if that takes longer than about 20 ms, four times what a write takes: then there is
+    /// not be read. False if that takes longer than about 20 ms, four times the duration of a write: then there is
     /// no part that answers.
     pub fn settle(&mut self) -> Result<bool, SPI::Error> {
         for _ in 0..SETTLE_READS {

@@ -1,4 +1,4 @@
-//! One driver per part, generic over embedded-hal: registers, and nothing about what an axis wants.
+//! One driver per part, generic over embedded-hal: registers and datagrams, and nothing about axes.
 
 pub mod at25;
 pub mod encoder;

@@ -8,7 +8,7 @@ use embedded_hal::spi::SpiDevice;
 
 use crate::units::CurrentScale;
 
-/// What the chip is to do, field by field of its registers (TMC262 datasheet, chapter 6), in the units of the registers
+/// The configuration of the chip, field by field of its registers (TMC262 datasheet, chapter 6), in the units of the registers
 /// where nothing else is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Configuration {
@@ -150,7 +150,7 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         Ok(())
     }
 
-    /// Forgets what the chip was told: the next configuration is written whole.
+    /// Forgets the contents of the registers, as after a loss of supply: the next configuration is written whole.
     pub fn forget(&mut self) {
         self.written = [None; REGISTERS];
     }
@@ -181,7 +181,7 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
     fn send(&mut self, register: Register) -> Result<(), SPI::Error> {
         let word = self.words[register as usize];
         self.written[register as usize] = None;
-        // Each DRVCONF asks for what the one before did not.
+        // Each DRVCONF selects the other one of the two readouts.
         let next = match (register, self.readout) {
             (Register::DrvConf, Readout::StallGuard) => Readout::Current,
             (Register::DrvConf, Readout::Position | Readout::Current) => Readout::StallGuard,

@@ -131,14 +131,14 @@ pub enum RampMode {
     Soft = 1,
     /// Running at a target velocity.
     Velocity = 2,
-    /// The velocity is what is written to V_ACTUAL.
+    /// Turning at the velocity that is written to V_ACTUAL, without a ramp.
     Hold = 3,
 }
 
-/// What the type and version register reads (datasheet section 7.3).
+/// Reading of the type and version register (datasheet section 7.3).
 const TYPE_VERSION: u32 = 0x42_9101;
 
-/// Status bit: an interrupt is pending. All are masked, so that only a bus that nobody drives has it.
+/// Status bit: an interrupt is pending. All interrupts are masked, so the bit is set only where no chip drives the bus.
 const STATUS_INT: u8 = 1 << 7;
 
 const WORD: u32 = 0x00FF_FFFF;
@@ -256,7 +256,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// noticed only by this.
     ///
     /// # Errors
-    /// Until it has answered this, what is read counts as not answered.
+    /// The chip did not answer with its version; until it does, all readings count as not answered.
     pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
         self.unanswered = false;
         let version = self.transfer(COMMON, Common::TypeVersion as u8, None)?;

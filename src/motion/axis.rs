@@ -1,4 +1,4 @@
-//! One axis: a ramp generator of the TMC429, a TMC262, and what happens to them over time.
+//! One axis: a ramp generator of the TMC429 and a TMC262 driver, with the moves and the turn of each millisecond.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -15,32 +15,32 @@ use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, 
 use crate::param::{AxisParameter as P, Table};
 use crate::units::{INTERNAL_MAX, Internal, Micros};
 
-/// What an axis feels besides its chips, sampled once per poll.
+/// Inputs of an axis besides its chips, sampled once per poll.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sensors {
-    /// SG_TST output of the driver: load value zero.
+    /// SG_TST output of the driver: high while the load value is zero, so that the motor stalls.
     pub stall: bool,
     /// Home switch as it is: true is closed.
     pub home: bool,
-    /// Built-in encoder, 0..=1023.
+    /// Angle of the built-in encoder, 0..=1023 in a turn.
     pub encoder: u16,
     /// Counter of the external ABN encoder, wrapping.
     pub external: u16,
-    /// Where that counter was when its N track last became low, and high, since the poll before.
+    /// Counts of the external encoder at which its N track last became low, and high, since the poll before.
     pub null: [Option<u16>; 2],
 }
 
-/// What happened to an axis since the last poll.
+/// Events of an axis since the last poll; each is told once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Events {
     /// The target of a positioning move was reached, or a reference search has found its place.
     pub reached: bool,
-    /// Parameter 8 has become 1, by whatever move.
+    /// Parameter 8 (position reached) has become 1, also in a move that no host has asked for, as in a reference search.
     pub at_target: bool,
     /// stallGuard2 has stopped the motor.
     pub stall: bool,
-    /// A positioning move ended before its target, by a stop switch or by what [`Events::deviation`] and
-    /// [`Events::alarm`] tell of, or by a stall; or a reference search has given up.
+    /// A positioning move ended before its target, by a stop switch, a stall, an encoder deviation or a driver alarm; or a
+    /// reference search has given up.
     pub cut_short: bool,
     /// An encoder has begun to deviate too far from the position.
     pub deviation: bool,
@@ -48,9 +48,9 @@ pub struct Events {
     pub alarm: bool,
 }
 
-/// Bits of parameter 210 that are functions, not prescaler. The manual reserves the lowest four (section 6.2.1), but
-/// only this one has a function (section 6.2.2), and in its own table 20 the prescaler of two microsteps, 200, has
-/// bit 3 set.
+/// Bits of parameter 210 that are functions, not prescaler. The manual reserves the lowest four bits (section 6.2.1), but
+/// only [`CLEAR`] has a function (section 6.2.2), and in the manual's own table 20 the prescaler of two microsteps, 200,
+/// has bit 3 set.
 const ENCODER_FUNCTIONS: i32 = CLEAR;
 /// Bits of parameter 217 that are functions, not prescaler (manual section 6.3).
 const EXTERNAL_FUNCTIONS: i32 = 0x1C;
@@ -61,8 +61,8 @@ const CLEAR_ALWAYS: i32 = 8;
 /// Parameter 217: the N event is the track becoming high, not low.
 const NULL_HIGH: i32 = 16;
 
-/// Polls after which all has been asked of the chips: the speed each second one, driver and right switch each fourth,
-/// and once in place of the switch whether the motion controller is there.
+/// Polls in which each reading of the chips has had its turn: the speed in every second poll, driver and right switch in
+/// every fourth, and once in place of the switch the version of the motion controller, which shows that it is there.
 const SLOTS: u8 = 64;
 
 /// Modulus of the ABN counter.
@@ -77,14 +77,14 @@ pub struct Axis<D> {
     values: [i32; P::SETTINGS],
     pub(super) position: Position,
     pub(super) mode: RampMode,
-    /// Commanded speed in velocity mode.
+    /// Commanded speed in velocity mode, in internal units; positive is to the right.
     pub(super) target_speed: Internal,
     pub(super) reverse: bool,
     pub(super) speed: Internal,
     right: bool,
-    /// Polls for which a stop switch has held the motor.
+    /// For how many polls, of a millisecond each, a stop switch has held the motor.
     held: u8,
-    /// A positioning move is under way: its end will be told.
+    /// A positioning move is under way, whose end will be an event.
     pub(super) travelling: bool,
     /// The position was the target at the last poll, and no other target has been given since.
     at_target: bool,
@@ -92,11 +92,11 @@ pub struct Axis<D> {
     pub(super) errors: i32,
     /// Driver faults since the last motion command, as bits of parameter 208.
     pub(super) alarms: u8,
-    /// The motor has been stopped because an encoder deviates, and not been sent anywhere since.
+    /// The motor has been stopped because an encoder deviates, and has not been sent anywhere since.
     pub(super) deviating: bool,
-    /// A hard stop has not got through to the chip: it is tried again with every poll.
+    /// A hard stop did not get through to the chip, and is tried again with every poll.
     pub(super) stopping: bool,
-    /// What has not been told yet.
+    /// Events that the next poll returns.
     pub(super) events: Events,
     /// The external encoder is to be zeroed at its next N event.
     pub(super) null_armed: bool,
@@ -107,7 +107,7 @@ pub struct Axis<D> {
     pub(super) sensors: Sensors,
     pub(super) encoder: Counter<{ TURN as u32 }>,
     pub(super) external: Counter<ABN_COUNTS>,
-    /// What the next poll asks: less than [`SLOTS`].
+    /// Number of the next poll in the rotation of readings: less than [`SLOTS`].
     slot: u8,
 }
 
@@ -227,12 +227,12 @@ impl<D: SpiDevice> Axis<D> {
         self.position.actual == self.position.target
     }
 
-    /// Where the motor is, in microsteps; as of the last datagram.
+    /// The actual position in microsteps, as of the last datagram.
     pub const fn last_position(&self) -> i32 {
         self.position.actual
     }
 
-    /// Where it is positioned to, if it is.
+    /// The target position in microsteps, in the two ramp modes that go to one.
     pub const fn target_position(&self) -> Option<i32> {
         match self.mode {
             RampMode::Ramp | RampMode::Soft => Some(self.position.target),
@@ -256,7 +256,7 @@ impl<D: SpiDevice> Axis<D> {
         self.travelling
     }
 
-    /// Where the motor is now, in microsteps: one datagram.
+    /// The actual position in microsteps, asked of the chip by one datagram.
     pub fn actual_position<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
         let counter = chip.read(self.generator, Register::XActual)?;
         self.position.track(counter);
@@ -352,7 +352,7 @@ impl<D: SpiDevice> Axis<D> {
         self.reverse = reverse;
     }
 
-    /// Writes all settings of the ramp generator; the chip's driver skips what it has already.
+    /// Writes all settings of the ramp generator; values that the chip has already take no datagram.
     pub(super) fn configure<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {
         let m = self.generator;
         let (ramp_div, pulse_div) = self.divisors();
@@ -380,7 +380,7 @@ impl<D: SpiDevice> Axis<D> {
         (self.value(P::RampDivisor) as u8, self.value(P::PulseDivisor) as u8)
     }
 
-    /// Gives the driver the parameters and the present current.
+    /// Writes parameters and excitation to the driver.
     pub(super) fn write_driver(&mut self) -> Result<(), Error> {
         if let Some(excitation) = self.excitation {
             let configuration = self.configuration(excitation);
@@ -400,13 +400,12 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// Advances everything by one turn of the 1 kHz poll. That takes two datagrams to the TMC429, or one and one to
-    /// the driver; a few more where the motor is held by a switch, a reference search is on or something is to be
-    /// done.
+    /// Takes the axis on by one poll of the 1 kHz. That takes two datagrams to the TMC429, or one to it and one to the
+    /// driver; a few more where a switch holds the motor, in a reference search, or where the motor is stopped.
     pub fn poll<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>, sensors: Sensors) -> Events {
         self.sensors = sensors;
         self.count_encoders();
-        // What did not get through to a chip is tried again with the next poll.
+        // A datagram that did not get through to a chip is tried again with the next poll.
         let _ = self.turn(now, chip);
         core::mem::take(&mut self.events)
     }
@@ -469,8 +468,8 @@ impl<D: SpiDevice> Axis<D> {
         self.null_armed = again && self.value(P::ExternalEncoderPrescaler) & CLEAR != 0;
     }
 
-    /// True while a stop switch holds the motor against its command. What looks like it is looked at anew: the
-    /// samples may be some polls old.
+    /// True while a stop switch holds the motor against its command. The last readings of switches and speed may be some
+    /// polls old; so they are read again before the motor counts as held.
     fn is_held<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
         let ahead = match self.mode {
             RampMode::Velocity | RampMode::Hold => self.target_speed,
@@ -517,13 +516,13 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// A motion command arrives: error flags go, and if it moves the motor a deviation stops that anew.
+    /// A motion command begins: error flags are cleared, and if the command moves the motor, a deviation may stop it again.
     pub(super) fn begin(&mut self, moves: bool) {
         self.errors = 0;
         self.deviating &= !moves;
     }
 
-    /// From the first step on the current is that of a motor whose speed changes.
+    /// Before a motion: the driver gets the current of a motor whose speed changes, so that it is there with the first step.
     fn wake(&mut self, now: Micros) -> Result<(), Error> {
         self.release_driver()?;
         self.refresh_excitation(now, MotionState::Changing)
@@ -540,7 +539,7 @@ impl<D: SpiDevice> Axis<D> {
         Ok(())
     }
 
-    /// Goes into a positioning mode: ramp settings and target first, the mode last.
+    /// Goes into a positioning mode: target and ramp settings first, the mode last.
     fn resume<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, mode: RampMode) -> Result<(), Error> {
         self.mode = mode;
         self.write_waypoint(chip)?;
@@ -615,7 +614,7 @@ impl<D: SpiDevice> Axis<D> {
         self.set_mode(chip, RampMode::Ramp)?;
         chip.write(self.generator, Register::Divisors, word)?;
         self.set_mode(chip, RampMode::Velocity)?;
-        // The ramp generator has used V_TARGET for itself.
+        // In ramp mode the ramp generator has written V_TARGET itself.
         Ok(chip.write(self.generator, Register::VTarget, self.target_speed as u32)?)
     }
 }

@@ -1,4 +1,4 @@
-//! What an axis does: moving, stopping, holding, and the parameters that say how.
+//! Axes: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
 
 mod axis;
 mod current;
@@ -13,14 +13,14 @@ mod switch;
 
 pub use axis::{Axis, Events, Sensors};
 
-/// Why an axis did not do what it was told.
+/// The reason for which an axis has refused a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error {
     /// The parameter cannot be written.
     ReadOnly,
     /// The value is out of range, or the divisors admit no positioning ramp.
     OutOfRange,
-    /// Not with the parameters as they are.
+    /// The parameters as they are do not allow it, for example a search at speed 0.
     NotNow,
     /// A chip did not take the datagram.
     Chip,

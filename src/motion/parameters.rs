@@ -1,4 +1,5 @@
-//! Axis parameters at work: what reading and writing each one does (manual chapter 4).
+//! Reading and writing of axis parameters (manual chapter 4): which of them ask a chip, which tell it something, and which
+//! only are values for the next poll.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -152,7 +153,7 @@ impl<D: SpiDevice> Axis<D> {
                 let before = self.value(parameter);
                 self.change(parameter, value, Self::write_driver)?;
                 if value != before {
-                    // The measurement under way is none of the new kind.
+                    // The driver's measurement under way is not one with the new setting.
                     self.measured = Measured::default();
                 }
                 Ok(())
@@ -183,7 +184,7 @@ impl<D: SpiDevice> Axis<D> {
                 self.set_value(parameter, value);
                 Ok(())
             }
-            // The next poll works with these.
+            // The next poll works with the values of these.
             P::MaximumCurrent
             | P::StandbyCurrent
             | P::EndSwitchPowerDown

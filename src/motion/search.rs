@@ -21,8 +21,8 @@
 //! way, 1 ms at the speed of parameter 195. The two edges are passed in opposite directions, so both lag
 //! outwards and the middle is off by less than half of that.
 //!
-//! What ends a leg must still be so when the motor has stood for a while, or the leg goes on: neither a glitch nor a
-//! switch that bounces is taken for an edge. Only a fast motor may have run past the home switch. Therefore the leg
+//! The level of a switch that ends a leg must still be there when the motor has stood for a while, or the leg goes on:
+//! neither a glitch nor a switch that bounces is taken for an edge. Only a fast motor may have run past the home switch. Therefore the leg
 //! that leaves a switch looks for it as far back as the motor had run past it, and a little further; a switch that
 //! is not there was none, and the search for it goes on.
 //!
@@ -65,7 +65,7 @@ pub(super) enum Leg {
     Middle,
 }
 
-/// What is searched.
+/// The switch that is searched.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Goal {
     /// The stop switch in the direction of the search.
@@ -76,27 +76,27 @@ enum Goal {
     Circular,
 }
 
-/// What the motor does in a leg.
+/// The motor in a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Motion {
-    /// It comes to a stand, or stands.
+    /// The motor comes to a stand, or stands.
     Resting,
-    /// It has been told to run, but the chip may have heard only half of that.
+    /// The motor was to be started, but not all datagrams for that may have got through.
     Starting,
-    /// It is on its way.
+    /// The motor runs.
     Running,
 }
 
-/// What is to be said of a leg.
+/// How a leg stands, as of one poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It goes on.
+    /// The leg goes on.
     Underway,
-    /// It is done.
+    /// The leg has come to its end.
     Over,
-    /// A stop switch that it does not look for is in its way.
+    /// A stop switch is in the way that is not the one the leg looks for.
     Blocked,
-    /// There is no switch where one was seen.
+    /// There is no switch where one was seen before: that was a glitch.
     Mistaken,
 }
 
@@ -105,25 +105,29 @@ pub(super) enum Verdict {
 pub(super) struct Search {
     goal: Goal,
     legs: &'static [Leg],
+    /// The home switch is normally closed: it counts as closed while its input is low.
     inverted: bool,
     /// Sign of the direction in which the switch is looked for.
     direction: i32,
+    /// The search has turned round at a stop switch; it does so once.
     turned: bool,
-    /// Parameters 194 and 195 as they were at the start.
+    /// Speeds of parameters 194 and 195 at the start of the search, in internal units.
     fast: Internal,
     slow: Internal,
-    /// How many legs are done.
+    /// Number of legs that are done.
     pub(super) done: usize,
     pub(super) motion: Motion,
-    /// What the last poll said of this leg, and for how many polls the motor has stood with that.
+    /// The verdict of the last poll on this leg.
     pub(super) verdict: Verdict,
+    /// For how many polls the motor has stood with that verdict.
     pub(super) stood: u8,
     /// The switch has been closed in this leg.
     pub(super) closed: bool,
-    /// Where it was seen at first, and how far back it is looked for from there.
+    /// Position, in microsteps, at which the switch was seen first in a leg of the kind [`Leg::Find`].
     seen: i32,
+    /// Position as far as which the switch is looked for on the way back.
     limit: i32,
-    /// The edges.
+    /// Positions of the two edges, and of the stop switch on the other side, in microsteps.
     pub(super) first: i32,
     second: i32,
     pub(super) far: Option<i32>,
@@ -232,7 +236,7 @@ impl Search {
         }
     }
 
-    /// The edge that the present leg ends at.
+    /// Notes the position of the edge at which the leg under way ends.
     pub(super) fn mark(&mut self, edge: i32) {
         match self.leg() {
             Leg::Far => self.far = Some(edge),
@@ -243,7 +247,8 @@ impl Search {
         }
     }
 
-    /// Turns to what comes next, now that the motor stands; false if there is nothing.
+    /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up. `slack` is
+    /// how much further than the overrun the switch is looked for, in microsteps.
     pub(super) fn proceed(&mut self, position: &Position, slack: i32) -> bool {
         match (self.verdict, self.leg()) {
             (Verdict::Underway, _) => {}

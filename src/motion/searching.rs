@@ -1,4 +1,4 @@
-//! An axis in a reference search (RFS): carries out leg by leg what the plan in `search.rs` says.
+//! An axis in a reference search (RFS): it carries out the plan in `search.rs` leg by leg.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -13,8 +13,8 @@ use crate::units::Micros;
 const SLACK: i32 = 4;
 
 impl<D: SpiDevice> Axis<D> {
-    /// RFS START: begins a search by the mode of parameter 193, at the speeds of parameters 194 and 195; what becomes
-    /// of these parameters later is for the next one.
+    /// RFS START: begins a search by the mode of parameter 193, at the speeds of parameters 194 and 195. A later
+    /// change of these parameters concerns the next search.
     ///
     /// # Errors
     /// [`Error::NotNow`] when one of the search speeds (194, 195) is zero: it would never end.
@@ -59,7 +59,7 @@ impl<D: SpiDevice> Axis<D> {
             search.closed = true;
             self.arm_latch(chip)?;
         } else if search.leg() == Leg::Cross && !closed && search.beyond(&self.position, search.first) < 0 {
-            // Whatever was closed, it was not the switch: that begins where the first edge is.
+            // The contact that was closed was not that of the switch, which begins only at the first edge.
             search.closed = false;
         }
         let verdict = search.judge(switches, &self.position, standing);
@@ -90,7 +90,7 @@ impl<D: SpiDevice> Axis<D> {
         Ok(())
     }
 
-    /// From now on the stop switches act as their parameters say.
+    /// Ends a search: from now on the stop switches act as their parameters say.
     fn end_search<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, found: bool) -> Result<(), Error> {
         self.search = None;
         self.events.reached |= found;

@@ -1,8 +1,8 @@
 //! Which stallGuard2 measurements count for stop on stall (parameter 181).
 //!
-//! The driver's load value is meaningless below the speed at which the motor's back-EMF can be measured, and it stays what
-//! it was while the motor stands. So a load value of zero may be left over from before the motor started: who acted on
-//! it would never let a motor start again that a stall has stopped. Only a measurement counts that was begun and ended
+//! The driver's load value is meaningless below the speed at which the motor's back-EMF can be measured, and it keeps
+//! its last value while the motor stands. So a load value of zero may be left over from before the motor started: a
+//! firmware that acted on it would never let a motor start again that a stall has stopped. Only a measurement counts that was begun and ended
 //! above the speed of parameter 181.
 
 use crate::units::Internal;
@@ -18,17 +18,17 @@ pub(super) const fn span(filter: bool, resolution: i32) -> u32 {
 /// Whether a whole measurement has been made above a speed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Measured {
-    /// Nothing is known yet, or not any more.
+    /// The speed has not been looked at since the measurement began anew.
     #[default]
     Nothing,
-    /// Not yet.
+    /// Not for a whole measurement yet.
     Since {
         /// Where the motor was last seen at or below the speed, or turning the other way, in microsteps.
         from: i32,
         /// The sign of its speed above that, 0 before.
         direction: i32,
     },
-    /// There was one, and the motor turns on in this direction.
+    /// A whole measurement has been made, and the motor turns on in this direction.
     Whole {
         /// The sign of its speed.
         direction: i32,

@@ -1,4 +1,4 @@
-//! The ASCII interface (manual section 3.4): what a person types at a terminal, and the replies in digits.
+//! The ASCII interface (manual section 3.4): lines that a person types at a terminal, and replies as text.
 //!
 //! A line starts with the address character and ends with CR: `AGAP 0, 1`. [`Editor`] makes lines out of
 //! characters and says what is echoed; [`Line::parse`] says what a line means; [`encode_reply`] answers it.
@@ -22,7 +22,7 @@ pub const REPLY: usize = 19;
 
 const BACKSPACE: u8 = 0x08;
 const DELETE: u8 = 0x7F;
-/// What makes a terminal rub out the last character.
+/// Characters that make a terminal rub out the last one: back, a space, back.
 const RUB_OUT: &[u8] = b"\x08 \x08";
 
 /// The address character: A for 1, B for 2 and so on to `~` for 62. The manual says nothing of addresses
@@ -33,20 +33,20 @@ pub const fn letter(address: u8) -> u8 {
 
 /// Whether a character addresses a module with one of these addresses; 0 is none. A lower-case letter does for
 /// addresses 1 to 26; it is that of a module with an address 32 higher, too, so on a bus with both of them a host has
-/// to write what it means.
+/// to write the exact character.
 fn addresses(character: u8, addresses: [u8; 2]) -> bool {
     let mut letters = addresses.into_iter().filter(|address| *address != 0).map(letter);
     letters.any(|letter| letter == character || letter == character.to_ascii_uppercase())
 }
 
-/// What a line asks for.
+/// A line in ASCII mode, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
     /// A command; RUN and STOP are those that have no mnemonic in binary mode.
     Command(Command),
     /// BIN: back to binary mode.
     Leave,
-    /// Nothing that can be done.
+    /// The line cannot be carried out.
     Wrong {
         /// The status to answer with.
         status: Status,
@@ -56,10 +56,10 @@ pub enum Line {
 }
 
 impl Line {
-    /// Nothing that is a command.
+    /// A line without any command in it.
     const UNKNOWN: Line = Line::Wrong { status: Status::InvalidCommand, opcode: 0 };
 
-    /// Reads what stands after the address character.
+    /// Decodes a line, without its address character.
     pub fn parse(text: &[u8]) -> Self {
         let Ok(text) = core::str::from_utf8(text).map(str::trim) else { return Line::UNKNOWN };
         let special = |word: &str| text.eq_ignore_ascii_case(word);
@@ -86,8 +86,8 @@ impl Line {
     }
 }
 
-/// What is wrong with a line that is no command: no such command status 2, not on the ASCII command line 6,
-/// something wrong with the type 3, with motor, bank or value 4; one operand too many is such a value.
+/// The answer to a line that is no command: status 2 for an unknown command, 6 for one that the ASCII command line does
+/// not have, 3 for a wrong type, 4 for a wrong motor, bank or value; an operand too many counts as a wrong value.
 fn wrong(error: &Error<'_>) -> Line {
     let (instruction, field) = match *error {
         Error::Empty | Error::UnknownMnemonic(_) => return Line::UNKNOWN,
@@ -131,12 +131,12 @@ fn is_reply(text: &[u8]) -> bool {
 /// How characters are echoed: bits 4 and 5 of global parameter 67 (manual section 3.4.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Echo {
-    /// Each at once.
+    /// Each character at once.
     #[default]
     Characters,
     /// The whole line after its CR.
     Line,
-    /// Not at all.
+    /// No echo.
     None,
 }
 
@@ -158,12 +158,12 @@ impl Echo {
     }
 }
 
-/// What became of a character.
+/// The effect of a character.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Typed<'a> {
-    /// To be sent back.
+    /// Characters to be sent back.
     pub echo: &'a [u8],
-    /// The line that it completes.
+    /// The line that the character completes, if it does.
     pub line: Option<Line>,
 }
 

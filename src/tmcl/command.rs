@@ -16,10 +16,10 @@ pub struct Command {
 impl Command {
     /// Length in program memory and in a CAN frame, in bytes.
     pub const SIZE: usize = 7;
-    /// The first number that is carried out even while a program is loaded; a program cannot have those.
+    /// From this number on commands are carried out even while a program is loaded; a program cannot contain them.
     pub const FIRST_CONTROL: u8 = 128;
 
-    /// What enters the vendor's boot loader: command 242 with operands that nobody sends by mistake.
+    /// The command that enters the vendor's boot loader: number 242 with operands that no host sends by mistake.
     pub const ENTER_BOOTLOADER: Command = Command::new(242, 0x81, 0x92, 0xA3B4_C5D6_u32.cast_signed());
 
     /// Puts a command together.

@@ -17,7 +17,7 @@ pub enum Field {
     Zero,
 }
 
-/// What the motor/bank field of a command holds; axis numbers are checked before anything else.
+/// Meaning of the motor or bank field of a command. Axis numbers are checked before the command is executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Motor {
     /// An axis.
@@ -43,7 +43,7 @@ pub struct Instruction {
     pub mnemonic: &'static str,
     /// Operands in the order they are written.
     pub fields: &'static [Field],
-    /// What the motor field means.
+    /// Meaning of the motor field.
     pub motor: Motor,
     /// May be sent by a host for immediate execution.
     pub direct: bool,
@@ -80,7 +80,7 @@ macro_rules! instructions {
                 Instruction::numbered(number).map(|instruction| instruction.opcode)
             }
 
-            /// Its row of the table.
+            /// The row of the table.
             pub const fn instruction(self) -> &'static Instruction {
                 match self {
                     $(Opcode::$opcode => const { &Instruction {
@@ -100,7 +100,7 @@ macro_rules! instructions {
         /// All instructions in the order of their numbers.
         const ALL: &[Opcode] = &[$(Opcode::$opcode),*];
 
-        /// All instructions at their numbers: who executes a command has no time to search.
+        /// All instructions at their numbers, because a search would take too long for each command of a program.
         static BY_NUMBER: [Option<&Instruction>; 256] = {
             let mut table = [None; 256];
             $(table[$number] = Some(Opcode::$opcode.instruction());)*

@@ -4,7 +4,7 @@ use core::fmt;
 
 use super::{Command, Field, Instruction, Opcode};
 
-/// What is wrong with a line.
+/// The reason for which a line is no command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error<'a> {
     /// There is nothing on the line.

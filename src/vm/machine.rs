@@ -1,5 +1,5 @@
-//! The program counter and what moves it: jumps, calls, WAIT, STOP, handlers (manual sections 3.7.17 to 3.7.23,
-//! 3.7.35), run and step.
+//! The program counter and the commands that move it: jumps, calls, WAIT, STOP, handlers of interrupts (manual sections
+//! 3.7.17 to 3.7.23, 3.7.35), run and step.
 
 use heapless::Vec;
 
@@ -27,7 +27,7 @@ pub enum ProgramState {
     Reset = 3,
 }
 
-/// What a WAIT waits for, by its type number.
+/// The event of a WAIT, by its type number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Awaited {
     /// TICKS: the time alone.
@@ -65,7 +65,7 @@ struct Interrupted {
     counter: u16,
     wait: Option<Wait>,
     at: Micros,
-    /// Return addresses on the stack: what a handler leaves there goes with it.
+    /// Return addresses on the stack when the handler began: those that it leaves there are dropped.
     depth: usize,
 }
 
@@ -166,7 +166,7 @@ impl Machine {
         self.stepping = true;
     }
 
-    /// Stops the program where it is (command 128, and what stops it from outside). Program counter, subroutine stack and
+    /// Stops the program where it is (command 128, low supply, or a motion controller that does not answer). Program counter, subroutine stack and
     /// handler stay, so [`Machine::run`] goes on from here; a WAIT that is left begins anew then.
     pub fn stop(&mut self) {
         self.state = ProgramState::Stop;

@@ -102,7 +102,7 @@ impl Errors {
 /// A condition of JC, by its type number (manual section 3.7.18).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
-    /// ZE: what was loaded last into the accumulator, or the difference of the last COMP, is zero.
+    /// ZE: the value loaded last into the accumulator, or the difference of the last COMP, is zero.
     Zero,
     /// NZ.
     NotZero,
@@ -144,7 +144,7 @@ impl Condition {
     }
 }
 
-/// Accumulator, X register and arithmetic flags: what an interrupt saves.
+/// Accumulator, X register and arithmetic flags, which a handler leaves as they were.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Registers {
     /// The accumulator.
