@@ -4,18 +4,21 @@
 //! # Words
 //!
 //! * **Module** - the device as a whole: one to six axes with a microcontroller. The host talks to it.
-//! * **Command** - number, type, motor or bank, and value, as TMCL has it: `MVP ABS, 0, 51200`. A **telegram** is a command
-//!   or a reply on a byte link, nine bytes with an address in front and a check sum behind; on CAN it is a frame.
+//! * **Command** - number, type, motor or bank, and value, as TMCL has it: `MVP ABS, 0, 51200`. A **telegram** is a
+//!   command or a reply on a byte link, nine bytes with an address in front and a check sum behind; on CAN it is a
+//!   frame.
 //! * **Link** - USB, RS485 or CAN. A byte link is in **binary** or in **ASCII mode**: telegrams, or lines of text.
-//! * **Parameter** - a numbered setting or reading: axis parameters belong to an axis, global parameters to a bank of the
-//!   module. Setting one changes it until power-off; storing one puts it into its **slot** in the EEPROM.
+//! * **Parameter** - a numbered setting or reading: axis parameters belong to an axis, global parameters to a bank of
+//!   the module. Setting one changes it until power-off; storing one puts it into its **slot** in the EEPROM.
 //! * **Axis** - a motor with all that moves it: ramp generator, driver, switches, encoders.
-//! * **Ramp generator** - a third of a TMC429: makes step pulses, with speeds and positions that follow a ramp. Its **ramp
-//!   mode** says whether it goes to a position, turns at a velocity, or holds one.
+//! * **Ramp generator** - a third of a TMC429: makes step pulses, with speeds and positions that follow a ramp. Its
+//!   **ramp mode** says whether it goes to a position, turns at a velocity, or holds one.
 //! * **Driver** - a TMC262: makes coil currents of step pulses, and measures the motor's load (stallGuard2).
 //! * **Microstep** - the unit of positions; a full step, a 200th of a turn as a rule, has 1 to 256 of them.
-//! * **Internal velocity** - the unit of speeds, -2047..=2047; divisors of the ramp generator make steps per second of it.
-//! * **Datagram** - one exchange with a chip over SPI, 24 us for a TMC429. They are counted: a poll affords two or three.
+//! * **Internal velocity** - the unit of speeds, -2047..=2047; divisors of the ramp generator make steps per second of
+//!   it.
+//! * **Datagram** - one exchange with a chip over SPI, 24 us for a TMC429. They are counted: a poll affords two or
+//!   three.
 //! * **Poll** - what the module does each millisecond: supervise, look after the axes, give the program its share.
 //! * **Waypoint** - a target that the chip gets on the way to a distant one, as it has only 24 bits for positions.
 //! * **Leg** - one run of a reference search, in one direction until a switch closes or opens.
@@ -23,13 +26,13 @@
 //!
 //! # The way of a telegram
 //!
-//! The bytes of `GAP 1, 0` reach a [`module::Port`], the module's end of a byte link, which collects and decodes them by
-//! [`tmcl::binary`]. [`module::Module::request`] checks whether the address is the module's;
-//! [`module::Module::execute`] looks the command up in the instruction table and calls what it asks for: here it finds the
-//! parameter in [`param`] and has [`motion::Axis::read`] ask the ramp generator by [`chip::tmc429`], with one datagram. The
-//! answer goes back the same way, is encoded by the port, and leaves over the link. A command that stores something is
-//! answered later, when its value is safe in the EEPROM: its reply comes by [`module::Module::next_reply`].
-//! `docs/architecture.md` follows this and four other ways from file to file.
+//! The bytes of `GAP 1, 0` reach a [`module::Port`], the module's end of a byte link, which collects and decodes them
+//! by [`tmcl::binary`]. [`module::Module::request`] checks whether the address is the module's;
+//! [`module::Module::execute`] looks the command up in the instruction table and calls what it asks for: here it finds
+//! the parameter in [`param`] and has [`motion::Axis::read`] ask the ramp generator by [`chip::tmc429`], with one
+//! datagram. The answer goes back the same way, is encoded by the port, and leaves over the link. A command that stores
+//! something is answered later, when its value is safe in the EEPROM: its reply comes by
+//! [`module::Module::next_reply`]. `docs/architecture.md` follows this and four other ways from file to file.
 //!
 //! # The modules
 //!

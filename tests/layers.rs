@@ -6,7 +6,8 @@
 //! * No two files of a crate import each other, directly or by way of others; `layers/imports.rs` says what an import
 //!   is. [`CIRCLES`] has the circles that are still there.
 //! * The simulated hardware does not know the firmware.
-//! * The functions that `docs/architecture.md` tells of are where it says, and no way visits a file twice without a reason.
+//! * The functions that `docs/architecture.md` tells of are where it says, and no way visits a file twice without a
+//!   reason.
 //! * `unsafe` is left to the board.
 //!
 //! What is not yet so stands in lists here, with the reason; an entry that is no longer needed fails its test, too.

@@ -8,8 +8,8 @@ use embedded_hal::spi::SpiDevice;
 
 use crate::units::CurrentScale;
 
-/// The configuration of the chip, field by field of its registers (TMC262 datasheet, chapter 6), in the units of the registers
-/// where nothing else is said.
+/// The configuration of the chip, field by field of its registers (TMC262 datasheet, chapter 6), in the units of the
+/// registers where nothing else is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Configuration {
     /// Microsteps per full step as a power of two, 0..=8: the chip's MRES counts the other way, 8 - n.
@@ -98,8 +98,8 @@ const TURNS: [Register; 8] = [
     Register::SgcsConf,
 ];
 
-/// Status flags that come with every answer, active high, by their bit in bits 7..0 of the answer: those that mean that the
-/// bridges are off.
+/// Status flags that come with every answer, active high, by their bit in bits 7..0 of the answer: those that mean that
+/// the bridges are off.
 pub mod flags {
     /// Shut down by over-temperature.
     pub const OVERTEMPERATURE: u8 = 1 << 1;
@@ -214,9 +214,9 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
     let bit = |set: bool, n: u32| u32::from(set) << n;
     let field = |value: u8, n: u32| u32::from(value) << n;
     let drvctrl = bit(c.interpolation, 9) | bit(c.double_edge, 8) | field(8_u8.saturating_sub(c.microsteps), 0);
-    // The two hysteresis fields change their meaning with the chopper mode: in spreadCycle they are HEND and HSTRT; with
-    // constant off time the four bits of the fast decay time are HSTRT and, as the highest, bit 11, and HEND holds the
-    // sine wave offset.
+    // The two hysteresis fields change their meaning with the chopper mode: in spreadCycle they are HEND and HSTRT;
+    // with constant off time the four bits of the fast decay time are HSTRT and, as the highest, bit 11, and HEND holds
+    // the sine wave offset.
     let (hend, hstrt, decay) = if c.constant_toff {
         (
             c.hysteresis_start,

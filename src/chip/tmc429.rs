@@ -169,8 +169,8 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Stops all motors at once, whatever they were doing: hold mode is the one in which V_ACTUAL may be
-    /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse. Interrupts are masked:
-    /// another firmware may have left them on, and a pending one looks like a chip that does not answer.
+    /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse. Interrupts are
+    /// masked: another firmware may have left them on, and a pending one looks like a chip that does not answer.
     ///
     /// # Errors
     /// That of the first datagram that did not get through; the others go out all the same.

@@ -35,12 +35,13 @@ pub struct Sensors {
 pub struct Events {
     /// The target of a positioning move was reached, or a reference search has found its place.
     pub reached: bool,
-    /// Parameter 8 (position reached) has become 1, also in a move that no host has asked for, as in a reference search.
+    /// Parameter 8 (position reached) has become 1, also in a move that no host has asked for, as in a reference
+    /// search.
     pub at_target: bool,
     /// stallGuard2 has stopped the motor.
     pub stall: bool,
-    /// A positioning move ended before its target, by a stop switch, a stall, an encoder deviation or a driver alarm; or a
-    /// reference search has given up.
+    /// A positioning move ended before its target, by a stop switch, a stall, an encoder deviation or a driver alarm;
+    /// or a reference search has given up.
     pub cut_short: bool,
     /// An encoder has begun to deviate too far from the position.
     pub deviation: bool,
@@ -48,9 +49,9 @@ pub struct Events {
     pub alarm: bool,
 }
 
-/// Bits of parameter 210 that are functions, not prescaler. The manual reserves the lowest four bits (section 6.2.1), but
-/// only [`CLEAR`] has a function (section 6.2.2), and in the manual's own table 20 the prescaler of two microsteps, 200,
-/// has bit 3 set.
+/// Bits of parameter 210 that are functions, not prescaler. The manual reserves the lowest four bits (section 6.2.1),
+/// but only [`CLEAR`] has a function (section 6.2.2), and in the manual's own table 20 the prescaler of two microsteps,
+/// 200, has bit 3 set.
 const ENCODER_FUNCTIONS: i32 = CLEAR;
 /// Bits of parameter 217 that are functions, not prescaler (manual section 6.3).
 const EXTERNAL_FUNCTIONS: i32 = 0x1C;
@@ -61,8 +62,8 @@ const CLEAR_ALWAYS: i32 = 8;
 /// Parameter 217: the N event is the track becoming high, not low.
 const NULL_HIGH: i32 = 16;
 
-/// Polls in which each reading of the chips has had its turn: the speed in every second poll, driver and right switch in
-/// every fourth, and once in place of the switch the version of the motion controller, which shows that it is there.
+/// Polls in which each reading of the chips has had its turn: the speed in every second poll, driver and right switch
+/// in every fourth, and once in place of the switch the version of the motion controller, which shows that it is there.
 const SLOTS: u8 = 64;
 
 /// Modulus of the ABN counter.
@@ -163,8 +164,8 @@ impl<D: SpiDevice> Axis<D> {
         self.configure(chip)
     }
 
-    /// True when parameter 2 is the speed to rotate at, as in ROR: in velocity mode, and in a reference search, which it
-    /// ends. In the positioning modes the ramp generator works out its target speed itself.
+    /// True when parameter 2 is the speed to rotate at, as in ROR: in velocity mode, and in a reference search, which
+    /// it ends. In the positioning modes the ramp generator works out its target speed itself.
     pub const fn takes_speed(&self) -> bool {
         self.search.is_some() || matches!(self.mode, RampMode::Velocity | RampMode::Hold)
     }
@@ -468,8 +469,8 @@ impl<D: SpiDevice> Axis<D> {
         self.null_armed = again && self.value(P::ExternalEncoderPrescaler) & CLEAR != 0;
     }
 
-    /// True while a stop switch holds the motor against its command. The last readings of switches and speed may be some
-    /// polls old; so they are read again before the motor counts as held.
+    /// True while a stop switch holds the motor against its command. The last readings of switches and speed may be
+    /// some polls old; so they are read again before the motor counts as held.
     fn is_held<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
         let ahead = match self.mode {
             RampMode::Velocity | RampMode::Hold => self.target_speed,
@@ -516,13 +517,15 @@ impl<D: SpiDevice> Axis<D> {
         }
     }
 
-    /// A motion command begins: error flags are cleared, and if the command moves the motor, a deviation may stop it again.
+    /// A motion command begins: error flags are cleared, and if the command moves the motor, a deviation may stop it
+    /// again.
     pub(super) fn begin(&mut self, moves: bool) {
         self.errors = 0;
         self.deviating &= !moves;
     }
 
-    /// Before a motion: the driver gets the current of a motor whose speed changes, so that it is there with the first step.
+    /// Before a motion: the driver gets the current of a motor whose speed changes, so that it is there with the first
+    /// step.
     fn wake(&mut self, now: Micros) -> Result<(), Error> {
         self.release_driver()?;
         self.refresh_excitation(now, MotionState::Changing)

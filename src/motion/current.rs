@@ -1,13 +1,13 @@
 //! The current of the motor: run, boost, slow run, standby or none (manual chapter 4, parameters 6, 7, 150,
 //! 182, 183, 200, 204, 214).
 //!
-//! A moving motor has the boost current (200) while its speed changes, else the slow run current (183) below the speed of
-//! parameter 182, else the run current (6). A value of 0 in 200 or 183 switches that current off, and the next one in
-//! this order applies.
+//! A moving motor has the boost current (200) while its speed changes, else the slow run current (183) below the speed
+//! of parameter 182, else the run current (6). A value of 0 in 200 or 183 switches that current off, and the next one
+//! in this order applies.
 //!
 //! A motor that a stop switch holds keeps the run current as long as parameter 150 is 0: neither the slow run
-//! current (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 that motor
-//! is treated like any other that stands: standby and freewheeling come after their times.
+//! current (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 that
+//! motor is treated like any other that stands: standby and freewheeling come after their times.
 
 use crate::param::AxisParameter as P;
 use crate::units::{CurrentScale, Internal, Micros};

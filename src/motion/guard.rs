@@ -1,5 +1,5 @@
-//! An axis stops by itself at a stall, when an encoder deviates, and when its driver has shut down; and it is stopped hard
-//! from outside, for example at under-voltage.
+//! An axis stops by itself at a stall, when an encoder deviates, and when its driver has shut down; and it is stopped
+//! hard from outside, for example at under-voltage.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -19,9 +19,9 @@ const DEVIATION: i32 = 2;
 const SHUT_DOWN: u8 = flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B;
 
 impl<D: SpiDevice> Axis<D> {
-    /// Looks for a stall, a deviation and driver faults once a poll, and stops the motor without a ramp if there is one.
-    /// Each stays visible in parameters 207 and 208, but is an event only when it is new. A motor that has been stopped
-    /// for a deviation may deviate until it is sent somewhere again.
+    /// Looks for a stall, a deviation and driver faults once a poll, and stops the motor without a ramp if there is
+    /// one. Each stays visible in parameters 207 and 208, but is an event only when it is new. A motor that has been
+    /// stopped for a deviation may deviate until it is sent somewhere again.
     pub(super) fn guard<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
         let deviation = self.deviates() && !self.deviating;
         let faults = self.driver.flags() & SHUT_DOWN & !self.alarms;
@@ -40,9 +40,9 @@ impl<D: SpiDevice> Axis<D> {
         self.hard_stop(now, chip)
     }
 
-    /// Stops at once, without a ramp, and ends a move or a reference search. A stop that does not get through to the chip is
-    /// tried again with every poll. V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a written zero clears the hidden bits
-    /// of the velocity, too.
+    /// Stops at once, without a ramp, and ends a move or a reference search. A stop that does not get through to the
+    /// chip is tried again with every poll. V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a
+    /// written zero clears the hidden bits of the velocity, too.
     pub fn hard_stop<M: SpiDevice>(&mut self, now: Micros, chip: &mut Tmc429<M>) -> Result<(), Error> {
         self.stopping = true;
         self.measured = Measured::default();
@@ -64,7 +64,8 @@ impl<D: SpiDevice> Axis<D> {
         self.write_driver()
     }
 
-    /// Driver flags as parameter 208 shows them: those of the last answer, and shut-downs since the last motion command.
+    /// Driver flags as parameter 208 shows them: those of the last answer, and shut-downs since the last motion
+    /// command.
     pub(super) fn driver_flags(&self) -> u8 {
         self.driver.flags() | self.alarms
     }

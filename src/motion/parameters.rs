@@ -1,5 +1,5 @@
-//! Reading and writing of axis parameters (manual chapter 4): which of them ask a chip, which tell it something, and which
-//! only are values for the next poll.
+//! Reading and writing of axis parameters (manual chapter 4): which of them ask a chip, which tell it something, and
+//! which only are values for the next poll.
 
 use embedded_hal::spi::SpiDevice;
 

@@ -1,9 +1,9 @@
 //! 32-bit positions on a 24-bit chip.
 //!
 //! The chip's counter is extended by its differences, which is exact as long as less than 2^23 microsteps pass between
-//! two readings (16.7 s at the chip's 500 kHz; the counter is read every millisecond). The chip's target must stay within
-//! 2^23 microsteps of the motor, so a longer move goes by way of waypoints: the chip's target is put ahead of the motor,
-//! and moved on long before the chip would begin to brake.
+//! two readings (16.7 s at the chip's 500 kHz; the counter is read every millisecond). The chip's target must stay
+//! within 2^23 microsteps of the motor, so a longer move goes by way of waypoints: the chip's target is put ahead of
+//! the motor, and moved on long before the chip would begin to brake.
 
 /// Furthest a waypoint lies ahead of the motor, in microsteps: a quarter of the counter's range, which leaves room for
 /// any overrun.

@@ -25,8 +25,8 @@ pub struct Braking {
     pub pdiv: u8,
 }
 
-/// The last setting that was worked out, with the question it answers: most moves ask the same again, and working it out
-/// takes long divisions.
+/// The last setting that was worked out, with the question it answers: most moves ask the same again, and working it
+/// out takes long divisions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BrakingMemo(Option<(Question, Option<Braking>)>);
 

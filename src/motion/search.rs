@@ -22,9 +22,9 @@
 //! outwards and the middle is off by less than half of that.
 //!
 //! The level of a switch that ends a leg must still be there when the motor has stood for a while, or the leg goes on:
-//! neither a glitch nor a switch that bounces is taken for an edge. Only a fast motor may have run past the home switch. Therefore the leg
-//! that leaves a switch looks for it as far back as the motor had run past it, and a little further; a switch that
-//! is not there was none, and the search for it goes on.
+//! neither a glitch nor a switch that bounces is taken for an edge. Only a fast motor may have run past the home
+//! switch. Therefore the leg that leaves a switch looks for it as far back as the motor had run past it, and a little
+//! further; a switch that is not there was none, and the search for it goes on.
 //!
 //! Modes 5 and 6 turn round at the first stop switch. Any other stop switch that is closed where a leg has to go
 //! ends the search: at the second end, where the home switch overlaps a stop switch, so that it cannot be crossed,
@@ -247,8 +247,8 @@ impl Search {
         }
     }
 
-    /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up. `slack` is
-    /// how much further than the overrun the switch is looked for, in microsteps.
+    /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up. `slack`
+    /// is how much further than the overrun the switch is looked for, in microsteps.
     pub(super) fn proceed(&mut self, position: &Position, slack: i32) -> bool {
         match (self.verdict, self.leg()) {
             (Verdict::Underway, _) => {}

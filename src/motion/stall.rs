@@ -2,14 +2,14 @@
 //!
 //! The driver's load value is meaningless below the speed at which the motor's back-EMF can be measured, and it keeps
 //! its last value while the motor stands. So a load value of zero may be left over from before the motor started: a
-//! firmware that acted on it would never let a motor start again that a stall has stopped. Only a measurement counts that was begun and ended
-//! above the speed of parameter 181.
+//! firmware that acted on it would never let a motor start again that a stall has stopped. Only a measurement counts
+//! that was begun and ended above the speed of parameter 181.
 
 use crate::units::Internal;
 
-/// The way, in microsteps, in which the driver makes one whole measurement wherever it begins. It measures for four full
-/// steps with its filter (parameter 173) and for one without, one measurement after another: in twice that time one of
-/// them has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
+/// The way, in microsteps, in which the driver makes one whole measurement wherever it begins. It measures for four
+/// full steps with its filter (parameter 173) and for one without, one measurement after another: in twice that time
+/// one of them has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
 pub(super) const fn span(filter: bool, resolution: i32) -> u32 {
     let full_steps: u32 = if filter { 8 } else { 2 };
     full_steps.unbounded_shl(resolution.unsigned_abs())

@@ -96,10 +96,10 @@ impl fmt::Display for Command {
 }
 
 /// Reads one command. Operands are separated by commas, spaces around them do not count; a comma right
-/// after the mnemonic is tolerated, and so are a missing motor at the end (`MST` means `MST 0`) and the 0 that the manual
-/// prints behind the operands of some commands (`STAP 4, 0, 0`). A user function takes
-/// as many operands as it is given. Numbers are decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic: then all
-/// four fields are numbers, those left out zero.
+/// after the mnemonic is tolerated, and so are a missing motor at the end (`MST` means `MST 0`) and the 0 that the
+/// manual prints behind the operands of some commands (`STAP 4, 0, 0`). A user function takes as many operands as it is
+/// given. Numbers are decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic:
+/// then all four fields are numbers, those left out zero.
 pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     let line = line.trim();
     let end = line.find(|c: char| c.is_whitespace() || c == ',');

@@ -1,5 +1,6 @@
 //! Interrupts of a TMCL program (manual section 3.6.6): which events are pending, which of them are enabled, and the
-//! address of the handler (the vector) that each calls. Bank 3 of the global parameters has periods of timers and edges.
+//! address of the handler (the vector) that each calls. Bank 3 of the global parameters has periods of timers and
+//! edges.
 
 use crate::param::{ALL_INTERRUPTS, Interrupt, TIMERS};
 use crate::units::Micros;
@@ -14,8 +15,8 @@ const FALLING: i32 = 2;
 /// No vector.
 const NONE: u16 = u16::MAX;
 
-/// What the module hands to the interrupts each millisecond: events since the last time, and the levels of inputs and stop
-/// switches, whose edges are events; both as bits, by interrupt number.
+/// What the module hands to the interrupts each millisecond: events since the last time, and the levels of inputs and
+/// stop switches, whose edges are events; both as bits, by interrupt number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Signals {
     events: u64,

@@ -166,8 +166,9 @@ impl Machine {
         self.stepping = true;
     }
 
-    /// Stops the program where it is (command 128, low supply, or a motion controller that does not answer). Program counter, subroutine stack and
-    /// handler stay, so [`Machine::run`] goes on from here; a WAIT that is left begins anew then.
+    /// Stops the program where it is (command 128, low supply, or a motion controller that does not answer). Program
+    /// counter, subroutine stack and handler stay, so [`Machine::run`] goes on from here; a WAIT that is left begins
+    /// anew then.
     pub fn stop(&mut self) {
         self.state = ProgramState::Stop;
         self.stepping = false;
@@ -200,8 +201,8 @@ impl Machine {
     }
 
     /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
-    /// a value is being stored. Going there is a step of its own, so that a user who steps through the program sees where
-    /// the handler begins. True if the program is in a handler now that it was not in before.
+    /// a value is being stored. Going there is a step of its own, so that a user who steps through the program sees
+    /// where the handler begins. True if the program is in a handler now that it was not in before.
     pub fn enter_handler(&mut self, now: Micros) -> bool {
         let turn = self.returned && self.wait.is_none();
         if turn || self.interrupted.is_some() {
@@ -230,14 +231,15 @@ impl Machine {
         self.wait = Some(Wait::Store);
     }
 
-    /// For how many values the program waits to be durable: at most one of the present command, and one of the command that
-    /// a handler has interrupted.
+    /// For how many values the program waits to be durable: at most one of the present command, and one of the command
+    /// that a handler has interrupted.
     pub fn stores(&self) -> usize {
         let interrupted = self.interrupted.and_then(|interrupted| interrupted.wait);
         [self.wait, interrupted].into_iter().filter(|wait| *wait == Some(Wait::Store)).count()
     }
 
-    /// The values that the program stores are durable, or cannot be; also one that was to be stored before a handler began.
+    /// The values that the program stores are durable, or cannot be; also one that was to be stored before a handler
+    /// began.
     pub fn stored(&mut self) {
         if self.wait == Some(Wait::Store) {
             self.next();
@@ -332,8 +334,8 @@ impl Machine {
         self.stepping = false;
     }
 
-    /// The wait of a WAIT command; `value` is in ticks of 10 ms. The value -1 stands for the accumulator. A time that is
-    /// still negative is none: the command has no effect then, as with an unknown type.
+    /// The wait of a WAIT command; `value` is in ticks of 10 ms. The value -1 stands for the accumulator. A time that
+    /// is still negative is none: the command has no effect then, as with an unknown type.
     fn wait_of(&self, now: Micros, kind: u8, motor: u8, value: i32) -> Option<Wait> {
         let awaited = match kind {
             0 => Awaited::Ticks,

@@ -1,5 +1,5 @@
-//! TMCL programs: the part of the interpreter that needs no hardware. All other commands of a program are executed by the
-//! module, as if they came over a link.
+//! TMCL programs: the part of the interpreter that needs no hardware. All other commands of a program are executed by
+//! the module, as if they came over a link.
 //!
 //! * `registers` - accumulator, X register, flags
 //! * `interrupts` - which events call which handler

@@ -9,7 +9,8 @@
 //! These do not count:
 //! * `mod` lines, and re-exports (`pub use`, `pub(crate) use` ...) from the file's own children, unless the file's own
 //!   code mentions the name;
-//! * what a file takes from its parent module's file, if that file defines it itself: the child is a part of the parent.
+//! * what a file takes from its parent module's file, if that file defines it itself: the child is a part of the
+//!   parent.
 //!
 //! Calls of methods are not seen: they name no file. Nor are names made by macros.
 
