@@ -2,7 +2,7 @@
 
 use super::{Done, Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
 use crate::param::{ALL_INTERRUPTS, Interrupt};
-use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, Motor, Opcode, Reply, Status};
+use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, MotorField, Opcode, Reply, Status};
 use crate::units::Micros;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -34,9 +34,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             return Err(Status::InvalidCommand);
         }
         match number {
-            Motor::Axis if !known => return Err(Status::InvalidValue),
-            Motor::AxisOrAll if !known && motor != ALL_AXES => return Err(Status::InvalidValue),
-            Motor::Axis | Motor::AxisOrAll | Motor::Other => {}
+            MotorField::Axis if !known => return Err(Status::InvalidValue),
+            MotorField::AxisOrAll if !known && motor != ALL_AXES => return Err(Status::InvalidValue),
+            MotorField::Axis | MotorField::AxisOrAll | MotorField::Other => {}
         }
         match opcode {
             Opcode::Ror => self.rotate(now, motor, value)?,

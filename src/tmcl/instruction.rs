@@ -19,7 +19,7 @@ pub enum Field {
 
 /// Meaning of the motor or bank field of a command. Axis numbers are checked before the command is executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Motor {
+pub enum MotorField {
     /// An axis.
     Axis,
     /// An axis, or [`ALL_AXES`] for the special form.
@@ -44,7 +44,7 @@ pub struct Instruction {
     /// Operands in the order they are written.
     pub fields: &'static [Field],
     /// Meaning of the motor field.
-    pub motor: Motor,
+    pub motor: MotorField,
     /// May be sent by a host for immediate execution.
     pub direct: bool,
     /// May stand in a program.
@@ -87,7 +87,7 @@ macro_rules! instructions {
                         opcode: Opcode::$opcode,
                         mnemonic: $mnemonic,
                         fields: &[$($field),*],
-                        motor: Motor::$motor,
+                        motor: MotorField::$motor,
                         direct: $direct != 0,
                         program: $program != 0,
                         ascii: $ascii != 0,

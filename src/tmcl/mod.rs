@@ -12,5 +12,5 @@ mod reply;
 pub mod text;
 
 pub use command::Command;
-pub use instruction::{ALL_AXES, CONFIRMATION, Field, Instruction, Motor, Opcode};
+pub use instruction::{ALL_AXES, CONFIRMATION, Field, Instruction, MotorField, Opcode};
 pub use reply::{Reply, Status};

@@ -2,7 +2,7 @@
 
 use tmcm::module::Spec;
 use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES};
-use tmcm::tmcl::{ALL_AXES, Command, Field, Instruction, Motor, Opcode};
+use tmcm::tmcl::{ALL_AXES, Command, Field, Instruction, MotorField, Opcode};
 
 use crate::product::{Named, parameter};
 use crate::program::target;
@@ -105,8 +105,8 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
         (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _) if !matches!(motor, 0 | 2 | 3) => {
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
-        (_, Motor::AxisOrAll) if motor == ALL_AXES => return None,
-        (_, Motor::Axis | Motor::AxisOrAll) if motor >= spec.axes => {
+        (_, MotorField::AxisOrAll) if motor == ALL_AXES => return None,
+        (_, MotorField::Axis | MotorField::AxisOrAll) if motor >= spec.axes => {
             format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
         }
         _ => return None,
