@@ -71,7 +71,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Does something to all axes that ends their moves.
-    pub(super) fn interrupt(
+    pub(super) fn end_moves(
         &mut self,
         now: Micros,
         act: impl Fn(&mut Axis<T>, &mut Chip<T>) -> Result<(), motion::Error>,

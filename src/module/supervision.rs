@@ -101,15 +101,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn supervise(&mut self, now: Micros) {
         self.listen(now);
         if self.silent(now) && self.under_way() {
-            self.interrupt(now, |axis, chip| axis.rotate(now, chip, 0));
+            self.end_moves(now, |axis, chip| axis.rotate(now, chip, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
             Supply::Lost => {
                 self.machine.stop();
-                self.interrupt(now, |axis, chip| axis.hard_stop(now, chip));
+                self.end_moves(now, |axis, chip| axis.hard_stop(now, chip));
             }
             Supply::Restored => {
-                self.interrupt(now, |axis, _| axis.restart_driver());
+                self.end_moves(now, |axis, _| axis.restart_driver());
                 self.starts = true;
             }
             Supply::Steady => {}
@@ -133,7 +133,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.supervision.given_up() {
             self.give_up();
             self.machine.stop();
-            self.interrupt(now, |axis, chip| axis.hard_stop(now, chip));
+            self.end_moves(now, |axis, chip| axis.hard_stop(now, chip));
         }
     }
 
