@@ -92,7 +92,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// While the supply is too low, or a heartbeat is missed, nothing may move.
     fn unlocked(&self, now: Micros) -> Result<(), Status> {
-        if self.supervision.locked() || self.silent(now) { Err(Status::NotAvailable) } else { Ok(()) }
+        if self.supervision.locked() || self.heartbeat_missed(now) { Err(Status::NotAvailable) } else { Ok(()) }
     }
 
     /// ROR with a positive speed, ROL with a negative one, MST with zero.

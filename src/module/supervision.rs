@@ -1,6 +1,6 @@
 //! What stops the motors from outside: a host that falls silent (global parameters 68 and 82), a supply that is too
-//! low (manual section 12.1, firmware 1.35), and a motion controller that does not answer: who cannot be heard cannot be
-//! told to stop, so its drivers are switched off, until the module is started anew.
+//! low (manual section 12.1, firmware 1.35), and a motion controller that does not answer: who cannot be heard cannot
+//! be told to stop, so its drivers are switched off, until the module is started anew.
 
 use embedded_hal::digital::OutputPin;
 
@@ -38,12 +38,12 @@ pub(super) struct Supervision {
     can: Micros,
     locked: bool,
     /// Polls in a row in which the motion controller has not answered; [`PATIENCE`] is for good.
-    silence: u8,
+    unanswered: u8,
 }
 
 impl Supervision {
     pub(super) const fn new(now: Micros) -> Self {
-        Supervision { serial: now, can: now, locked: false, silence: 0 }
+        Supervision { serial: now, can: now, locked: false, unanswered: 0 }
     }
 
     /// A command has come in.
@@ -63,8 +63,8 @@ impl Supervision {
         }
     }
 
-    /// True while a link is silent for longer than its limit, in milliseconds; 0 is no limit.
-    fn silent(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
+    /// True while nothing has been heard on a link for longer than its limit, in milliseconds; 0 is no limit.
+    fn heartbeat_missed(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
         let over =
             |heard, limit: i32| limit != 0 && now.since(heard) > Micros::from_millis(limit.unsigned_abs().into());
         over(self.serial, serial_limit) || over(self.can, can_limit)
@@ -91,16 +91,16 @@ impl Supervision {
     }
 
     const fn given_up(&self) -> bool {
-        self.silence >= PATIENCE
+        self.unanswered >= PATIENCE
     }
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Stops the motors when a host falls silent - until it is heard again nobody can start them -, and with the program
-    /// where the supply is too low or the motion controller does not answer.
+    /// Stops the motors when a host misses its heartbeat - until it is heard again they cannot be started -, and with
+    /// the program where the supply is too low or the motion controller does not answer.
     pub(super) fn supervise(&mut self, now: Micros) {
         self.listen(now);
-        if self.silent(now) && self.under_way() {
+        if self.heartbeat_missed(now) && self.under_way() {
             self.end_moves(now, |axis, chip| axis.rotate(now, chip, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
@@ -129,7 +129,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             // Should it be back, it hears now that it has to stop.
             return;
         }
-        self.supervision.silence = if answers { 0 } else { self.supervision.silence.saturating_add(1) };
+        self.supervision.unanswered = if answers { 0 } else { self.supervision.unanswered.saturating_add(1) };
         if self.supervision.given_up() {
             self.give_up();
             self.machine.stop();
@@ -139,15 +139,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Switches the drivers off for good.
     pub(super) fn give_up(&mut self) {
-        self.supervision.silence = PATIENCE;
+        self.supervision.unanswered = PATIENCE;
         // An output pin of a microcontroller cannot fail.
         let _ = self.enable.set_high();
         self.outputs.trouble = true;
     }
 
-    /// True while a host is silent for longer than it may be.
-    pub(super) fn silent(&self, now: Micros) -> bool {
-        self.supervision.silent(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat))
+    /// True while a host has not been heard for longer than parameters 68 and 82 allow.
+    pub(super) fn heartbeat_missed(&self, now: Micros) -> bool {
+        self.supervision.heartbeat_missed(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat))
     }
 
     /// Whether a motor is to go somewhere, or does not answer.
@@ -180,14 +180,14 @@ mod tests {
     fn each_kind_of_link_has_a_limit() {
         let mut supervision = Supervision::new(Micros(0));
         let at = Micros::from_millis;
-        assert!(!supervision.silent(at(100_000), 0, 0));
+        assert!(!supervision.heartbeat_missed(at(100_000), 0, 0));
         supervision.hear(at(1_000), Source::Usb);
-        assert!(!supervision.silent(at(1_100), 100, 0));
-        assert!(supervision.silent(at(1_101), 100, 0) && supervision.silent(at(1_100), 100, 100));
+        assert!(!supervision.heartbeat_missed(at(1_100), 100, 0));
+        assert!(supervision.heartbeat_missed(at(1_101), 100, 0) && supervision.heartbeat_missed(at(1_100), 100, 100));
         supervision.hear(at(1_200), Source::Rs485);
-        assert!(!supervision.silent(at(1_300), 100, 0));
+        assert!(!supervision.heartbeat_missed(at(1_300), 100, 0));
         supervision.limit(at(1_300), G::CanHeartbeat);
         supervision.hear(at(1_310), Source::Can);
-        assert!(!supervision.silent(at(1_410), 0, 100) && supervision.silent(at(1_411), 0, 100));
+        assert!(!supervision.heartbeat_missed(at(1_410), 0, 100) && supervision.heartbeat_missed(at(1_411), 0, 100));
     }
 }
