@@ -13,7 +13,7 @@ const PHASE_PERIOD: u32 = 2048;
 
 /// The four modes of motion (8.1.11.1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum RampMode {
     Ramp,
     Soft,
     Velocity,
@@ -32,7 +32,7 @@ pub(super) struct Axis {
     a_max: u32,
     current_scale: u32,
     proportion: Proportion,
-    mode: Mode,
+    mode: RampMode,
     ref_conf: u32,
     latch_armed: bool,
     interrupt_mask: u32,
@@ -84,7 +84,7 @@ impl Axis {
             a_max: 0,
             current_scale: 0,
             proportion: Proportion { pmul: reg::PMUL_FIXED >> reg::PMUL_SHIFT, pdiv: 0 },
-            mode: Mode::Ramp,
+            mode: RampMode::Ramp,
             ref_conf: 0,
             latch_armed: false,
             interrupt_mask: 0,
@@ -154,10 +154,10 @@ impl Axis {
             reg::PMUL_PDIV => self.proportion.pmul << reg::PMUL_SHIFT | self.proportion.pdiv,
             reg::REF_CONF_MODE => {
                 let mode = match self.mode {
-                    Mode::Ramp => 0,
-                    Mode::Soft => 1,
-                    Mode::Velocity => 2,
-                    Mode::Hold => 3,
+                    RampMode::Ramp => 0,
+                    RampMode::Soft => 1,
+                    RampMode::Velocity => 2,
+                    RampMode::Hold => 3,
                 };
                 u32::from(self.latch_armed) << reg::LP_SHIFT | self.ref_conf | mode
             }
@@ -191,10 +191,10 @@ impl Axis {
             reg::REF_CONF_MODE => {
                 self.ref_conf = data & ref_conf::MASK;
                 self.mode = match data & reg::MODE_MASK {
-                    0 => Mode::Ramp,
-                    1 => Mode::Soft,
-                    2 => Mode::Velocity,
-                    _ => Mode::Hold,
+                    0 => RampMode::Ramp,
+                    1 => RampMode::Soft,
+                    2 => RampMode::Velocity,
+                    _ => RampMode::Hold,
                 };
             }
             reg::INTERRUPTS => {
@@ -218,7 +218,7 @@ impl Axis {
         let pulse_div = data >> reg::PULSE_DIV_SHIFT & reg::DIVIDER_MASK;
         // "Changing PULSE_DIV in velocity_mode or in hold_mode might force an internal microstep depending on
         // the actual microstep position" (8.1.13.2): the half accumulated step comes out.
-        let sensitive = matches!(self.mode, Mode::Velocity | Mode::Hold);
+        let sensitive = matches!(self.mode, RampMode::Velocity | RampMode::Hold);
         if sensitive && pulse_div != self.pulse_div && self.phase >= PHASE_PERIOD / 2 {
             self.stray_step = true;
             self.sample_at = self.sample_at.min(self.synced + 1);

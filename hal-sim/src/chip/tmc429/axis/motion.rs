@@ -2,7 +2,7 @@
 
 use super::super::ramp::{self, FRACTION_BITS};
 use super::super::registers::{axis as reg, interrupt, ref_conf};
-use super::{Axis, Mode, NEVER, PHASE_PERIOD, wrap};
+use super::{Axis, NEVER, PHASE_PERIOD, RampMode, wrap};
 
 impl Axis {
     /// The switch inputs, or the way they are read, changed after tick `tick`.
@@ -130,12 +130,12 @@ impl Axis {
     pub(super) fn set_goal(&mut self) {
         let v_max = self.v_max.cast_signed();
         let mut goal = match self.mode {
-            Mode::Hold => self.velocity,
-            Mode::Velocity => self.v_target.clamp(-v_max, v_max) << FRACTION_BITS,
-            Mode::Ramp | Mode::Soft => {
+            RampMode::Hold => self.velocity,
+            RampMode::Velocity => self.v_target.clamp(-v_max, v_max) << FRACTION_BITS,
+            RampMode::Ramp | RampMode::Soft => {
                 let way = self.way();
                 let distance = way.unsigned_abs();
-                let allowed = if self.mode == Mode::Ramp {
+                let allowed = if self.mode == RampMode::Ramp {
                     self.proportion.linear_ramp(distance, self.v_max)
                 } else {
                     self.proportion.exponential(distance, self.v_max)
@@ -194,7 +194,7 @@ impl Axis {
     }
 
     fn positioning(&self) -> bool {
-        matches!(self.mode, Mode::Ramp | Mode::Soft)
+        matches!(self.mode, RampMode::Ramp | RampMode::Soft)
     }
 
     /// The way to the target: the 24 bit difference, so |way| < 2^23 is the right direction (8.1.1).
@@ -274,9 +274,9 @@ impl Axis {
         };
         let free = steps_to(self.x_target).min(steps_to(0));
         let braking = match self.mode {
-            Mode::Velocity | Mode::Hold => return free,
-            Mode::Ramp => self.proportion.linear_ramp_length(self.v_max),
-            Mode::Soft => self.proportion.exponential_length(self.v_max),
+            RampMode::Velocity | RampMode::Hold => return free,
+            RampMode::Ramp => self.proportion.linear_ramp_length(self.v_max),
+            RampMode::Soft => self.proportion.exponential_length(self.v_max),
         };
         let distance = self.way().unsigned_abs();
         braking.map_or(0, |braking| distance.saturating_sub(braking)).min(free)
