@@ -26,14 +26,14 @@ pub enum LinkTarget {
     Serial(String),
     /// A TCP port that carries the bytes of a serial link.
     Tcp(String),
-    /// A serial CAN adapter at a place of its own.
+    /// A serial CAN adapter, itself at a serial device or a TCP port.
     Slcan(Box<LinkTarget>),
     /// A virtual module of one's own, in virtual time.
     Simulated,
 }
 
 impl LinkTarget {
-    /// Reads a place. The error says how to write one.
+    /// Reads a target. The error says how to write one.
     pub fn parse(text: &str) -> Result<Self, String> {
         if text == "sim" {
             return Ok(LinkTarget::Simulated);
