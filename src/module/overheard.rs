@@ -78,8 +78,9 @@ impl Overheard {
         let _ = self.open.push_back(Some(Asked { at: now, address, command }));
     }
 
-    /// Whether the seven bytes that came to the host's address, here as the command they would be, are another module's reply - address, status, command
-    /// number and value - or its event of command 138. If not, they are a request.
+    /// Whether the seven bytes that came to the host's address are another module's reply - address, status, command number
+    /// and value - or its event of command 138. They are given as the command that they would be. If they are no reply,
+    /// they are a request.
     pub(super) fn is_reply(&mut self, now: Micros, content: Command) -> bool {
         let Command { kind: status, motor: opcode, .. } = content;
         if Status::from_number(status).is_some() && !is_place(opcode) {

@@ -1,8 +1,8 @@
 //! A CAN bus with the virtual modules and any number of adapters on it.
 //!
 //! Frames go one after the other at 1 Mbit/s, and those who have one to send take turns, modules before adapters. An
-//! adapter waits while a module has not come to a frame before: real modules would lose it. Bit rates are not enforced: what is set by global parameter
-//! 69 and at the adapters changes nothing.
+//! adapter waits while a module has not come to a frame before: real modules would lose it. Bit rates are not enforced:
+//! what is set by global parameter 69 and at the adapters changes nothing.
 
 use std::collections::VecDeque;
 
