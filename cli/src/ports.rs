@@ -22,13 +22,12 @@ struct Entry {
 /// The ports. That of a new client starts in the mode that global parameter 67 had at the start of the module.
 pub(crate) struct Ports {
     entries: Vec<Entry>,
-    /// Whose turn it is to be read.
-    turn: usize,
+    /// Whose turn it is to be read, for each link.
+    turns: [usize; 3],
 }
 
 /// What came of a byte.
 pub(crate) struct Arrived {
-    pub(crate) source: Source,
     pub(crate) client: Client,
     pub(crate) echo: Vec<u8>,
     pub(crate) request: Option<Request>,
@@ -37,7 +36,7 @@ pub(crate) struct Arrived {
 impl Ports {
     /// The ports of a module that starts. Links that nobody shares are there from the start.
     pub(crate) fn new(mode: Mode) -> Self {
-        let mut ports = Ports { entries: Vec::new(), turn: 0 };
+        let mut ports = Ports { entries: Vec::new(), turns: [0; 3] };
         for source in [Source::Usb, Source::Rs485] {
             ports.entry(source, Client::default(), mode);
         }
@@ -78,13 +77,14 @@ impl Ports {
         }
     }
 
-    /// Reads bytes that come from a source which is `free`, as far as it is known how to, up to one that leads to
-    /// something. Then it is the next client's turn.
-    pub(crate) fn next(&mut self, links: &Links, free: impl Fn(Source) -> bool) -> Option<Arrived> {
+    /// Reads bytes that have come over a link, as far as it is known how to, up to one that leads to something. Then it is
+    /// the next client's turn.
+    pub(crate) fn next(&mut self, from: Source, links: &Links) -> Option<Arrived> {
         let count = self.entries.len();
-        for index in (self.turn..count).chain(0..self.turn.min(count)) {
+        let turn = self.turns.get_mut(from as usize)?;
+        for index in (*turn..count).chain(0..count.min(*turn)) {
             let Some(Entry { source, client, port, ahead }) = self.entries.get_mut(index) else { continue };
-            while free(*source)
+            while *source == from
                 && !port.is_waiting()
                 && let Some(heard) = ahead.pop_front()
             {
@@ -94,9 +94,8 @@ impl Ports {
                 };
                 let taken = port.push(byte, AT, links);
                 if taken.request.is_some() || !taken.echo.is_empty() {
-                    self.turn = index + 1;
-                    let echo = taken.echo.to_vec();
-                    return Some(Arrived { source: *source, client: *client, echo, request: taken.request });
+                    *turn = index + 1;
+                    return Some(Arrived { client: *client, echo: taken.echo.to_vec(), request: taken.request });
                 }
             }
         }

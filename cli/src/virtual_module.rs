@@ -14,7 +14,10 @@ use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::can::Frame;
 use tmcm::chip::at25::At25;
-use tmcm::module::{Due, Hooks, Inputs, Module, Outcome, Parts, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140};
+use tmcm::module::{
+    Desk, Hooks, Inputs, LinkEnds, Links, Mode, Module, Origin, Outcome, Parts, Platform, Request, Source,
+    TMCM_1140_AXES, Tmcm1140,
+};
 use tmcm::store::{Keeper, Report, Store, Worth};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can;
@@ -67,6 +70,7 @@ type Core = Module<Simulated<Tracer>, TMCM_1140_AXES>;
 /// The running firmware.
 struct Firmware {
     core: Core,
+    desk: Desk,
     keeper: Keeper<SimSpi>,
     /// Its byte links.
     ports: Ports,
@@ -107,16 +111,7 @@ pub struct VirtualModule {
     clock: Micros,
     /// The present for those who bring bytes. A request that takes time leaves it behind.
     present: Nanos,
-    outbox: VecDeque<Sent>,
-    /// Frames with requests that the module has not come to.
-    frames_in: VecDeque<can::Request>,
-    /// The frames' turn is before that of the bytes.
-    frames_first: bool,
-    frames_out: VecDeque<Frame>,
-    /// Who waits for a reply that comes later.
-    waiting: Vec<(Source, Client)>,
-    /// Who has asked for the event of command 138 last, unless it has gone.
-    subscriber: Option<Client>,
+    traffic: Traffic,
     /// The USB cable is in.
     plugged: bool,
     /// The commands of programs are recorded.
@@ -133,7 +128,7 @@ impl VirtualModule {
     }
 
     /// The same, but whenever the firmware starts the microcontroller's clock shows `clock` already: so what happens after
-    /// weeks, such as the wrapping of a counter of milliseconds, is seen within seconds.
+    /// weeks, such as the wrapping of a ends of milliseconds, is seen within seconds.
     pub fn with_clock(config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, clock: Micros) -> Self {
         let mut board = Board::new(config, seed.into());
         if let Some(contents) = eeprom {
@@ -145,12 +140,7 @@ impl VirtualModule {
             seed,
             clock,
             present: 0,
-            outbox: VecDeque::new(),
-            frames_in: VecDeque::new(),
-            frames_first: false,
-            frames_out: VecDeque::new(),
-            waiting: Vec::new(),
-            subscriber: None,
+            traffic: Traffic::default(),
             plugged: true,
             tracing: false,
             log: Vec::new(),
@@ -271,7 +261,7 @@ impl VirtualModule {
 
     /// Frames that the module wants on the CAN bus by now, oldest first.
     pub fn frame(&mut self) -> Option<Frame> {
-        self.frames_out.pop_front()
+        self.traffic.frames_out.pop_front()
     }
 
     /// Replies that are on the wire by now, oldest first.
@@ -283,13 +273,13 @@ impl VirtualModule {
     /// When something happens next that the owner may want to see: a reply or a poll, or the module can go on to the next
     /// request.
     pub fn next_event(&self) -> Option<Nanos> {
-        let reply = self.outbox.iter().map(|sent| sent.at).min();
+        let reply = self.traffic.outbox.iter().map(|sent| sent.at).min();
         let request = Some(self.now()).filter(|now| *now > self.present && self.has_unread());
         [reply, request, self.firmware.as_ref().map(Firmware::deadline)].into_iter().flatten().min()
     }
 
     fn has_unread(&self) -> bool {
-        !self.frames_in.is_empty() || self.firmware.as_ref().is_some_and(|firmware| firmware.ports.has_unread())
+        !self.traffic.frames_in.is_empty() || self.firmware.as_ref().is_some_and(|firmware| firmware.ports.has_unread())
     }
 
     /// Switches the supply off or on. What was on its way is lost; the EEPROM keeps its contents.
@@ -302,11 +292,7 @@ impl VirtualModule {
             self.boot();
         } else {
             self.firmware = None;
-            self.outbox.clear();
-            self.frames_in.clear();
-            self.frames_out.clear();
-            self.waiting.clear();
-            self.subscriber = None;
+            self.traffic = Traffic::default();
             self.board.borrow_mut().power_off();
         }
     }
@@ -317,8 +303,8 @@ impl VirtualModule {
             return;
         }
         self.plugged = on;
-        self.outbox.retain(|sent| sent.source != Source::Usb);
-        self.waiting.retain(|(source, _)| *source != Source::Usb);
+        self.traffic.outbox.retain(|sent| sent.source != Source::Usb);
+        self.traffic.waiting.retain(|(source, _)| *source != Source::Usb);
         if let Some(firmware) = &mut self.firmware {
             firmware.core.forget(Source::Usb);
             firmware.ports.unplug_usb(firmware.core.links().start);
@@ -355,7 +341,8 @@ impl VirtualModule {
         // Its clock starts when all is read.
         let started = self.now();
         let (clock, keep) = (self.clock, self.clock);
-        self.firmware = Some(Firmware { core, keeper, ports, started, clock, null_edges, baud, keep });
+        self.firmware =
+            Some(Firmware { core, desk: Desk::new(), keeper, ports, started, clock, null_edges, baud, keep });
         // The first poll is due at once: only then the module knows its inputs.
         self.poll();
     }
@@ -392,92 +379,120 @@ impl VirtualModule {
         self.collect();
         if outputs.restart {
             self.firmware = None;
-            self.waiting.clear();
-            self.subscriber = None;
+            self.traffic.forget();
             self.board.borrow_mut().warm_reset();
             self.boot();
         }
     }
 
-    /// Gives the firmware requests whose links are free, bytes and frames in turn, and of the bytes each client's: one,
-    /// and more as long as they take no time that is not there yet and keep it from no poll.
+    /// Lets the firmware serve requests, as long as they take no time that is not there yet and keep it from no poll.
     fn deliver(&mut self) {
-        let mut passed = 0;
-        while passed < 2 && self.now() <= self.present {
-            self.frames_first = !self.frames_first;
-            let served = if self.frames_first { self.serve_frame() } else { self.serve_bytes() };
-            passed = if served { 0 } else { passed + 1 };
-            if served && self.firmware.as_ref().is_none_or(|firmware| firmware.deadline() <= self.now()) {
+        while self.now() <= self.present && self.serve() {
+            if self.firmware.as_ref().is_none_or(|firmware| firmware.deadline() <= self.now()) {
                 return;
             }
         }
     }
 
-    /// Serves the next request of a byte link, or echoes bytes; false if there is nothing to be read now.
-    fn serve_bytes(&mut self) -> bool {
+    /// Serves the next request; false if there is none now.
+    fn serve(&mut self) -> bool {
         let Some(firmware) = &mut self.firmware else { return false };
-        let free = |source| !firmware.core.awaits(source);
-        let Some(Arrived { source, client, echo, request }) = firmware.ports.next(firmware.core.links(), free) else {
-            return false;
-        };
         let arrived = self.board.borrow().now();
-        self.outbox.extend(Sent::new(on_the_wire(source, arrived, arrived), source, client, &echo));
-        let Some(request) = request else { return true };
+        let now = firmware.time(arrived);
         let before = firmware.core.subscriber();
-        let (outcome, mode) = firmware.core.request(firmware.time(arrived), source, &request);
-        if firmware.core.subscriber() != before {
-            self.subscriber = Some(client);
+        let Firmware { core, desk, ports, .. } = firmware;
+        let mut ends = Ends { traffic: &mut self.traffic, ports, board: &self.board, arrived };
+        let served = desk.serve(core, &mut ends, || now);
+        if core.subscriber() != before && self.traffic.served.is_some() {
+            self.traffic.subscriber = self.traffic.served;
         }
-        let reply = match outcome {
-            Outcome::Reply(reply) => Some(reply),
-            Outcome::Silent => None,
-            Outcome::Pending => {
-                self.waiting.push((source, client));
-                return true;
-            }
-        };
-        let bytes = firmware.ports.answer((source, client), reply.as_ref(), Some(mode), firmware.core.links());
-        let at = on_the_wire(source, arrived, self.board.borrow().now());
-        self.outbox.extend(Sent::new(at, source, client, &bytes));
-        true
-    }
-
-    /// Serves the next frame; false if there is none for now.
-    fn serve_frame(&mut self) -> bool {
-        let Some(firmware) = self.firmware.as_mut().filter(|firmware| !firmware.core.awaits(Source::Can)) else {
-            return false;
-        };
-        let Some(request) = self.frames_in.pop_front().map(Request::Frame) else { return false };
-        let now = firmware.time(self.board.borrow().now());
-        if let (Outcome::Reply(reply), _) = firmware.core.request(now, Source::Can, &request) {
-            self.frames_out.push_back(firmware.core.links().frame(request.origin(Source::Can), &reply));
-        }
-        true
+        served
     }
 
     /// Takes the replies that have become due.
     fn collect(&mut self) {
-        let at = self.now();
-        let Some(firmware) = &mut self.firmware else { return };
-        while let Some(Due { to, reply }) = firmware.core.next_reply() {
-            let links = firmware.core.links();
-            let source = to.source;
-            if source == Source::Can {
-                self.frames_out.extend(reply.map(|reply| links.frame(to, &reply)));
-                continue;
-            }
-            let client = if reply.is_some_and(|reply| reply.is_event()) {
-                self.subscriber
-            } else {
-                let place = self.waiting.iter().position(|(waiting, _)| *waiting == source);
-                place.map(|place| self.waiting.remove(place).1)
-            };
-            let Some(client) = client else { continue };
-            let bytes = firmware.ports.answer((source, client), reply.as_ref(), None, links);
-            // Not before the replies ahead of it, which may wait for their frame.
-            let ahead = self.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
-            self.outbox.extend(Sent::new(ahead.map_or(at, |ahead| ahead.max(at)), source, client, &bytes));
+        let arrived = self.now();
+        let Some(Firmware { core, ports, .. }) = &mut self.firmware else { return };
+        Desk::deliver(core, &mut Ends { traffic: &mut self.traffic, ports, board: &self.board, arrived });
+    }
+}
+
+/// What is on its way between a module and those on its links.
+#[derive(Default)]
+struct Traffic {
+    outbox: VecDeque<Sent>,
+    /// Frames with requests that the module has not come to.
+    frames_in: VecDeque<can::Request>,
+    frames_out: VecDeque<Frame>,
+    /// Whose request over each byte link has not been answered.
+    waiting: Vec<(Source, Client)>,
+    /// Whose request was the last to be served; nobody's if it came over the CAN bus.
+    served: Option<Client>,
+    /// Who has asked for the event of command 138 last, unless it has gone.
+    subscriber: Option<Client>,
+}
+
+impl Traffic {
+    /// Who waits for the answer over a link, and does no more.
+    fn answered(&mut self, source: Source) -> Option<Client> {
+        let place = self.waiting.iter().position(|(waiting, _)| *waiting == source)?;
+        Some(self.waiting.remove(place).1)
+    }
+
+    /// The firmware ends, with what it knew of its links.
+    fn forget(&mut self) {
+        self.waiting.clear();
+        self.subscriber = None;
+    }
+}
+
+/// The links at the module's end, at one moment.
+struct Ends<'a> {
+    traffic: &'a mut Traffic,
+    ports: &'a mut Ports,
+    board: &'a SharedBoard,
+    /// When that is. What the module does takes the board's clock further.
+    arrived: Nanos,
+}
+
+impl LinkEnds for Ends<'_> {
+    fn request(&mut self, source: Source, links: &Links) -> Option<Request> {
+        self.traffic.served = None;
+        if source == Source::Can {
+            return self.traffic.frames_in.pop_front().map(Request::Frame);
         }
+        while let Some(Arrived { client, echo, request }) = self.ports.next(source, links) {
+            let at = on_the_wire(source, self.arrived, self.arrived);
+            self.traffic.outbox.extend(Sent::new(at, source, client, &echo));
+            if request.is_some() {
+                self.traffic.waiting.push((source, client));
+                self.traffic.served = Some(client);
+                return request;
+            }
+        }
+        None
+    }
+
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
+        let source = to.source;
+        if source == Source::Can {
+            return self.traffic.frames_out.extend(reply.map(|reply| links.frame(to, reply)));
+        }
+        let event = reply.is_some_and(Reply::is_event);
+        let Some(client) = (if event { self.traffic.subscriber } else { self.traffic.answered(source) }) else {
+            return;
+        };
+        let bytes = self.ports.answer((source, client), reply, mode, links);
+        let now = self.board.borrow().now();
+        let at = if mode.is_some() {
+            on_the_wire(source, self.arrived, now)
+        } else {
+            // One that comes later goes out at once, but not before the replies ahead of it, which may wait for their
+            // frame.
+            let ahead = self.traffic.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
+            ahead.map_or(now, |ahead| ahead.max(now))
+        };
+        self.traffic.outbox.extend(Sent::new(at, source, client, &bytes));
     }
 }
 
@@ -526,13 +541,13 @@ impl Device for VirtualModule {
     }
 
     fn sent(&mut self) -> Option<Sent> {
-        let ready = self.outbox.iter().position(|sent| sent.at <= self.present)?;
-        self.outbox.remove(ready)
+        let ready = self.traffic.outbox.iter().position(|sent| sent.at <= self.present)?;
+        self.traffic.outbox.remove(ready)
     }
 
     fn receive_frame(&mut self, frame: &Frame) {
         if let (Some(_), Some(request)) = (&self.firmware, can::decode(frame)) {
-            self.frames_in.push_back(request);
+            self.traffic.frames_in.push_back(request);
             self.deliver();
         }
     }
@@ -554,17 +569,17 @@ impl Device for VirtualModule {
     fn unread_frames(&self) -> usize {
         let Some(links) = self.firmware.as_ref().map(|firmware| firmware.core.links()) else { return 0 };
         let own = [Some(links.can_id), links.can_secondary];
-        self.frames_in.iter().filter(|frame| own.contains(&Some(frame.id))).count()
+        self.traffic.frames_in.iter().filter(|frame| own.contains(&Some(frame.id))).count()
     }
 
     fn owes(&self, client: Client) -> bool {
         self.firmware.as_ref().is_some_and(|firmware| firmware.ports.owes(client))
-            || self.outbox.iter().any(|sent| sent.client == client)
-            || self.waiting.iter().any(|(_, waiting)| *waiting == client)
+            || self.traffic.outbox.iter().any(|sent| sent.client == client)
+            || self.traffic.waiting.iter().any(|(_, waiting)| *waiting == client)
     }
 
     fn forget(&mut self, client: Client) {
-        self.subscriber = self.subscriber.filter(|subscriber| *subscriber != client);
+        self.traffic.subscriber = self.traffic.subscriber.filter(|subscriber| *subscriber != client);
         if let Some(firmware) = &mut self.firmware {
             firmware.ports.forget(client);
         }
@@ -574,10 +589,10 @@ impl Device for VirtualModule {
         let Some(firmware) = &self.firmware else { return false };
         let waited_for = match firmware.core.subscriber() {
             Some((Source::Can, _)) => true,
-            Some(_) => self.subscriber.is_some(),
+            Some(_) => self.traffic.subscriber.is_some(),
             None => false,
         };
-        let owes = self.has_unread() || !self.outbox.is_empty() || !self.waiting.is_empty();
+        let owes = self.has_unread() || !self.traffic.outbox.is_empty() || !self.traffic.waiting.is_empty();
         owes || firmware.core.awaits(Source::Can) || waited_for
     }
 

@@ -1,7 +1,7 @@
 //! The owner of the module: the one place that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes when a poll is due, each millisecond, and whenever a link has
-//! something ([`wake`]). It takes what the links have, polls when that is due, and gives a program its slices; between
+//! something ([`wake`]). It serves what the links have, polls when that is due, and gives a program its slices; between
 //! two of these it looks at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
@@ -9,7 +9,6 @@ use core::cell::UnsafeCell;
 use cortex_m::peripheral::SCB;
 use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
-use heapless::Vec;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::{self, Can};
@@ -19,7 +18,7 @@ use super::signals::Signals;
 use super::tmcm1140::{Motion, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, wake, watchdog};
 use crate::module::{
-    Due, Links, Mode, Module, Outcome, Outputs, Parts, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
+    Desk, LinkEnds, Links, Mode, Module, Origin, Outputs, Parts, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
 };
 use crate::store::Store;
 use crate::tmcl::Reply;
@@ -56,7 +55,7 @@ pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), see
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.links().address);
     let links = *module.links();
-    Owner { module, signals, links, can: None, held: Vec::new(), ending: None, trouble: false }
+    Owner { module, signals, links, desk: Desk::new(), ends: Ends { can: None }, ending: None, trouble: false }
 }
 
 /// The module and what belongs to it.
@@ -65,9 +64,8 @@ pub(super) struct Owner {
     signals: Signals,
     /// The interface settings that the links have been told.
     links: Links,
-    can: Option<Can>,
-    /// Requests that wait until their link has its last reply.
-    held: Vec<(Source, Request), 4>,
+    desk: Desk,
+    ends: Ends,
     /// Since when a restart is due.
     ending: Option<Micros>,
     /// Trouble has been told.
@@ -100,56 +98,16 @@ unsafe fn TIM3() {
 }
 
 impl Owner {
-    /// Does all there is to do. Each link gets its turn before any gets a second one, and a busy host does not hold
-    /// up the motor.
+    /// Does all there is to do. A busy host does not hold up the motor.
     fn turn(&mut self) {
         loop {
-            let mut idle = true;
-            if let Some(can) = &mut self.can
-                && !self.module.awaits(Source::Can)
-                && let Some(frame) = can.read()
-            {
-                if let Some(frame) = decode(&frame) {
-                    let request = Request::Frame(frame);
-                    if let (Outcome::Reply(reply), _) = self.module.request(now(), Source::Can, &request) {
-                        can.write(&self.module.links().frame(request.origin(Source::Can), &reply));
-                    }
-                }
-                idle = false;
-            }
-            if let Some(request) = rs485::request() {
-                self.take(Source::Rs485, request);
-                idle = false;
-            }
-            if let Ok(request) = USB_REQUESTS.try_receive() {
-                self.take(Source::Usb, request);
-                idle = false;
-            }
+            let idle = !self.desk.serve(self.module, &mut self.ends, now);
             let (now, deadline) = (now(), self.module.deadline());
             if now >= deadline {
                 self.poll();
             } else if idle {
                 return wake::after(deadline.since(now));
             }
-        }
-    }
-
-    fn take(&mut self, source: Source, request: Request) {
-        if !self.module.awaits(source) {
-            self.serve(source, &request);
-        } else if self.held.push((source, request)).is_err() {
-            defmt::warn!("a host does not wait for its replies: request dropped");
-            self.answer(source, None, None);
-        }
-    }
-
-    /// Serves one request.
-    fn serve(&mut self, source: Source, request: &Request) {
-        let (outcome, mode) = self.module.request(now(), source, request);
-        match outcome {
-            Outcome::Reply(reply) => self.answer(source, Some(&reply), Some(mode)),
-            Outcome::Silent => self.answer(source, None, Some(mode)),
-            Outcome::Pending => {}
         }
     }
 
@@ -172,25 +130,21 @@ impl Owner {
         if let Some(job) = self.module.store().next_job() {
             PAGE.signal(job);
         }
-        if self.can.is_none() {
-            self.can = can::JOINED.try_take();
-            if let Some(can) = &mut self.can {
+        if self.ends.can.is_none() {
+            self.ends.can = can::JOINED.try_take();
+            if let Some(can) = &mut self.ends.can {
                 can.listen_to(&self.links);
             }
         }
         if USB_GONE.try_take().is_some() {
             self.forget_usb();
         }
-        self.deliver();
-        while let Some(index) = self.held.iter().position(|(source, _)| !self.module.awaits(*source)) {
-            let (source, request) = self.held.remove(index);
-            self.serve(source, &request);
-        }
+        Desk::deliver(self.module, &mut self.ends);
         if self.links != *self.module.links() {
             self.links = *self.module.links();
             rs485::configure(&self.links);
             LINKS.lock(|shared| shared.set(Some(self.links)));
-            if let Some(can) = &mut self.can {
+            if let Some(can) = &mut self.ends.can {
                 can.listen_to(&self.links);
             }
         }
@@ -201,23 +155,8 @@ impl Owner {
     /// Before another host comes, which takes longer than a poll.
     fn forget_usb(&mut self) {
         USB_REQUESTS.clear();
-        self.held.retain(|(source, _)| *source != Source::Usb);
         self.module.forget(Source::Usb);
         USB.clear();
-    }
-
-    /// Gives the links the replies that have become due.
-    fn deliver(&mut self) {
-        while let Some(Due { to, reply }) = self.module.next_reply() {
-            match (to.source, reply, &mut self.can) {
-                (Source::Can, Some(reply), Some(can)) => can.write(&self.module.links().frame(to, &reply)),
-                (source, ..) => self.answer(source, reply.as_ref(), None),
-            }
-        }
-    }
-
-    fn answer(&self, source: Source, reply: Option<&Reply>, mode: Option<Mode>) {
-        deliver(source, reply, mode, self.module.links());
     }
 
     /// Starts the firmware anew, if that is wanted, when all is said, or nobody has listened for long.
@@ -234,14 +173,38 @@ impl Owner {
     }
 }
 
-/// Gives a byte link an answer, or an event; the link goes on in the mode given, if one is.
-fn deliver(source: Source, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
-    let room = match source {
-        Source::Rs485 => rs485::answer(reply, mode, links),
-        Source::Usb => USB.try_send(Outgoing { reply: reply.copied(), mode, links: *links }).is_ok(),
-        Source::Can => true,
-    };
-    if !room {
-        defmt::warn!("more replies than fit, one dropped");
+/// The links at the owner's end.
+struct Ends {
+    /// The CAN interface, once it has joined the bus.
+    can: Option<Can>,
+}
+
+impl LinkEnds for Ends {
+    #[inline(always)]
+    fn request(&mut self, source: Source, _: &Links) -> Option<Request> {
+        match source {
+            Source::Can => self.can.as_mut()?.read().as_ref().and_then(decode).map(Request::Frame),
+            Source::Rs485 => rs485::request(),
+            // A host that does not fetch its replies is not asked for more.
+            Source::Usb if USB.is_full() => None,
+            Source::Usb => USB_REQUESTS.try_receive().ok(),
+        }
+    }
+
+    #[inline(always)]
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
+        let room = match to.source {
+            Source::Rs485 => rs485::answer(reply, mode, links),
+            Source::Usb => USB.try_send(Outgoing { reply: reply.copied(), mode, links: *links }).is_ok(),
+            Source::Can => {
+                if let (Some(can), Some(reply)) = (&mut self.can, reply) {
+                    can.write(&links.frame(to, reply));
+                }
+                true
+            }
+        };
+        if !room {
+            defmt::warn!("more replies than fit, one dropped");
+        }
     }
 }

@@ -40,8 +40,9 @@ struct Rs485 {
     ahead: Deque<u8, AHEAD>,
     /// When the last byte came.
     last: Micros,
-    /// Requests that the owner has not taken. A host waits for each reply, so a few places do.
-    requests: Deque<Request, 4>,
+    /// Requests that the owner has not taken. A host waits for each reply, so a few places do; they wait here, too, while a
+    /// reply is due.
+    requests: Deque<Request, 8>,
     /// What is to be sent, or is being sent.
     out: Vec<u8, OUT>,
     /// How many bytes of it have gone into the port.

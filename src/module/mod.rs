@@ -9,6 +9,7 @@
 
 mod axes;
 mod can;
+mod desk;
 mod dispatch;
 mod globals;
 mod hooks;
@@ -21,6 +22,7 @@ mod slots;
 mod spec;
 mod supervision;
 
+pub use desk::{Desk, LinkEnds};
 pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
 pub use link::Links;

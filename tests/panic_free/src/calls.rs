@@ -13,8 +13,8 @@ use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
 use tmcm::module::{
-    Hooks, Inputs, Links, Message, Mode, Module, Parts, Platform, Port, Product, Request, Slots, Source, Spec,
-    TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
+    Desk, Hooks, Inputs, LinkEnds, Links, Message, Mode, Module, Origin, Parts, Platform, Port, Product, Request,
+    Slots, Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
 };
 use tmcm::motion::{Axis, Sensors, ramp};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
@@ -430,6 +430,10 @@ fn module<P: Product + 'static, const AXES: usize>() {
     any(&mut module);
     any(module.poll(now(), &any(Inputs::default())));
     any(&mut module);
+    let mut desk = Desk::new();
+    any(desk.serve(&mut module, &mut Nobody, now));
+    Desk::deliver(&mut module, &mut Nobody);
+    any(&mut module);
     any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
     let due = any(module.next_reply());
@@ -444,6 +448,20 @@ fn module<P: Product + 'static, const AXES: usize>() {
     any(module.hooks());
     module.forget(any(Source::Usb));
     module.hold_program();
+}
+
+/// Links that bring anything.
+struct Nobody;
+
+impl LinkEnds for Nobody {
+    fn request(&mut self, source: Source, links: &Links) -> Option<Request> {
+        any((source, links));
+        any(Some(Request::Telegram(Addressed::default())))
+    }
+
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
+        any((to, reply, mode, links));
+    }
 }
 
 /// Takes any text, or fails.
