@@ -158,7 +158,7 @@ fn module(program: &[Command]) -> (u64, Duration) {
     module.start(Micros(0), |_| {});
     let around = [command(Opcode::EnterDownload, 0, 0), command(Opcode::ExitDownload, 0, 0)];
     for command in [&around[..1], program, &around[1..], &[command(Opcode::RunApplication, 0, 0)]].concat() {
-        module.execute(Micros(0), Source::Usb, command);
+        let _ = module.execute(Micros(0), Source::Usb, command);
         // An EEPROM that takes no time.
         while module.store().next_job().is_some() {
             module.stored(true);

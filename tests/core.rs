@@ -4,13 +4,14 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use std::iter;
+use std::task::Poll;
 
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::MICROSECOND;
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::can::Frame;
-use tmcm::module::{Due, Inputs, Module, Outcome, Request, Source};
+use tmcm::module::{Answer, Due, Inputs, Module, Request, Source};
 use tmcm::tmcl::{Reply, Status, binary, can, text};
 use tmcm::units::Micros;
 
@@ -51,14 +52,14 @@ impl Core {
         polls
     }
 
-    fn execute(&mut self, source: Source, line: &str) -> Outcome {
+    fn execute(&mut self, source: Source, line: &str) -> Answer {
         self.module.execute(self.now(), source, text::parse(line).unwrap())
     }
 
     fn ok(&mut self, line: &str) -> i32 {
         match self.execute(Source::Usb, line) {
-            Outcome::Reply(Reply::Plain { status: Status::Ok | Status::Loaded, value, .. }) => value,
-            Outcome::Pending => {
+            Poll::Ready(Some(Reply::Plain { status: Status::Ok | Status::Loaded, value, .. })) => value,
+            Poll::Pending => {
                 self.store();
                 let Due { reply: Some(reply), .. } = self.module.next_reply().unwrap() else { panic!("{line}") };
                 let Reply::Plain { status: Status::Ok, value, .. } = reply else { panic!("{line}: {reply:?}") };
@@ -140,19 +141,19 @@ fn links_change_when_no_reply_waits_any_more() {
         ["SGP 66, 0, 90", "SGP 70, 0, 900", "SGP 71, 0, 900", "SGP 76, 0, 90", "SGP 83, 0, 900", "SGP 87, 0, 90"]
     {
         let mut core = Core::new();
-        let before = *core.module.links();
+        let before = *core.module.link_settings();
         for (source, line) in [(CAN, "SGP 77, 0, 1"), (Source::Rs485, "SGP 85, 0, 1"), (Source::Usb, setting)] {
-            assert_eq!(core.execute(source, line), Outcome::Pending);
+            assert_eq!(core.execute(source, line), Poll::Pending);
         }
         let bystander = |core: &mut Core| {
             let command = text::parse("GGP 128, 0").unwrap();
             let telegram = Request::Telegram(binary::decode(&binary::encode_command(33, command)));
             let frame =
                 Request::Frame(can::decode(&Frame::standard(33, &can::encode_command(command)).unwrap()).unwrap());
-            assert_eq!(core.module.request(core.now(), Source::Rs485, &telegram).0, Outcome::Silent);
-            assert_eq!(core.module.request(core.now(), CAN, &frame).0, Outcome::Silent);
+            assert_eq!(core.module.request(core.now(), Source::Rs485, &telegram).0, Poll::Ready(None));
+            assert_eq!(core.module.request(core.now(), CAN, &frame).0, Poll::Ready(None));
             core.poll(core.now().0 + 1_000);
-            assert_eq!(*core.module.links(), before, "{setting}");
+            assert_eq!(*core.module.link_settings(), before, "{setting}");
         };
         bystander(&mut core);
         core.store();
@@ -161,10 +162,10 @@ fn links_change_when_no_reply_waits_any_more() {
             bystander(&mut core);
             assert_eq!(core.module.next_reply().unwrap().to.source, source, "{setting}");
             // The reply is encoded with the settings of this moment.
-            assert_eq!(*core.module.links(), before, "{setting}");
+            assert_eq!(*core.module.link_settings(), before, "{setting}");
         }
         assert_eq!(core.module.next_reply(), None);
-        assert_ne!(*core.module.links(), before, "{setting}");
+        assert_ne!(*core.module.link_settings(), before, "{setting}");
     }
 }
 
@@ -179,16 +180,16 @@ fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
                 core.ok(&format!("SGP {parameter}, 0, 20"));
                 core.poll_in_time(10_000);
                 core.board.borrow_mut().advance_to((moment - 20_000) * MICROSECOND);
-                core.execute(silent, "GAP 4, 0");
+                assert!(core.execute(silent, "GAP 4, 0").is_ready());
                 core.poll_in_time(30_400);
                 core.board.borrow_mut().advance_to(moment * MICROSECOND);
-                let Outcome::Reply(Reply::Plain { status: Status::Ok, .. }) = core.execute(other, motion) else {
+                let Poll::Ready(Some(Reply::Plain { status: Status::Ok, .. })) = core.execute(other, motion) else {
                     panic!("{motion} is in time")
                 };
                 core.poll_in_time(31_000);
                 // Mode and speed in a reply over the other link.
                 let mut read = |line: &str| match core.execute(other, line) {
-                    Outcome::Reply(Reply::Plain { status: Status::Ok, value, .. }) => value,
+                    Poll::Ready(Some(Reply::Plain { status: Status::Ok, value, .. })) => value,
                     reply => panic!("{line}: {reply:?}"),
                 };
                 assert_eq!((read("GAP 138, 0"), read("GAP 2, 0")), (2, 0), "{motion}, {moment}");
@@ -207,7 +208,7 @@ fn replies_to_a_host_that_is_gone_are_dropped() {
     {
         let mut core = Core::new();
         for (source, line) in [(Source::Usb, "SGP 77, 0, 1"), (CAN, "SGP 84, 0, 1"), (Source::Rs485, "SGP 85, 0, 1")] {
-            assert_eq!(core.execute(source, line), Outcome::Pending);
+            assert_eq!(core.execute(source, line), Poll::Pending);
         }
         core.store();
         core.module.forget(gone);
@@ -221,9 +222,9 @@ fn replies_to_a_host_that_is_gone_are_dropped() {
 #[test]
 fn a_suppressed_reply_is_due_like_any_other() {
     let mut core = Core::new();
-    assert_eq!(core.execute(CAN, "SGP 77, 0, 1"), Outcome::Pending);
-    core.execute(Source::Usb, "SGP 255, 0, 1");
-    assert_eq!(core.execute(Source::Rs485, "SGP 85, 0, 1"), Outcome::Pending);
+    assert_eq!(core.execute(CAN, "SGP 77, 0, 1"), Poll::Pending);
+    assert!(core.execute(Source::Usb, "SGP 255, 0, 1").is_ready());
+    assert_eq!(core.execute(Source::Rs485, "SGP 85, 0, 1"), Poll::Pending);
     assert_eq!(core.module.next_reply(), None);
     assert!(core.module.awaits(Source::Rs485));
     core.store();

@@ -4,13 +4,11 @@
 //! * Beyond that, chip drivers, motion and the store know no language, and chip drivers no parameter table ([`APART`]).
 //! * Chip drivers and the store name no parameter by its number, in comments either ([`NUMBERED`]).
 //! * No two files of a crate import each other, directly or by way of others; `layers/imports.rs` says what an import
-//!   is. [`CIRCLES`] has the circles that are still there.
+//!   is.
 //! * The simulated hardware does not know the firmware.
 //! * The functions that `docs/architecture.md` tells of are where it says, and no way visits a file twice without a
 //!   reason.
 //! * `unsafe` is left to the board.
-//!
-//! What is not yet so stands in lists here, with the reason; an entry that is no longer needed fails its test, too.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -194,30 +192,16 @@ fn files_of(module: &str) -> Vec<(PathBuf, String, usize)> {
     files.collect()
 }
 
-/// Circles that are still there: their files, and why. A circle within such a list may lose files; once there is none,
-/// the list goes.
-const CIRCLES: [(&[&str], &str); 1] = [(
-    &["src/module/link.rs", "src/module/port.rs"],
-    "the settings of the links are in both; they are to be in one place",
-)];
-
 #[test]
 fn no_two_files_import_each_other() {
-    let mut remaining = BTreeSet::new();
     let mut wrong = String::new();
     for root in roots() {
         let imports = imports::Crate::read(&root).imports();
         for circle in circles::circles(&imports) {
-            let within = |files: &[&str]| circle.iter().all(|(from, ..)| files.iter().any(|file| from.ends_with(file)));
-            match CIRCLES.iter().position(|(files, _)| within(files)) {
-                Some(known) => _ = remaining.insert(known),
-                None => wrong.push_str(&told(&circle)),
-            }
+            wrong.push_str(&told(&circle));
         }
     }
     assert!(wrong.is_empty(), "files import each other:\n{wrong}");
-    let gone: Vec<_> = (0..CIRCLES.len()).filter(|known| !remaining.contains(known)).collect();
-    assert!(gone.is_empty(), "these of CIRCLES are gone; take them out: {gone:?}");
 }
 
 /// The imports of a circle, one in a line.

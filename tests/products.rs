@@ -6,7 +6,8 @@
 
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::{Module, Outcome, Parts, Platform, Product, Slots, Source, Spec, TMCM_1140};
+use std::task::Poll;
+use tmcm::module::{Module, Parts, Platform, Product, Slots, Source, Spec, TMCM_1140};
 use tmcm::param::tmcm1140;
 use tmcm::param::{ANY, AxisParameter, COORDINATES, FLAG, GlobalParameter, Parameter, STORED_USER_VARIABLES, Table};
 use tmcm::parameter_rows;
@@ -151,11 +152,11 @@ impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
             self.eeprom[job.address.into()..][..job.page.len()].copy_from_slice(&job.page);
             self.module.stored(true);
         }
-        if outcome == Outcome::Pending {
-            outcome = Outcome::Reply(self.module.next_reply().unwrap().reply.unwrap());
+        if outcome == Poll::Pending {
+            outcome = Poll::Ready(self.module.next_reply().unwrap().reply);
         }
         match outcome {
-            Outcome::Reply(Reply::Plain { status, value, .. }) => (status as u8, value),
+            Poll::Ready(Some(Reply::Plain { status, value, .. })) => (status as u8, value),
             other => panic!("{line}: {other:?}"),
         }
     }
@@ -311,5 +312,5 @@ fn program_memory_has_the_size_of_the_product() {
     let mut three = three.power_cycle();
     assert_eq!(three.send("132, 0, 0, 6144").0, Status::InvalidValue as u8);
     let outcome = three.module.execute(Micros(0), Source::Usb, text::parse("134, 0, 0, 6143").unwrap());
-    assert_eq!(outcome, Outcome::Reply(Reply::Memory(text::parse("ROR 0, 1").unwrap())));
+    assert_eq!(outcome, Poll::Ready(Some(Reply::Memory(text::parse("ROR 0, 1").unwrap()))));
 }

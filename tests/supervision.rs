@@ -11,8 +11,9 @@ use embedded_hal::spi::SpiDevice;
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
+use std::task::Poll;
 use tmcm::can::{CanFrame, Frame};
-use tmcm::module::{Outcome, Source};
+use tmcm::module::Source;
 use tmcm::tmcl::can::encode_command;
 use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::vm::ErrorFlag;
@@ -417,7 +418,7 @@ fn a_setting_that_is_not_heard_is_taken_back() {
         let mut ask = |line: &str| {
             let now = bench.now();
             match bench.module.execute(now, Source::Usb, text::parse(line).unwrap()) {
-                Outcome::Reply(Reply::Plain { status, value, .. }) => (status, value),
+                Poll::Ready(Some(Reply::Plain { status, value, .. })) => (status, value),
                 other => panic!("{line}: {other:?}"),
             }
         };

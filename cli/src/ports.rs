@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use tmcm::module::{Links, Message, Mode, Port, Request, Source};
+use tmcm::module::{LinkMode, LinkSettings, Message, Port, ReplyAddresses, Request, Source};
 use tmcm::tmcl::Reply;
 use tmcm::units::Micros;
 
@@ -35,7 +35,7 @@ pub(crate) struct Arrived {
 
 impl Ports {
     /// The ports of a module that starts. Links that nobody shares are there from the start.
-    pub(crate) fn new(mode: Mode) -> Self {
+    pub(crate) fn new(mode: LinkMode) -> Self {
         let mut ports = Ports { entries: Vec::new(), turns: [0; 3] };
         for source in [Source::Usb, Source::Rs485] {
             ports.entry(source, Client::default(), mode);
@@ -51,7 +51,7 @@ impl Ports {
         self.entries.iter_mut().find(|entry| entry.source == source && entry.client == client)
     }
 
-    fn entry(&mut self, source: Source, client: Client, mode: Mode) -> Option<&mut Entry> {
+    fn entry(&mut self, source: Source, client: Client, mode: LinkMode) -> Option<&mut Entry> {
         let index = self.position(source, client).unwrap_or_else(|| {
             self.entries.push(Entry { source, client, port: Port::new(source, mode), ahead: VecDeque::new() });
             self.entries.len() - 1
@@ -60,8 +60,8 @@ impl Ports {
     }
 
     /// Bytes have arrived; [`Ports::next`] looks at them.
-    pub(crate) fn push(&mut self, source: Source, client: Client, bytes: &[u8], links: &Links) {
-        if let Some(entry) = self.entry(source, client, links.start) {
+    pub(crate) fn push(&mut self, source: Source, client: Client, bytes: &[u8], settings: &LinkSettings) {
+        if let Some(entry) = self.entry(source, client, settings.start) {
             entry.ahead.extend(bytes.iter().copied().map(Some));
         }
     }
@@ -79,7 +79,7 @@ impl Ports {
 
     /// Reads bytes that have come over a link, as far as it is known how to, up to one that leads to something. Then it is
     /// the next client's turn.
-    pub(crate) fn next(&mut self, from: Source, links: &Links) -> Option<Arrived> {
+    pub(crate) fn next(&mut self, from: Source, settings: &LinkSettings) -> Option<Arrived> {
         let count = self.entries.len();
         let turn = self.turns.get_mut(from as usize)?;
         for index in (*turn..count).chain(0..count.min(*turn)) {
@@ -92,7 +92,7 @@ impl Ports {
                     port.silence();
                     continue;
                 };
-                let taken = port.push(byte, AT, links);
+                let taken = port.push(byte, AT, || *settings);
                 if taken.request.is_some() || !taken.echo.is_empty() {
                     *turn = index + 1;
                     return Some(Arrived { client: *client, echo: taken.echo.to_vec(), request: taken.request });
@@ -107,13 +107,13 @@ impl Ports {
         &mut self,
         (source, client): (Source, Client),
         reply: Option<&Reply>,
-        mode: Option<Mode>,
-        links: &Links,
+        mode: Option<LinkMode>,
+        addresses: ReplyAddresses,
     ) -> Message {
         let mut message = Message::new();
         if let Some(entry) = self.find(source, client) {
             // A message has room for every reply.
-            let _ = entry.port.answer(reply, mode, links, &mut message);
+            let _ = entry.port.answer(reply, mode, addresses, &mut message);
         }
         message
     }
@@ -124,7 +124,7 @@ impl Ports {
     }
 
     /// The USB cable has been pulled out: who comes next finds a link as it is at the start, in the mode given.
-    pub(crate) fn unplug_usb(&mut self, mode: Mode) {
+    pub(crate) fn unplug_usb(&mut self, mode: LinkMode) {
         for Entry { source, port, ahead, .. } in self.entries.iter_mut().filter(|entry| entry.source == Source::Usb) {
             *port = Port::new(*source, mode);
             ahead.clear();

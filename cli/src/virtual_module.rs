@@ -6,6 +6,7 @@
 use std::cell::RefMut;
 use std::collections::VecDeque;
 use std::marker::PhantomData;
+use std::task::Poll;
 
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
@@ -15,7 +16,7 @@ use hal_sim::world::stage::Abn;
 use tmcm::can::Frame;
 use tmcm::chip::at25::At25;
 use tmcm::module::{
-    Desk, Hooks, Inputs, LinkEnds, Links, Mode, Module, Origin, Outcome, Parts, Platform, Request, Source,
+    Desk, Hooks, Inputs, LinkEnds, LinkMode, LinkSettings, Module, Origin, Parts, Platform, Request, Source,
     TMCM_1140_AXES, Tmcm1140,
 };
 use tmcm::store::{Keeper, Report, Store, Worth};
@@ -229,7 +230,7 @@ impl VirtualModule {
         let firmware = self.firmware.as_mut()?;
         let now = firmware.time(self.board.borrow().now());
         match firmware.core.execute(now, Source::Usb, command) {
-            Outcome::Reply(Reply::Plain { status: Status::Ok, value, .. }) => Some(value),
+            Poll::Ready(Some(Reply::Plain { status: Status::Ok, value, .. })) => Some(value),
             _ => None,
         }
     }
@@ -307,7 +308,7 @@ impl VirtualModule {
         self.traffic.waiting.retain(|(source, _)| *source != Source::Usb);
         if let Some(firmware) = &mut self.firmware {
             firmware.core.forget(Source::Usb);
-            firmware.ports.unplug_usb(firmware.core.links().start);
+            firmware.ports.unplug_usb(firmware.core.link_settings().start);
         }
     }
 
@@ -337,7 +338,7 @@ impl VirtualModule {
         let baud = core.baud_rate().into();
         let abn = self.board.borrow().inputs().abn;
         let null_edges = [abn.null_low.times, abn.null_high.times];
-        let ports = Ports::new(core.links().start);
+        let ports = Ports::new(core.link_settings().start);
         // Its clock starts when all is read.
         let started = self.now();
         let (clock, keep) = (self.clock, self.clock);
@@ -456,12 +457,12 @@ struct Ends<'a> {
 }
 
 impl LinkEnds for Ends<'_> {
-    fn request(&mut self, source: Source, links: &Links) -> Option<Request> {
+    fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request> {
         self.traffic.served = None;
         if source == Source::Can {
             return self.traffic.frames_in.pop_front().map(Request::Frame);
         }
-        while let Some(Arrived { client, echo, request }) = self.ports.next(source, links) {
+        while let Some(Arrived { client, echo, request }) = self.ports.next(source, settings) {
             let at = on_the_wire(source, self.arrived, self.arrived);
             self.traffic.outbox.extend(Sent::new(at, source, client, &echo));
             if request.is_some() {
@@ -473,16 +474,16 @@ impl LinkEnds for Ends<'_> {
         None
     }
 
-    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
         let source = to.source;
         if source == Source::Can {
-            return self.traffic.frames_out.extend(reply.map(|reply| links.frame(to, reply)));
+            return self.traffic.frames_out.extend(reply.map(|reply| settings.frame(to, reply)));
         }
         let event = reply.is_some_and(Reply::is_event);
         let Some(client) = (if event { self.traffic.subscriber } else { self.traffic.answered(source) }) else {
             return;
         };
-        let bytes = self.ports.answer((source, client), reply, mode, links);
+        let bytes = self.ports.answer((source, client), reply, mode, settings.reply_addresses());
         let now = self.board.borrow().now();
         let at = if mode.is_some() {
             on_the_wire(source, self.arrived, now)
@@ -527,7 +528,7 @@ impl Device for VirtualModule {
         if let Some(firmware) = &mut self.firmware
             && (self.plugged || source != Source::Usb)
         {
-            firmware.ports.push(source, client, bytes, firmware.core.links());
+            firmware.ports.push(source, client, bytes, firmware.core.link_settings());
             self.deliver();
         }
     }
@@ -558,7 +559,7 @@ impl Device for VirtualModule {
 
     fn rs485(&self) -> Option<Rs485> {
         let firmware = self.firmware.as_ref()?;
-        let pause = Nanos::from(firmware.core.links().pause) * MILLISECOND;
+        let pause = Nanos::from(firmware.core.link_settings().pause) * MILLISECOND;
         Some(Rs485 { baud: firmware.baud, pause: Some(pause) })
     }
 
@@ -567,7 +568,7 @@ impl Device for VirtualModule {
     }
 
     fn unread_frames(&self) -> usize {
-        let Some(links) = self.firmware.as_ref().map(|firmware| firmware.core.links()) else { return 0 };
+        let Some(links) = self.firmware.as_ref().map(|firmware| firmware.core.link_settings()) else { return 0 };
         let own = [Some(links.can_id), links.can_secondary];
         self.traffic.frames_in.iter().filter(|frame| own.contains(&Some(frame.id))).count()
     }

@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
 use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
-use crate::module::Links;
+use crate::module::LinkSettings;
 
 /// The receive queue that the filters lead to.
 const FIFO: usize = 0;
@@ -94,8 +94,8 @@ impl Can {
 
     /// Lets in what is for the module. A module whose own identifier is that of replies has to hear the requests to
     /// others, to know their replies.
-    pub(super) fn listen_to(&mut self, links: &Links) {
-        let Links { can_id, can_secondary, can_reply, .. } = *links;
+    pub(super) fn listen_to(&mut self, settings: &LinkSettings) {
+        let LinkSettings { can_id, can_secondary, can_reply, .. } = *settings;
         let own = [can_id, can_secondary.unwrap_or(can_id)];
         let mut filters = self.rx.modify_filters();
         if own.contains(&can_reply) {

@@ -12,13 +12,14 @@ use embassy_stm32::interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::{self, Can};
-use super::mail::{LINKS, Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN};
+use super::mail::{Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
 use super::motion_bus::Chip;
 use super::signals::Signals;
 use super::tmcm1140::{Motion, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, wake, watchdog};
 use crate::module::{
-    Desk, LinkEnds, Links, Mode, Module, Origin, Outputs, Parts, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
+    Desk, LinkEnds, LinkMode, LinkSettings, Module, Origin, Outputs, Parts, Platform, Request, Source, TMCM_1140_AXES,
+    Tmcm1140,
 };
 use crate::store::Store;
 use crate::tmcl::Reply;
@@ -40,8 +41,8 @@ impl Platform for Stm32 {
 /// The module on this board.
 type Core = Module<Stm32, TMCM_1140_AXES>;
 
-/// A host that does not fetch its replies, or talks all the time, does not keep a restart waiting for longer. The
-/// longest pause before a reply on RS485 and the reply itself take 265 ms.
+/// The longest time that a restart waits for replies to go out: a host that does not fetch its replies must not prevent
+/// it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265 ms.
 const LAST_WORDS: Micros = Micros::from_millis(300);
 
 /// Builds the module where it stays, with what `load` reads from the EEPROM.
@@ -53,36 +54,33 @@ pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), see
     let parts = Parts { tmc429, tmc262: [tmc262], enable, store: STORE.take(), hooks: () };
     let module = MODULE.init_with(|| Module::new(parts, seed));
     module.start(now(), load);
-    defmt::info!("module runs at address {=u8}", module.links().address);
-    let links = *module.links();
-    Owner { module, signals, links, desk: Desk::new(), ends: Ends { can: None }, ending: None, trouble: false }
+    defmt::info!("module runs at address {=u8}", module.link_settings().address);
+    Owner { module, signals, desk: Desk::new(), ends: Ends { can: None }, ending: None, trouble: false }
 }
 
 /// The module and what belongs to it.
 pub(super) struct Owner {
     pub(super) module: &'static mut Core,
     signals: Signals,
-    /// The interface settings that the links have been told.
-    links: Links,
     desk: Desk,
     ends: Ends,
-    /// Since when a restart is due.
+    /// The time since which a restart is due.
     ending: Option<Micros>,
-    /// Trouble has been told.
+    /// The silence of the motion controller has been logged.
     trouble: bool,
 }
 
-/// The owner at its place. Nobody looks at it but its interrupt handler, which does not interrupt itself.
-struct Place(UnsafeCell<Option<Owner>>);
+/// The owner in static memory. Only its interrupt handler looks at it, and a handler does not interrupt itself.
+struct OwnerCell(UnsafeCell<Option<Owner>>);
 
-// SAFETY: see above; before the interrupt is enabled, `start` has it for itself.
-unsafe impl Sync for Place {}
+// SAFETY: the handler of TIM3 is the only user; before that interrupt is enabled, `start` is.
+unsafe impl Sync for OwnerCell {}
 
-static OWNER: Place = Place(UnsafeCell::new(None));
+static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 
-/// Puts the owner to its place and starts its timer.
+/// Puts the owner into static memory and starts its timer.
 pub(super) fn start(owner: Owner) {
-    LINKS.lock(|shared| shared.set(Some(owner.links)));
+    put_in_force(owner.module.link_settings());
     // SAFETY: the interrupt is not enabled yet.
     unsafe { *OWNER.0.get() = Some(owner) };
     wake::start();
@@ -98,7 +96,8 @@ unsafe fn TIM3() {
 }
 
 impl Owner {
-    /// Does all there is to do. A busy host does not hold up the motor.
+    /// Does all there is to do: serves requests one by one, and looks after each whether a poll of the module is due, so
+    /// that a host that sends all the time does not hold up the motor.
     fn turn(&mut self) {
         loop {
             let idle = !self.desk.serve(self.module, &mut self.ends, now);
@@ -111,7 +110,8 @@ impl Owner {
         }
     }
 
-    /// Apart from `turn`, whose way to a reply would have to make room for all this first.
+    /// Lets the module poll, and does what follows from it. Never inlined: the stack frame that it needs would be set up on
+    /// the way to every reply in `turn`.
     #[inline(never)]
     fn poll(&mut self) {
         let outputs = self.module.poll(now(), &self.signals.read());
@@ -133,33 +133,31 @@ impl Owner {
         if self.ends.can.is_none() {
             self.ends.can = can::JOINED.try_take();
             if let Some(can) = &mut self.ends.can {
-                can.listen_to(&self.links);
+                can.listen_to(self.module.link_settings());
             }
         }
         if USB_GONE.try_take().is_some() {
             self.forget_usb();
         }
         Desk::deliver(self.module, &mut self.ends);
-        if self.links != *self.module.links() {
-            self.links = *self.module.links();
-            rs485::configure(&self.links);
-            LINKS.lock(|shared| shared.set(Some(self.links)));
-            if let Some(can) = &mut self.ends.can {
-                can.listen_to(&self.links);
-            }
+        if put_in_force(self.module.link_settings())
+            && let Some(can) = &mut self.ends.can
+        {
+            can.listen_to(self.module.link_settings());
         }
         rs485::tick();
         self.restart(&outputs);
     }
 
-    /// Before another host comes, which takes longer than a poll.
+    /// Forgets what a USB host that is gone has asked. Another host can only be there after a new enumeration, which
+    /// takes longer than the millisecond between two polls.
     fn forget_usb(&mut self) {
         USB_REQUESTS.clear();
         self.module.forget(Source::Usb);
         USB.clear();
     }
 
-    /// Starts the firmware anew, if that is wanted, when all is said, or nobody has listened for long.
+    /// Starts the firmware anew, if the module wants it: as soon as all replies are out, or [`LAST_WORDS`] later.
     fn restart(&mut self, outputs: &Outputs) {
         if !outputs.restart {
             return;
@@ -173,32 +171,35 @@ impl Owner {
     }
 }
 
-/// The links at the owner's end.
+/// The ends of the board's links that the owner of the module serves.
 struct Ends {
-    /// The CAN interface, once it has joined the bus.
+    /// The CAN interface; `None` until it has joined the bus.
     can: Option<Can>,
 }
 
 impl LinkEnds for Ends {
     #[inline(always)]
-    fn request(&mut self, source: Source, _: &Links) -> Option<Request> {
+    fn request(&mut self, source: Source, _: &LinkSettings) -> Option<Request> {
         match source {
             Source::Can => self.can.as_mut()?.read().as_ref().and_then(decode).map(Request::Frame),
             Source::Rs485 => rs485::request(),
-            // A host that does not fetch its replies is not asked for more.
+            // As long as the host has not fetched earlier replies there is no room for another one.
             Source::Usb if USB.is_full() => None,
             Source::Usb => USB_REQUESTS.try_receive().ok(),
         }
     }
 
     #[inline(always)]
-    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
         let room = match to.source {
-            Source::Rs485 => rs485::answer(reply, mode, links),
-            Source::Usb => USB.try_send(Outgoing { reply: reply.copied(), mode, links: *links }).is_ok(),
+            Source::Rs485 => rs485::answer(reply, mode, settings),
+            Source::Usb => {
+                let addresses = settings.reply_addresses();
+                USB.try_send(Outgoing { reply: reply.copied(), mode, addresses }).is_ok()
+            }
             Source::Can => {
                 if let (Some(can), Some(reply)) = (&mut self.can, reply) {
-                    can.write(&links.frame(to, reply));
+                    can.write(&settings.frame(to, reply));
                 }
                 true
             }

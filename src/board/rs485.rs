@@ -18,8 +18,9 @@ use embassy_stm32::peripherals;
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use heapless::{Deque, Vec};
 
+use super::mail::link_settings;
 use super::{now, wake};
-use crate::module::{Links, Mode, Port, Request, Source, Taken};
+use crate::module::{LinkMode, LinkSettings, Port, Request, Source, Taken};
 use crate::tmcl::Reply;
 use crate::tmcl::ascii::LINE;
 use crate::units::Micros;
@@ -35,7 +36,6 @@ static LINK: CriticalSectionMutex<RefCell<Option<Rs485>>> = CriticalSectionMutex
 /// The state of the link.
 struct Rs485 {
     direction: Output<'static>,
-    links: Links,
     port: Port,
     ahead: Deque<u8, AHEAD>,
     /// When the last byte came.
@@ -53,11 +53,10 @@ struct Rs485 {
 }
 
 /// Starts the link on USART3, which is set up and listens.
-pub(super) fn start(direction: Output<'static>, links: Links) {
+pub(super) fn start(direction: Output<'static>, mode: LinkMode) {
     let link = Rs485 {
         direction,
-        links,
-        port: Port::new(Source::Rs485, links.start),
+        port: Port::new(Source::Rs485, mode),
         ahead: Deque::new(),
         last: now(),
         requests: Deque::new(),
@@ -86,11 +85,11 @@ pub(super) fn request() -> Option<Request> {
 
 /// Takes the answer to a request, or an event in between; false if there are too many. The link goes on in the mode
 /// given, if one is.
-pub(super) fn answer(reply: Option<&Reply>, mode: Option<Mode>, links: &Links) -> bool {
+pub(super) fn answer(reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) -> bool {
     with(|link| {
-        let taken = link.port.answer(reply, mode, links, &mut link.out).is_ok();
+        let taken = link.port.answer(reply, mode, settings.reply_addresses(), &mut link.out).is_ok();
         if reply.is_some() {
-            link.pause = Micros::from_millis(links.pause.into());
+            link.pause = Micros::from_millis(settings.pause.into());
         }
         link.read_on();
         taken
@@ -100,11 +99,6 @@ pub(super) fn answer(reply: Option<&Reply>, mode: Option<Mode>, links: &Links) -
 /// Sends what has waited for the end of its pause. To be called every millisecond.
 pub(super) fn tick() {
     with(Rs485::send);
-}
-
-/// Takes other interface settings.
-pub(super) fn configure(links: &Links) {
-    with(|link| link.links = *links);
 }
 
 /// True when all is said, and also when there is no link.
@@ -169,7 +163,7 @@ impl Rs485 {
     }
 
     fn read(&mut self, byte: u8) {
-        let Taken { echo, request } = self.port.push(byte, self.last, &self.links);
+        let Taken { echo, request } = self.port.push(byte, self.last, link_settings);
         if !echo.is_empty() {
             // More than fits has come while a reply was on its way: such a host does not look at echoes.
             let _ = self.out.extend_from_slice(echo);

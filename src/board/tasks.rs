@@ -31,7 +31,7 @@ pub fn run(board: Board, spawner: Spawner) {
 
     // The port before the owner: a byte is fetched in time whatever goes on.
     match board.rs485.open(baud) {
-        Ok(direction) => rs485::start(direction, *owner.module.links()),
+        Ok(direction) => rs485::start(direction, owner.module.link_settings().start),
         Err(error) => defmt::error!("RS485 stays off: {}", error),
     }
     encoder::start();

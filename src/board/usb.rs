@@ -9,9 +9,9 @@ use embassy_usb::{Builder, Config, UsbDevice};
 use heapless::String;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::mail::{LINKS, USB, USB_GONE, USB_REQUESTS};
+use super::mail::{USB, USB_GONE, USB_REQUESTS, link_settings};
 use super::{now, wake, watchdog};
-use crate::module::{Links, Message, Port, Source};
+use crate::module::{Message, Port, Source};
 
 /// Vendor and product of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35): hosts look for them.
 const IDS: (u16, u16) = (0x2A3C, 0x0100);
@@ -75,7 +75,7 @@ pub(super) async fn carry(mut serial: Serial) {
 
 /// Until the host is gone.
 async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
-    let mut port = Port::new(Source::Usb, links().start);
+    let mut port = Port::new(Source::Usb, link_settings().start);
     let mut packet = [0; PACKET as usize];
     loop {
         let event = select(serial.read_packet(&mut packet), USB.ready_to_receive());
@@ -86,7 +86,7 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
                     while port.is_waiting() || !USB.is_empty() {
                         send(serial, &mut port).await?;
                     }
-                    let heard = port.push(*byte, now(), &links());
+                    let heard = port.push(*byte, now(), link_settings);
                     write(serial, heard.echo).await?;
                     if let Some(request) = heard.request {
                         USB_REQUESTS.send(request).await;
@@ -105,7 +105,7 @@ async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError>
     let Ok(outgoing) = USB.try_peek() else { return Ok(()) };
     let mut message = Message::new();
     // It has room for every reply.
-    let _ = port.answer(outgoing.reply.as_ref(), outgoing.mode, &outgoing.links, &mut message);
+    let _ = port.answer(outgoing.reply.as_ref(), outgoing.mode, outgoing.addresses, &mut message);
     let sent = write(serial, &message).await;
     let _ = USB.try_receive();
     sent
@@ -118,9 +118,4 @@ async fn write(serial: &mut Serial, bytes: &[u8]) -> Result<(), EndpointError> {
         watchdog::while_waiting(&watchdog::USB, serial.write_packet(packet)).await?;
     }
     Ok(())
-}
-
-/// The settings in force.
-fn links() -> Links {
-    LINKS.lock(|shared| shared.get()).unwrap_or_default()
 }

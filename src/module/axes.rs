@@ -1,7 +1,8 @@
 //! Commands to an axis: motion, axis parameters, coordinates (manual sections 3.7.1 to 3.7.8, 3.7.24 to
 //! 3.7.27).
 
-use super::{Done, Inputs, Module, Platform, Subscription, Undo};
+use super::outcome::{Outcome, Undo};
+use super::{Inputs, Module, Platform, Subscription};
 use crate::chip::tmc429::{RampMode, Tmc429};
 use crate::motion::{self, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
@@ -109,7 +110,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// RFS.
-    pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         if kind == 0 {
             self.unlocked(now)?;
         }
@@ -118,7 +119,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         match kind {
             0 => state.start_search(now, chip)?,
             1 => state.stop_search(now, chip)?,
-            2 => return Ok(Done::Read(state.search_status())),
+            2 => return Ok(Outcome::Read(state.search_status())),
             _ => return Err(Status::WrongType),
         }
         if kind == 0 {
@@ -127,11 +128,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         } else if searched {
             self.disarm(axis);
         }
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// MVP. The reply carries the absolute target, of the first axis where several move.
-    pub(super) fn move_position(&mut self, now: Micros, command: Command) -> Result<Done, Status> {
+    pub(super) fn move_position(&mut self, now: Micros, command: Command) -> Result<Outcome, Status> {
         let Command { kind, motor, value, .. } = command;
         let target = match (kind, motor) {
             (0, _) if motor != ALL_AXES => value,
@@ -150,13 +151,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
                 let target = self.coordinate(first, number)?;
                 self.move_axis(now, first, target)?;
-                return Ok(Done::Value(target));
+                return Ok(Outcome::Value(target));
             }
             (0 | 1, _) => return Err(Status::InvalidValue),
             _ => return Err(Status::WrongType),
         };
         self.move_axis(now, motor, target)?;
-        Ok(Done::Value(target))
+        Ok(Outcome::Value(target))
     }
 
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
@@ -173,7 +174,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Command 138: asks for a reply when a positioning move arrives, or a reference search has found its place. Bits of
     /// axes that do not exist are ignored: some hosts ask for all that there could be.
-    pub(super) fn subscribe(&mut self, origin: super::Origin, command: Command) -> Result<Done, Status> {
+    pub(super) fn subscribe(&mut self, origin: super::Origin, command: Command) -> Result<Outcome, Status> {
         let Command { kind, value: mask, .. } = command;
         let once = match kind {
             0 => true,
@@ -182,7 +183,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         };
         let all = bit(AXES).wrapping_sub(1);
         self.subscription = Some(Subscription { origin, mask: mask & all, once, armed: 0 });
-        Ok(Done::Value(mask))
+        Ok(Outcome::Value(mask))
     }
 
     /// The end of the move, or search, that has just begun will be told if it was asked for.
@@ -204,10 +205,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// GAP.
-    pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Done, Status> {
+    pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Outcome, Status> {
         let parameter = self.parameter(number)?;
         let (axis, chip) = self.axis(axis)?;
-        Ok(Done::Read(axis.read(chip, parameter.function)?))
+        Ok(Outcome::Read(axis.read(chip, parameter.function)?))
     }
 
     /// SAP, AAP. `echo` is the reply's value.
@@ -218,7 +219,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         axis: u8,
         value: i32,
         echo: i32,
-    ) -> Result<Done, Status> {
+    ) -> Result<Outcome, Status> {
         let parameter = self.parameter(number)?;
         let (state, _) = self.axis(axis)?;
         let (searched, rotates) = (state.searches(), state.takes_speed());
@@ -241,64 +242,64 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if !travels_on {
             self.disarm(axis);
         }
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// STAP.
-    pub(super) fn store_axis(&mut self, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn store_axis(&mut self, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
         let (state, chip) = self.axis(axis)?;
         let value = state.read(chip, parameter.function)?;
         self.keep(slot, value)?;
-        Ok(Done::stored(echo))
+        Ok(Outcome::stored(echo))
     }
 
     /// RSAP.
-    pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
         let value = self.recall(slot)?;
         let (state, chip) = self.axis(axis)?;
         state.write(now, chip, parameter, value)?;
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// SCO, CCO, ACO to one axis: the value goes to RAM, and to the EEPROM where parameter 84 says so.
-    pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Done, Status> {
+    pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
         let number = coordinate(number)?;
-        let before = core::mem::replace(self.place(axis, number)?, value);
+        let before = core::mem::replace(self.coordinate_cell(axis, number)?, value);
         if self.global(G::CoordinateStorage) != 0 {
             // Coordinate 0 is in RAM only.
             if number > 0 {
                 self.keep(self.spec().slots.coordinate(axis, number), value)?;
             }
             let undo = Some(Undo { axis, number, value: before });
-            return Ok(Done::Stored { value: echo, need: Need::Settings, undo });
+            return Ok(Outcome::Stored { value: echo, need: Need::Settings, undo });
         }
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// GCO from one axis.
     pub(super) fn coordinate(&mut self, axis: u8, number: u8) -> Result<i32, Status> {
         let number = coordinate(number)?;
-        Ok(*self.place(axis, number)?)
+        Ok(*self.coordinate_cell(axis, number)?)
     }
 
     /// SCO with motor 255: coordinates of all axes from RAM to EEPROM, one number or, by 0, all.
-    pub(super) fn store_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn store_coordinates(&mut self, number: u8, echo: i32) -> Result<Outcome, Status> {
         for (axis, number) in selection::<AXES>(number)? {
-            let value = *self.place(axis, number)?;
+            let value = *self.coordinate_cell(axis, number)?;
             self.keep(self.spec().slots.coordinate(axis, number), value)?;
         }
-        Ok(Done::stored(echo))
+        Ok(Outcome::stored(echo))
     }
 
     /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.
-    pub(super) fn restore_coordinates(&mut self, number: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn restore_coordinates(&mut self, number: u8, echo: i32) -> Result<Outcome, Status> {
         for (axis, number) in selection::<AXES>(number)? {
             let value = self.recall(self.spec().slots.coordinate(axis, number))?;
-            *self.place(axis, number)? = value;
+            *self.coordinate_cell(axis, number)? = value;
         }
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// CCO: the position now.
@@ -327,7 +328,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok((axis, &mut self.chip))
     }
 
-    pub(super) fn place(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {
+    pub(super) fn coordinate_cell(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {
         let places = self.coordinates.get_mut(usize::from(axis)).ok_or(Status::InvalidValue)?;
         places.get_mut(usize::from(number)).ok_or(Status::InvalidValue)
     }

@@ -1,12 +1,16 @@
 //! The CAN bus: which identifiers are the module's, which its replies have, and how long they are.
 
-use super::{Links, Module, Origin, Outcome, Platform, Source};
+use core::task::Poll;
+
+use super::link_settings::LinkSettings;
+use super::origin::{Answer, Origin, Source};
+use super::{Module, Platform};
 use crate::can::Frame;
 use crate::tmcl::Reply;
 use crate::tmcl::can;
 use crate::units::Micros;
 
-impl Links {
+impl LinkSettings {
     /// A reply as a frame: it has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it,
     /// whichever identifier the request came under.
     pub fn frame(&self, to: Origin, reply: &Reply) -> Frame {
@@ -20,12 +24,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     ///
     /// Where 70 is one of the module's own identifiers, it receives the replies of other modules, too; it knows
     /// them if it was given the requests before. Else there is no need to bring it frames it does not answer.
-    pub(super) fn frame(&mut self, now: Micros, frame: can::Request) -> Outcome {
+    pub(super) fn frame(&mut self, now: Micros, frame: can::Request) -> Answer {
         let can::Request { id, command, length } = frame;
-        let Links { can_id, can_secondary, can_reply, .. } = self.links;
+        let LinkSettings { can_id, can_secondary, can_reply, .. } = self.link_settings;
         let [_, overheard] = &mut self.overheard;
         if id == can_reply && overheard.is_reply(now, command) {
-            return Outcome::Silent;
+            return Poll::Ready(None);
         }
         // The second identifier may be that of a group: others answer, too.
         if id != can_id && id != can_reply {
@@ -33,7 +37,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             overheard.asked(now, low, Some(command));
         }
         if id != can_id && Some(id) != can_secondary {
-            return Outcome::Silent;
+            return Poll::Ready(None);
         }
         self.execute(now, Origin { source: Source::Can, length }, command)
     }

@@ -4,19 +4,24 @@
 //! A link brings one command at a time: while the module owes a link a reply, further requests of that link wait in
 //! the link's own queue. So all that the desk has to remember is which link was served last.
 
-use super::{Due, Links, Mode, Module, Origin, Outcome, Platform, Request, Source};
+use core::task::Poll;
+
+use super::link_settings::{LinkMode, LinkSettings};
+use super::origin::{Due, Origin, Source};
+use super::port::Request;
+use super::{Module, Platform};
 use crate::tmcl::Reply;
 use crate::units::Micros;
 
 /// The links of a module, as its desk sees them.
 pub trait LinkEnds {
-    /// The next request over a link, if there is one; `links` are the settings in force.
-    fn request(&mut self, source: Source, links: &Links) -> Option<Request>;
+    /// The next request over a link, if there is one; `settings` are those in force.
+    fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request>;
 
     /// Ends a request of a link, with a reply or, where `reply` is `None`, without one; or brings the link an event,
-    /// which ends no request. `links` are the settings under which the reply goes out; a byte link goes on in `mode`, if
+    /// which ends no request. `settings` are those under which the reply goes out; a byte link goes on in `mode`, if
     /// one is given.
-    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links);
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings);
 }
 
 /// The order in which links are served: CAN, RS485, USB, and from the start again.
@@ -43,8 +48,8 @@ impl Desk {
     ) -> bool {
         loop {
             let passed = self.passed;
-            // Three calls, not a loop over the links: the compiler makes a version of `serve` for each link, which
-            // answers a telegram some 100 cycles sooner than one that decides by link at each step.
+            // Three calls, not a loop over the links: the compiler makes a version of `serve` for each link, in which
+            // nothing has to be decided by link any more.
             if passed < 1 && serve(Source::Can, module, ends, &now) {
                 self.passed = 1;
                 return true;
@@ -66,7 +71,7 @@ impl Desk {
     /// Gives the links the replies that have become due. To be called after each [`Module::poll`].
     pub fn deliver<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) {
         while let Some(Due { to, reply }) = module.next_reply() {
-            ends.answer(to, reply.as_ref(), None, module.links());
+            ends.answer(to, reply.as_ref(), None, module.link_settings());
         }
     }
 }
@@ -82,13 +87,13 @@ fn serve<T: Platform, const AXES: usize>(
     if module.awaits(source) {
         return false;
     }
-    let Some(request) = ends.request(source, module.links()) else { return false };
-    let (outcome, mode) = module.request(now(), source, &request);
-    let reply = match &outcome {
-        Outcome::Reply(reply) => Some(reply),
-        Outcome::Silent => None,
-        Outcome::Pending => return true,
+    let Some(request) = ends.request(source, module.link_settings()) else { return false };
+    let (answer, mode) = module.request(now(), source, &request);
+    let reply = match &answer {
+        Poll::Ready(Some(reply)) => Some(reply),
+        Poll::Ready(None) => None,
+        Poll::Pending => return true,
     };
-    ends.answer(request.origin(source), reply, Some(mode), module.links());
+    ends.answer(request.origin(source), reply, Some(mode), module.link_settings());
     true
 }

@@ -1,6 +1,7 @@
 //! From a command to what it does: one exhaustive match over the instruction table.
 
-use super::{Done, Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
+use super::outcome::Outcome;
+use super::{Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
 use crate::param::{ALL_INTERRUPTS, Interrupt};
 use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, MotorField, Opcode, Reply, Status};
 use crate::units::Micros;
@@ -8,7 +9,7 @@ use crate::units::Micros;
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes a command that came over a link. Checked in this order: the number, whether it may run
     /// here, the motor, and what the command itself wants.
-    pub(super) fn dispatch(&mut self, now: Micros, origin: Origin, command: Command) -> Result<Done, Status> {
+    pub(super) fn dispatch(&mut self, now: Micros, origin: Origin, command: Command) -> Result<Outcome, Status> {
         if let Some(done) = self.download(origin.source, command) {
             return done;
         }
@@ -26,7 +27,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         origin: Option<Origin>,
         instruction: &Instruction,
         command: Command,
-    ) -> Result<Done, Status> {
+    ) -> Result<Outcome, Status> {
         let Command { kind, motor, value, .. } = command;
         let known = usize::from(motor) < AXES;
         let Instruction { opcode, motor: number, .. } = *instruction;
@@ -57,7 +58,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::Sco if motor == ALL_AXES => return self.store_coordinates(kind, value),
             Opcode::Sco => return self.set_coordinate(kind, motor, value, value),
             Opcode::Gco if motor == ALL_AXES => return self.restore_coordinates(kind, value),
-            Opcode::Gco => return self.coordinate(motor, kind).map(Done::Read),
+            Opcode::Gco => return self.coordinate(motor, kind).map(Outcome::Read),
             Opcode::Cco => {
                 let position = self.position(motor)?;
                 return self.set_coordinate(kind, motor, position, position);
@@ -81,12 +82,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             | Opcode::Uf6
             | Opcode::Uf7 => {
                 let number = command.opcode.saturating_sub(Opcode::Uf0 as u8);
-                return self.hooks.call(number, command).map(Done::Value);
+                return self.hooks.call(number, command).map(Outcome::Value);
             }
             Opcode::FirmwareVersion => {
                 return match kind {
-                    0 => Ok(Done::Special(Reply::Version(self.spec().version_string()))),
-                    1 => Ok(Done::Value(self.spec().version_number())),
+                    0 => Ok(Outcome::Special(Reply::Version(self.spec().version_string()))),
+                    1 => Ok(Outcome::Value(self.spec().version_number())),
                     _ => Err(Status::WrongType),
                 };
             }
@@ -95,14 +96,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 confirmed(value)?;
                 factory_reset(&mut self.store);
                 self.restart(now);
-                return Ok(Done::Silent);
+                return Ok(Outcome::Unanswered);
             }
             Opcode::SoftwareReset => {
                 confirmed(value)?;
                 self.restart(now.after(RESTART_DELAY));
             }
             // There is no boot loader to enter. Update tools take the next reply they hear for that of a later request.
-            Opcode::EnterBootloader if command == Command::ENTER_BOOTLOADER => return Ok(Done::Silent),
+            Opcode::EnterBootloader if command == Command::ENTER_BOOTLOADER => return Ok(Outcome::Unanswered),
             Opcode::EnterBootloader => return Err(Status::InvalidValue),
             // The link changes its mode; CAN has but one.
             Opcode::EnterAscii if origin.is_none_or(|origin| origin.source != Source::Can) => {}
@@ -135,7 +136,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             | Opcode::Stop
             | Opcode::Reti => return Err(Status::NotAvailable),
         }
-        Ok(Done::Value(value))
+        Ok(Outcome::Value(value))
     }
 
     /// Checks the number of an interrupt; `all` if the one that means all is one, too.

@@ -1,6 +1,7 @@
 //! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
 
-use super::{Done, Module, Platform, Spec};
+use super::outcome::Outcome;
+use super::{Module, Platform, Spec};
 use crate::param::{COORDINATES, GlobalParameter as G, Interrupt, Parameter, Row, Storage};
 use crate::tmcl::Status;
 use crate::units::Micros;
@@ -50,12 +51,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn set_global_value(&mut self, parameter: G, value: i32) {
         if let Some(place) = self.globals.get_mut(parameter.index()) {
             *place = value;
-            self.links_stale = true;
+            self.link_settings_stale = true;
         }
     }
 
     /// GGP.
-    pub(super) fn get_global(&mut self, now: Micros, number: u8, bank: u8) -> Result<Done, Status> {
+    pub(super) fn get_global(&mut self, now: Micros, number: u8, bank: u8) -> Result<Outcome, Status> {
         let value = match self.find_global(number, bank)? {
             Global::Bank0(parameter) => match parameter.function {
                 G::TickTimer => self.tick_timer(now).cast_signed(),
@@ -68,7 +69,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Global::Variable(number) => self.variables.get(usize::from(number)).copied().unwrap_or_default(),
             Global::Interrupt(number, _) => self.machine.interrupts.setting(number),
         };
-        Ok(Done::Read(value))
+        Ok(Outcome::Read(value))
     }
 
     /// SGP, AGP. `echo` is the reply's value.
@@ -79,7 +80,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         bank: u8,
         value: i32,
         echo: i32,
-    ) -> Result<Done, Status> {
+    ) -> Result<Outcome, Status> {
         match self.find_global(number, bank)? {
             Global::Bank0(Parameter { function, row }) => {
                 check(row, value)?;
@@ -94,7 +95,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                         if let Some(protection) = self.store.erase(value) {
                             self.set_global_value(G::CodeProtection, protection);
                         }
-                        return Ok(Done::written(echo));
+                        return Ok(Outcome::written(echo));
                     }
                     G::TickTimer => self.tick_offset = (now.millis() as u32).wrapping_sub(value.cast_unsigned()),
                     G::RandomNumber => self.random = value.cast_unsigned(),
@@ -106,7 +107,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
                 if let Storage::Automatic(slot) = row.storage {
                     self.keep(Some(slot.into()), value)?;
-                    return Ok(Done::stored(echo));
+                    return Ok(Outcome::stored(echo));
                 }
             }
             Global::Variable(number) => {
@@ -119,25 +120,25 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 self.machine.interrupts.set(number, value);
             }
         }
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// STGP: user variables only; the rest of bank 0 is stored by SGP.
-    pub(super) fn store_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn store_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Outcome, Status> {
         let slot = self.stored_variable(number, bank)?;
         let value = self.variables.get(usize::from(number)).copied().unwrap_or_default();
         self.keep(Some(slot), value)?;
-        Ok(Done::stored(echo))
+        Ok(Outcome::stored(echo))
     }
 
     /// RSGP.
-    pub(super) fn restore_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Done, Status> {
+    pub(super) fn restore_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Outcome, Status> {
         let slot = self.stored_variable(number, bank)?;
         let value = self.recall(Some(slot))?;
         if let Some(place) = self.variables.get_mut(usize::from(number)) {
             *place = value;
         }
-        Ok(Done::Value(echo))
+        Ok(Outcome::Value(echo))
     }
 
     /// Wants a value in a slot of the EEPROM, for a command that stores it.

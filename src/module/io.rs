@@ -1,6 +1,7 @@
 //! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
 
-use super::{Done, Module, Platform, Spec};
+use super::outcome::Outcome;
+use super::{Module, Platform, Spec};
 use crate::tmcl::Status;
 
 /// Milliseconds of the status LED's on and off time.
@@ -56,7 +57,7 @@ impl Default for Outputs {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Done, Status> {
+    pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Outcome, Status> {
         let all = 1_u8.checked_shl(self.spec().outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {
             // Configuration tools write 3 to every board, the default of those with two such outputs.
@@ -82,10 +83,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             (0 | 2, _) => return Err(Status::WrongType),
             _ => return Err(Status::InvalidValue),
         }
-        Ok(Done::Value(value))
+        Ok(Outcome::Value(value))
     }
 
-    pub(super) fn get_input(&self, port: u8, bank: u8) -> Result<Done, Status> {
+    pub(super) fn get_input(&self, port: u8, bank: u8) -> Result<Outcome, Status> {
         let Spec { inputs, outputs, analog, .. } = *self.spec();
         let digital = self.inputs.digital.get(..usize::from(inputs)).unwrap_or(&self.inputs.digital);
         let value = match (bank, port) {
@@ -103,7 +104,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             (1 | 2, _) => return Err(Status::WrongType),
             _ => return Err(Status::InvalidValue),
         };
-        Ok(Done::Read(value))
+        Ok(Outcome::Read(value))
     }
 }
 

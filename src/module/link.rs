@@ -1,88 +1,42 @@
 //! Links: who is addressed, what a broken telegram is answered, under which address the reply goes.
 
-use super::port::{Mode, Request};
-use super::{Due, Module, Outcome, Platform, Source, Waiter};
-use crate::can::StandardId;
+use core::task::Poll;
+
+use super::link_settings::{LinkMode, LinkSettings};
+use super::origin::{Answer, Due, Source};
+use super::port::Request;
+use super::waiting::Waiter;
+use super::{Module, Platform};
 use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
 use crate::tmcl::ascii::{Echo, Line};
 use crate::tmcl::binary::Addressed;
 use crate::tmcl::{Opcode, Reply, Status};
 use crate::units::Micros;
 
-/// Interface settings in force. They follow the parameters only after the reply to the command that set
-/// them, but for the echo, which changes at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Links {
-    /// Address on the RS485 bus (parameter 66).
-    pub address: u8,
-    /// Second address there; 0 for none (parameter 87).
-    pub secondary: u8,
-    /// Address of the host in replies (parameter 76).
-    pub host: u8,
-    /// Pause before a reply on RS485, in milliseconds (parameter 75).
-    pub pause: u8,
-    /// What ASCII mode echoes (parameter 67, bits 4 and 5).
-    pub echo: Echo,
-    /// The mode byte links start in (parameter 67, bit 0, at the start of the module).
-    pub start: Mode,
-    /// Identifier of requests on CAN (parameter 71).
-    pub can_id: StandardId,
-    /// Second identifier of requests there, if there is one (parameter 83).
-    pub can_secondary: Option<StandardId>,
-    /// Identifier of replies there (parameter 70).
-    pub can_reply: StandardId,
-}
-
-impl Default for Links {
-    fn default() -> Self {
-        Links::of(&[0; G::SETTINGS])
-    }
-}
-
-impl Links {
-    pub(super) fn of(globals: &[i32; G::SETTINGS]) -> Self {
-        let value = |parameter: G| globals.get(parameter.index()).copied().unwrap_or_default();
-        let byte = |parameter| value(parameter) as u8;
-        // They have 11 bits.
-        let identifier = |parameter| StandardId::new(value(parameter) as u16).unwrap_or(StandardId::MAX);
-        Links {
-            address: byte(G::SerialAddress),
-            secondary: byte(G::SerialSecondaryAddress),
-            host: byte(G::SerialHostAddress),
-            pause: byte(G::TelegramPause),
-            echo: Echo::from_parameter(value(G::AsciiMode)),
-            start: if value(G::AsciiMode) & 1 == 0 { Mode::Binary } else { Mode::Ascii },
-            can_id: identifier(G::CanId),
-            can_secondary: Some(identifier(G::CanSecondaryId)).filter(|id| *id != StandardId::ZERO),
-            can_reply: identifier(G::CanReplyId),
-        }
-    }
-}
-
 impl Waiter {
-    /// True if it is this link.
-    fn is(self, source: Source) -> bool {
+    /// True for a host on this link.
+    fn is_on(self, source: Source) -> bool {
         matches!(self, Waiter::Link(from) if from.source == source)
     }
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// The interface settings in force.
-    pub const fn links(&self) -> &Links {
-        &self.links
+    /// The link settings in force.
+    pub const fn link_settings(&self) -> &LinkSettings {
+        &self.link_settings
     }
 
-    /// The bit rate of RS485 that parameter 65 chooses, in bit/s: the one to start with.
+    /// The bit rate of RS485 that parameter 65 chooses, in bit/s. It is taken at the start of the module.
     pub fn baud_rate(&self) -> u32 {
         self.chosen(G::SerialBaudRate, &BAUD_RATES)
     }
 
-    /// The bit rate of CAN that parameter 69 chooses, in bit/s: the one to start with.
+    /// The bit rate of CAN that parameter 69 chooses, in bit/s. It is taken at the start of the module.
     pub fn can_bit_rate(&self) -> u32 {
         self.chosen(G::CanBitRate, &CAN_BIT_RATES)
     }
 
-    /// What a parameter chooses from a list that begins with its smallest value.
+    /// The entry of `list` that a parameter chooses; its smallest value chooses the first entry.
     fn chosen(&self, parameter: G, list: &[u32]) -> u32 {
         let first = self.spec().global.row(parameter).and_then(|row| row.ranges.first()).map_or(0, |range| range.0);
         let index = self.global(parameter).saturating_sub(first);
@@ -91,35 +45,35 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// True while a command of this link waits for its reply: the link is not to bring another one.
     pub fn awaits(&self, source: Source) -> bool {
-        self.waiting.iter().any(|waiting| waiting.from.is(source))
+        self.waiting.iter().any(|waiting| waiting.from.is_on(source))
     }
 
-    /// The host at the other end of a link is gone: what it waits for is carried out, and told nobody. A download that it
-    /// has begun stays open for the next one.
+    /// Forgets the host at the other end of a link, which is gone: commands of this host that are still waiting are
+    /// carried out, but nobody gets their replies. A download that it has begun stays open for the next host.
     pub fn forget(&mut self, source: Source) {
-        for waiting in self.waiting.iter_mut().filter(|waiting| waiting.from.is(source)) {
+        for waiting in self.waiting.iter_mut().filter(|waiting| waiting.from.is_on(source)) {
             waiting.from = Waiter::Nobody;
         }
         for _ in 0..self.replies.len() {
             if let Some(reply) = self.replies.pop_front().filter(|due| due.to.source != source) {
-                // It has just been in there.
+                // The queue has room: the entry has just been taken out of it.
                 let _ = self.replies.push_back(reply);
             }
         }
         self.subscription = self.subscription.filter(|subscription| subscription.origin.source != source);
     }
 
-    /// Takes a request from a link and says what became of it, and in which mode a byte link goes on. The reply is for
-    /// the link's own end to encode, with the [`Module::links`] of this moment.
-    pub fn request(&mut self, now: Micros, source: Source, request: &Request) -> (Outcome, Mode) {
-        self.update_links();
+    /// Executes a request from a link; returns the answer, and the mode in which a byte link goes on. The link's own end
+    /// encodes the reply, with the [`Module::link_settings`] as they are right after this call.
+    pub fn request(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, LinkMode) {
+        self.update_link_settings();
         let restarts = self.restart.is_some();
         match request {
-            Request::Line(_) if restarts => (Outcome::Silent, Mode::Ascii),
-            _ if restarts => (Outcome::Silent, Mode::Binary),
+            Request::Line(_) if restarts => (Poll::Ready(None), LinkMode::Ascii),
+            _ if restarts => (Poll::Ready(None), LinkMode::Binary),
             Request::Telegram(telegram) => self.telegram(now, source, *telegram),
             Request::Line(line) => self.line(now, source, *line),
-            Request::Frame(frame) => (self.frame(now, *frame), Mode::Binary),
+            Request::Frame(frame) => (self.frame(now, *frame), LinkMode::Binary),
         }
     }
 
@@ -127,66 +81,65 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub fn next_reply(&mut self) -> Option<Due> {
         let due = self.replies.pop_front();
         if due.is_none() {
-            // All is said under the old settings.
-            self.update_links();
+            // The last reply that had to go out under the old settings has been fetched.
+            self.update_link_settings();
         }
         due
     }
 
-    /// On the RS485 bus a telegram must carry one of the module's addresses; a point-to-point link accepts
-    /// any. Whoever is addressed answers a wrong checksum with status 1. A module that has the host's address
-    /// knows replies to requests to others when it hears them, and is silent.
-    fn telegram(&mut self, now: Micros, source: Source, telegram: Addressed) -> (Outcome, Mode) {
+    /// Executes a telegram that is for this module. On the RS485 bus it must carry one of the module's addresses; a link
+    /// between one host and the module accepts any. The addressed module answers a wrong checksum with status 1. A module
+    /// whose own address is the host's hears the replies of other modules as if they were requests; it recognises
+    /// them by the requests before and does not answer.
+    fn telegram(&mut self, now: Micros, source: Source, telegram: Addressed) -> (Answer, LinkMode) {
         let Addressed { address: to, command, intact } = telegram;
         if source == Source::Rs485 {
-            let Links { address, secondary, host, .. } = self.links;
+            let LinkSettings { address, secondary, host, .. } = self.link_settings;
             let [overheard, _] = &mut self.overheard;
             if to == host && overheard.is_reply(now, command) {
-                return (Outcome::Silent, Mode::Binary);
+                return (Poll::Ready(None), LinkMode::Binary);
             }
-            // Who shares a second address answers, too.
+            // Another module may share the second address and answer as well.
             if to != address && to != host {
                 overheard.asked(now, to, intact.then_some(command));
             }
             if to != address && (secondary == 0 || to != secondary) {
-                return (Outcome::Silent, Mode::Binary);
+                return (Poll::Ready(None), LinkMode::Binary);
             }
         }
         if !intact {
-            return (Outcome::Reply(Reply::WRONG_CHECKSUM), Mode::Binary);
+            return (Poll::Ready(Some(Reply::WRONG_CHECKSUM)), LinkMode::Binary);
         }
-        let mode = if command.opcode == Opcode::EnterAscii as u8 { Mode::Ascii } else { Mode::Binary };
+        let mode = if command.opcode == Opcode::EnterAscii as u8 { LinkMode::Ascii } else { LinkMode::Binary };
         (self.execute(now, source, command), mode)
     }
 
-    /// A line in ASCII mode (manual section 3.4). BIN is answered as text, as everything is that was asked in
-    /// ASCII mode.
-    fn line(&mut self, now: Micros, source: Source, line: Line) -> (Outcome, Mode) {
+    /// Executes a line of ASCII mode (manual section 3.4). The answer to BIN is still text; binary mode begins after it.
+    fn line(&mut self, now: Micros, source: Source, line: Line) -> (Answer, LinkMode) {
         let (status, opcode, mode) = match line {
-            Line::Command(command) => return (self.execute(now, source, command), Mode::Ascii),
-            Line::Leave => (Status::Ok, 0, Mode::Binary),
-            Line::Wrong { status, opcode } => (status, opcode, Mode::Ascii),
+            Line::Command(command) => return (self.execute(now, source, command), LinkMode::Ascii),
+            Line::Leave => (Status::Ok, 0, LinkMode::Binary),
+            Line::Wrong { status, opcode } => (status, opcode, LinkMode::Ascii),
         };
         let reply = Reply::Plain { status, opcode, value: 0 };
-        let outcome = if self.suppressed(opcode) { Outcome::Silent } else { Outcome::Reply(reply) };
-        (outcome, mode)
+        let answer = if self.suppressed(opcode) { Poll::Ready(None) } else { Poll::Ready(Some(reply)) };
+        (answer, mode)
     }
 
-    /// Lets the interface settings follow the parameters, unless a reply is still to go out under the old
-    /// ones.
-    pub(super) fn update_links(&mut self) {
-        if self.links_stale {
-            self.renew_links();
+    /// Lets the link settings follow the global parameters, unless a reply still has to go out under the old ones.
+    pub(super) fn update_link_settings(&mut self) {
+        if self.link_settings_stale {
+            self.renew_link_settings();
         }
     }
 
-    /// Apart, because each request comes by here, and few change a parameter.
+    /// A function of its own, marked as cold: every request asks for an update, and few requests change a parameter.
     #[cold]
-    fn renew_links(&mut self) {
+    fn renew_link_settings(&mut self) {
         if self.waiting.iter().all(|waiting| !matches!(waiting.from, Waiter::Link(_))) && self.replies.is_empty() {
-            self.links = Links { start: self.links.start, ..Links::of(&self.globals) };
-            self.links_stale = false;
+            self.link_settings = LinkSettings { start: self.link_settings.start, ..LinkSettings::of(&self.globals) };
+            self.link_settings_stale = false;
         }
-        self.links.echo = Echo::from_parameter(self.global(G::AsciiMode));
+        self.link_settings.echo = Echo::from_parameter(self.global(G::AsciiMode));
     }
 }

@@ -15,25 +15,33 @@ mod globals;
 mod hooks;
 mod io;
 mod link;
+mod link_settings;
+mod origin;
+mod outcome;
 mod overheard;
 mod port;
 mod program;
 mod slots;
 mod spec;
 mod supervision;
+mod waiting;
 
 pub use desk::{Desk, LinkEnds};
 pub use hooks::{Executed, Hooks};
 pub use io::{Inputs, Outputs};
-pub use link::Links;
-pub use port::{Message, Mode, Port, Request, Taken};
+pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
+pub use origin::{Answer, Due, Origin, Source};
+pub use port::{Message, Port, Request, Taken};
 pub use slots::Slots;
 pub use spec::{Product, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset};
 
+use outcome::Outcome;
 use overheard::Overheard;
 use supervision::Supervision;
+use waiting::{Waiter, Waiting};
 
 use core::ops::DerefMut;
+use core::task::Poll;
 
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
@@ -42,7 +50,7 @@ use heapless::{Deque, Vec};
 use crate::chip::tmc429::{RampGenerator, Tmc429};
 use crate::motion::{self, Axis};
 use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
-use crate::store::{Finished, Need, Store};
+use crate::store::Store;
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::Machine;
@@ -78,122 +86,12 @@ pub struct Parts<T: Platform, const AXES: usize> {
     pub hooks: T::Hooks,
 }
 
-/// A link that commands come from and replies go to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Source {
-    /// USB, or TCP in its place: point to point.
-    Usb,
-    /// The RS485 bus.
-    Rs485,
-    /// The CAN bus.
-    Can,
-}
-
-/// Where a request came from, and its reply goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Origin {
-    /// The link.
-    pub source: Source,
-    /// Data bytes of the request's frame on CAN, 7 or 8, as many as its reply has. On other links it means nothing.
-    pub length: u8,
-}
-
-impl From<Source> for Origin {
-    fn from(source: Source) -> Self {
-        Origin { source, length: 8 }
-    }
-}
-
-/// A reply that comes later than the call that brought its request, or an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Due {
-    /// Where it goes.
-    pub to: Origin,
-    /// The reply; `None` where the request is over, but global parameter 255 suppresses its reply.
-    pub reply: Option<Reply>,
-}
-
 /// Links that can wait for a reply at the same time.
 const LINKS: usize = 3;
 /// Replies on their way: one per link, and one event.
 const REPLIES: usize = LINKS + 1;
 /// Commands that can wait for the store: one per link, the program's, and that of a handler within it.
 const WAITING: usize = LINKS + 2;
-
-/// What became of a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// Answer at once.
-    Reply(Reply),
-    /// The reply, or that there is none, comes by [`Module::next_reply`]; until then the link brings no other command.
-    Pending,
-    /// No reply.
-    Silent,
-}
-
-/// What a command led to, before it becomes a reply.
-#[derive(Clone, Copy, Debug)]
-enum Done {
-    /// Executed; the value of the reply.
-    Value(i32),
-    /// A value was read: a program gets it into its accumulator.
-    Read(i32),
-    /// Executed, and answered once it is durable.
-    Stored {
-        /// The value of the reply.
-        value: i32,
-        /// What is to be durable.
-        need: Need,
-        /// What to take back if that fails.
-        undo: Option<Undo>,
-    },
-    /// A reply of another form.
-    Special(Reply),
-    /// Executed without an answer.
-    Silent,
-}
-
-impl Done {
-    /// A setting was stored.
-    const fn stored(value: i32) -> Self {
-        Done::Stored { value, need: Need::Settings, undo: None }
-    }
-
-    /// Program memory was written.
-    const fn written(value: i32) -> Self {
-        Done::Stored { value, need: Need::Program, undo: None }
-    }
-}
-
-/// A coordinate before the command that set and stored it. Parameters need none: what is stored of them is
-/// what they are.
-#[derive(Clone, Copy, Debug)]
-struct Undo {
-    axis: u8,
-    number: u8,
-    value: i32,
-}
-
-/// Who waits for a command.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Waiter {
-    Link(Origin),
-    Program,
-    /// Who has asked is gone.
-    Nobody,
-}
-
-/// A command that waits for the store.
-#[derive(Clone, Copy, Debug)]
-struct Waiting {
-    from: Waiter,
-    command: Command,
-    need: Need,
-    /// The value of the reply if all goes well.
-    value: i32,
-    undo: Option<Undo>,
-    silent: bool,
-}
 
 /// Command 138: who wants to know about which axes.
 #[derive(Clone, Copy, Debug)]
@@ -232,9 +130,9 @@ pub struct Module<T: Platform, const AXES: usize> {
     downloader: Option<Source>,
     /// What it may spend until the next one.
     fuel: u32,
-    links: Links,
-    /// A global parameter has been written since they were taken from there.
-    links_stale: bool,
+    link_settings: LinkSettings,
+    /// A global parameter has been written since the link settings were taken from the global parameters.
+    link_settings_stale: bool,
     /// What was asked of other modules, on RS485 and on CAN.
     overheard: [Overheard; 2],
     waiting: Vec<Waiting, WAITING>,
@@ -272,8 +170,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             starts: true,
             downloader: None,
             fuel: 0,
-            links: Links::default(),
-            links_stale: false,
+            link_settings: LinkSettings::default(),
+            link_settings_stale: false,
             overheard: Default::default(),
             waiting: Vec::new(),
             replies: Deque::new(),
@@ -303,7 +201,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.store.forget();
         load(&mut self.store);
         self.restore();
-        self.links = Links::of(&self.globals);
+        self.link_settings = LinkSettings::of(&self.globals);
         self.supervision = Supervision::new(now);
         self.tick_offset = now.millis() as u32;
         self.next = now;
@@ -339,34 +237,34 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Executes a command from a link. What comes after a command that restarts the module is neither executed nor
     /// answered.
-    pub fn execute(&mut self, now: Micros, origin: impl Into<Origin>, command: Command) -> Outcome {
+    pub fn execute(&mut self, now: Micros, origin: impl Into<Origin>, command: Command) -> Answer {
         let origin = origin.into();
         if self.restart.is_some() {
-            return Outcome::Silent;
+            return Poll::Ready(None);
         }
         self.supervision.hear(now, origin.source);
-        let silent = self.suppressed(command.opcode);
-        let done = self.dispatch(now, origin, command);
-        if done.is_ok() && command.opcode == Opcode::PositionReachedEvent as u8 {
+        let suppressed = self.suppressed(command.opcode);
+        let outcome = self.dispatch(now, origin, command);
+        if outcome.is_ok() && command.opcode == Opcode::PositionReachedEvent as u8 {
             self.subscriptions = self.subscriptions.wrapping_add(1);
         }
-        let reply = match done {
-            Ok(Done::Silent) => return Outcome::Silent,
-            Ok(Done::Special(reply)) => reply,
-            Ok(Done::Stored { value, need, undo }) if !self.store.settled(need) => {
-                let waiting = Waiting { from: Waiter::Link(origin), command, need, value, undo, silent };
+        let reply = match outcome {
+            Ok(Outcome::Unanswered) => return Poll::Ready(None),
+            Ok(Outcome::Special(reply)) => reply,
+            Ok(Outcome::Stored { value, need, undo }) if !self.store.settled(need) => {
+                let waiting = Waiting { from: Waiter::Link(origin), command, need, value, undo, suppressed };
                 return match self.waiting.push(waiting) {
-                    Ok(()) => Outcome::Pending,
-                    // Only a host that does not wait for replies comes here.
-                    Err(_) => Outcome::Reply(Reply::echo(Status::NotAvailable, command)),
+                    Ok(()) => Poll::Pending,
+                    // Only a host that sends on without waiting for its replies can fill the queue.
+                    Err(_) => Poll::Ready(Some(Reply::echo(Status::NotAvailable, command))),
                 };
             }
-            Ok(Done::Value(value) | Done::Read(value) | Done::Stored { value, .. }) => {
+            Ok(Outcome::Value(value) | Outcome::Read(value) | Outcome::Stored { value, .. }) => {
                 Reply::Plain { status: Status::Ok, opcode: command.opcode, value }
             }
             Err(status) => Reply::echo(status, command),
         };
-        if silent { Outcome::Silent } else { Outcome::Reply(reply) }
+        if suppressed { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
     }
 
     /// Lets time pass: once a millisecond, or as soon after [`Module::deadline`] as can be. Takes the
@@ -380,7 +278,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             // From a late poll the next one is counted anew: polls do not bunch up.
             let due = self.next.after(PERIOD);
             self.next = if due > now { due } else { now.after(PERIOD) };
-            self.update_links();
+            self.update_link_settings();
             self.supervise(now);
             let events = self.poll_axes(now);
             self.settle();
@@ -425,71 +323,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         &mut self.store
     }
 
-    /// Releases what waited for the store, once that is settled; if writing failed, with the status for that.
-    pub fn stored(&mut self, written: bool) {
-        let Finished { failed, erased } = self.store.finish(written);
-        // What a factory reset makes of the parameters is for after the restart: until then the program is there, and
-        // has to be protected.
-        let resetting = self.restart.is_some();
-        if let Some(protection) = erased.filter(|_| !resetting) {
-            self.set_global_value(G::CodeProtection, protection);
-        }
-        let Some(failed) = failed else { return self.settle() };
-        if failed == Need::Settings && !resetting {
-            // What could not be stored is not in force either.
-            self.reload_globals();
-            for waiting in self.waiting.clone().iter().rev() {
-                let Some(Undo { axis, number, value }) = waiting.undo else { continue };
-                if let Ok(place) = self.place(axis, number) {
-                    *place = value;
-                }
-            }
-            // If the motion controller does not answer either, its driver knows that it has to write this again.
-            let _ = self.apply_polarity_and_direction();
-        }
-        // Without its settings the program is not stored either.
-        self.release(Status::EepromLocked, |waiting| failed == Need::Settings || waiting.need == failed);
-    }
-
     /// From now on requests are neither executed nor answered and the program stands, so nothing new delays the restart
     /// that is due at `at`.
     fn restart(&mut self, at: Micros) {
         self.machine.stop();
         self.restart = Some(at);
-    }
-
-    /// What was asked before a restart is durable and answered.
-    fn is_done(&self) -> bool {
-        self.store.settled(Need::Settings) && self.waiting.is_empty()
-    }
-
-    fn settle(&mut self) {
-        for need in [Need::Settings, Need::Program] {
-            if self.store.settled(need) {
-                self.release(Status::Ok, |waiting| waiting.need == need);
-            }
-        }
-    }
-
-    /// Answers the commands that waited for the store.
-    fn release(&mut self, status: Status, which: impl Fn(&Waiting) -> bool) {
-        self.waiting.retain(|waiting| {
-            if !which(waiting) {
-                return true;
-            }
-            let Waiting { from, command, value, silent, .. } = *waiting;
-            let value = if status == Status::Ok { value } else { command.value };
-            match from {
-                Waiter::Program => self.machine.stored(),
-                Waiter::Nobody => {}
-                Waiter::Link(to) => {
-                    let reply = Reply::Plain { status, opcode: command.opcode, value };
-                    // A link has one command at a time that waits: there is room.
-                    let _ = self.replies.push_back(Due { to, reply: (!silent).then_some(reply) });
-                }
-            }
-            false
-        });
     }
 
     /// Global parameter 255; what reads something is answered always (manual section 5.1).

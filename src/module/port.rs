@@ -2,21 +2,12 @@
 
 use heapless::{CapacityError, Vec, VecView};
 
-use super::{Links, Origin, Source};
+use super::link_settings::{LinkMode, LinkSettings, ReplyAddresses};
+use super::origin::{Origin, Source};
 use crate::tmcl::ascii::{self, Editor, Line};
 use crate::tmcl::binary::{self, Addressed, Framer};
 use crate::tmcl::{Opcode, Reply, can};
 use crate::units::Micros;
-
-/// The language of a byte link (manual section 3.4.1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Mode {
-    /// Telegrams of nine bytes.
-    #[default]
-    Binary,
-    /// Lines of text.
-    Ascii,
-}
 
 /// What a link brings the module, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,7 +48,7 @@ pub type Message = Vec<u8, { ascii::REPLY }>;
 pub struct Port {
     /// Others are heard here, too.
     shared: bool,
-    mode: Mode,
+    mode: LinkMode,
     framer: Framer,
     editor: Editor,
     /// No telegram has come since ASCII mode was left.
@@ -70,18 +61,20 @@ pub struct Port {
 
 impl Port {
     /// A link as it starts in a mode.
-    pub const fn new(source: Source, mode: Mode) -> Self {
+    pub const fn new(source: Source, mode: LinkMode) -> Self {
         let shared = matches!(source, Source::Rs485);
         Port { shared, mode, framer: Framer::new(), editor: Editor::new(), after_text: false, open: 0, decides: false }
     }
 
-    /// Takes one byte that arrived at `at`. Each request is to be followed by [`Port::answer`].
-    pub fn push(&mut self, byte: u8, at: Micros, links: &Links) -> Taken<'_> {
+    /// Takes one byte that arrived at `at`. Each request is to be followed by [`Port::answer`]. ASCII mode asks for the
+    /// `settings` in force; binary mode needs none, and time is short there.
+    pub fn push(&mut self, byte: u8, at: Micros, settings: impl FnOnce() -> LinkSettings) -> Taken<'_> {
         let (echo, request): (&[u8], _) = match self.mode {
-            Mode::Binary => (&[], self.frame(byte, at).map(Request::Telegram)),
-            Mode::Ascii => {
-                let own = [links.address, links.secondary];
-                let echo = if self.shared { links.echo.among_others(own, links.host) } else { links.echo };
+            LinkMode::Binary => (&[], self.frame(byte, at).map(Request::Telegram)),
+            LinkMode::Ascii => {
+                let LinkSettings { address, secondary, host, echo, .. } = settings();
+                let own = [address, secondary];
+                let echo = if self.shared { echo.among_others(own, host) } else { echo };
                 let typed = self.editor.push(byte, own, echo);
                 (typed.echo, typed.line.map(Request::Line))
             }
@@ -116,33 +109,34 @@ impl Port {
         self.decides && self.open > 0
     }
 
-    /// The answer to a request, or the event of command 138 in between: appends the bytes to be sent, none if
-    /// there is no reply, to `out`. The link goes on in the mode given, if one is.
+    /// Ends a request with its reply, or without one where `reply` is `None`, or brings the event of command 138, which
+    /// ends no request: appends the bytes to be sent to `out`. The link goes on in `mode`, if one is given.
     ///
     /// # Errors
-    /// There is no room for them; they are lost.
+    /// `out` has no room for the reply, which is lost.
     pub fn answer(
         &mut self,
         reply: Option<&Reply>,
-        mode: Option<Mode>,
-        links: &Links,
+        mode: Option<LinkMode>,
+        addresses: ReplyAddresses,
         out: &mut VecView<u8>,
     ) -> Result<(), CapacityError> {
-        let encoded = reply.map_or(Ok(()), |reply| self.encode(reply, links, out));
+        let encoded = reply.map_or(Ok(()), |reply| self.encode(reply, addresses, out));
         if !reply.is_some_and(Reply::is_event) {
             self.open = self.open.saturating_sub(1);
         }
         if let Some(mode) = mode.filter(|mode| *mode != self.mode) {
-            (self.mode, self.after_text) = (mode, mode == Mode::Binary);
+            (self.mode, self.after_text) = (mode, mode == LinkMode::Binary);
             (self.framer, self.editor) = (Framer::new(), Editor::new());
         }
         encoded
     }
 
-    fn encode(&self, reply: &Reply, links: &Links, out: &mut VecView<u8>) -> Result<(), CapacityError> {
+    fn encode(&self, reply: &Reply, addresses: ReplyAddresses, out: &mut VecView<u8>) -> Result<(), CapacityError> {
+        let ReplyAddresses { host, module } = addresses;
         match self.mode {
-            Mode::Binary => out.extend_from_slice(&binary::encode_reply(links.host, links.address, reply)),
-            Mode::Ascii => out.extend_from_slice(&ascii::encode_reply(links.host, links.address, reply)),
+            LinkMode::Binary => out.extend_from_slice(&binary::encode_reply(host, module, reply)),
+            LinkMode::Ascii => out.extend_from_slice(&ascii::encode_reply(host, module, reply)),
         }
     }
 
@@ -164,42 +158,42 @@ mod tests {
     use crate::tmcl::ascii::Echo;
     use crate::tmcl::{Command, Status};
 
-    fn links() -> Links {
-        Links { address: 1, host: 2, echo: Echo::Characters, ..Links::default() }
+    fn settings() -> LinkSettings {
+        LinkSettings { address: 1, host: 2, echo: Echo::Characters, ..LinkSettings::default() }
     }
 
     fn push(port: &mut Port, bytes: &[u8]) -> (std::vec::Vec<u8>, std::vec::Vec<Request>) {
         let (mut echo, mut requests) = (std::vec::Vec::new(), std::vec::Vec::new());
         for byte in bytes {
-            let heard = port.push(*byte, Micros(0), &links());
+            let heard = port.push(*byte, Micros(0), settings);
             echo.extend_from_slice(heard.echo);
             requests.extend(heard.request);
         }
         (echo, requests)
     }
 
-    fn answer(port: &mut Port, reply: Option<&Reply>, mode: Mode) -> Message {
+    fn answer(port: &mut Port, reply: Option<&Reply>, mode: LinkMode) -> Message {
         let mut message = Message::new();
-        port.answer(reply, Some(mode), &links(), &mut message).unwrap();
+        port.answer(reply, Some(mode), settings().reply_addresses(), &mut message).unwrap();
         message
     }
 
     #[test]
     fn there_and_back() {
-        let mut port = Port::new(Source::Usb, Mode::Binary);
+        let mut port = Port::new(Source::Usb, LinkMode::Binary);
         let get = binary::encode_command(1, Command::new(6, 1, 0, 0));
         let enter = binary::encode_command(1, Command::new(139, 0, 0, 0));
         let ok = Reply::Plain { status: Status::Ok, opcode: 139, value: 0 };
         assert_eq!(push(&mut port, &get).1, [Request::Telegram(binary::decode(&get))]);
         assert!(!port.is_waiting(), "another telegram may follow at once");
         assert_eq!(push(&mut port, &enter).1, [Request::Telegram(binary::decode(&enter))]);
-        assert_eq!(answer(&mut port, None, Mode::Binary), []);
+        assert_eq!(answer(&mut port, None, LinkMode::Binary), []);
         assert!(port.is_waiting(), "the answer to the one before decides nothing");
-        assert_eq!(answer(&mut port, Some(&ok), Mode::Ascii), [2, 1, 100, 139, 0, 0, 0, 0, 242]);
+        assert_eq!(answer(&mut port, Some(&ok), LinkMode::Ascii), [2, 1, 100, 139, 0, 0, 0, 0, 242]);
         assert!(!port.is_waiting());
         assert_eq!(push(&mut port, b"\rABIN\r"), (b"ABIN\r".to_vec(), vec![Request::Line(Line::Leave)]));
         assert!(port.is_waiting());
-        assert_eq!(answer(&mut port, Some(&ok), Mode::Binary), *b"BA 100 0\r");
+        assert_eq!(answer(&mut port, Some(&ok), LinkMode::Binary), *b"BA 100 0\r");
         assert_eq!(push(&mut port, &get).1, [Request::Telegram(binary::decode(&get))]);
     }
 }

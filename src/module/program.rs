@@ -5,7 +5,10 @@
 //! other. So its speed is the same everywhere and leaves room for the rest. It spends them in slices of 16, and
 //! between two slices the links are looked at.
 
-use super::{Done, Executed, Hooks, Module, Platform, Source, Waiter, Waiting};
+use super::origin::Source;
+use super::outcome::Outcome;
+use super::waiting::{Waiter, Waiting};
+use super::{Executed, Hooks, Module, Platform};
 use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Worth;
 use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
@@ -69,12 +72,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Command 135.
-    pub(super) fn application_status(&self, kind: u8) -> Result<Done, Status> {
+    pub(super) fn application_status(&self, kind: u8) -> Result<Outcome, Status> {
         let pointer = match kind {
             0 => (self.store.downloading().unwrap_or_default() / Command::SIZE) as u16,
             1 => self.machine.counter(),
-            2 => return Ok(Done::Value(self.machine.registers.accumulator)),
-            3 => return Ok(Done::Value(self.machine.registers.x)),
+            2 => return Ok(Outcome::Value(self.machine.registers.accumulator)),
+            3 => return Ok(Outcome::Value(self.machine.registers.x)),
             _ => return Err(Status::WrongType),
         };
         let [high, low] = pointer.to_be_bytes();
@@ -84,11 +87,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             ProgramState::Step => self.machine.busy(),
             _ => self.machine.waits(),
         });
-        Ok(Done::Value(i32::from_be_bytes([self.machine.state() as u8, waits, high, low])))
+        Ok(Outcome::Value(i32::from_be_bytes([self.machine.state() as u8, waits, high, low])))
     }
 
     /// Command 132. What the same link sends from now on is stored.
-    pub(super) fn enter_download(&mut self, source: Source, value: i32) -> Result<Done, Status> {
+    pub(super) fn enter_download(&mut self, source: Source, value: i32) -> Result<Outcome, Status> {
         let address = self.address(value)?;
         if self.protected(AGAINST_WRITING) {
             return Err(Status::EepromLocked);
@@ -99,11 +102,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.machine.stop();
         self.downloader = Some(source);
         self.store.begin_download(usize::from(address).saturating_mul(Command::SIZE));
-        Ok(Done::stored(value))
+        Ok(Outcome::stored(value))
     }
 
     /// A command that is not to be executed but stored; `None` for any other.
-    pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Done, Status>> {
+    pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Outcome, Status>> {
         let downloads = self.store.downloading().is_some() && !self.downloads_elsewhere(source);
         if !downloads || command.opcode >= Command::FIRST_CONTROL {
             return None;
@@ -111,14 +114,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Some(if self.protected(AGAINST_WRITING) {
             Err(Status::EepromLocked)
         } else if self.store.download(&command.to_bytes()) {
-            Ok(Done::Special(Reply::echo(Status::Loaded, command)))
+            Ok(Outcome::Special(Reply::echo(Status::Loaded, command)))
         } else {
             Err(Status::InvalidValue)
         })
     }
 
     /// Command 133. Nobody but the link that downloads knows that it is all there.
-    pub(super) fn exit_download(&mut self, source: Source, value: i32) -> Result<Done, Status> {
+    pub(super) fn exit_download(&mut self, source: Source, value: i32) -> Result<Outcome, Status> {
         if self.downloads_elsewhere(source) {
             return Err(Status::NotAvailable);
         }
@@ -130,7 +133,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if !self.machine.runs() {
             self.machine.rewind();
         }
-        Ok(Done::written(value))
+        Ok(Outcome::written(value))
     }
 
     /// True while another link downloads. If its host has vanished, command 255 ends that.
@@ -139,10 +142,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Command 134. What is protected reads as an empty command.
-    pub(super) fn read_memory(&self, value: i32) -> Result<Done, Status> {
+    pub(super) fn read_memory(&self, value: i32) -> Result<Outcome, Status> {
         let command = self.program_command(self.address(value)?).unwrap_or_default();
         let shown = if self.protected(AGAINST_READING) { Command::default() } else { command };
-        Ok(Done::Special(Reply::Memory(shown)))
+        Ok(Outcome::Special(Reply::Memory(shown)))
     }
 
     /// Whether writing parameter 81 takes the program with it.
@@ -229,9 +232,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             None => Err(Status::InvalidCommand),
         };
         match done {
-            Ok(Done::Read(value)) => self.machine.registers.load(value),
-            Ok(Done::Stored { need, undo, .. }) if !self.store.settled(need) => {
-                let waiting = Waiting { from: Waiter::Program, command, need, value: 0, undo, silent: true };
+            Ok(Outcome::Read(value)) => self.machine.registers.load(value),
+            Ok(Outcome::Stored { need, undo, .. }) if !self.store.settled(need) => {
+                let waiting = Waiting { from: Waiter::Program, command, need, value: 0, undo, suppressed: true };
                 self.forget_stores();
                 if self.machine.runs() && self.waiting.push(waiting).is_ok() {
                     self.machine.wait_for_store();
@@ -249,17 +252,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.machine.next();
         }
         done.map(|_| ())
-    }
-
-    /// Forgets the stores that the program was waiting for when it was stopped or reset.
-    fn forget_stores(&mut self) {
-        let all = self.waiting.iter().filter(|waiting| waiting.from == Waiter::Program).count();
-        let mut stale = all.saturating_sub(self.machine.stores());
-        self.waiting.retain(|waiting| {
-            let keep = waiting.from != Waiter::Program || stale == 0;
-            stale = stale.saturating_sub(usize::from(!keep));
-            keep
-        });
     }
 
     /// Whether the program's wait has come to its end; if so, it is ended.

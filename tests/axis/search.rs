@@ -137,7 +137,8 @@ fn searched(mode: i32, disturbed: Disturbed) -> (LooseBench, Vec<usize>) {
             if refused {
                 bench.fails.set(1);
                 let now = bench.now();
-                bench.module.execute(now, Source::Usb, text::parse("SAP 5, 0, 999").unwrap());
+                let answer = bench.module.execute(now, Source::Usb, text::parse("SAP 5, 0, 999").unwrap());
+                assert!(answer.is_ready());
             }
             bench.fails.after(spared, lost, heard);
         }

@@ -11,8 +11,9 @@ use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_TYP
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
+use std::task::Poll;
 use tmcl_cli::virtual_module::parts;
-use tmcm::module::{Hooks, Module, Outcome, Source};
+use tmcm::module::{Hooks, Module, Source};
 use tmcm::tmcl::{Command, Reply, Status, binary, text};
 use tmcm::units::Micros;
 
@@ -475,6 +476,6 @@ fn user_functions_of_an_image() {
     ] {
         let command = text::parse(line).unwrap();
         let reply = Reply::Plain { status, opcode: command.opcode, value };
-        assert_eq!(module.execute(Micros(0), Source::Usb, command), Outcome::Reply(reply), "{line}");
+        assert_eq!(module.execute(Micros(0), Source::Usb, command), Poll::Ready(Some(reply)), "{line}");
     }
 }

@@ -2,13 +2,14 @@
 
 use std::cell::Cell;
 use std::rc::Rc;
+use std::task::Poll;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::control::Line;
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::{Inputs, Module, Outcome, Parts, Platform, Source, Tmcm1140};
+use tmcm::module::{Inputs, Module, Parts, Platform, Source, Tmcm1140};
 use tmcm::store::Store;
 use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
@@ -119,7 +120,7 @@ impl LooseBench {
     pub fn ok(&mut self, line: &str) {
         let outcome = self.module.execute(self.now(), Source::Usb, text::parse(line).unwrap());
         // A setting that is stored is in force before it is durable.
-        let done = matches!(outcome, Outcome::Pending | Outcome::Reply(Reply::Plain { status: Status::Ok, .. }));
+        let done = matches!(outcome, Poll::Pending | Poll::Ready(Some(Reply::Plain { status: Status::Ok, .. })));
         assert!(done, "{line}: {outcome:?}");
     }
 

@@ -11,13 +11,14 @@ mod reference;
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::task::Poll;
 
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use random::Random;
 use reference::{Machine, World};
 use tmcl_cli::virtual_module::{Simulated, parts};
-use tmcm::module::{Inputs, Module, Outcome, Source};
+use tmcm::module::{Inputs, Module, Source};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::{ErrorFlag, ProgramState};
@@ -84,8 +85,8 @@ impl Pair {
     /// A command in direct mode: the value of its reply if it was executed.
     fn send(&mut self, command: Command) -> Option<i32> {
         match self.module.execute(self.now, Source::Usb, command) {
-            Outcome::Reply(Reply::Plain { status: Status::Ok | Status::Loaded, value, .. }) => Some(value),
-            Outcome::Pending => {
+            Poll::Ready(Some(Reply::Plain { status: Status::Ok | Status::Loaded, value, .. })) => Some(value),
+            Poll::Pending => {
                 self.store();
                 Some(0)
             }

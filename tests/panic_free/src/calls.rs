@@ -13,8 +13,8 @@ use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
 use tmcm::module::{
-    Desk, Hooks, Inputs, LinkEnds, Links, Message, Mode, Module, Origin, Parts, Platform, Port, Product, Request,
-    Slots, Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
+    Desk, Hooks, Inputs, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Parts, Platform, Port, Product,
+    Request, Slots, Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
 };
 use tmcm::motion::{Axis, Sensors, ramp};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
@@ -398,15 +398,15 @@ fn machine() {
 
 #[inline(never)]
 fn port() {
-    let mut port = Port::new(any(Source::Usb), any(Mode::Binary));
+    let mut port = Port::new(any(Source::Usb), any(LinkMode::Binary));
     any(&mut port);
-    let links = any(Links::default());
-    any(port.push(any(0), now(), &links));
+    let settings = any(LinkSettings::default());
+    any(port.push(any(0), now(), || settings));
     any(&mut port);
     any(port.is_waiting());
     let mut message = Message::new();
     any(&mut message);
-    let _ = any(port.answer(any(None), any(None), &links, &mut message));
+    let _ = any(port.answer(any(None), any(None), any(settings.reply_addresses()), &mut message));
     any(&mut port);
     port.give_up();
     port.silence();
@@ -437,12 +437,12 @@ fn module<P: Product + 'static, const AXES: usize>() {
     any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
     let due = any(module.next_reply());
-    any(due.and_then(|due| Some(module.links().frame(due.to, &due.reply?))));
+    any(due.and_then(|due| Some(module.link_settings().frame(due.to, &due.reply?))));
     any(&mut module);
     module.stored(any(true));
     any(&mut module);
     any((module.deadline(), module.subscriber(), module.awaits(any(Source::Usb))));
-    any((module.spec().number, *module.links(), module.machine().state(), module.axes().len()));
+    any((module.spec().number, *module.link_settings(), module.machine().state(), module.axes().len()));
     any((module.baud_rate(), module.can_bit_rate()));
     any(module.store().next_job());
     any(module.hooks());
@@ -454,13 +454,13 @@ fn module<P: Product + 'static, const AXES: usize>() {
 struct Nobody;
 
 impl LinkEnds for Nobody {
-    fn request(&mut self, source: Source, links: &Links) -> Option<Request> {
-        any((source, links));
+    fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request> {
+        any((source, settings));
         any(Some(Request::Telegram(Addressed::default())))
     }
 
-    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<Mode>, links: &Links) {
-        any((to, reply, mode, links));
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
+        any((to, reply, mode, settings));
     }
 }
 

@@ -1,0 +1,48 @@
+//! What became of a command, for all who execute one: a link makes a reply of it, a program goes on by it.
+
+use crate::store::Need;
+use crate::tmcl::Reply;
+
+/// What a command led to that was not refused; a refused one has a [`Status`](crate::tmcl::Status) instead.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Outcome {
+    /// Executed; the value of the reply.
+    Value(i32),
+    /// A value was read: the value of the reply, and what a program gets into its accumulator.
+    Read(i32),
+    /// Executed, and answered once it would survive a power cut.
+    Stored {
+        /// The value of the reply.
+        value: i32,
+        /// The part of the EEPROM that has to be up to date before the reply.
+        need: Need,
+        /// What to take back if writing the EEPROM fails.
+        undo: Option<Undo>,
+    },
+    /// A reply of another form.
+    Special(Reply),
+    /// Executed; the manual provides no reply.
+    Unanswered,
+}
+
+impl Outcome {
+    /// A setting was stored.
+    pub(super) const fn stored(value: i32) -> Self {
+        Outcome::Stored { value, need: Need::Settings, undo: None }
+    }
+
+    /// Program memory was written.
+    pub(super) const fn written(value: i32) -> Self {
+        Outcome::Stored { value, need: Need::Program, undo: None }
+    }
+}
+
+/// A coordinate as it was before the command that set and stored it: if the EEPROM cannot be written, it comes back.
+/// Parameters need no such entry: their values in force are read again from what is stored.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Undo {
+    pub(super) axis: u8,
+    /// Number of the coordinate, 0 to 20.
+    pub(super) number: u8,
+    pub(super) value: i32,
+}
