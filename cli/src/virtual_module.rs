@@ -19,7 +19,7 @@ use tmcm::module::{
     Desk, Hooks, Inputs, LinkEnds, LinkMode, LinkSettings, Module, Origin, Parts, Platform, Request, Source,
     TMCM_1140_AXES, Tmcm1140,
 };
-use tmcm::store::{Keeper, Report, Store, Worth};
+use tmcm::store::{Integrity, Keeper, Report, Store};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Reply, Status};
@@ -332,7 +332,7 @@ impl VirtualModule {
                  defaults or the older copies apply"
             ));
         }
-        if report.program == Worth::Incomplete {
+        if report.program == Integrity::Incomplete {
             self.log.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
         }
         let baud = core.baud_rate().into();

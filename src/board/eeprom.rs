@@ -9,7 +9,7 @@ use super::spi::Bus;
 use super::tmcm1140::Eeprom;
 use super::{now, watchdog};
 use crate::chip::at25::At25;
-use crate::store::{Keeper, Memory, Store, Worth};
+use crate::store::{Integrity, Keeper, Memory, Store};
 
 type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
 
@@ -33,12 +33,12 @@ pub(super) fn load<M: Memory>(keeper: &mut Keeper<Device>, store: &mut Store<M>)
         );
     }
     match report.program {
-        Worth::Empty => {}
-        Worth::Whole => defmt::info!("EEPROM holds a program"),
-        Worth::Incomplete => {
+        Integrity::Empty => {}
+        Integrity::Whole => defmt::info!("EEPROM holds a program"),
+        Integrity::Incomplete => {
             defmt::warn!("EEPROM: the program is damaged or its download was cut short: it will not run")
         }
-        Worth::Erasing(_) => defmt::info!("EEPROM: the program is being erased"),
+        Integrity::BeingErased(_) => defmt::info!("EEPROM: the program is being erased"),
     }
 }
 

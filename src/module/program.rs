@@ -10,7 +10,7 @@ use super::outcome::Outcome;
 use super::waiting::{Waiter, Waiting};
 use super::{Executed, Hooks, Module, Platform};
 use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
-use crate::store::Worth;
+use crate::store::Integrity;
 use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::{self, Awaited, Machine, ProgramState, Signals, Wait};
@@ -41,7 +41,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// A program may run when it is whole, and when it can move something.
     fn runnable(&self) -> Result<(), Status> {
-        let whole = matches!(self.store.worth(), Worth::Whole | Worth::Empty) && self.store.downloading().is_none();
+        let whole =
+            matches!(self.store.integrity(), Integrity::Whole | Integrity::Empty) && self.store.downloading().is_none();
         if whole && !self.supervision.locked() { Ok(()) } else { Err(Status::NotAvailable) }
     }
 
@@ -125,7 +126,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.downloads_elsewhere(source) {
             return Err(Status::NotAvailable);
         }
-        let unfinished = matches!(self.store.worth(), Worth::Incomplete | Worth::Erasing(_));
+        let unfinished = matches!(self.store.integrity(), Integrity::Incomplete | Integrity::BeingErased(_));
         if self.store.downloading().is_none() && unfinished {
             return Err(Status::NotAvailable);
         }

@@ -6,139 +6,139 @@ functions! {
     /// What an axis parameter does, whatever number it has.
     AxisParameter;
     settings {
-        /// Maximum positioning speed.
+        /// Top speed of positioning moves, in internal velocity units.
         MaximumSpeed,
-        /// Maximum acceleration.
+        /// Acceleration and deceleration of all ramps, in internal acceleration units.
         MaximumAcceleration,
-        /// Maximum current.
+        /// Current of the moving motor, in 1/255 of the module's full current.
         MaximumCurrent,
-        /// Standby current.
+        /// Current of the resting motor, in 1/255 of the module's full current.
         StandbyCurrent,
-        /// Right limit switch disable.
+        /// 1: the right stop switch does not stop the motor.
         RightSwitchDisable,
-        /// Left limit switch disable.
+        /// 1: the left stop switch does not stop the motor.
         LeftSwitchDisable,
-        /// Minimum speed.
+        /// Speed at which a ramp ends (V_MIN of the TMC429), in internal velocity units.
         MinimumSpeed,
-        /// Microstep resolution.
+        /// Microsteps per full step, as the exponent of a power of two.
         MicrostepResolution,
-        /// Reference switch tolerance.
+        /// Tolerance in microsteps around the reference switch (DX_REF_TOLERANCE of the TMC429).
         ReferenceTolerance,
-        /// Soft stop flag.
+        /// At a stop switch, 0: the motor stops at once; 1: the motor decelerates along the ramp.
         SoftStop,
-        /// End switch power down mode.
+        /// 1: a motor stopped by an end switch gets the standby current, and may freewheel.
         EndSwitchPowerDown,
-        /// Ramp divisor.
+        /// Exponent of the divisor for accelerations (RAMP_DIV of the TMC429).
         RampDivisor,
-        /// Pulse divisor.
+        /// Exponent of the divisor for velocities (PULSE_DIV of the TMC429).
         PulseDivisor,
-        /// Step interpolation enable.
+        /// 1: the driver interpolates 16 microsteps to 256.
         StepInterpolation,
-        /// Double step enable.
+        /// 1: both edges of the step signal make a microstep.
         DoubleStep,
-        /// Chopper blank time.
+        /// Chopper blank time, as a choice of clock counts.
         ChopperBlankTime,
-        /// Constant TOff mode.
+        /// Chopper mode, 0: spreadCycle; 1: constant off time.
         ConstantToffMode,
-        /// Disable fast decay comparator.
+        /// 1: in constant off time mode the comparator does not end the fast decay phase.
         DisableFastDecayComparator,
-        /// Chopper hysteresis end / fast decay time.
+        /// Hysteresis end in spreadCycle, fast decay time in constant off time mode.
         ChopperHysteresisEnd,
-        /// Chopper hysteresis start / sine wave offset.
+        /// Hysteresis start in spreadCycle, sine wave offset in constant off time mode.
         ChopperHysteresisStart,
-        /// Chopper off time.
+        /// Chopper off time; 0 switches the driver stage off.
         ChopperOffTime,
-        /// SmartEnergy current minimum.
+        /// Lowest coolStep current, 0: a half, 1: a quarter of the set current.
         SmartEnergyCurrentMinimum,
-        /// SmartEnergy current down step.
+        /// Load readings per step by which coolStep lowers the current, as a choice.
         SmartEnergyDownStep,
-        /// SmartEnergy hysteresis.
+        /// Width of the load range in which coolStep keeps the current.
         SmartEnergyHysteresis,
-        /// SmartEnergy current up step.
+        /// Steps by which coolStep raises the current at once, as a choice.
         SmartEnergyUpStep,
-        /// SmartEnergy hysteresis start.
+        /// Load threshold below which coolStep raises the current; 0 switches coolStep off.
         SmartEnergyHysteresisStart,
-        /// StallGuard2 filter enable.
+        /// 1: stallGuard2 takes one load reading per four full steps.
         StallGuardFilter,
-        /// StallGuard2 threshold.
+        /// stallGuard2 threshold, signed: a higher value makes stall detection less sensitive.
         StallGuardThreshold,
-        /// Slope control high side.
+        /// Slope of the high side gate drivers, 0 (slowest) to 3.
         SlopeHighSide,
-        /// Slope control low side.
+        /// Slope of the low side gate drivers, 0 (slowest) to 3.
         SlopeLowSide,
-        /// Short protection disable.
+        /// 1: protection against shorts to ground is off.
         ShortProtectionDisable,
-        /// Short detection timer.
+        /// Time after which a short to ground is detected, as a choice.
         ShortDetectionTimer,
-        /// Vsense.
+        /// Full-scale voltage of the sense resistors, 0: high, 1: low.
         Vsense,
-        /// Stop on stall.
+        /// Speed in internal units above which a load value of zero stops the motor; 0: never.
         StopOnStall,
-        /// SmartEnergy threshold speed.
+        /// Speed in internal units above which coolStep works; 0: always.
         SmartEnergyThresholdSpeed,
-        /// SmartEnergy slow run current.
+        /// Current of a motor below the coolStep threshold speed, in 1/255 of the module's full current.
         SmartEnergySlowRunCurrent,
-        /// Random TOFF mode.
+        /// 1: the chopper off time varies at random.
         RandomToffMode,
-        /// Reference search mode.
+        /// Which switches a reference search goes to, and from which side (manual section 7.1).
         ReferenceSearchMode,
-        /// Reference search speed.
+        /// Speed at which a reference search looks for a switch, in internal velocity units.
         ReferenceSearchSpeed,
-        /// Reference switch speed.
+        /// Speed at which a reference search approaches the found switch, in internal velocity units.
         ReferenceSwitchSpeed,
-        /// End switch distance.
+        /// Distance in microsteps between the end switches, as the last reference search measured it.
         EndSwitchDistance,
-        /// Last reference position.
+        /// Position in microsteps just before a reference search set it to zero.
         LastReferencePosition,
-        /// Boost current.
+        /// Current while the speed changes, in 1/255 of the module's full current; 0: none of its own.
         BoostCurrent,
-        /// Freewheeling.
+        /// Time at standstill after which the driver stage is switched off, in units of 10 ms; 0: never.
         Freewheeling,
-        /// Encoder prescaler.
+        /// Microsteps per step of the built-in encoder, in 1/512, with a special function in bit 2.
         EncoderPrescaler,
-        /// Maximum encoder deviation.
+        /// Deviation from the built-in encoder that stops the motor, in encoder steps; 0: none.
         MaximumEncoderDeviation,
-        /// Power down delay.
+        /// Time at standstill after which the standby current applies, in units of 10 ms.
         PowerDownDelay,
-        /// External encoder prescaler.
+        /// Microsteps per step of the external encoder, in 1/512, with special functions in bits 2..4.
         ExternalEncoderPrescaler,
-        /// Maximum external encoder deviation.
+        /// Deviation from the external encoder that stops the motor, in encoder steps; 0: none.
         MaximumExternalEncoderDeviation,
     }
     computed {
-        /// Target position.
+        /// Target position in microsteps; writing it starts a positioning move.
         TargetPosition,
-        /// Actual position.
+        /// Actual position in microsteps.
         ActualPosition,
-        /// Target speed.
+        /// Target speed in internal velocity units, signed.
         TargetSpeed,
-        /// Actual speed.
+        /// Actual speed of the ramp generator in internal velocity units, signed.
         ActualSpeed,
-        /// Position reached flag.
+        /// 1 while the actual position is equal to the target position.
         PositionReached,
-        /// Home switch state.
+        /// State of the home switch, 1: active.
         HomeSwitch,
-        /// Right limit switch state.
+        /// State of the right stop switch, 1: active.
         RightSwitch,
-        /// Left limit switch state.
+        /// State of the left stop switch, 1: active.
         LeftSwitch,
-        /// Actual acceleration.
+        /// Actual acceleration of the ramp generator, in internal acceleration units.
         ActualAcceleration,
-        /// Ramp mode.
+        /// Mode of the ramp generator, 0: position, 1: soft, 2: velocity.
         RampMode,
-        /// SmartEnergy actual current.
+        /// Motor current as coolStep has set it, in 1/32 of the full current.
         SmartEnergyActualCurrent,
-        /// Actual load value.
+        /// stallGuard2 load value; 0 is the highest load.
         ActualLoad,
-        /// Extended error flags.
+        /// What has stopped the motor: bit 0 a stall, bit 1 an encoder deviation.
         ExtendedErrorFlags,
-        /// TMC262 error flags.
+        /// Status bits of the TMC262.
         DriverErrorFlags,
-        /// Encoder position.
+        /// Position of the built-in encoder, in microsteps.
         EncoderPosition,
-        /// Absolute resolver value.
+        /// Angle of the built-in encoder, in 1/1024 turn.
         AbsoluteResolverValue,
-        /// External encoder position.
+        /// Position of the external encoder, in microsteps.
         ExternalEncoderPosition,
     }
 }

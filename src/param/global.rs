@@ -11,55 +11,56 @@ functions! {
     /// What a global parameter of bank 0 does, whatever number it has.
     GlobalParameter;
     settings {
-        /// RS485 baud rate.
+        /// RS485 bit rate, an index into [`BAUD_RATES`]; takes effect after a restart.
         SerialBaudRate,
-        /// Serial address.
+        /// Address of the module on RS485, USB and in ASCII mode.
         SerialAddress,
-        /// ASCII mode.
+        /// Bit 0: start in ASCII mode; bits 4 and 5: how characters are echoed.
         AsciiMode,
-        /// Serial heartbeat.
+        /// Milliseconds without an RS485 or USB command after which the motors stop; 0: never.
         SerialHeartbeat,
-        /// CAN bit rate.
+        /// CAN bit rate, 2 + index into [`CAN_BIT_RATES`]; takes effect after a restart.
         CanBitRate,
-        /// CAN reply ID.
+        /// CAN identifier (11 bits) of replies.
         CanReplyId,
-        /// CAN ID.
+        /// CAN identifier (11 bits) of requests.
         CanId,
-        /// Telegram pause time.
+        /// Pause before a reply on RS485, in milliseconds.
         TelegramPause,
-        /// Serial host address.
+        /// Address of the host in replies on RS485 and USB.
         SerialHostAddress,
-        /// Auto start mode.
+        /// 1: the TMCL program starts after power-on.
         AutoStart,
-        /// End switch polarity.
+        /// 1: the end switches have reversed polarity.
         EndSwitchPolarity,
-        /// TMCL code protection.
+        /// Protection of the program: [`AGAINST_READING`](super::AGAINST_READING) and
+        /// [`AGAINST_WRITING`](super::AGAINST_WRITING).
         CodeProtection,
-        /// CAN heartbeat.
+        /// Milliseconds without a CAN command after which the motors stop; 0: never.
         CanHeartbeat,
-        /// CAN secondary address.
+        /// Second CAN identifier (11 bits) of requests; 0: none.
         CanSecondaryId,
-        /// Coordinate storage.
+        /// 1: coordinates are stored in the EEPROM by the command that sets them.
         CoordinateStorage,
-        /// Do not restore user variables.
+        /// 1: user variables are 0 after power-on in place of their stored values.
         DoNotRestoreVariables,
-        /// Serial secondary address.
+        /// Second address of the module on RS485 and USB; 0: none.
         SerialSecondaryAddress,
-        /// Reverse shaft.
+        /// 1: motor and encoder count in the other direction.
         ReverseShaft,
-        /// Suppress reply.
+        /// 1: commands other than GAP, GGP and GIO are not answered.
         SuppressReply,
     }
     computed {
-        /// TMCL application status.
+        /// State of the TMCL program, 0: stop, 1: run, 2: step, 3: reset.
         ApplicationStatus,
-        /// Download mode.
+        /// 1 while commands are stored as a program in place of being executed.
         DownloadMode,
-        /// TMCL program counter.
+        /// Address of the present command of the TMCL program.
         ProgramCounter,
-        /// TMCL tick timer.
+        /// Counter that goes up by one each millisecond.
         TickTimer,
-        /// Random number.
+        /// A random number; writing it seeds the generator.
         RandomNumber,
     }
 }

@@ -1,4 +1,5 @@
-//! Carries out page writes on the EEPROM: started, waited for without blocking, read back and compared.
+//! Carries out the store's page writes on the EEPROM. A write is started, its end is polled for instead of waited for,
+//! and then the page is read back and compared.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -8,27 +9,27 @@ use super::{Memory, Report, Store};
 use crate::chip::at25::At25;
 use crate::units::Micros;
 
-/// A page takes up to 5 ms; after four times that the part is taken for dead.
+/// The datasheet allows 5 ms for a page write; an EEPROM that is busy for four times as long counts as dead.
 const PATIENCE: Micros = Micros::from_millis(20);
 
-/// The EEPROM with at most one page on its way.
+/// The EEPROM, with at most one page being written.
 #[derive(Debug)]
 pub struct Keeper<SPI> {
     part: At25<SPI>,
-    /// The part answered at the start. If not, what was read from it was nothing, and nothing is written over
-    /// settings that nobody has seen.
+    /// The EEPROM answered at start-up. If it did not, its settings are unknown and must not be overwritten.
     readable: bool,
+    /// The page being written, and when its write began.
     writing: Option<(Job, Micros)>,
 }
 
 impl<SPI: SpiDevice> Keeper<SPI> {
-    /// Takes charge of the part.
+    /// A keeper of the EEPROM `part`, before [`Keeper::load`].
     pub const fn new(part: At25<SPI>) -> Self {
         Keeper { part, readable: false, writing: None }
     }
 
-    /// Reads everything into the store, once a write that a restart has overtaken is over. If the part does not
-    /// answer, defaults apply and all writes fail until the next restart.
+    /// Reads the EEPROM into the store, after a page write that a restart has cut off from the firmware has ended. If
+    /// the EEPROM does not answer, factory defaults apply and all writes fail until the next restart.
     pub fn load<M: Memory>(&mut self, store: &mut Store<M>) -> Report {
         let loaded = match self.part.settle() {
             Ok(true) => store.load(|address, page| self.part.read(address, page)).ok(),
@@ -38,8 +39,9 @@ impl<SPI: SpiDevice> Keeper<SPI> {
         loaded.unwrap_or_else(|| store.unreachable())
     }
 
-    /// Goes on with the page on its way, or takes the next one from `next`. Returns whether a page was
-    /// written, once that is known. To be called about once a millisecond.
+    /// Checks on the page being written, or starts to write the one that `next` gives; to be called about once a
+    /// millisecond. Returns true when a page is durable, false when it could not be written, `None` as long as neither
+    /// is known.
     pub fn poll(&mut self, now: Micros, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
         match self.writing.take() {
             None => {
@@ -61,6 +63,7 @@ impl<SPI: SpiDevice> Keeper<SPI> {
         }
     }
 
+    /// True when the EEPROM reads back as the page that was written.
     fn holds(&mut self, job: &Job) -> bool {
         let mut space = [0; LONGEST_PAGE];
         let page = space.get_mut(..job.page.len()).unwrap_or_default();

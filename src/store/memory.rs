@@ -1,21 +1,22 @@
-//! What a store is made for: an EEPROM of a size, how it is divided, and the values in it.
+//! What a product tells the store: the size of its EEPROM, how the EEPROM is divided, and the values in it.
 
 use core::fmt::Debug;
 
-/// Bytes of the longest page that a part may have.
+/// Longest page of an EEPROM that the store can use, in bytes.
 pub const LONGEST_PAGE: usize = 128;
-/// Program pages that can be told apart.
+/// Most program pages, because each has one bit in the set of pages still to be written.
 pub(super) const PROGRAM_PAGES: usize = 1024;
-/// Pairs of settings pages that can be told apart.
+/// Most settings pages, because a `u64` has one bit for each of them.
 pub(super) const PAIRS: usize = 64;
-/// Bytes of a settings page that hold no values: four of head and four of check sum.
+/// Bytes of a settings page that hold no values: four bytes of head and four bytes of check sum.
 pub(super) const FRAME: usize = 8;
 
-/// The first slots are the store's own; they are in the first page, which a factory reset writes.
+/// First slot that a product may use. The slots below belong to the store itself; they lie in the first settings page,
+/// because a factory reset always writes that page.
 pub const FIRST_SLOT: usize = 2;
 
-/// An EEPROM and its contents, as types and constants of a product. The program takes the first pages; behind it each page of
-/// settings has two pages of the part. What does not fit does not compile:
+/// An EEPROM and its contents, as types and constants of a product. The program takes the first pages of the EEPROM,
+/// the two copies of each settings page take the last ones. Sizes that do not fit each other do not compile:
 ///
 /// ```compile_fail
 /// use tmcm::store::{Layout, Memory, Pair, Store};
@@ -26,7 +27,7 @@ pub const FIRST_SLOT: usize = 2;
 /// impl Memory for Small {
 ///     const SIZE: usize = 1_024;
 ///     const PAGE: usize = 64;
-///     // Three pages would be needed, but there are two pairs.
+///     // 3 * 14 values need three settings pages, but there are two pairs.
 ///     const LAYOUT: Layout = Layout { tag: b"small", defaults: &[0; 3 * 14], after_erasing: 2 };
 ///     type Program = [u8; 448];
 ///     type Values = [i32; 2 * 14];
@@ -36,36 +37,37 @@ pub const FIRST_SLOT: usize = 2;
 /// let store = Store::<Small>::new();
 /// ```
 pub trait Memory: Debug {
-    /// Bytes in the EEPROM.
+    /// Size of the EEPROM in bytes, up to 65 536.
     const SIZE: usize;
-    /// Bytes in a page of the EEPROM: what is written at once.
+    /// Length of a page of the EEPROM in bytes: what one write cycle takes.
     const PAGE: usize;
-    /// The values.
+    /// The slots and their factory defaults.
     const LAYOUT: Layout;
-    /// Program memory, whole pages: an array of bytes.
+    /// Program memory: an array of bytes, in length a multiple of [`Memory::PAGE`].
     type Program: Array<u8>;
-    /// As many values as the pages of settings have room for.
+    /// An array of as many values as the settings pages have room for.
     type Values: Array<i32>;
-    /// One for each page of settings.
+    /// An array with one pair for each settings page.
     type Pairs: Array<Pair>;
 }
 
 /// The values that a store keeps, numbered from 0.
 #[derive(Clone, Copy, Debug)]
 pub struct Layout {
-    /// Goes into the check sum of each page, so that pages of another layout count as foreign.
+    /// Name of the layout. The check sum of each page covers this name, so that pages of another layout count as
+    /// foreign.
     pub tag: &'static [u8],
     /// The value of each slot after a factory reset; the first [`FIRST_SLOT`] are the store's own.
     pub defaults: &'static [i32],
-    /// The slot that gets its value when a program has been erased.
+    /// The slot that [`Store::erase`](super::Store::erase) sets once the program is erased.
     pub after_erasing: usize,
 }
 
-/// An array of any length.
+/// An array whose length is a constant of its type.
 pub trait Array<T>: AsRef<[T]> + AsMut<[T]> + Debug {
-    /// All zeros.
+    /// The array of zeros.
     const ZEROS: Self;
-    /// Its length.
+    /// Number of elements.
     const LENGTH: usize;
 }
 
@@ -84,26 +86,26 @@ impl<const N: usize> Array<Pair> for [Pair; N] {
     const LENGTH: usize = N;
 }
 
-/// What is known of the two copies of a page of settings.
+/// What is known of the two copies of a settings page.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair {
-    /// Whether the second copy is the newest, and the sequence number of the newest.
+    /// Whether the second copy is the newer one, and the sequence number of the newer copy.
     pub(super) newest: (bool, u8),
-    /// How many copies are to be written whatever is in them.
+    /// How many copies are to be written even if their values are right already, 0..=2.
     pub(super) forced: u8,
-    /// The page holds something which is not ours, or nothing where there should be something. The first store writes over
-    /// it; it is ours when both copies are written.
-    pub(super) alien: bool,
-    /// Epoch and sequence number of each copy as it was loaded, if it was ours.
+    /// The page holds foreign bytes, or is empty although other pages show that it was written once. The first storing
+    /// command formats the page by writing both copies.
+    pub(super) unformatted: bool,
+    /// Epoch and sequence number of each copy as it was loaded; `None` for a copy that was foreign or empty.
     pub(super) found: [Option<(u16, u8)>; 2],
 }
 
 impl Pair {
-    const NEW: Self = Pair { newest: (false, 0), forced: 0, alien: false, found: [None; 2] };
+    const NEW: Self = Pair { newest: (false, 0), forced: 0, unformatted: false, found: [None; 2] };
 }
 
-/// Whether the parts of a memory agree with each other and with the EEPROM: for the compiler, which stops where it cannot
-/// reckon on.
+/// True when the sizes of a memory fit each other and the EEPROM. Evaluated by the compiler alone, so an overflow in
+/// here is a compile error, too.
 #[allow(clippy::arithmetic_side_effects)]
 pub(super) const fn fits<M: Memory>() -> bool {
     let (program, pairs) = (M::Program::LENGTH, M::Pairs::LENGTH);
@@ -115,7 +117,7 @@ pub(super) const fn fits<M: Memory>() -> bool {
         && program / M::PAGE <= PROGRAM_PAGES
         && pairs > 0
         && pairs <= PAIRS;
-    // Addresses have 16 bits.
+    // The chip takes addresses of 16 bits.
     let part = M::SIZE <= 0x1_0000 && program + 2 * pairs * M::PAGE <= M::SIZE;
     let values = M::Values::LENGTH == pairs * ((M::PAGE - FRAME) / 4);
     let slots = defaults.len() <= M::Values::LENGTH && FIRST_SLOT <= after_erasing && after_erasing < defaults.len();

@@ -1,16 +1,16 @@
-//! What survives power-off: a program in the first pages of the EEPROM, settings in the last ones. A [`Memory`] says how large
-//! all of it is.
+//! The contents of the EEPROM: a program in its first pages, settings in its last pages. A product's [`Memory`] gives
+//! the sizes. The meaning of the settings and of the program's bytes is known to the firmware above this module alone.
 //!
-//! A setting has a slot, which is a number; 14 slots make a page of 64 bytes. Each page exists twice and the two copies are
-//! written in turn, with a sequence number and a CRC: a write cut short leaves the older copy. A factory
-//! reset is one page write, too: it begins a new epoch, and pages of an older one count no more. What a setting means, and what
-//! the bytes of the program, is not known here.
+//! A setting is a 32-bit value with a number, its slot; a page of 64 bytes has room for 14 slots. Each settings page
+//! exists in two copies, which are written in turn, each with a sequence number and a CRC: when a write is cut short,
+//! the older copy remains. A factory reset takes effect with its first page write: that write begins a new epoch, and
+//! pages of older epochs no longer count.
 //!
-//! The program exists once. Two slots say what it is worth: whether it is whole, and its check sum. They change
-//! before the first of its pages and after the last one, so that a download cut short is known as such.
+//! The program exists in one copy. Two slots record whether the program is whole, and its check sum. These slots change
+//! before the first page of a download and after the last one, so that a download cut short is recognised.
 //!
-//! Nothing in here touches the part. [`Store`] knows what is durable and what is wanted, and hands out page
-//! writes one at a time; the [`Keeper`] carries them out beside everything else.
+//! [`Store`] compares what is wanted with what is durable in the EEPROM and hands out page writes one at a time,
+//! without touching the chip; the [`Keeper`] carries the page writes out while the firmware goes on.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -30,74 +30,75 @@ use settings::Settings;
 /// What was found in the EEPROM at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Report {
-    /// Page copies that hold settings of ours.
+    /// Page copies that hold settings of this layout.
     pub valid: u8,
-    /// Page copies that hold something else: another firmware's data, or a write cut short.
+    /// Page copies that hold other bytes: another firmware's data, or a write cut short.
     pub foreign: u8,
-    /// The part does not answer.
+    /// The EEPROM does not answer.
     pub unreachable: bool,
-    /// The program.
-    pub program: Worth,
+    /// The state of the stored program.
+    pub program: Integrity,
 }
 
-/// What program memory is worth.
+/// Whether program memory holds a program that may run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Worth {
+pub enum Integrity {
     /// There is no program.
     #[default]
     Empty,
-    /// There is one.
+    /// There is a program, downloaded to its end and with the recorded check sum.
     Whole,
-    /// A download has not come to its end: it must not run.
+    /// A download has not come to its end, or the check sum is wrong: the program must not run.
     Incomplete,
-    /// The program is to be erased, and then [`Layout::after_erasing`] gets this value.
-    Erasing(i32),
+    /// The program is to be erased; then the slot [`Layout::after_erasing`] gets this value, 0..=3.
+    BeingErased(i32),
 }
 
-impl Worth {
-    /// Added to the value for the slot, 0..=3.
-    const ERASING: i32 = 4;
-    const AFTER: i32 = 3;
+impl Integrity {
+    /// Bit of the stored integrity that stands for [`Integrity::BeingErased`], and the bits of its value.
+    const ERASURE: i32 = 4;
+    const VALUE: i32 = 3;
 
     fn from_slot(value: i32) -> Self {
         match value {
-            0 => Worth::Empty,
-            1 => Worth::Whole,
-            4..=7 => Worth::Erasing(value & Self::AFTER),
-            _ => Worth::Incomplete,
+            0 => Integrity::Empty,
+            1 => Integrity::Whole,
+            4..=7 => Integrity::BeingErased(value & Self::VALUE),
+            _ => Integrity::Incomplete,
         }
     }
 
     fn to_slot(self) -> i32 {
         match self {
-            Worth::Empty => 0,
-            Worth::Whole => 1,
-            Worth::Incomplete => 2,
-            Worth::Erasing(value) => Worth::ERASING | value & Self::AFTER,
+            Integrity::Empty => 0,
+            Integrity::Whole => 1,
+            Integrity::Incomplete => 2,
+            Integrity::BeingErased(value) => Integrity::ERASURE | value & Self::VALUE,
         }
     }
 }
 
-/// What goes on with program memory.
+/// What the store is doing with program memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+enum Activity {
     Idle,
-    /// Bytes come in, the next ones to this offset; pages before it are written behind.
+    /// A download runs: the next bytes go to the byte offset `next`, and pages that end before `next` are written
+    /// meanwhile. After a failed page write no more pages are written until the download ends.
     Downloading {
         next: usize,
         failed: bool,
     },
-    /// All pages are written, then the program counts as whole.
-    Closing,
-    /// As soon as it is recorded that the program is whole, it is.
-    Sealing,
-    /// As soon as the intent is durable the memory is emptied.
-    Intending,
-    /// All pages are written, then the program counts as gone and a slot gets its value.
+    /// The download has ended, and its last pages are being written.
+    Flushing,
+    /// All pages are durable, and the page that marks the program as whole is being written.
+    MarkingWhole,
+    /// The page that marks the program as being erased is being written; only then program memory is emptied.
+    MarkingErasure,
+    /// The emptied pages are being written.
     Erasing,
 }
 
-/// What a command waits for.
+/// What must be durable before the reply to a storing command may be sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
     /// The settings.
@@ -106,25 +107,25 @@ pub enum Need {
     Program,
 }
 
-/// What came of a page write.
+/// The outcome of a page write.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Finished {
-    /// What has failed, and with it all that needs it.
+    /// What could not be written; every command that waits for it has failed.
     pub failed: Option<Need>,
-    /// The program has been erased, and [`Layout::after_erasing`] has got this value.
+    /// The program has been erased, and the slot [`Layout::after_erasing`] has got this value.
     pub erased: Option<i32>,
 }
 
-/// Slots of the store itself: what the program is worth, and its check sum.
-const WORTH: usize = 0;
+/// Slots of the store itself: the program's integrity and its check sum.
+const INTEGRITY: usize = 0;
 const SUM: usize = 1;
 
-/// The settings and the program, as they are in the EEPROM and as they shall be.
+/// The settings and the program, as they are in the EEPROM and as they are wanted.
 #[derive(Debug)]
 pub struct Store<M: Memory> {
     settings: Settings<M>,
     program: Program<M>,
-    phase: Phase,
+    activity: Activity,
 }
 
 impl<M: Memory> Default for Store<M> {
@@ -134,46 +135,50 @@ impl<M: Memory> Default for Store<M> {
 }
 
 impl<M: Memory> Store<M> {
-    /// A store that has not been filled: see [`Store::forget`] and [`Store::load`]. All zeros, so that it may be a
-    /// static without a copy in the flash.
+    /// A store to be filled by [`Store::forget`] or [`Store::load`] before use. All its bytes are zero, so that a
+    /// static store takes no flash for initial values.
     pub const fn new() -> Self {
         const { assert!(memory::fits::<M>(), "settings or program have no place in the EEPROM") };
-        Store { settings: Settings::new(), program: Program::new(), phase: Phase::Idle }
+        Store { settings: Settings::new(), program: Program::new(), activity: Activity::Idle }
     }
 
     /// Factory defaults and no program, as with a fresh EEPROM.
     pub fn forget(&mut self) {
         self.settings.forget();
         self.program.forget();
-        self.phase = Phase::Idle;
+        self.activity = Activity::Idle;
     }
 
-    /// Reads everything through `read(address, page)`. Pages of settings that are not ours, or damaged, are
-    /// left alone and count as factory defaults. A program that is not whole is none.
+    /// Reads the EEPROM through `read(address, page)`. Settings pages that are foreign or damaged stay as they are in
+    /// the EEPROM and count as factory defaults. A program that is not whole reads as empty.
+    ///
+    /// # Errors
+    /// The first error of `read`.
     pub fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<Report, E> {
         let mut report = self.settings.load(&mut read)?;
         self.program.load(&mut read)?;
-        self.phase = Phase::Idle;
-        report.program = self.worth();
+        self.activity = Activity::Idle;
+        report.program = self.integrity();
         match report.program {
-            Worth::Whole => {}
-            Worth::Empty | Worth::Incomplete => self.program.erase(),
-            Worth::Erasing(_) => {
-                self.phase = Phase::Intending;
+            Integrity::Whole => {}
+            Integrity::Empty | Integrity::Incomplete => self.program.erase(),
+            Integrity::BeingErased(_) => {
+                self.activity = Activity::MarkingErasure;
                 self.advance();
             }
         }
         Ok(report)
     }
 
-    /// The same for a part that does not answer: nothing counts as durable, whatever its value.
+    /// In place of [`Store::load`] with an EEPROM that does not answer: factory defaults, none of which counts as
+    /// durable.
     pub fn unreachable(&mut self) -> Report {
         self.forget();
         self.settings.unreachable = true;
         Report { unreachable: true, ..Report::default() }
     }
 
-    /// True when nobody knows what is stored, because the part does not answer.
+    /// True when the EEPROM did not answer at start-up, so that its contents are unknown.
     pub const fn is_unreachable(&self) -> bool {
         self.settings.unreachable
     }
@@ -183,31 +188,34 @@ impl<M: Memory> Store<M> {
         self.settings.get(slot)
     }
 
-    /// Wants a value in a slot. What is there already is not written again. False if there is no such slot.
+    /// Sets the wanted value of a slot. A value that is durable already is not written again. False if there is no such
+    /// slot.
     #[must_use]
     pub fn set(&mut self, slot: usize, value: i32) -> bool {
         self.settings.set(slot, value)
     }
 
-    /// Wants factory defaults everywhere. The program stays, or is erased, too.
+    /// Sets all wanted values to factory defaults. With `erase` the program is erased, too; otherwise it stays.
     pub fn reset(&mut self, erase: bool) {
-        let worth = if erase { Worth::Erasing(0) } else { self.worth() };
+        let integrity = if erase { Integrity::BeingErased(0) } else { self.integrity() };
         let sum = self.get(SUM).unwrap_or_default();
         self.settings.reset();
-        // Both are in the page that begins the new epoch.
-        self.record(worth);
+        // Integrity and check sum are in the first page, whose write begins the new epoch.
+        self.record(integrity);
         self.settings.set(SUM, sum);
-        if let Worth::Erasing(_) = worth {
-            self.phase = Phase::Intending;
+        if let Integrity::BeingErased(_) = integrity {
+            self.activity = Activity::MarkingErasure;
         }
     }
 
-    /// What program memory is worth.
-    pub fn worth(&self) -> Worth {
+    /// Whether program memory holds a program that may run.
+    pub fn integrity(&self) -> Integrity {
         match self.recorded() {
-            // Not yet, or not any more.
-            Worth::Whole if self.phase == Phase::Sealing || !self.sum_is_right() => Worth::Incomplete,
-            worth => worth,
+            // The slot is not durable yet, or a page has changed since the program was whole.
+            Integrity::Whole if self.activity == Activity::MarkingWhole || !self.sum_is_right() => {
+                Integrity::Incomplete
+            }
+            integrity => integrity,
         }
     }
 
@@ -215,43 +223,43 @@ impl<M: Memory> Store<M> {
         self.program.sum().map(u32::cast_signed) == self.get(SUM)
     }
 
-    /// What the slot says of it.
-    fn recorded(&self) -> Worth {
-        Worth::from_slot(self.get(WORTH).unwrap_or_default())
+    /// The program's integrity as its slot has it.
+    fn recorded(&self) -> Integrity {
+        Integrity::from_slot(self.get(INTEGRITY).unwrap_or_default())
     }
 
-    fn record(&mut self, worth: Worth) {
-        self.settings.set(WORTH, worth.to_slot());
+    fn record(&mut self, integrity: Integrity) {
+        self.settings.set(INTEGRITY, integrity.to_slot());
     }
 
-    /// Program memory.
+    /// The bytes of program memory.
     pub fn program(&self) -> &[u8] {
         self.program.bytes()
     }
 
-    /// The offset to which the next bytes of a download go, while there is one.
+    /// The byte offset to which the next bytes of a download go; `None` while no download runs.
     pub fn downloading(&self) -> Option<usize> {
-        match self.phase {
-            Phase::Downloading { next, .. } => Some(next),
+        match self.activity {
+            Activity::Downloading { next, .. } => Some(next),
             _ => None,
         }
     }
 
-    /// True when a download may begin: the one before is written, and nothing is being erased.
+    /// True when a download may begin: the previous download is durable, and the program is not being erased.
     pub fn takes_download(&self) -> bool {
-        let free = matches!(self.phase, Phase::Idle | Phase::Downloading { .. });
-        free && !matches!(self.worth(), Worth::Erasing(_))
+        let free = matches!(self.activity, Activity::Idle | Activity::Downloading { .. });
+        free && !matches!(self.integrity(), Integrity::BeingErased(_))
     }
 
-    /// Begins a download at an offset: from now on the program is not whole.
+    /// Begins a download at a byte offset; until [`Store::end_download`] and its page writes the program is incomplete.
     pub fn begin_download(&mut self, offset: usize) {
-        self.record(Worth::Incomplete);
-        self.phase = Phase::Downloading { next: offset, failed: false };
+        self.record(Integrity::Incomplete);
+        self.activity = Activity::Downloading { next: offset, failed: false };
     }
 
-    /// Takes the next bytes of a download. False when they would lie outside the memory.
+    /// Takes the next bytes of a download. False when no download runs, or the bytes would lie outside program memory.
     pub fn download(&mut self, bytes: &[u8]) -> bool {
-        let Phase::Downloading { next, .. } = &mut self.phase else { return false };
+        let Activity::Downloading { next, .. } = &mut self.activity else { return false };
         let end = next.saturating_add(bytes.len());
         if end > M::Program::LENGTH {
             return false;
@@ -260,49 +268,52 @@ impl<M: Memory> Store<M> {
         true
     }
 
-    /// Ends a download: when all is written, the program is whole.
+    /// Ends a download: once all its pages are written, the program is marked as whole.
     pub fn end_download(&mut self) {
         if self.downloading().is_some() {
-            self.phase = Phase::Closing;
+            self.activity = Activity::Flushing;
             self.advance();
         }
     }
 
-    /// Erases the program, and then gives [`Layout::after_erasing`] a value, 0..=3. The intent is recorded first: what is to be
-    /// hidden is never seen again. If there is nothing left to erase, gives the value that the slot has got already.
+    /// Erases the program, and then sets the slot [`Layout::after_erasing`] to a value, 0..=3. The intent is made
+    /// durable before the first page is erased, so that a power cut at any point never shows a read-protected program.
+    /// Returns the value if the slot has got it at once, because nothing was left to erase.
     #[must_use]
     pub fn erase(&mut self, value: i32) -> Option<i32> {
-        self.record(Worth::Erasing(value));
-        self.phase = Phase::Intending;
+        self.record(Integrity::BeingErased(value));
+        self.activity = Activity::MarkingErasure;
         self.advance()
     }
 
-    /// True when what is wanted is durable.
+    /// True when all wanted values, and the program where `need` asks for it, are durable.
     pub fn settled(&self, need: Need) -> bool {
-        let busy = !matches!(self.phase, Phase::Idle | Phase::Downloading { .. });
+        let busy = !matches!(self.activity, Activity::Idle | Activity::Downloading { .. });
         self.settings.settled() && !(busy && need == Need::Program)
     }
 
-    /// The next page to write; until [`Store::finish`] there is no other.
+    /// The next page to write; `None` until [`Store::finish`] reports on the page handed out before.
     pub fn next_job(&mut self) -> Option<Job> {
         if self.program.in_flight() {
             return None;
         }
-        // The settings go first: they say what the program is worth.
+        // Settings pages are written first, because the program's integrity is in one of them.
         if !self.settings.settled() {
             return self.settings.next_job();
         }
-        let end = match self.phase {
-            Phase::Downloading { next, failed: false } => next,
-            Phase::Closing | Phase::Erasing => usize::MAX,
-            Phase::Idle | Phase::Sealing | Phase::Intending | Phase::Downloading { .. } => return None,
+        let end = match self.activity {
+            Activity::Downloading { next, failed: false } => next,
+            Activity::Flushing | Activity::Erasing => usize::MAX,
+            Activity::Idle | Activity::MarkingWhole | Activity::MarkingErasure | Activity::Downloading { .. } => {
+                return None;
+            }
         };
         self.program.next_job(end)
     }
 
-    /// The page handed out last is durable, or could not be written. Then what needed it has failed; of the
-    /// settings all that is not durable is given up, so that what is stored and what reads as stored stay the
-    /// same.
+    /// Reports that the page handed out last is durable (`written`), or could not be written. After a failed write of
+    /// a settings page all wanted values go back to the durable ones, so that a host never reads a value as stored
+    /// that is lost at power-off.
     pub fn finish(&mut self, written: bool) -> Finished {
         let failed = if self.program.finish(written) {
             (!written).then_some(Need::Program)
@@ -311,38 +322,39 @@ impl<M: Memory> Store<M> {
             (!written).then_some(Need::Settings)
         };
         let mut erased = None;
-        match (failed, self.phase) {
+        match (failed, self.activity) {
             (None, _) => erased = self.advance(),
-            // Tried again at the end of the download.
-            (Some(Need::Program), Phase::Downloading { next, .. }) => {
-                self.phase = Phase::Downloading { next, failed: true };
+            // The page is written again at the end of the download.
+            (Some(Need::Program), Activity::Downloading { next, .. }) => {
+                self.activity = Activity::Downloading { next, failed: true };
             }
-            (Some(Need::Settings), Phase::Downloading { .. }) if self.recorded() == Worth::Incomplete => {}
-            (Some(_), _) => self.phase = Phase::Idle,
+            (Some(Need::Settings), Activity::Downloading { .. }) if self.recorded() == Integrity::Incomplete => {}
+            (Some(_), _) => self.activity = Activity::Idle,
         }
         Finished { failed, erased }
     }
 
-    /// Goes on to what has become possible. If the program is erased now, gives the value that a slot has got by that.
+    /// Begins the next activity if the present one has finished. When the program is erased by that, returns the value
+    /// that the slot [`Layout::after_erasing`] has got.
     fn advance(&mut self) -> Option<i32> {
-        if self.phase == Phase::Intending && self.settings.settled() {
+        if self.activity == Activity::MarkingErasure && self.settings.settled() {
             self.program.erase();
-            self.phase = Phase::Erasing;
+            self.activity = Activity::Erasing;
         }
         let sum = self.program.sum()?;
-        match (self.phase, self.recorded()) {
-            (Phase::Closing, _) => {
-                self.phase = Phase::Sealing;
+        match (self.activity, self.recorded()) {
+            (Activity::Flushing, _) => {
+                self.activity = Activity::MarkingWhole;
                 self.settings.set(SUM, sum.cast_signed());
-                self.record(Worth::Whole);
+                self.record(Integrity::Whole);
             }
-            (Phase::Sealing, _) if self.settings.settled() => {
-                self.phase = Phase::Idle;
+            (Activity::MarkingWhole, _) if self.settings.settled() => {
+                self.activity = Activity::Idle;
             }
-            (Phase::Erasing, Worth::Erasing(value)) => {
+            (Activity::Erasing, Integrity::BeingErased(value)) => {
                 self.settings.set(M::LAYOUT.after_erasing, value);
-                self.record(Worth::Empty);
-                self.phase = Phase::Idle;
+                self.record(Integrity::Empty);
+                self.activity = Activity::Idle;
                 return Some(value);
             }
             _ => {}

@@ -1,4 +1,4 @@
-//! A page of settings as it lies in the EEPROM: epoch, sequence number, page number, values, CRC.
+//! A settings page as it lies in the EEPROM: epoch, sequence number, page number, values, CRC.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use heapless::Vec;
@@ -7,41 +7,43 @@ use super::memory::LONGEST_PAGE;
 
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// The bytes of a page.
+/// The bytes of a page of the EEPROM.
 pub type Page = Vec<u8, LONGEST_PAGE>;
 
 /// One page to be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Job {
-    /// Where: the beginning of a page of the part.
+    /// Address of the page's first byte in the EEPROM.
     pub address: u16,
-    /// What: a whole page.
+    /// The bytes to be written: a whole page.
     pub page: Page,
 }
 
-/// True when epoch `a` came after `b`; they wrap.
+/// True when epoch `a` came after epoch `b`. Epochs wrap, so `a` is later when it is less than half the range ahead.
 pub(super) fn newer(a: u16, b: u16) -> bool {
     a != b && a.wrapping_sub(b) < 0x8000
 }
 
-/// True when sequence number `a` came after `b`; they wrap.
+/// True when sequence number `a` came after `b`. The numbers wrap, so `a` is later when it is less than half the range
+/// ahead.
 pub(super) fn follows(a: u8, b: u8) -> bool {
     a != b && a.wrapping_sub(b) < 0x80
 }
 
-/// The page with these values.
+/// The bytes of settings page `number` with these values.
 pub(super) fn encode(tag: &[u8], number: usize, epoch: u16, sequence: u8, values: &[i32]) -> Page {
     let [high, low] = epoch.to_be_bytes();
     let head = [high, low, sequence, number as u8];
     let body = head.into_iter().chain(values.iter().flat_map(|value| value.to_be_bytes()));
     let mut page: Page = body.take(LONGEST_PAGE).collect();
     let sum = checksum(tag, &page);
-    // A page is no longer than the longest.
+    // The check sum fits: `fits` lets no page be longer than LONGEST_PAGE.
     let _ = page.extend_from_slice(&sum);
     page
 }
 
-/// Takes the values out of a page. Gives epoch and sequence number; `None` if the page is not whole or another one.
+/// Copies the values out of a page and returns its epoch and sequence number. `None` if the check sum is wrong or the
+/// page has another number.
 pub(super) fn decode(tag: &[u8], number: usize, page: &[u8], values: &mut [i32]) -> Option<(u16, u8)> {
     let (body, sum) = page.split_last_chunk()?;
     let &[high, low, sequence, found] = body.first_chunk()?;
@@ -52,7 +54,7 @@ pub(super) fn decode(tag: &[u8], number: usize, page: &[u8], values: &mut [i32])
     Some((u16::from_be_bytes([high, low]), sequence))
 }
 
-/// Takes the values out of a page that is known to be whole.
+/// Copies the values out of a page whose check sum is known to be right.
 pub(super) fn take_values(page: &[u8], values: &mut [i32]) {
     let (words, _) = page.as_chunks();
     for (value, bytes) in values.iter_mut().zip(words.iter().skip(1)) {

@@ -1,26 +1,27 @@
-//! Program memory: what the interpreter reads, and which pages of it are not in the EEPROM yet.
+//! Program memory: the bytes that the interpreter reads from RAM, and which of their pages are not in the EEPROM yet.
 //!
-//! The bytes lie in the EEPROM inverted, so that an erased part is an empty program: zeros everywhere.
+//! The bytes lie in the EEPROM inverted, because an erased EEPROM (0xFF everywhere) is to read as an empty program (0).
 
 use crc::{CRC_32_AIXM, Crc, NoTable};
 
 use super::memory::{Array, Memory, PROGRAM_PAGES};
 use super::page::{Job, Page};
 
-/// Pages as bits, 32 to a word.
+/// Words of a set of pages: one bit a page, 32 bits a word.
 const WORDS: usize = PROGRAM_PAGES / 32;
 
-/// Without a start value or a final inversion: a page of zeros counts zero.
+/// This CRC has neither a start value nor a final inversion, so the check sum of a page of zeros is 0.
 const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_AIXM);
 
-/// The bytes, and what is still to be written of them.
+/// Program memory, and which of its pages are still to be written.
 #[derive(Debug)]
 pub(super) struct Program<M: Memory> {
     bytes: M::Program,
-    /// Pages whose copy in the EEPROM is another.
+    /// Pages, one bit each, whose bytes in the EEPROM differ.
     dirty: [u32; WORDS],
-    /// Check sum over all pages that are not dirty; see [`weigh`].
+    /// Sum of [`weigh`] over all pages that are not dirty.
     sum: u32,
+    /// The page handed out by [`Program::next_job`] and not finished yet.
     in_flight: Option<usize>,
 }
 
@@ -29,7 +30,7 @@ impl<M: Memory> Program<M> {
         Program { bytes: M::Program::ZEROS, dirty: [0; _], sum: 0, in_flight: None }
     }
 
-    /// Reads the whole memory through `read(address, page)`.
+    /// Reads program memory from the EEPROM through `read(address, page)`.
     pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<(), E> {
         self.forget();
         for (index, page) in self.bytes.as_mut().chunks_exact_mut(M::PAGE).enumerate() {
@@ -40,25 +41,25 @@ impl<M: Memory> Program<M> {
         Ok(())
     }
 
-    /// An empty memory, durable as it is. In place: it is too large for the stack.
+    /// Empties the memory, as with a fresh EEPROM: no page is to be written. The fields are cleared one by one,
+    /// because a new value would not fit the stack.
     pub(super) fn forget(&mut self) {
         let Program { bytes, dirty, sum, in_flight } = self;
         bytes.as_mut().fill(0);
         (*dirty, *sum, *in_flight) = ([0; _], 0, None);
     }
 
-    /// The bytes.
     pub(super) fn bytes(&self) -> &[u8] {
         self.bytes.as_ref()
     }
 
-    /// Changes bytes from an offset on; what is the same already is not written again.
+    /// Changes bytes from a byte offset on; pages whose bytes stay the same are not written again.
     pub(super) fn write(&mut self, offset: usize, bytes: &[u8]) {
         for (offset, byte) in (offset..).zip(bytes) {
             if self.bytes().get(offset).is_some_and(|old| old != byte) {
                 self.touch(offset.checked_div(M::PAGE).unwrap_or_default());
-                if let Some(place) = self.bytes.as_mut().get_mut(offset) {
-                    *place = *byte;
+                if let Some(stored) = self.bytes.as_mut().get_mut(offset) {
+                    *stored = *byte;
                 }
             }
         }
@@ -75,12 +76,12 @@ impl<M: Memory> Program<M> {
         self.sum = 0;
     }
 
-    /// Check sum of the memory; `None` while a page is not in the EEPROM.
+    /// Check sum of program memory; `None` while any page is not in the EEPROM yet.
     pub(super) fn sum(&self) -> Option<u32> {
         (self.in_flight.is_none() && self.dirty == [0; _]).then_some(self.sum)
     }
 
-    /// The next page to be written: the first dirty one before `end`, a byte offset.
+    /// The next page to be written: the first dirty page that ends at or before the byte offset `end`.
     pub(super) fn next_job(&mut self, end: usize) -> Option<Job> {
         if self.in_flight.is_some() {
             return None;
@@ -100,12 +101,13 @@ impl<M: Memory> Program<M> {
         Some(Job { address: address::<M>(index), page })
     }
 
-    /// True while a page is on its way.
+    /// True while a page has been handed out and not finished.
     pub(super) const fn in_flight(&self) -> bool {
         self.in_flight.is_some()
     }
 
-    /// The page handed out last is in the EEPROM, or could not be written. False if it was none of these.
+    /// Reports that the page handed out last is durable (`written`), or could not be written. False if the program has
+    /// handed out no page.
     pub(super) fn finish(&mut self, written: bool) -> bool {
         let Some(index) = self.in_flight.take() else { return false };
         if !written {
@@ -114,6 +116,7 @@ impl<M: Memory> Program<M> {
         true
     }
 
+    /// Marks a page as dirty and takes its share out of the check sum.
     fn touch(&mut self, index: usize) {
         if let Some(page) = self.page(index) {
             let weight = weigh(index, page);
@@ -129,7 +132,7 @@ impl<M: Memory> Program<M> {
     }
 }
 
-/// A page's share of the check sum. The factors are odd and different, so that no two pages can change places.
+/// A page's share of the check sum. Each page has its own odd factor, so that swapping two pages changes the sum.
 fn weigh(index: usize, page: &[u8]) -> u32 {
     let factor = (index as u32).wrapping_mul(2).wrapping_add(1);
     CRC.checksum(page).wrapping_mul(factor)
@@ -145,7 +148,7 @@ fn invert(page: &mut [u8]) {
     }
 }
 
-/// Sets or clears a page's bit; true if that changed it.
+/// Sets or clears the bit of a page; true if the bit changed.
 fn set(words: &mut [u32; WORDS], index: usize, on: bool) -> bool {
     let bit = 1_u32.wrapping_shl(index as u32);
     let Some(word) = words.get_mut(index / 32) else { return false };

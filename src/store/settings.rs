@@ -1,4 +1,5 @@
-//! The settings: what is durable, what is wanted, and the page writes that make the one the other.
+//! The settings: the values durable in the EEPROM, the wanted values, and the page writes that make the wanted values
+//! durable.
 
 use core::ops::Range;
 
@@ -6,23 +7,25 @@ use super::Report;
 use super::memory::{Array, FRAME, LONGEST_PAGE, Memory, Pair};
 use super::page::{self, Job};
 
-/// The settings as they are in the EEPROM and as they shall be.
+/// The settings as they are in the EEPROM and as they are wanted.
 #[derive(Debug)]
 pub(super) struct Settings<M: Memory> {
     durable: M::Values,
     wanted: M::Values,
     pairs: M::Pairs,
     epoch: u16,
-    /// Pages that differ, as bits.
+    /// Pages, one bit each, whose wanted values differ from the durable ones.
     dirty: u64,
-    /// Pages of which a copy is to be written whatever is in it, as bits.
+    /// Pages, one bit each, to be written even if their values are right already.
     forced: u64,
     in_flight: Option<Flight>,
-    /// Nobody knows what is durable: nothing counts as such, whatever its value.
+    /// The EEPROM does not answer, so that its values are unknown: a value set counts as not durable even if it is
+    /// equal to the durable one assumed here.
     pub(super) unreachable: bool,
 }
 
-/// A page handed out to be written. Until then its values may change again: what was handed out counts as durable then.
+/// A page handed out to be written. Wanted values may change while the page is being written; when the write has
+/// ended, the values of `image` become the durable ones.
 #[derive(Clone, Debug)]
 struct Flight {
     page: usize,
@@ -30,12 +33,12 @@ struct Flight {
     image: page::Page,
 }
 
-/// Both copies of a page: what a factory reset writes, so that no single failing page brings old settings back,
-/// and what makes a page ours.
+/// Copies to write when a page is formatted, or begins a new epoch: both, so that one failing copy does not bring old
+/// settings back.
 const BOTH: u8 = 2;
 
 impl<M: Memory> Settings<M> {
-    /// Values in a page.
+    /// Number of values in a page.
     const EACH: usize = (M::PAGE - FRAME) / 4;
 
     /// The slots of a page.
@@ -44,33 +47,34 @@ impl<M: Memory> Settings<M> {
         first..first.saturating_add(Self::EACH)
     }
 
-    /// Reads the settings area through `read(address, page)`.
+    /// Reads the settings pages from the EEPROM through `read(address, page)`.
     pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<Report, E> {
         self.forget();
         let mut report = Report::default();
         let mut space = [0; LONGEST_PAGE];
         let image = space.get_mut(..M::PAGE).unwrap_or_default();
-        // Until it is known which one counts, the first copies are in one array and the second ones in the other.
+        // Until it is known which copy of each page counts, `durable` holds the first copies and `wanted` the second
+        // ones: there is no RAM for a third array.
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
             let first = self.durable.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let second = self.wanted.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
-            let mut ours = false;
+            let mut formatted = false;
             for ((side, values), found) in [(false, first), (true, second)].into_iter().zip(&mut pair.found) {
                 read(address::<M>(index, side), image)?;
                 *found = page::decode(M::LAYOUT.tag, index, image, values);
                 match found {
                     Some(_) => {
                         report.valid = report.valid.saturating_add(1);
-                        ours = true;
+                        formatted = true;
                     }
                     None if image.iter().all(|byte| *byte == 0xFF) => {}
                     None => {
                         report.foreign = report.foreign.saturating_add(1);
-                        pair.alien = true;
+                        pair.unformatted = true;
                     }
                 }
             }
-            pair.alien &= !ours;
+            pair.unformatted &= !formatted;
         }
         self.epoch = self.find_epoch();
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
@@ -96,8 +100,8 @@ impl<M: Memory> Settings<M> {
         Ok(report)
     }
 
-    /// The epoch that counts, by what was found. Every factory reset has written the first page; the others may be so old that
-    /// they look newer.
+    /// The epoch that counts, found from the copies that were loaded. The first page decides, because every factory
+    /// reset writes it; another page may be so many epochs old that its wrapped number looks newer.
     fn find_epoch(&mut self) -> u16 {
         let epochs = |pairs: &[Pair]| {
             let epochs = pairs.iter().flat_map(|pair| pair.found).flatten().map(|(epoch, _)| epoch);
@@ -108,12 +112,12 @@ impl<M: Memory> Settings<M> {
             return epoch;
         }
         let epoch = epochs(rest).unwrap_or_default();
-        // Without it only what is all of one epoch is beyond doubt.
-        first.alien |= rest.iter().flat_map(|pair| pair.found).flatten().any(|(found, _)| found != epoch);
+        // Without a readable first page the epoch is certain only if all other pages agree on one.
+        first.unformatted |= rest.iter().flat_map(|pair| pair.found).flatten().any(|(found, _)| found != epoch);
         epoch
     }
 
-    /// Settings of which nothing is known yet, not even the defaults: they are to be [forgotten](Self::forget) first.
+    /// Settings that are all zero: [`forget`](Self::forget) must fill in the factory defaults before use.
     pub(super) const fn new() -> Self {
         Settings {
             durable: M::Values::ZEROS,
@@ -127,12 +131,13 @@ impl<M: Memory> Settings<M> {
         }
     }
 
-    /// Factory defaults, as with a fresh EEPROM.
+    /// Factory defaults everywhere, as with a fresh EEPROM.
     pub(super) fn forget(&mut self) {
         *self = Self::new();
         self.default();
     }
 
+    /// Makes the factory defaults both the wanted and the durable values.
     fn default(&mut self) {
         for values in [&mut self.wanted, &mut self.durable] {
             set_defaults::<M>(values.as_mut(), 0);
@@ -145,13 +150,14 @@ impl<M: Memory> Settings<M> {
         if slot < M::LAYOUT.defaults.len() { self.wanted.as_ref().get(slot).copied() } else { None }
     }
 
-    /// Wants a value in a slot. What is there already is not written again. False if there is no such slot.
+    /// Sets the wanted value of a slot. A value that is durable already is not written again. False if there is no such
+    /// slot.
     pub(super) fn set(&mut self, slot: usize, value: i32) -> bool {
         if slot >= M::LAYOUT.defaults.len() {
             return false;
         }
-        let Some(place) = self.wanted.as_mut().get_mut(slot) else { return false };
-        *place = value;
+        let Some(wanted) = self.wanted.as_mut().get_mut(slot) else { return false };
+        *wanted = value;
         self.mark(slot.checked_div(Self::EACH).unwrap_or_default());
         if !self.settled() {
             self.format();
@@ -159,7 +165,7 @@ impl<M: Memory> Settings<M> {
         true
     }
 
-    /// Wants factory defaults everywhere.
+    /// Sets all wanted values to factory defaults by beginning a new epoch.
     pub(super) fn reset(&mut self) {
         self.epoch = self.epoch.wrapping_add(1);
         self.default();
@@ -170,23 +176,23 @@ impl<M: Memory> Settings<M> {
         self.format();
     }
 
-    /// Makes the pages ours that are not.
+    /// Orders both copies of each unformatted page to be written.
     fn format(&mut self) {
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
-            if pair.alien && pair.forced == 0 {
+            if pair.unformatted && pair.forced == 0 {
                 pair.forced = BOTH;
                 self.forced |= bit(index);
             }
         }
     }
 
-    /// True when all that is wanted is durable. A page on its way may be about to become something else, so
-    /// it counts until it is known how it went.
+    /// True when all wanted values are durable. A page being written may fail, so it counts as not durable until its
+    /// write has ended.
     pub(super) fn settled(&self) -> bool {
         self.dirty == 0 && self.forced == 0 && self.in_flight.is_none()
     }
 
-    /// The next page to write; until [`Store::finish`] there is no other.
+    /// The next page to write; `None` until [`finish`](Self::finish) reports on the page handed out before.
     pub(super) fn next_job(&mut self) -> Option<Job> {
         if self.in_flight.is_some() {
             return None;
@@ -196,16 +202,17 @@ impl<M: Memory> Settings<M> {
             return None;
         }
         let index = usize::try_from(candidates.trailing_zeros()).ok()?;
-        let Pair { alien, newest: (side, sequence), .. } = *self.pairs.as_ref().get(index)?;
-        // What is made ours holds what it counted as before: should that fail, nothing has been stored.
-        let values = page_of::<M>(if alien { &self.durable } else { &self.wanted }, index)?;
+        let Pair { unformatted, newest: (side, sequence), .. } = *self.pairs.as_ref().get(index)?;
+        // An unformatted page is written with the values it counted as before: if the write fails, no wanted value has
+        // been stored.
+        let values = page_of::<M>(if unformatted { &self.durable } else { &self.wanted }, index)?;
         let image = page::encode(M::LAYOUT.tag, index, self.epoch, sequence.wrapping_add(1), values);
         self.in_flight = Some(Flight { page: index, epoch: self.epoch, image: image.clone() });
         Some(Job { address: address::<M>(index, !side), page: image })
     }
 
-    /// The page handed out last is durable; or it could not be written, and all that is not durable is given
-    /// up.
+    /// Reports that the page handed out last is durable (`written`). If it could not be written, all wanted values go
+    /// back to the durable ones.
     pub(super) fn finish(&mut self, written: bool) {
         let Some(Flight { page, epoch, image }) = self.in_flight.take() else { return };
         let pairs = self.pairs.as_mut();
@@ -218,7 +225,7 @@ impl<M: Memory> Settings<M> {
         let Some(pair) = pairs.get_mut(page) else { return };
         pair.newest = (!pair.newest.0, pair.newest.1.wrapping_add(1));
         if epoch != self.epoch {
-            // A factory reset came in between: what was written counts no more.
+            // A factory reset has begun a new epoch meanwhile, so the page that was written no longer counts.
             return;
         }
         if let Some(durable) = self.durable.as_mut().get_mut(Self::slots(page)) {
@@ -226,12 +233,13 @@ impl<M: Memory> Settings<M> {
         }
         pair.forced = pair.forced.saturating_sub(1);
         if pair.forced == 0 {
-            pair.alien = false;
+            pair.unformatted = false;
             self.forced &= !bit(page);
         }
         self.mark(page);
     }
 
+    /// Finds out whether a page is dirty.
     fn mark(&mut self, page: usize) {
         if page_of::<M>(&self.wanted, page) != page_of::<M>(&self.durable, page) || self.unreachable {
             self.dirty |= bit(page);
@@ -246,19 +254,19 @@ fn page_of<M: Memory>(values: &M::Values, page: usize) -> Option<&[i32]> {
     values.as_ref().get(Settings::<M>::slots(page))
 }
 
-/// Both have the same length.
+/// Copies values between arrays of the same length.
 fn copy(to: &mut [i32], from: &[i32]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
-/// The factory defaults of the slots from `first` on; what is no slot is 0.
+/// Fills `values` with the factory defaults of the slots from `first` on, and with 0 behind the last slot.
 fn set_defaults<M: Memory>(values: &mut [i32], first: usize) {
     values.fill(0);
     let defaults = M::LAYOUT.defaults.get(first..).unwrap_or_default();
     values.iter_mut().zip(defaults).for_each(|(value, default)| *value = *default);
 }
 
-/// Address of a page's first or second copy: at the end of the part.
+/// Address in the EEPROM of a page's first or second copy. The settings pages fill the EEPROM to its end.
 fn address<M: Memory>(page: usize, second: bool) -> u16 {
     let area = M::Pairs::LENGTH.saturating_mul(2).saturating_mul(M::PAGE);
     let copy = page.saturating_mul(2).saturating_add(second.into());

@@ -1,13 +1,13 @@
 use super::*;
 use core::marker::PhantomData;
 
-/// A slot whose default is 1000.
+/// A slot whose factory default is 1000.
 const SPEED: usize = 76;
-/// Slots whose default is 0, in pages of their own.
+/// Two slots whose factory default is 0, in other pages than `SPEED`.
 const COUNT: usize = 141;
 const VARIABLE: usize = 75;
 
-/// A small part: an AT25128.
+/// An EEPROM of 16 KiB with pages of 64 bytes: an AT25128.
 #[derive(Debug)]
 struct Small;
 
@@ -27,7 +27,7 @@ impl Memory for Small {
     type Pairs = [Pair; 16];
 }
 
-/// A part of 32 KiB with pages of 64 bytes: an AT25256.
+/// An EEPROM of 32 KiB with pages of 64 bytes: an AT25256.
 #[derive(Debug)]
 struct Middle;
 
@@ -40,7 +40,7 @@ impl Memory for Middle {
     type Pairs = [Pair; 36];
 }
 
-/// A part of 64 KiB with pages of 128 bytes: an AT25512.
+/// An EEPROM of 64 KiB with pages of 128 bytes: an AT25512.
 #[derive(Debug)]
 struct Large;
 
@@ -53,7 +53,7 @@ impl Memory for Large {
     type Pairs = [Pair; 34];
 }
 
-/// The settings area of a part whose writes always succeed.
+/// The bytes of an EEPROM whose writes always succeed.
 struct Part<M: Memory = Small>(Vec<u8>, PhantomData<M>);
 
 impl<M: Memory> Part<M> {
@@ -158,7 +158,7 @@ fn a_factory_reset_takes_everything_back_with_its_first_page() {
 }
 
 #[test]
-fn a_failed_write_gives_up_what_is_not_durable() {
+fn after_a_failed_write_values_that_are_not_durable_are_given_up() {
     let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();
     assert!(store.set(SPEED, 100));
@@ -175,7 +175,7 @@ fn nothing_is_durable_in_a_part_that_does_not_answer() {
     let mut store = Store::<Small>::new();
     store.unreachable();
     assert!(store.settled(Need::Program));
-    // Even a value that is what the store reads already.
+    // The factory default is written, too, because the value in the EEPROM is unknown.
     assert!(store.set(SPEED, 1000));
     assert!(!store.settled(Need::Program) && store.next_job().is_some());
     store.finish(false);
@@ -206,7 +206,7 @@ fn a_reset_during_a_write_is_not_undone_by_it() {
 }
 
 #[test]
-fn the_first_store_makes_foreign_pages_ours() {
+fn the_first_store_formats_foreign_pages() {
     let mut part = Part::<Small>::of((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
     let (mut store, _) = part.load();
     assert_eq!(store.next_job(), None, "nothing is written before");
@@ -220,7 +220,7 @@ fn the_first_store_makes_foreign_pages_ours() {
     assert!(store.settled(Need::Settings), "what is the same again is not written");
 }
 
-/// Every slot of a part keeps a value of its own, and what lies behind the last one is refused.
+/// Every slot keeps a value of its own across a power cycle, and a slot behind the last one is refused.
 fn every_slot_survives<M: Memory>() {
     let mut part = Part::<M>::fresh();
     let (mut store, _) = part.load();
@@ -241,7 +241,7 @@ fn every_slot_survives_whatever_the_size_of_part_and_page() {
     every_slot_survives::<Large>();
 }
 
-/// A program that fills its memory is the same after a power cycle, and it leaves the settings alone.
+/// A program that fills its memory is the same after a power cycle, and storing it does not change the settings.
 fn a_whole_program_survives<M: Memory>() {
     let mut part = Part::<M>::fresh();
     let (mut store, _) = part.load();
@@ -255,7 +255,7 @@ fn a_whole_program_survives<M: Memory>() {
     store.end_download();
     part.settle(&mut store);
     let (store, report) = part.load();
-    assert_eq!((report.program, report.foreign, store.get(SPEED)), (Worth::Whole, 0, Some(5)));
+    assert_eq!((report.program, report.foreign, store.get(SPEED)), (Integrity::Whole, 0, Some(5)));
     assert!(store.program().iter().enumerate().all(|(at, found)| *found == byte(at)));
 }
 
@@ -266,10 +266,11 @@ fn a_program_survives_whatever_the_size_of_part_and_page() {
     a_whole_program_survives::<Large>();
 }
 
-/// Only where it is told to, a reset erases the program; a slot gets its value when that is done, and not before.
+/// A factory reset erases the program only with `erase`; the slot `after_erasing` gets its value when the last page is
+/// erased, and not before.
 #[test]
-fn what_erases_the_program_is_told() {
-    for (erase, worth) in [(false, Worth::Whole), (true, Worth::Empty)] {
+fn a_reset_erases_the_program_only_if_asked_to_and_a_slot_tells_when() {
+    for (erase, integrity) in [(false, Integrity::Whole), (true, Integrity::Empty)] {
         let mut part = Part::<Small>::fresh();
         let (mut store, _) = part.load();
         store.begin_download(0);
@@ -279,7 +280,7 @@ fn what_erases_the_program_is_told() {
         part.settle(&mut store);
         store.reset(erase);
         part.settle(&mut store);
-        assert_eq!((store.worth(), part.load().0.program()[0]), (worth, if erase { 0 } else { 1 }));
+        assert_eq!((store.integrity(), part.load().0.program()[0]), (integrity, if erase { 0 } else { 1 }));
     }
     let mut part = Part::<Small>::fresh();
     let (mut store, _) = part.load();

@@ -317,7 +317,7 @@ fn store() {
     }
     factory_reset(&mut store);
     any(&mut store);
-    any((store.worth(), store.program(), store.downloading(), store.takes_download()));
+    any((store.integrity(), store.program(), store.downloading(), store.takes_download()));
     store.begin_download(any(0));
     any(&mut store);
     any(store.download(text()));
