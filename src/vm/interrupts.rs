@@ -1,22 +1,23 @@
-//! Interrupts of a TMCL program (manual section 3.6.6): which events are pending, which of them are enabled, and the
-//! address of the handler (the vector) that each calls. Bank 3 of the global parameters has periods of timers and
-//! edges.
+//! Interrupts of a TMCL program (manual section 3.6.6): which are enabled, which are pending, and at which address
+//! (the vector) the handler of each begins. Bank 3 of the global parameters holds the periods of the timers and the
+//! edges that count.
 
 use crate::param::{ALL_INTERRUPTS, Interrupt, TIMERS};
 use crate::units::Micros;
 
-/// Interrupt numbers; the manual's go up to 42, those of a module with six axes and eight inputs up to 46.
+/// Number of interrupt numbers. The highest number in use is 46, on a module with six axes and eight inputs; a `u64`
+/// has one bit for each.
 const NUMBERS: usize = 64;
 
-/// Bits of a parameter in bank 3: low to high counts, high to low counts.
+/// Bits of an edge parameter in bank 3: changes from low to high count, changes from high to low count.
 const RISING: i32 = 1;
 const FALLING: i32 = 2;
 
-/// No vector.
+/// In place of a handler's address: the interrupt has no handler.
 const NONE: u16 = u16::MAX;
 
-/// What the module hands to the interrupts each millisecond: events since the last time, and the levels of inputs and
-/// stop switches, whose edges are events; both as bits, by interrupt number.
+/// What the module hands to the interrupts each millisecond, as bits by interrupt number: events of the last
+/// millisecond, and the present levels of inputs and stop switches, whose edges raise interrupts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Signals {
     events: u64,
@@ -39,14 +40,14 @@ impl Signals {
         self.events |= bit(Interrupt::Deviation.first().saturating_add(axis));
     }
 
-    /// Which stop switches of an axis are active.
+    /// Sets the levels of the stop switches of an axis; true for an active switch.
     pub fn stop_switches(&mut self, axis: u8, left: bool, right: bool) {
         let offset = axis.saturating_mul(2);
         self.level(Interrupt::StopLeft.first().saturating_add(offset), left);
         self.level(Interrupt::StopRight.first().saturating_add(offset), right);
     }
 
-    /// The levels of the digital inputs.
+    /// Sets the levels of the digital inputs, from input 0 on.
     pub fn inputs(&mut self, levels: &[bool]) {
         for (number, level) in (Interrupt::Input.first()..).zip(levels) {
             self.level(number, *level);
@@ -60,21 +61,21 @@ impl Signals {
     }
 }
 
-/// The state of all interrupts.
+/// The settings and the state of all interrupts.
 #[derive(Clone, Debug)]
 pub struct Interrupts {
-    /// Milliseconds, unsigned 32 bits (manual section 5.4).
+    /// Periods of the timers in milliseconds, to be read as unsigned 32 bits (manual section 5.4).
     periods: [i32; TIMERS as usize],
-    /// Which edges of a level count, as bits by interrupt number.
+    /// Interrupts, one bit each, for which rising edges count; `falling` has those for which falling edges count.
     rising: u64,
     falling: u64,
     vectors: [u16; NUMBERS],
     enabled: u64,
     global: bool,
     pending: u64,
-    /// When each timer that runs is due.
+    /// For each timer that runs, when its period ends.
     timers: [Option<Micros>; TIMERS as usize],
-    /// The levels at the last look, once there was one.
+    /// The levels of the previous millisecond, as bits by interrupt number; `None` after power-on.
     levels: Option<u64>,
 }
 
@@ -95,7 +96,7 @@ impl Default for Interrupts {
 }
 
 impl Interrupts {
-    /// EI and DI. An interrupt that is switched off forgets its event.
+    /// EI and DI. An interrupt that is switched off is no longer pending.
     pub fn enable(&mut self, number: u8, on: bool) {
         if number == ALL_INTERRUPTS {
             self.global = on;
@@ -114,14 +115,14 @@ impl Interrupts {
         }
     }
 
-    /// The parameter of bank 3 with the number of an interrupt.
+    /// The value of the bank 3 parameter with this number: a timer's period in ms, or the edges that count.
     pub fn setting(&self, number: u8) -> i32 {
         let edge = |edges: u64, value: i32| if edges & bit(number) != 0 { value } else { 0 };
         let period = self.periods.get(usize::from(number)).copied();
         period.unwrap_or_else(|| edge(self.rising, RISING) | edge(self.falling, FALLING))
     }
 
-    /// Changes it. A timer starts anew with its period.
+    /// Sets the bank 3 parameter with this number. A timer begins its new period at the next millisecond.
     pub fn set(&mut self, number: u8, value: i32) {
         let index = usize::from(number);
         if let Some((period, timer)) = self.periods.get_mut(index).zip(self.timers.get_mut(index)) {
@@ -137,13 +138,13 @@ impl Interrupts {
         }
     }
 
-    /// Command 131: enables, vectors and pending events go, bank 3 stays.
+    /// Command 131: clears enables, vectors and pending interrupts; the parameters of bank 3 stay.
     pub fn reset(&mut self) {
         let Interrupts { periods, rising, falling, levels, .. } = *self;
         *self = Interrupts { periods, rising, falling, levels, ..Self::default() };
     }
 
-    /// Takes the events and levels of this millisecond. While no program runs events are dropped and timers stand.
+    /// Takes the events and levels of this millisecond. While no program runs, events are dropped and timers stopped.
     pub fn look(&mut self, now: Micros, signals: Signals, program_runs: bool) {
         let edges = self.edges(signals.levels);
         if !program_runs {
@@ -152,14 +153,15 @@ impl Interrupts {
         self.pending |= (signals.events | edges | self.timers(now)) & self.enabled;
     }
 
-    /// The program has stopped: pending events are dropped, and timers stand.
+    /// Drops pending interrupts and stops the timers, because the program has stopped.
     pub fn forget(&mut self) {
         self.pending = 0;
         self.timers = [None; _];
     }
 
-    /// The address of the handler that is to run next, if one may run: of the pending interrupts that with the lowest
-    /// number goes first. Its event is no longer pending then.
+    /// The address of the handler to run next, and ends the pending state of its interrupt. Of several pending
+    /// interrupts the lowest number goes first. `None` if no interrupt with a handler is pending, or interrupts are
+    /// globally disabled.
     pub fn take(&mut self) -> Option<u16> {
         if !self.global {
             return None;
@@ -177,13 +179,14 @@ impl Interrupts {
         None
     }
 
-    /// Interrupts whose level has changed in the direction that bank 3 asks for, as bits.
+    /// The interrupts, as bits, whose level has changed in a direction that counts by bank 3.
     fn edges(&mut self, levels: u64) -> u64 {
         let before = self.levels.replace(levels).unwrap_or(levels);
         levels & !before & self.rising | before & !levels & self.falling
     }
 
-    /// Timers that are due, as bits. Each keeps its rhythm, however late the call is.
+    /// The timers, as bits, whose period has ended. The next period begins at the end of the last one, not at the time
+    /// of the call, so that a late call does not delay a timer for good.
     fn timers(&mut self, now: Micros) -> u64 {
         let mut due = 0;
         for ((number, timer), period) in (0..).zip(&mut self.timers).zip(self.periods) {
@@ -196,7 +199,7 @@ impl Interrupts {
             if now >= at {
                 due |= bit(number);
                 let next = at.after(period);
-                // Where whole periods were missed the rhythm begins anew.
+                // After whole periods were missed the next period begins now.
                 *timer = Some(if next > now { next } else { now.after(period) });
             }
         }

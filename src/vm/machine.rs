@@ -1,5 +1,5 @@
-//! The program counter and the commands that move it: jumps, calls, WAIT, STOP, handlers of interrupts (manual sections
-//! 3.7.17 to 3.7.23, 3.7.35), run and step.
+//! The interpreter's state, and the commands that only need this state: arithmetic, jumps, calls, WAIT, STOP and RETI
+//! (manual sections 3.7.16 to 3.7.23, 3.7.35). Run, step, stop and reset of the program are here, too.
 
 use heapless::Vec;
 
@@ -7,36 +7,36 @@ use super::{Condition, ErrorFlag, Errors, Interrupts, Registers};
 use crate::tmcl::{Command, Opcode, Status};
 use crate::units::Micros;
 
-/// Nested subroutine calls (manual section 3.7.20).
+/// Largest depth of nested subroutine calls (manual section 3.7.20).
 const STACK: usize = 8;
-/// Length of a tick of WAIT (manual section 3.7.22).
+/// Length of a tick of WAIT in milliseconds (manual section 3.7.22).
 const TICK_MS: u64 = 10;
 
-/// What the program is doing, as global parameter 128 tells it.
+/// State of the program, numbered as in global parameter 128.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum ProgramState {
-    /// It has ended or has been stopped.
+    /// The program has ended or has been stopped.
     #[default]
     Stop = 0,
-    /// It runs.
+    /// The program runs.
     Run = 1,
-    /// It is executed command by command.
+    /// A host executes the program command by command.
     Step = 2,
-    /// It has been reset.
+    /// The program has been reset.
     Reset = 3,
 }
 
-/// The event of a WAIT, by its type number.
+/// The event that a WAIT waits for, in the order of the type numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Awaited {
-    /// TICKS: the time alone.
+    /// TICKS: the time has passed.
     Ticks,
-    /// POS: the target position.
+    /// POS: the axis has reached its target position.
     Position,
-    /// REFSW: the reference switch.
+    /// REFSW: the home switch is active.
     ReferenceSwitch,
-    /// LIMSW: a limit switch.
+    /// LIMSW: a stop switch is active.
     LimitSwitch,
     /// RFS: the end of the reference search.
     ReferenceSearch,
@@ -47,25 +47,26 @@ pub enum Awaited {
 pub enum Wait {
     /// A WAIT command.
     For {
-        /// The event, or the time alone.
+        /// The event that ends the WAIT.
         awaited: Awaited,
-        /// The axis whose event it is.
+        /// The axis of the event.
         motor: u8,
-        /// The end of the time-out; without one the WAIT may last for ever.
+        /// End of the time-out; `None` if the WAIT has no time-out.
         until: Option<Micros>,
     },
-    /// The value that a command stores is not durable in the EEPROM yet.
+    /// A storing command, until its value is durable in the EEPROM.
     Store,
 }
 
-/// What a handler interrupts, saved for RETI.
+/// The state that an interrupt handler has interrupted, saved for RETI.
 #[derive(Clone, Copy, Debug)]
 struct Interrupted {
     registers: Registers,
     counter: u16,
     wait: Option<Wait>,
+    /// When the handler began.
     at: Micros,
-    /// Return addresses on the stack when the handler began: those that it leaves there are dropped.
+    /// Number of return addresses on the stack when the handler began. RETI drops those that the handler has added.
     depth: usize,
 }
 
@@ -76,24 +77,25 @@ pub struct Machine {
     pub registers: Registers,
     /// Error flags.
     pub errors: Errors,
-    /// Interrupts.
+    /// Settings and state of the interrupts.
     pub interrupts: Interrupts,
-    /// How many commands program memory holds.
+    /// Size of program memory, in commands.
     size: u16,
     state: ProgramState,
     counter: u16,
     stack: Vec<u16, STACK>,
     wait: Option<Wait>,
-    /// While a handler runs: the state to which RETI returns.
+    /// The state to which RETI returns; `None` while no handler runs.
     interrupted: Option<Interrupted>,
-    /// A handler has just ended: one command of the program is executed before the next handler begins.
+    /// True after a RETI until a command of the program has been executed: no other handler begins before, so that the
+    /// program goes on however many interrupts are pending.
     returned: bool,
-    /// In the state [`ProgramState::Step`]: a command is to be executed.
+    /// In the state [`ProgramState::Step`]: true until the command that command 130 asks for has been executed.
     stepping: bool,
 }
 
 impl Machine {
-    /// The interpreter of a memory of so many commands, before it runs.
+    /// An interpreter that is stopped at address 0 of a program memory of `size` commands.
     pub fn new(size: u16) -> Self {
         Machine {
             registers: Registers::default(),
@@ -110,49 +112,49 @@ impl Machine {
         }
     }
 
-    /// What the program is doing.
+    /// State of the program.
     pub const fn state(&self) -> ProgramState {
         self.state
     }
 
-    /// Address of the current command.
+    /// Program counter: the address of the present command, in commands from 0.
     pub const fn counter(&self) -> u16 {
         self.counter
     }
 
-    /// Why the program does not go on with the next command, if it does not.
+    /// What the program waits for before the next command; `None` while the program does not wait.
     pub const fn wait(&self) -> Option<Wait> {
         self.wait
     }
 
-    /// True while the program does not go on with the next command.
+    /// True while the program waits before the next command.
     pub const fn waits(&self) -> bool {
         self.wait.is_some()
     }
 
-    /// True while events count: the program runs, or is stepped through.
+    /// True while events raise interrupts: the program runs or is stepped through.
     pub const fn runs(&self) -> bool {
         matches!(self.state, ProgramState::Run | ProgramState::Step)
     }
 
-    /// True while there is something to be executed, or waited for.
+    /// True while a command is to be executed or the program waits.
     pub const fn busy(&self) -> bool {
         matches!(self.state, ProgramState::Run) || self.stepping
     }
 
-    /// True in the handler of an interrupt.
+    /// True while the handler of an interrupt runs.
     pub const fn handles(&self) -> bool {
         self.interrupted.is_some()
     }
 
-    /// Command 129, type 0: starts, or goes on where the program was stopped.
+    /// Command 129, type 0: starts the program, or goes on where the program was stopped.
     pub fn run(&mut self) {
         self.state = ProgramState::Run;
         self.stepping = false;
     }
 
-    /// Command 129, type 1: starts a routine. Calls and handlers that were left halfway are forgotten; registers,
-    /// enables and vectors stay.
+    /// Command 129, type 1: starts the program at an address. Return addresses and an interrupted state are dropped;
+    /// registers, interrupt enables and vectors stay.
     pub fn run_from(&mut self, address: u16) {
         self.stack.clear();
         self.interrupted = None;
@@ -166,26 +168,26 @@ impl Machine {
         self.stepping = true;
     }
 
-    /// Stops the program where it is (command 128, low supply, or a motion controller that does not answer). Program
-    /// counter, subroutine stack and handler stay, so [`Machine::run`] goes on from here; a WAIT that is left begins
-    /// anew then.
+    /// Stops the program at the present command (command 128, low supply, or a motion controller that does not answer).
+    /// Program counter, return addresses and interrupted state stay, so [`Machine::run`] goes on from here; a WAIT that
+    /// was not over begins anew then.
     pub fn stop(&mut self) {
         self.state = ProgramState::Stop;
         self.stepping = false;
         self.wait = None;
-        // Pending events are dropped now, and not with the next look at them: the program may go on before that.
+        // Pending interrupts are dropped at once, because the program may go on before the next millisecond.
         self.interrupts.forget();
     }
 
-    /// The program has come to its end, so [`Machine::run`] starts it again. Host software lives by that: it runs a
-    /// program that ends by STOP again and again with command 129, type 0.
+    /// Ends the program, so that [`Machine::run`] starts it again from the beginning. Host software relies on that: it
+    /// repeats a program that ends with STOP by command 129, type 0.
     pub fn end(&mut self) {
         self.stop();
         self.rewind();
     }
 
-    /// Takes a program that stands back to its first command: program counter 0, subroutine stack and handler are
-    /// forgotten; registers, error flags, interrupt enables and vectors stay.
+    /// Takes a stopped program back to address 0 and drops return addresses and interrupted state. Registers, error
+    /// flags, interrupt enables and vectors stay.
     pub fn rewind(&mut self) {
         self.counter = 0;
         self.stack.clear();
@@ -193,19 +195,19 @@ impl Machine {
         self.returned = false;
     }
 
-    /// Command 131: everything as after power-on but bank 3.
+    /// Command 131: the state after power-on; only the parameters of bank 3 stay.
     pub fn reset(&mut self) {
         let mut interrupts = core::mem::take(&mut self.interrupts);
         interrupts.reset();
         *self = Machine { interrupts, state: ProgramState::Reset, ..Self::new(self.size) };
     }
 
-    /// Goes to the handler of an interrupt, if one is due and may run: between two commands, in a WAIT, or while
-    /// a value is being stored. Going there is a step of its own, so that a user who steps through the program sees
-    /// where the handler begins. True if the program is in a handler now that it was not in before.
+    /// Goes to the handler of a pending interrupt if a handler may begin: between two commands, in a WAIT, or while a
+    /// value is being stored. Going to the handler counts as a step of its own, so that a user who steps through the
+    /// program sees where the handler begins. True if a handler has begun.
     pub fn enter_handler(&mut self, now: Micros) -> bool {
-        let turn = self.returned && self.wait.is_none();
-        if turn || self.interrupted.is_some() {
+        let command_first = self.returned && self.wait.is_none();
+        if command_first || self.interrupted.is_some() {
             return false;
         }
         let Some(handler) = self.interrupts.take() else { return false };
@@ -221,25 +223,25 @@ impl Machine {
         true
     }
 
-    /// Goes on with the next command, now that one is done.
+    /// Goes on with the next command, because the present command is done.
     pub fn next(&mut self) {
         self.go_to(self.counter.saturating_add(1));
     }
 
-    /// Waits until the value that the command stores is durable.
+    /// Lets the program wait until the value that the present command stores is durable.
     pub fn wait_for_store(&mut self) {
         self.wait = Some(Wait::Store);
     }
 
-    /// For how many values the program waits to be durable: at most one of the present command, and one of the command
-    /// that a handler has interrupted.
+    /// Number of storing commands whose values are not durable yet, 0..=2: the present command, and the one that a
+    /// handler has interrupted.
     pub fn stores(&self) -> usize {
         let interrupted = self.interrupted.and_then(|interrupted| interrupted.wait);
         [self.wait, interrupted].into_iter().filter(|wait| *wait == Some(Wait::Store)).count()
     }
 
-    /// The values that the program stores are durable, or cannot be; also one that was to be stored before a handler
-    /// began.
+    /// Ends the wait of all storing commands, because their values are durable or could not be stored. This includes a
+    /// command that a handler has interrupted.
     pub fn stored(&mut self) {
         if self.wait == Some(Wait::Store) {
             self.next();
@@ -250,7 +252,7 @@ impl Machine {
         }
     }
 
-    /// A WAIT is over; `in_time` if its event has come, and not the end of its time-out.
+    /// Ends a WAIT. `in_time` is true if the event has come, false if the time-out has passed.
     pub fn waited(&mut self, awaited: Awaited, in_time: bool) {
         if !in_time && awaited != Awaited::Ticks {
             self.errors.raise(ErrorFlag::Timeout);
@@ -261,7 +263,7 @@ impl Machine {
     /// Executes a command that needs no more than the interpreter's own state. `None` for any other command.
     ///
     /// # Errors
-    /// The command is refused, and the program goes on with the next one.
+    /// The status with which the command is refused; the program goes on with the next command.
     pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> Option<Result<(), Status>> {
         let Command { kind, motor, value, .. } = command;
         match opcode {
@@ -287,7 +289,7 @@ impl Machine {
             Opcode::Csub if self.stack.is_full() => self.next(),
             Opcode::Csub => {
                 if address(value, self.size).is_some() {
-                    // There is room.
+                    // The push cannot fail: a full stack has its own arm above.
                     let _ = self.stack.push(self.counter.saturating_add(1));
                 }
                 self.jump(value);
@@ -310,7 +312,7 @@ impl Machine {
         Some(Ok(()))
     }
 
-    /// Goes to an address; a jump out of program memory ends the program.
+    /// Goes on at an address, which a command has as its operand. An address outside program memory ends the program.
     fn jump(&mut self, to: i32) {
         match address(to, self.size) {
             Some(to) => self.arrive(to),
@@ -318,7 +320,7 @@ impl Machine {
         }
     }
 
-    /// Goes on at an address. Running off the end of program memory ends the program.
+    /// Goes on at an address. The program ends if the address lies behind program memory.
     fn go_to(&mut self, address: u16) {
         self.arrive(address);
         if address >= self.size {
@@ -326,7 +328,7 @@ impl Machine {
         }
     }
 
-    /// The next command is the one at an address that is known to be inside.
+    /// Makes the command at an address the present command.
     fn arrive(&mut self, address: u16) {
         self.counter = address;
         self.wait = None;
@@ -334,8 +336,8 @@ impl Machine {
         self.stepping = false;
     }
 
-    /// The wait of a WAIT command; `value` is in ticks of 10 ms. The value -1 stands for the accumulator. A time that
-    /// is still negative is none: the command has no effect then, as with an unknown type.
+    /// The wait of a WAIT command. `value` is the time in ticks of 10 ms; -1 stands for the value of the accumulator.
+    /// `None`, so that the command has no effect, for an unknown type or a negative time.
     fn wait_of(&self, now: Micros, kind: u8, motor: u8, value: i32) -> Option<Wait> {
         let awaited = match kind {
             0 => Awaited::Ticks,
@@ -352,7 +354,8 @@ impl Machine {
         Some(Wait::For { awaited, motor, until })
     }
 
-    /// RETI. A WAIT that was interrupted goes on with the time it had left.
+    /// RETI: returns to the interrupted state. A WAIT in that state goes on with the time that was left when the
+    /// handler began.
     fn return_to(&mut self, now: Micros, interrupted: Interrupted) {
         let Interrupted { registers, counter, mut wait, at, depth } = interrupted;
         self.stack.truncate(depth);
@@ -367,7 +370,7 @@ impl Machine {
     }
 }
 
-/// A value as an address in a program memory of so many commands.
+/// The address with this value; `None` if it lies outside a program memory of `commands` commands.
 pub fn address(value: i32, commands: u16) -> Option<u16> {
     u16::try_from(value).ok().filter(|address| *address < commands)
 }

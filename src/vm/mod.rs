@@ -1,11 +1,12 @@
 //! TMCL programs: the part of the interpreter that needs no hardware. All other commands of a program are executed by
-//! the module, as if they came over a link.
+//! the module, as if a host had sent them.
 //!
 //! * `registers` - accumulator, X register, flags
 //! * `interrupts` - which events call which handler
-//! * `machine` - program counter, call stack, WAIT, and the commands that direct where the program goes
+//! * `machine` - program counter, call stack, WAIT, jumps and calls
 //!
-//! Nothing in here loops or waits, and there is no clock: the time is passed in, and each command is one call.
+//! No function in here loops or waits for time to pass: the caller passes the time in and executes one command per
+//! call.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 

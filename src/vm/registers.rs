@@ -1,5 +1,5 @@
 //! Accumulator, X register and flags, with the arithmetic on them (manual sections 3.7.16 to 3.7.18, 3.7.28,
-//! 3.7.31). Direct mode works on the same registers.
+//! 3.7.31). Commands from a host work on the same registers as the program.
 
 use core::cmp::Ordering;
 
@@ -15,9 +15,9 @@ enum Operation {
     Sub,
     /// Accumulator times operand.
     Mul,
-    /// Accumulator by operand; 0 if that is zero.
+    /// Accumulator divided by operand; 0 if the operand is zero.
     Div,
-    /// Remainder; the accumulator itself if the operand is zero.
+    /// Remainder of that division; the accumulator itself if the operand is zero.
     Mod,
     /// Bitwise and.
     And,
@@ -69,11 +69,12 @@ pub enum ErrorFlag {
 }
 
 impl ErrorFlag {
-    /// Number of the last flag; CLE takes 0, all, up to here.
+    /// Number of the last flag. CLE takes 0, which stands for all flags, to this number.
     pub const LAST: u8 = ErrorFlag::Shutdown as u8;
 }
 
-/// The error flags. They stay until they are cleared, and a handler that ends does not bring old ones back.
+/// The error flags. They stay set until they are cleared; unlike the arithmetic flags they are not restored when an
+/// interrupt handler ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Errors(u8);
 
@@ -88,7 +89,7 @@ impl Errors {
         self.0 & bit(flag as u8) != 0
     }
 
-    /// CLE: clears the flag with this number, or all by 0. False for an unknown number.
+    /// CLE: clears the flag with this number, or all flags for 0. False for an unknown number.
     pub fn clear(&mut self, number: u8) -> bool {
         match number {
             0 => self.0 = 0,
@@ -104,21 +105,21 @@ impl Errors {
 pub enum Condition {
     /// ZE: the value loaded last into the accumulator, or the difference of the last COMP, is zero.
     Zero,
-    /// NZ.
+    /// NZ: the opposite of [`Condition::Zero`].
     NotZero,
     /// EQ: in the last COMP the accumulator was equal to the operand.
     Equal,
-    /// NE.
+    /// NE: in the last COMP the accumulator was not equal to the operand.
     NotEqual,
-    /// GT: it was greater.
+    /// GT: in the last COMP the accumulator was greater than the operand.
     Greater,
-    /// GE.
+    /// GE: in the last COMP the accumulator was greater than or equal to the operand.
     GreaterOrEqual,
-    /// LT.
+    /// LT: in the last COMP the accumulator was lower than the operand.
     Lower,
-    /// LE.
+    /// LE: in the last COMP the accumulator was lower than or equal to the operand.
     LowerOrEqual,
-    /// ETO, EAL, EDV, EPO; ESD, which the manual does not have.
+    /// ETO, EAL, EDV, EPO: an error flag is set. ESD is an extension of the manual's list.
     Error(ErrorFlag),
 }
 
@@ -144,30 +145,31 @@ impl Condition {
     }
 }
 
-/// Accumulator, X register and arithmetic flags, which a handler leaves as they were.
+/// Accumulator, X register and arithmetic flags. RETI restores all of them, so an interrupt handler may use them
+/// freely.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Registers {
     /// The accumulator.
     pub accumulator: i32,
     /// The X register.
     pub x: i32,
-    /// The value loaded last, or the difference of the last COMP, was zero.
+    /// The zero flag: the value loaded last, or the difference of the last COMP, was zero.
     pub zero: bool,
-    /// How the accumulator compared with the operand of the last COMP.
+    /// How the accumulator compared with the operand of the last COMP; `None` before the first COMP.
     pub compared: Option<Ordering>,
 }
 
 impl Registers {
-    /// Loads the accumulator; the zero flag follows.
+    /// Loads the accumulator and sets the zero flag accordingly.
     pub fn load(&mut self, value: i32) {
         self.accumulator = value;
         self.zero = value == 0;
     }
 
-    /// CALC: the operation with this type number on accumulator and a constant.
+    /// CALC: the operation with this type number on accumulator and constant.
     ///
     /// # Errors
-    /// There is no such operation, or it is SWAP, which CALC has not.
+    /// [`Status::WrongType`] if there is no such operation, or for SWAP, which only CALCX has.
     pub fn calc(&mut self, kind: u8, operand: i32) -> Result<(), Status> {
         let a = self.accumulator;
         self.load(match Operation::from_number(kind)? {
@@ -182,7 +184,7 @@ impl Registers {
     /// CALCX: the operation with this type number on accumulator and X register.
     ///
     /// # Errors
-    /// There is no such operation.
+    /// [`Status::WrongType`] if there is no such operation.
     pub fn calcx(&mut self, kind: u8) -> Result<(), Status> {
         match Operation::from_number(kind)? {
             Operation::Not => self.x = !self.x,
@@ -196,15 +198,15 @@ impl Registers {
         Ok(())
     }
 
-    /// COMP.
+    /// COMP: compares the accumulator with the operand.
     pub fn compare(&mut self, operand: i32) {
         let ordering = self.accumulator.cmp(&operand);
         self.zero = ordering.is_eq();
         self.compared = Some(ordering);
     }
 
-    /// Whether a condition of JC holds. Before the first COMP the accumulator was neither equal to anything, nor
-    /// greater nor lower.
+    /// True when a condition of JC holds. Before the first COMP of a program EQ, GT, GE, LT and LE do not hold, and NE
+    /// does.
     pub fn meets(&self, condition: Condition, errors: Errors) -> bool {
         match condition {
             Condition::Zero => self.zero,
@@ -224,7 +226,8 @@ const fn bit(number: u8) -> u8 {
     1_u8.wrapping_shl(number as u32)
 }
 
-/// Two operands, wrapping at 32 bits; nothing a program can write faults.
+/// The result of an operation on two operands. Results wrap at 32 bits, and division by zero has a result, too,
+/// because no program may stop the firmware.
 #[expect(clippy::arithmetic_side_effects, reason = "division by zero has arms of its own")]
 fn binary(operation: Operation, a: i32, b: i32) -> i32 {
     match operation {
