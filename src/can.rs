@@ -1,8 +1,9 @@
-//! A frame of the CAN bus, of any kind, as [`embedded_can`] has it.
+//! A frame of the CAN bus: data or remote, with an identifier of 11 or 29 bits. It implements the traits of
+//! [`embedded_can`], so that drivers, virtual buses and TMCL exchange the same type.
 
 pub use embedded_can::{ExtendedId, Frame as CanFrame, Id, StandardId};
 
-/// Most data bytes of a frame.
+/// Largest number of data bytes in a frame.
 const MOST: usize = 8;
 
 /// A data frame, or a remote frame, which has a length but no data.
@@ -11,17 +12,18 @@ pub struct Frame {
     id: Id,
     remote: bool,
     length: u8,
-    /// Zero behind the length, so that equal frames are equal.
+    /// The data; bytes behind the length are 0, so that two frames with the same data compare as equal.
     bytes: [u8; MOST],
 }
 
 impl Frame {
-    /// A data frame with an identifier of 11 bits; `None` if the identifier is larger, or there are more than 8 bytes.
+    /// A data frame with an identifier of 11 bits; `None` if `id` is larger than 0x7FF or `data` longer than 8 bytes.
     pub fn standard(id: u16, data: &[u8]) -> Option<Self> {
         CanFrame::new(StandardId::new(id)?, data)
     }
 
-    /// A frame as a controller has it: of the bytes those behind the length mean nothing, and a length above 8 is 8.
+    /// A frame from the registers of a CAN controller: bytes behind `length` are ignored, and a length above 8 counts
+    /// as 8.
     pub fn received(id: Id, remote: bool, length: u8, bytes: [u8; MOST]) -> Self {
         let length = length.min(MOST as u8);
         let data = if remote { 0 } else { length };
@@ -29,7 +31,7 @@ impl Frame {
         Frame { id, remote, length, bytes: (u64::from_le_bytes(bytes) & !unused).to_le_bytes() }
     }
 
-    /// The data, and zero behind it.
+    /// The data bytes, followed by zeros.
     pub const fn bytes(&self) -> [u8; MOST] {
         self.bytes
     }

@@ -1,26 +1,28 @@
-//! The units of the module, as types where mixing two would go unnoticed.
+//! Units: time, velocity and acceleration, motor current. Time and current have types of their own, so that mixing them
+//! up with other numbers does not compile.
 
-/// A point in time or a span, in microseconds since the firmware started. Wraps after 584 000 years.
+/// A point in time, in microseconds since the firmware started, or a span of time in microseconds. It wraps after 584
+/// 000 years.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Micros(pub u64);
 
 impl Micros {
-    /// `n` milliseconds.
+    /// The span of `n` milliseconds.
     pub const fn from_millis(n: u64) -> Self {
         Micros(n * 1_000)
     }
 
-    /// Whole milliseconds.
+    /// The number of whole milliseconds.
     pub const fn millis(self) -> u64 {
         self.0 / 1_000
     }
 
-    /// This point in time, `span` later.
+    /// The point in time that is `span` later.
     pub const fn after(self, span: Micros) -> Self {
         Micros(self.0.wrapping_add(span.0))
     }
 
-    /// The span since `earlier`; zero if that lies ahead.
+    /// The span since `earlier`; zero if `earlier` lies in the future.
     pub const fn since(self, earlier: Micros) -> Micros {
         Micros(self.0.saturating_sub(earlier.0))
     }
@@ -37,13 +39,13 @@ pub const INTERNAL_MAX: Internal = 2047;
 pub struct CurrentScale(u8);
 
 impl CurrentScale {
-    /// From a current parameter (6, 7, 183, 200), 0..=255 in 32 steps of eight (manual chapter 4,
-    /// parameter 6).
+    /// The current scale for the value of a current parameter (6, 7, 183, 200), 0..=255: eight values give the same
+    /// scale (manual chapter 4, parameter 6).
     pub const fn from_parameter(value: i32) -> Self {
         CurrentScale(((value as u32 & 0xFF) >> 3) as u8)
     }
 
-    /// The value for the chip's CS field.
+    /// The value of the driver's CS field, 0..=31.
     pub const fn bits(self) -> u32 {
         self.0 as u32
     }

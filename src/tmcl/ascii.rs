@@ -1,11 +1,11 @@
 //! The ASCII interface (manual section 3.4): lines that a person types at a terminal, and replies as text.
 //!
 //! A line starts with the address character and ends with CR: `AGAP 0, 1`. [`Editor`] makes lines out of
-//! characters and says what is echoed; [`Line::parse`] says what a line means; [`encode_reply`] answers it.
+//! characters and gives the echo; [`Line::parse`] decodes a line; [`encode_reply`] writes the reply to it.
 //!
-//! What the manual leaves open: BIN is answered, as text, like everything that was asked as text; RUN and STOP are
-//! commands 129 and 128; a command number in place of a mnemonic is no command; the value of a reply to a line
-//! that cannot be read is 0.
+//! Where the manual leaves the behaviour open: BIN is answered, as text, because it was sent as text; RUN and STOP are
+//! commands 129 and 128; a line with a command number in place of the mnemonic is refused; the reply to a line that
+//! cannot be read has the value 0.
 
 use core::fmt::Write;
 
@@ -14,26 +14,26 @@ use heapless::Vec;
 use super::text::{self, Error};
 use super::{Command, Field, Opcode, Reply, Status};
 
-/// The longest line, in characters, its address character included.
+/// Longest line in characters, with its address character and without its CR.
 pub const LINE: usize = 80;
 
-/// The longest reply: `BA 100 -2147483648` and CR.
+/// Length of the longest reply in characters: `BA 100 -2147483648` and CR.
 pub const REPLY: usize = 19;
 
 const BACKSPACE: u8 = 0x08;
 const DELETE: u8 = 0x7F;
-/// Characters that make a terminal rub out the last one: back, a space, back.
+/// Echo that makes a terminal delete the last character: back, a space, back.
 const RUB_OUT: &[u8] = b"\x08 \x08";
 
-/// The address character: A for 1, B for 2 and so on to `~` for 62. The manual says nothing of addresses
-/// beyond: they share the question mark.
+/// The character of an address: A for 1, B for 2 and so on to `~` for 62. The manual has no characters for higher
+/// addresses; they share the question mark.
 pub const fn letter(address: u8) -> u8 {
     if address <= b'~' - b'@' { b'@'.wrapping_add(address) } else { b'?' }
 }
 
-/// Whether a character addresses a module with one of these addresses; 0 is none. A lower-case letter does for
-/// addresses 1 to 26; it is that of a module with an address 32 higher, too, so on a bus with both of them a host has
-/// to write the exact character.
+/// True when a character addresses a module with one of these two addresses; 0 stands for no address. Addresses 1 to 26
+/// also accept their letter in lower case, which is the character of the address 32 higher: on a bus with modules of
+/// both addresses a host has to use the upper-case letter.
 fn addresses(character: u8, addresses: [u8; 2]) -> bool {
     let mut letters = addresses.into_iter().filter(|address| *address != 0).map(letter);
     letters.any(|letter| letter == character || letter == character.to_ascii_uppercase())
@@ -42,24 +42,24 @@ fn addresses(character: u8, addresses: [u8; 2]) -> bool {
 /// A line in ASCII mode, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Line {
-    /// A command; RUN and STOP are those that have no mnemonic in binary mode.
+    /// A command; RUN and STOP give commands 129 and 128.
     Command(Command),
-    /// BIN: back to binary mode.
+    /// BIN: the link goes back to binary mode.
     Leave,
-    /// The line cannot be carried out.
+    /// The line is refused.
     Wrong {
-        /// The status to answer with.
+        /// Status of the reply.
         status: Status,
-        /// Number of the command, if one was to be recognised; else 0.
+        /// Number of the command if the mnemonic was recognised, else 0.
         opcode: u8,
     },
 }
 
 impl Line {
-    /// A line without any command in it.
+    /// A line whose command is unknown.
     const UNKNOWN: Line = Line::Wrong { status: Status::InvalidCommand, opcode: 0 };
 
-    /// Decodes a line, without its address character.
+    /// Decodes a line from which the address character has been removed.
     pub fn parse(text: &[u8]) -> Self {
         let Ok(text) = core::str::from_utf8(text).map(str::trim) else { return Line::UNKNOWN };
         let special = |word: &str| text.eq_ignore_ascii_case(word);
@@ -72,7 +72,8 @@ impl Line {
         if special("STOP") {
             return Line::Command(Command::new(Opcode::StopApplication as u8, 0, 0, 0));
         }
-        // Only mnemonics: a number in place of one is good elsewhere.
+        // `text::parse` would accept a command number in place of the mnemonic, which the ASCII interface does not
+        // have.
         if !text.starts_with(|c: char| c.is_ascii_alphabetic()) {
             return Line::UNKNOWN;
         }
@@ -86,8 +87,8 @@ impl Line {
     }
 }
 
-/// The answer to a line that is no command: status 2 for an unknown command, 6 for one that the ASCII command line does
-/// not have, 3 for a wrong type, 4 for a wrong motor, bank or value; an operand too many counts as a wrong value.
+/// The refusal of a line that cannot be read: status 2 for an unknown command, 6 for a command that the ASCII command
+/// line does not have, 3 for a wrong type, 4 for a wrong motor, bank or value, and for an operand too many.
 fn wrong(error: &Error<'_>) -> Line {
     let (instruction, field) = match *error {
         Error::Empty | Error::UnknownMnemonic(_) => return Line::UNKNOWN,
@@ -108,18 +109,18 @@ fn wrong(error: &Error<'_>) -> Line {
 pub fn encode_reply(host: u8, module: u8, reply: &Reply) -> Vec<u8, REPLY> {
     let (status, value) = match *reply {
         Reply::Plain { status, value, .. } => (status, value),
-        // No command of the ASCII command line has a reply of another form.
+        // These replies belong to commands that the ASCII command line does not have.
         Reply::Version(_) | Reply::Memory(_) => (Status::NotAvailable, 0),
     };
     let mut text = Vec::new();
-    // It fits: a reply has at most REPLY characters.
+    // Writing cannot fail, because no reply has more than REPLY characters.
     let _ = text.extend_from_slice(&[letter(host), letter(module)]);
     let _ = write!(text, " {} {value}\r", status as u8);
     text
 }
 
-/// Whether this is a reply with the host's address character taken off. Where modules share a bus and one has
-/// the host's address, it hears the replies of the others like lines that are for it.
+/// True for a module's reply from which the host's address character has been removed. A module that has the host's
+/// address on a shared bus receives the replies of other modules as lines addressed to itself, and must ignore them.
 fn is_reply(text: &[u8]) -> bool {
     let digits = |word: &[u8]| !word.is_empty() && word.iter().all(u8::is_ascii_digit);
     let [_, b' ', numbers @ ..] = text else { return false };
@@ -128,20 +129,20 @@ fn is_reply(text: &[u8]) -> bool {
     digits(status) && digits(value.strip_prefix(b"-").unwrap_or(value))
 }
 
-/// How characters are echoed: bits 4 and 5 of global parameter 67 (manual section 3.4.4).
+/// What a module echoes: bits 4 and 5 of global parameter 67 (manual section 3.4.4).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Echo {
-    /// Each character at once.
+    /// Each character as it arrives.
     #[default]
     Characters,
-    /// The whole line after its CR.
+    /// The whole line, after its CR.
     Line,
-    /// No echo.
+    /// Nothing.
     None,
 }
 
 impl Echo {
-    /// From the value of parameter 67. With both bits set, which the manual leaves open, there is none.
+    /// The echo that parameter 67 with this value asks for. Both bits set, which the manual leaves open, give no echo.
     pub const fn from_parameter(value: i32) -> Self {
         match value >> 4 & 3 {
             0 => Echo::Characters,
@@ -150,8 +151,9 @@ impl Echo {
         }
     }
 
-    /// The echo for a module with these addresses on a bus with others. If one of them is the host's, a reply of
-    /// another module looks like a line for this one until it is complete: nothing is echoed before.
+    /// The echo of a module with the addresses `own` on a bus with other modules. If one of them is the host's
+    /// address, a reply of another module looks like a line for this module until the CR, so nothing is echoed before
+    /// the CR.
     #[must_use]
     pub fn among_others(self, own: [u8; 2], host: u8) -> Self {
         if self == Echo::Characters && addresses(letter(host), own) { Echo::Line } else { self }
@@ -163,17 +165,17 @@ impl Echo {
 pub struct Typed<'a> {
     /// Characters to be sent back.
     pub echo: &'a [u8],
-    /// The line that the character completes, if it does.
+    /// The line, if the character has completed one.
     pub line: Option<Line>,
 }
 
-/// Makes lines out of characters. Backspace and DEL take the last one back; LF and NUL do not count. A line
-/// for another address, an empty one among them, is neither answered nor echoed; a module's reply is none.
+/// Makes lines out of characters. Backspace and DEL delete the last character; LF and NUL are ignored. An empty line,
+/// a line for another address and a reply of another module are neither returned nor echoed.
 #[derive(Clone, Debug, Default)]
 pub struct Editor {
-    /// The line as far as it fits; with its CR once it is complete.
+    /// The first [`LINE`] characters of the line; with its CR once the line is complete.
     text: Vec<u8, { LINE + 1 }>,
-    /// How many characters have been typed.
+    /// Number of characters in the line, also of those that did not fit `text`.
     length: usize,
     last: u8,
     complete: bool,
@@ -185,7 +187,7 @@ impl Editor {
         Editor { text: Vec::new(), length: 0, last: 0, complete: false }
     }
 
-    /// Takes one character typed to a module that has these addresses; 0 is none.
+    /// Takes one character that a module with the addresses `own` has received; 0 stands for no address.
     pub fn push(&mut self, character: u8, own: [u8; 2], echo: Echo) -> Typed<'_> {
         if core::mem::take(&mut self.complete) {
             self.text.clear();
@@ -198,7 +200,7 @@ impl Editor {
                 if self.length == 0 {
                     return Typed::default();
                 }
-                // With the address character itself the line ceases to be ours: it is rubbed out all the same.
+                // Deleting the address character is echoed, too, although the line is then no longer for this module.
                 let addressed = self.addressed(own);
                 self.length = self.length.saturating_sub(1);
                 self.text.truncate(self.length);
@@ -229,7 +231,7 @@ impl Editor {
             return Typed::default();
         }
         let line = if fits { Line::parse(rest) } else { Line::UNKNOWN };
-        // One place is kept for it.
+        // The CR fits: `push` stores LINE characters at most, one less than the capacity.
         let _ = self.text.push(b'\r');
         let echo = match echo {
             Echo::Characters => b"\r",
@@ -244,7 +246,7 @@ impl Editor {
 mod tests {
     use super::*;
 
-    /// Types some text at a module with address 1: everything echoed, and the lines.
+    /// Types text at a module with address 1; returns all that was echoed, and the lines.
     fn typed(editor: &mut Editor, text: &[u8], echo: Echo) -> (std::vec::Vec<u8>, std::vec::Vec<Line>) {
         let (mut echoed, mut lines) = (std::vec::Vec::new(), std::vec::Vec::new());
         for character in text {
@@ -266,10 +268,10 @@ mod tests {
         assert_eq!(lines(b"AGAP 1, 0\r"), [GAP]);
         assert_eq!(lines(b"A   gap\t1,0 \r\naGAP, 1\r\n"), [GAP, GAP]);
         assert_eq!(lines(b"ASAO\x08\x7F\x08GAP 1, 9\x080\r"), [GAP]);
-        // Back over the start of the line, and over another address.
+        // Backspace at the start of the line has no effect; it can also delete the address character.
         assert_eq!(lines(b"\x08\x08BSA\x08\x08\x08\x08\x08AGAP 1\r"), [GAP]);
         assert_eq!(lines(b"BGAP 1\r\r\n\r GAP 1\r A GAP 1\r@GAP 1\r"), []);
-        // Replies of other modules to a host whose address is ours, and what is none.
+        // Replies of other modules to a host with this module's address, and lines that only look like replies.
         assert_eq!(lines(b"AB 100 -5000\rAB 2 0\r"), []);
         assert_eq!(lines(b"AB 100 -\rAB 100\rAB 1 2 3\r"), [Line::UNKNOWN; 3]);
         assert_eq!(lines(b"Abin\rA BIN \r"), [Line::Leave, Line::Leave]);

@@ -1,7 +1,7 @@
 //! The nine-byte telegram of RS485, USB and every other byte link (manual sections 3.1, 3.2).
 //!
-//! TMCL has no start byte: a silence is the only way back into step, so [`Framer`] is told when each byte
-//! arrived.
+//! A telegram has no start byte. Only a pause shows where the next telegram begins after a byte was lost, so
+//! [`Framer`] takes each byte with the time of its arrival.
 
 use super::{Command, Reply, Status};
 use crate::units::Micros;
@@ -17,29 +17,30 @@ pub fn checksum(telegram: &Telegram) -> u8 {
     telegram.iter().take(TELEGRAM - 1).fold(0, |sum, byte| sum.wrapping_add(*byte))
 }
 
+/// The telegram with its checksum filled in.
 fn sealed(mut telegram: Telegram) -> Telegram {
     telegram[TELEGRAM - 1] = checksum(&telegram);
     telegram
 }
 
-/// A request for the module with `address`.
+/// The request that carries `command` to the module with `address`.
 pub fn encode_command(address: u8, command: Command) -> Telegram {
     let [opcode, kind, motor, a, b, c, d] = command.to_bytes();
     sealed([address, opcode, kind, motor, a, b, c, d, 0])
 }
 
-/// A telegram taken apart as a request.
+/// The parts of a request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Addressed {
-    /// The address it goes to.
+    /// Address of the module that the request is for.
     pub address: u8,
-    /// The command that its bytes are.
+    /// The command in bytes 1 to 7.
     pub command: Command,
-    /// The checksum is right.
+    /// True if the checksum is right.
     pub intact: bool,
 }
 
-/// Takes a request apart.
+/// Takes a telegram apart as a request, whether its checksum is right or not.
 pub fn decode(telegram: &Telegram) -> Addressed {
     let [address, opcode, kind, motor, a, b, c, d, sum] = *telegram;
     let command = Command::from_bytes([opcode, kind, motor, a, b, c, d]);
@@ -52,9 +53,8 @@ pub fn decode_command(telegram: &Telegram) -> Option<Command> {
     intact.then_some(command)
 }
 
-/// A reply from the module with address `module` to the host with address `host`. The special replies:
-/// the version string has neither module address nor checksum, program memory has a command in place of
-/// module address, status and value.
+/// The telegram of a reply from the module with address `module` to the host with address `host`. A
+/// [`Reply::Version`] has neither module address nor checksum; a [`Reply::Memory`] has no module address and no status.
 pub fn encode_reply(host: u8, module: u8, reply: &Reply) -> Telegram {
     match *reply {
         Reply::Plain { status, opcode, value } => {
@@ -66,7 +66,7 @@ pub fn encode_reply(host: u8, module: u8, reply: &Reply) -> Telegram {
     }
 }
 
-/// A plain reply as a host sees it.
+/// A plain reply as a host receives it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Received {
     /// Host address.
@@ -82,7 +82,7 @@ pub struct Received {
 }
 
 impl Received {
-    /// The status, if it is one the protocol knows.
+    /// The status; `None` if the protocol has no status with this number.
     pub fn status(&self) -> Option<Status> {
         Status::from_number(self.status)
     }
@@ -100,8 +100,8 @@ pub fn decode_reply(telegram: &Telegram) -> Option<Received> {
     })
 }
 
-/// Cuts a stream of bytes into telegrams. A byte that comes more than [`Framer::GAP`] after the one before
-/// starts a new telegram, and the unfinished one is dropped.
+/// Cuts a stream of bytes into telegrams. A byte that comes more than [`Framer::GAP`] after the previous byte begins a
+/// new telegram; an unfinished telegram is dropped.
 #[derive(Clone, Debug, Default)]
 pub struct Framer {
     buffer: Telegram,
@@ -110,22 +110,22 @@ pub struct Framer {
 }
 
 impl Framer {
-    /// Silence after which an unfinished telegram is given up.
+    /// Longest pause between two bytes of the same telegram.
     pub const GAP: Micros = Micros::from_millis(5);
 
-    /// An empty framer.
+    /// A framer that has received nothing.
     pub const fn new() -> Self {
         Framer { buffer: [0; TELEGRAM], length: 0, last: Micros(0) }
     }
 
-    /// Takes one byte that arrived at `at`; returns the telegram it completes.
+    /// Takes one byte that arrived at the time `at`; returns the telegram if the byte completes one.
     pub fn push(&mut self, byte: u8, at: Micros) -> Option<Telegram> {
         if at.since(self.last) > Self::GAP {
             self.length = 0;
         }
         self.last = at;
-        if let Some(place) = self.buffer.get_mut(self.length) {
-            *place = byte;
+        if let Some(slot) = self.buffer.get_mut(self.length) {
+            *slot = byte;
         }
         self.length = self.length.saturating_add(1);
         (self.length == TELEGRAM).then(|| {
@@ -134,7 +134,7 @@ impl Framer {
         })
     }
 
-    /// Forgets an unfinished telegram, as when a link is opened anew.
+    /// Drops an unfinished telegram, as is due when a link is opened anew.
     pub fn reset(&mut self) {
         self.length = 0;
     }
@@ -158,7 +158,7 @@ mod tests {
     fn framer_resynchronises_on_a_gap_only() {
         let telegram = encode_command(1, Command::new(6, 1, 0, 0));
         let mut framer = Framer::new();
-        // Three stray bytes, then silence of 5 ms and a bit: the telegram comes through whole.
+        // Three stray bytes, then a pause of 5.1 ms: the telegram that follows is complete.
         for (i, byte) in [0xFF, 0x01, 0x06].iter().enumerate() {
             assert_eq!(framer.push(*byte, AT(i as u64)), None);
         }
@@ -166,7 +166,7 @@ mod tests {
         let got: Vec<_> =
             telegram.iter().enumerate().filter_map(|(i, b)| framer.push(*b, AT(start + 1_040 * i as u64))).collect();
         assert_eq!(got, [telegram]);
-        // A pause of exactly 5 ms inside a telegram is still the same telegram.
+        // Pauses of exactly 5 ms do not end a telegram.
         let got: Vec<_> =
             telegram.iter().enumerate().filter_map(|(i, b)| framer.push(*b, AT(20_000 + 5_000 * i as u64))).collect();
         assert_eq!(got, [telegram]);

@@ -1,54 +1,55 @@
-//! TMCL on CAN: identifier in place of the address, no checksum, seven or eight data bytes (manual section
-//! 3.1; what hosts rely on beyond it: the reply has as many bytes as the request had).
+//! TMCL in CAN frames (manual section 3.1): the identifier takes the place of the address, there is no checksum, and a
+//! frame has seven or eight data bytes. A reply has as many data bytes as its request: the manual does not say so, but
+//! hosts rely on the number.
 
 use super::{Command, Reply};
 use crate::can::{CanFrame, Frame, Id, StandardId};
 
-/// Data of a request or reply: at most eight bytes.
+/// Data bytes of a request or reply.
 pub type Data = heapless::Vec<u8, 8>;
 
 /// A request as it came over the CAN bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Request {
-    /// The identifier it came under.
+    /// Identifier of the frame.
     pub id: StandardId,
-    /// The command.
+    /// Command in the first seven data bytes.
     pub command: Command,
-    /// Data bytes, 7 or 8.
+    /// Number of data bytes, 7 or 8.
     pub length: u8,
 }
 
-/// The request in a data frame of seven or more bytes with an identifier of 11 bits; any other frame is none.
+/// The request in a frame. `None` for a remote frame, an identifier of 29 bits, or fewer than seven data bytes.
 pub fn decode(frame: &impl CanFrame) -> Option<Request> {
     let (Id::Standard(id), false) = (frame.id(), frame.is_remote_frame()) else { return None };
     let data = frame.data();
     Some(Request { id, command: decode_command(data)?, length: data.len() as u8 })
 }
 
-/// The command in a frame of seven or more data bytes; a shorter frame is none.
+/// The command in the first seven data bytes of a frame; `None` if there are fewer.
 pub fn decode_command(data: &[u8]) -> Option<Command> {
     Some(Command::from_bytes(*data.first_chunk()?))
 }
 
-/// A request's data, eight bytes long.
+/// The eight data bytes of a request; the last byte is 0.
 pub fn encode_command(command: Command) -> Data {
     let mut data = Data::new();
-    // Eight bytes fit by the type's capacity.
+    // Seven bytes and one more fit the capacity of eight.
     let _ = data.extend_from_slice(&command.to_bytes());
     let _ = data.push(0);
     data
 }
 
-/// A reply of `length` (7 or 8) bytes from the module that receives on identifier `id`: low byte of that
-/// identifier, status, command, value. A special reply has no room for the host address and starts with
-/// what follows it; it is whole only in eight bytes.
+/// The data of a reply of `length` (7 or 8) bytes from the module that receives requests under identifier `id`: low
+/// byte of `id`, status, command number, value. A [`Reply::Version`] or [`Reply::Memory`] is sent without the host
+/// address that its telegram begins with; the last character of a version needs the eighth byte.
 pub fn encode_reply(id: StandardId, length: usize, reply: &Reply) -> Data {
     let mut data = Data::from_array(reply_bytes(id, reply));
     data.truncate(if length == Command::SIZE { 7 } else { 8 });
     data
 }
 
-/// The same as a frame with identifier `to`.
+/// The frame of a reply as [`encode_reply`] makes it, with identifier `to`.
 pub fn reply_frame(id: StandardId, to: StandardId, length: u8, reply: &Reply) -> Frame {
     Frame::received(Id::Standard(to), false, length, reply_bytes(id, reply))
 }

@@ -1,6 +1,7 @@
 //! A TMCL command: seven bytes in a telegram and in program memory (manual section 3.1).
 
-/// One command as it travels. Unknown numbers survive: they are answered, stored and shown as they are.
+/// One command as it is sent. Any number is possible, because a command with an unknown number must be answered, stored
+/// and shown unchanged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Command {
     /// Command number.
@@ -16,13 +17,14 @@ pub struct Command {
 impl Command {
     /// Length in program memory and in a CAN frame, in bytes.
     pub const SIZE: usize = 7;
-    /// From this number on commands are carried out even while a program is loaded; a program cannot contain them.
+    /// Commands with this number or a higher one are carried out even while a program is downloaded, and cannot stand
+    /// in a program.
     pub const FIRST_CONTROL: u8 = 128;
 
     /// The command that enters the vendor's boot loader: number 242 with operands that no host sends by mistake.
     pub const ENTER_BOOTLOADER: Command = Command::new(242, 0x81, 0x92, 0xA3B4_C5D6_u32.cast_signed());
 
-    /// Puts a command together.
+    /// The command with these four fields.
     pub const fn new(opcode: u8, kind: u8, motor: u8, value: i32) -> Self {
         Command { opcode, kind, motor, value }
     }
@@ -33,7 +35,7 @@ impl Command {
         [self.opcode, self.kind, self.motor, a, b, c, d]
     }
 
-    /// The reverse of [`Command::to_bytes`].
+    /// The command with these seven bytes, as [`Command::to_bytes`] makes them.
     pub const fn from_bytes(bytes: [u8; Self::SIZE]) -> Self {
         let [opcode, kind, motor, a, b, c, d] = bytes;
         Command { opcode, kind, motor, value: i32::from_be_bytes([a, b, c, d]) }

@@ -1,19 +1,20 @@
-//! The instruction table: number, mnemonic, operands and where a command may run (manual sections 3.5, 3.7).
+//! The instruction table: for each command its number, mnemonic and operands, and whether hosts, programs and the ASCII
+//! command line may use it (manual sections 3.5, 3.7).
 
 use super::Command;
 
-/// One operand of the mnemonic form, and the field of the command it fills.
+/// An operand of a command written with its mnemonic: the field of the command that the operand fills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Field {
     /// The type field as a number.
     Kind,
-    /// The type field by name; the position in the list is the number.
+    /// The type field by name; a name stands for its index in the list.
     Named(&'static [&'static str]),
     /// The motor or bank field.
     Motor,
     /// The value field.
     Value,
-    /// A zero that the manual prints behind the other operands, and that may be left out. It fills no field.
+    /// A zero behind the other operands that fills no field. The manual prints it; it may be left out.
     Zero,
 }
 
@@ -22,16 +23,16 @@ pub enum Field {
 pub enum MotorField {
     /// An axis.
     Axis,
-    /// An axis, or [`ALL_AXES`] for the special form.
+    /// An axis, or [`ALL_AXES`] for a form of the command that concerns all axes.
     AxisOrAll,
-    /// A bank of parameters or ports, or nothing.
+    /// A bank of parameters or ports, or no meaning.
     Other,
 }
 
-/// In place of an axis: the special form of a command, such as all axes of MVP COORD.
+/// Motor field that stands for all axes, as in MVP COORD.
 pub const ALL_AXES: u8 = 255;
 
-/// The value that commands 137 and 255 want as a safeguard.
+/// Value that commands 137 (factory settings) and 255 (software reset) need, as a safeguard.
 pub const CONFIRMATION: i32 = 1234;
 
 /// One row of the instruction table.
@@ -41,17 +42,17 @@ pub struct Instruction {
     pub opcode: Opcode,
     /// Mnemonic; empty for control commands, which have none.
     pub mnemonic: &'static str,
-    /// Operands in the order they are written.
+    /// Operands in the order in which they are written.
     pub fields: &'static [Field],
     /// Meaning of the motor field.
     pub motor: MotorField,
-    /// May be sent by a host for immediate execution.
+    /// True if a host may send the command for immediate execution.
     pub direct: bool,
-    /// May stand in a program.
+    /// True if the command may stand in a program.
     pub program: bool,
-    /// May be entered on the ASCII command line (manual section 3.4).
+    /// True if the command may be entered on the ASCII command line (manual section 3.4).
     pub ascii: bool,
-    /// Talks to the chips, which takes a program longer than other commands.
+    /// True if the command may exchange SPI datagrams with a chip, which costs a program more of its time.
     pub chip: bool,
 }
 
@@ -59,7 +60,7 @@ const MVP: &[&str] = &["ABS", "REL", "COORD"];
 const RFS: &[&str] = &["START", "STOP", "STATUS"];
 const CALC: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD"];
 const CALCX: &[&str] = &["ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR", "NOT", "LOAD", "SWAP"];
-/// ESD is not in the manual, which has a flag of this name but no condition for it.
+/// Conditions of JC. The manual has no condition ESD, but a flag of this name.
 const JC: &[&str] = &["ZE", "NZ", "EQ", "NE", "GT", "GE", "LT", "LE", "ETO", "EAL", "EDV", "EPO", "ESD"];
 const WAIT: &[&str] = &["TICKS", "POS", "REFSW", "LIMSW", "RFS"];
 const CLE: &[&str] = &["ALL", "ETO", "EAL", "EDV", "EPO", "ESD"];
@@ -80,7 +81,7 @@ macro_rules! instructions {
                 Instruction::numbered(number).map(|instruction| instruction.opcode)
             }
 
-            /// The row of the table.
+            /// The command's row of the instruction table.
             pub const fn instruction(self) -> &'static Instruction {
                 match self {
                     $(Opcode::$opcode => const { &Instruction {
@@ -97,10 +98,10 @@ macro_rules! instructions {
             }
         }
 
-        /// All instructions in the order of their numbers.
+        /// All commands in the order of their numbers.
         const ALL: &[Opcode] = &[$(Opcode::$opcode),*];
 
-        /// All instructions at their numbers, because a search would take too long for each command of a program.
+        /// All instructions, indexed by number: a search would take too long for each command of a program.
         static BY_NUMBER: [Option<&Instruction>; 256] = {
             let mut table = [None; 256];
             $(table[$number] = Some(Opcode::$opcode.instruction());)*
@@ -186,7 +187,7 @@ impl Instruction {
         BY_NUMBER.get(usize::from(number)).copied().flatten()
     }
 
-    /// The operands that say something: all but the zero that may follow them.
+    /// The operands that fill a field: all but a [`Field::Zero`] at the end.
     pub fn operands(&self) -> &'static [Field] {
         match self.fields {
             [operands @ .., Field::Zero] => operands,
@@ -194,8 +195,8 @@ impl Instruction {
         }
     }
 
-    /// How many operands have to be written: all but a motor at the end; of a user function, which may mean anything
-    /// by them, none.
+    /// Number of operands that must be written. A motor at the end may be left out; a user function needs none, because
+    /// the meaning of its operands is the user's.
     pub fn required(&self) -> usize {
         let user = (Opcode::Uf0 as u8..=Opcode::Uf7 as u8).contains(&(self.opcode as u8));
         match self.operands() {
@@ -205,12 +206,12 @@ impl Instruction {
         }
     }
 
-    /// The instruction with this mnemonic, in any case.
+    /// The instruction with this mnemonic, in upper or lower case.
     pub fn by_mnemonic(mnemonic: &str) -> Option<&'static Instruction> {
         Self::all().find(|i| !i.mnemonic.is_empty() && i.mnemonic.eq_ignore_ascii_case(mnemonic))
     }
 
-    /// True when the mnemonic form says all that is in `command`.
+    /// True when there is a mnemonic, and every field of `command` that the mnemonic form does not show is 0.
     pub(super) fn tells(&self, command: &Command) -> bool {
         let kind = self.fields.iter().any(|f| matches!(f, Field::Kind | Field::Named(_)));
         let (motor, value) = (self.fields.contains(&Field::Motor), self.fields.contains(&Field::Value));

@@ -1,5 +1,5 @@
-//! TMCL, the Trinamic Motion Control Language, as data: the instruction table, commands, replies and their
-//! forms on the wire and on paper. Pure: knows no module.
+//! TMCL, the Trinamic Motion Control Language, as data: the instruction table, commands and replies, and their forms in
+//! telegrams, in CAN frames and as text. Nothing in here has state beyond a telegram or a line, or depends on a module.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 

@@ -43,7 +43,7 @@ impl Status {
         })
     }
 
-    /// What it means, for a person.
+    /// The meaning of the status in English words.
     pub const fn meaning(self) -> &'static str {
         match self {
             Status::Ok => "ok",
@@ -62,32 +62,33 @@ impl Status {
 /// An answer to one command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reply {
-    /// The usual form.
+    /// Status, command number and value: the reply to every command but two.
     Plain {
-        /// How it went.
+        /// Success, or the reason of the refusal.
         status: Status,
         /// Number of the command answered; 0 after a wrong checksum.
         opcode: u8,
-        /// Value read, or the request's value.
+        /// The value that was read, else the value of the request.
         value: i32,
     },
-    /// Eight characters in place of everything but the host address: command 136, type 0.
+    /// Reply to command 136, type 0: after the host address eight characters take the rest of the telegram.
     Version([u8; 8]),
-    /// A command out of program memory, without a status: command 134.
+    /// Reply to command 134: a command out of program memory takes the fields of status, number and value.
     Memory(Command),
 }
 
 impl Reply {
-    /// A plain reply to `command` with its value echoed.
+    /// A plain reply that repeats the value of `command`.
     pub const fn echo(status: Status, command: Command) -> Self {
         Reply::Plain { status, opcode: command.opcode, value: command.value }
     }
 
-    /// True for the event of command 138, which answers no request at that moment.
+    /// True for the position-reached event that command 138 has asked for: a reply sent later, without a request.
     pub const fn is_event(&self) -> bool {
         matches!(self, Reply::Plain { status: Status::PositionReached, .. })
     }
 
-    /// The answer to a telegram with a wrong checksum: nothing of it can be trusted, so nothing is echoed.
+    /// The reply to a telegram with a wrong checksum. Command number and value are 0, because no byte of the telegram
+    /// can be trusted.
     pub const WRONG_CHECKSUM: Reply = Reply::Plain { status: Status::WrongChecksum, opcode: 0, value: 0 };
 }

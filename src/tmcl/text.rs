@@ -1,23 +1,24 @@
-//! Commands on paper: `MVP ABS, 0, 90000`, as in the manual, on the ASCII command line and in programs.
+//! Commands as text, such as `MVP ABS, 0, 90000`: reading and writing of the form that the manual, the ASCII command
+//! line and program listings use.
 
 use core::fmt;
 
 use super::{Command, Field, Instruction, Opcode};
 
-/// The reason for which a line is no command.
+/// The reason why a line cannot be read as a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error<'a> {
-    /// There is nothing on the line.
+    /// The line is empty.
     Empty,
-    /// No command has this name.
+    /// No command has this mnemonic.
     UnknownMnemonic(&'a str),
-    /// The command wants more operands; the field that is missing.
+    /// The operand for this field is missing.
     Missing(&'static Instruction, Field),
-    /// The command wants fewer operands; the first that is too many.
+    /// This operand is one too many.
     Unexpected(&'static Instruction, &'a str),
-    /// An operand is neither a number nor a name the command knows.
+    /// The operand for this field is neither a number nor a name that the command knows.
     BadOperand(&'static Instruction, Field, &'a str),
-    /// A number does not fit the field.
+    /// The number for this field is too large or too small.
     OutOfRange(&'static Instruction, Field, &'a str),
 }
 
@@ -38,6 +39,7 @@ impl fmt::Display for Error<'_> {
 
 impl core::error::Error for Error<'_> {}
 
+/// A field as usage lines show it.
 struct FieldName(Field);
 
 impl fmt::Display for FieldName {
@@ -58,7 +60,7 @@ impl fmt::Display for FieldName {
     }
 }
 
-/// The usage line: mnemonic and operands.
+/// The usage line of an instruction: mnemonic and operands.
 impl fmt::Display for Instruction {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.mnemonic)?;
@@ -69,8 +71,8 @@ impl fmt::Display for Instruction {
     }
 }
 
-/// The mnemonic form. A command that it cannot tell in full - a number without a mnemonic, or something in a
-/// field that the mnemonic does not write - is shown as its four fields; both forms read back as the same command.
+/// The mnemonic form of a command. A command without a mnemonic, or with a value in a field that the mnemonic form does
+/// not show, is written as four numbers. Both forms read back as the same command.
 impl fmt::Display for Command {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let instruction = Opcode::from_number(self.opcode).map(Opcode::instruction).filter(|i| i.tells(self));
@@ -95,11 +97,14 @@ impl fmt::Display for Command {
     }
 }
 
-/// Reads one command. Operands are separated by commas, spaces around them do not count; a comma right
-/// after the mnemonic is tolerated, and so are a missing motor at the end (`MST` means `MST 0`) and the 0 that the
-/// manual prints behind the operands of some commands (`STAP 4, 0, 0`). A user function takes as many operands as it is
-/// given. Numbers are decimal, or hexadecimal after `$` or `0x`. A command number may stand in place of the mnemonic:
-/// then all four fields are numbers, those left out zero.
+/// Reads one command. Operands are separated by commas, with any spaces around them; a comma right after the mnemonic
+/// is tolerated. A motor at the end may be left out (`MST` means `MST 0`), and the 0 that the manual prints behind the
+/// operands of some commands may be written (`STAP 4, 0, 0`). A user function takes up to three operands. Numbers are
+/// decimal, or hexadecimal after `$` or `0x`. A line may also have the command number in place of the mnemonic,
+/// followed by up to three numbers for type, motor and value; numbers left out are 0.
+///
+/// # Errors
+/// The line is no command; see [`Error`].
 pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     let line = line.trim();
     let end = line.find(|c: char| c.is_whitespace() || c == ',');
@@ -109,7 +114,8 @@ pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     }
     let rest = rest.trim_start();
     let rest = rest.strip_prefix(',').unwrap_or(rest).trim();
-    // A set of one character: the search for the character itself has a place in it that can panic.
+    // The separator is a set of one character, because splitting at a plain `char` compiles to code that can panic, and
+    // the core must not contain any.
     let mut operands = rest.split([',']).map(str::trim).filter(|_| !rest.is_empty());
     if let Some(number) = number(mnemonic) {
         return numeric(mnemonic, number, operands);
@@ -131,6 +137,7 @@ pub fn parse(line: &str) -> Result<Command, Error<'_>> {
     }
 }
 
+/// Sets a field of the command to the value of an operand.
 fn fill<'a>(
     command: &mut Command,
     instruction: &'static Instruction,
@@ -156,12 +163,13 @@ fn fill<'a>(
     Ok(())
 }
 
+/// Reads a command whose four fields are numbers; `word` is the first number as it is written.
 fn numeric<'a>(word: &'a str, opcode: i64, operands: impl Iterator<Item = &'a str>) -> Result<Command, Error<'a>> {
     let mut fields = [opcode, 0, 0, 0];
-    let mut places = fields.iter_mut().skip(1);
+    let mut rest = fields.iter_mut().skip(1);
     for operand in operands {
-        let place = places.next().ok_or(Error::UnknownMnemonic(word))?;
-        *place = number(operand).ok_or(Error::UnknownMnemonic(word))?;
+        let field = rest.next().ok_or(Error::UnknownMnemonic(word))?;
+        *field = number(operand).ok_or(Error::UnknownMnemonic(word))?;
     }
     let [opcode, kind, motor, value] = fields;
     let byte = |n: i64| u8::try_from(n).map_err(|_| Error::UnknownMnemonic(word));
@@ -173,11 +181,12 @@ fn numeric<'a>(word: &'a str, opcode: i64, operands: impl Iterator<Item = &'a st
     })
 }
 
-/// A value as signed or unsigned 32 bits: -2147483648..=4294967295.
+/// The value field for a number, which may be written signed or unsigned: -2147483648..=4294967295.
 fn value_field(value: i64) -> Option<i32> {
     i32::try_from(value).ok().or_else(|| u32::try_from(value).ok().map(u32::cast_signed))
 }
 
+/// The value of a decimal or hexadecimal number with at most one sign.
 fn number(word: &str) -> Option<i64> {
     let (negative, digits) = match word.strip_prefix('-') {
         Some(rest) => (true, rest.trim_start()),
@@ -185,7 +194,7 @@ fn number(word: &str) -> Option<i64> {
     };
     let hex = digits.strip_prefix('$').or_else(|| digits.strip_prefix("0x")).or_else(|| digits.strip_prefix("0X"));
     let magnitude = match hex {
-        // It would read a sign, too.
+        // `from_str_radix` would accept a second sign, so the digits are checked first.
         Some(hex) if hex.bytes().all(|digit| digit.is_ascii_hexdigit()) => u32::from_str_radix(hex, 16).ok()?,
         None if digits.bytes().all(|digit| digit.is_ascii_digit()) => digits.parse::<u32>().ok()?,
         _ => return None,
@@ -247,7 +256,7 @@ mod tests {
         assert_eq!(text("GAP 256, 0"), "GAP: 256 is out of range; usage: GAP <type>, <motor or bank>");
     }
 
-    /// Every instruction with a mnemonic reads back what it prints.
+    /// Each command with a mnemonic is read back as it was written.
     #[test]
     fn printing_and_reading_agree() {
         for instruction in Instruction::all().filter(|i| !i.mnemonic.is_empty()) {
@@ -263,7 +272,7 @@ mod tests {
         }
     }
 
-    /// What a mnemonic does not write is not lost.
+    /// A value in a field that the mnemonic form does not show is written in the numeric form.
     #[test]
     fn fields_without_an_operand_are_printed() {
         for (command, text) in [
