@@ -1,9 +1,9 @@
-//! What axis parameters do (manual chapter 4).
+//! The functions of axis parameters (manual chapter 4).
 
 use super::functions;
 
 functions! {
-    /// What an axis parameter does, whatever number it has.
+    /// The function of an axis parameter; its number and range belong to the product's [`Row`](super::Row).
     AxisParameter;
     settings {
         /// Top speed of positioning moves, in internal velocity units.

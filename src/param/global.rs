@@ -1,14 +1,14 @@
-//! What global parameters of bank 0 do (manual section 5.1).
+//! The functions of global parameters of bank 0 (manual section 5.1).
 
 use super::functions;
 
-/// What [`GlobalParameter::SerialBaudRate`] chooses from, in bit/s: 0 is the first.
+/// Bit rates of RS485 in bit/s, indexed by [`GlobalParameter::SerialBaudRate`].
 pub const BAUD_RATES: [u32; 9] = [9_600, 14_400, 19_200, 28_800, 38_400, 57_600, 76_800, 115_200, 230_400];
-/// What [`GlobalParameter::CanBitRate`] chooses from, in bit/s: 2 is the first.
+/// Bit rates of CAN in bit/s, indexed by [`GlobalParameter::CanBitRate`] minus 2.
 pub const CAN_BIT_RATES: [u32; 7] = [20_000, 50_000, 100_000, 125_000, 250_000, 500_000, 1_000_000];
 
 functions! {
-    /// What a global parameter of bank 0 does, whatever number it has.
+    /// The function of a global parameter of bank 0; its number belongs to the product's [`Row`](super::Row).
     GlobalParameter;
     settings {
         /// RS485 bit rate, an index into [`BAUD_RATES`]; takes effect after a restart.

@@ -1,82 +1,83 @@
-//! Interrupts and their parameters in bank 3, which have the same numbers (manual sections 3.6.6.1 and 5.4).
+//! The interrupts of TMCL programs and the global parameters of bank 3, which configure them: the parameter of an
+//! interrupt has the number of the interrupt (manual sections 3.6.6.1 and 5.4).
 
 use core::fmt;
 
 use super::{ANY, Access, Row, Storage, Unit};
 
-/// Which edges of a signal count.
+/// Range of the parameter that chooses the edges of a signal: two bits.
 const EDGES: &[(i32, i32)] = &[(0, 3)];
 
-/// The number that means all interrupts.
+/// Interrupt number that stands for all interrupts in EI and DI.
 pub const ALL_INTERRUPTS: u8 = 255;
-/// Timers, numbered from 0.
+/// Number of timers; their interrupts are numbered from 0.
 pub const TIMERS: u8 = 3;
 
-/// Of what there is an interrupt each.
+/// What a kind of interrupts exists once for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Each {
-    /// Of the timers.
+pub enum Per {
+    /// One interrupt per timer.
     Timer,
-    /// Of the axes.
+    /// One interrupt per axis.
     Axis,
-    /// Of the digital inputs.
+    /// One interrupt per digital input.
     Input,
 }
 
-/// What raises interrupts.
+/// A kind of interrupts, by the event that raises them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interrupt {
-    /// A timer.
+    /// The period of a timer is over.
     Timer,
-    /// The target position is reached.
+    /// An axis has reached its target position.
     PositionReached,
     /// stallGuard2 has stopped the motor.
     Stall,
     /// Deviation supervision has stopped the motor.
     Deviation,
-    /// The left stop switch.
+    /// The level of a left stop switch has changed.
     StopLeft,
-    /// The right stop switch.
+    /// The level of a right stop switch has changed.
     StopRight,
-    /// A digital input.
+    /// The level of a digital input has changed.
     Input,
 }
 
-/// The numbers of interrupts of one kind.
+/// The interrupts of one kind: `first`, `first + step` and so on, one per timer, axis or input.
 #[derive(Debug)]
 pub struct Numbered {
-    /// What raises them.
+    /// The event that raises them.
     pub interrupt: Interrupt,
-    /// That in words.
+    /// Name of the event.
     pub name: &'static str,
-    /// Of what there is one each.
-    pub each: Each,
-    /// The number of the first.
+    /// What there is one interrupt of this kind for.
+    pub per: Per,
+    /// Interrupt number of the first timer, axis or input.
     pub first: u8,
-    /// From one to the next.
+    /// Difference between the interrupt numbers of neighbours.
     pub step: u8,
-    /// The parameter in bank 3, if there is one; its number is that of the first.
+    /// The parameter in bank 3, under the number of the first interrupt; `None` if interrupts of this kind have none.
     pub row: Option<Row>,
 }
 
-/// All interrupts there are.
+/// All kinds of interrupts, in the order of their numbers.
 pub static INTERRUPTS: [Numbered; 7] = [
-    numbered(Interrupt::Timer, "timer", Each::Timer, 1, Some(PERIOD)),
-    numbered(Interrupt::PositionReached, "position reached", Each::Axis, 1, None),
-    numbered(Interrupt::Stall, "stallGuard", Each::Axis, 1, None),
-    numbered(Interrupt::Deviation, "deviation", Each::Axis, 1, None),
-    numbered(Interrupt::StopLeft, "stop left", Each::Axis, 2, Some(TRANSITION)),
-    numbered(Interrupt::StopRight, "stop right", Each::Axis, 2, Some(TRANSITION)),
-    numbered(Interrupt::Input, "input", Each::Input, 1, Some(TRANSITION)),
+    numbered(Interrupt::Timer, "timer", Per::Timer, 1, Some(PERIOD)),
+    numbered(Interrupt::PositionReached, "position reached", Per::Axis, 1, None),
+    numbered(Interrupt::Stall, "stallGuard", Per::Axis, 1, None),
+    numbered(Interrupt::Deviation, "deviation", Per::Axis, 1, None),
+    numbered(Interrupt::StopLeft, "stop left", Per::Axis, 2, Some(TRANSITION)),
+    numbered(Interrupt::StopRight, "stop right", Per::Axis, 2, Some(TRANSITION)),
+    numbered(Interrupt::Input, "input", Per::Input, 1, Some(TRANSITION)),
 ];
 
-const fn numbered(interrupt: Interrupt, name: &'static str, each: Each, step: u8, row: Option<Row>) -> Numbered {
+const fn numbered(interrupt: Interrupt, name: &'static str, per: Per, step: u8, row: Option<Row>) -> Numbered {
     let first = interrupt.first();
     let row = match row {
         Some(row) => Some(Row { number: first, ..row }),
         None => None,
     };
-    Numbered { interrupt, name, each, first, step, row }
+    Numbered { interrupt, name, per, first, step, row }
 }
 
 const PERIOD: Row = Row {
@@ -102,7 +103,7 @@ const TRANSITION: Row = Row {
 };
 
 impl Interrupt {
-    /// The number of the first.
+    /// Interrupt number of the first timer, axis or input.
     pub const fn first(self) -> u8 {
         match self {
             Interrupt::Timer => 0,
@@ -115,34 +116,36 @@ impl Interrupt {
         }
     }
 
-    /// The interrupt with a number, and of which timer, axis or input it is, on a module with so many axes and inputs.
+    /// The kind of the interrupt with this number, and the index of its timer, axis or input, on a module with `axes`
+    /// axes and `inputs` digital inputs; `None` if the module has no such interrupt.
     pub fn find(number: u8, axes: u8, inputs: u8) -> Option<(&'static Numbered, u8)> {
         INTERRUPTS.iter().find_map(|numbered| {
             let (offset, step) = (number.checked_sub(numbered.first)?, numbered.step.max(1));
             let index = offset / step;
-            (offset % step == 0 && index < numbered.each.count(axes, inputs)).then_some((numbered, index))
+            (offset % step == 0 && index < numbered.per.count(axes, inputs)).then_some((numbered, index))
         })
     }
 }
 
-impl Each {
-    /// How many there are on a module with so many axes and inputs.
+impl Per {
+    /// Number of timers, axes or inputs on a module with `axes` axes and `inputs` digital inputs.
     pub const fn count(self, axes: u8, inputs: u8) -> u8 {
         match self {
-            Each::Timer => TIMERS,
-            Each::Axis => axes,
-            Each::Input => inputs,
+            Per::Timer => TIMERS,
+            Per::Axis => axes,
+            Per::Input => inputs,
         }
     }
 }
 
 impl Numbered {
-    /// The number of the one of a timer, axis or input.
+    /// Interrupt number of the timer, axis or input with this index.
     pub const fn number(&self, index: u8) -> u8 {
         self.first.saturating_add(self.step.saturating_mul(index))
     }
 
-    /// The name of its parameter, if it has one: `stop left 0 transition`.
+    /// Name of the parameter of the timer, axis or input with this index, such as `stop left 0 transition`; `None` if
+    /// interrupts of this kind have no parameter.
     pub fn parameter_name(&'static self, index: u8) -> Option<impl fmt::Display + use<>> {
         let (name, row) = (self.name, self.row.as_ref()?);
         Some(fmt::from_fn(move |f| write!(f, "{name} {index} {}", row.name)))
@@ -175,7 +178,7 @@ mod tests {
 
     #[test]
     fn no_two_interrupts_share_a_number() {
-        let all = INTERRUPTS.iter().flat_map(|numbered| (0..numbered.each.count(6, 8)).map(|i| numbered.number(i)));
+        let all = INTERRUPTS.iter().flat_map(|numbered| (0..numbered.per.count(6, 8)).map(|i| numbered.number(i)));
         let mut all: Vec<u8> = all.collect();
         let count = all.len();
         all.sort_unstable();

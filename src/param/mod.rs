@@ -1,10 +1,11 @@
-//! Parameters: what they do, and for each product a table with a row for each one it has.
+//! Parameters: their functions, and for each product a table with one row per parameter.
 //!
-//! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by
-//! the settings (which slot), by the documentation (`docs/parameters.md`) and by the tests. What a parameter
-//! *does* is a variant of an enum, [`AxisParameter`] or [`GlobalParameter`], with an exhaustive `match` over it elsewhere: one
-//! without behaviour does not compile. Its number belongs to the row, because the same number means different things on
-//! different products. Interrupts, and their parameters in bank 3, have the same numbers on all products.
+//! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by the settings
+//! (which slot), by the documentation (`docs/parameters.md`) and by the tests. The function of a parameter is a
+//! variant of [`AxisParameter`] or [`GlobalParameter`]; the firmware matches exhaustively on these enums, so a
+//! function without behaviour does not compile. The number of a parameter belongs to the row, because the same number
+//! means different things on different products. Interrupts, and their parameters in bank 3, have the same numbers on
+//! all products.
 
 mod axis;
 mod global;
@@ -13,21 +14,21 @@ pub mod tmcm1140;
 
 pub use axis::AxisParameter;
 pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
-pub use interrupt::{ALL_INTERRUPTS, Each, INTERRUPTS, Interrupt, Numbered, TIMERS};
+pub use interrupt::{ALL_INTERRUPTS, INTERRUPTS, Interrupt, Numbered, Per, TIMERS};
 
-/// Bit of global parameter 81 that hides the program.
+/// Bit of global parameter 81 that keeps a host from reading the program.
 pub const AGAINST_READING: i32 = 1;
-/// Bit of global parameter 81 that keeps the program from being changed.
+/// Bit of global parameter 81 that keeps a host from changing the program.
 pub const AGAINST_WRITING: i32 = 2;
 
 /// Number of user variables in bank 2 (manual section 5.3).
 pub const USER_VARIABLES: usize = 256;
-/// How many of them, from 0 on, can be stored in the EEPROM.
+/// Number of user variables, from variable 0 on, that can be stored in the EEPROM.
 pub const STORED_USER_VARIABLES: usize = 56;
 /// Coordinates per axis, 0..=20; number 0 lives in RAM only (manual section 3.7.24).
 pub const COORDINATES: usize = 21;
 
-/// What a parameter's number counts.
+/// Unit of a parameter's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Microsteps of the resolution set by axis parameter 140.
@@ -36,15 +37,15 @@ pub enum Unit {
     Internal,
     /// 0 or 1.
     Flag,
-    /// One of a few numbered choices.
+    /// The number of a choice.
     Choice,
-    /// A field of a chip's register as it is.
+    /// The value of a field in a chip's register.
     Chip,
     /// 1/255 of the module's maximum current.
     Current,
     /// The exponent of a power of two.
     Exponent,
-    /// Single bits.
+    /// A set of bits.
     Bits,
     /// Hundredths of a second.
     TenMilliseconds,
@@ -97,29 +98,30 @@ impl Unit {
 /// Who may change a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// Read only: GAP, GGP.
+    /// Hosts and programs may read the parameter with GAP or GGP.
     Read,
-    /// Also SAP, AAP, SGP, AGP.
+    /// Hosts and programs may also write the parameter with SAP, AAP, SGP or AGP.
     ReadWrite,
 }
 
-/// Whether a parameter survives power-off, and in which slot: a parameter of an axis counts them from the first one of its axis.
+/// Whether a parameter survives power-off, and in which slot of the EEPROM. Slots of an axis parameter count from the
+/// first slot of the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Storage {
     /// In RAM only.
     Volatile,
     /// Stored by STAP or STGP, restored at start-up.
     OnCommand(u8),
-    /// Stored by the very command that sets it.
+    /// Stored by each command that sets the parameter.
     Automatic(u8),
 }
 
-/// Every 32-bit value.
+/// Range of a parameter that takes every 32-bit value.
 pub const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
-/// 0 or 1.
+/// Range of a parameter that takes 0 or 1.
 pub const FLAG: &[(i32, i32)] = &[(0, 1)];
 
-/// One parameter.
+/// What a product's table says about a parameter.
 #[derive(Debug)]
 pub struct Row {
     /// Number in the type field of a command.
@@ -130,13 +132,13 @@ pub struct Row {
     pub unit: Unit,
     /// Accepted values: inclusive ranges, in ascending order.
     pub ranges: &'static [(i32, i32)],
-    /// Who may change it.
+    /// Whether commands may change the value.
     pub access: Access,
-    /// Whether it survives power-off, and where.
+    /// Whether the value survives power-off, and in which slot.
     pub storage: Storage,
     /// Value after a factory reset.
     pub default: i32,
-    /// What it does, in a line.
+    /// Remark for the documentation, in one line.
     pub note: &'static str,
 }
 
@@ -146,17 +148,17 @@ impl Row {
         self.ranges.iter().any(|&(low, high)| (low..=high).contains(&value))
     }
 
-    /// True when SAP, SGP and their accumulator forms may change it.
+    /// True when SAP, SGP, AAP and AGP may change the parameter.
     pub const fn writable(&self) -> bool {
         matches!(self.access, Access::ReadWrite)
     }
 
-    /// True when the EEPROM has a slot for it.
+    /// True when the parameter has a slot in the EEPROM.
     pub const fn stored(&self) -> bool {
         self.slot().is_some()
     }
 
-    /// Its slot in the EEPROM, if it has one.
+    /// The parameter's slot in the EEPROM; `None` if the value is lost at power-off.
     pub const fn slot(&self) -> Option<u8> {
         match self.storage {
             Storage::Volatile => None,
@@ -164,7 +166,7 @@ impl Row {
         }
     }
 
-    /// Checked when a table is made: ranges ascend, and the default lies in one of them.
+    /// Panics, at compile time for a table in a `static`, unless the ranges ascend and one of them holds the default.
     const fn check(&self) {
         let (mut i, mut fits) = (0, false);
         while i < self.ranges.len() {
@@ -178,39 +180,40 @@ impl Row {
     }
 }
 
-/// A parameter of a product: what it does, and its row.
+/// A parameter of a product: its function and its row.
 #[derive(Debug)]
 pub struct Parameter<F> {
-    /// What it does.
+    /// The function: a variant of [`AxisParameter`] or [`GlobalParameter`].
     pub function: F,
-    /// Everything else about it.
+    /// Number, range, unit and the rest of the table's row.
     pub row: Row,
 }
 
 /// The parameters of a product, in the order of their numbers.
 #[derive(Debug)]
 pub struct Table<F: 'static> {
-    /// One for each parameter.
+    /// The parameters.
     pub rows: &'static [Parameter<F>],
-    /// By number: the place among the rows, counted from 1; 0 for a number that is not there.
-    places: [u8; 256],
+    /// For each parameter number its position in `rows`, counted from 1; 0 if the product has no such parameter.
+    positions: [u8; 256],
 }
 
 impl<F: Copy + PartialEq> Table<F> {
     /// The parameter with this number, if the product has it.
     pub fn find(&self, number: u8) -> Option<&'static Parameter<F>> {
-        let place = self.places.get(usize::from(number))?;
-        self.rows.get(usize::from(*place).checked_sub(1)?)
+        let position = self.positions.get(usize::from(number))?;
+        self.rows.get(usize::from(*position).checked_sub(1)?)
     }
 
-    /// The row of what does this, if the product has it. Looks through the table.
+    /// The row of the parameter with this function, if the product has it. The table is searched, which takes longer
+    /// than [`Table::find`].
     pub fn row(&self, function: F) -> Option<&'static Row> {
         self.rows.iter().find(|parameter| parameter.function == function).map(|parameter| &parameter.row)
     }
 }
 
-/// Makes the enum of what parameters do, and the check of tables of it. What is set has a cell in an array of values; what is
-/// computed when it is asked for has none.
+/// Makes an enum of parameter functions, and the constructor of tables for it. The value of a setting is kept in an
+/// array of values; the value of a computed parameter is found when it is read.
 macro_rules! functions {
     (
         $(#[$meta:meta])* $name:ident;
@@ -226,22 +229,26 @@ macro_rules! functions {
         }
 
         impl $name {
-            /// Everything that parameters do.
+            /// All functions: settings first, then computed parameters.
             pub const ALL: &'static [$name] = &[$($name::$setting,)* $($name::$computed,)*];
-            /// How many of them, from the first one on, have a cell in an array of values.
+            /// Number of settings: the length of an array of their values.
             pub const SETTINGS: usize = [$($name::$setting),*].len();
 
-            /// Its cell in an array of [`SETTINGS`](Self::SETTINGS) values; beyond that for what is computed.
+            /// Index of a setting in an array of [`SETTINGS`](Self::SETTINGS) values; for a computed parameter an index
+            /// beyond that array.
             pub const fn index(self) -> usize {
                 self as usize
             }
         }
 
         impl $crate::param::Table<$name> {
-            /// The table of these rows. That they are in order, and no number, function or slot is there twice, is checked when
-            /// the table is made: in a `static` by the compiler.
+            /// The table with these rows.
+            ///
+            /// # Panics
+            /// The numbers do not ascend, or two rows have the same function or slot. For a table in a `static` this
+            /// is a compile error.
             pub const fn new(rows: &'static [$crate::param::Parameter<$name>]) -> Self {
-                let mut places = [0; 256];
+                let mut positions = [0; 256];
                 let mut slots = [false; 256];
                 let mut functions = [false; $name::ALL.len()];
                 let mut i = 0;
@@ -256,12 +263,13 @@ macro_rules! functions {
                         slots[slot as usize] = true;
                     }
                     i += 1;
-                    places[row.number as usize] = i as u8;
+                    positions[row.number as usize] = i as u8;
                 }
-                $crate::param::Table { rows, places }
+                $crate::param::Table { rows, positions }
             }
 
-            /// The factory defaults, by [`index`]($name::index); 0 for what the product does not have.
+            /// The factory defaults of all settings, by [`index`]($name::index); 0 for a setting that the product does
+            /// not have.
             pub fn defaults(&self) -> [i32; $name::SETTINGS] {
                 let mut values = [0; $name::SETTINGS];
                 for parameter in self.rows {
@@ -276,7 +284,8 @@ macro_rules! functions {
 }
 use functions;
 
-/// The rows of a table, one a line: number, function, name, unit, ranges, access, storage with its slot, default, note.
+/// The rows of a table, written one a line: number, function, name, unit, ranges, access, storage with its slot,
+/// default, note.
 #[macro_export]
 macro_rules! parameter_rows {
     (

@@ -2,8 +2,9 @@
 
 use super::{ANY, AxisParameter, FLAG, GlobalParameter, Table, rows};
 
-/// Axis parameters, read by GAP and written by SAP and AAP (manual chapter 4). Parameter 141 is not in the V1.42 manual: it is
-/// a register of the TMC429 that existing host software reads. Slots count from the first one of the axis.
+/// Axis parameters, read by GAP and written by SAP and AAP (manual chapter 4). Parameter 141 is not in the V1.42
+/// manual; it is here because existing host software reads this register of the TMC429. Slots count from the first
+/// slot of the axis.
 pub static AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(rows! { AxisParameter;
     0 TargetPosition "target position" Microsteps ANY, ReadWrite Volatile 0 "writing it starts a positioning move (position mode)",
     1 ActualPosition "actual position" Microsteps ANY, ReadWrite Volatile 0 "stop the motor before overwriting; used for referencing",
@@ -73,8 +74,8 @@ pub static AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(rows! { Axis
     218 MaximumExternalEncoderDeviation "maximum external encoder deviation" EncoderSteps &[(0, i32::MAX)], ReadWrite OnCommand(45) 0 "0 = off",
 });
 
-/// Global parameters of bank 0, read by GGP and written by SGP and AGP (manual section 5.1). Numbers 65 to 127 are stored by
-/// the command that sets them.
+/// Global parameters of bank 0, read by GGP and written by SGP and AGP (manual section 5.1). Numbers 65 to 127 are
+/// stored by the command that sets them.
 pub static GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(rows! { GlobalParameter;
     65 SerialBaudRate "RS485 baud rate" Choice &[(0, 8)], ReadWrite Automatic(2) 0 "0..8: 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115200, 230400 bit/s; takes effect after a restart",
     66 SerialAddress "serial address" Address &[(1, 255)], ReadWrite Automatic(3) 1 "module address on RS485",
@@ -110,7 +111,8 @@ mod tests {
         table.rows.iter().filter_map(|parameter| Some((parameter.row.number, parameter.row.slot()?))).collect()
     }
 
-    /// The EEPROM addresses values by these slots: moving one would misread every module in the field.
+    /// Values lie in the EEPROM by slot number, so a parameter that changed its slot would be misread on every module
+    /// in the field.
     #[test]
     fn storage_slots_are_frozen() {
         let axis = slots(&AXIS);

@@ -77,7 +77,7 @@ fn parameters(spec: &Spec) -> Vec<Constant> {
 
 fn interrupts(spec: &Spec) -> Vec<Constant> {
     let each = NUMBERS.iter().flat_map(|numbered| {
-        (0..numbered.each.count(spec.axes, spec.inputs)).map(move |index| {
+        (0..numbered.per.count(spec.axes, spec.inputs)).map(move |index| {
             let name = format!("TI_{}{index}", numbered.name.to_uppercase().replace(' ', "_"));
             let parameter = numbered.parameter_name(index).map(|name| name.to_string());
             let note = parameter.unwrap_or_else(|| format!("{}, axis {index}", numbered.name));

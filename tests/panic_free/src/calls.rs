@@ -198,7 +198,7 @@ fn parameters() {
     any((any(AxisParameter::MaximumSpeed).index(), any(GlobalParameter::CanId).index()));
     any((AXIS.defaults(), GLOBAL.defaults()));
     if let Some((numbered, index)) = Interrupt::find(any(0), any(0), any(0)) {
-        any((numbered.number(index), numbered.each.count(any(0), any(0)), any(Interrupt::Input).first()));
+        any((numbered.number(index), numbered.per.count(any(0), any(0)), any(Interrupt::Input).first()));
         let _ = numbered.parameter_name(index).map(|name| any(write!(Paper, "{name}")));
     }
 }
