@@ -22,8 +22,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Takes a request from the CAN bus. It has one of the module's identifiers (parameters 71 and 83); another one is
     /// not answered.
     ///
-    /// Where 70 is one of the module's own identifiers, it receives the replies of other modules, too; it knows
-    /// them if it was given the requests before. Else there is no need to bring it frames it does not answer.
+    /// Where parameter 70, the identifier of replies, is one of the module's own identifiers, the module receives the replies
+    /// of other modules, too. It recognises them by the requests to those modules, so it has to be given all frames; else
+    /// frames with other identifiers may be kept from it.
     pub(super) fn frame(&mut self, now: Micros, frame: can::Request) -> Answer {
         let can::Request { id, command, length } = frame;
         let LinkSettings { can_id, can_secondary, can_reply, .. } = self.link_settings;
@@ -31,7 +32,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if id == can_reply && overheard.is_reply(now, command) {
             return Poll::Ready(None);
         }
-        // The second identifier may be that of a group: others answer, too.
+        // The second identifier may be that of a group of modules: the others of the group answer as well.
         if id != can_id && id != can_reply {
             let [_, low] = id.as_raw().to_be_bytes();
             overheard.asked(now, low, Some(command));

@@ -9,11 +9,11 @@ use crate::units::Micros;
 /// The tick timer and random numbers have 31 bits (manual section 5.1, parameters 132 and 133).
 const BITS_31: u32 = 0x7FFF_FFFF;
 
-/// A parameter by number and bank.
+/// The parameter that a number and a bank stand for.
 enum Global {
     Bank0(&'static Parameter<G>),
     Variable(u8),
-    /// Of the interrupt with the same number.
+    /// The setting, in bank 3, of the interrupt that has the same number.
     Interrupt(u8, &'static Row),
 }
 
@@ -28,7 +28,7 @@ fn check(row: &Row, value: i32) -> Result<(), Status> {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// The parameter with a number in a bank.
+    /// Finds the parameter with a number in a bank.
     fn find_global(&self, number: u8, bank: u8) -> Result<Global, Status> {
         let spec = self.spec();
         match bank {
@@ -43,7 +43,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// The value of a parameter of bank 0 as set.
+    /// The value of a parameter of bank 0, as it was set last.
     pub(super) fn global(&self, parameter: G) -> i32 {
         self.globals.get(parameter.index()).copied().unwrap_or_default()
     }
@@ -85,12 +85,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Global::Bank0(Parameter { function, row }) => {
                 check(row, value)?;
                 match *function {
-                    // Not while another link writes the program that would be erased.
+                    // Taking the read protection off erases the program; not while a link downloads one.
                     G::CodeProtection if self.uncovers(value) && self.store.downloading().is_some() => {
                         return Err(Status::NotAvailable);
                     }
                     G::CodeProtection if self.uncovers(value) => {
-                        // The parameter changes when there is nothing to be seen any more.
+                        // The protection ends only when the program is erased, so that a power cut never shows it.
                         self.machine.stop();
                         if let Some(protection) = self.store.erase(value) {
                             self.set_global_value(G::CodeProtection, protection);
@@ -123,7 +123,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// STGP: user variables only; the rest of bank 0 is stored by SGP.
+    /// STGP: user variables only; of bank 0 SGP itself stores what can be stored.
     pub(super) fn store_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Outcome, Status> {
         let slot = self.stored_variable(number, bank)?;
         let value = self.variables.get(usize::from(number)).copied().unwrap_or_default();
@@ -141,12 +141,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// Wants a value in a slot of the EEPROM, for a command that stores it.
+    /// Has the store write a value to a slot of the EEPROM; without a slot the command is refused with status 3.
     pub(super) fn keep(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
         if slot.is_some_and(|slot| self.store.set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
     }
 
-    /// What the EEPROM holds in a slot, for a command that asks for it.
+    /// The value that the EEPROM holds in a slot. An EEPROM that does not answer gives status 5, no slot status 3.
     pub(super) fn recall(&self, slot: Option<usize>) -> Result<i32, Status> {
         if self.store.is_unreachable() {
             return Err(Status::EepromLocked);
@@ -161,8 +161,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Changes switch polarity (79) or shaft direction (90). Where the motion controller does not hear of it nothing has
-    /// changed, in its driver neither.
+    /// Changes switch polarity (79) or shaft direction (90). If the motion controller does not take the datagram, the
+    /// parameter and the shadow registers of the chip driver go back to the value before.
     fn set_interface(&mut self, parameter: G, value: i32) -> Result<(), Status> {
         let before = self.global(parameter);
         self.set_global_value(parameter, value);
@@ -173,7 +173,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         })
     }
 
-    /// Brings switch polarity (79) and shaft direction (90) to the chip and the encoders.
+    /// Writes switch polarity (79) and shaft direction (90) to the motion controller, and tells the axes the direction in
+    /// which their encoders count.
     pub(super) fn apply_polarity_and_direction(&mut self) -> Result<(), crate::motion::Error> {
         let polarity = self.global(G::EndSwitchPolarity) != 0;
         let reverse = self.global(G::ReverseShaft) != 0;
@@ -183,7 +184,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(self.chip.write_interface(polarity, reverse)?)
     }
 
-    /// Takes everything that is restored at start-up from the store.
+    /// At the start: takes from the store everything that is to be restored.
     pub(super) fn restore(&mut self) {
         self.reload_globals();
         let Spec { axis: table, slots, .. } = self.spec();

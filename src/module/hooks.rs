@@ -1,10 +1,10 @@
-//! What an image, or a tool, adds to the module.
+//! Additions to a module, of an image or of a tool: user functions, and a look at the commands that a program executes.
 
 use crate::tmcl::{Command, Status};
 use crate::units::Micros;
 use crate::vm::Machine;
 
-/// Additions to the module. Each has an empty one to begin with.
+/// Additions to the module. Each method has an empty default, so `()` adds nothing.
 pub trait Hooks {
     /// Executes user function `number`, 0..=7: commands UF0..UF7, to which an image may give a meaning (manual
     /// section 3.7.36). The value is returned in the reply.
@@ -16,7 +16,7 @@ pub trait Hooks {
         Err(Status::NotAvailable)
     }
 
-    /// Looks at a command that a program has just executed.
+    /// Is told of each command that a program has executed, right after it.
     fn executed(&mut self, executed: &Executed, machine: &Machine) {
         let _ = (executed, machine);
     }
@@ -24,17 +24,17 @@ pub trait Hooks {
 
 impl Hooks for () {}
 
-/// A command of a program, executed.
+/// A command that a program has executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Executed {
-    /// When.
+    /// The time at which it was executed.
     pub at: Micros,
-    /// Its address.
+    /// Its address in program memory, in commands.
     pub address: u16,
     /// The command.
     pub command: Command,
-    /// It belongs to the handler of an interrupt.
+    /// True if it belongs to the handler of an interrupt.
     pub handler: bool,
-    /// Why it had no effect, if it had none.
+    /// The status with which it was refused; `None` if it had its effect.
     pub refused: Option<Status>,
 }

@@ -4,13 +4,13 @@ use super::outcome::Outcome;
 use super::{Module, Platform, Spec};
 use crate::tmcl::Status;
 
-/// Milliseconds of the status LED's on and off time.
+/// The time that the status LED is on, and then off, in milliseconds.
 pub(super) const BLINK_MS: u64 = 1000;
-/// Digital inputs IN0..IN3.
+/// Number of digital inputs: IN0 to IN3.
 const INPUTS: usize = 4;
-/// The port number that means all ports.
+/// The port number of SIO and GIO that stands for all ports of a bank.
 const ALL: u8 = 255;
-/// Half width of "near the encoder's absolute zero", in 1/1024 turn.
+/// How far from its absolute zero the built-in encoder still counts as there, for GIO 11, 0; in 1/1024 turn.
 const NEAR_ZERO: u16 = 4;
 
 /// The signals at the module's inputs.
@@ -18,23 +18,23 @@ const NEAR_ZERO: u16 = 4;
 pub struct Inputs {
     /// Levels of IN0..IN3; IN1 is also the left stop switch, IN2 the right one, IN3 home.
     pub digital: [bool; INPUTS],
-    /// Analog value of IN0, 0..=4095.
+    /// Analog value of IN0, 0..=4095 of the converter's 12 bits.
     pub analog: u16,
-    /// Supply voltage in 0.1 V, where it is measured.
+    /// Supply voltage in 0.1 V; `None` on a board that does not measure it.
     pub supply: Option<u16>,
     /// Temperature in degrees Celsius.
     pub temperature: i16,
-    /// SG_TST output of the driver.
+    /// SG_TST output of the driver: high while the load value is zero, so that the motor stalls.
     pub stall: bool,
-    /// Angle of the built-in encoder, 0..=1023.
+    /// Angle of the built-in encoder, 0..=1023 in a turn.
     pub encoder: u16,
     /// Counter of the external ABN encoder, wrapping at 16 bits.
     pub external: u16,
-    /// Where that counter was when its N track last became low, and high, since the poll before.
+    /// Counts of the external encoder at which its N track last became low, and high, since the poll before.
     pub null: [Option<u16>; 2],
 }
 
-/// What the module wants at its outputs.
+/// The signals that the module wants at its outputs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Outputs {
     /// General purpose outputs, OUT0 in bit 0.
@@ -43,9 +43,9 @@ pub struct Outputs {
     pub pull_ups: bool,
     /// Status LED.
     pub led: bool,
-    /// LED for trouble: the motion controller does not answer.
+    /// Error LED: lit when the motion controller does not answer.
     pub trouble: bool,
-    /// The firmware shall start anew.
+    /// The firmware is to start anew: all replies that go out before it have been handed to their links.
     pub restart: bool,
 }
 
@@ -60,13 +60,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Outcome, Status> {
         let all = 1_u8.checked_shl(self.spec().outputs.into()).unwrap_or(0).wrapping_sub(1);
         match (bank, port) {
-            // Configuration tools write 3 to every board, the default of those with two such outputs.
+            // Published configuration tools write 3 to every module, the default of sisters with two pull-up groups; so 3 is
+            // accepted, and bit 0 decides.
             (0, 0) if self.spec().pull_ups == 0 => return Err(Status::WrongType),
             (0, 0) if (0..=3).contains(&value) => self.outputs.pull_ups = value & 1 != 0,
             (0, 0) => return Err(Status::InvalidValue),
             (2, ALL) => {
                 let bits = if value == -1 { self.machine.registers.accumulator } else { value };
-                // Bits without an output are ignored, in a constant as in the accumulator.
+                // Bits of outputs that the product does not have are ignored, in a constant as in the accumulator.
                 if value != -1 && !(0..=255).contains(&value) {
                     return Err(Status::InvalidValue);
                 }

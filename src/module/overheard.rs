@@ -1,22 +1,22 @@
-//! Replies to other modules, as a module hears them that has the very address they go to: the host's
-//! (parameter 76 on RS485, 70 on CAN).
+//! Replies of other modules, which a module hears if its own address is the one that replies go to: the host's
+//! (parameter 76 on RS485, 70 on CAN). It must not take them for requests.
 //!
-//! Who has sent something cannot be seen, and a reply - address, status, command number, value - has the form of a
+//! A telegram does not say who has sent it, and a reply - address, status, command number, value - has the form of a
 //! request - command number, type, motor or bank, value. But where a reply has the number of a command, a request has
 //! a motor or a bank, of which there are few. So most replies are known by their shape alone, however many hosts ask
-//! whatever number of modules at once. For the rest the module keeps track of what others are asked:
+//! however many modules at once. For the other replies the module remembers the requests to other modules:
 //!
 //! - A reply to one of the commands whose numbers could be motors or banks (0 to 3, and 255 for all motors) carries
 //!   the value of its request.
-//! - A command out of program memory, and the version in characters, have no shape: what comes is taken for that for
-//!   as long as somebody has been asked for one, unless it stops a motor or a program.
+//! - A command out of program memory, and the version in characters, have no shape: as long as a module has been asked
+//!   for one and has not answered, a telegram is taken for this reply, unless it stops a motor or a program.
 //!
-//! What remains: a request to this module that has the shape of a reply is lost - its type is the number of a status,
-//! and its motor or bank is none, which is to be answered with status 4, or is the number of a command that was asked
-//! of another module with the same value a moment ago and has not been answered - or that was asked of an address that
-//! several have in common, answered or not. And a reply to command 0 or to a telegram with a wrong checksum is taken
-//! for a request if the module it comes from was addressed by its second address. None of this is so where the host has
-//! an address of its own.
+//! Two cases remain in which the module is wrong. A request to this module that has the shape of a reply is lost: its type
+//! is the number of a status, and its motor or bank either does not exist, so that the answer would be status 4, or is
+//! the number of a command that another module was asked to execute with the same value a moment ago, and has not
+//! answered (or whose address several modules have in common). And a reply to command 0, or to a telegram with a wrong
+//! checksum, is taken for a request if its module was addressed by its second address. Neither can happen where the
+//! host has an address of its own.
 
 use heapless::Deque;
 
@@ -26,23 +26,24 @@ use crate::units::Micros;
 /// How long a reply may keep the bus waiting: the longest telegram pause, some EEPROM pages, and the wire.
 const PATIENCE: Micros = Micros::from_millis(400);
 
-/// Requests kept; of more the oldest are forgotten.
+/// The number of requests that are remembered; of more the oldest are forgotten.
 const OPEN: usize = 8;
 
-/// There are no more motors, and no more banks, than this.
+/// Numbers of motors and of banks are less than this: a request has one of 0 to 3 where a reply has the number of a
+/// command.
 const MOTORS: u8 = 4;
 
-/// In place of a motor it means all of them.
+/// In place of a motor, 255 stands for all motors.
 const ALL: u8 = 255;
 
 /// A request to another module.
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     at: Micros,
-    /// The address it went to, on CAN the low byte of the identifier. It is that of the reply unless it is a second
-    /// one, which several modules may have in common.
+    /// The address that the request went to, on CAN the low byte of its identifier. The reply carries the same address,
+    /// unless this is a second address, which several modules may have in common.
     address: u8,
-    /// What was asked; with a wrong checksum nothing that can be read.
+    /// The command of the request; `None` if its checksum was wrong, so that nothing in it can be trusted.
     command: Option<Command>,
 }
 
@@ -55,18 +56,18 @@ pub(super) struct Overheard {
 /// How well a reply fits a request, in ascending order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Fit {
-    /// It is none to this.
+    /// It is no reply to this request.
     Not,
-    /// It may be: the reply can be anything.
+    /// It may be: the reply to this request can have any contents.
     Anything,
-    /// It is one, and may not be the only one: several modules may have the address in common.
+    /// It is one, and may not be the only one: several modules may share the address of the request.
     Shared,
-    /// It is one, and comes from the module that was asked.
+    /// It is one, and comes from the address that the request went to.
     Own,
 }
 
 impl Overheard {
-    /// Other modules have been asked this; with a wrong checksum, nothing that can be read.
+    /// Remembers a request to other modules; `None` stands for a command with a wrong checksum.
     pub(super) fn asked(&mut self, now: Micros, address: u8, command: Option<Command>) {
         if command.is_some_and(|command| !is_place(command.opcode) && !is_special(command)) {
             return;
@@ -74,7 +75,7 @@ impl Overheard {
         if self.open.is_full() {
             self.open.pop_front();
         }
-        // There is room now.
+        // The queue has room: if it was full, its oldest entry has just gone.
         let _ = self.open.push_back(Some(Asked { at: now, address, command }));
     }
 
@@ -89,7 +90,7 @@ impl Overheard {
         let fit = |open: &Option<Asked>| open.map_or(Fit::Not, |asked| asked.fit(now, content));
         let Some(open) = self.open.iter_mut().max_by_key(|open| fit(open)) else { return false };
         let fit = fit(open);
-        // A module answers once.
+        // The module that was asked answers once.
         if matches!(fit, Fit::Anything | Fit::Own) {
             *open = None;
         }
@@ -109,9 +110,9 @@ impl Asked {
         match command {
             _ if now.since(at) > PATIENCE => Fit::Not,
             _ if plain && module == address => Fit::Own,
-            // 0 is the motor of nearly every request.
+            // Nearly every request has motor 0, so 0 in the place of a command's number shows nothing.
             _ if plain && opcode != 0 => Fit::Shared,
-            // A stop is a stop, even if it may have been read out of another module's program.
+            // A command that stops something is obeyed, even if it may have been read out of another module's program.
             Some(Command { opcode, .. }) if opcode == Opcode::ReadMemory as u8 && !stops(content) => Fit::Anything,
             Some(command) if is_special(command) && content.to_bytes().iter().all(u8::is_ascii_graphic) => Fit::Shared,
             _ => Fit::Not,

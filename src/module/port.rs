@@ -9,58 +9,58 @@ use crate::tmcl::binary::{self, Addressed, Framer};
 use crate::tmcl::{Opcode, Reply, can};
 use crate::units::Micros;
 
-/// What a link brings the module, decoded.
+/// A request that a link has brought, decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Request {
-    /// In binary mode; whom it is for is checked by the module.
+    /// A telegram of binary mode. The module checks whether its address is one of its own.
     Telegram(Addressed),
-    /// In ASCII mode; it is for this module.
+    /// A line of ASCII mode; the editor has dropped lines to other modules.
     Line(Line),
-    /// From the CAN bus; whom it is for is checked by the module.
+    /// A frame of the CAN bus. The module checks whether its identifier is one of its own.
     Frame(can::Request),
 }
 
 impl Request {
-    /// Where it came from, if over this link.
+    /// The origin of the request, given the link that it came over.
     pub const fn origin(&self, source: Source) -> Origin {
         let length = if let Request::Frame(frame) = self { frame.length } else { 8 };
         Origin { source, length }
     }
 }
 
-/// What became of a byte.
+/// What a byte of a link has led to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Taken<'a> {
-    /// To be sent back at once.
+    /// Characters to be sent back at once: the echo of ASCII mode.
     pub echo: &'a [u8],
-    /// What it completes.
+    /// The request that the byte completes, if it completes one.
     pub request: Option<Request>,
 }
 
-/// Room for a reply as it goes over a byte link.
+/// A buffer for a reply as it goes over a byte link, in either mode.
 pub type Message = Vec<u8, { ascii::REPLY }>;
 
-/// The state of a byte link. Each link has its own, and with it a mode of its own.
+/// The module's end of one byte link. Each link has a port, and with it a mode of its own.
 ///
-/// While the answer to a line, or to the command that may change the mode, is outstanding, it is not known
-/// how to read on: as long as [`Port::is_waiting`], bytes are to be kept elsewhere.
+/// The answer to a line, or to a command that may change the mode, decides in which mode the next byte is to be read. So as
+/// long as [`Port::is_waiting`], the caller keeps further bytes.
 #[derive(Clone, Debug)]
 pub struct Port {
-    /// Others are heard here, too.
+    /// The link is a bus on which other modules and their hosts are heard, too.
     shared: bool,
     mode: LinkMode,
     framer: Framer,
     editor: Editor,
-    /// No telegram has come since ASCII mode was left.
+    /// True until the first telegram after ASCII mode was left.
     after_text: bool,
-    /// Requests without an answer.
+    /// Number of requests that have not been answered.
     open: u8,
-    /// The last of them decides how to read on.
+    /// The answer to the last of them decides in which mode the next byte is read.
     decides: bool,
 }
 
 impl Port {
-    /// A link as it starts in a mode.
+    /// The port of a link that starts in `mode`.
     pub const fn new(source: Source, mode: LinkMode) -> Self {
         let shared = matches!(source, Source::Rs485);
         Port { shared, mode, framer: Framer::new(), editor: Editor::new(), after_text: false, open: 0, decides: false }
@@ -89,22 +89,22 @@ impl Port {
         Taken { echo, request }
     }
 
-    /// Makes telegrams out of bytes. The last line may have ended with CR and LF: then the LF is no part of the
-    /// telegram behind it, where it would be the address 10.
+    /// Makes telegrams out of bytes. A terminal may have ended the last line of ASCII mode with CR and LF: the line ends at
+    /// CR, and LF, which would be address 10, is not part of the telegram behind it.
     fn frame(&mut self, byte: u8, at: Micros) -> Option<Addressed> {
         let bytes = self.framer.push(byte, at)?;
         let telegram = binary::decode(&bytes);
         let after_text = core::mem::take(&mut self.after_text);
         match bytes {
             [b'\n', rest @ ..] if after_text && !telegram.intact => {
-                // One byte is missing now.
+                // Without LF the telegram lacks its ninth byte, which is still to come.
                 rest.into_iter().find_map(|byte| self.framer.push(byte, at)).as_ref().map(binary::decode)
             }
             _ => Some(telegram),
         }
     }
 
-    /// True while it is not known how to read on.
+    /// True while an outstanding answer decides in which mode the next byte is to be read.
     pub const fn is_waiting(&self) -> bool {
         self.decides && self.open > 0
     }
@@ -140,12 +140,12 @@ impl Port {
         }
     }
 
-    /// Gives up waiting for answers that will not come.
+    /// Stops waiting for answers: the requests have been dropped, so none will come.
     pub const fn give_up(&mut self) {
         self.open = 0;
     }
 
-    /// A silence: an unfinished telegram is given up. What is typed may take its time.
+    /// Gives up an unfinished telegram, after a silence on the link. An unfinished line stays: a person may type slowly.
     pub fn silence(&mut self) {
         self.framer.reset();
         self.after_text = false;

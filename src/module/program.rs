@@ -1,9 +1,9 @@
-//! Programs: they are executed command by command beside everything else, and the commands 128 to 135 control
-//! them (manual sections 3.3, 3.7.38).
+//! TMCL programs: how they are executed beside everything else, and the commands 128 to 135 that control them (manual
+//! sections 3.3, 3.7.38).
 //!
-//! In each millisecond a program may spend 128 units: 16 on a command that talks to the chips, one on any
-//! other. So its speed is the same everywhere and leaves room for the rest. It spends them in slices of 16, and
-//! between two slices the links are looked at.
+//! In each millisecond a program may spend 128 units: 16 on a command that talks to the chips, one on any other. So the
+//! speed of a program is the same on every host and on the image, and leaves time for the axes and the links. It spends
+//! its units in slices of 16; between two slices the owner of the module looks at the links.
 
 use super::origin::Source;
 use super::outcome::Outcome;
@@ -39,7 +39,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         commands.get(usize::from(address)).map(|bytes| Command::from_bytes(*bytes))
     }
 
-    /// A program may run when it is whole, and when it can move something.
+    /// Checks that a program may run: it is whole, no download is open, and the motors are not locked.
     fn runnable(&self) -> Result<(), Status> {
         let whole =
             matches!(self.store.integrity(), Integrity::Whole | Integrity::Empty) && self.store.downloading().is_none();
@@ -91,7 +91,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(i32::from_be_bytes([self.machine.state() as u8, waits, high, low])))
     }
 
-    /// Command 132. What the same link sends from now on is stored.
+    /// Command 132. Commands that the same link sends from now on are stored, until command 133.
     pub(super) fn enter_download(&mut self, source: Source, value: i32) -> Result<Outcome, Status> {
         let address = self.address(value)?;
         if self.protected(AGAINST_WRITING) {
@@ -106,7 +106,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::stored(value))
     }
 
-    /// A command that is not to be executed but stored; `None` for any other.
+    /// During a download: stores a command in place of executing it. `None` for a command that is to be executed.
     pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Outcome, Status>> {
         let downloads = self.store.downloading().is_some() && !self.downloads_elsewhere(source);
         if !downloads || command.opcode >= Command::FIRST_CONTROL {
@@ -121,7 +121,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         })
     }
 
-    /// Command 133. Nobody but the link that downloads knows that it is all there.
+    /// Command 133. Only the link that downloads can end the download: it alone knows that all commands have come.
     pub(super) fn exit_download(&mut self, source: Source, value: i32) -> Result<Outcome, Status> {
         if self.downloads_elsewhere(source) {
             return Err(Status::NotAvailable);
@@ -137,26 +137,26 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::written(value))
     }
 
-    /// True while another link downloads. If its host has vanished, command 255 ends that.
+    /// True while another link downloads. If that link's host has vanished, command 255 ends the download.
     fn downloads_elsewhere(&self, source: Source) -> bool {
         self.store.downloading().is_some() && self.downloader.is_some_and(|link| link != source)
     }
 
-    /// Command 134. What is protected reads as an empty command.
+    /// Command 134. A command of a read-protected program reads as an empty one.
     pub(super) fn read_memory(&self, value: i32) -> Result<Outcome, Status> {
         let command = self.program_command(self.address(value)?).unwrap_or_default();
         let shown = if self.protected(AGAINST_READING) { Command::default() } else { command };
         Ok(Outcome::Special(Reply::Memory(shown)))
     }
 
-    /// Whether writing parameter 81 takes the program with it.
+    /// True if writing this value to global parameter 81 takes the read protection off, so that the program is erased.
     pub(super) fn uncovers(&self, protection: i32) -> bool {
         self.protected(AGAINST_READING) && protection & AGAINST_READING == 0
     }
 
     /// At the start and when the supply is back: starts the program if parameter 77 says so.
     pub(super) fn autostart(&mut self) {
-        // Before a restart nothing new begins: who would stop it is not heard any more.
+        // Before a restart no program starts: a host that wanted to stop it would not be heard any more.
         if self.supervision.locked() || self.restart.is_some() || !core::mem::take(&mut self.starts) {
             return;
         }
@@ -244,18 +244,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                     return Ok(());
                 }
             }
-            // A vector outside the memory is like a jump to there.
+            // A vector that points outside program memory ends the program, like a jump to there.
             Err(Status::InvalidValue) if command.opcode == Opcode::Vect as u8 => self.machine.end(),
             _ => {}
         }
-        // A program that has erased itself has stopped here.
+        // A program that has erased itself by its last command does not run any more.
         if self.machine.runs() {
             self.machine.next();
         }
         done.map(|_| ())
     }
 
-    /// Whether the program's wait has come to its end; if so, it is ended.
+    /// Ends the program's wait if its event has come or its time is over; true if so.
     fn is_over(&mut self) -> bool {
         let Some(Wait::For { awaited, motor, until }) = self.machine.wait() else { return false };
         let axis = self.axes.get(usize::from(motor));
@@ -265,7 +265,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             (Awaited::ReferenceSwitch, Some(axis)) => axis.home_switch(),
             (Awaited::LimitSwitch, Some(axis)) => axis.stop_switches(&self.chip).contains(&true),
             (Awaited::ReferenceSearch, Some(axis)) => axis.search_status() == 0,
-            // There is no such motor: the command has no effect.
+            // WAIT with the number of a motor that the product does not have: the command has no effect.
             (_, None) => true,
         };
         let over = come || until.is_some_and(|until| self.turn() >= until);

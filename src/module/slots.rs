@@ -1,19 +1,19 @@
-//! Where each setting lives: the store's own slots, then global parameters, user variables, and every axis with its parameters
-//! and its coordinates.
+//! The slot of each setting in the EEPROM. In ascending order: the store's own slots, the global parameters, the user
+//! variables, and then, axis by axis, parameters and coordinates.
 
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter, STORED_USER_VARIABLES, Table};
 use crate::store::FIRST_SLOT;
 
-/// The slots of a product, besides those of the global parameters, which stand in their rows.
+/// The slots of a product, but for those of the global parameters, which stand in the rows of their table.
 #[derive(Clone, Copy, Debug)]
 pub struct Slots {
     /// The slot of user variable 0.
     pub variables: usize,
     /// The first slot of axis 0.
     pub axes: usize,
-    /// How many slots an axis has. The rows of its parameters count from the first one of them.
+    /// Number of slots of an axis. The slots in the rows of axis parameters count from the first of these.
     pub each: usize,
-    /// The one of coordinate 1, counted in the same way. Coordinate 0 is not stored.
+    /// The slot of coordinate 1, counted from the first slot of its axis. Coordinate 0 is not stored.
     pub coordinates: usize,
 }
 
@@ -35,7 +35,8 @@ impl Slots {
         if number > 0 && usize::from(number) < COORDINATES { self.axis(axis, slot) } else { None }
     }
 
-    /// The factory defaults of `N` slots: of as many axes as they have room for, whether the product has them or not.
+    /// The factory defaults of `N` slots, with defaults for as many axes as these slots have room for. The TMCM-1140 has
+    /// one axis and, in the layout of its EEPROM since the first version, room for two.
     #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
     pub const fn defaults<const N: usize>(
         &self,
@@ -66,7 +67,7 @@ impl Slots {
         defaults
     }
 
-    /// Stops the compiler where two settings would share a slot, or an axis has none among so many slots.
+    /// Stops the compiler where two settings would share a slot, or `slots` are too few for the last axis.
     #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
     pub(super) const fn check(
         &self,

@@ -1,4 +1,4 @@
-//! What a product is, as data.
+//! A product as data: its [`Spec`], and as a type, [`Product`], for the sizes of its memories.
 
 use super::slots::Slots;
 use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140};
@@ -8,9 +8,9 @@ use crate::tmcl::{Command, Opcode};
 /// A product: everything in which one module differs from its sisters and that is not an algorithm.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
-    /// Four characters of the version string.
+    /// The first four characters of the version string.
     pub name: [u8; 4],
-    /// Number in the binary version reply.
+    /// The number of the product in the binary version reply.
     pub number: u16,
     /// Major version.
     pub major: u8,
@@ -18,35 +18,35 @@ pub struct Spec {
     pub minor: u8,
     /// The name of the USB device.
     pub usb: &'static str,
-    /// Axes.
+    /// Number of axes.
     pub axes: u8,
-    /// General purpose digital inputs.
+    /// Number of general purpose digital inputs.
     pub inputs: u8,
-    /// General purpose digital outputs.
+    /// Number of general purpose digital outputs.
     pub outputs: u8,
-    /// Analog inputs, as bits by port number.
+    /// Analog inputs: bit n is set if port n of bank 1 is one.
     pub analog: u8,
-    /// Groups of pull-up resistors that are switched together.
+    /// Number of groups of pull-up resistors; those of a group are switched together.
     pub pull_ups: u8,
-    /// Commands that others have, and this product has not: they are answered with status 2.
+    /// Commands that sisters have and this product lacks: they are answered with status 2.
     pub lacks: &'static [Opcode],
-    /// Axis parameters. One that is not there is answered with status 3.
+    /// Axis parameters. A number without a row is answered with status 3.
     pub axis: &'static Table<AxisParameter>,
     /// Global parameters of bank 0.
     pub global: &'static Table<GlobalParameter>,
     /// How many commands program memory holds (manual section 3.3).
     pub commands: u16,
-    /// Where its settings are stored.
+    /// The slots of the EEPROM in which the settings are stored.
     pub slots: Slots,
 }
 
-/// A product as a type: its data, and how large its memories are.
+/// A product as a type: its data, and by [`Memory`] the sizes of its EEPROM and of the store's arrays.
 pub trait Product: Memory {
-    /// The data.
+    /// The data of the product.
     const SPEC: &'static Spec;
 }
 
-/// Axes of the TMCM-1140.
+/// Number of axes of the TMCM-1140.
 pub const TMCM_1140_AXES: usize = 1;
 
 /// The TMCM-1140 with its TMCL firmware; the version is that of the manual this firmware follows.
@@ -106,13 +106,15 @@ impl Spec {
     }
 }
 
-/// Wants factory defaults everywhere. A program that must not be read is erased, because the defaults take that protection away.
+/// Has the store write factory defaults to all settings. A read-protected program is erased, because the defaults take its
+/// protection away.
 pub fn factory_reset<P: Product>(store: &mut Store<P>) {
     let protection = store.get(P::LAYOUT.after_erasing).unwrap_or_default();
     store.reset(protection & AGAINST_READING != 0);
 }
 
-/// Stops the compiler where the data of a product contradict each other, or the number of axes that a module is made with.
+/// Stops the compiler where the data of a product contradict each other, or the number of axes that a module is made with
+/// is another one.
 #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
 pub(super) const fn check<P: Product>(axes: usize) {
     let spec = P::SPEC;
