@@ -131,3 +131,15 @@ pub(super) const fn check<P: Product>(axes: usize) {
         i += 1;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The compiler evaluates the same function for each module, so what panics here does not compile there.
+    #[test]
+    fn a_module_has_as_many_axes_as_its_product() {
+        check::<Tmcm1140>(1);
+        assert!(std::panic::catch_unwind(|| check::<Tmcm1140>(2)).is_err());
+    }
+}
