@@ -1,4 +1,4 @@
-//! Several virtual modules that share one virtual time, an RS485 bus and a CAN bus.
+//! A fleet: one or more virtual modules that share virtual time, an RS485 bus and a CAN bus. `tmcl sim` runs a fleet.
 
 mod can;
 mod rs485;
@@ -20,33 +20,33 @@ use crate::client::{Client, Sent};
 use crate::device::Device;
 use crate::virtual_module::VirtualModule;
 
-/// Bytes in an AT25128.
+/// Size of an AT25128 in bytes.
 const EEPROM: usize = 16_384;
 
-/// Modules and what connects them.
+/// Modules and the buses between them.
 pub struct Fleet<M = VirtualModule> {
     modules: Vec<M>,
     now: Nanos,
     rs485: rs485::Rs485,
     can: can::Bus,
-    /// Replies on point-to-point links, and the module each comes from.
+    /// Replies on USB links, each with the index of its module.
     sent: VecDeque<(usize, Sent)>,
-    /// Links have lost what was on its way since the last look.
+    /// The links that have lost bytes since the last [`Fleet::take_lost`].
     lost: Lost,
 }
 
-/// Which links have lost what hosts had sent, because nobody was there to hear it.
+/// The links on which bytes of hosts were lost, because no module received them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Lost {
-    /// The USB link of module 1: it had no power, or the cable was out.
+    /// The USB link of module 1, because the module had no power or the cable was out.
     pub usb: bool,
-    /// The buses: no module had power.
+    /// Both buses, because no module had power.
     pub buses: bool,
 }
 
 impl Fleet {
-    /// Modules that run the firmware's core, each in a world of its own described by `config`; the rest is as in
-    /// [`Fleet::start`].
+    /// Modules that run the firmware's core, each in its own world described by `config`; number of modules, EEPROMs
+    /// and seed are as in [`Fleet::start`].
     pub fn new(config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
         let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(VirtualModule::new(config, eeprom, seed));
         let Ok(fleet) = Self::start(eeproms, seed, start);
@@ -55,12 +55,11 @@ impl Fleet {
 }
 
 impl<M: Device> Fleet<M> {
-    /// As many modules as there are EEPROMs, numbered from 1, each started with its EEPROM and what makes everything
-    /// random that is. A fresh EEPROM (`None`) is that of a module to which somebody has given its number as serial
-    /// address and CAN identifier.
+    /// As many modules as there are EEPROMs, numbered from 1. `start` makes a module of an EEPROM and a seed of random
+    /// numbers. For a fresh EEPROM (`None`) the module's number is its serial address and CAN identifier.
     ///
     /// # Errors
-    /// A module cannot be started.
+    /// The first error of `start`.
     pub fn start<E>(
         eeproms: &[Option<&[u8]>],
         seed: u32,
@@ -72,7 +71,7 @@ impl<M: Device> Fleet<M> {
         };
         let modules = (1..).zip(eeproms).map(one).collect::<Result<Vec<M>, E>>()?;
         let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
-        // All have started.
+        // Modules may take different times to start; the fleet begins when the last has started.
         let now = modules.iter().map(M::now).max().unwrap_or_default();
         Ok(Fleet { modules, now, rs485, can, sent: VecDeque::new(), lost: Lost::default() })
     }
@@ -82,13 +81,13 @@ impl<M: Device> Fleet<M> {
         &self.modules
     }
 
-    /// The modules, to do something to one of them; but for its power see [`Fleet::set_power`], for its USB cable
-    /// [`Fleet::plug_usb`].
+    /// The modules, to be changed. Power and USB cable are switched by [`Fleet::set_power`] and [`Fleet::plug_usb`],
+    /// which also clear the links.
     pub fn modules_mut(&mut self) -> &mut [M] {
         &mut self.modules
     }
 
-    /// Switches the supply of a module off or on. What it was going to send is lost.
+    /// Switches the supply of a module off or on. Replies that have not been sent are lost when it is switched off.
     pub fn set_power(&mut self, index: usize, on: bool) {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.set_power(on);
@@ -98,13 +97,13 @@ impl<M: Device> Fleet<M> {
             self.sent.retain(|(from, _)| *from != index);
             self.lost.usb |= index == 0;
             if !self.modules.iter_mut().any(|module| module.board_mut().is_powered()) {
-                self.can.fall_silent();
+                self.can.discard_all();
                 self.lost.buses = true;
             }
         }
     }
 
-    /// Pulls the USB cable of a module out or plugs it in. What is on its way is lost.
+    /// Pulls the USB cable of a module out or plugs it in. Replies that have not been taken are lost.
     pub fn plug_usb(&mut self, index: usize, on: bool) {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.plug_usb(on);
@@ -112,17 +111,17 @@ impl<M: Device> Fleet<M> {
         self.lost.usb |= index == 0 && !on;
     }
 
-    /// Which links have lost since the last call what hosts had sent before.
+    /// The links that have lost bytes of hosts since the last call.
     pub fn take_lost(&mut self) -> Lost {
         std::mem::take(&mut self.lost)
     }
 
-    /// Virtual time.
+    /// Virtual time, in nanoseconds.
     pub fn now(&self) -> Nanos {
         self.now
     }
 
-    /// Lets time pass until `to`.
+    /// Lets virtual time pass until `to`, in nanoseconds.
     pub fn run_until(&mut self, to: Nanos) {
         let to = to.max(self.now);
         loop {
@@ -137,85 +136,85 @@ impl<M: Device> Fleet<M> {
         }
     }
 
-    /// Lets `span` pass.
+    /// Lets `span` nanoseconds of virtual time pass.
     pub fn run(&mut self, span: Nanos) {
         self.run_until(self.now + span);
     }
 
-    /// When something happens next.
+    /// When the next event of a module or bus is due.
     pub fn next_event(&self) -> Option<Nanos> {
         let modules = self.modules.iter().filter_map(M::next_event);
         modules.chain(self.rs485.next_event()).chain(self.can.next_event()).min()
     }
 
-    /// True while somebody may hear something without doing anything for it.
+    /// True while bytes or frames may reach a host although no host sends anything more.
     pub fn is_busy(&self) -> bool {
         let wires = self.rs485.next_event().is_some() || self.can.next_event().is_some();
         wires || self.modules.iter().any(M::is_busy)
     }
 
-    /// How many bytes of a client on the USB link of module 1 it has not come to.
+    /// Number of a client's bytes that module 1 has not read from its USB link.
     pub fn unread_usb(&self, client: Client) -> usize {
         self.modules.first().map_or(0, |module| module.unread(Source::Usb, client))
     }
 
-    /// How many bytes of the host on the RS485 bus the modules have not come to, and of replies to them that have not been
-    /// on the bus, at the module with most of them.
+    /// Number of bytes on the RS485 bus that are not dealt with: the host's bytes that a module has not read, and
+    /// bytes of replies that the module has not begun to send, at the module with the largest number.
     pub fn unread_rs485(&self) -> usize {
         let unread =
             |(index, module): (usize, &M)| module.unread(Source::Rs485, Client::default()) + self.rs485.waiting(index);
         self.modules.iter().enumerate().map(unread).max().unwrap_or_default()
     }
 
-    /// How many frames of an adapter have not been on the CAN bus.
+    /// Number of an adapter's frames that are not complete on the CAN bus.
     pub fn unsent_frames(&self, adapter: u64) -> usize {
         self.can.waiting(Node::Adapter(adapter))
     }
 
-    /// An adapter is not on the CAN bus any more.
+    /// Takes an adapter off the CAN bus; its frames are dropped.
     pub fn forget_adapter(&mut self, adapter: u64) {
         self.can.cut_off(Node::Adapter(adapter));
     }
 
-    /// A reply over a point-to-point link, and the index of the module that it comes from.
+    /// The next reply over a USB link, and the index of its module.
     pub fn sent(&mut self) -> Option<(usize, Sent)> {
         self.exchange();
         self.sent.pop_front()
     }
 
-    /// The host sends bytes on the RS485 bus.
+    /// Sends bytes of the host on the RS485 bus.
     pub fn send_rs485(&mut self, bytes: &[u8]) {
         self.rs485.send(&mut self.modules, self.now, bytes);
     }
 
-    /// From now on the host's silences on the RS485 bus are those it is told of by [`Fleet::silence_rs485`]: the host
-    /// lives in another time than the modules. Else a silence is one of virtual time.
+    /// Lets [`Fleet::silence_rs485`] alone end an unfinished telegram of the host on the RS485 bus, because the host
+    /// does not live in virtual time. Else 5 ms of virtual time end the telegram.
     pub fn await_silences(&mut self) {
-        self.rs485.told = true;
+        self.rs485.silences_announced = true;
     }
 
-    /// The host has been silent on the RS485 bus.
+    /// The host has been silent on the RS485 bus for longer than a telegram may pause.
     pub fn silence_rs485(&mut self) {
         self.rs485.silence(&mut self.modules);
     }
 
-    /// What the host has heard on the RS485 bus since the last call.
+    /// The bytes that the host has received on the RS485 bus since the last call.
     pub fn rs485(&mut self) -> Vec<u8> {
-        self.rs485.host.drain(..).collect()
+        self.rs485.heard_by_host.drain(..).collect()
     }
 
-    /// An adapter sends a frame on the CAN bus.
+    /// Sends a frame of an adapter on the CAN bus.
     pub fn send_can(&mut self, adapter: u64, frame: Frame) {
         self.can.send(Node::Adapter(adapter), frame);
         self.can.begin(&self.modules, self.now);
     }
 
-    /// A frame that was on the CAN bus.
+    /// The next frame that was transmitted on the CAN bus.
     pub fn can(&mut self) -> Option<Heard> {
         self.can.heard.pop_front()
     }
 
-    /// Brings everybody what has arrived by now, and what that leads to on its way.
+    /// Delivers the bytes and frames that have arrived by now, and queues the replies of the modules.
     fn exchange(&mut self) {
         self.rs485.deliver(&mut self.modules, self.now);
         self.can.deliver(&mut self.modules, self.now);
@@ -235,7 +234,8 @@ impl<M: Device> Fleet<M> {
     }
 }
 
-/// The EEPROM of a module with an address of its own; `None` where that is the factory default.
+/// The contents of an EEPROM with `number` as serial address and CAN identifier; `None` if these are the factory
+/// defaults.
 fn numbered(number: i32) -> Option<Vec<u8>> {
     let parameters = [GlobalParameter::SerialAddress, GlobalParameter::CanId];
     let rows = parameters.map(|parameter| TMCM_1140.global.row(parameter));

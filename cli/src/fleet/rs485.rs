@@ -1,7 +1,8 @@
-//! An RS485 bus with the virtual modules and a host on it.
+//! The virtual RS485 bus of a fleet: the modules and one host.
 //!
-//! Whoever sends is heard by all others with the same bit rate, byte by byte; the host hears everybody. Its own bytes
-//! are on the bus the moment it writes them. When two send at once their bytes come mixed, which nobody understands.
+//! All modules with the sender's bit rate receive what a module sends, byte by byte; the host receives the bytes of
+//! every module. The host's own bytes arrive at the moment it writes them. When two modules send at once, their bytes
+//! arrive mixed.
 
 use std::collections::VecDeque;
 
@@ -13,166 +14,171 @@ use crate::device::{self, Device};
 
 /// Bits of a byte on the wire: start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
-/// A longer silence between two bytes gives up an unfinished telegram.
+/// Silence after which a module gives up an unfinished telegram.
 const GAP: Nanos = 5 * MILLISECOND;
 
-/// A byte on its way.
+/// A byte of a module that is being transmitted.
 #[derive(Debug)]
-struct Flight {
-    /// When it has arrived.
+struct ByteOnWire {
+    /// When the byte is complete.
     at: Nanos,
+    /// Index of the module that sends the byte.
     from: usize,
     baud: u64,
     byte: u8,
 }
 
-/// What a module has to say.
+/// A reply that a module has to send.
 #[derive(Debug)]
 struct Message {
-    /// Since when.
+    /// When the module had the reply ready.
     ready: Nanos,
-    /// How long it has to have heard nothing first.
+    /// Silence on the bus that must precede the reply (global parameter 75).
     pause: Nanos,
     bytes: Vec<u8>,
 }
 
-/// A module's place on the bus.
+/// A module as a node of the bus.
 #[derive(Debug, Default)]
-struct Place {
-    /// One after the other.
+struct Station {
+    /// Replies that have not begun yet, in the order in which they are sent.
     messages: VecDeque<Message>,
-    /// When it last heard a byte.
+    /// When the module last received a byte.
     heard: Nanos,
-    /// That byte was the host's.
-    host: bool,
-    /// Until when it sends; meanwhile it hears nothing.
+    /// True if the host sent that byte.
+    host_spoke_last: bool,
+    /// Until when the module sends; meanwhile its receiver is off.
     sends: Nanos,
 }
 
 /// The bus.
 #[derive(Debug)]
 pub(super) struct Rs485 {
-    /// In the order of arrival.
-    wire: VecDeque<Flight>,
-    places: Vec<Place>,
-    /// What the host has heard.
-    pub(super) host: VecDeque<u8>,
-    /// The host tells its silences itself, since its clock is another one.
-    pub(super) told: bool,
+    /// Bytes that are being transmitted, in the order of arrival.
+    wire: VecDeque<ByteOnWire>,
+    /// The modules, by index.
+    stations: Vec<Station>,
+    /// Bytes that the host has received and not taken yet.
+    pub(super) heard_by_host: VecDeque<u8>,
+    /// True if [`Rs485::silence`] is called after the host's telegrams, because the host does not live in virtual time.
+    /// Else the modules measure the host's pauses in virtual time.
+    pub(super) silences_announced: bool,
 }
 
 impl Rs485 {
     pub(super) fn new(modules: usize) -> Self {
         Rs485 {
             wire: VecDeque::new(),
-            places: (0..modules).map(|_| Place::default()).collect(),
-            host: VecDeque::new(),
-            told: false,
+            stations: (0..modules).map(|_| Station::default()).collect(),
+            heard_by_host: VecDeque::new(),
+            silences_announced: false,
         }
     }
 
-    /// The host sends.
+    /// Gives bytes of the host to all modules.
     pub(super) fn send(&mut self, modules: &mut [impl Device], now: Nanos, bytes: &[u8]) {
-        for (place, module) in self.places.iter_mut().zip(modules) {
-            // Silences between what modules and the host say are there for both.
-            let told = self.told && std::mem::replace(&mut place.host, true);
-            place.hear(module, now, told, |module| module.hear(Source::Rs485, Client::default(), bytes));
+        for (station, module) in self.stations.iter_mut().zip(modules) {
+            // Between bytes of a module and bytes of the host the pause is measured in virtual time in any case.
+            let announced = self.silences_announced && std::mem::replace(&mut station.host_spoke_last, true);
+            station.hear(module, now, announced, |module| module.hear(Source::Rs485, Client::default(), bytes));
         }
     }
 
-    /// The host has been silent for long enough to give up an unfinished telegram, if it is not a reply.
+    /// The host has been silent long enough for the modules to give up an unfinished telegram of the host.
     pub(super) fn silence(&mut self, modules: &mut [impl Device]) {
-        for (_, module) in self.places.iter().zip(modules).filter(|(place, _)| place.host) {
+        for (_, module) in self.stations.iter().zip(modules).filter(|(station, _)| station.host_spoke_last) {
             module.silence(Source::Rs485, Client::default());
         }
     }
 
-    /// A module has something to send: after its telegram pause, and what it has said before. Or it has sent it.
+    /// Takes bytes of a module. With a telegram pause given, they are sent after that pause and after the module's
+    /// earlier replies. Without one, the module's own UART has sent them already, and they arrive at `ready`.
     pub(super) fn reply(&mut self, from: usize, module: &impl Device, ready: Nanos, bytes: &[u8]) {
-        match (module.rs485(), self.places.get_mut(from)) {
-            (Some(device::Rs485 { pause: Some(pause), .. }), Some(place)) => {
-                place.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
+        match (module.rs485(), self.stations.get_mut(from)) {
+            (Some(device::Rs485 { pause: Some(pause), .. }), Some(station)) => {
+                station.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
             }
             (Some(device::Rs485 { pause: None, baud }), _) => {
-                bytes.iter().for_each(|byte| self.fly(Flight { at: ready, from, baud, byte: *byte }));
+                bytes.iter().for_each(|byte| self.put_on_wire(ByteOnWire { at: ready, from, baud, byte: *byte }));
             }
             _ => {}
         }
     }
 
-    fn fly(&mut self, flight: Flight) {
-        let behind = self.wire.partition_point(|other| other.at <= flight.at);
-        self.wire.insert(behind, flight);
+    fn put_on_wire(&mut self, byte: ByteOnWire) {
+        let behind = self.wire.partition_point(|other| other.at <= byte.at);
+        self.wire.insert(behind, byte);
     }
 
-    /// A module has lost its power: what it was going to send is not sent.
+    /// Drops the replies of a module that has lost its power.
     pub(super) fn cut_off(&mut self, module: usize) {
-        self.wire.retain(|flight| flight.from != module);
-        if let Some(place) = self.places.get_mut(module) {
-            *place = Place::default();
+        self.wire.retain(|byte| byte.from != module);
+        if let Some(station) = self.stations.get_mut(module) {
+            *station = Station::default();
         }
     }
 
-    /// How many bytes a module still has to begin to send.
+    /// Number of bytes in a module's replies that have not begun yet.
     pub(super) fn waiting(&self, module: usize) -> usize {
-        let messages = self.places.get(module).into_iter().flat_map(|place| &place.messages);
+        let messages = self.stations.get(module).into_iter().flat_map(|station| &station.messages);
         messages.map(|message| message.bytes.len()).sum()
     }
 
-    /// When the next byte arrives, or somebody begins to send.
+    /// When the next byte arrives, or the next reply begins.
     pub(super) fn next_event(&self) -> Option<Nanos> {
-        let starts = self.places.iter().filter_map(Place::starts);
-        starts.chain(self.wire.front().map(|flight| flight.at)).min()
+        let starts = self.stations.iter().filter_map(Station::starts);
+        starts.chain(self.wire.front().map(|byte| byte.at)).min()
     }
 
-    /// Hands out the bytes that have arrived by now.
+    /// Lets all replies begin and all bytes arrive that are due by now.
     pub(super) fn deliver(&mut self, modules: &mut [impl Device], now: Nanos) {
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
-            // Who hears something at the last moment does not begin.
-            if let Some(flight) = self.wire.pop_front_if(|flight| flight.at == at) {
-                self.arrive(modules, &flight);
-            } else if let Some(from) = self.places.iter().position(|place| place.starts() == Some(at)) {
+            // A byte arrives before a reply begins at the same time, because the byte restarts the pause before the
+            // reply.
+            if let Some(byte) = self.wire.pop_front_if(|byte| byte.at == at) {
+                self.arrive(modules, &byte);
+            } else if let Some(from) = self.stations.iter().position(|station| station.starts() == Some(at)) {
                 self.begin(modules, from, at);
             }
         }
     }
 
     fn begin(&mut self, modules: &[impl Device], from: usize, mut at: Nanos) {
-        let Some(place) = self.places.get_mut(from) else { return };
-        let message = place.messages.pop_front();
+        let Some(station) = self.stations.get_mut(from) else { return };
+        let message = station.messages.pop_front();
         let port = modules.get(from).and_then(Device::rs485);
         let (Some(Message { bytes, .. }), Some(device::Rs485 { baud, .. })) = (message, port) else { return };
-        place.sends = at + bytes.len() as u64 * (BITS * SECOND / baud);
+        station.sends = at + bytes.len() as u64 * (BITS * SECOND / baud);
         for byte in bytes {
             at += BITS * SECOND / baud;
-            self.fly(Flight { at, from, baud, byte });
+            self.put_on_wire(ByteOnWire { at, from, baud, byte });
         }
     }
 
-    fn arrive(&mut self, modules: &mut [impl Device], flight: &Flight) {
-        let Flight { at, from, baud, byte } = *flight;
-        self.host.push_back(byte);
-        for (index, (place, module)) in self.places.iter_mut().zip(modules).enumerate() {
-            // At another bit rate it is noise.
+    fn arrive(&mut self, modules: &mut [impl Device], arrived: &ByteOnWire) {
+        let ByteOnWire { at, from, baud, byte } = *arrived;
+        self.heard_by_host.push_back(byte);
+        for (index, (station, module)) in self.stations.iter_mut().zip(modules).enumerate() {
+            // A module with another bit rate receives nothing it could use.
             if index != from && module.rs485().is_some_and(|own| own.baud == baud) {
-                place.host = false;
-                place.hear(module, at, false, |module| module.overhear(byte));
+                station.host_spoke_last = false;
+                station.hear(module, at, false, |module| module.overhear(byte));
             }
         }
     }
 }
 
-impl Place {
-    /// When the module begins to send.
+impl Station {
+    /// When the module begins its next reply.
     fn starts(&self) -> Option<Nanos> {
         self.messages.front().map(|message| message.ready.max(self.heard + message.pause).max(self.sends))
     }
 
-    fn hear<M: Device>(&mut self, module: &mut M, at: Nanos, told: bool, bring: impl FnOnce(&mut M)) {
+    fn hear<M: Device>(&mut self, module: &mut M, at: Nanos, announced: bool, bring: impl FnOnce(&mut M)) {
         if at < self.sends {
             return;
         }
-        if !told && at.saturating_sub(self.heard) > GAP {
+        if !announced && at.saturating_sub(self.heard) > GAP {
             module.silence(Source::Rs485, Client::default());
         }
         self.heard = at;
