@@ -1,8 +1,8 @@
-//! The file that keeps the EEPROM's contents.
+//! The file that keeps an EEPROM's contents.
 //!
-//! It is locked for as long as the module runs. Each page that the module writes makes a new file, which is complete,
-//! on the disk and locked before it takes the place of the old one: whoever opens the path finds a file that is whole
-//! and whose lock is held. Only then the page counts as written; if that fails it is not, and the firmware notices.
+//! The file is locked as long as the simulator runs. For each page that a module writes a new file is made, written to
+//! the disk and locked before it replaces the old one, so that the path always leads to a complete, locked file. Only
+//! then the page counts as written; if any of this fails, the firmware sees a failed page write.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::hash::{BuildHasher, RandomState};
@@ -22,17 +22,20 @@ use crate::failure::Failure;
 #[derive(Debug)]
 pub struct EepromFile {
     path: PathBuf,
-    /// What was in the file at the start; none if there was no file.
+    /// The contents at the start; `None` if there was no file.
     found: Option<Vec<u8>>,
-    /// The file itself, locked.
+    /// The open, locked file; `None` until the first write if there was no file.
     held: Option<File>,
-    /// The last attempt to write it failed.
+    /// True if the last attempt to write failed.
     failing: bool,
 }
 
 impl EepromFile {
-    /// Opens and reads the file, if there is one. A file that cannot be an EEPROM's, cannot be written or is another
-    /// simulator's is an error and left alone.
+    /// Opens, locks and reads the file, if there is one.
+    ///
+    /// # Errors
+    /// The file has another size than the EEPROM, cannot be written, or is in use by another simulator; it stays
+    /// unchanged.
     pub fn open(path: &Path) -> Result<Self, Failure> {
         let failed = |why: String| Failure::Failed(format!("--eeprom: {}{why}", path.display()));
         let real = match fs::canonicalize(path) {
@@ -45,7 +48,7 @@ impl EepromFile {
         };
         let cannot = |error: io::Error| failed(format!(" cannot be read and written: {error}"));
         loop {
-            // Nothing is opened whose opening or reading may take for ever.
+            // Only a regular file is opened: opening or reading a pipe or a device may take for ever.
             let found = fs::metadata(&real).map_err(cannot)?;
             if !found.is_file() {
                 return Err(failed(" is no file; it is left alone. Give the name of a file".into()));
@@ -70,7 +73,8 @@ impl EepromFile {
                 }
                 Err(TryLockError::Error(error)) => return Err(failed(format!(" cannot be locked: {error}"))),
             }
-            // Another simulator may have replaced it, and ended, since it was opened.
+            // Between opening and locking another simulator may have replaced the file and ended; then the new one is
+            // opened.
             if same(&file, &real).map_err(cannot)? {
                 let mut contents = vec![0; SIZE];
                 file.read_exact(&mut contents).map_err(cannot)?;
@@ -79,9 +83,9 @@ impl EepromFile {
         }
     }
 
-    /// The files of several modules: that of the first has the name given, the others' have their number added.
+    /// Opens the files of several modules: `path` for the first module, `path` with `.2`, `.3` ... for the others.
     pub fn open_all(path: &Path, modules: usize) -> Result<Vec<Self>, Failure> {
-        // Beyond the limit to the size of files a write is to fail, not to end the program.
+        // A write beyond the limit for file sizes must fail instead of ending the program by SIGXFSZ.
         signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())
             .map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))?;
         let name = |number: usize| {
@@ -94,16 +98,16 @@ impl EepromFile {
         (1..=modules).map(|number| Self::open(Path::new(&name(number)))).collect()
     }
 
-    /// What was in the file when it was opened.
+    /// The contents when the file was opened; `None` if there was no file.
     pub fn contents(&self) -> Option<&[u8]> {
         self.found.as_deref()
     }
 
-    /// Gives the file these contents. The old one is there until the new one is complete.
+    /// Replaces the file by one with these contents. The old file stays until the new one is complete.
     pub fn save(&mut self, contents: &[u8]) -> Result<(), Failure> {
         self.replace(contents).map_err(|error| {
             let taken = self.held.is_none() && error.kind() == ErrorKind::AlreadyExists;
-            // Who has been faster says why.
+            // Another simulator may have made the file meanwhile: the error of opening that file tells the user more.
             let refused = taken.then(|| Self::open(&self.path).err()).flatten();
             refused
                 .unwrap_or_else(|| Failure::Failed(format!("--eeprom: cannot write {}: {error}", self.path.display())))
@@ -114,7 +118,7 @@ impl EepromFile {
         let exists = match self.held.as_ref().map(|held| same(held, &self.path)) {
             Some(Ok(true)) => true,
             Some(Ok(false)) => return Err(io::Error::other("another file has taken its place")),
-            // Whoever removed the file gets it back.
+            // A file that a user has removed is made again.
             Some(Err(error)) if error.kind() != ErrorKind::NotFound => return Err(error),
             Some(Err(_)) | None => false,
         };
@@ -123,12 +127,13 @@ impl EepromFile {
             .fill(&mut file, contents)
             .and_then(|()| if exists { fs::rename(&fresh, &self.path) } else { name_anew(&fresh, &self.path) });
         if written.is_err() {
-            // What is left of it is of no use; the old file is untouched.
+            // The old file is untouched, and the incomplete new one is of no use.
             let _ = fs::remove_file(&fresh);
             return written;
         }
         self.held = Some(file);
-        // That the new file has the name is to outlive the computer, too. There are file systems that cannot say so.
+        // The directory is synchronised, too, so that the new file survives a crash of the computer. Some file systems
+        // do not support that, so an error is ignored.
         let _ = self.path.parent().map(|folder| File::open(folder)?.sync_all());
         Ok(())
     }
@@ -156,15 +161,15 @@ impl Backing for EepromFile {
     }
 }
 
-/// Gives a file a name that nobody has: of several who do so at once one succeeds.
+/// Gives a file a name that no other file has. If several simulators try at once, one succeeds.
 fn name_anew(fresh: &Path, path: &Path) -> io::Result<()> {
     match fs::hard_link(fresh, path) {
         Ok(()) => {
-            // One name too many does no harm.
+            // If the temporary name cannot be removed, the file has two names, which does no harm.
             let _ = fs::remove_file(fresh);
             Ok(())
         }
-        // There are file systems without links; those cannot say who is first.
+        // File systems without hard links need a rename, which cannot tell who was first.
         Err(error) if error.kind() != ErrorKind::AlreadyExists && fs::symlink_metadata(path).is_err() => {
             fs::rename(fresh, path)
         }
@@ -172,13 +177,13 @@ fn name_anew(fresh: &Path, path: &Path) -> io::Result<()> {
     }
 }
 
-/// Whether a file is the one at a path.
+/// True if the path leads to this open file.
 fn same(file: &File, path: &Path) -> io::Result<bool> {
     let (held, there) = (file.metadata()?, fs::symlink_metadata(path)?);
     Ok((held.dev(), held.ino()) == (there.dev(), there.ino()))
 }
 
-/// A new file beside another, under a name that nobody can foresee. What has that name already is not touched.
+/// Makes a new file in the directory of `path`, under a random name, so that no existing file is touched.
 fn beside(path: &Path) -> io::Result<(PathBuf, File)> {
     loop {
         let mut name = path.as_os_str().to_owned();

@@ -1,4 +1,4 @@
-//! What ends the simulator: a signal, or the end of standard input.
+//! The end of the simulator: by a signal, or by the end of standard input.
 
 use std::io::Stdin;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -11,7 +11,7 @@ use crate::failure::Failure;
 use crate::link::readable;
 use crate::signal::EndSignal;
 
-/// Watches for the end.
+/// Watches for signals and for the end of standard input.
 #[derive(Debug)]
 pub(super) struct Ending {
     signal: EndSignal,
@@ -19,30 +19,30 @@ pub(super) struct Ending {
 }
 
 impl Ending {
-    /// Watches for signals, and for the end of standard input if that is wanted.
+    /// Watches for signals, and with `stdin` also for the end of standard input.
     pub(super) fn watch(stdin: bool) -> Result<Self, Failure> {
         let signals: &[i32] = if ignored(SIGHUP) { &[SIGINT, SIGTERM] } else { &[SIGINT, SIGTERM, SIGHUP] };
         Ok(Ending { signal: EndSignal::watch(signals)?, stdin: stdin.then(std::io::stdin) })
     }
 
-    /// What can be read when the end may have come.
+    /// The descriptors to poll: one of them can be read when the end may have come.
     pub(super) fn signs(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         std::iter::once(self.signal.as_fd()).chain(self.stdin.as_ref().map(AsFd::as_fd))
     }
 
-    /// The end has come.
+    /// True if a signal has come or standard input has ended.
     pub(super) fn has_come(&self) -> bool {
         self.signal.happened() || self.stdin.as_ref().is_some_and(is_at_end)
     }
 }
 
 fn is_at_end(stdin: &Stdin) -> bool {
-    // What comes in is for nobody.
+    // Bytes on standard input are read and ignored.
     readable(stdin, Instant::now()).unwrap_or(true)
         && !matches!(rustix::io::read(stdin, &mut [0; 4096]), Ok(1..) | Err(Errno::INTR | Errno::AGAIN))
 }
 
-/// A signal that whoever started the program wants it to outlive, as `nohup` does.
+/// True if the program was started with this signal ignored, as `nohup` does with SIGHUP: the signal must not end it.
 fn ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));

@@ -1,4 +1,4 @@
-//! One end of a byte link: the bytes of one client, and the silences between them.
+//! The simulator's end of a byte link: the bytes of one client, and the silences between telegrams.
 
 use std::io::{Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
@@ -10,53 +10,56 @@ use tmcm::tmcl::binary::{Framer, TELEGRAM};
 use super::stream::{Input, Stream};
 use crate::client::Client;
 
-/// Silence after which an unfinished telegram is given up. It counts from when bytes were read, and only if
-/// another look found none: a host or a simulator that was held up for a moment does not tear a telegram.
+/// Silence after which an unfinished telegram is given up. The silence begins when bytes were read, and ends a
+/// telegram only if a later read found no bytes, so that a simulator that was held up for a moment does not tear a
+/// telegram.
 const GAP: Duration = Duration::from_micros(Framer::GAP.0);
-/// The same on TCP, where a host's bytes may be held back: Nagle's algorithm waits for an acknowledgement, and
-/// the peer's delays that for up to 200 ms.
+/// Silence after which an unfinished telegram on TCP is given up. It is longer, because Nagle's algorithm holds bytes
+/// back until an acknowledgement, which the peer may delay by 200 ms.
 const TCP_GAP: Duration = Duration::from_millis(250);
-/// Bytes of a client that may wait for the module: more are not read. So none can keep the others waiting, and what is
-/// sent too fast waits where it comes from.
+/// Most bytes of a client that may wait for the module. Further bytes are not read but wait in the client's own
+/// buffers, so that no client can delay the others.
 const ROOM: usize = 16 * TELEGRAM;
-/// Most that is thrown away at once: more than waits in a socket.
+/// Most bytes thrown away at once: more than a socket's buffer holds, but not without end.
 const MOST_THROWN_AWAY: usize = 16 << 20;
 
-/// What comes from a client.
+/// What arrives from a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Arrival<'a> {
     /// Bytes, at least one.
     Bytes(&'a [u8]),
-    /// The end of a telegram, finished or not: nothing has come for a while. Told once.
+    /// No byte has come for so long that a telegram ends, finished or not. Reported once per silence.
     Silence,
 }
 
 /// A stream of bytes from one client.
 #[derive(Debug)]
 pub struct Endpoint<T> {
-    /// The bytes.
+    /// The stream of bytes.
     pub stream: Stream<T>,
-    /// Who sends them.
+    /// The client at the other end.
     pub client: Client,
+    /// Silence that ends a telegram.
     gap: Duration,
-    /// So much waits that nothing is read.
+    /// True while so many bytes wait for the module that none is read.
     full: bool,
-    /// When bytes were last read, until the silence after them has been told.
+    /// When bytes were last read; `None` once the silence after them has been reported.
     heard: Option<Instant>,
 }
 
 impl<T: Read + Write + AsFd> Endpoint<T> {
-    /// An endpoint at which nothing has arrived yet.
+    /// The endpoint of a pseudo terminal or local socket.
     pub fn new(stream: Stream<T>, client: Client) -> Self {
         Endpoint { stream, client, gap: GAP, full: false, heard: None }
     }
 
-    /// The same for a TCP connection.
+    /// The endpoint of a TCP connection.
     pub fn over_tcp(stream: Stream<T>, client: Client) -> Self {
         Endpoint { gap: TCP_GAP, ..Self::new(stream, client) }
     }
 
-    /// Takes what has arrived, while `unread` bytes of what has been taken before wait for the module.
+    /// Reads what has arrived and passes it to `take`. `unread` is the number of bytes read before that still wait for
+    /// the module.
     pub fn receive(&mut self, unread: usize, take: impl FnOnce(Arrival<'_>)) {
         self.full = unread >= ROOM;
         if self.full {
@@ -73,7 +76,7 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
         }
     }
 
-    /// What has arrived is lost; `take` may look at it.
+    /// Reads and drops what has arrived; `take` may look at the bytes.
     pub fn throw_away(&mut self, mut take: impl FnMut(&[u8])) {
         self.heard = None;
         let (mut buffer, mut thrown) = ([0; ROOM], 0);
@@ -85,12 +88,12 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
         }
     }
 
-    /// What there is to wait for: bytes, if they would be taken, or room for replies.
+    /// The descriptor and events to poll for: bytes, unless none would be read, and room for replies.
     pub fn interest(&self) -> Option<(BorrowedFd<'_>, PollFlags)> {
         self.stream.interest(self.full)
     }
 
-    /// When the silence has lasted long enough to be told, if it has not been.
+    /// When the present silence will have lasted long enough to be reported; `None` if it has been reported.
     pub fn silence_ends(&self) -> Option<Instant> {
         self.heard.filter(|_| !self.full).map(|heard| heard + self.gap)
     }
@@ -101,14 +104,14 @@ mod tests {
     use super::*;
     use std::os::unix::net::UnixStream;
 
-    /// The host's end of a link, and the module's.
+    /// Both ends of a link: the host's and the module's.
     fn link() -> (UnixStream, Endpoint<UnixStream>) {
         let (host, module) = UnixStream::pair().unwrap();
         module.set_nonblocking(true).unwrap();
         (host, Endpoint::new(Stream::new(module, 1), Client(1)))
     }
 
-    /// Bytes, or `None` for a silence.
+    /// What the endpoint passes on: bytes, or `None` for a silence.
     fn received(endpoint: &mut Endpoint<UnixStream>) -> Vec<Option<Vec<u8>>> {
         let mut all = Vec::new();
         endpoint.receive(0, |arrival| {
@@ -128,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silence_is_told_once() {
+    fn a_silence_is_reported_once() {
         let (mut host, mut endpoint) = link();
         assert_eq!(endpoint.silence_ends(), None);
         assert!(received(&mut endpoint).is_empty());

@@ -1,11 +1,11 @@
-//! Where the modules can be reached, told with lines to copy.
+//! The lines that `tmcl sim` prints at its start: where the modules can be reached, with commands to copy.
 
 use std::io::{self, Write};
 
 use super::links::Links;
 use super::pty::Pty;
 
-/// Says where the modules can be reached. Each link is told with its option's name.
+/// Prints where the modules can be reached, each link under the name of its option.
 pub(super) fn introduce(links: &Links, out: &mut impl Write) -> io::Result<()> {
     if let Some(pty) = &links.serial {
         let path = head(out, "serial", pty)?;
@@ -44,6 +44,7 @@ pub(super) fn introduce(links: &Links, out: &mut impl Write) -> io::Result<()> {
     Ok(())
 }
 
+/// Prints the path of a serial port, and returns it.
 fn head<E>(out: &mut impl Write, name: &str, pty: &Pty<E>) -> io::Result<String> {
     let path = pty.path().display().to_string();
     writeln!(out, "{name}: {path}")?;
@@ -53,9 +54,9 @@ fn head<E>(out: &mut impl Write, name: &str, pty: &Pty<E>) -> io::Result<String>
     Ok(path)
 }
 
-/// The lines for a CAN adapter, where `tmcl` and where pySerial finds it.
-fn adapter(out: &mut impl Write, place: &str, url: &str) -> io::Result<()> {
-    writeln!(out, "    tmcl send slcan:{place} --address 1 \"GAP 1, 0\"")?;
+/// Prints the lines for a CAN adapter: `device` is its name for `tmcl`, `url` its name for pySerial.
+fn adapter(out: &mut impl Write, device: &str, url: &str) -> io::Result<()> {
+    writeln!(out, "    tmcl send slcan:{device} --address 1 \"GAP 1, 0\"")?;
     writeln!(out, "    ConnectionManager(\"--interface slcan_tmcl --port {url} --module-id 1\")")?;
     writeln!(out, "    can.Bus(interface=\"slcan\", channel=\"{url}\", bitrate=1000000)")
 }

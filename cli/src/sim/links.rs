@@ -1,4 +1,4 @@
-//! All that the simulator listens to.
+//! All links of the simulator: the USB link of module 1, the buses and the control port.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -21,14 +21,14 @@ use crate::device::Device;
 use crate::failure::Failure;
 use crate::fleet::{Fleet, Lost};
 
-/// The TCP port that is used when none is asked for, if it is free.
+/// The TCP port that is used by default, if it is free.
 const USUAL_PORT: u16 = 4140;
-/// The clients at the pseudo terminals; TCP connections count up from the last.
+/// The clients at the pseudo terminals; clients on TCP connections are numbered from 3 on.
 const SERIAL: Client = Client(0);
 const RS485: Client = Client(1);
 const SLCAN: Client = Client(2);
 
-/// The USB interface of module 1, the buses, and the control port.
+/// The open links.
 #[derive(Debug)]
 pub struct Links {
     pub(super) serial: Option<Pty<Endpoint<File>>>,
@@ -42,7 +42,7 @@ pub struct Links {
 }
 
 impl Links {
-    /// Opens what the options ask for, and a serial port and a TCP port if they ask for none.
+    /// Opens the links that the options ask for; a serial port and a TCP port if they ask for none.
     pub fn open(options: &Options) -> Result<Self, Failure> {
         let bare = options.names_no_link();
         let tcp = match &options.tcp {
@@ -69,8 +69,8 @@ impl Links {
         })
     }
 
-    /// Takes new connections and gives the modules what has arrived, a portion of each client's. Gives what there is to be
-    /// told.
+    /// Accepts connections and passes to the modules what has arrived, a limited number of bytes per client. Returns
+    /// messages for the user.
     pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) -> Vec<String> {
         let last = &mut self.last_client.0;
         let mut next = || {
@@ -101,7 +101,7 @@ impl Links {
         told
     }
 
-    /// What hosts have sent by now on links that nobody hears is lost, and not heard when somebody is there again.
+    /// Drops what hosts have sent on the links in `lost`, so that it does not reach a module that gets power later.
     pub fn lose(&mut self, lost: Lost) {
         if lost.usb {
             self.serial.iter_mut().for_each(|pty| pty.end.throw_away(|_| {}));
@@ -114,10 +114,10 @@ impl Links {
         }
     }
 
-    /// Takes what the modules have sent to whom it is for.
+    /// Writes what the modules have sent to the hosts.
     pub fn send(&mut self, fleet: &mut Fleet<impl Device>) {
         while let Some((module, sent)) = fleet.sent() {
-            // Nobody is at the USB connectors of the others.
+            // Only module 1 has hosts at its USB connector.
             if module == 0 {
                 self.reply(&sent);
             }
@@ -136,18 +136,18 @@ impl Links {
         if sent.client == SERIAL
             && let Some(pty) = &mut self.serial
         {
-            // A reply that nobody reads is lost.
+            // A reply that the host does not read is lost, as on a real port.
             pty.end.stream.write(&sent.bytes);
         } else if let Some(server) = &mut self.tcp
             && let Some(endpoint) = server.clients.iter_mut().find(|endpoint| endpoint.client == sent.client)
             && !endpoint.stream.write(&sent.bytes)
         {
-            // A client that sends and never reads is cut off.
+            // A client that sends and never reads is disconnected.
             endpoint.stream.give_up();
         }
     }
 
-    /// Writes what waits and closes connections that are done with.
+    /// Writes bytes that have waited, and closes the connections that have ended.
     pub fn tidy(&mut self, fleet: &mut Fleet<impl Device>) {
         let quiet = !fleet.is_busy();
         self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());
@@ -170,7 +170,7 @@ impl Links {
             server.clients.retain_mut(|port| {
                 let Endpoint { stream, client, .. } = &mut port.endpoint;
                 stream.flush();
-                // Who has said all may still be told something.
+                // A host that sends nothing more may still receive frames while the modules are busy.
                 let done = stream.ended() && stream.drained() && quiet && fleet.unsent_frames(client.0) == 0;
                 if done || stream.broken() {
                     fleet.forget_adapter(client.0);
@@ -183,7 +183,7 @@ impl Links {
         }
     }
 
-    /// What there is to wait for.
+    /// The descriptors and events to poll for.
     pub fn interests(&self) -> Vec<(BorrowedFd<'_>, PollFlags)> {
         let mut wanted: Vec<(BorrowedFd<'_>, PollFlags)> = Vec::new();
         wanted.extend(self.files().filter_map(Endpoint::interest));
@@ -197,12 +197,12 @@ impl Links {
         wanted
     }
 
-    /// Lines have come to the control port that wait for the next turn.
+    /// True if lines at the control port wait for the next turn.
     pub fn has_lines(&self) -> bool {
         self.control.iter().flat_map(|server| &server.clients).any(Controller::has_unread)
     }
 
-    /// When the first silence is to be told.
+    /// When the first silence on a link is to be reported.
     pub fn silence_ends(&self) -> Option<Instant> {
         let files = self.files().filter_map(Endpoint::silence_ends);
         files.chain(self.sockets().filter_map(Endpoint::silence_ends)).min()
@@ -227,7 +227,7 @@ fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<E
     link.map(|link| Pty::open(option, Some(link), |stream| Endpoint::new(stream, client))).transpose()
 }
 
-/// Brings module 1 what has come from a client on its USB link.
+/// Passes to module 1 what has arrived from a client on the USB link.
 fn usb<T: Read + Write + AsFd>(fleet: &mut Fleet<impl Device>, endpoint: &mut Endpoint<T>) {
     let (client, unread) = (endpoint.client, fleet.unread_usb(endpoint.client));
     let Some(module) = fleet.modules_mut().first_mut() else { return };

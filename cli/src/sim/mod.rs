@@ -1,7 +1,7 @@
-//! `tmcl sim`: virtual modules at the pace of a clock, with links that host software opens.
+//! `tmcl sim`: virtual modules in real time, with links that host software opens.
 //!
-//! One thread. A turn lets virtual time pass up to now, takes what has arrived, hands out the replies that are due,
-//! and sleeps until bytes arrive or the module has something to do.
+//! One thread runs everything. Each turn of its loop sleeps until bytes arrive or a module has something to do, lets
+//! virtual time pass up to the present, takes the bytes that have arrived, and writes the replies that are due.
 
 pub mod control;
 pub mod eeprom;
@@ -38,19 +38,19 @@ use ending::Ending;
 use links::Links;
 use pacing::Pacer;
 
-/// Start of everything that is random; a world file has a seed of its own.
+/// Seed of the modules' random numbers; the world's random numbers have a seed in the world file.
 const SEED: u32 = 1;
-/// Longest sleep while nobody waits for anything. Virtual time then passes in portions of this length.
+/// Longest sleep while the modules have nothing to do for a host.
 const NAP: Duration = Duration::from_millis(5);
-/// Longest time for which virtual time passes without a look at the links.
+/// Longest real time spent on virtual time before the links are served again.
 const LONGEST_TURN: Duration = Duration::from_millis(2);
-/// Portion of virtual time between two looks at the clock.
+/// Span of virtual time that is simulated between two looks at the clock, in nanoseconds.
 const PORTION: Nanos = MILLISECOND;
 
-/// No image has so many bytes, with all that is there for debuggers.
+/// Largest size of an image file in bytes: far above that of any image with debug information.
 const LARGEST_IMAGE: u64 = 1 << 28;
 
-/// Runs the virtual module until a signal ends it, or the end of standard input if that is wanted.
+/// Runs the virtual modules until a signal ends the program, or the end of standard input with --exit-with-stdin.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let stop = Ending::watch(options.exit_with_stdin)?;
     let world = match &options.world {
@@ -80,7 +80,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
 }
 
-/// Modules that run the image of option --image.
+/// The modules that run the image of option --image.
 fn images(
     path: &Path,
     options: &Options,
@@ -92,7 +92,7 @@ fn images(
         Failure::Failed(format!("--image: {shown}: {error}. `cargo fw` builds the image of this firmware"))
     };
     let elf = files::read_file(path, LARGEST_IMAGE).map_err(|error| failed(&format!("cannot be read: {error}")))?;
-    // Nobody is at the USB connectors of the others.
+    // Only module 1 has hosts at its USB connector.
     let mut usb = options.needs_usb();
     Fleet::start(eeproms, SEED, |eeprom, seed| {
         let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
@@ -100,18 +100,19 @@ fn images(
     })
 }
 
-/// Opens the links, says where they are, and runs the modules until `stop` ends that. `made` says what they run.
+/// Opens the links, prints where they are, and runs the modules until `stop` says so. `what_runs` completes the printed
+/// sentence "A virtual TMCM-1140 ...".
 fn serve<M: Device>(
     options: &Options,
     stop: Ending,
     mut fleet: Fleet<M>,
     eeproms: Vec<EepromFile>,
-    made: &str,
+    what_runs: &str,
 ) -> Result<(), Failure> {
     fleet.await_silences();
     for (mut file, module) in eeproms.into_iter().zip(fleet.modules_mut()) {
         let mut board = module.board_mut();
-        // If this cannot be written, later stores cannot either.
+        // The file is written at once, because a user should learn now, not at the first store, that it cannot be.
         file.save(board.at25().contents())?;
         board.at25_mut().keep_in(Box::new(file));
     }
@@ -119,7 +120,7 @@ fn serve<M: Device>(
     let mut out = std::io::stdout().lock();
     let count = fleet.modules().len();
     let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
-    writeln!(out, "{article} virtual TMCM-{}{plural} {made}. Ctrl-C ends it.", TMCM_1140.number)?;
+    writeln!(out, "{article} virtual TMCM-{}{plural} {what_runs}. Ctrl-C ends it.", TMCM_1140.number)?;
     introduce::introduce(&links, &mut out)?;
     writeln!(out, "ready")?;
     out.flush()?;
@@ -135,7 +136,7 @@ pub(crate) fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
     WorldConfig::parse(&text).map_err(|error| Failure::Failed(format!("--world: {shown}: {}", error.trim_end())))
 }
 
-/// Modules that run, and everything around them.
+/// The state of the running simulator.
 struct Simulator<M> {
     stop: Ending,
     fleet: Fleet<M>,
@@ -149,13 +150,13 @@ impl<M: Device> Simulator<M> {
             self.let_time_pass();
             self.take_requests();
             self.hand_out_replies();
-            self.tell();
+            self.report_messages();
             self.check()?;
         }
         Ok(())
     }
 
-    /// Sleeps until there is something to do. True if it is time to end.
+    /// Sleeps until bytes arrive or an event of the modules is due. True if the program is to end.
     fn sleep(&mut self) -> Result<bool, Failure> {
         let nap = if self.pacer.is_behind() { Duration::ZERO } else { NAP };
         let mut wake = self.pacer.when(self.pacer.reached()) + nap;
@@ -181,7 +182,7 @@ impl<M: Device> Simulator<M> {
         }
     }
 
-    /// Virtual time passes up to now, or as far as there is time for.
+    /// Lets virtual time pass up to the present, or as far as [`LONGEST_TURN`] of real time suffices.
     fn let_time_pass(&mut self) {
         let begun = Instant::now();
         let goal = self.pacer.advance(begun);
@@ -194,14 +195,15 @@ impl<M: Device> Simulator<M> {
 
     fn take_requests(&mut self) {
         self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
-        // It is away for as long as its lines have an effect on the other links.
+        // The control port is taken out of `links`, because its commands change the other links meanwhile.
         let mut control = self.links.control.take();
         if let Some(server) = &mut control {
             server.accept(control::Controller::new).iter().for_each(|message| say(message));
             for controller in &mut server.clients {
                 controller.receive(|line| {
                     let answer = control::execute(line, &mut self.fleet, &self.pacer);
-                    // Before the answer is out, after which somebody may send more.
+                    // Lost bytes are removed before the answer is sent, because a host may send new bytes after the
+                    // answer.
                     self.links.lose(self.fleet.take_lost());
                     answer
                 });
@@ -215,7 +217,7 @@ impl<M: Device> Simulator<M> {
         self.links.tidy(&mut self.fleet);
     }
 
-    fn tell(&mut self) {
+    fn report_messages(&mut self) {
         let several = self.fleet.modules().len() > 1;
         for (number, module) in (1..).zip(self.fleet.modules_mut()) {
             for message in module.take_log() {
@@ -230,15 +232,15 @@ impl<M: Device> Simulator<M> {
         }
     }
 
-    /// A module that cannot go on ends the program.
+    /// Ends the program if a module cannot go on.
     fn check(&self) -> Result<(), Failure> {
         let stopped = |(number, module): (usize, &M)| Some(format!("module {number} stopped: {}", module.stopped()?));
         (1..).zip(self.fleet.modules()).find_map(stopped).map_or(Ok(()), |why| Err(Failure::Failed(why)))
     }
 }
 
-/// A message for a person.
+/// Prints a message for a person on standard error.
 fn say(message: &str) {
-    // Where standard error is closed there is nobody to tell.
+    // A closed standard error must not end the simulator.
     let _ = writeln!(std::io::stderr(), "tmcl sim: {message}");
 }

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-/// Modules at one time, as many as an RS485 bus carries.
+/// Most modules: as many as an RS485 bus carries.
 const MOST_MODULES: i64 = 32;
-/// Slowest and fastest virtual time.
+/// Permitted speeds of virtual time, as multiples of real time.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
 /// Run a virtual TMCM-1140, or several on a bus, that host software drives like real ones
@@ -119,7 +119,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// True if there is no link that the options ask for.
+    /// True if the options ask for no link, so that the default links are opened.
     pub(super) fn names_no_link(&self) -> bool {
         !self.has_usb_link() && self.rs485.is_none() && self.slcan.is_none() && self.slcan_tcp.is_none()
     }
@@ -147,7 +147,7 @@ Examples:
   tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140 --log
       the flash image itself runs, and what it logs is printed";
 
-/// An address to listen on, as it is written. Whether it can be used shows later.
+/// Checks the form of an address to listen on. Whether the address can be used shows when the port is opened.
 fn address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').filter(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
     match parts {

@@ -1,48 +1,49 @@
-//! Virtual time at the pace of a clock on the wall.
+//! The pace of virtual time, measured against the computer's clock.
 
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
 
-/// The most that virtual time may lag behind the clock, measured on the clock. What is beyond that (the computer was
-/// busy or asleep) is not made up for: the module never sees time rush.
+/// Longest lag of virtual time that is made up for, measured on the clock. After a longer interruption (the computer
+/// was busy or asleep) virtual time goes on with a lag, because hosts would see it rush otherwise.
 const LONGEST_LAG: Duration = Duration::from_millis(20);
-/// Over how long, at least, the achieved speed is measured.
+/// Shortest time over which the achieved speed is measured.
 const WINDOW: Duration = Duration::from_secs(1);
-/// The least that is told of a lag, measured on the clock.
-const WORTH_TELLING: Duration = Duration::from_secs(1);
+/// Shortest lag that is reported, measured on the clock.
+const SHORTEST_REPORT: Duration = Duration::from_secs(1);
 
-/// Says how far virtual time may go.
+/// Keeps track of how far virtual time has gone and may go. All `Nanos` are virtual time.
 #[derive(Debug)]
 pub struct Pacer {
+    /// Wanted speed: seconds of virtual time per second of the clock.
     speed: f64,
     /// When the goal was last moved.
     last: Instant,
     /// How far virtual time may go.
     goal: Nanos,
-    /// How far it has gone.
+    /// How far virtual time has gone.
     reached: Nanos,
-    /// Where the present and the previous measurement of the achieved speed began.
+    /// Where the previous and the present measurement of the achieved speed began.
     marks: [(Instant, Nanos); 2],
-    /// How far it would have gone if it had never lagged.
-    wanted: Nanos,
-    /// The lag that is told next.
-    telling: Duration,
+    /// How far virtual time would have gone without any lag.
+    ideal: Nanos,
+    /// The lag to be reported next, measured on the clock.
+    next_report: Duration,
 }
 
 impl Pacer {
-    /// Virtual time is at `now` at the instant `at` and goes `speed` times as fast as the wall's from there.
+    /// A pacer for virtual time that is at `now` at the instant `at`, and is to go `speed` times as fast as the clock.
     pub fn new(speed: f64, at: Instant, now: Nanos) -> Self {
         let marks = [(at, now); 2];
-        Pacer { speed, last: at, goal: now, reached: now, marks, wanted: now, telling: WORTH_TELLING }
+        Pacer { speed, last: at, goal: now, reached: now, marks, ideal: now, next_report: SHORTEST_REPORT }
     }
 
-    /// How fast virtual time shall go.
+    /// Wanted speed of virtual time, as a multiple of the clock's.
     pub fn wanted(&self) -> f64 {
         self.speed
     }
 
-    /// How far virtual time may go by the instant `at`.
+    /// Moves the goal to how far virtual time may go by the instant `at`, and returns the goal.
     pub fn advance(&mut self, at: Instant) -> Nanos {
         let [_, present] = self.marks;
         if self.last.saturating_duration_since(present.0) >= WINDOW {
@@ -50,7 +51,7 @@ impl Pacer {
         }
         let span = at.saturating_duration_since(self.last);
         self.last = at;
-        self.wanted += self.scaled(span);
+        self.ideal += self.scaled(span);
         let goal = self.goal + self.scaled(span);
         self.goal = goal.min(self.reached + self.scaled(LONGEST_LAG));
         self.goal
@@ -61,42 +62,43 @@ impl Pacer {
         self.reached
     }
 
-    /// Virtual time has gone as far as `to`.
+    /// Records that virtual time has gone as far as `to`.
     pub fn reach(&mut self, to: Nanos) {
         self.reached = to;
     }
 
-    /// True while virtual time has not gone as far as it may.
+    /// True while virtual time has not reached the goal.
     pub fn is_behind(&self) -> bool {
         self.reached < self.goal
     }
 
-    /// When virtual time may be at `due`.
+    /// The instant from which virtual time may be at `due`.
     pub fn when(&self, due: Nanos) -> Instant {
         let ahead = due.saturating_sub(self.goal) as f64 / self.speed;
         self.last + Duration::from_nanos(ahead.ceil() as u64)
     }
 
-    /// How fast virtual time really went in the last one or two seconds.
+    /// Speed that virtual time achieved in the last one or two seconds, as a multiple of the clock's.
     pub fn achieved(&self) -> f64 {
         let [(begun, from), _] = self.marks;
         let span = self.last.saturating_duration_since(begun).as_nanos();
         if span == 0 { self.speed } else { self.reached.saturating_sub(from) as f64 / span as f64 }
     }
 
-    /// How far virtual time is behind, if that is worth telling: once it is a second of the clock, and each time that
-    /// it has doubled.
+    /// The lag of virtual time if it is to be reported: when it reaches one second of the clock, and each time it has
+    /// doubled since the last report.
     pub fn lag(&mut self) -> Option<Nanos> {
-        let lag = self.wanted.saturating_sub(self.reached);
-        if lag < self.scaled(self.telling) {
+        let lag = self.ideal.saturating_sub(self.reached);
+        if lag < self.scaled(self.next_report) {
             return None;
         }
-        while lag >= self.scaled(self.telling) {
-            self.telling *= 2;
+        while lag >= self.scaled(self.next_report) {
+            self.next_report *= 2;
         }
         Some(lag)
     }
 
+    /// The span of virtual time that belongs to a span of the clock.
     fn scaled(&self, span: Duration) -> Nanos {
         (span.as_nanos() as f64 * self.speed).round() as Nanos
     }
@@ -108,7 +110,7 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    /// Lets virtual time go as far as it may.
+    /// Lets virtual time go to its goal at the instant `at`, and returns the goal.
     fn go(pacer: &mut Pacer, at: Instant) -> Nanos {
         let goal = pacer.advance(at);
         pacer.reach(goal);
@@ -144,7 +146,7 @@ mod tests {
             assert!(pacer.is_behind());
         }
         assert_eq!(pacer.achieved(), 0.5);
-        // Then it is fast enough again: no more than the longest lag is made up for.
+        // When the computer is fast enough again, no more than the longest lag is made up for.
         assert!(go(&mut pacer, start + 1001 * MS) <= 500_000_000 + 40_000_000);
         assert!(!pacer.is_behind());
     }
@@ -161,7 +163,7 @@ mod tests {
                 pacer.lag()
             })
             .collect();
-        // Of 20 ms in 10 ms of the clock 15 ms are lost.
+        // In 10 ms of the clock virtual time should go 20 ms and goes 5 ms, so the lag grows by 15 ms.
         assert_eq!(told, [2_010_000_000, 4_005_000_000, 8_010_000_000]);
     }
 

@@ -1,4 +1,4 @@
-//! A serial port for host software: a pseudo terminal, with a symbolic link to it.
+//! A serial port for host software: a pseudo terminal, and a symbolic link to the terminal's device.
 
 use std::fs::{self, File};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -17,50 +17,52 @@ use crate::failure::Failure;
 /// A pseudo terminal in raw mode.
 #[derive(Debug)]
 pub struct Pty<E> {
-    /// What hosts send, and where replies go.
+    /// The simulator's end of the link.
     pub end: E,
     device: PathBuf,
     link: Option<PathBuf>,
-    /// Shows other simulators that the link is in use.
+    /// Shows other simulators that the link's path is in use.
     _claim: Option<OwnedFd>,
-    /// Kept open so that the terminal stays as it is, raw, while no host has it open.
+    /// The terminal's device, kept open so that the terminal stays in raw mode while no host has the device open.
     _slave: OwnedFd,
 }
 
 impl<E> Pty<E> {
-    /// Makes a pseudo terminal and, if `option` was given a path, a symbolic link to it there.
+    /// Makes a pseudo terminal and, if `link` is given, a symbolic link to its device at that path. `option` is the
+    /// option named in error messages.
     pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
         let (master, slave, device) =
             terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {error}")))?;
         let claim = link.map(|link| make_symlink(option, link, &device)).transpose()?;
-        // One telegram may wait for a host that does not read; then replies are lost, as on a wire.
+        // While one telegram waits for a host that does not read, further replies are lost, as on a wire.
         let stream = Stream::new(File::from(master), 1);
         Ok(Pty { end: end(stream), device, link: link.map(Path::to_path_buf), _claim: claim, _slave: slave })
     }
 
-    /// The terminal's device.
+    /// Path of the terminal's device.
     pub fn device(&self) -> &Path {
         &self.device
     }
 
-    /// The path for host software: the link if there is one.
+    /// The path that host software opens: the symbolic link if there is one, else the device.
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.device)
     }
 }
 
 impl<E> Drop for Pty<E> {
-    /// Removes the link, unless it has become somebody else's.
+    /// Removes the symbolic link, unless it points to another device by now.
     fn drop(&mut self) {
         if let Some(link) = &self.link
             && fs::read_link(link).is_ok_and(|target| target == self.device)
         {
-            // There is nobody to tell if it cannot be removed; the next run replaces it.
+            // A link that cannot be removed does no harm: the next run replaces it.
             let _ = fs::remove_file(link);
         }
     }
 }
 
+/// Makes a pseudo terminal in raw mode; gives its two ends, the simulator's one non-blocking, and its device's path.
 fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
     let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY)?;
     rustix::pty::grantpt(&master)?;
@@ -76,8 +78,8 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
     Ok((master, slave, device))
 }
 
-/// Makes the symbolic link, and gives what shows that it is in use. What an earlier run has left there is replaced,
-/// anything else stays.
+/// Makes the symbolic link and claims its path. The link of a simulator that has ended is replaced; any other file is
+/// an error.
 fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Failure> {
     let shown = link.display();
     let no_link = |error: io::Error| {
@@ -108,7 +110,8 @@ fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Fai
     Ok(claim)
 }
 
-/// Takes a path for a link; fails while somebody has it. The terminals tell nothing: their numbers are used again.
+/// Claims a path for a link; fails while another simulator has the path. The old link's target does not show whether
+/// its simulator still runs, because the numbers of terminals are used again.
 fn claim(link: &Path) -> io::Result<OwnedFd> {
     let parent = link.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let folder = fs::metadata(parent)?;
@@ -117,7 +120,8 @@ fn claim(link: &Path) -> io::Result<OwnedFd> {
     take(&format!("tmcl sim {:016x}", hasher.finish()))
 }
 
-/// Takes a name for as long as what is returned is open. A socket's abstract name goes with the process, however that ends.
+/// Claims a name until the returned descriptor is closed. The name is a socket's abstract name, because the system
+/// frees such a name however the process ends.
 #[cfg(target_os = "linux")]
 fn take(name: &str) -> io::Result<OwnedFd> {
     use std::os::linux::net::SocketAddrExt;
@@ -125,7 +129,8 @@ fn take(name: &str) -> io::Result<OwnedFd> {
     Ok(UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(name)?)?.into())
 }
 
-/// The same where there are no abstract names: the lock of a file does, which stays behind.
+/// Claims a name until the returned descriptor is closed. This system has no abstract names, so the claim is the lock
+/// of a temporary file, which is not removed.
 #[cfg(not(target_os = "linux"))]
 fn take(name: &str) -> io::Result<OwnedFd> {
     let file = File::options().create(true).truncate(false).write(true).open(std::env::temp_dir().join(name))?;

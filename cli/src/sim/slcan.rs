@@ -1,4 +1,4 @@
-//! A host's adapter on the CAN bus.
+//! A host's SLCAN adapter on the virtual CAN bus.
 
 use std::io::{Read, Write};
 use std::os::fd::AsFd;
@@ -10,24 +10,24 @@ use crate::device::Device;
 use crate::fleet::{Fleet, Heard, Node};
 use crate::slcan::Adapter;
 
-/// Bytes of the shortest line that makes a frame.
+/// Length of the shortest SLCAN line that carries a frame, in bytes.
 const SHORTEST: usize = 6;
 
 /// A byte link to a host, and the adapter behind it.
 #[derive(Debug)]
 pub struct HostAdapter<T> {
-    /// The bytes.
+    /// The link to the host.
     pub endpoint: Endpoint<T>,
     adapter: Adapter,
 }
 
 impl<T: Read + Write + AsFd> HostAdapter<T> {
-    /// An adapter as it is when it is plugged in.
+    /// An adapter whose channel is closed.
     pub fn new(endpoint: Endpoint<T>) -> Self {
         HostAdapter { endpoint, adapter: Adapter::default() }
     }
 
-    /// Takes what has arrived from the host: frames go on the bus.
+    /// Reads the host's lines, sends their frames on the bus, and answers the host.
     pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) {
         let HostAdapter { endpoint, adapter } = self;
         let number = endpoint.client.0;
@@ -39,7 +39,8 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
         self.write();
     }
 
-    /// The frames that have arrived from the host are lost; what it wants of the adapter itself is done.
+    /// Reads the host's lines, but drops their frames, because no module has power. Commands for the adapter itself are
+    /// carried out.
     pub fn throw_away(&mut self) {
         let HostAdapter { endpoint, adapter } = self;
         endpoint.throw_away(|bytes| {
@@ -50,7 +51,7 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
         self.write();
     }
 
-    /// Something was on the bus.
+    /// Passes a frame on the bus to the host, unless this adapter has sent the frame.
     pub fn hear(&mut self, heard: &Heard) {
         if heard.from != Node::Adapter(self.endpoint.client.0) {
             self.adapter.hear(&heard.frame, heard.at / MILLISECOND);
@@ -61,7 +62,7 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
     fn write(&mut self) {
         let bytes = self.adapter.take();
         if !bytes.is_empty() {
-            // What a host does not read is lost to it.
+            // While earlier bytes wait for a host that does not read, further ones are lost.
             self.endpoint.stream.write(&bytes);
         }
     }

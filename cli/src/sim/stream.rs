@@ -1,22 +1,22 @@
-//! A byte stream that never makes anybody wait.
+//! A byte stream to a client: reading and writing never block.
 
 use std::io::{ErrorKind, Read, Write};
 use std::os::fd::{AsFd, BorrowedFd};
 
 use rustix::event::PollFlags;
 
-/// What reading gave.
+/// The outcome of a read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// So many bytes.
+    /// This number of bytes was read.
     Bytes(usize),
-    /// Nothing has arrived.
+    /// No byte has arrived.
     Nothing,
-    /// Nothing will arrive any more.
+    /// No byte will arrive any more.
     Ended,
 }
 
-/// A pseudo terminal or socket in non-blocking mode, and what still has to be written to it.
+/// A pseudo terminal or socket in non-blocking mode, and the bytes still to be written to it.
 #[derive(Debug)]
 pub struct Stream<T> {
     io: T,
@@ -27,13 +27,13 @@ pub struct Stream<T> {
 }
 
 impl<T: Read + Write + AsFd> Stream<T> {
-    /// The stream over `io`, which is in non-blocking mode. While `limit` bytes wait because the other side
-    /// does not read, no more are taken.
+    /// A stream over `io`, which must be in non-blocking mode. While `limit` bytes wait because the other side does not
+    /// read, [`write`](Self::write) takes no more.
     pub fn new(io: T, limit: usize) -> Self {
         Stream { io, waiting: Vec::new(), limit, ended: false, broken: false }
     }
 
-    /// Reads what has arrived, as much as there is room for.
+    /// Reads bytes that have arrived, as many as fit `buffer`.
     pub fn read(&mut self, buffer: &mut [u8]) -> Input {
         if self.ended {
             return Input::Ended;
@@ -52,13 +52,13 @@ impl<T: Read + Write + AsFd> Stream<T> {
         }
     }
 
-    /// So much waits for the other side to read it that no more is taken.
+    /// True while [`write`](Self::write) takes no bytes, because too many wait for the other side to read them.
     pub fn is_full(&self) -> bool {
         !self.broken && self.waiting.len() >= self.limit
     }
 
-    /// Writes, at once or as soon as the other side makes room. False if too much waits already: then
-    /// nothing of `bytes` is written.
+    /// Writes `bytes`, at once or as soon as the other side makes room. False, and nothing is written, if too many
+    /// bytes wait already.
     pub fn write(&mut self, bytes: &[u8]) -> bool {
         if self.waiting.len() >= self.limit {
             return false;
@@ -68,7 +68,7 @@ impl<T: Read + Write + AsFd> Stream<T> {
         true
     }
 
-    /// Writes what waits, as far as there is room.
+    /// Writes waiting bytes, as many as the other side has room for.
     pub fn flush(&mut self) {
         while !self.waiting.is_empty() && !self.broken {
             match self.io.write(&self.waiting) {
@@ -80,29 +80,29 @@ impl<T: Read + Write + AsFd> Stream<T> {
         }
     }
 
-    /// Gives the other side up: what waits is not written.
+    /// Ends the stream; waiting bytes are dropped.
     pub fn give_up(&mut self) {
         self.ended = true;
         self.broken = true;
     }
 
-    /// The other side sends nothing more.
+    /// True once the other side sends nothing more.
     pub fn ended(&self) -> bool {
         self.ended
     }
 
-    /// Nothing can be written any more, or all that was to be written is.
+    /// True while no byte waits to be written, or none can be written any more.
     pub fn drained(&self) -> bool {
         self.broken || self.waiting.is_empty()
     }
 
-    /// Nothing can be read or written any more.
+    /// True once nothing can be read or written any more.
     pub fn broken(&self) -> bool {
         self.broken
     }
 
-    /// What to wait for: bytes to read unless `full`, room to write if there is something to be written.
-    /// None if there is nothing to wait for.
+    /// The descriptor and events to poll for: bytes to read unless `full`, and room if bytes wait to be written.
+    /// `None` if there is nothing to poll for.
     pub fn interest(&self, full: bool) -> Option<(BorrowedFd<'_>, PollFlags)> {
         let mut flags = PollFlags::empty();
         flags.set(PollFlags::IN, !self.ended && !full);

@@ -1,4 +1,4 @@
-//! TCP ports: somebody who listens, and those who have connected.
+//! A TCP port of the simulator and the connections to it.
 
 use std::io::ErrorKind;
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -12,50 +12,51 @@ use super::slcan::HostAdapter;
 use super::stream::Stream;
 use crate::failure::Failure;
 
-/// Connections at one time to one port. All of them together hold up nobody for 50 ms: with an image a request takes its
-/// turn of 2 ms on the USB cable.
+/// Most connections to one port at a time. With an image each client's request takes about 2 ms of the USB cable, so
+/// with 16 clients none waits for 50 ms.
 pub const MOST_CONNECTIONS: usize = 16;
-/// How long nobody is let in after that has failed: there is no file descriptor left, or no memory.
+/// Pause after a connection could not be accepted for lack of file descriptors or memory.
 const PAUSE: Duration = Duration::from_millis(100);
-/// A connection that has been silent for so long is tried for whether anybody is there.
-const TRIED_AFTER: Duration = Duration::from_secs(10);
-/// And again after so long.
-const TRIED_EVERY: Duration = Duration::from_secs(5);
-/// After so many tries without an answer it is at its end.
-const TRIES: u32 = 3;
-/// Bytes that may wait for a client that does not read. More, and it is cut off.
+/// Silence after which a connection is probed for whether the client still exists.
+const PROBED_AFTER: Duration = Duration::from_secs(10);
+/// Time between two probes.
+const PROBED_EVERY: Duration = Duration::from_secs(5);
+/// Number of probes without an answer after which a connection is closed.
+const PROBES: u32 = 3;
+/// Most bytes that may wait for a client that does not read; a client for which more would wait is disconnected.
 const LIMIT: usize = 64 * 1024;
 
-/// What is kept of a connection.
+/// The state that a server keeps for a connection.
 pub trait Guest: Sized {
-    /// Since when it has been idle, if it may be closed in favour of another.
+    /// Since when the connection has been idle; `None` if it may not be closed in favour of a new one.
     fn idle_since(&self) -> Option<Instant> {
         None
     }
 
-    /// There is no room for it: closes it.
+    /// Closes the connection, because there are too many.
     fn dismiss(self) {}
 }
 
-/// A host waits for what it has not asked for, too: it is never idle.
+/// A host may wait for bytes that it has not asked for, such as events, so the connection of a host never counts as
+/// idle.
 impl Guest for Endpoint<TcpStream> {}
 impl Guest for HostAdapter<TcpStream> {}
 
-/// A port, and what is kept of each connection to it.
+/// A TCP port and its connections.
 #[derive(Debug)]
 pub struct Server<C> {
     listener: TcpListener,
     address: SocketAddr,
-    /// Until when nobody is let in.
+    /// End of the pause in which no connection is accepted.
     paused: Option<Instant>,
-    /// It has been said that no more connections are taken.
+    /// True once a refused connection has been reported, until there is room again.
     refusal_told: bool,
     /// The connections.
     pub clients: Vec<C>,
 }
 
 impl<C: Guest> Server<C> {
-    /// Listens on the address that `option` was given as.
+    /// Listens on the address that the user gave for `option`, which is named in error messages.
     pub fn listen(option: &str, address: &str) -> Result<Self, Failure> {
         Self::bind(address).map_err(|error| {
             let hint = match error.kind() {
@@ -75,7 +76,7 @@ impl<C: Guest> Server<C> {
         Ok(Server { listener, address, paused: None, refusal_told: false, clients: Vec::new() })
     }
 
-    /// The address it listens on, with the real port.
+    /// The address that the server listens on, with the real port if the system chose one.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
@@ -91,9 +92,8 @@ impl<C: Guest> Server<C> {
         address
     }
 
-    /// Takes those who have connected since the last call. Where there is no room the one that has been idle longest
-    /// is closed, or the new one if none is idle; gives what there is to be told of that, the first time until there is a
-    /// place again.
+    /// Accepts new connections. If there are too many, the connection that has been idle longest is closed, or the new
+    /// one if none is idle. Returns a message about the first connection refused since there last was room.
     pub fn accept(&mut self, mut make: impl FnMut(Stream<TcpStream>) -> C) -> Option<String> {
         if self.is_paused() {
             return None;
@@ -101,7 +101,7 @@ impl<C: Guest> Server<C> {
         self.refusal_told &= self.clients.len() >= MOST_CONNECTIONS;
         for _ in 0..MOST_CONNECTIONS {
             match self.listener.accept() {
-                // A connection that breaks this early is no loss.
+                // A connection that breaks before it is set up is ignored.
                 Ok((socket, _)) if prepare(&socket).is_err() => {}
                 Ok((socket, from)) => {
                     let refused = !self.admit(make(Stream::new(socket, LIMIT)));
@@ -123,7 +123,7 @@ impl<C: Guest> Server<C> {
         None
     }
 
-    /// Gives a new guest a place; false if there is none.
+    /// Keeps a new connection; false if it was dismissed because there is no room.
     fn admit(&mut self, guest: C) -> bool {
         if self.clients.len() < MOST_CONNECTIONS {
             self.clients.push(guest);
@@ -139,7 +139,7 @@ impl<C: Guest> Server<C> {
         admitted
     }
 
-    /// What to wait on for new connections; none while nobody is let in.
+    /// The descriptor to poll for new connections; `None` during a pause.
     pub fn listening(&self) -> Option<BorrowedFd<'_>> {
         (!self.is_paused()).then(|| self.listener.as_fd())
     }
@@ -149,15 +149,15 @@ impl<C: Guest> Server<C> {
     }
 }
 
-/// Makes a new connection one that makes nobody wait, and that ends when nobody is there any more: who vanishes, without a
-/// word, keeps no place.
+/// Sets a new connection up: non-blocking, without delay of small packets, and with probes that end it when the client
+/// has vanished without closing the connection.
 fn prepare(socket: &TcpStream) -> std::io::Result<()> {
     socket.set_nonblocking(true)?;
     socket.set_nodelay(true)?;
     sockopt::set_socket_keepalive(socket, true)?;
-    sockopt::set_tcp_keepidle(socket, TRIED_AFTER)?;
-    sockopt::set_tcp_keepintvl(socket, TRIED_EVERY)?;
-    Ok(sockopt::set_tcp_keepcnt(socket, TRIES)?)
+    sockopt::set_tcp_keepidle(socket, PROBED_AFTER)?;
+    sockopt::set_tcp_keepintvl(socket, PROBED_EVERY)?;
+    Ok(sockopt::set_tcp_keepcnt(socket, PROBES)?)
 }
 
 #[cfg(test)]
@@ -165,7 +165,7 @@ mod tests {
     use super::*;
     use std::sync::mpsc::{self, Sender};
 
-    /// Says its number when it is sent away.
+    /// A connection that reports its number when it is dismissed.
     struct Visitor {
         number: usize,
         idle_since: Option<Instant>,
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn who_has_been_idle_longest_makes_room_and_else_the_new_one_goes() {
+    fn the_connection_that_was_idle_longest_makes_room_else_the_new_one_is_refused() {
         let mut server = Server::bind("127.0.0.1:0").unwrap();
         let (sent_away, gone) = mpsc::channel();
         let mut connections = Vec::new();
