@@ -1,15 +1,15 @@
-//! The USB cable of a module that runs its image: several hosts share what is one serial port to the module.
+//! The USB cable of a module that runs its image: several hosts share one serial port of the module.
 //!
-//! The module does not know who speaks. A host has the cable until as much has come back as it has said, as it is with
-//! telegrams, or nothing has moved for a while; what comes back meanwhile is for it. Then it is the next one's turn, for one
-//! telegram or line.
+//! The module cannot tell the hosts apart, so they take turns, one telegram or line each. A host has the cable until as
+//! many bytes have come back as it has sent (a reply is as long as its telegram), or until no byte has moved for a while.
+//! Bytes that come back meanwhile go to this host.
 //!
-//! To the module there is one connection, whoever comes and goes. What a host leaves behind in it - another language than
-//! that of parameter 67, a subscription - would be the next one's. So when a host that has asked for something of the kind
-//! is gone, the cable is reset, and for those who are still there the link is as after its start, too.
+//! To the module there is one connection while hosts come and go. A host may change its state: the mode (binary or
+//! ASCII), and whether position-reached events are sent. So when a host that has changed the state leaves, the cable is
+//! reset, and the remaining hosts find the link as after its start.
 //!
-//! Nor can others speak while one that stays has made the module change its language. As soon as one of them wants to, the
-//! session of that one is over: it is taken for gone, and its connection is closed.
+//! While a host has changed the mode, other hosts cannot use the cable. As soon as another host sends bytes, the session
+//! of the first is ended: it is treated as if it had left, and its connection is closed.
 
 use std::collections::VecDeque;
 
@@ -20,60 +20,61 @@ use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 use super::pieces::Pieces;
 use crate::client::Client;
 
-/// A host whose request is not answered has the cable for so long while others want it. Storing takes longer, but that can
-/// be seen.
+/// Longest wait for an answer to a host while other hosts want the cable. A storing command takes longer; the board
+/// model shows when the module writes its EEPROM, and [`Cable::wait`] then prolongs the wait.
 const PATIENCE: Nanos = 40 * MILLISECOND;
-/// And for so long while nobody else does.
+/// Longest wait for an answer to a host while no other host wants the cable.
 const LONE_PATIENCE: Nanos = 5 * MILLISECOND;
-/// Bytes of a host alone that may be on their way without an answer. The module can take more: they would be carried out
-/// before a second host's.
+/// Most bytes that a host alone may send ahead of the answers. The module would take more, but a second host's request
+/// would have to wait for all of them.
 const AHEAD: usize = 3 * TELEGRAM;
-/// A silence that the firmware takes for the end of a telegram: it waits for 5 ms.
+/// A silence long enough for the firmware, which ends a telegram after 5 ms.
 pub(super) const GAP: Nanos = 6 * MILLISECOND;
 
 /// Bytes that wait for the cable.
 #[derive(Debug)]
 struct Portion {
     bytes: Vec<u8>,
-    /// A silence follows.
+    /// True if a silence must follow the bytes.
     gap: bool,
 }
 
-/// One of those who share the cable.
+/// A host that shares the cable.
 #[derive(Debug)]
 struct Host {
     client: Client,
     pieces: Pieces,
     waiting: VecDeque<Portion>,
-    /// It has asked for what would outlast it.
+    /// True if the host has sent a command that changes the state of the connection.
     leaves_traces: bool,
-    gone: bool,
+    /// True if the host has left; it is removed when its waiting bytes have been sent.
+    left: bool,
 }
 
 /// The cable.
 #[derive(Debug, Default)]
 pub(super) struct Cable {
     hosts: Vec<Host>,
-    /// Whose turn it is.
+    /// Index of the host whose turn is next.
     turn: usize,
-    /// Who has the cable, or had it last.
+    /// The host that has the cable, or had it last.
     speaker: Client,
-    /// How many bytes have not come back.
-    missing: usize,
-    /// When something last moved.
-    moved: Nanos,
-    /// Until when nothing is sent.
-    quiet: Nanos,
-    /// A change of the language is on its way; it has come about once that is answered.
-    changing: bool,
-    /// Who has made the module speak another language than at its start.
-    strayed: Option<Client>,
-    /// Whose sessions have been ended since that was last asked for.
+    /// Number of bytes sent by the speaker for which no bytes have come back.
+    unanswered: usize,
+    /// When a byte last went to the module or came back.
+    last_traffic: Nanos,
+    /// End of the silence that must follow the last bytes.
+    silent_until: Nanos,
+    /// True while a command that changes the mode has no answer yet; with the answer the mode changes.
+    mode_changing: bool,
+    /// The host that has changed the mode; `None` while the mode is that of global parameter 67.
+    mode_changed_by: Option<Client>,
+    /// Hosts whose sessions have been ended since the last [`Cable::take_ended`].
     ended: Vec<Client>,
 }
 
 impl Cable {
-    /// Bytes from a host.
+    /// Takes bytes from a host.
     pub(super) fn push(&mut self, client: Client, bytes: &[u8]) {
         let host = self.host(client);
         for bytes in host.pieces.push(bytes) {
@@ -82,134 +83,135 @@ impl Cable {
         }
     }
 
-    /// A host is silent.
+    /// Takes a host's silence, which ends an unfinished telegram.
     pub(super) fn silence(&mut self, client: Client) {
         let host = self.host(client);
         host.waiting.extend(host.pieces.silence().map(|bytes| Portion { bytes, gap: true }));
     }
 
-    /// A host has gone.
+    /// Treats a host as having left.
     pub(super) fn forget(&mut self, client: Client) {
         let host = self.host(client);
-        host.gone = true;
-        // A reset ends what was half said, too.
+        host.left = true;
+        // An unfinished telegram of the host must be ended by a silence, unless the cable is reset anyway.
         if !host.leaves_traces {
             self.silence(client);
         }
     }
 
-    /// True if somebody has left what the next one must not find: the cable is to be reset. Told once, when nobody waits for
-    /// an answer.
-    pub(super) fn is_left_behind(&mut self, now: Nanos) -> bool {
-        let stays = |client: &Client| self.hosts.iter().any(|host| host.client == *client && !host.gone);
-        let in_the_way = self.strayed.filter(|client| self.others_wait() && stays(client));
-        // What it is still to hear is of little use to it.
-        if self.is_taken(now, if in_the_way.is_some() { LONE_PATIENCE } else { PATIENCE }) {
+    /// True, once, if a host that has changed the state of the connection has left and no answer is awaited: the cable
+    /// must be reset. Ends the session of a host that has changed the mode while others want the cable.
+    pub(super) fn must_be_reset(&mut self, now: Nanos) -> bool {
+        let stays = |client: &Client| self.hosts.iter().any(|host| host.client == *client && !host.left);
+        let in_the_way = self.mode_changed_by.filter(|client| self.others_wait() && stays(client));
+        // Answers to a host whose session is about to end are awaited for the shorter time only.
+        if self.awaits_answer(now, if in_the_way.is_some() { LONE_PATIENCE } else { PATIENCE }) {
             return false;
         }
         if let Some(client) = in_the_way {
             let host = self.host(client);
-            (host.gone, host.leaves_traces) = (true, true);
+            (host.left, host.leaves_traces) = (true, true);
             host.waiting.clear();
             self.ended.push(client);
         }
-        let left = self.hosts.extract_if(.., |host| host.gone && host.waiting.is_empty());
-        let left = left.fold(false, |left, host| left | host.leaves_traces);
-        if left {
-            (self.missing, self.changing, self.strayed) = (0, false, None);
+        let done = self.hosts.extract_if(.., |host| host.left && host.waiting.is_empty());
+        let reset = done.fold(false, |reset, host| reset | host.leaves_traces);
+        if reset {
+            (self.unanswered, self.mode_changing, self.mode_changed_by) = (0, false, None);
             self.hosts.iter_mut().for_each(|host| host.leaves_traces = host.waiting.iter().any(Portion::leaves_traces));
         }
-        left
+        reset
     }
 
-    /// The module is storing something: the answer may have to wait for that.
+    /// Prolongs the wait for an answer, because the module is writing its EEPROM.
     pub(super) fn wait(&mut self, now: Nanos) {
-        self.moved = now;
+        self.last_traffic = now;
     }
 
-    /// What goes to the module now.
+    /// The bytes to send to the module now, if any.
     pub(super) fn next(&mut self, now: Nanos) -> Option<Vec<u8>> {
-        if now < self.quiet {
+        if now < self.silent_until {
             return None;
         }
         let speaker = self.speaker;
-        let taken = if self.others_wait() {
-            self.is_taken(now, PATIENCE)
+        let busy = if self.others_wait() {
+            self.awaits_answer(now, PATIENCE)
         } else {
-            self.missing >= AHEAD && self.is_taken(now, LONE_PATIENCE)
+            self.unanswered >= AHEAD && self.awaits_answer(now, LONE_PATIENCE)
         };
-        if taken {
+        if busy {
             return None;
         }
-        // Nobody else finds the link as it is now.
-        let leaving = self.hosts.iter().any(|host| host.gone && host.leaves_traces);
+        // Before the reset that a departed host calls for, no other host may send.
+        let leaving = self.hosts.iter().any(|host| host.left && host.leaves_traces);
         let count = self.hosts.len();
         let mut turns = (self.turn..count).chain(0..self.turn.min(count));
         let (index, client, Portion { bytes, gap }) = turns.find_map(|index| {
-            let host = self.hosts.get_mut(index).filter(|host| host.gone || !leaving)?;
+            let host = self.hosts.get_mut(index).filter(|host| host.left || !leaving)?;
             Some((index, host.client, host.waiting.pop_front()?))
         })?;
         self.turn = index + 1;
-        // What is not answered by now has not come about.
-        self.changing = changes_language(&bytes) || self.changing && client == speaker && self.missing > 0;
-        self.missing = if client == speaker { self.missing + bytes.len() } else { bytes.len() };
-        (self.speaker, self.moved) = (client, now);
-        self.quiet = if gap { now + GAP } else { 0 };
+        // A change of the mode that has not been answered when another host sends has not taken place.
+        self.mode_changing = changes_mode(&bytes) || self.mode_changing && client == speaker && self.unanswered > 0;
+        self.unanswered = if client == speaker { self.unanswered + bytes.len() } else { bytes.len() };
+        (self.speaker, self.last_traffic) = (client, now);
+        self.silent_until = if gap { now + GAP } else { 0 };
         Some(bytes)
     }
 
-    /// So many bytes have come from the module; gives whom they are for.
+    /// Records that `count` bytes have come from the module, and returns the host that they are for.
     pub(super) fn hear(&mut self, now: Nanos, count: usize) -> Client {
-        self.missing = self.missing.saturating_sub(count);
-        self.moved = now;
-        if std::mem::take(&mut self.changing) {
-            // There are two.
-            self.strayed = if self.strayed.is_some() { None } else { Some(self.speaker) };
+        self.unanswered = self.unanswered.saturating_sub(count);
+        self.last_traffic = now;
+        if std::mem::take(&mut self.mode_changing) {
+            // There are two modes, so a second change restores the first mode.
+            self.mode_changed_by = if self.mode_changed_by.is_some() { None } else { Some(self.speaker) };
         }
         self.speaker
     }
 
-    /// Clients whose sessions have been ended in favour of others since the last call.
+    /// The clients whose sessions have been ended in favour of others since the last call.
     pub(super) fn take_ended(&mut self) -> Vec<Client> {
         std::mem::take(&mut self.ended)
     }
 
-    /// How many bytes of a host wait.
+    /// Number of bytes of a host that wait to be sent.
     pub(super) fn unread(&self, client: Client) -> usize {
         let portions = self.hosts.iter().filter(|host| host.client == client).flat_map(|host| &host.waiting);
         portions.map(|portion| portion.bytes.len()).sum()
     }
 
-    /// True while anything of anybody waits.
+    /// True while bytes of any host wait, or a host that has left has not been removed.
     pub(super) fn has_unread(&self) -> bool {
-        self.hosts.iter().any(|host| host.gone || !host.waiting.is_empty())
+        self.hosts.iter().any(|host| host.left || !host.waiting.is_empty())
     }
 
-    /// True while something of this client's waits or may come back to it.
+    /// True while bytes of this client wait, or an answer to the client is awaited.
     pub(super) fn owes(&self, now: Nanos, client: Client) -> bool {
         let waits = self.hosts.iter().any(|host| host.client == client && !host.waiting.is_empty());
-        waits || self.speaker == client && self.is_taken(now, PATIENCE)
+        waits || self.speaker == client && self.awaits_answer(now, PATIENCE)
     }
 
-    /// The module has lost its power, or the cable has been pulled out: nothing comes back any more, and what was half
-    /// said is forgotten.
+    /// Drops all hosts and their bytes, because the module has lost its power or the cable has been pulled out.
     pub(super) fn cut(&mut self) {
         *self = Cable { speaker: self.speaker, ..Cable::default() };
     }
 
-    /// Somebody else wants the cable than who has it.
+    /// True if another host than the speaker has bytes waiting.
     fn others_wait(&self) -> bool {
         self.hosts.iter().any(|host| host.client != self.speaker && !host.waiting.is_empty())
     }
 
-    fn is_taken(&self, now: Nanos, patience: Nanos) -> bool {
-        self.missing > 0 && now < self.moved + patience
+    /// True while an answer is awaited, for at most `patience` since the last byte.
+    fn awaits_answer(&self, now: Nanos, patience: Nanos) -> bool {
+        self.unanswered > 0 && now < self.last_traffic + patience
     }
 
+    /// The host of a client, which is added if it is new.
     fn host(&mut self, client: Client) -> &mut Host {
         let index = self.hosts.iter().position(|host| host.client == client).unwrap_or_else(|| {
             let (pieces, waiting) = (Pieces::default(), VecDeque::new());
-            self.hosts.push(Host { client, pieces, waiting, leaves_traces: false, gone: false });
+            self.hosts.push(Host { client, pieces, waiting, leaves_traces: false, left: false });
             self.hosts.len() - 1
         });
         &mut self.hosts[index]
@@ -222,21 +224,21 @@ impl Portion {
     }
 }
 
-/// Changes the language of the link, or subscribes to an event.
+/// True for bytes that may change the state of the connection: the mode, or the subscription to events.
 fn leaves_traces(bytes: &[u8]) -> bool {
     const COMMANDS: [u8; 2] = [Opcode::EnterAscii as u8, Opcode::PositionReachedEvent as u8];
-    bytes.get(1).is_some_and(|opcode| COMMANDS.contains(opcode)) || names_binary(bytes)
+    bytes.get(1).is_some_and(|opcode| COMMANDS.contains(opcode)) || contains_bin(bytes)
 }
 
-/// Changes the language of the link, if it is another.
-fn changes_language(bytes: &[u8]) -> bool {
+/// True for a telegram that enters ASCII mode, and for a line that leaves it.
+fn changes_mode(bytes: &[u8]) -> bool {
     let enters = |telegram: &Telegram| {
         telegram[1] == Opcode::EnterAscii as u8 && telegram[TELEGRAM - 1] == binary::checksum(telegram)
     };
-    bytes.try_into().is_ok_and(enters) || matches!(bytes.last(), Some(b'\r' | b'\n')) && names_binary(bytes)
+    bytes.try_into().is_ok_and(enters) || matches!(bytes.last(), Some(b'\r' | b'\n')) && contains_bin(bytes)
 }
 
-fn names_binary(bytes: &[u8]) -> bool {
+fn contains_bin(bytes: &[u8]) -> bool {
     bytes.windows(3).any(|word| word == b"BIN")
 }
 
@@ -258,12 +260,12 @@ mod tests {
         assert_eq!(cable.hear(1, 9), ONE);
         assert!(!cable.owes(1, ONE));
         assert_eq!(cable.next(1).as_deref(), Some(&[2; 9][..]));
-        // Something unasked for goes to who spoke last.
+        // Bytes that no host has asked for go to the last speaker.
         assert_eq!((cable.hear(2, 9), cable.hear(3, 9)), (OTHER, OTHER));
     }
 
     #[test]
-    fn who_gets_no_answer_has_the_cable_for_a_while() {
+    fn a_host_that_gets_no_answer_keeps_the_cable_for_a_while() {
         let mut cable = Cable::default();
         cable.push(ONE, &[1; 9]);
         cable.push(OTHER, &[2; 9]);
@@ -274,36 +276,36 @@ mod tests {
     }
 
     #[test]
-    fn nobody_finds_what_another_has_left_behind() {
+    fn the_cable_is_reset_when_a_host_that_changed_the_mode_leaves() {
         let mut cable = Cable::default();
         let enter = [1, 139, 0, 0, 0, 0, 0, 0, 140];
         cable.push(ONE, &enter);
         cable.forget(ONE);
         cable.push(OTHER, &[2; 9]);
         assert_eq!(cable.next(0).as_deref(), Some(&enter[..]));
-        assert!(!cable.is_left_behind(0), "the answer is still to come");
+        assert!(!cable.must_be_reset(0), "the answer is still to come");
         assert_eq!((cable.hear(1, 9), cable.next(1)), (ONE, None));
-        assert!(cable.is_left_behind(1));
-        assert!(!cable.is_left_behind(1), "once");
+        assert!(cable.must_be_reset(1));
+        assert!(!cable.must_be_reset(1), "once");
         assert_eq!(cable.next(1).as_deref(), Some(&[2; 9][..]));
         cable.hear(2, 9);
         cable.forget(OTHER);
-        assert!(!cable.is_left_behind(2), "it has left nothing");
+        assert!(!cable.must_be_reset(2), "it has left nothing");
     }
 
     #[test]
-    fn who_has_changed_the_language_goes_when_another_wants_the_cable() {
+    fn the_session_of_a_host_that_changed_the_mode_ends_when_another_wants_the_cable() {
         let mut cable = Cable::default();
         let enter = [1, 139, 0, 0, 0, 0, 0, 0, 140];
         cable.push(ONE, &enter);
         assert!(cable.next(0).is_some());
         cable.hear(1, 9);
-        assert!(!cable.is_left_behind(1), "nobody else is there");
+        assert!(!cable.must_be_reset(1), "nobody else is there");
         cable.push(ONE, b"ABIN\r");
         assert!(cable.next(1).is_some());
         cable.hear(2, 9);
         cable.push(OTHER, &[2; 9]);
-        assert!(!cable.is_left_behind(2), "it has changed it back");
+        assert!(!cable.must_be_reset(2), "it has changed it back");
         assert!(cable.next(2).is_some());
         cable.hear(3, 9);
         cable.push(ONE, &enter);
@@ -313,14 +315,14 @@ mod tests {
         cable.silence(ONE);
         assert!(cable.next(4).is_some());
         cable.push(OTHER, &[2; 9]);
-        assert!(!cable.is_left_behind(4 + LONE_PATIENCE - 1), "the answer is still to come");
-        assert!(cable.is_left_behind(4 + LONE_PATIENCE));
+        assert!(!cable.must_be_reset(4 + LONE_PATIENCE - 1), "the answer is still to come");
+        assert!(cable.must_be_reset(4 + LONE_PATIENCE));
         assert_eq!((cable.take_ended(), cable.take_ended()), (vec![ONE], vec![]));
         assert_eq!(cable.next(4 + GAP).as_deref(), Some(&[2; 9][..]));
     }
 
     #[test]
-    fn nothing_is_left_of_what_was_cut() {
+    fn cutting_the_cable_drops_all_bytes() {
         let mut cable = Cable::default();
         cable.push(ONE, &[1; 9]);
         cable.push(OTHER, b"2222");
@@ -332,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silence_is_one_for_the_module() {
+    fn a_silence_of_a_host_is_passed_on_to_the_module() {
         let mut cable = Cable::default();
         cable.push(ONE, b"1234");
         cable.silence(ONE);

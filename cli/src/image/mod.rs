@@ -1,8 +1,8 @@
-//! A module that runs the firmware's flash image on the emulated microcontroller, at the place of a
-//! [`VirtualModule`](crate::virtual_module::VirtualModule).
+//! A virtual module that runs the firmware's flash image on the emulated microcontroller. It has the same interface,
+//! [`Device`], as a [`VirtualModule`](crate::virtual_module::VirtualModule), which runs the firmware's core.
 //!
-//! Its links are those of the microcontroller: bytes on the RS485 bus and over USB, frames on the CAN bus take their
-//! time, and the firmware has to be up to hear them.
+//! The module's links are the peripherals of the microcontroller: bytes and frames take their time on the wire, and are
+//! received only once the firmware has started.
 
 mod cable;
 mod pieces;
@@ -21,21 +21,21 @@ use crate::device::{Device, Rs485};
 use cable::{Cable, GAP};
 use pieces::Pieces;
 
-/// How often what the module sends is looked at.
-const GLANCE: Nanos = 250 * MICROSECOND;
-/// How long the firmware has for starting.
+/// Interval at which bytes and frames that the module has sent are collected.
+const POLL: Nanos = 250 * MICROSECOND;
+/// Time that the firmware gets for its start.
 const START: Nanos = 200 * MILLISECOND;
-/// How long its USB has for that.
+/// Longest time that the firmware's USB may take for its start.
 const USB_START: Nanos = 2 * SECOND;
-/// A module that has heard or said nothing for so long has said all.
+/// Time without any byte or frame after which no further reply of the module is expected.
 const QUIET: Nanos = 100 * MILLISECOND;
 
-/// What is connected to a module, and what is told of it.
+/// What is connected to a module, and how much of its log is printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Setup {
-    /// A host is at the USB connector.
+    /// True if a host is connected to USB.
     pub usb: bool,
-    /// The whole log is told, not only warnings and errors.
+    /// True if the whole log is printed, not only warnings and errors.
     pub log: bool,
 }
 
@@ -44,27 +44,27 @@ pub struct ImageModule {
     machine: Machine,
     setup: Setup,
     powered: bool,
-    /// The USB cable is in.
+    /// True while the USB cable is plugged in.
     plugged: bool,
     cable: Cable,
-    /// What the host on the RS485 bus has begun to send.
+    /// The telegram that the host on the RS485 bus has begun to send.
     rs485: Pieces,
-    /// Until when nothing more is sent to the module on the RS485 bus.
-    quiet: Nanos,
+    /// End of the silence on the RS485 bus that must follow the host's last bytes.
+    silent_until: Nanos,
     sent: VecDeque<Sent>,
     frames: VecDeque<Frame>,
-    /// When the module last heard or said something.
-    active: Nanos,
+    /// When a byte or frame last went to the module or came from it.
+    last_traffic: Nanos,
     log: Vec<String>,
     stopped: Option<String>,
 }
 
 impl ImageModule {
-    /// A module that runs the image `elf` in the world described by `config`, and has started. `eeprom` are the contents
-    /// of the EEPROM, fresh if `None`; `seed` makes everything that is random.
+    /// A module that runs the image `elf` in the world described by `config`, and has started. `eeprom` has the
+    /// contents of the EEPROM (fresh if `None`), `seed` starts all random numbers.
     ///
     /// # Errors
-    /// The file is no image for this microcontroller, or it cannot start there.
+    /// The file is no image for this microcontroller, or the firmware cannot start.
     pub fn new(elf: &[u8], config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, setup: Setup) -> Result<Self, Stop> {
         let mut board = Board::new(config, seed.into());
         if let Some(contents) = eeprom {
@@ -94,10 +94,10 @@ impl ImageModule {
             plugged: setup.usb,
             cable: Cable::default(),
             rs485: Pieces::default(),
-            quiet: 0,
+            silent_until: 0,
             sent: VecDeque::new(),
             frames: VecDeque::new(),
-            active: 0,
+            last_traffic: 0,
             log,
             stopped: None,
         };
@@ -105,25 +105,25 @@ impl ImageModule {
         Ok(module)
     }
 
-    /// The emulated microcontroller, to look at.
+    /// The emulated microcontroller.
     pub fn machine(&mut self) -> &mut Machine {
         &mut self.machine
     }
 
-    /// Lets time pass until `to`, or until the firmware does what cannot be emulated: then that is told, and time
-    /// stands still.
+    /// Lets virtual time pass until `to`. If the firmware does something that cannot be emulated, virtual time stops
+    /// for good, and [`Device::stopped`] tells why.
     pub fn run_until(&mut self, to: Nanos) {
         while self.stopped.is_none() && self.machine.now() < to {
             self.feed();
-            let glance = to.min(self.machine.now() + GLANCE);
-            if let Err(stop) = self.machine.run_until(glance) {
+            let next_poll = to.min(self.machine.now() + POLL);
+            if let Err(stop) = self.machine.run_until(next_poll) {
                 self.stopped = Some(stop.to_string());
             }
             self.collect();
         }
     }
 
-    /// Sends over USB what waits for it, and resets the cable for the next host if that is due.
+    /// Sends waiting bytes of the hosts over USB, and resets the cable if that is due.
     fn feed(&mut self) {
         let now = self.machine.now();
         if !self.cable.has_unread() || !self.machine.usb_device().open || self.machine.waiting().usb > 0 {
@@ -132,24 +132,24 @@ impl ImageModule {
         if self.machine.board().at25().is_writing() {
             self.cable.wait(now);
         }
-        if self.cable.is_left_behind(now) {
+        if self.cable.must_be_reset(now) {
             self.machine.reset_usb();
         } else if let Some(bytes) = self.cable.next(now) {
             self.machine.send_usb(&bytes);
-            self.active = now;
+            self.last_traffic = now;
         }
     }
 
-    /// Sends on the RS485 bus. Whoever sends there has the module's bit rate.
+    /// Sends bytes to the module on the RS485 bus, at the module's own bit rate.
     fn send_rs485(&mut self, bytes: &[u8], gap: bool) {
         let Some(baud) = self.machine.rs485_bit_rate() else { return };
         let now = self.machine.now();
-        let end = self.machine.send(now.max(self.quiet), bytes, baud);
-        self.quiet = if gap { end.max(now) + GAP } else { 0 };
-        self.active = now;
+        let end = self.machine.send(now.max(self.silent_until), bytes, baud);
+        self.silent_until = if gap { end.max(now) + GAP } else { 0 };
+        self.last_traffic = now;
     }
 
-    /// Takes what the module has sent.
+    /// Collects the bytes, frames and log lines that the module has sent.
     fn collect(&mut self) {
         let now = self.machine.now();
         let waiting = self.sent.len() + self.frames.len();
@@ -163,7 +163,7 @@ impl ImageModule {
         }
         self.frames.extend(self.machine.take_frames().into_iter().filter_map(|(_, frame)| from_bus(&frame)));
         if self.sent.len() + self.frames.len() > waiting {
-            self.active = now;
+            self.last_traffic = now;
         }
         let told = |line: &LogLine| self.setup.log || matches!(line.level.as_str(), "warn" | "error");
         let lines = self.machine.take_log().into_iter().filter(told);
@@ -187,7 +187,7 @@ impl Device for ImageModule {
     }
 
     fn next_event(&self) -> Option<Nanos> {
-        Some(self.machine.now() + GLANCE)
+        Some(self.machine.now() + POLL)
     }
 
     fn set_power(&mut self, on: bool) {
@@ -196,7 +196,7 @@ impl Device for ImageModule {
             self.machine.set_power(on);
             self.cable.cut();
             self.rs485 = Pieces::default();
-            self.quiet = 0;
+            self.silent_until = 0;
             self.sent.clear();
             self.frames.clear();
         }
@@ -245,12 +245,12 @@ impl Device for ImageModule {
     }
 
     fn receive_frame(&mut self, frame: &Frame) {
-        // The bus has the module's bit rate, whichever that is; where it listens to none, the frame passes.
+        // The bus takes on the module's bit rate. A module whose CAN controller is not running misses the frame.
         if let Some(bit_rate) = self.machine.can_bit_rate() {
             self.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
         }
         self.machine.send_frame(to_bus(frame));
-        self.active = self.machine.now();
+        self.last_traffic = self.machine.now();
     }
 
     fn frame(&mut self) -> Option<Frame> {
@@ -270,7 +270,7 @@ impl Device for ImageModule {
     }
 
     fn unread_frames(&self) -> usize {
-        // Where it listens to none, they do not wait for it.
+        // Frames do not wait for a module whose CAN controller is not running.
         self.machine.can_bit_rate().map_or(0, |_| self.machine.waiting().can)
     }
 
@@ -289,7 +289,7 @@ impl Device for ImageModule {
     fn is_busy(&self) -> bool {
         let Waiting { rs485, usb, can } = self.machine.waiting();
         let unread = self.cable.has_unread() || rs485 + usb + can > 0;
-        self.powered && (unread || self.machine.now() < self.active + QUIET)
+        self.powered && (unread || self.machine.now() < self.last_traffic + QUIET)
     }
 
     fn take_log(&mut self) -> Vec<String> {
@@ -301,7 +301,7 @@ impl Device for ImageModule {
     }
 }
 
-/// A frame as the emulated bus has it.
+/// A frame as the emulated CAN controller has it.
 fn to_bus(frame: &Frame) -> mcu::CanFrame {
     let mut data = [0; 8];
     data.iter_mut().zip(frame.data()).for_each(|(to, byte)| *to = *byte);
@@ -313,7 +313,7 @@ fn to_bus(frame: &Frame) -> mcu::CanFrame {
     mcu::CanFrame { id, extended, remote, length: frame.dlc() as u8, data }
 }
 
-/// A frame from there; there is none that is no frame here.
+/// A frame of the emulated CAN controller; `None` if its identifier or length is impossible.
 fn from_bus(frame: &mcu::CanFrame) -> Option<Frame> {
     let mcu::CanFrame { id, extended, remote, length, ref data } = *frame;
     let id: Id = if extended { ExtendedId::new(id)?.into() } else { StandardId::new(u16::try_from(id).ok()?)?.into() };

@@ -1,29 +1,31 @@
-//! Bytes of a host, kept until the module can be given them at once.
+//! Bytes of a host, collected until they form a whole telegram or line.
 //!
-//! A host's telegram may come in pieces, and its silences are those of the wall's clock. Virtual time goes at a pace of
-//! its own: the firmware, which gives up an unfinished telegram after 5 ms, would see other silences than the host
-//! made. So it gets whole telegrams, whole lines, and what a silence has ended.
+//! A host's telegram may arrive in pieces, and a host's silences are measured in real time. Virtual time has another
+//! pace, so the firmware, which gives up an unfinished telegram after 5 ms, would see other silences than the host
+//! made. That is why the module gets whole telegrams, whole lines, and unfinished ones only after a silence of the
+//! host.
 
 use tmcm::tmcl::ascii;
 use tmcm::tmcl::binary::TELEGRAM;
 
-/// What has come from a host and is not whole.
+/// Bytes from a host that are not a whole telegram or line yet.
 #[derive(Debug, Default)]
 pub(super) struct Pieces {
     held: Vec<u8>,
-    /// The last that the module has been given was a line. If it takes it for the beginning of a telegram, a silence ends
-    /// that.
+    /// True if the module was given a line last. In binary mode the module takes the line for the beginning of a
+    /// telegram, which the next silence must end.
     line: bool,
 }
 
 impl Pieces {
-    /// Takes bytes; gives those that the module may have now, telegram by telegram and line by line.
+    /// Takes bytes; returns the telegrams and lines that are whole.
     pub(super) fn push(&mut self, bytes: &[u8]) -> Vec<Vec<u8>> {
         self.held.extend(bytes);
         let mut portions = Vec::new();
         loop {
             let end = self.held.iter().position(|byte| is_end(*byte));
-            // Of a telegram this cannot be said: at least its command number is none of these characters.
+            // A line consists of characters that can be typed; a telegram has at least one other byte, its command
+            // number.
             let typed = self.held.iter().take(end.unwrap_or(ascii::LINE)).all(|byte| is_typed(*byte));
             let whole = match end {
                 Some(end) if typed => end + 1,
@@ -38,18 +40,20 @@ impl Pieces {
         }
     }
 
-    /// The host is silent; gives what is left, if anything may be unfinished. The module has to see a silence behind that.
+    /// Takes a silence of the host; returns the remaining bytes if a telegram may be unfinished. The module must see a
+    /// silence after them.
     pub(super) fn silence(&mut self) -> Option<Vec<u8>> {
         let unfinished = !self.held.is_empty() || std::mem::take(&mut self.line);
         unfinished.then(|| std::mem::take(&mut self.held))
     }
 }
 
+/// True for a character that ends a line.
 fn is_end(byte: u8) -> bool {
     matches!(byte, b'\r' | b'\n')
 }
 
-/// Somebody may have typed this in ASCII mode.
+/// True for a character that can be typed in ASCII mode.
 fn is_typed(byte: u8) -> bool {
     byte.is_ascii_graphic() || matches!(byte, b' ' | b'\x08')
 }
