@@ -54,7 +54,7 @@ pub fn source(commands: &[Command]) -> String {
             let _ = writeln!(text, "L{address}:");
         }
         let plain = command.to_string();
-        // The target is the last operand, in either form of a command.
+        // In the mnemonic and in the numeric form of a command the target is the last operand.
         let line = match label(command).zip(plain.rsplit_once(' ')) {
             Some((target, (front, _))) => format!("    {front} L{target}"),
             None => format!("    {plain}"),
@@ -67,7 +67,7 @@ pub fn source(commands: &[Command]) -> String {
     text
 }
 
-/// The name of the command's parameter; of a command that had to be written as numbers, its mnemonic.
+/// The comment behind a command: the name of its parameter, and its mnemonic if the command is written as numbers.
 fn comment(command: &Command, plain: &str) -> Option<String> {
     let opcode = Opcode::from_number(command.opcode)?;
     let Instruction { mnemonic, .. } = opcode.instruction();

@@ -1,23 +1,23 @@
-//! How a command of the program ends when it does not succeed.
+//! The failure of a subcommand of `tmcl`, with its exit code.
 
 use std::fmt;
 use std::process::ExitCode;
 
-/// What went wrong, told to a person, and the exit code that goes with it.
+/// The failure of a subcommand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// The program was called well but could not do it: exit code 1. (Calls it does not understand end with 2,
-    /// before this.)
+    /// The message for the user; exit code 1. (Errors in the arguments end the program with exit code 2 before any
+    /// subcommand runs.)
     Failed(String),
-    /// All has been said already: exit code 1.
-    Said,
+    /// The failure has been reported to the user already; exit code 1.
+    Reported,
 }
 
 impl Failure {
     /// The exit code of the program.
     pub fn exit_code(&self) -> ExitCode {
         match self {
-            Failure::Failed(_) | Failure::Said => ExitCode::FAILURE,
+            Failure::Failed(_) | Failure::Reported => ExitCode::FAILURE,
         }
     }
 }
@@ -26,14 +26,14 @@ impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Failure::Failed(message) => f.write_str(message),
-            Failure::Said => Ok(()),
+            Failure::Reported => Ok(()),
         }
     }
 }
 
 impl std::error::Error for Failure {}
 
-/// Standard output that nobody reads any more ends the program.
+/// An error of standard output ends the subcommand, because nobody reads the output any more.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         Failure::Failed(format!("cannot write the output: {error}"))

@@ -1,15 +1,15 @@
-//! Files of the user's: read no further than any file of their kind goes.
+//! Reading files that the user names, up to the largest size that such files may have.
 
 use std::fs::File;
 use std::io::{self, ErrorKind, IsTerminal, Read};
 use std::path::Path;
 
-/// In place of a file: standard input, standard output.
+/// File name that stands for standard input or standard output.
 pub(crate) const STANDARD: &str = "-";
-/// A text or a program that is larger is none, by far.
+/// Largest size of a text or program in bytes; real ones are far smaller.
 pub(crate) const LARGEST: u64 = 1 << 20;
 
-/// All that there is to be read, unless that is more than `limit` bytes.
+/// Reads a source to its end; an error if that is more than `limit` bytes.
 pub(crate) fn read(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     source.take(limit + 1).read_to_end(&mut bytes)?;
@@ -17,22 +17,22 @@ pub(crate) fn read(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// All that is in a file, unless that is more than `limit` bytes.
+/// Reads a file; an error if it has more than `limit` bytes.
 pub(crate) fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
     within(file.metadata()?.len(), limit)?;
-    // A device does not tell how long it is.
+    // The limit also applies while reading, because the length of a device is unknown.
     read(file, limit)
 }
 
-/// A text file.
+/// Reads a text file.
 pub(crate) fn read_text(path: &Path) -> io::Result<String> {
     let bytes = read_file(path, LARGEST)?;
     String::from_utf8(bytes).map_err(|_| io::Error::new(ErrorKind::InvalidData, "it is no text (UTF-8)"))
 }
 
-/// The source in a file, or on standard input. Comments are in whatever encoding the author had, so other bytes than
-/// UTF-8 are no error.
+/// Reads TMCL source from a file or standard input. Other bytes than UTF-8 are no error, because comments may be in any
+/// encoding.
 pub(crate) fn read_source(path: &Path) -> Result<String, String> {
     let bytes = read_named(path)?;
     if is_text(&bytes) {
@@ -42,14 +42,14 @@ pub(crate) fn read_source(path: &Path) -> Result<String, String> {
     }
 }
 
-/// All that is in a file, or comes in on standard input.
+/// Reads a file, or standard input to its end.
 pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, String> {
     let name = name(path);
     let bytes = if path == Path::new(STANDARD) {
         read(std::io::stdin().lock(), LARGEST)
     } else {
         match File::open(path) {
-            // It would be waited for.
+            // Reading a terminal would wait for input without end.
             Ok(file) if file.is_terminal() => {
                 return Err(format!("{name} is a device, not a file; a link comes first, then the file"));
             }
@@ -60,12 +60,12 @@ pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, String> {
     bytes.map_err(|error| format!("cannot read {name}: {error}"))
 }
 
-/// The name by which a file, or standard input, is told.
+/// The name of a file, or of standard input, in messages.
 pub(crate) fn name(path: &Path) -> String {
     if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
 }
 
-/// An assembled program is never without zeros.
+/// True for text. An assembled program always contains bytes of 0, and text never does.
 pub(crate) fn is_text(bytes: &[u8]) -> bool {
     !bytes.contains(&0)
 }

@@ -1,28 +1,28 @@
-//! The program `tmcl` as a library: the virtual module is what the firmware's own tests run on, too.
+//! The program `tmcl` as a library. The firmware's own tests use its virtual modules, too.
 //!
 //! * [`virtual_module`] - the firmware's core on the simulated board, in virtual time
-//! * [`tracer`] - the commands that its program executes, recorded
-//! * [`client`] - who shares a link to a module, and what is on its way to them
-//! * [`device`] - a module, whatever runs it, as its links see it
-//! * [`image`] - the flash image on the emulated microcontroller, as such a module
-//! * [`fleet`] - several of them on an RS485 bus and a CAN bus
-//! * [`slcan`] - CAN frames as text, and an adapter that speaks so
-//! * [`sim`] - the virtual module at the pace of a clock, with links that host software opens
-//! * [`link`] - the host's end of a link to a module, whatever it is made of
-//! * [`conversation`] - a host that talks to one module over a link
-//! * [`send`] - commands in mnemonic form to a module, replies in words
-//! * [`asm`] - the assembler for TMCL programs
-//! * [`disasm`] - assembled programs as source again
-//! * [`run`] - a program on a virtual module, in virtual time, with trace and plot
-//! * [`params`] - a module's settings into a file and back
-//! * [`monitor`] - what an axis does, live
-//! * [`scan`] - the modules on a link
-//! * [`program`] - TMCL programs: from a file, into a module
-//! * [`load`] - a program into a module, checked and started
-//! * [`debug`] - a program in a module, step by step
-//! * [`failure`] - how a command ends when it does not succeed
-//! * [`signal`] - Ctrl-C and other signals that ask for the end, waited for
-//! * [`progress`] - how far something has got
+//! * [`tracer`] - a recorder of the commands that a program in a virtual module executes
+//! * [`client`] - the clients that share a link to a module, and the bytes sent to them
+//! * [`device`] - the interface of a module to its links: either of the two kinds of virtual modules
+//! * [`image`] - a virtual module that runs the flash image on the emulated microcontroller
+//! * [`fleet`] - several virtual modules on an RS485 bus and a CAN bus
+//! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
+//! * [`sim`] - virtual modules in real time, with links that host software opens
+//! * [`link`] - the host's end of a link to a module
+//! * [`conversation`] - requests to one module over a link, with decoded replies
+//! * [`send`] - `tmcl send`: commands to a module, replies in words
+//! * [`asm`] - `tmcl asm`: the assembler for TMCL programs
+//! * [`disasm`] - `tmcl disasm`: the source of an assembled program
+//! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
+//! * [`params`] - `tmcl params`: a module's settings in a file
+//! * [`monitor`] - `tmcl monitor`: samples of an axis
+//! * [`scan`] - `tmcl scan`: the modules on a link
+//! * [`program`] - TMCL programs in files and in a module's program memory
+//! * [`load`] - `tmcl load`: a program into a module
+//! * [`debug`] - `tmcl debug`: a program in a module, step by step
+//! * [`failure`] - the failure of a subcommand, with its exit code
+//! * [`signal`] - signals that ask the program to end
+//! * [`progress`] - a progress bar
 
 pub mod asm;
 pub mod client;

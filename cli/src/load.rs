@@ -51,10 +51,10 @@ Examples:
   tmcl load /dev/ttyACM0 routine.tmc --at 50        beside the program that is there
   tmcl send /dev/ttyACM0 \"129, 1, 0, 50\"          runs such a routine";
 
-/// Type of command 129: from an address.
+/// Type of command 129 that starts the program at an address.
 const FROM_ADDRESS: u8 = 1;
 
-/// Loads a program, and does with it what the options say.
+/// Loads a program; compares, stores the autostart and starts the program if the options say so.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let at = options.at;
     let program = read_program(&options.program.file)?;
@@ -65,7 +65,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let message = format!("{count} commands from address {at} on do not fit; program memory ends at {memory}");
         return Err(Failure::Failed(message));
     }
-    if let Some(warning) = stray(&program, at) {
+    if let Some(warning) = jump_outside(&program, at) {
         writeln!(std::io::stderr(), "tmcl: warning: {warning}")?;
     }
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
@@ -90,8 +90,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Tells of a jump of a program at `at` to where it would be at address 0.
-fn stray(program: &Program, at: u16) -> Option<String> {
+/// A warning if a program loaded to address `at` has a jump to an address below: its labels probably count from 0.
+fn jump_outside(program: &Program, at: u16) -> Option<String> {
     let inside = |target: i32| (0..i32::from(at)).contains(&target);
     let (address, command) = program.placed(at).find(|(_, command)| target(command).is_some_and(inside))?;
     Some(format!("address {address}: {command} leads out of this program; labels count from 0, so write Label + {at}"))
@@ -102,10 +102,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn jumps_that_were_made_for_another_address_are_told() {
+    fn a_jump_to_an_address_below_the_program_is_warned_of() {
         let told = |line: &str, at| {
             let command = tmcm::tmcl::text::parse(line).unwrap();
-            stray(&vec![Command::new(1, 0, 0, 0), command].into(), at)
+            jump_outside(&vec![Command::new(1, 0, 0, 0), command].into(), at)
         };
         assert_eq!(told("JA 0", 0), None);
         assert_eq!(told("JA 50", 50), None);

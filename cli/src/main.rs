@@ -1,4 +1,4 @@
-//! The program `tmcl`.
+//! The program `tmcl`: reads its arguments and runs one of the subcommands of the library `tmcl_cli`.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -57,8 +57,8 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if failure != Failure::Said {
-                // Where standard error is closed there is nobody to tell.
+            if failure != Failure::Reported {
+                // A closed standard error does not change the exit code.
                 let _ = writeln!(std::io::stderr(), "tmcl: {failure}");
             }
             failure.exit_code()

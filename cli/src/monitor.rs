@@ -1,4 +1,4 @@
-//! `tmcl monitor`: what an axis does, live.
+//! `tmcl monitor`: samples of an axis's position, speed, load, flags and switches.
 
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -48,7 +48,7 @@ Examples:
   tmcl monitor tcp:127.0.0.1:4140 --csv --count 600 > run.csv   a minute for a plot
   tmcl monitor /dev/ttyUSB0 --address 3 --interval 500          module 3 on an RS485 bus";
 
-/// What is watched, and its name in the headline of the CSV form.
+/// The parameters that are sampled, each with its name in the headline of the CSV form.
 const COLUMNS: [(AxisParameter, &str); 8] = [
     (AxisParameter::ActualPosition, "position"),
     (AxisParameter::ActualSpeed, "speed"),
@@ -65,13 +65,13 @@ const DRIVER_FLAGS: [&str; 8] = ["SG", "OT", "OTPW", "S2GA", "S2GB", "OLA", "OLB
 /// Names of the extended error flags (axis parameter 207), from bit 0 on.
 const EXTENDED_FLAGS: [&str; 2] = ["stall", "deviation"];
 
-/// The values of all columns; none for what the module does not know.
+/// The values of all columns; `None` for a parameter that the module does not have.
 type Sample = [Option<i32>; COLUMNS.len()];
 
-/// Shows samples until it is interrupted or there have been enough.
+/// Shows samples until a signal comes or the wanted number has been shown.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
-    // An axis that is not there would look like one that knows nothing.
+    // Without this check an axis that the module does not have would show as an axis without parameters.
     module.axis(options.axis, AxisParameter::ActualPosition)?;
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let terminal = std::io::stdout().is_terminal();
@@ -95,7 +95,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             seen |= sample[4].unwrap_or_default();
             let line = line(&sample, seen);
             if terminal {
-                // A line that wraps around could not be overwritten.
+                // The line is cut to the terminal's width, because a line that wraps around could not be overwritten.
                 write!(out, "\r{line:.width$}\x1b[K", width = columns().saturating_sub(1))?;
             } else {
                 writeln!(out, "{line}")?;
@@ -111,7 +111,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Width of the terminal.
+/// Width of the terminal in characters.
 fn columns() -> usize {
     let size = rustix::termios::tcgetwinsize(std::io::stdout());
     size.map(|size| size.ws_col.into()).ok().filter(|columns| *columns > 0).unwrap_or(80)
@@ -134,7 +134,7 @@ fn numbers(sample: &Sample) -> String {
     sample.map(|value| value.map_or_else(String::new, |value| value.to_string())).join(",")
 }
 
-/// A sample for people; `seen` are the extended error flags so far.
+/// A sample as a line for people; `seen` has the extended error flags of all samples so far.
 fn line(sample: &Sample, seen: i32) -> String {
     let [position, speed, load, driver, _, left, right, home] = *sample;
     let number = |value: Option<i32>| value.map_or_else(|| "-".into(), |value| value.to_string());

@@ -1,13 +1,13 @@
-//! The product that tools know parameters, interrupts and memory of.
+//! The product whose parameters, interrupts and program memory the tools assume.
 
 use tmcm::module::{Spec, TMCM_1140};
 use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
 use tmcm::tmcl::{Command, Opcode};
 
-/// The product, unless something else is said.
+/// The product that a module is assumed to be.
 pub(crate) const PRODUCT: &Spec = &TMCM_1140;
 
-/// A parameter and its name.
+/// A parameter with its full name, which for a parameter of bank 3 includes the timer, axis or input.
 pub(crate) struct Named {
     pub(crate) row: &'static Row,
     pub(crate) name: String,
@@ -19,7 +19,7 @@ impl From<&'static Row> for Named {
     }
 }
 
-/// The parameter that a command concerns.
+/// The parameter that a command reads, writes or stores; `None` for other commands and unknown parameters.
 pub(crate) fn parameter(spec: &Spec, opcode: Opcode, command: Command) -> Option<Named> {
     let number = command.kind;
     match opcode {

@@ -1,23 +1,24 @@
-//! How far something has got, on standard error.
+//! A progress bar on standard error.
 
 use std::io::{IsTerminal, Write};
 
-/// Width of the bar in characters: with its text it has to fit a terminal of 80.
+/// Width of the bar in characters; bar and text together must fit a terminal with 80 columns.
 const WIDTH: usize = 24;
 
-/// A bar that is drawn anew on a terminal and wiped away at the end; elsewhere a single line.
+/// A bar that is redrawn on a terminal and removed at the end. If standard error is no terminal, a single line is
+/// printed.
 #[derive(Debug)]
 pub struct Progress {
     what: String,
     total: usize,
-    /// Where standard error is not a terminal no bar is drawn.
+    /// True if standard error is a terminal.
     terminal: bool,
-    /// The percentage that the bar shows at present, if it is there.
+    /// The percentage that the bar shows; `None` while no bar is drawn.
     shown: Option<usize>,
 }
 
 impl Progress {
-    /// Something begins, in `total` steps.
+    /// Begins the bar of an activity `what` that takes `total` steps.
     pub fn new(what: impl Into<String>, total: usize) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let mut progress = Progress { what: what.into(), total: total.max(1), terminal, shown: None };
@@ -28,7 +29,7 @@ impl Progress {
         progress
     }
 
-    /// So many steps are done.
+    /// Shows that `done` steps are done.
     pub fn reach(&mut self, done: usize) {
         let percent = done.min(self.total) * 100 / self.total;
         if self.terminal && self.shown != Some(percent) {
@@ -38,7 +39,7 @@ impl Progress {
         }
     }
 
-    /// Makes room for a line of output.
+    /// Removes the bar, to make room for a line of output.
     pub fn pause(&mut self) {
         if self.shown.take().is_some() {
             write("\r\x1b[K");
@@ -54,6 +55,6 @@ impl Drop for Progress {
 
 fn write(text: &str) {
     let mut stderr = std::io::stderr();
-    // Where standard error is closed there is nobody to tell.
+    // A closed standard error must not end the program.
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
 }

@@ -19,10 +19,10 @@ use crate::signal::EndSignal;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
 ///
-/// Each address is asked for the state of its program, and who answers for its firmware version, which changes nothing in
-/// a module. Whoever does not answer both in time does not count: a late reply may be one to an earlier question, at
-/// another bit rate. A link that leads to one module whatever the address, such as USB, is noticed. A scan of all 255
-/// addresses at one bit rate takes 13 seconds with the default time-out, at all nine bit rates two minutes.
+/// Each address is asked for the state of its program, and who answers for its firmware version, which changes nothing
+/// in a module. Whoever does not answer both in time does not count: a late reply may be one to an earlier question,
+/// at another bit rate. A link that leads to one module whatever the address, such as USB, is noticed. A scan of all
+/// 255 addresses at one bit rate takes 13 seconds with the default time-out, at all nine bit rates two minutes.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -52,16 +52,17 @@ Examples:
   tmcl scan slcan:/dev/ttyACM0                          every identifier on a CAN bus, 1 to 255
 The exit code is 1 if no module is found.";
 
-/// How long to wait for a connection over TCP.
+/// Longest wait for a TCP connection.
 const CONNECTION: Duration = Duration::from_secs(5);
-/// No module on a bus has this address: who answers has nobody beside it.
-const NOBODY: u16 = 0;
-/// Longest wait for replies that come late: no module pauses for longer before it replies.
+/// An address that no module on a bus has. A module that answers a request to this address is alone on its link.
+const UNUSED_ADDRESS: u16 = 0;
+/// Longest wait for late replies: the longest telegram pause (global parameter 75) of a module.
 const LATE: Duration = Duration::from_millis(255);
-/// Who is there: command 135. A module that is being loaded with a program answers it, too, and does not store it.
-const KNOCK: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
-/// Who it is: command 136, as a number. No reply to the other command passes for one to this.
-const IDENTIFY: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
+/// The first request to an address: command 135, because a module in download mode answers it, too, and does not store
+/// it.
+const ASK_STATE: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
+/// The second request to an address: command 136, type 1. A late reply to the first request has another command number.
+const ASK_VERSION: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
 
 /// Reads `FIRST-LAST`, or one address.
 fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
@@ -84,7 +85,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     for (index, baud) in rates.iter().enumerate() {
         let mut scanner = match Scanner::open(options, *baud) {
             Ok(scanner) => scanner,
-            // An adapter need not know all bit rates.
+            // A serial adapter may not support all bit rates.
             Err(failure) if index > 0 => {
                 writeln!(std::io::stderr(), "tmcl: {failure}")?;
                 continue;
@@ -97,11 +98,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let end = scanner.scan(&signal)?;
         modules += scanner.modules;
         let first = scanner.first.filter(|_| rates.len() > 1);
-        // A serial device is open once at a time.
+        // The serial device is closed before it is opened again at another bit rate.
         drop(scanner);
         match end {
             End::Complete => {}
-            End::Alone => break,
+            End::SingleModule => break,
             End::Interrupted => return Err(Failure::Failed("interrupted".into())),
         }
         if let Some(address) = first {
@@ -109,7 +110,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             let mut elsewhere = Scanner::open(options, other)?;
             elsewhere.settle();
             if elsewhere.find(address)?.is_some() {
-                // A link without a bit rate of its own, as a pseudo terminal is: the others would find the same.
+                // The module answers at another bit rate, too: the link (a pseudo terminal, say) has no real bit rate,
+                // and further bit rates would find the same modules.
                 break;
             }
         }
@@ -124,21 +126,21 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 enum End {
     /// All addresses have been asked.
     Complete,
-    /// There is but one module, whatever the address.
-    Alone,
+    /// The link leads to one module, whatever the address.
+    SingleModule,
     /// A signal has asked for the end.
     Interrupted,
 }
 
-/// A link at one bit rate that is being looked at.
+/// The scan of a link at one bit rate.
 struct Scanner<'a> {
     options: &'a Options,
     module: Conversation,
-    /// How the bit rate is told in what is printed; empty where there is none.
+    /// The bit rate in printed words; empty for a link without bit rate.
     rate: String,
-    /// How many modules have been found.
+    /// Number of modules that have been found.
     modules: usize,
-    /// The address of the first.
+    /// Address of the first module that has been found.
     first: Option<u16>,
 }
 
@@ -150,19 +152,19 @@ impl<'a> Scanner<'a> {
             LinkTarget::Serial(_) => format!(" at {baud} baud"),
             LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => String::new(),
         };
-        Ok(Scanner { options, module: Conversation::new(link, NOBODY), rate, modules: 0, first: None })
+        Ok(Scanner { options, module: Conversation::new(link, UNUSED_ADDRESS), rate, modules: 0, first: None })
     }
 
     fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {
         let can = matches!(self.options.link, LinkTarget::Slcan(_));
-        if !can && let Some(reply) = self.find(NOBODY)? {
+        if !can && let Some(reply) = self.find(UNUSED_ADDRESS)? {
             self.module.address = reply.module.into();
             let what = self.describe(reply.value)?;
             self.found(
                 reply.module.into(),
                 &format!("one module, whatever the address: address {}: {what}", reply.module),
             )?;
-            return Ok(End::Alone);
+            return Ok(End::SingleModule);
         }
         let name = if can { "identifier" } else { "address" };
         let addresses = self.options.addresses.clone();
@@ -174,7 +176,7 @@ impl<'a> Scanner<'a> {
             }
             if let Some(reply) = self.find(address)? {
                 let what = self.describe(reply.value)?;
-                // A reply has the low byte of an identifier.
+                // On CAN a reply carries only the low byte of the module's identifier.
                 let [_, low] = address.to_be_bytes();
                 let own = match reply.module {
                     own if own == low => String::new(),
@@ -198,27 +200,27 @@ impl<'a> Scanner<'a> {
         Ok(out.flush()?)
     }
 
-    /// Whoever has this address, as it identifies itself. Its first reply may have been a late one to an earlier
-    /// question, the second is none.
+    /// The version reply of the module at an address; `None` if there is no module. Two requests are sent: the reply
+    /// to the first may be a late reply to an earlier address, the reply to the second cannot.
     fn find(&mut self, address: u16) -> Result<Option<Received>, Failure> {
-        if self.probe(address, KNOCK)?.is_none() {
+        if self.probe(address, ASK_STATE)?.is_none() {
             return Ok(None);
         }
         self.settle();
-        let found = self.probe(address, IDENTIFY)?;
+        let found = self.probe(address, ASK_VERSION)?;
         if found.is_none() {
             self.settle();
         }
         Ok(found)
     }
 
-    /// Waits for what comes late. The next question throws it away.
+    /// Waits for late replies. The next request throws them away.
     fn settle(&self) {
         std::thread::sleep(Duration::from_millis(self.options.timeout).min(LATE));
     }
 
-    /// The reply of whoever has this address. What is no reply at all counts as silence: it is noise, or several
-    /// modules that talk at once.
+    /// Sends a request to an address and returns its reply. Bytes that are no reply count as none: they are noise, or
+    /// come from several modules that reply at once.
     fn probe(&mut self, address: u16, command: Command) -> Result<Option<Received>, Failure> {
         self.module.address = address;
         match self.module.request(command) {
@@ -230,7 +232,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Type and firmware of the module that has answered.
+    /// Type and firmware version of the module that has answered.
     fn describe(&mut self, version: i32) -> Result<String, Failure> {
         let string = match self.module.version() {
             Ok(text) => format!(" ({text})"),

@@ -1,4 +1,4 @@
-//! Signals that ask for the end, as something one can wait for.
+//! Signals that ask the program to end, as a descriptor that can be polled.
 
 use std::io::Read;
 use std::os::fd::{AsFd, BorrowedFd};
@@ -13,7 +13,10 @@ use crate::link::readable;
 pub struct EndSignal(UnixStream);
 
 impl EndSignal {
-    /// From now on these signals no longer end the program by themselves.
+    /// Watches for these signals, which from now on no longer end the program by themselves.
+    ///
+    /// # Errors
+    /// The system refuses to watch for a signal.
     pub fn watch(signals: &[i32]) -> Result<Self, Failure> {
         Self::register(signals).map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
     }
@@ -27,14 +30,14 @@ impl EndSignal {
         Ok(EndSignal(stop))
     }
 
-    /// A signal has come.
+    /// True if a signal has come.
     pub fn happened(&self) -> bool {
         self.within(Duration::ZERO)
     }
 
-    /// Sleeps for that long, or until a signal comes: then it is true.
+    /// Sleeps for `time`, or until a signal comes. True if a signal has come.
     pub fn within(&self, time: Duration) -> bool {
-        // Where the descriptor cannot be waited for, the sleep would have no end.
+        // If the descriptor cannot be polled, the loops that call this would never end; so an error counts as a signal.
         readable(&self.0, Instant::now() + time).unwrap_or(true)
     }
 

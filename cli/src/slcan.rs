@@ -1,18 +1,18 @@
-//! CAN frames as text, the way serial CAN adapters write them (LAWICEL CAN232 and CANUSB manuals), and such an
-//! adapter.
+//! SLCAN: CAN frames as lines of text (LAWICEL CAN232 and CANUSB manuals), and an adapter that exchanges such lines
+//! with a host.
 
 use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 
-/// End of a line, and the answer to a command that was carried out.
+/// End of a line; alone, the answer to a command that was carried out.
 pub const DONE: u8 = b'\r';
-/// The answer to a command that was not.
+/// Answer to a command that was refused.
 pub const REFUSED: u8 = 7;
-/// Longest line: an extended frame of eight bytes.
+/// Longest line in characters: an extended frame of eight bytes.
 const LONGEST: usize = 26;
-/// Where time stamps, in milliseconds, begin anew.
+/// Period of time stamps in milliseconds: they count from 0 to 59 999.
 const MINUTE: u64 = 60_000;
 
-/// Reads a line: `t`, `T`, `r` or `R`, identifier, length, data.
+/// The frame of a line `t`, `T`, `r` or `R` with identifier, length and data; `None` for any other line.
 pub fn parse(line: &str) -> Option<Frame> {
     let (extended, remote) = match line.chars().next()? {
         't' => (false, false),
@@ -35,7 +35,7 @@ pub fn parse(line: &str) -> Option<Frame> {
     Frame::new(id, &bytes.collect::<Option<Vec<u8>>>()?)
 }
 
-/// A frame as a line, without its end.
+/// The line of a frame, without the CR at its end.
 pub fn line(frame: &Frame) -> String {
     let kind = if frame.is_remote_frame() { 'r' } else { 't' };
     let id = match frame.id() {
@@ -51,18 +51,18 @@ fn hex(digits: &str) -> Option<u32> {
     u32::from_str_radix(digits, 16).ok().filter(|_| all)
 }
 
-/// Whether the channel to the bus is open.
+/// State of the adapter's channel to the bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Channel {
     #[default]
     Closed,
     Open,
-    /// Open to listen only.
+    /// Open for receiving only.
     Listening,
 }
 
-/// An adapter: lines of a host in, answers and frames of the bus out. The bus has one bit rate; which one the host
-/// sets is nothing to it. Opening what is open and closing what is closed does no harm.
+/// An SLCAN adapter: takes lines of a host, gives answers and frames of the bus. The bit rate that the host sets has no
+/// effect. Opening an open channel and closing a closed one succeed.
 #[derive(Clone, Debug, Default)]
 pub struct Adapter {
     channel: Channel,
@@ -73,10 +73,10 @@ pub struct Adapter {
 }
 
 impl Adapter {
-    /// Takes a byte from the host. Gives the frame that it wants on the bus.
+    /// Takes a byte from the host. Returns a frame for the bus if the byte completes its line.
     pub fn push(&mut self, byte: u8) -> Option<Frame> {
         if byte != DONE {
-            // Adapters ignore line feeds; a line too long is cut, and refused as what it then is.
+            // Line feeds are ignored. A line that is too long is cut, and then refused because of its length.
             if byte != b'\n' && self.line.len() <= LONGEST {
                 self.line.push(byte);
             }
@@ -94,7 +94,7 @@ impl Adapter {
         frame
     }
 
-    /// A frame on the bus, at this many milliseconds.
+    /// Writes a frame of the bus for the host, with a time stamp if wanted; `millis` is the time in milliseconds.
     pub fn hear(&mut self, frame: &Frame, millis: u64) {
         if self.channel == Channel::Closed {
             return;
@@ -106,12 +106,12 @@ impl Adapter {
         self.out.push(DONE);
     }
 
-    /// Bytes for the host since the last call.
+    /// The bytes for the host since the last call.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.out)
     }
 
-    /// Carries out a command that sends nothing, and gives the answer; `None` to refuse it.
+    /// Carries out a command to the adapter itself and returns the answer; `None` if the command is refused.
     fn command(&mut self, line: &str) -> Option<&'static str> {
         let open = self.channel != Channel::Closed;
         let mut letters = line.chars();
@@ -123,7 +123,7 @@ impl Adapter {
             (Some('S'), "0" | "1" | "2" | "3" | "4" | "5" | "6" | "7" | "8") if !open => {}
             (Some('s'), registers) if !open && registers.len() == 4 => hex(registers).map(|_| ())?,
             (Some('Z'), "0" | "1") if !open => self.stamps = line == "Z1",
-            // Nothing is wrong with the bus.
+            // No error flag is set, because the virtual bus has no errors.
             (Some('F'), "") if open => return Some("F00"),
             (Some('V'), "") => return Some("V0101"),
             (Some('v'), "") => return Some("v0101"),
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn hosts_open_and_close_as_they_like() {
+    fn a_channel_may_be_opened_or_closed_twice() {
         let mut adapter = Adapter::default();
         assert_eq!(say(&mut adapter, "t0010\r"), (vec![], "\x07".into()));
         assert_eq!(say(&mut adapter, "\r\rC\rC\rS8\r\rO\rO\r").1, "\r".repeat(8));
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_command_is_refused_and_forgotten() {
+    fn an_unknown_command_is_refused_and_the_next_one_works() {
         let mut adapter = Adapter::default();
         assert_eq!(say(&mut adapter, &("t0018".to_owned() + &"0".repeat(100) + "\rO\r")).1, "\x07\r");
         adapter.push(0xFF);

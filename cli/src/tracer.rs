@@ -1,23 +1,23 @@
-//! The commands that a program executes, recorded where the firmware tells of them.
+//! A recorder of the commands that a program in a virtual module executes.
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 use tmcm::module::{Executed, Hooks};
 use tmcm::vm::{Errors, Machine, Registers};
 
-/// A command, executed, and what the program has then.
+/// An executed command and the state of the program after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
-    /// Virtual time.
+    /// When the command was executed, in virtual time.
     pub at: Nanos,
-    /// The command.
+    /// The command, its address and whether it was refused.
     pub executed: Executed,
-    /// Accumulator, X register and arithmetic flags after it.
+    /// Accumulator, X register and arithmetic flags after the command.
     pub registers: Registers,
-    /// Error flags after it.
+    /// Error flags after the command.
     pub errors: Errors,
 }
 
-/// The recorder: the hooks of a virtual module. Switched off it does nothing.
+/// The recorder, which the firmware calls as its [`Hooks`]. Switched off, it records nothing.
 #[derive(Clone, Debug, Default)]
 pub struct Tracer {
     on: bool,
@@ -25,17 +25,17 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// A recorder that has nothing yet.
+    /// An empty recorder, switched on or off.
     pub fn new(on: bool) -> Self {
         Tracer { on, steps: Vec::new() }
     }
 
-    /// Records from now on, or no more.
+    /// Switches the recorder on or off.
     pub fn record(&mut self, on: bool) {
         self.on = on;
     }
 
-    /// What has been recorded since the last call, with times of the firmware's clock.
+    /// The commands recorded since the last call. Their times count from the start of the firmware.
     pub fn take(&mut self) -> Vec<Step> {
         std::mem::take(&mut self.steps)
     }

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 pub(crate) fn told(assembled: Result<Assembly, Diagnostics>) -> Result<Assembly, Failure> {
     let assembly = assembled.map_err(|errors| {
         say(&errors);
-        Failure::Said
+        Failure::Reported
     })?;
     say(&assembly.warnings);
     Ok(assembly)

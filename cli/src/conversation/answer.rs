@@ -1,23 +1,23 @@
-//! What nine bytes say in answer to a command.
+//! A module's reply, decoded by the command that it answers.
 
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{Command, Opcode, Status};
 
-/// A reply, read with the command in mind that it answers: some have a form of their own.
+/// A decoded reply. Commands 134 and 136 have replies of their own form, so decoding needs the command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// The usual form: status and value.
+    /// Status and value.
     Plain(Received),
-    /// The version string: command 136, type 0.
+    /// The version string: reply to command 136, type 0.
     Version(String),
-    /// A command out of program memory: command 134.
+    /// A command out of program memory: reply to command 134.
     Memory(Command),
-    /// Nothing that answers this command, or a wrong checksum.
+    /// A reply to another command, or a wrong checksum.
     Strange,
 }
 
 impl Answer {
-    /// Reads the reply to `command`.
+    /// Decodes the reply to `command`.
     pub fn read(command: Command, reply: &Telegram) -> Self {
         if let Some(special) = special(command, reply) {
             return special;
@@ -29,12 +29,13 @@ impl Answer {
     }
 }
 
-/// A telegram that the module could not read is refused without its number.
+/// True for the reply to a request that reached the module with a wrong checksum; it does not carry the command's
+/// number.
 fn refuses_checksum(reply: &Received) -> bool {
     reply.opcode == 0 && reply.status() == Some(Status::WrongChecksum)
 }
 
-/// The replies that have a shape of their own.
+/// The reply to a command whose replies have a form of their own; `None` if `reply` has the plain form.
 fn special(command: Command, reply: &Telegram) -> Option<Answer> {
     match (Opcode::from_number(command.opcode)?, command.kind) {
         (Opcode::FirmwareVersion, 0) => {
@@ -51,7 +52,7 @@ fn special(command: Command, reply: &Telegram) -> Option<Answer> {
     }
 }
 
-/// Bytes as people read them.
+/// A telegram's bytes in hexadecimal, with spaces between them.
 pub(crate) fn hexadecimal(telegram: &Telegram) -> String {
     telegram.map(|byte| format!("{byte:02X}")).join(" ")
 }

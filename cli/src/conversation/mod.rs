@@ -18,28 +18,28 @@ use crate::failure::Failure;
 use crate::link::{Link, LinkError};
 use crate::product::{PRODUCT, axis_number};
 
-/// Why a command has not been executed, or why nobody knows.
+/// The reason why a command has failed, or why its outcome is unknown.
 #[derive(Debug)]
 pub enum Error {
     /// There is no reply.
     Link {
-        /// To this command.
+        /// The command that was sent.
         command: Command,
-        /// Why not.
+        /// The reason.
         error: LinkError,
     },
-    /// The module refuses the command.
+    /// The module has refused the command.
     Refused {
-        /// This one.
+        /// The command that was sent.
         command: Command,
-        /// The status it answers.
+        /// The status of the reply.
         status: u8,
     },
-    /// The reply answers something else, or its checksum is wrong.
+    /// The reply belongs to another command, or its checksum is wrong.
     Strange {
         /// The command that was sent.
         command: Command,
-        /// What came.
+        /// The nine bytes that came.
         reply: Telegram,
     },
 }
@@ -50,7 +50,7 @@ impl Error {
         matches!(self, Error::Refused { status, .. } if *status == refusal as u8)
     }
 
-    /// True if the module has refused the command, whatever the reason.
+    /// True if the module has refused the command with any status.
     pub fn is_refusal(&self) -> bool {
         matches!(self, Error::Refused { .. })
     }
@@ -78,12 +78,12 @@ impl From<Error> for Failure {
     }
 }
 
-/// True for the statuses that say so.
+/// True for the statuses of a command that was executed or stored in program memory.
 pub(crate) fn executed(status: u8) -> bool {
     matches!(Status::from_number(status), Some(Status::Ok | Status::Loaded))
 }
 
-/// A status in words.
+/// The meaning of a status in words.
 pub(crate) fn meaning(status: u8) -> &'static str {
     Status::from_number(status).map_or("a status this program does not know", Status::meaning)
 }
@@ -93,32 +93,32 @@ pub(crate) fn meaning(status: u8) -> &'static str {
 pub struct Conversation {
     link: Link,
     spec: &'static Spec,
-    /// The module's address, or its CAN identifier. It may be changed at any time.
+    /// The module's address (1..=255), or its CAN identifier (0..=2047). It may be changed at any time.
     pub address: u16,
 }
 
 impl Conversation {
-    /// Begins to talk to the module that the options name.
+    /// Opens the link to the module that the options name.
     pub fn open(reach: &Reach) -> Result<Self, Failure> {
         Ok(Self::new(Link::open(&reach.link, reach.baud, reach.patience())?, reach.address))
     }
 
-    /// Talks over a link that is open.
+    /// A conversation over an open link with the module at `address`.
     pub fn new(link: Link, address: u16) -> Self {
         Conversation { link, spec: PRODUCT, address }
     }
 
-    /// What the module is taken for.
+    /// The product whose parameters the module is assumed to have.
     pub fn spec(&self) -> &'static Spec {
         self.spec
     }
 
-    /// Sends a command and takes the nine bytes of its reply as they come.
+    /// Sends a command and returns the nine bytes of its reply undecoded.
     pub fn exchange(&mut self, command: Command) -> Result<Telegram, LinkError> {
         self.link.exchange(self.address, command)
     }
 
-    /// Sends a command and takes what is wanted out of the reply.
+    /// Sends a command and passes the reply to `wanted`, which returns `None` for a reply of another form.
     fn ask<T>(&mut self, command: Command, wanted: impl FnOnce(Answer) -> Option<T>) -> Result<T, Error> {
         let reply = self.exchange(command).map_err(|error| Error::Link { command, error })?;
         match Answer::read(command, &reply) {
@@ -127,7 +127,7 @@ impl Conversation {
         }
     }
 
-    /// Sends a command that has to be executed, or loaded into program memory.
+    /// Sends a command that must be executed, or stored in program memory.
     pub fn request(&mut self, command: Command) -> Result<Received, Error> {
         self.ask(command, |answer| match answer {
             Answer::Plain(reply) => Some(reply),
@@ -135,18 +135,19 @@ impl Conversation {
         })
     }
 
-    /// The value that the reply to a command brings.
+    /// Sends a command and returns the value of the reply.
     pub fn value(&mut self, command: Command) -> Result<i32, Error> {
         Ok(self.request(command)?.value)
     }
 
-    /// The value of an axis parameter. One that this product has not is asked for under a number that no product has.
+    /// The value of an axis parameter. If the product does not have the parameter, the unused number 255 is asked for,
+    /// so that the module refuses the command.
     pub fn axis(&mut self, axis: u8, parameter: AxisParameter) -> Result<i32, Error> {
         let number = axis_number(self.spec, parameter).unwrap_or(u8::MAX);
         self.value(Command::new(Opcode::Gap as u8, number, axis, 0))
     }
 
-    /// A control command (manual section 3.7.38): none of them has a motor or bank.
+    /// Sends a control command (manual section 3.7.38), which has no motor or bank, and returns the value of the reply.
     pub fn control(&mut self, opcode: Opcode, kind: u8, value: i32) -> Result<i32, Error> {
         self.value(Command::new(opcode as u8, kind, 0, value))
     }
@@ -169,7 +170,7 @@ impl Conversation {
         })
     }
 
-    /// How many axes the module has: it refuses the motor number behind the last.
+    /// The number of axes of the module, found by asking for axis after axis until the module refuses the number.
     pub fn axes(&mut self) -> Result<u8, Error> {
         let mut axes = 0;
         loop {

@@ -1,4 +1,4 @@
-//! The options that say where a module is.
+//! The command-line options that name a module and the link to it.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::link::LinkTarget;
 
-/// Where a module is and how to talk to it: the same for every command that talks to one.
+/// The link to a module, its address and the time-out: options of every command that talks to a module.
 #[derive(Args, Clone, Debug)]
 pub struct Reach {
     /// Where the module is: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim
@@ -40,7 +40,7 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// How long to wait for each reply.
+    /// Longest wait for each reply.
     pub fn patience(&self) -> Duration {
         Duration::from_millis(self.timeout)
     }

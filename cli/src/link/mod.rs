@@ -1,4 +1,4 @@
-//! The host's end of a link to a module: one request out, one reply in.
+//! The host's end of a link to a module: a request goes out, its reply comes in.
 
 mod serial;
 mod simulated;
@@ -18,22 +18,25 @@ use simulated::Simulated;
 use slcan::Slcan;
 use tcp::Tcp;
 
-/// Where a module is, as it is written on the command line: the path of a serial device, `tcp:HOST:PORT`, `sim`, or
-/// one of the first two behind `slcan:`.
+/// A link as it is named on the command line: the path of a serial device, `tcp:HOST:PORT`, either of these behind
+/// `slcan:`, or `sim`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkTarget {
     /// A serial device: USB, an RS485 adapter, or the pseudo terminal of `tmcl sim`.
     Serial(String),
     /// A TCP port that carries the bytes of a serial link.
     Tcp(String),
-    /// A serial CAN adapter, itself at a serial device or a TCP port.
+    /// A serial CAN adapter, which is reached over a serial device or a TCP port.
     Slcan(Box<LinkTarget>),
-    /// A virtual module of one's own, in virtual time.
+    /// A virtual module inside this program, in virtual time.
     Simulated,
 }
 
 impl LinkTarget {
-    /// Reads a target. The error says how to write one.
+    /// Reads a link's name.
+    ///
+    /// # Errors
+    /// A message that shows how a link is named.
     pub fn parse(text: &str) -> Result<Self, String> {
         if text == "sim" {
             return Ok(LinkTarget::Simulated);
@@ -60,17 +63,17 @@ impl LinkTarget {
     }
 }
 
-/// Why there is no reply.
+/// The reason why a request has no reply.
 #[derive(Debug)]
 pub enum LinkError {
-    /// None came in time.
+    /// No complete reply came in time.
     NoReply {
-        /// How many bytes came instead.
+        /// Number of bytes that came.
         bytes: usize,
     },
-    /// The address is an identifier, and this is no CAN bus.
+    /// The address is above 255, which only CAN identifiers may be.
     Address,
-    /// The CAN adapter does not send the frame.
+    /// The CAN adapter has refused to send the frame.
     Refused,
     /// The other side has closed the connection.
     Closed,
@@ -110,6 +113,7 @@ pub struct Link {
     timeout: Duration,
 }
 
+/// The kinds of links.
 #[derive(Debug)]
 enum Wire {
     Serial(Serial),
@@ -120,7 +124,10 @@ enum Wire {
 }
 
 impl Link {
-    /// Opens a link; `baud` is for serial devices, `timeout` is how long to wait for a reply.
+    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply.
+    ///
+    /// # Errors
+    /// The device or the connection cannot be opened.
     pub fn open(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Self, Failure> {
         let wire = match target {
             LinkTarget::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
@@ -140,12 +147,15 @@ impl Link {
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
     }
 
-    /// From now on waits so long for a reply.
+    /// Sets the longest wait for a reply.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }
 
-    /// Sends a command to a module and waits for the reply. Bytes that have come before are thrown away.
+    /// Sends a command to a module and waits for the reply. Bytes that came before the request are thrown away.
+    ///
+    /// # Errors
+    /// No reply has come, or the link has failed.
     pub fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
         let timeout = self.timeout;
         let request = || match u8::try_from(address) {
@@ -162,7 +172,7 @@ impl Link {
     }
 }
 
-/// Waits until a device can be read. False if it cannot within the time.
+/// Waits until a descriptor can be read, at most until the instant `until`. False if it cannot be read by then.
 pub(crate) fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::Result<bool> {
     loop {
         let left = until.saturating_duration_since(Instant::now());
@@ -199,7 +209,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn places_are_told_apart() {
+    fn kinds_of_links_are_told_apart() {
         assert_eq!(LinkTarget::parse("sim"), Ok(LinkTarget::Simulated));
         assert_eq!(LinkTarget::parse("/dev/ttyACM0"), Ok(LinkTarget::Serial("/dev/ttyACM0".into())));
         assert_eq!(LinkTarget::parse("tcp:localhost:4140"), Ok(LinkTarget::Tcp("localhost:4140".into())));

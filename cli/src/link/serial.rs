@@ -13,10 +13,10 @@ use tmcm::tmcl::binary::Telegram;
 use super::{LinkError, read_reply};
 use crate::failure::Failure;
 
-/// A device that others have for themselves.
+/// Message about a device that another program has locked.
 const IN_USE: &str = "another program uses this port. End it, or wait for its end";
 
-/// An open serial device, raw and non-blocking, that no other program that asks uses at the same time.
+/// An open serial device in raw, non-blocking mode, locked against other programs.
 #[derive(Debug)]
 pub(super) struct Serial(pub(super) File);
 
@@ -49,17 +49,17 @@ impl Serial {
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
         rustix::termios::tcflush(&self.0, QueueSelector::IFlush).map_err(std::io::Error::from)?;
-        // A telegram always fits the device's buffer.
+        // The write does not block, because a telegram fits the device's buffer.
         self.0.write_all(request)?;
         read_reply(&mut self.0, timeout)
     }
 }
 
-/// Programs that do not look at the lock cannot open the device either. A pseudo terminal would stay like that when this
-/// program has ended, for it stays open at its other end.
+/// Keeps programs that ignore the lock from opening the device. Not for a pseudo terminal, which would stay exclusive
+/// after this program has ended, because its other end stays open.
 fn exclude_others(device: &impl AsFd, path: &str) {
     if !std::fs::canonicalize(path).is_ok_and(|device| device.starts_with("/dev/pts")) {
-        // The lock holds without it.
+        // If this fails, the lock alone must do.
         let _ = rustix::termios::ioctl_tiocexcl(device);
     }
 }

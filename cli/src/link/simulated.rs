@@ -1,4 +1,4 @@
-//! A link to a virtual module of one's own, which lives as long as the link does.
+//! A link to a virtual module inside this program, which exists as long as the link.
 
 use std::fmt;
 use std::time::Duration;
@@ -11,10 +11,10 @@ use tmcm::tmcl::binary::Telegram;
 use super::LinkError;
 use crate::virtual_module::VirtualModule;
 
-/// Start of the module's random numbers.
+/// Seed of the module's random numbers.
 const SEED: u32 = 1;
 
-/// A virtual module in the default world, with a fresh EEPROM. Time passes only during an exchange.
+/// A virtual module in the default world, with a fresh EEPROM. Virtual time passes only during an exchange.
 pub(super) struct Simulated(VirtualModule);
 
 impl fmt::Debug for Simulated {

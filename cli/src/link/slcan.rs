@@ -12,11 +12,12 @@ use tmcm::tmcl::{Command, Opcode, Reply};
 use super::{LinkError, readable};
 use crate::slcan::{self, DONE, REFUSED};
 
-/// Closes the adapter's channel, whatever it was told before, sets 1 Mbit/s, the module's default, and opens it.
+/// Commands that open the adapter's channel: an empty line ends any unfinished command, C closes the channel, S8 sets
+/// 1 Mbit/s (the module's default), O opens the channel.
 const OPEN: [&str; 4] = ["", "C", "S8", "O"];
-/// How long the adapter may take for each of these. There are adapters that do not answer.
+/// Longest wait for the answer to each of these commands; some adapters do not answer.
 const ANSWER: Duration = Duration::from_millis(300);
-/// Host address in the telegrams that replies are turned into; on CAN nobody has one.
+/// Host address in the telegrams made of CAN replies, which carry no host address.
 const HOST: u8 = 2;
 
 /// An adapter with its channel open, on a device in non-blocking mode.
@@ -31,7 +32,8 @@ impl<T: Read + Write + AsFd> Slcan<T> {
         let mut adapter = Slcan { device, line: Vec::new() };
         for command in OPEN {
             adapter.write(command)?;
-            // What is refused here may be so already. If the channel does not open, frames are refused.
+            // A refusal may mean that the adapter is in the wanted state already, so it is ignored. If the channel
+            // does not open, the adapter will refuse the frames.
             let until = Instant::now() + ANSWER;
             loop {
                 match adapter.line(until) {
@@ -44,8 +46,8 @@ impl<T: Read + Write + AsFd> Slcan<T> {
         Ok(adapter)
     }
 
-    /// Sends a command to the module with an identifier. Replies are told from other frames on the bus by what they
-    /// answer.
+    /// Sends a command to the module with identifier `id` and waits for its reply. A frame is the reply if it has the
+    /// module's identifier and the number of the command; other frames are ignored.
     pub(super) fn ask(&mut self, id: u16, command: Command, timeout: Duration) -> Result<Telegram, LinkError> {
         self.forget()?;
         let frame = Frame::standard(id, &can::encode_command(command)).ok_or(LinkError::Refused)?;
@@ -60,11 +62,11 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     }
 
     fn write(&mut self, line: &str) -> Result<(), LinkError> {
-        // A line always fits the device's buffer.
+        // The write does not block, because a line fits the device's buffer.
         Ok(self.device.write_all(format!("{line}\r").as_bytes())?)
     }
 
-    /// Forgets all that has come so far: replies to those who have not waited for them.
+    /// Drops everything that has come so far: late replies to earlier requests.
     fn forget(&mut self) -> Result<(), LinkError> {
         while readable(&self.device, Instant::now())? {
             self.read()?;
@@ -73,7 +75,7 @@ impl<T: Read + Write + AsFd> Slcan<T> {
         Ok(())
     }
 
-    /// The next line from the adapter, unless that is a refusal.
+    /// The next line from the adapter; a refusal is an error.
     fn line(&mut self, until: Instant) -> Result<String, LinkError> {
         loop {
             if let Some(end) = self.line.iter().position(|byte| [DONE, REFUSED].contains(byte)) {
@@ -104,8 +106,7 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     }
 }
 
-/// The reply to `command` of the module with identifier `id`, as the telegram it would be on a byte link; `None`
-/// for any other frame.
+/// The telegram of a frame's data if they are the reply of the module with identifier `id` to `command`; else `None`.
 fn telegram(id: u16, command: Command, data: &[u8]) -> Option<Telegram> {
     let [_, id] = id.to_be_bytes();
     let eight: [u8; 8] = data.try_into().ok()?;
@@ -131,7 +132,7 @@ mod tests {
     use std::io::{BufRead, BufReader};
     use std::os::unix::net::UnixStream;
 
-    /// A link to an adapter that answers line by line; with the last answer it says no more.
+    /// A link to an adapter that answers line by line, and then falls silent.
     fn link(answers: &'static [&str]) -> (Slcan<UnixStream>, std::thread::JoinHandle<Vec<String>>) {
         let (host, adapter) = UnixStream::pair().unwrap();
         host.set_nonblocking(true).unwrap();
@@ -158,7 +159,7 @@ mod tests {
         assert_eq!(adapter.join().unwrap(), ["", "C", "S8", "O", "t00380601000000000000"]);
     }
 
-    /// A reply that another host has not waited for, and half a line, are none to this host.
+    /// Late replies and half a line that came before the request are not taken for its reply.
     #[test]
     fn what_came_before_is_forgotten() {
         const LATE: &str = "z\rt00280364060000000100\rt00280364060000000200\rt00280364";
@@ -169,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refusal_is_told_at_once() {
+    fn a_refusal_ends_the_wait_at_once() {
         let (mut link, _adapter) = link(&["\x07"]);
         let refused = link.ask(3, GAP, Duration::from_secs(60));
         assert!(matches!(refused, Err(LinkError::Refused)), "{refused:?}");

@@ -39,7 +39,7 @@ impl Tcp {
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
         let mut late = [0; 256];
         while self.0.read(&mut late).is_ok_and(|count| count > 0) {}
-        // A telegram always fits the socket's buffer.
+        // The write does not block, because a telegram fits the socket's buffer.
         self.0.write_all(request)?;
         read_reply(&mut self.0, timeout)
     }

@@ -1,4 +1,4 @@
-//! Settings as lines of TMCL: what may stand in the file, and reading it.
+//! The file of settings: one TMCL command per line, which writes the setting.
 
 use std::path::Path;
 
@@ -14,52 +14,52 @@ const COMMENT: &str = "//";
 /// Bank of the user variables.
 pub(super) const VARIABLES: u8 = 2;
 
-/// A setting: the command that writes it.
+/// A setting of a module and its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Setting {
-    /// SAP.
+    /// An axis parameter, written by SAP.
     Axis {
         /// Number of the parameter.
         number: u8,
         /// Number of the axis.
         axis: u8,
-        /// Its value.
+        /// Value in the unit of the parameter.
         value: i32,
     },
-    /// SGP.
+    /// A global parameter, written by SGP.
     Global {
         /// Number of the parameter.
         number: u8,
-        /// Its bank.
+        /// Bank of the parameter.
         bank: u8,
-        /// Its value.
+        /// Value in the unit of the parameter.
         value: i32,
     },
-    /// SCO.
+    /// A coordinate, written by SCO.
     Coordinate {
         /// Number of the coordinate.
         number: u8,
         /// Number of the axis.
         axis: u8,
-        /// Its value.
+        /// Position in microsteps.
         value: i32,
     },
 }
 
 impl Setting {
-    /// The setting that a command writes, if it writes one.
+    /// The setting that a command writes; `None` for any other command.
     fn of(command: Command) -> Option<Self> {
         let Command { kind: number, motor, value, .. } = command;
         match Opcode::from_number(command.opcode)? {
             Opcode::Sap => Some(Setting::Axis { number, axis: motor, value }),
             Opcode::Sgp => Some(Setting::Global { number, bank: motor, value }),
-            // With all axes it copies between RAM and EEPROM.
+            // SCO with all axes writes no coordinate but copies all of them between RAM and EEPROM.
             Opcode::Sco if motor != ALL_AXES => Some(Setting::Coordinate { number, axis: motor, value }),
             _ => None,
         }
     }
 
-    /// The command that writes it.
+    /// The command that writes the setting.
     pub(super) fn write(self) -> Command {
         match self {
             Setting::Axis { number, axis, value } => Command::new(Opcode::Sap as u8, number, axis, value),
@@ -68,7 +68,7 @@ impl Setting {
         }
     }
 
-    /// The command that reads it.
+    /// The command that reads the setting.
     pub(super) fn read(self) -> Command {
         match self {
             Setting::Axis { number, axis, .. } => Command::new(Opcode::Gap as u8, number, axis, 0),
@@ -77,7 +77,8 @@ impl Setting {
         }
     }
 
-    /// The command that stores it in the EEPROM. Bank 0 is stored by being written, coordinates are stored all at once.
+    /// The command that stores the setting in the EEPROM. `None` for parameters of bank 0, which the module stores
+    /// when they are written, and for coordinates, which are stored all at once.
     pub(super) fn store(self) -> Option<Command> {
         match self {
             Setting::Axis { number, axis, .. } => Some(Command::new(Opcode::Stap as u8, number, axis, 0)),
@@ -97,12 +98,12 @@ impl Setting {
         }
     }
 
-    /// Its value.
+    /// The value of the setting.
     pub(super) fn value(self) -> i32 {
         self.write().value
     }
 
-    /// What the global parameter of bank 0 that it is does.
+    /// The function of a global parameter of bank 0; `None` for other settings.
     pub(super) fn global(self, spec: &Spec) -> Option<GlobalParameter> {
         match self {
             Setting::Global { number, bank: 0, .. } => spec.global.find(number).map(|found| found.function),
@@ -110,7 +111,7 @@ impl Setting {
         }
     }
 
-    /// How the module is reached: what must not be the same on another module of the bus, or would cut it off.
+    /// True for settings of the interfaces: two modules on a bus must not share them, or they would cut a module off.
     pub(super) fn is_interface(self, spec: &Spec) -> bool {
         use GlobalParameter as G;
         matches!(
@@ -130,7 +131,7 @@ impl Setting {
         )
     }
 
-    /// The line of the file, with the setting's name.
+    /// The setting's line in a file, with the name of the parameter as a comment.
     pub(super) fn line(self, spec: &Spec) -> String {
         let row = match self {
             Setting::Axis { number, .. } => spec.axis.find(number).map(|found| &found.row),
@@ -174,22 +175,26 @@ mod tests {
         assert_eq!(speed.line(PRODUCT), "SAP 4, 0, 1000 // maximum positioning speed");
         let address = Setting::Global { number: 66, bank: 0, value: 3 };
         assert_eq!(address.line(PRODUCT), "SGP 66, 0, 3 // serial address");
-        let place = Setting::Coordinate { number: 20, axis: 0, value: -7 };
-        assert_eq!(place.line(PRODUCT), "SCO 20, 0, -7");
-        let lines =
-            format!("// settings\n\n{}\n  {}\n{}", speed.line(PRODUCT), address.line(PRODUCT), place.line(PRODUCT));
-        assert_eq!(parse(&lines), Ok(vec![speed, address, place]));
+        let coordinate = Setting::Coordinate { number: 20, axis: 0, value: -7 };
+        assert_eq!(coordinate.line(PRODUCT), "SCO 20, 0, -7");
+        let lines = format!(
+            "// settings\n\n{}\n  {}\n{}",
+            speed.line(PRODUCT),
+            address.line(PRODUCT),
+            coordinate.line(PRODUCT)
+        );
+        assert_eq!(parse(&lines), Ok(vec![speed, address, coordinate]));
     }
 
     #[test]
-    fn other_lines_are_told_with_their_number() {
+    fn errors_in_other_lines_have_the_line_number() {
         assert!(parse("// fine\nSAP 4, 0\n").unwrap_err().starts_with("2: SAP: missing <value>"));
         assert!(parse("ROR 0, 100\n").unwrap_err().starts_with("1: ROR 0, 100 is not a setting"));
         assert!(parse("SCO 0, 255, 0").is_err());
     }
 
     #[test]
-    fn interfaces_are_told_from_the_rest() {
+    fn settings_of_interfaces_are_recognised() {
         let of = |number, bank| Setting::Global { number, bank, value: 0 }.is_interface(PRODUCT);
         assert!([65, 66, 67, 69, 70, 71, 75, 76, 83, 87].iter().all(|number| of(*number, 0)));
         assert!([68, 77, 79, 82, 84, 85, 90].iter().all(|number| !of(*number, 0)));

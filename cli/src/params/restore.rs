@@ -12,7 +12,8 @@ use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::progress::Progress;
 
-/// Writes the settings to the module; `store` also stores them, `interface` includes those of the interfaces.
+/// Writes the settings to the module. With `store` they are also stored in the EEPROM; only with `interface` the
+/// settings of the interfaces are written, too.
 pub(super) fn restore(
     module: &mut Conversation,
     reach: &Reach,
@@ -28,7 +29,7 @@ pub(super) fn restore(
         LinkTarget::Slcan(_) => GlobalParameter::CanId,
         LinkTarget::Serial(_) | LinkTarget::Tcp(_) | LinkTarget::Simulated => GlobalParameter::SerialAddress,
     };
-    // The module hears nothing more under its old address.
+    // The address in use is written last, because the module no longer answers under its old address after that.
     interfaces.sort_by_key(|setting| setting.global(spec) == Some(effective));
     standstill(module, &settings)?;
 
@@ -36,7 +37,8 @@ pub(super) fn restore(
     let progress = Progress::new(format!("restoring {total} settings"), total);
     let mut restorer = Restorer { module, progress, done: 0, same: 0, changed: 0 };
     let mut refused = restorer.write(&settings)?;
-    // A parameter may depend on one that comes after it, as acceleration and its divisors do.
+    // A refused parameter may depend on one further down, as the acceleration does on its divisor, so refused ones are
+    // written again until that changes nothing more.
     while !refused.is_empty() {
         let again: Vec<Setting> = refused.iter().map(|(setting, _)| *setting).collect();
         refused = restorer.write(&again)?;
@@ -62,10 +64,10 @@ pub(super) fn restore(
     for complaint in &complaints {
         writeln!(out, "refused: {complaint}")?;
     }
-    if complaints.is_empty() { Ok(()) } else { Err(Failure::Said) }
+    if complaints.is_empty() { Ok(()) } else { Err(Failure::Reported) }
 }
 
-/// Some parameters must not change while the motor turns.
+/// Fails if one of the motors turns, because some parameters must only be changed at standstill.
 fn standstill(module: &mut Conversation, settings: &[Setting]) -> Result<(), Failure> {
     let axes: BTreeSet<u8> = settings
         .iter()
@@ -81,7 +83,7 @@ fn standstill(module: &mut Conversation, settings: &[Setting]) -> Result<(), Fai
                 let hint = format!("stop it first, for example with \"MST {axis}\"");
                 return Err(Failure::Failed(format!("motor {axis} turns; {hint}")));
             }
-            // An axis that is not there is told with its settings.
+            // An axis that the module does not have is reported when its settings are refused.
             Err(error) if error.is_refusal() => {}
             Err(error) => return Err(error.into()),
         }
@@ -89,7 +91,7 @@ fn standstill(module: &mut Conversation, settings: &[Setting]) -> Result<(), Fai
     Ok(())
 }
 
-/// Writing in progress.
+/// The state of restoring, with counts of settings.
 struct Restorer<'a> {
     module: &'a mut Conversation,
     progress: Progress,
@@ -99,7 +101,7 @@ struct Restorer<'a> {
 }
 
 impl Restorer<'_> {
-    /// Writes what differs. Gives back what the module refuses.
+    /// Writes the settings whose values differ. Returns the settings that the module refuses.
     fn write(&mut self, settings: &[Setting]) -> Result<Vec<(Setting, Error)>, Error> {
         let mut refused = Vec::new();
         for setting in settings {
@@ -119,7 +121,7 @@ impl Restorer<'_> {
         match self.module.value(setting.read()) {
             Ok(value) if value == setting.value() => self.same += 1,
             Err(error) if !error.is_refusal() => return Err(error),
-            // What cannot be read is refused when it is written, under the name it has in the file.
+            // A setting that cannot be read is written all the same: the module refuses the line that is in the file.
             Ok(_) | Err(_) => {
                 self.module.request(setting.write())?;
                 self.changed += 1;
@@ -128,7 +130,7 @@ impl Restorer<'_> {
         Ok(())
     }
 
-    /// Stores axis parameters, user variables and coordinates. Gives back what the module refuses.
+    /// Stores axis parameters, user variables and coordinates in the EEPROM. Returns the refusals of the module.
     fn store(&mut self, settings: &[Setting]) -> Result<Vec<Error>, Error> {
         let mut commands: Vec<Command> = settings.iter().filter_map(|setting| setting.store()).collect();
         if settings.iter().any(|setting| matches!(setting, Setting::Coordinate { .. })) {

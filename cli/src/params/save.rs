@@ -17,7 +17,7 @@ struct Section {
     settings: Vec<Setting>,
 }
 
-/// Saves a module's settings in a file. Nothing is written unless all of them could be read.
+/// Saves a module's settings in a file. The file is written only after all settings have been read.
 pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
     let version = module.version()?;
     let mut text = format!("// Settings of a module {version}, saved by tmcl params\n");
@@ -46,7 +46,7 @@ pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure
     Ok(writeln!(std::io::stdout(), "{saved} settings saved in {shown}{missing}")?)
 }
 
-/// The value, or none if the module knows no such setting.
+/// The value of a setting; `None` if the module does not have the setting.
 fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Error> {
     match module.value(setting.read()) {
         Ok(value) => Ok(Some(value)),
@@ -55,8 +55,8 @@ fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Err
     }
 }
 
-/// What is saved of a module with so many axes. Of the parameters that can be written, those are settings that can
-/// also be stored; the others are live values.
+/// The settings to save of a module with `axes` axes. A parameter is a setting if it can be written and stored; the
+/// others are live values.
 fn sections(spec: &Spec, axes: u8) -> Vec<Section> {
     let setting = |row: &Row| row.writable() && row.stored();
     let globals = spec.global.rows.iter().filter(|found| found.function != GlobalParameter::CodeProtection);
@@ -75,8 +75,8 @@ fn sections(spec: &Spec, axes: u8) -> Vec<Section> {
         (0..STORED_USER_VARIABLES as u8).map(|number| Setting::Global { number, bank: VARIABLES, value: 0 });
     sections.push(Section { heading: "User variables".into(), settings: variables.collect() });
     for axis in 0..axes {
-        let places = (1..COORDINATES as u8).map(|number| Setting::Coordinate { number, axis, value: 0 });
-        sections.push(Section { heading: format!("Coordinates of axis {axis}"), settings: places.collect() });
+        let coordinates = (1..COORDINATES as u8).map(|number| Setting::Coordinate { number, axis, value: 0 });
+        sections.push(Section { heading: format!("Coordinates of axis {axis}"), settings: coordinates.collect() });
     }
     let heading = "Interfaces: restored only with --interface".into();
     sections.push(Section { heading, settings: interface });

@@ -182,7 +182,7 @@ impl<'a> Session<'a> {
         }
         match event.action {
             // It is told with its answer, where there is one.
-            Action::Host(command) if !words::is_silent(command) => {}
+            Action::Host(command) if !words::stays_unanswered(command) => {}
             _ => self.notes.push((event.at, event.text.clone())),
         }
         match &mut self.trace {
@@ -192,7 +192,7 @@ impl<'a> Session<'a> {
     }
 
     fn send(&mut self, command: Command) {
-        if !words::is_silent(command) && self.module.machine().is_some() {
+        if !words::stays_unanswered(command) && self.module.machine().is_some() {
             self.asked.push_back((self.time(), command));
         }
         self.module.receive(Source::Usb, binary::encode_command(host::ADDRESS, command));

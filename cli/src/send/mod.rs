@@ -10,7 +10,7 @@ use tmcm::tmcl::{Command, text};
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
-use words::{Meaning, is_silent, meaning};
+use words::{Meaning, meaning, stays_unanswered};
 
 /// Send commands to a module and show its replies
 ///
@@ -37,7 +37,7 @@ Examples:
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";
 
-/// A command in mnemonic form.
+/// Reads a command in mnemonic or numeric form.
 pub(crate) fn command(line: &str) -> Result<Command, String> {
     text::parse(line).map_err(|error| error.to_string())
 }
@@ -52,14 +52,14 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(out, "{command}: {text}")?;
         all_done &= done;
     }
-    if all_done { Ok(()) } else { Err(Failure::Said) }
+    if all_done { Ok(()) } else { Err(Failure::Reported) }
 }
 
 /// Sends a command and gives the reply in words.
 pub(crate) fn ask(module: &mut Conversation, command: Command) -> Result<Meaning, Error> {
     match module.exchange(command) {
         Ok(reply) => Ok(meaning(module.spec(), command, &reply)),
-        Err(LinkError::NoReply { bytes: 0 }) if is_silent(command) => {
+        Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => {
             Ok(Meaning { text: "no reply, as it should be".into(), done: true })
         }
         Err(error) => Err(Error::Link { command, error }),

@@ -1,4 +1,4 @@
-//! Replies in words: status, value with its unit, and what the value is.
+//! Replies in words: the value with its unit and name, and the status.
 
 use tmcm::module::Spec;
 use tmcm::param::Unit;
@@ -8,17 +8,17 @@ use tmcm::tmcl::{CONFIRMATION, Command, Opcode};
 use crate::conversation::{self, Answer, executed, hexadecimal};
 use crate::product::{Named, parameter};
 
-/// A reply, put into words.
+/// The meaning of a reply.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Meaning {
-    /// One line.
+    /// The reply in words, one line.
     pub text: String,
-    /// The command has been executed.
+    /// True if the command has been executed.
     pub done: bool,
 }
 
-/// True for commands that are not answered when they are executed.
-pub fn is_silent(command: Command) -> bool {
+/// True for commands that a module executes without a reply.
+pub fn stays_unanswered(command: Command) -> bool {
     match Opcode::from_number(command.opcode) {
         Some(Opcode::FactorySettings) => command.value == CONFIRMATION,
         Some(Opcode::EnterBootloader) => command == Command::ENTER_BOOTLOADER,
@@ -26,7 +26,7 @@ pub fn is_silent(command: Command) -> bool {
     }
 }
 
-/// What a reply to `command` says, from a module of this product.
+/// The meaning of a reply to `command` from a module of this product.
 pub fn meaning(spec: &Spec, command: Command, reply: &Telegram) -> Meaning {
     match Answer::read(command, reply) {
         Answer::Version(text) => Meaning { text, done: true },
@@ -51,7 +51,7 @@ pub fn meaning(spec: &Spec, command: Command, reply: &Telegram) -> Meaning {
     }
 }
 
-/// The value of a reply in its unit, and its name; empty where the value says nothing.
+/// The value of a reply with its unit and name; empty where the value has no meaning.
 fn what(spec: &Spec, command: Command, value: i32) -> String {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return value.to_string() };
     let parameter = parameter(spec, opcode, command);
@@ -77,7 +77,7 @@ fn what(spec: &Spec, command: Command, value: i32) -> String {
     }
 }
 
-/// Type and firmware of a module, out of the value of `136, 1`.
+/// Type and firmware version of a module, from the value of the reply to `136, 1`.
 pub(crate) fn firmware(value: i32) -> String {
     let [high, low, major, minor] = value.to_be_bytes();
     format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_done_is_told_without_a_value() {
+    fn the_reply_to_a_refused_command_is_shown_without_its_value() {
         let text = "status 4 value, motor or bank out of range";
         assert_eq!(told("SAP 4, 0, 5000", Status::InvalidValue, 5000), text);
         let command = text::parse("MST 0").unwrap();

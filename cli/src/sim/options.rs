@@ -12,10 +12,10 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 /// Run a virtual TMCM-1140, or several on a bus, that host software drives like real ones
 ///
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
-/// runs against models of its chips, a motor and a stage. Host software connects to the
-/// ports that are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it
-/// makes a serial port and a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until
-/// it is interrupted (Ctrl-C, SIGTERM or SIGHUP); then its symbolic links are removed.
+/// runs against models of its chips, a motor and a stage. Host software connects to the ports that are printed, and
+/// needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial port and a TCP
+/// port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted (Ctrl-C,
+/// SIGTERM or SIGHUP); then its symbolic links are removed.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -59,14 +59,14 @@ pub struct Options {
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
-    /// press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X (0 free to
-    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another module
-    /// than 1. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
-    /// nothing comes. Port 0 takes a free one and prints it.
+    /// press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X (0 free to 1
+    /// stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another
+    /// module than 1. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is
+    /// lost, and nothing comes. Port 0 takes a free one and prints it.
     ///
-    /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so that no
-    /// web page reaches the module. Commands of a client that does not read its answers wait until it does. At 16 connections a new one takes the place of the one that has
-    /// been idle longest.
+    /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so
+    /// that no web page reaches the module. Commands of a client that does not read its answers wait until it does. At
+    /// 16 connections a new one takes the place of the one that has been idle longest.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
 
@@ -98,16 +98,16 @@ pub struct Options {
     /// are one USB cable, on which hosts take turns. One that has made the module leave the mode of global parameter 67
     /// loses its connection when another has something to say.
     ///
-    /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically it
-    /// goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the time-outs of
-    /// hosts have to allow for that.
+    /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically
+    /// it goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the
+    /// time-outs of hosts have to allow for that.
     #[arg(long, value_name = "ELF")]
     pub image: Option<PathBuf>,
 
     /// End when standard input ends
     ///
-    /// For programs that start the simulator with a pipe: it goes when they do, however they end. What comes in before is
-    /// not looked at.
+    /// For programs that start the simulator with a pipe: it goes when they do, however they end. What comes in before
+    /// is not looked at.
     #[arg(long)]
     pub exit_with_stdin: bool,
 
