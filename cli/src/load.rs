@@ -93,7 +93,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 /// A warning if a program loaded to address `at` has a jump to an address below: its labels probably count from 0.
 fn jump_outside(program: &Program, at: u16) -> Option<String> {
     let inside = |target: i32| (0..i32::from(at)).contains(&target);
-    let (address, command) = program.placed(at).find(|(_, command)| target(command).is_some_and(inside))?;
+    let (address, command) = program.at_addresses(at).find(|(_, command)| target(command).is_some_and(inside))?;
     Some(format!("address {address}: {command} leads out of this program; labels count from 0, so write Label + {at}"))
 }
 

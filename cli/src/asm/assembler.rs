@@ -1,4 +1,5 @@
-//! From sources to commands: reads all files, gives labels their addresses, works out constants, then commands.
+//! The assembler's passes: reads all source files and gives labels their addresses, evaluates constants, then makes the
+//! commands.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,61 +19,67 @@ use super::token::Lexer;
 
 use crate::product::PRODUCT;
 
-/// Commands that program memory holds.
+/// Size of program memory in commands.
 const PROGRAM_SIZE: usize = PRODUCT.commands as usize;
-/// Files may include each other so deep.
+/// Greatest depth of files that include each other.
 const DEEPEST: usize = 16;
-/// So many files are included at most, counting each time; more of them would only be there by mistake.
+/// Most `#include` lines that are followed, so that files that include each other many times over end with an error.
 const MOST_FILES: usize = 500;
 
 /// An assembled program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assembly {
-    /// The commands, in the order of their addresses, the STOP at the end included.
+    /// The commands in the order of their addresses, with the STOP that was put at the end.
     pub commands: Vec<Command>,
     /// Labels and constants.
     pub symbols: Symbols,
-    /// Every line of every file as they were read; an included file follows the line that includes it.
+    /// Every line of every file in the order of reading; an included file follows the line that includes it.
     pub lines: Vec<SourceLine>,
-    /// What may not do what is meant.
+    /// Warnings about commands that a module would refuse.
     pub warnings: Diagnostics,
-    /// By address, the place in `lines`.
+    /// For each address the index in `lines` of the command's line.
     origins: Vec<usize>,
 }
 
 /// A line of a source file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceLine {
-    /// The file.
+    /// The file of the line.
     pub source: Arc<Source>,
-    /// The line in it, from 1.
+    /// Number of the line in the file, from 1.
     pub number: usize,
-    /// Address of the command in this line.
+    /// Address of the command in this line; `None` if the line has no command.
     pub address: Option<usize>,
 }
 
 impl SourceLine {
-    /// What is written there.
+    /// The text of the line.
     pub fn text(&self) -> &str {
         self.source.lines.get(self.number.saturating_sub(1)).map_or("", String::as_str)
     }
 }
 
 impl Assembly {
-    /// The line that a command was made from; the STOP that was put at the end has none.
+    /// The line of the command at an address; `None` for the STOP that was put at the end.
     pub fn line(&self, address: usize) -> Option<&SourceLine> {
         self.lines.get(*self.origins.get(address)?)
     }
 }
 
-/// Assembles a file and what it includes.
+/// Assembles a file with the files that it includes.
+///
+/// # Errors
+/// The errors and warnings in the files.
 pub fn assemble_file(path: &Path) -> Result<Assembly, Diagnostics> {
-    let source = Source::read(path).map_err(|message| Diagnostics(vec![Diagnostic::without_place(message)]))?;
+    let source = Source::read(path).map_err(|message| Diagnostics(vec![Diagnostic::without_location(message)]))?;
     assemble(source)
 }
 
-/// Assembles a text; `name` is what diagnostics call it, and files that it includes are looked for in the current
-/// directory.
+/// Assembles a text under the name `name`, which errors and warnings show. Files that the text includes are looked for
+/// in the current directory.
+///
+/// # Errors
+/// The errors and warnings in the text.
 pub fn assemble_text(name: &str, text: &str) -> Result<Assembly, Diagnostics> {
     assemble(Source::from_text(name, text))
 }
@@ -86,7 +93,7 @@ fn assemble(source: Source) -> Result<Assembly, Diagnostics> {
         assembler.check(&commands);
     }
     let Assembler { lines, symbols, commands: written, mut found, errors, .. } = assembler;
-    // In the order of the lines, whichever pass has found it.
+    // Errors and warnings are sorted by line, because several passes have found them.
     found.sort_by_key(|(line, _)| *line);
     let diagnostics = Diagnostics(found.into_iter().map(|(_, diagnostic)| diagnostic).collect());
     if errors == 0 {
@@ -96,7 +103,7 @@ fn assemble(source: Source) -> Result<Assembly, Diagnostics> {
     Err(diagnostics)
 }
 
-/// A statement that is worked out when all names are known, and the place of its line in `Assembler::lines`.
+/// Statements to be evaluated when all names are known, each with the index of its line in `Assembler::lines`.
 type Pending<T> = Vec<(usize, T)>;
 
 #[derive(Default)]
@@ -110,6 +117,7 @@ struct Assembler {
     errors: usize,
     /// The files that are being read, the outermost first.
     open: Vec<PathBuf>,
+    /// Number of `#include` lines that have been followed.
     files: usize,
 }
 
@@ -124,7 +132,7 @@ impl Assembler {
         self.report(line, Severity::Error, problem);
     }
 
-    /// More would not be shown.
+    /// True after so many errors that further ones would not be shown.
     fn gives_up(&self) -> bool {
         self.errors > SHOWN
     }
@@ -200,7 +208,8 @@ impl Assembler {
         }
     }
 
-    /// The file of an `#include`, beside the file that includes it or built in; `None` if there is nothing to read.
+    /// The source that an `#include` names: a file beside the including file, or a built-in file. `None` for a
+    /// built-in file that has been included already.
     fn find(&mut self, line: usize, name: &str) -> Result<Option<Source>, String> {
         self.files += 1;
         if self.open.len() >= DEEPEST {
@@ -209,14 +218,14 @@ impl Assembler {
         if self.files > MOST_FILES {
             return Err(format!("more than {MOST_FILES} files are included"));
         }
-        // Programs come from Windows, too.
+        // Sources written on Windows have backslashes in their paths.
         let relative = name.replace('\\', "/");
         let including = self.lines.get(line).and_then(|line| line.source.path.as_deref());
         let path = including.and_then(Path::parent).unwrap_or(Path::new("")).join(relative);
         if !path.exists()
             && let Some(source) = include::source(PRODUCT, name)
         {
-            // Its names need not be defined twice.
+            // A built-in file that is included again is skipped, because its names would be defined twice.
             let again = self.lines.iter().any(|line| line.source.built_in && line.source.name == source.name);
             return Ok((!again).then_some(source));
         }
@@ -227,7 +236,7 @@ impl Assembler {
         Source::read(&path).map(Some).map_err(|message| message + hint)
     }
 
-    /// Works out the constants in their order; a constant can use labels, and constants above it.
+    /// Evaluates the constants in their order. A constant may use all labels, and the constants above it.
     fn evaluate(&mut self) {
         for (line, (name, value)) in std::mem::take(&mut self.constants) {
             if self.gives_up() {
@@ -235,7 +244,7 @@ impl Assembler {
             }
             let value = evaluate(&value.tokens, value.span, &|name| self.symbols.resolve(name));
             if let Some(SourceLine { source, number, .. }) = self.lines.get(line) {
-                // One error is enough: with any value the rest of the program can be looked at.
+                // A constant with an error gets the value 0, so that its uses do not cause further errors.
                 self.symbols.set(&name.text, *value.as_ref().unwrap_or(&0), source, *number);
             }
             if let Err(problem) = value {

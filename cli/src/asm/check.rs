@@ -1,4 +1,4 @@
-//! What a module would refuse: warnings about commands that can be assembled.
+//! Warnings about commands that can be assembled but that a module would refuse.
 
 use tmcm::module::Spec;
 use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES};
@@ -10,7 +10,7 @@ use crate::program::target;
 /// Type of MVP COORD.
 const COORD: u8 = 2;
 
-/// The part of a command that is wrong.
+/// The field of a command that a warning is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     Number,
@@ -35,7 +35,7 @@ pub(super) fn warnings(spec: &Spec, command: Command, length: usize) -> Vec<(Par
     found.into_iter().flatten().collect()
 }
 
-/// Number 0 ends a program, and some hosts put it there.
+/// Warnings for an unknown command number. Number 0 has none: it ends a program, and some hosts use it for that.
 fn unknown(number: u8) -> Vec<(Part, String)> {
     let message = match number {
         0 => return Vec::new(),

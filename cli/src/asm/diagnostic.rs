@@ -1,16 +1,16 @@
-//! Errors and warnings: where, what, and how to mend it.
+//! Errors and warnings with their location in the source.
 
 use std::fmt;
 
 use super::source::{Problem, Source, Span};
 
-/// So many errors, and so many warnings, are shown; the first few tell what is wrong.
+/// Most errors, and most warnings, that are shown: the first few usually cause the others.
 pub(super) const SHOWN: usize = 20;
 
-/// More characters of a line are not shown.
+/// Most characters of a source line that are shown.
 const WIDEST: usize = 200;
 
-/// How bad it is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Severity {
     /// The program can be assembled, but may not do what is meant.
@@ -19,24 +19,24 @@ pub enum Severity {
     Error,
 }
 
-/// A place in a source file, with the line it is in.
+/// A part of a line in a source file, with the text of the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Location {
     /// Name of the file.
     pub file: String,
-    /// Line, from 1.
+    /// Number of the line, from 1.
     pub line: usize,
-    /// Column, from 1, in characters.
+    /// Column of the part's first character, from 1.
     pub column: usize,
-    /// Number of characters.
+    /// Length of the part in characters.
     pub length: usize,
-    /// The line.
+    /// Text of the line.
     pub text: String,
 }
 
 /// One error or warning.
 ///
-/// It is displayed with its place and its line:
+/// A diagnostic is displayed with its location and the text of the line:
 ///
 /// ```text
 /// stage.tmc:3:5: error: unknown name 'Speeed'; did you mean 'Speed'?
@@ -45,11 +45,11 @@ pub struct Location {
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// Error or warning.
     pub severity: Severity,
-    /// Where; a file that cannot be read has no place.
+    /// The part of the source; `None` for a file that cannot be read.
     pub location: Option<Location>,
-    /// What is wrong and how to mend it.
+    /// The mistake and how to mend it.
     pub message: String,
 }
 
@@ -62,7 +62,7 @@ impl Diagnostic {
         Diagnostic { severity, location: Some(location), message: problem.message }
     }
 
-    pub(super) fn without_place(message: String) -> Self {
+    pub(super) fn without_location(message: String) -> Self {
         Diagnostic { severity: Severity::Error, location: None, message }
     }
 }
@@ -77,9 +77,10 @@ impl fmt::Display for Diagnostic {
             return write!(f, "{severity}: {}", self.message);
         };
         writeln!(f, "{file}:{line}:{column}: {severity}: {}", self.message)?;
-        // Control characters must not reach the terminal; a tab does, in both lines, so that the caret is right.
+        // Control characters must not reach the terminal. A tab is kept in both lines, so that the caret stands below
+        // the right character.
         let shown = |c: char| if c.is_control() && c != '\t' { '\u{fffd}' } else { c };
-        // Of a very long line the part around the place.
+        // Of a very long line only the part around the location is shown.
         let skipped = if *column > WIDEST { column - WIDEST / 2 } else { 0 };
         let line: String = text.chars().skip(skipped).take(WIDEST).map(shown).collect();
         let before = text.chars().take(column - 1).skip(skipped).map(|c| if c == '\t' { '\t' } else { ' ' });
@@ -92,18 +93,18 @@ impl fmt::Display for Diagnostic {
 pub struct Diagnostics(pub Vec<Diagnostic>);
 
 impl Diagnostics {
-    /// How many errors there are.
+    /// Number of errors.
     pub fn errors(&self) -> usize {
         self.0.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
     }
 
-    /// True when there is nothing to say.
+    /// True when there are neither errors nor warnings.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 }
 
-/// One below the other; of many only the first.
+/// Displays the diagnostics one below the other, up to a limit.
 impl fmt::Display for Diagnostics {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, diagnostic) in self.0.iter().take(SHOWN).enumerate() {

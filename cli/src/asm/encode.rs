@@ -1,4 +1,4 @@
-//! A command as it is written, made into the command that it is.
+//! Makes a command of the mnemonic and operands in a source line.
 
 use tmcm::tmcl::{Command, Field, Instruction, text};
 
@@ -10,7 +10,7 @@ use super::suggest::suggestion;
 use super::symbol::Symbols;
 use super::token::{Kind, Token};
 
-/// Makes the command; `text` is the line it is in.
+/// The command of a line; `text` is the line's text, which errors quote.
 pub(super) fn command(line: &CommandLine, text: &str, symbols: &Symbols) -> Result<Command, Problem> {
     match line.head {
         Head::Instruction(instruction) => mnemonic(line, instruction, text, symbols),
@@ -22,9 +22,9 @@ pub(super) fn command(line: &CommandLine, text: &str, symbols: &Symbols) -> Resu
     }
 }
 
-/// The place of a part of the command; of one that is not written, the mnemonic's.
+/// The characters of a line that fill a field of the command; the mnemonic's if the field is left out.
 pub(super) fn span(line: &CommandLine, part: Part) -> Span {
-    let place = match line.head {
+    let index = match line.head {
         Head::Instruction(instruction) => instruction.fields.iter().position(|field| {
             matches!(
                 (part, field),
@@ -34,7 +34,7 @@ pub(super) fn span(line: &CommandLine, part: Part) -> Span {
         Head::Nop => None,
         Head::Number(_) => [Part::Kind, Part::Motor, Part::Value].iter().position(|other| *other == part),
     };
-    place.and_then(|place| line.operands.get(place)).map_or(line.span, |operand| operand.span)
+    index.and_then(|index| line.operands.get(index)).map_or(line.span, |operand| operand.span)
 }
 
 fn mnemonic(
@@ -70,23 +70,24 @@ fn mnemonic(
     }
 }
 
-/// The first operand that is too many: one behind the last field, or one that is not 0 where only that may stand.
+/// The first operand that is too many: an operand behind the last field, or another one than 0 for a [`Field::Zero`].
 fn surplus<'a>(
     line: &'a CommandLine,
     instruction: &Instruction,
     symbols: &Symbols,
 ) -> Result<Option<&'a Operand>, Problem> {
-    let place = instruction.operands().len();
-    let zero = match line.operands.get(place) {
-        Some(operand) if place < instruction.fields.len() && !operand.tokens.is_empty() => {
+    let count = instruction.operands().len();
+    let zero = match line.operands.get(count) {
+        Some(operand) if count < instruction.fields.len() && !operand.tokens.is_empty() => {
             number(operand, symbols)? == 0
         }
         _ => false,
     };
-    Ok(line.operands.get(place + usize::from(zero)))
+    Ok(line.operands.get(count + usize::from(zero)))
 }
 
-/// Four numbers: command, type, motor or bank, value; those left out are zero.
+/// The command of a line that begins with a command number: type, motor or bank, and value follow; those left out are
+/// 0.
 fn numeric(line: &CommandLine, number: i64, symbols: &Symbols) -> Result<Command, Problem> {
     let mut operands = line.operands.iter();
     let opcode = u8::try_from(number).map_err(|_| Problem::new(line.span, "command numbers are 0..255"))?;
@@ -111,19 +112,19 @@ fn byte(operand: &Operand, symbols: &Symbols) -> Result<u8, Problem> {
     u8::try_from(number).map_err(|_| Problem::new(operand.span, format!("{number} is out of range; 0..255 fits here")))
 }
 
-/// The value field, signed or unsigned; expressions are within either.
+/// The value field for an operand. An expression has at most 32 bits, signed or unsigned, so the conversion loses none.
 fn value(operand: &Operand, symbols: &Symbols) -> Result<i32, Problem> {
     number(operand, symbols).map(|number| number as u32 as i32)
 }
 
-/// One of the names that the instruction knows, or a number. These names go before labels and constants.
+/// The type field for an operand: one of the instruction's own names, which hide labels and constants, or a number.
 fn named(operand: &Operand, names: &[&str], symbols: &Symbols) -> Result<u8, Problem> {
     let Some((Token { kind: Kind::Name(word), span }, rest)) = operand.tokens.split_first() else {
         return byte(operand, symbols);
     };
-    let place = (0..=u8::MAX).zip(names).find(|(_, name)| name.eq_ignore_ascii_case(word));
-    match (place, rest.first()) {
-        (Some((place, _)), None) => Ok(place),
+    let found = (0..=u8::MAX).zip(names).find(|(_, name)| name.eq_ignore_ascii_case(word));
+    match (found, rest.first()) {
+        (Some((number, _)), None) => Ok(number),
         (Some(_), Some(next)) if symbols.value(word).is_none() => {
             Err(Problem::new(next.span, format!("a comma is missing between {word} and this")))
         }

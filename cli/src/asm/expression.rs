@@ -5,13 +5,14 @@ use std::ops::RangeInclusive;
 use super::source::{Problem, Span};
 use super::token::{Kind, Token};
 
-/// What fits 32 bits, with or without a sign: `$FFFFFFFF` is written as often as -1.
+/// Values of 32 bits, signed or unsigned, because programs write `$FFFFFFFF` as well as -1.
 const VALUES: RangeInclusive<i64> = i32::MIN as i64..=u32::MAX as i64;
 
-/// Parentheses and signs may be nested so deep.
+/// Greatest nesting of parentheses and signs.
 const DEEPEST: usize = 64;
 
-/// The value of an expression. `name` knows the names; where there is nothing, `span` is the place.
+/// The value of an expression. `name` gives the value of a name; `span` is the location of the error if there are no
+/// tokens.
 pub(super) fn evaluate(
     tokens: &[Token],
     span: Span,
@@ -147,8 +148,8 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told_at_their_place() {
-        for (text, place, message) in [
+    fn errors_have_the_columns_of_the_mistake() {
+        for (text, columns, message) in [
             ("$FFFFFFFF + 1", 10, "the result does not fit 32 bits (-2147483648..4294967295)"),
             ("-$80000001", 0, "the result does not fit 32 bits (-2147483648..4294967295)"),
             ("$FFFFFFFF * $FFFFFFFF", 10, "the result does not fit 32 bits (-2147483648..4294967295)"),
@@ -161,7 +162,7 @@ mod tests {
             ("2 + Eleven", 4, "unknown Eleven"),
             ("", 0, "a value is missing here"),
         ] {
-            assert_eq!(value(text), Err((place, message.into())), "{text}");
+            assert_eq!(value(text), Err((columns, message.into())), "{text}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! The include files that are part of the program: names for the numbers in the parameter tables.
+//! The built-in include files: names for the numbers of parameters and interrupts, made from the product's tables.
 
 use std::fmt::{Debug, Write};
 
@@ -7,15 +7,15 @@ use tmcm::param::{ALL_INTERRUPTS, AxisParameter, INTERRUPTS as NUMBERS, Row};
 
 use super::source::Source;
 
-/// Axis and global parameters.
+/// Built-in file with the numbers of axis and global parameters.
 pub const PARAMETERS: &str = "TMCLParam.tmc";
-/// Interrupts, and with the same numbers their parameters in bank 3.
+/// Built-in file with the numbers of interrupts, which their parameters in bank 3 share.
 pub const INTERRUPTS: &str = "Interrupts.inc";
 
-/// Names that programs use already and that are not made by rule.
+/// Names that existing programs use but that [`short`] would not make.
 const KNOWN: &[(AxisParameter, &str)] = &[(AxisParameter::MaximumSpeed, "APMaxPositioningSpeed")];
 
-/// A name, its number and what it is.
+/// A constant of a built-in file, with a remark for its comment.
 struct Constant {
     name: String,
     number: u8,
@@ -32,7 +32,8 @@ impl Constant {
     }
 }
 
-/// The text of a built-in file for a product, by its name in any case.
+/// The text of a built-in file for a product; `None` if no built-in file has this name. Upper and lower case are the
+/// same.
 pub fn text(spec: &Spec, name: &str) -> Option<String> {
     let (title, constants) = if name.eq_ignore_ascii_case(PARAMETERS) {
         ("Axis parameters (AP) and global parameters (GP).", parameters(spec))
@@ -52,14 +53,14 @@ pub fn text(spec: &Spec, name: &str) -> Option<String> {
     Some(text)
 }
 
-/// A built-in file, by its name in any case.
+/// The built-in file with this name as a source. Upper and lower case are the same.
 pub(super) fn source(spec: &Spec, name: &str) -> Option<Source> {
     let canonical = [PARAMETERS, INTERRUPTS].into_iter().find(|file| name.eq_ignore_ascii_case(file))?;
     let source = Source::from_text(&format!("{canonical} (built in)"), &text(spec, canonical)?);
     Some(Source { built_in: true, ..source })
 }
 
-/// The built-in file that defines a name.
+/// Name of the built-in file that defines a constant.
 pub(super) fn file_with(spec: &Spec, name: &str) -> Option<&'static str> {
     let defines = |constants: Vec<Constant>| constants.iter().any(|c| c.name.eq_ignore_ascii_case(name));
     if defines(parameters(spec)) { Some(PARAMETERS) } else { defines(interrupts(spec)).then_some(INTERRUPTS) }
@@ -90,7 +91,7 @@ fn interrupts(spec: &Spec) -> Vec<Constant> {
     all
 }
 
-/// The name by rule: the prefix and the parameter's name in the table, shortened as in `APMaxAcceleration`.
+/// The name of a parameter's constant: the prefix and the parameter's function, shortened as in `APMaxAcceleration`.
 fn short(prefix: &str, parameter: &impl Debug) -> String {
     format!("{prefix}{parameter:?}").replace("Maximum", "Max").replace("Minimum", "Min")
 }
@@ -102,7 +103,7 @@ mod tests {
     use std::collections::HashSet;
     use tmcm::param::Interrupt;
 
-    /// Programs in the field contain these; none may change.
+    /// Existing programs contain these names, so none of them may change.
     #[test]
     fn names_that_programs_use() {
         let lines = |file| text(PRODUCT, file).unwrap();

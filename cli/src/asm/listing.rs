@@ -1,4 +1,4 @@
-//! What an assembled program looks like, for people: the listing and the table of symbols.
+//! The listing of an assembled program and the table of its symbols, as text.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use tmcm::tmcl::Command;
 use super::assembler::Assembly;
 use crate::program::binary::{RECORD, record};
 
-/// Width of the bytes of a command, in hexadecimal.
+/// Width of a command's bytes in hexadecimal, in characters.
 const BYTES: usize = 3 * RECORD - 1;
 
-/// Address, bytes, line and source side by side. The lines of built-in files are left out.
+/// The listing: address, bytes, line number and text of each source line. Built-in files are left out.
 pub fn listing(assembly: &Assembly) -> String {
     let mut text = String::new();
     let mut file = None;
@@ -38,7 +38,8 @@ fn row(address: Option<usize>, command: Option<&Command>, number: &str, source: 
     format!("{}\n", row.trim_end())
 }
 
-/// Labels with their addresses - a host starts a routine at one - and constants with their values.
+/// The table of symbols: labels with their addresses, at which a host can start routines, and constants with their
+/// values.
 pub fn symbols(assembly: &Assembly) -> String {
     let mut text = String::new();
     let labels = assembly.symbols.labels().map(|(name, address)| (name, address.to_string()));

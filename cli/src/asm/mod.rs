@@ -17,14 +17,14 @@
 //!   expression of numbers, constants and labels with `+ - * /`, signs and parentheses, within 32 bits.
 //! * Labels and, in commands, constants may be used above their line; a constant made of other constants comes after
 //!   them.
-//! * A command number in place of the mnemonic is followed by type, motor or bank, and value: every command there is
-//!   can be written so.
+//! * A command number may stand in place of the mnemonic; type, motor or bank, and value follow. Every command can be
+//!   written like this, also one without a mnemonic.
 //! * A file to include is looked for beside the file that includes it. [`include::PARAMETERS`] and
 //!   [`include::INTERRUPTS`] are built in.
 //! * STOP is put at the end, unless it is the last command already and no label follows; `#nostop` leaves it out.
 //!
-//! A program goes through the files of this module in this order: source, token, statement, symbol, expression,
-//! encode, check; the assembler leads it. The [`listing`] and the [`crate::program`] file are what comes out.
+//! A program passes through the files of this module in this order: source, token, statement, symbol, expression,
+//! encode, check; `assembler` calls them in turn. The results are a [`crate::program`] file and a [`listing`].
 
 mod assembler;
 mod check;
@@ -33,12 +33,12 @@ mod encode;
 mod expression;
 pub mod include;
 mod listing;
+mod messages;
 mod source;
 mod statement;
 mod suggest;
 mod symbol;
 mod token;
-mod told;
 
 #[cfg(test)]
 mod tests;
@@ -55,10 +55,10 @@ use crate::program::binary;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use listing::{listing, symbols};
+pub(crate) use messages::reported;
 pub use source::Source;
 pub(crate) use suggest::suggestion;
 pub use symbol::Symbols;
-pub(crate) use told::told;
 
 /// Assemble a TMCL program
 ///
@@ -115,7 +115,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if to_standard && (options.symbols || options.listing) {
         return fail("standard output cannot have both the program and text; write the program to a file");
     }
-    let assembly = told(if source == Path::new(STANDARD) {
+    let assembly = reported(if source == Path::new(STANDARD) {
         assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?)
     } else {
         assemble_file(source)
@@ -145,7 +145,7 @@ fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
     Err(Failure::Failed(message.into()))
 }
 
-/// Shows the built-in files.
+/// Prints the built-in files.
 fn names() -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     for file in [include::PARAMETERS, include::INTERRUPTS] {
@@ -154,7 +154,7 @@ fn names() -> Result<(), Failure> {
     Ok(())
 }
 
-/// The source that the output would replace.
+/// Name of the source file that the output would overwrite, if there is one.
 fn overwritten<'a>(assembly: &'a Assembly, output: &Path) -> Option<&'a str> {
     let output = output.canonicalize().ok()?;
     let same = |path: &Path| path.canonicalize().is_ok_and(|path| path == output);

@@ -1,4 +1,4 @@
-//! Source files, and places in them.
+//! Source files, and parts of their lines.
 
 use std::path::{Path, PathBuf};
 
@@ -7,18 +7,18 @@ use crate::files::read_source;
 /// A source file, read once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// Its name as it is told: the path as it was given, or the name of a built-in file.
+    /// Name in messages: the path as the user gave it, or the name of a built-in file.
     pub name: String,
-    /// Where it lies; a built-in file and standard input lie nowhere.
+    /// Path of the file; `None` for a built-in file and standard input.
     pub path: Option<PathBuf>,
-    /// Its lines, without what ends them.
+    /// The lines, without their line ends.
     pub lines: Vec<String>,
-    /// It is part of this program.
+    /// True for a file that is built into `tmcl`.
     pub built_in: bool,
 }
 
 impl Source {
-    /// A source that is no file.
+    /// A source made of a text instead of a file.
     pub(super) fn from_text(name: &str, text: &str) -> Self {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         Source { name: name.into(), path: None, lines: text.lines().map(String::from).collect(), built_in: false }
@@ -31,12 +31,12 @@ impl Source {
     }
 }
 
-/// A part of a line, in characters from its beginning.
+/// A part of a line, in characters from the beginning of the line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Span {
-    /// The first character.
+    /// Index of the first character.
     pub(super) start: usize,
-    /// The character behind the last.
+    /// Index of the character behind the last one.
     pub(super) end: usize,
 }
 
@@ -45,18 +45,18 @@ impl Span {
         Span { start, end }
     }
 
-    /// From the beginning of this to the end of the other.
+    /// The span from the beginning of this one to the end of the other.
     pub(super) fn to(self, other: Span) -> Self {
         Span { start: self.start, end: other.end }
     }
 
-    /// The place behind it.
+    /// The span of the one character behind this span.
     pub(super) fn behind(self) -> Self {
         Span { start: self.end, end: self.end + 1 }
     }
 }
 
-/// What is wrong with a part of a line.
+/// A mistake in a part of a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Problem {
     pub(super) span: Span,

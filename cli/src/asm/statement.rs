@@ -1,31 +1,31 @@
-//! The tokens of a line as labels and one statement.
+//! Parses the tokens of a line into labels and one statement.
 
 use tmcm::tmcl::Instruction;
 
 use super::source::{Problem, Span};
 use super::token::{Kind, Token};
 
-/// A name and where it stands.
+/// A name and its part of the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Name {
     pub(super) text: String,
     pub(super) span: Span,
 }
 
-/// What stands between two commas; its tokens are looked at when all names are known.
+/// An operand: the tokens between two commas, which are evaluated when all names are known.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Operand {
     pub(super) tokens: Vec<Token>,
     pub(super) span: Span,
 }
 
-/// What the first word of a command is.
+/// The first word of a command.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Head {
     Instruction(&'static Instruction),
-    /// A command number in place of the mnemonic: all fields are numbers.
+    /// A command number in place of the mnemonic; all operands are numbers.
     Number(i64),
-    /// `NOP`, as others call command 0.
+    /// `NOP`, the name that other assemblers have for command 0.
     Nop,
 }
 
@@ -60,7 +60,8 @@ pub(super) fn labels(mut tokens: &[Token]) -> (Vec<Name>, &[Token]) {
     (labels, tokens)
 }
 
-/// What stands behind the labels. `unknown` makes the message for a word that is no mnemonic.
+/// The statement behind the labels; `None` if there is none. `unknown` makes the message for a word that is no
+/// mnemonic.
 pub(super) fn statement(tokens: &[Token], unknown: impl FnOnce(&str) -> String) -> Result<Option<Statement>, Problem> {
     let Some((first, rest)) = tokens.split_first() else { return Ok(None) };
     match &first.kind {
@@ -128,7 +129,7 @@ fn command(head: Head, span: Span, rest: &[Token]) -> Statement {
     Statement::Command(CommandLine { head, span, operands })
 }
 
-/// From the first token to the last.
+/// The span from the first token to the last one.
 fn hull(tokens: &[Token]) -> Option<Span> {
     Some(tokens.first()?.span.to(tokens.last()?.span))
 }

@@ -1,14 +1,15 @@
-//! "Did you mean": the name that was probably meant.
+//! Suggestions for misspelt names: "did you mean 'Speed'?".
 
-/// Longer words are not compared: nobody mistypes them.
+/// Longest word, in characters, for which a suggestion is made; comparing longer ones would take too long.
 const LONGEST: usize = 64;
 
-/// The end of a message about an unknown word: the name among `names` that it resembles, or nothing.
+/// The end of a message about an unknown word: the name among `names` that the word resembles, or an empty string.
 pub(crate) fn suggestion<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> String {
     nearest(word, names).map_or_else(String::new, |name| format!("; did you mean '{name}'?"))
 }
 
-/// One letter in four may be wrong. Failing that, letters may have been left out.
+/// The name closest to a word. One letter in four may be wrong; if no name is that close, the word may be an
+/// abbreviation.
 fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     let letters = folded(word);
     if letters.len() > LONGEST {
@@ -17,7 +18,7 @@ fn nearest<'a>(word: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a s
     let ranked = names.filter(|name| name.len() <= LONGEST).filter_map(|name| {
         let candidate = folded(name);
         let most = (letters.len() / 4).max(1);
-        // The difference of their lengths is a part of it, and soon counted.
+        // The distance is at least the difference of the lengths, which is quicker to find.
         let comparable = letters.len().abs_diff(candidate.len()) <= most;
         let distance = comparable.then(|| distance(&letters, &candidate));
         let close = distance.filter(|distance| *distance <= most && *distance < letters.len());
@@ -33,7 +34,7 @@ fn folded(word: &str) -> Vec<char> {
     word.to_lowercase().chars().collect()
 }
 
-/// How many letters have to be changed, inserted or removed to make one word of the other.
+/// Number of letters that must be changed, inserted or removed to turn one word into the other.
 fn distance(a: &[char], b: &[char]) -> usize {
     let mut row: Vec<usize> = (0..=b.len()).collect();
     for (i, x) in a.iter().enumerate() {
@@ -52,7 +53,7 @@ fn distance(a: &[char], b: &[char]) -> usize {
     row.last().copied().unwrap_or_default()
 }
 
-/// The name has all letters of the word, in their order, and begins with the same.
+/// True if the name contains all letters of the word in their order, and begins with the same letter.
 fn abbreviates(word: &[char], name: &[char]) -> bool {
     let mut letters = name.iter();
     word.len() >= 4 && word.first() == name.first() && word.iter().all(|letter| letters.any(|other| other == letter))

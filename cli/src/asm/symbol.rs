@@ -12,11 +12,11 @@ use super::suggest::suggestion;
 
 use crate::product::PRODUCT;
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     Label(usize),
-    /// The value is there when its line has been worked out.
+    /// A constant and its value; `None` until its line has been evaluated.
     Constant(Option<i64>),
 }
 
@@ -32,7 +32,8 @@ struct Symbol {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Symbols {
     list: Vec<Symbol>,
-    places: HashMap<String, usize>,
+    /// For each name in lower case its index in `list`.
+    indices: HashMap<String, usize>,
 }
 
 impl Symbols {
@@ -61,10 +62,10 @@ impl Symbols {
     }
 
     fn get(&self, name: &str) -> Option<&Symbol> {
-        self.list.get(*self.places.get(&name.to_lowercase())?)
+        self.list.get(*self.indices.get(&name.to_lowercase())?)
     }
 
-    /// Enters a name, or says why it cannot be had.
+    /// Defines a name. The error is a message about a name that is a mnemonic or defined already.
     pub(super) fn define(
         &mut self,
         name: &str,
@@ -75,24 +76,25 @@ impl Symbols {
         if Instruction::by_mnemonic(name).is_some() {
             return Err(format!("'{name}' is a command; take another name"));
         }
-        match self.places.entry(name.to_lowercase()) {
-            Entry::Occupied(place) => {
-                let first = self.list.get(*place.get());
-                let place = first.map_or_else(String::new, |first| format!("{}:{}", first.source.name, first.line));
-                Err(format!("'{name}' is defined twice; it is also in {place}"))
+        match self.indices.entry(name.to_lowercase()) {
+            Entry::Occupied(entry) => {
+                let first = self.list.get(*entry.get());
+                let definition =
+                    first.map_or_else(String::new, |first| format!("{}:{}", first.source.name, first.line));
+                Err(format!("'{name}' is defined twice; it is also in {definition}"))
             }
-            Entry::Vacant(place) => {
-                place.insert(self.list.len());
+            Entry::Vacant(entry) => {
+                entry.insert(self.list.len());
                 self.list.push(Symbol { name: name.into(), meaning, source: Arc::clone(source), line });
                 Ok(())
             }
         }
     }
 
-    /// Gives a constant its value, if it is the one that is defined in this line.
+    /// Sets the value of a constant, if this line is the one that defines it.
     pub(super) fn set(&mut self, name: &str, value: i64, source: &Arc<Source>, line: usize) {
-        let place = self.places.get(&name.to_lowercase());
-        if let Some(symbol) = place.and_then(|place| self.list.get_mut(*place))
+        let index = self.indices.get(&name.to_lowercase());
+        if let Some(symbol) = index.and_then(|index| self.list.get_mut(*index))
             && matches!(symbol.meaning, Meaning::Constant(None))
             && symbol.line == line
             && Arc::ptr_eq(&symbol.source, source)
@@ -101,7 +103,7 @@ impl Symbols {
         }
     }
 
-    /// The value of a name in an expression, or what to say when there is none.
+    /// The value of a name in an expression. The error is a message about a name without a value.
     pub(super) fn resolve(&self, name: &str) -> Result<i64, String> {
         if let Some(value) = self.value(name) {
             return Ok(value);

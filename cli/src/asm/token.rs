@@ -1,8 +1,8 @@
-//! Lines of a source cut into tokens, without comments.
+//! Cuts the lines of a source into tokens and leaves out comments.
 
 use super::source::{Problem, Span};
 
-/// What a token is.
+/// The kinds of tokens.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A mnemonic, label, constant or the name of an operand.
@@ -17,7 +17,7 @@ pub(super) enum Kind {
     File(String),
 }
 
-/// A token and where it stands.
+/// A token and its part of the line.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Token {
     pub(super) kind: Kind,
@@ -30,15 +30,16 @@ impl Token {
     }
 }
 
-/// Cuts the lines of one file; a comment may go over several.
+/// Cuts the lines of one file in their order, because a comment may span several lines.
 #[derive(Debug, Default)]
 pub(super) struct Lexer {
-    /// Line and place where the comment begins that is still open.
+    /// Line number and span at which an unfinished comment began.
     comment: Option<(usize, Span)>,
 }
 
 impl Lexer {
-    /// The tokens of a line, whichever number it has. At the first thing that is none it stops and says why.
+    /// The tokens of the line with this number, up to the first character that begins no token, and the problem with
+    /// that character.
     pub(super) fn line(&mut self, number: usize, text: &str) -> (Vec<Token>, Option<Problem>) {
         let characters: Vec<char> = text.chars().collect();
         let mut cursor = Cursor { characters: &characters, at: 0 };
@@ -69,7 +70,7 @@ impl Lexer {
         }
     }
 
-    /// At the end of the file: the line and place of a comment that does not end.
+    /// The problem at the end of the file, with its line: a comment that does not end.
     pub(super) fn finish(self) -> Option<(usize, Problem)> {
         let (line, span) = self.comment?;
         Some((line, Problem::new(span, "this comment does not end; close it with */")))

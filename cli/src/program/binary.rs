@@ -1,24 +1,27 @@
-//! An assembled program as a file: no header, eight bytes a command.
+//! The file format of assembled programs: eight bytes per command, without a header.
 
 use tmcm::tmcl::Command;
 
 use crate::product::PRODUCT;
 
-/// Bytes of a command in a file: the seven of program memory and their sum.
+/// Bytes of a command in a file: the seven bytes of program memory and their sum in eight bits.
 pub const RECORD: usize = Command::SIZE + 1;
 
-/// The file of a program.
+/// The bytes of a program's file.
 pub fn encode(commands: &[Command]) -> Vec<u8> {
     commands.iter().flat_map(|command| record(*command)).collect()
 }
 
-/// A command as it stands in a file.
+/// The bytes of a command in a file.
 pub fn record(command: Command) -> [u8; RECORD] {
     let [opcode, kind, motor, a, b, c, d] = command.to_bytes();
     [opcode, kind, motor, a, b, c, d, sum(command)]
 }
 
-/// The program in a file, or what is wrong with it.
+/// The commands in a file.
+///
+/// # Errors
+/// A message about the first command that is cut off or has a wrong sum.
 pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
     let (records, rest) = bytes.as_chunks::<RECORD>();
     if !rest.is_empty() {

@@ -1,4 +1,4 @@
-//! A program into a module's program memory, and back to be compared (manual section 3.7.38).
+//! Writing a program to a module's program memory, and reading it back for comparison (manual section 3.7.38).
 
 use tmcm::param::{AGAINST_READING, GlobalParameter};
 use tmcm::tmcl::{Command, Opcode, Status};
@@ -10,14 +10,17 @@ use crate::product::global_number;
 use crate::progress::Progress;
 use crate::signal::EndSignal;
 
-/// Stops the program in the module and replaces it, from address `at` on. The module's next program counter is 0.
+/// Stops the program in the module and writes the new one from address `at` on. The module's program counter is 0 then.
 ///
-/// A download that fails in the middle leaves a STOP at `at`, so that the half that is there does not run.
+/// After a failure a STOP is written at `at`, so that an incomplete program does not run.
+///
+/// # Errors
+/// The module refuses a command, the link fails, or a signal has come.
 pub fn download(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     module.control(Opcode::ResetApplication, 0, 0)?;
     module.control(Opcode::EnterDownload, 0, at.into()).map_err(explain)?;
     if let Err(failure) = send(module, program, at, signal) {
-        // What has gone wrong may go wrong again; it is the first failure that counts.
+        // These commands may fail, too; only the first failure is reported.
         let _ = module.control(Opcode::EnterDownload, 0, at.into());
         let _ = module.value(Command::new(Opcode::Stop as u8, 0, 0, 0));
         let _ = module.control(Opcode::ExitDownload, 0, 0);
@@ -27,11 +30,11 @@ pub fn download(module: &mut Conversation, program: &Program, at: u16, signal: &
     Ok(())
 }
 
-/// Sends the commands, each of which has to be stored and not executed.
+/// Sends the commands of a program, each of which the module must store and not execute.
 fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     let total = program.commands.len();
     let mut progress = Progress::new("loading the program", total);
-    for (done, (address, command)) in (1..).zip(program.placed(at)) {
+    for (done, (address, command)) in (1..).zip(program.at_addresses(at)) {
         if signal.happened() {
             return Err(Failure::Failed("interrupted; the module has no program now".into()));
         }
@@ -49,7 +52,7 @@ fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSigna
     Ok(())
 }
 
-/// Why a download is refused.
+/// The failure of a refused download, with a hint if program memory is protected.
 fn explain(error: Error) -> Failure {
     if error.is(Status::EepromLocked) {
         let lift = "\"SGP 81, 0, 0\" lifts the protection; it erases a program that is protected from being read, too";
@@ -64,7 +67,10 @@ pub fn is_readable(module: &mut Conversation) -> Result<bool, Error> {
     Ok(module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))? & AGAINST_READING == 0)
 }
 
-/// Compares the program in the module with this one.
+/// Compares the commands in the module, from address `at` on, with a program.
+///
+/// # Errors
+/// A command differs, the program is protected from being read, the link fails, or a signal has come.
 pub fn verify(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     if !is_readable(module)? {
         let message = "the program cannot be compared: it is protected from being read (global parameter 81)";
@@ -73,7 +79,7 @@ pub fn verify(module: &mut Conversation, program: &Program, at: u16, signal: &En
     let total = program.commands.len();
     let mut progress = Progress::new("comparing the program", total);
     let mut differences = Vec::new();
-    for (done, (address, expected)) in (1..).zip(program.placed(at)) {
+    for (done, (address, expected)) in (1..).zip(program.at_addresses(at)) {
         if signal.happened() {
             return Err(Failure::Failed("interrupted; the program is loaded but not compared".into()));
         }

@@ -1,4 +1,4 @@
-//! Programs in files: sources, which are assembled, and assembled ones.
+//! Reading programs from files: sources, which are assembled, and assembled programs.
 
 use std::ffi::OsStr;
 use std::path::Path;
@@ -6,14 +6,14 @@ use std::path::Path;
 use tmcm::tmcl::Command;
 
 use super::{Program, binary};
-use crate::asm::{assemble_file, assemble_text, told};
+use crate::asm::{assemble_file, assemble_text, reported};
 use crate::failure::Failure;
 use crate::files::{STANDARD, is_text, name, read_named};
 
-/// The ending of the name of a source.
+/// File name extension of a source.
 const SOURCE: &str = "tmc";
 
-/// Reads an assembled program, and says what it is instead if it is none.
+/// Reads an assembled program. The message about a text says that it is one.
 pub fn read_commands(path: &Path) -> Result<Vec<Command>, Failure> {
     commands(path, &read_named(path).map_err(Failure::Failed)?)
 }
@@ -30,18 +30,18 @@ fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     })
 }
 
-/// Reads a program to be loaded into a module: a source if its name ends in .tmc, else an assembled one. On standard
-/// input it is whichever comes. The assembler's errors and warnings are shown.
+/// Reads a program to be loaded into a module: a source if the file name ends in .tmc, else an assembled program.
+/// Standard input may hold either. The assembler's errors and warnings are printed.
 pub fn read_program(path: &Path) -> Result<Program, Failure> {
     let program = if path == Path::new(STANDARD) {
         let bytes = read_named(path).map_err(Failure::Failed)?;
         if is_text(&bytes) {
-            told(assemble_text(&name(path), &String::from_utf8_lossy(&bytes)))?.into()
+            reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes)))?.into()
         } else {
             commands(path, &bytes)?.into()
         }
     } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
-        told(assemble_file(path))?.into()
+        reported(assemble_file(path))?.into()
     } else {
         Program::from(read_commands(path)?)
     };
@@ -49,7 +49,7 @@ pub fn read_program(path: &Path) -> Result<Program, Failure> {
     Ok(program)
 }
 
-/// What is wrong with a program that nobody can load.
+/// Fails for a program without commands, and for one with a command that a module would execute during the download.
 fn check(program: &Program) -> Result<(), String> {
     if program.commands.is_empty() {
         return Err("the program has no commands".into());
@@ -67,7 +67,7 @@ fn check(program: &Program) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// What is said about a file of this name with this in it.
+    /// The failure of reading a file with this name and these bytes.
     fn said(name: &str, bytes: &[u8]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_loaded_is_told() {
+    fn files_that_cannot_be_loaded_are_refused_with_a_reason() {
         assert!(said("empty.bin", &[]).ends_with("empty.bin: the program has no commands"));
         assert!(said("empty.tmc", b"#nostop\n").ends_with("empty.tmc: the program has no commands"));
         let message = "address 0: a program cannot have command 129; a module would carry it out at once";
@@ -85,7 +85,7 @@ mod tests {
         assert!(said("source.bin", b"MVP ABS, 0, 1\n").contains("source.bin is text, not an assembled program"));
         assert!(said("short.bin", &[0; 15]).contains("short.bin: command 1 is cut off"));
         assert!(said("zeros.bin", &vec![0; 1 << 21]).ends_with("larger than 1048576 bytes"));
-        // All that is wrong with a source has been said.
+        // The failure has no message of its own, because the assembler has printed its errors.
         assert_eq!(said("wrong.TMC", b"GOTO 1\n"), "");
     }
 }

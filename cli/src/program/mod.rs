@@ -1,4 +1,4 @@
-//! TMCL programs: what they are, their files, and their way into a module.
+//! TMCL programs with what is known of their source, their files, and their download into a module.
 
 pub mod binary;
 mod download;
@@ -32,50 +32,51 @@ pub struct ProgramThere {
 /// A program as a module stores it, with what is known of its source.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Program {
-    /// Its commands; the first is at address 0 unless it is loaded elsewhere.
+    /// The commands; the first has address 0 unless the program is loaded to another address.
     pub commands: Vec<Command>,
-    /// Names of addresses. An assembled file has none.
+    /// Labels with their addresses; empty for an assembled file.
     pub labels: Vec<(String, u16)>,
-    /// By address, the line of the source; an assembled file has none, nor has what the assembler adds.
+    /// For each address the line of the source; `None` for a command that the assembler has added. Empty for an
+    /// assembled file.
     lines: Vec<Option<Line>>,
 }
 
 /// A line of the source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// Its number, after the file's name if that is included by another.
-    pub place: String,
-    /// What is written there.
+    /// Number of the line, after the name of the file if the file was included by another one.
+    pub position: String,
+    /// Text of the line.
     pub text: String,
 }
 
 impl Program {
-    /// The address of a label, in any case.
+    /// The address of a label. Upper and lower case are the same.
     pub fn address(&self, label: &str) -> Option<u16> {
         self.labels.iter().find(|(name, _)| name.eq_ignore_ascii_case(label)).map(|(_, address)| *address)
     }
 
-    /// The line that the command at an address was made from.
+    /// The source line of the command at an address.
     pub fn line(&self, address: u16) -> Option<&Line> {
         self.lines.get(usize::from(address))?.as_ref()
     }
 
     /// The label at an address, if there is one.
     pub fn label(&self, address: u16) -> Option<&str> {
-        self.labels.iter().find(|(_, place)| *place == address).map(|(name, _)| name.as_str())
+        self.labels.iter().find(|(_, start)| *start == address).map(|(name, _)| name.as_str())
     }
 
-    /// An address in words, with the label that is here or next above.
+    /// An address in words, with the label at this address or the nearest one before it.
     pub fn location(&self, address: u16) -> String {
-        let above = self.labels.iter().filter(|(_, place)| *place <= address).max_by_key(|(_, place)| *place);
+        let above = self.labels.iter().filter(|(_, start)| *start <= address).max_by_key(|(_, start)| *start);
         match above {
             None => format!("address {address}"),
-            Some((name, place)) if *place == address => format!("address {address} ({name})"),
-            Some((name, place)) => format!("address {address} ({name} + {})", address - place),
+            Some((name, start)) if *start == address => format!("address {address} ({name})"),
+            Some((name, start)) => format!("address {address} ({name} + {})", address - start),
         }
     }
 
-    /// A command as it is written, with the label it leads to in place of the address.
+    /// A command as text; a target address that has a label is written as the label.
     pub fn text(&self, command: &Command) -> String {
         let plain = command.to_string();
         let target = target(command).and_then(|target| u16::try_from(target).ok());
@@ -86,8 +87,9 @@ impl Program {
         }
     }
 
-    /// The commands with their addresses, if the first is at `at`. Those beyond the address range are left out.
-    pub fn placed(&self, at: u16) -> impl Iterator<Item = (u16, Command)> {
+    /// The commands with their addresses when the first one has the address `at`. Commands beyond address 65 535 are
+    /// left out.
+    pub fn at_addresses(&self, at: u16) -> impl Iterator<Item = (u16, Command)> {
         (at..=u16::MAX).zip(self.commands.iter().copied())
     }
 }
@@ -103,12 +105,12 @@ impl From<Assembly> for Program {
         let main = assembly.lines.first().map(|line| &line.source.name);
         let line = |address| {
             let line = assembly.line(address)?;
-            let place = if Some(&line.source.name) == main {
+            let position = if Some(&line.source.name) == main {
                 line.number.to_string()
             } else {
                 format!("{}:{}", line.source.name, line.number)
             };
-            Some(Line { place, text: line.text().trim().replace(char::is_control, " ") })
+            Some(Line { position, text: line.text().trim().replace(char::is_control, " ") })
         };
         let lines = (0..assembly.commands.len()).map(line).collect();
         let labels = assembly.symbols.labels();
@@ -125,7 +127,7 @@ mod tests {
     #[test]
     fn commands_have_addresses() {
         let program = Program::from(vec![Command::new(4, 0, 0, 90_000), Command::new(28, 0, 0, 0)]);
-        let placed: Vec<u16> = program.placed(50).map(|(address, _)| address).collect();
+        let placed: Vec<u16> = program.at_addresses(50).map(|(address, _)| address).collect();
         assert_eq!(placed, [50, 51]);
         assert_eq!(program.line(0), None);
     }
@@ -135,7 +137,7 @@ mod tests {
         let source = "#include Interrupts.inc\n\nStart: EI TI_GLOBAL // go\nLoop:\n\tJA Loop\nEnd:\n";
         let program = Program::from(assemble_text("test.tmc", source).unwrap());
         assert_eq!((program.address("LOOP"), program.address("end"), program.address("x")), (Some(1), Some(2), None));
-        let line = |place: &str, text: &str| Some(Line { place: place.into(), text: text.into() });
+        let line = |position: &str, text: &str| Some(Line { position: position.into(), text: text.into() });
         let told = [0, 1, 2].map(|address| program.line(address).cloned());
         assert_eq!(told, [line("3", "Start: EI TI_GLOBAL // go"), line("5", "JA Loop"), None]);
         assert_eq!(
