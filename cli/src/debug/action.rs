@@ -1,10 +1,10 @@
-//! What the user of the debugger can ask for.
+//! The commands of the debugger as the user types them.
 
 use tmcm::tmcl::Command;
 
 use crate::send;
 
-/// The commands of the debugger, for the user.
+/// The help text.
 pub(super) const HELP: &str = "\
 step [N]       s  execute one command, or up to N; a WAIT is waited out
 continue       c  run to the next breakpoint; without any, run freely
@@ -22,44 +22,44 @@ A PLACE is an address or a label. Going to the handler of an interrupt is a step
 /// One command of the debugger.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Action {
-    /// So many commands.
+    /// Execute this number of commands.
     Step(u32),
-    /// To the next breakpoint.
+    /// Run to the next breakpoint.
     Continue,
-    /// Halt.
+    /// Halt the program.
     Stop,
-    /// Back to the start.
+    /// Reset the program.
     Reset,
-    /// Set a breakpoint at a place, or list all.
+    /// Set a breakpoint at a label or address, or list all breakpoints.
     Break(Option<String>),
-    /// Remove the breakpoint at a place, or all.
+    /// Remove the breakpoint at a label or address, or all breakpoints.
     Delete(Option<String>),
     /// Show the registers.
     Registers,
-    /// Show the program.
+    /// Show the program around a label or address, or around the program counter.
     List(Option<String>),
-    /// A direct command.
+    /// Send a command to the module, which executes it at once.
     Send(Command),
-    /// Show what there is.
+    /// Show the help text.
     Help,
-    /// The end.
+    /// End the debugger.
     Quit,
     /// An empty line.
     Nothing,
 }
 
 impl Action {
-    /// Reads a line. The error says what is wrong with it.
+    /// Reads a line. The error is a message for the user.
     pub(super) fn parse(line: &str) -> Result<Self, String> {
         let line = line.trim();
         let (word, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
         let rest = rest.trim();
-        let place = || (!rest.is_empty()).then(|| rest.to_owned());
+        let operand = || (!rest.is_empty()).then(|| rest.to_owned());
         let action = match word {
             "step" | "s" => Action::Step(times(rest)?),
-            "break" | "b" => Action::Break(place()),
-            "delete" | "d" => Action::Delete(place()),
-            "list" | "l" => Action::List(place()),
+            "break" | "b" => Action::Break(operand()),
+            "delete" | "d" => Action::Delete(operand()),
+            "list" | "l" => Action::List(operand()),
             "send" => Action::Send(send::command(rest.trim_matches('"'))?),
             _ => return alone(word, rest),
         };
@@ -67,7 +67,7 @@ impl Action {
     }
 }
 
-/// The actions that are a single word.
+/// Reads an action that is a single word.
 fn alone(word: &str, rest: &str) -> Result<Action, String> {
     let action = match word {
         "" => Action::Nothing,

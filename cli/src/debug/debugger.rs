@@ -1,4 +1,4 @@
-//! The debugger: the module's program, seen through commands 128 to 135.
+//! The debugger: controls and shows the module's program by commands 128 to 135.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -13,14 +13,14 @@ use crate::program::{Line, Program};
 use crate::send;
 use crate::signal::EndSignal;
 
-/// Lines that `list` shows.
+/// Number of commands that `list` shows.
 const LINES: u16 = 11;
-/// Where the source begins beside the commands: most of them are shorter.
+/// Width of the column of commands; the source line follows behind it.
 const SOURCE: usize = 30;
-/// How often to look whether a WAIT is over.
+/// Interval at which the module is asked whether a WAIT is over.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// What the module does with its program (global parameter 128, command 135).
+/// State of the program, as global parameter 128 and command 135 number it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ProgramState {
     Stopped,
@@ -42,11 +42,11 @@ impl ProgramState {
     }
 }
 
-/// The state of the program, as command 135, type 1 tells it.
+/// The reply to command 135, type 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
     program: ProgramState,
-    /// A WAIT is not over yet.
+    /// True while the program is in a WAIT.
     waiting: bool,
     /// The program counter.
     counter: u16,
@@ -75,11 +75,11 @@ mod kind {
 
 /// How a step ended.
 enum Step {
-    /// The command has been executed; the next one is there.
+    /// The command has been executed; the next command has this address.
     Done(u16),
-    /// It was the last of the program.
+    /// The command has ended the program.
     Ended,
-    /// The user did not want to wait for the end of a WAIT.
+    /// A signal has interrupted a WAIT, which is at this address.
     Interrupted(u16),
 }
 
@@ -88,7 +88,7 @@ pub(super) struct Debugger<'a> {
     module: &'a mut Conversation,
     program: &'a Program,
     breakpoints: BTreeSet<u16>,
-    /// Where the program has ended in the last step. The module does not keep that: its program counter is back at 0.
+    /// Address at which the last step has ended the program, for display: the module's program counter is 0 again.
     ended: Option<u16>,
 }
 
@@ -97,7 +97,7 @@ impl<'a> Debugger<'a> {
         Debugger { module, program, breakpoints: BTreeSet::new(), ended: None }
     }
 
-    /// Does what the user wants, and gives what is to be told.
+    /// Carries an action out and returns the text for the user.
     pub(super) fn act(&mut self, action: Action, signal: &mut EndSignal) -> Result<String, Error> {
         if matches!(action, Action::Step(_) | Action::Continue | Action::Stop | Action::Reset | Action::Send(_)) {
             self.ended = None;
@@ -118,21 +118,21 @@ impl<'a> Debugger<'a> {
                 self.whereabouts()
             }
             Action::Break(None) => Ok(self.list_breakpoints()),
-            Action::Break(Some(place)) => Ok(self.set_breakpoint(&place).unwrap_or_else(|message| message)),
+            Action::Break(Some(typed)) => Ok(self.set_breakpoint(&typed).unwrap_or_else(|message| message)),
             Action::Delete(None) => {
                 self.breakpoints.clear();
                 Ok("no breakpoints".into())
             }
-            Action::Delete(Some(place)) => Ok(self.delete_breakpoint(&place).unwrap_or_else(|message| message)),
+            Action::Delete(Some(typed)) => Ok(self.delete_breakpoint(&typed).unwrap_or_else(|message| message)),
             Action::Registers => self.registers(),
-            Action::List(place) => self.list(place),
+            Action::List(typed) => self.list(typed),
             Action::Send(command) => Ok(format!("{command}: {}", send::ask(self.module, command)?.text)),
             Action::Help => Ok(HELP.into()),
             Action::Quit | Action::Nothing => Ok(String::new()),
         }
     }
 
-    /// Where the program is.
+    /// The state of the program and the next command, as text.
     pub(super) fn whereabouts(&mut self) -> Result<String, Error> {
         let state = self.state()?;
         match state.program {
@@ -141,7 +141,7 @@ impl<'a> Debugger<'a> {
         }
     }
 
-    /// In which state the module is left.
+    /// The state in which the module is left, as text.
     pub(super) fn farewell(&mut self) -> Result<String, Error> {
         let state = self.state()?;
         let mut text = match state.program {
@@ -161,7 +161,7 @@ impl<'a> Debugger<'a> {
         self.module.control(Opcode::ApplicationStatus, kind::PROGRAM_COUNTER, 0).map(State::of)
     }
 
-    /// Steps to a breakpoint or the end of the program; not further than `most` steps.
+    /// Steps to a breakpoint or the end of the program, at most `most` steps.
     fn advance(&mut self, most: Option<u32>, signal: &mut EndSignal) -> Result<String, Error> {
         let state = self.state()?;
         if state.program == ProgramState::Running {
@@ -223,9 +223,9 @@ impl<'a> Debugger<'a> {
         Ok(format!("{}{waiting}, program counter {counter}, accumulator {accumulator}, X {x}", mode.name()))
     }
 
-    fn list(&mut self, place: Option<String>) -> Result<String, Error> {
+    fn list(&mut self, typed: Option<String>) -> Result<String, Error> {
         let counter = self.ended.map_or_else(|| self.state().map(|state| state.counter), Ok)?;
-        let first = match place.map(|place| self.address_of(&place)) {
+        let first = match typed.map(|typed| self.address_of(&typed)) {
             None => counter.saturating_sub(LINES / 2),
             Some(Ok(address)) => address,
             Some(Err(message)) => return Ok(message),
@@ -244,14 +244,14 @@ impl<'a> Debugger<'a> {
         lines.join("\n")
     }
 
-    fn set_breakpoint(&mut self, place: &str) -> Result<String, String> {
-        let address = self.address_of(place)?;
+    fn set_breakpoint(&mut self, typed: &str) -> Result<String, String> {
+        let address = self.address_of(typed)?;
         self.breakpoints.insert(address);
         Ok(self.line(address, None))
     }
 
-    fn delete_breakpoint(&mut self, place: &str) -> Result<String, String> {
-        let address = self.address_of(place)?;
+    fn delete_breakpoint(&mut self, typed: &str) -> Result<String, String> {
+        let address = self.address_of(typed)?;
         if self.breakpoints.remove(&address) {
             Ok(self.list_breakpoints())
         } else {
@@ -259,7 +259,7 @@ impl<'a> Debugger<'a> {
         }
     }
 
-    /// The address that a user means.
+    /// The address that the user has typed, as a number or a label.
     fn address_of(&self, text: &str) -> Result<u16, String> {
         let address = text.parse().ok().or_else(|| self.program.address(text));
         match address {
@@ -277,21 +277,21 @@ impl<'a> Debugger<'a> {
         self.program.commands.get(usize::from(address)).copied()
     }
 
-    /// A command of the program: an arrow at the program counter, a star at a breakpoint, above it the labels that are
-    /// here, beside it the line of the source.
+    /// The lines that show a command: the labels of its address, then an arrow at the program counter, a star at a
+    /// breakpoint, the command and its source line.
     fn line(&self, address: u16, counter: Option<u16>) -> String {
-        let here = self.program.labels.iter().filter(|(_, place)| *place == address);
+        let here = self.program.labels.iter().filter(|(_, labelled)| *labelled == address);
         let labels: String = here.map(|(name, _)| format!("{name}:\n")).collect();
         let arrow = if counter == Some(address) { '>' } else { ' ' };
         let star = if self.breakpoints.contains(&address) { '*' } else { ' ' };
         let command = self.command(address).map_or_else(|| "(not in the file)".into(), |command| command.to_string());
         let line = format!("{labels}{arrow}{star}{address:5}  ");
         match self.program.line(address) {
-            Some(Line { place, text }) => format!("{line}{command:SOURCE$} {place:>4}  {text}"),
+            Some(Line { position, text }) => format!("{line}{command:SOURCE$} {position:>4}  {text}"),
             None => line + &command,
         }
     }
 }
 
-/// What cannot be done with a program that runs by itself.
+/// Message about an action that needs a halted program.
 const RUNS: &str = "the program runs; stop halts it";

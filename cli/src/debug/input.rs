@@ -1,4 +1,4 @@
-//! Lines from standard input, with a prompt where somebody sees it.
+//! The debugger's input: lines from standard input, with a prompt on a terminal.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, IsTerminal, Write};
@@ -10,17 +10,18 @@ use rustix::io::Errno;
 use crate::failure::Failure;
 use crate::signal::EndSignal;
 
-/// What came.
+/// The outcome of waiting for a line.
 pub(super) enum Line {
-    /// A line, without its end.
+    /// A line, without its line end.
     Text(String),
-    /// A signal in place of a line.
+    /// A signal has come before a line.
     Interrupted,
-    /// Nothing will come any more.
+    /// The input has ended.
     End,
 }
 
-/// Standard input. It has a buffer of its own, so that what waits in it is known.
+/// Standard input with a buffer of its own, so that lines waiting in the buffer are seen before the descriptor is
+/// polled.
 pub(super) struct Input {
     lines: BufReader<File>,
     terminal: bool,

@@ -1,6 +1,7 @@
 //! `tmcl debug`: a program in a module, step by step.
 //!
-//! The module knows no breakpoints; the host makes it execute one command at a time and looks where it is.
+//! TMCL has no breakpoints. The host lets the module execute one command at a time, and compares the program counter
+//! with its own list of breakpoints.
 
 mod action;
 mod debugger;
@@ -46,7 +47,7 @@ Examples:
   tmcl debug tcp:127.0.0.1:4140 stage.tmc --attach   look at what a module is doing
   printf 'break Loop\\ncontinue\\nregisters\\n' | tmcl debug sim stage.tmc";
 
-/// Debugs until the user has enough, and says in which state the module is left.
+/// Debugs until the user quits, and prints the state in which the module is left.
 pub fn run(options: &Options) -> Result<(), Failure> {
     if options.program.file == Path::new(STANDARD) {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
@@ -56,7 +57,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut signal = EndSignal::watch(&[SIGINT])?;
     let mut module = Conversation::open(&options.program.reach)?;
     if options.attach {
-        // A protected program has to be taken on trust.
+        // A program that is protected from being read cannot be compared with the file.
         if is_readable(&mut module)? {
             verify(&mut module, &program, 0, &signal)?;
         }

@@ -1,4 +1,4 @@
-//! The host's part: the program goes into the virtual module by telegrams, as into any other.
+//! The host of the virtual module: downloads the program by telegrams, as into a real module.
 
 use hal_sim::clock::SECOND;
 use tmcm::module::Source;
@@ -12,7 +12,7 @@ use crate::virtual_module::VirtualModule;
 
 /// The module's address.
 pub(super) const ADDRESS: u8 = 1;
-/// Writing a whole program to the EEPROM takes less.
+/// Longest wait for a reply in virtual time: more than writing a whole program to the EEPROM takes.
 const PATIENCE: u64 = 60 * SECOND;
 
 /// Loads a program by commands 132 and 133 (manual section 3.7.38).
@@ -24,7 +24,7 @@ pub(super) fn download(module: &mut VirtualModule, program: &Program) -> Result<
     request(module, Command::new(Opcode::ExitDownload as u8, 0, 0, 0), Status::Ok)
 }
 
-/// Sends a command that has to be answered with this status.
+/// Sends a command; fails unless the reply has the status `wanted`.
 fn request(module: &mut VirtualModule, command: Command, wanted: Status) -> Result<(), Failure> {
     let sent = module.exchange(Source::Usb, binary::encode_command(ADDRESS, command), PATIENCE);
     match sent.and_then(|sent| binary::decode_reply(&sent.telegram()?)) {

@@ -1,4 +1,4 @@
-//! `tmcl run`: a program on a virtual module, in virtual time, with all that it does to be seen.
+//! `tmcl run`: a program on a virtual module, in virtual time, with report, trace and plot.
 
 mod host;
 mod plot;
@@ -30,8 +30,8 @@ use trace::Trace;
 
 /// Run a TMCL program on a virtual module and show what it does
 ///
-/// FILE is a program as text, which is assembled first, or an assembled one whose name ends in .bin. It is loaded into a
-/// virtual module of its own, with a motor, and started. Time is virtual: ten seconds pass in a fraction of one, and
+/// FILE is a program as text, which is assembled first, or an assembled one whose name ends in .bin. It is loaded into
+/// a virtual module of its own, with a motor, and started. Time is virtual: ten seconds pass in a fraction of one, and
 /// every run of a program is the same. The run is over when the program is, or at the time --until; then a report
 /// tells how it ended and what it has brought about.
 ///
@@ -87,7 +87,7 @@ Examples:
       with a host that sets user variable 0
 The exit code is 0 however the program ends, and 1 if it cannot be run.";
 
-/// Start of the module's random numbers.
+/// Seed of the module's random numbers.
 const SEED: u32 = 1;
 
 /// Runs a program and shows what it does.
@@ -120,7 +120,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The program itself is not to be written over.
+/// Fails if an output file is the program's own file.
 fn spare(option: &str, output: Option<&Path>, program: &Path) -> Result<(), Failure> {
     let same =
         output.is_some_and(|output| output.canonicalize().is_ok_and(|o| program.canonicalize().is_ok_and(|p| o == p)));

@@ -1,30 +1,30 @@
-//! What happens in the course of a run, in bounded space: the lowest and the highest value of each quantity per slice
-//! of time. When there are too many slices, each two become one.
+//! The recording of a run for the plot: the lowest and the highest value of each quantity per slice of time. When
+//! there are too many slices, each two are joined, so that memory stays bounded.
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::State;
 
 use crate::virtual_module::VirtualModule;
 
-/// Slices are at most so many; a plot is narrower.
+/// Most slices: more than a plot has pixels.
 const MOST: usize = 4096;
-/// Kinds of marks that can be told apart: bits of a slice.
+/// Most kinds of marks: a slice has one bit for each.
 const KINDS: usize = 16;
 
-/// What is recorded of the module and its world.
+/// A quantity of the module or its world that is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Channel {
-    /// Microsteps.
+    /// Actual position in microsteps.
     Position,
-    /// Microsteps; nothing while the motor is not positioned.
+    /// Target position in microsteps; no value outside of positioning moves.
     Target,
-    /// Internal units.
+    /// Actual speed in internal velocity units.
     Velocity,
-    /// The stallGuard2 value, parameter 206.
+    /// stallGuard2 load value (axis parameter 206).
     Load,
-    /// 1/32 of full scale.
+    /// Motor current in 1/32 of full scale.
     Current,
-    /// 1 while the program is in a WAIT; so are those that follow 1 while they are on.
+    /// 1 while the program is in a WAIT. The channels that follow are 1 while an output or switch is on.
     Waiting,
     Out0,
     Out1,
@@ -34,16 +34,16 @@ pub(super) enum Channel {
 }
 
 impl Channel {
-    /// How many there are.
+    /// Number of channels.
     const COUNT: usize = Channel::Home as usize + 1;
 }
 
-/// Something of no length in the course of a program.
+/// An event in the course of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mark {
-    /// The handler of an interrupt begins, at this address.
+    /// The handler of an interrupt, which is at this address, begins.
     Handler(u16),
-    /// A command had no effect.
+    /// A command was refused.
     Refused,
     /// The program has ended.
     Stop,
@@ -57,7 +57,7 @@ pub(super) struct Slice {
 }
 
 impl Slice {
-    /// The lowest and the highest value in this slice, if there was any.
+    /// The lowest and the highest value of a channel in this slice; `None` if there was no value.
     pub(super) fn range(&self, channel: Channel) -> Option<(i32, i32)> {
         self.ranges.get(channel as usize).copied().flatten()
     }
@@ -70,7 +70,7 @@ impl Slice {
     }
 }
 
-/// The range that holds both.
+/// The smallest range that contains both ranges.
 pub(super) fn joined(a: Option<(i32, i32)>, b: Option<(i32, i32)>) -> Option<(i32, i32)> {
     match (a, b) {
         (Some((low, high)), Some((lower, higher))) => Some((low.min(lower), high.max(higher))),
@@ -78,16 +78,16 @@ pub(super) fn joined(a: Option<(i32, i32)>, b: Option<(i32, i32)>) -> Option<(i3
     }
 }
 
-/// The recording.
+/// The recording of a run.
 #[derive(Clone, Debug)]
 pub(super) struct Recording {
-    /// Length of a slice.
+    /// Length of a slice in nanoseconds.
     pub(super) interval: Nanos,
-    /// The slices from the start on.
+    /// The slices from the start of the program on.
     pub(super) slices: Vec<Slice>,
     /// Kinds of marks, in the order of their first appearance.
     pub(super) kinds: Vec<Mark>,
-    /// What happened around the module, and when.
+    /// Texts of the events of option `--at`, with their times.
     pub(super) notes: Vec<(Nanos, String)>,
 }
 
@@ -96,7 +96,7 @@ impl Recording {
         Recording { interval: MILLISECOND, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
     }
 
-    /// Takes down how things are at a time since the start. The module is looked at from outside: it loses no time.
+    /// Records the values at a time since the start. They are read from the model, which takes no virtual time.
     pub(super) fn sample(&mut self, at: Nanos, module: &VirtualModule) {
         let state = State::of(&module.board().borrow());
         let (position, target) = module.position().unzip();
@@ -124,10 +124,10 @@ impl Recording {
         self.slice(at).join(&sample);
     }
 
-    /// Marks a time.
+    /// Records an event at a time since the start.
     pub(super) fn mark(&mut self, at: Nanos, mark: Mark) {
         let known = self.kinds.iter().position(|kind| *kind == mark);
-        // Of more kinds than there are bits the last ones are not told.
+        // Further kinds than a slice has bits for are not recorded.
         if known.is_none() && self.kinds.len() < KINDS {
             self.kinds.push(mark);
         }
@@ -136,13 +136,13 @@ impl Recording {
         }
     }
 
-    /// The slices in which there is a mark.
+    /// Indices of the slices that contain a mark.
     pub(super) fn marked(&self, mark: Mark) -> impl Iterator<Item = usize> {
         let bit = self.kinds.iter().position(|kind| *kind == mark).map_or(0, |kind| 1 << kind);
         self.slices.iter().enumerate().filter(move |(_, slice)| slice.marks & bit != 0).map(|(index, _)| index)
     }
 
-    /// The slice of a time.
+    /// The slice that contains a time.
     fn slice(&mut self, at: Nanos) -> &mut Slice {
         while at / self.interval >= MOST as Nanos {
             self.interval *= 2;

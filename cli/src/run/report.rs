@@ -1,4 +1,4 @@
-//! How a run has ended, in a few lines.
+//! The report of a run: a few lines about how the program ended and what it has done.
 
 use std::fmt::Write;
 
@@ -18,16 +18,16 @@ use crate::program::target;
 use crate::tracer::Step;
 use crate::virtual_module::VirtualModule;
 
-/// The bank of the user variables.
+/// Bank of the user variables.
 const VARIABLES: u8 = 2;
 
-/// The user variables at one time, by number.
+/// The present values of all user variables, by number.
 pub(super) fn variables(module: &mut VirtualModule) -> Vec<Option<i32>> {
     let numbers = (0..=u8::MAX).take(USER_VARIABLES);
     numbers.map(|number| module.read(Command::new(Opcode::Ggp as u8, number, VARIABLES, 0))).collect()
 }
 
-/// How long the program has run.
+/// Time that the program has run.
 pub(super) fn time(session: &Session<'_>, end: End) -> Nanos {
     match (end, &session.counts.last) {
         (End::Program, Some(step)) => step.at.saturating_sub(session.start),
@@ -35,7 +35,7 @@ pub(super) fn time(session: &Session<'_>, end: End) -> Nanos {
     }
 }
 
-/// The report; `before` are the user variables when the program was started.
+/// The report; `before` has the values of the user variables at the start of the program.
 pub(super) fn report(
     session: &mut Session<'_>,
     end: End,
@@ -93,22 +93,22 @@ fn motor_and_pins(module: &VirtualModule, row: &mut impl FnMut(&str, &str)) {
     row("outputs", &format!("OUT0 {out_0}, OUT1 {out_1}"));
 }
 
-/// A command that had no effect, and why.
+/// A refused command and the reason of the refusal.
 fn refusal(step: &Step, program: &Program) -> String {
-    let (command, place) = (program.text(&step.executed.command), program.location(step.executed.address));
+    let (command, location) = (program.text(&step.executed.command), program.location(step.executed.address));
     let why = step.executed.refused.map_or("", |status| meaning(status as u8));
-    format!("{command} at {place}: {why}")
+    format!("{command} at {location}: {why}")
 }
 
-/// Why the run is over, and where the program is.
+/// The reason why the run is over, and the address of the program.
 fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> String {
     let Some(machine) = session.module.machine() else { return "the module has no power".into() };
     if machine.runs() {
-        let place = program.location(machine.counter());
+        let location = program.location(machine.counter());
         let wait = match machine.wait() {
-            None => format!("at {place}"),
-            Some(Wait::For { awaited, .. }) => format!("in WAIT {} at {place}", awaited_name(awaited)),
-            Some(Wait::Store) => format!("waiting for the EEPROM at {place}"),
+            None => format!("at {location}"),
+            Some(Wait::For { awaited, .. }) => format!("in WAIT {} at {location}", awaited_name(awaited)),
+            Some(Wait::Store) => format!("waiting for the EEPROM at {location}"),
         };
         return match end {
             End::Signal => format!("interrupted by Ctrl-C, {wait}"),
@@ -116,18 +116,18 @@ fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> S
         };
     }
     let Some(step) = &session.counts.last else { return "no command was executed".into() };
-    let (command, place) = (step.executed.command, program.location(step.executed.address));
+    let (command, location) = (step.executed.command, program.location(step.executed.address));
     let outside = target(&command).is_some_and(|target| tmcm::vm::address(target, PRODUCT.commands).is_none());
     match Opcode::from_number(command.opcode) {
-        Some(Opcode::Stop) => format!("STOP at {place}"),
-        _ if machine.state() == ProgramState::Reset => format!("reset from outside, after {place}"),
-        _ if command.opcode == 0 => format!("an empty command at {place}: a program ends with STOP"),
-        _ if outside => format!("{command} at {place} leads out of program memory"),
-        _ => format!("stopped from outside, after {place}"),
+        Some(Opcode::Stop) => format!("STOP at {location}"),
+        _ if machine.state() == ProgramState::Reset => format!("reset from outside, after {location}"),
+        _ if command.opcode == 0 => format!("an empty command at {location}: a program ends with STOP"),
+        _ if outside => format!("{command} at {location} leads out of program memory"),
+        _ => format!("stopped from outside, after {location}"),
     }
 }
 
-/// As it is written.
+/// The name of a WAIT's event in programs.
 fn awaited_name(awaited: Awaited) -> &'static str {
     match awaited {
         Awaited::Ticks => "TICKS",

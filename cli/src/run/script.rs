@@ -1,4 +1,4 @@
-//! What happens around the module at certain times, as option `--at` says it.
+//! The events of option `--at`: changes of the world and commands of the host at given times.
 
 use hal_sim::clock::Nanos;
 use hal_sim::control::{Control, Line};
@@ -6,18 +6,18 @@ use tmcm::tmcl::{Command, text};
 
 use super::time;
 
-/// Something that happens at a time.
+/// An event of option `--at`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
-    /// When, counted from the start of the program.
+    /// Time since the start of the program, in nanoseconds.
     pub at: Nanos,
-    /// What, as it was written.
+    /// The action as the user has written it.
     pub text: String,
-    /// What.
+    /// The action.
     pub action: Action,
 }
 
-/// What happens.
+/// The action of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
     /// The world changes.
@@ -48,7 +48,7 @@ impl Event {
     }
 }
 
-/// Events in the order of their times; those of one time stay in theirs.
+/// The events sorted by time; events with the same time keep their order.
 pub(super) fn in_order(events: &[Event]) -> Vec<Event> {
     let mut events = events.to_vec();
     events.sort_by_key(|event| event.at);

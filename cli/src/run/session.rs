@@ -1,4 +1,4 @@
-//! The run itself: virtual time passes, and what happens is passed on to those who want to know.
+//! The run itself: lets virtual time pass, applies the events of option `--at`, and feeds trace, recording and report.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -22,34 +22,34 @@ use crate::signal::EndSignal;
 use crate::tracer::Step;
 use crate::virtual_module::VirtualModule;
 
-/// How often the values are taken down.
+/// Interval at which values are recorded, in virtual time.
 const TICK: Nanos = MILLISECOND;
-/// So many ticks pass between two looks at the real world.
+/// Number of ticks between two checks for signals and for the progress bar.
 const LOOK: u64 = 64;
-/// Who waits longer wants to see how far it is.
+/// Real time after which a progress bar is shown.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Why a run is over.
+/// The reason why a run is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// The program has ended, and no event is left.
     Program,
-    /// The time is up.
+    /// The time of option `--until` has been reached.
     Time,
-    /// Ctrl-C.
+    /// The user has pressed Ctrl-C.
     Signal,
 }
 
-/// What was counted.
+/// Counts of executed commands.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
-    /// Commands executed.
+    /// Number of executed commands.
     pub(super) executed: u64,
-    /// Those of them that had no effect.
+    /// Number of executed commands that were refused.
     pub(super) refused: u64,
-    /// The first of those.
+    /// The first refused command.
     pub(super) first_refused: Option<Step>,
-    /// The last command of all.
+    /// The last executed command.
     pub(super) last: Option<Step>,
 }
 
@@ -60,25 +60,25 @@ pub(super) struct Session<'a> {
     program: &'a Program,
     events: VecDeque<Event>,
     trace: Option<Trace>,
-    /// For the plot.
+    /// The recording for the plot, if one is wanted.
     pub(super) recording: Option<Recording>,
-    /// When the program was started.
+    /// When the program was started, in virtual time.
     pub(super) start: Nanos,
-    /// How far time has been let go since.
+    /// Virtual time that has passed since the start.
     reached: Nanos,
-    /// The last command executed was one of a handler.
-    handler: bool,
+    /// True if the last executed command belonged to an interrupt handler.
+    in_handler: bool,
     pub(super) counts: Counts,
-    /// What has happened around the module, and when.
+    /// Applied events and answered commands of the host as text, with their times since the start.
     pub(super) notes: Vec<(Nanos, String)>,
-    /// Commands of the host that have not been answered, and when they were sent.
+    /// Commands of the host that have not been answered, with the times at which they were sent.
     asked: VecDeque<(Nanos, Command)>,
-    /// The module has answered the command that starts the program.
+    /// True once the module has answered the command that starts the program.
     started: bool,
 }
 
 impl<'a> Session<'a> {
-    /// Loads the program and gets ready to start it.
+    /// A session with the program downloaded, ready to be started.
     pub(super) fn new(
         mut module: VirtualModule,
         program: &'a Program,
@@ -88,7 +88,7 @@ impl<'a> Session<'a> {
     ) -> Result<Self, Failure> {
         host::download(&mut module, program)?;
         module.trace(true);
-        // At a whole millisecond of the firmware, so that times are round numbers where it is on time.
+        // The start is moved to the firmware's next millisecond, so that times in trace and plot are round numbers.
         let start = module.next_event().unwrap_or(module.now());
         module.run_until(start);
         Ok(Session {
@@ -99,7 +99,7 @@ impl<'a> Session<'a> {
             events: events.into(),
             trace,
             recording,
-            handler: false,
+            in_handler: false,
             counts: Counts::default(),
             notes: Vec::new(),
             asked: VecDeque::new(),
@@ -107,12 +107,12 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Time since the program was started. What the module has still been doing when it was looked at does not count.
+    /// Virtual time since the start of the program, in nanoseconds.
     pub(super) fn time(&self) -> Nanos {
         self.reached
     }
 
-    /// Runs the program from address 0 on until it has ended and nothing more is to happen, or until `end`.
+    /// Runs the program from address 0 on until it has ended and no event is left, or until the time `end`.
     pub(super) fn run(&mut self, end: Nanos, signal: &EndSignal) -> Result<End, Failure> {
         let began = Instant::now();
         let mut progress: Option<Progress> = None;
@@ -148,28 +148,28 @@ impl<'a> Session<'a> {
         Ok(end)
     }
 
-    /// The program has ended, all events have happened, and the host has its answers.
+    /// True if the program has ended, all events have been applied, and the host has its answers.
     fn is_over(&self) -> bool {
         let runs = self.module.machine().is_some_and(|machine| machine.runs());
         !runs && self.events.is_empty() && self.asked.is_empty()
     }
 
-    /// Lets time pass, and the events happen that are due in it.
+    /// Lets virtual time pass until `to`, and applies the events that are due before.
     fn advance(&mut self, to: Nanos) -> Result<(), Failure> {
         while let Some(event) = self.events.pop_front_if(|event| event.at < to) {
-            self.pass(event.at)?;
-            self.happen(&event)?;
+            self.run_module(event.at)?;
+            self.apply(&event)?;
         }
-        self.pass(to)
+        self.run_module(to)
     }
 
-    fn pass(&mut self, to: Nanos) -> Result<(), Failure> {
+    fn run_module(&mut self, to: Nanos) -> Result<(), Failure> {
         self.module.run_until(self.start + to);
         self.reached = to;
-        self.look()
+        self.collect()
     }
 
-    fn happen(&mut self, event: &Event) -> Result<(), Failure> {
+    fn apply(&mut self, event: &Event) -> Result<(), Failure> {
         match event.action {
             Action::World(Control::Power { on }) => self.module.set_power(on),
             Action::World(control) => {
@@ -181,7 +181,7 @@ impl<'a> Session<'a> {
             recording.notes.push((event.at, event.text.clone()));
         }
         match event.action {
-            // It is told with its answer, where there is one.
+            // A command that is answered is noted with its answer.
             Action::Host(command) if !words::stays_unanswered(command) => {}
             _ => self.notes.push((event.at, event.text.clone())),
         }
@@ -198,8 +198,8 @@ impl<'a> Session<'a> {
         self.module.receive(Source::Usb, binary::encode_command(host::ADDRESS, command));
     }
 
-    /// Takes what has happened since the last look: commands of the program, and answers for the host.
-    fn look(&mut self) -> Result<(), Failure> {
+    /// Takes the commands that the program has executed and the answers that have come since the last call.
+    fn collect(&mut self) -> Result<(), Failure> {
         for step in self.module.take_steps() {
             self.take(&step)?;
         }
@@ -215,7 +215,7 @@ impl<'a> Session<'a> {
             }
         }
         if self.module.machine().is_none() {
-            // Without power there are no answers.
+            // A module without power does not answer.
             self.asked.clear();
         }
         Ok(())
@@ -232,7 +232,7 @@ impl<'a> Session<'a> {
             self.counts.first_refused.get_or_insert(*step);
         }
         if let Some(recording) = &mut self.recording {
-            if executed.handler && !self.handler {
+            if executed.handler && !self.in_handler {
                 recording.mark(at, Mark::Handler(executed.address));
             }
             if executed.refused.is_some() {
@@ -242,8 +242,8 @@ impl<'a> Session<'a> {
                 recording.mark(at, Mark::Stop);
             }
         }
-        // Between two handlers the program has its turn, unless it is in a WAIT.
-        self.handler = executed.handler && opcode != Some(Opcode::Reti);
+        // RETI ends a handler; if the program is in a WAIT, the next handler may follow directly and is marked, too.
+        self.in_handler = executed.handler && opcode != Some(Opcode::Reti);
         match &mut self.trace {
             Some(trace) => trace.step(at, step, self.program),
             None => Ok(()),

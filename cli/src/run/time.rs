@@ -1,11 +1,11 @@
-//! Times as people write them.
+//! Reading and writing times such as `10 s`.
 
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
-/// Units, the longer names first.
+/// Units of time; a name that ends with another one comes before that.
 const UNITS: [(&str, Nanos); 5] =
     [("min", 60 * SECOND), ("ms", MILLISECOND), ("us", MICROSECOND), ("s", SECOND), ("h", 3600 * SECOND)];
-/// A longer time is a mistake: a computer would need hours for it.
+/// Longest time that is accepted; a longer one is a mistake, because its simulation would take hours.
 const LONGEST: Nanos = 1000 * 3600 * SECOND;
 
 /// Reads a time such as `10 s` or `500ms`. The error says how to write one.
@@ -20,7 +20,7 @@ pub(super) fn parse(text: &str) -> Result<Nanos, String> {
     }
 }
 
-/// A time in the unit that suits it, to the microsecond.
+/// A time in milliseconds or seconds, to the microsecond.
 pub(super) fn show(time: Nanos) -> String {
     let (unit, name) = if time < SECOND { (MILLISECOND, "ms") } else { (SECOND, "s") };
     let digits = if time < SECOND { 3 } else { 6 };

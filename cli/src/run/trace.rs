@@ -12,11 +12,11 @@ use crate::files::STANDARD;
 use crate::program::Program;
 use crate::tracer::Step;
 
-/// Longer labels and commands push the rest of their line to the right.
+/// Widths in characters of the columns of labels and commands; longer ones push the rest of their line to the right.
 const LABEL: usize = 16;
 const COMMAND: usize = 28;
 
-/// Where the trace goes, and in which columns.
+/// The output of the trace and the width of its first column.
 pub(super) struct Trace {
     out: Box<dyn Write>,
     label_width: usize,
@@ -32,7 +32,7 @@ impl Trace {
                 .map_err(|error| Failure::Failed(format!("--trace: cannot write {}: {error}", path.display())))?;
             Box::new(std::io::BufWriter::new(file))
         };
-        // The colon and a space.
+        // A label is followed by a colon and a space.
         let longest = program.labels.iter().map(|(name, _)| name.chars().count() + 2).max();
         let mut trace = Trace { out, label_width: longest.unwrap_or_default().min(LABEL) };
         let label_width = trace.label_width;
@@ -44,7 +44,7 @@ impl Trace {
         Ok(trace)
     }
 
-    /// A command, executed at a time since the start of the program.
+    /// Writes the line of a command executed at a time since the start of the program.
     pub(super) fn step(&mut self, at: Nanos, step: &Step, program: &Program) -> Result<(), Failure> {
         let (address, label_width) = (step.executed.address, self.label_width);
         let label = program.label(address).map_or_else(String::new, |label| format!("{label}: "));
@@ -62,12 +62,12 @@ impl Trace {
         Ok(writeln!(self.out, "{}", line.trim_end())?)
     }
 
-    /// Something that happened around the module.
+    /// Writes the line of an event of option `--at`.
     pub(super) fn note(&mut self, at: Nanos, text: &str) -> Result<(), Failure> {
         Ok(writeln!(self.out, "{:>12.3}        // {text}", milliseconds(at))?)
     }
 
-    /// All is to be where it goes.
+    /// Writes buffered lines to the output.
     pub(super) fn finish(&mut self) -> Result<(), Failure> {
         Ok(self.out.flush()?)
     }

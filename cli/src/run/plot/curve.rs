@@ -1,12 +1,12 @@
-//! A quantity over time as a line. Where there are more slices than pixels, a pixel has the lowest and the highest value of
-//! its slices.
+//! A channel over time as an SVG path. Where there are more slices than pixels, a pixel shows the lowest and the
+//! highest value of its slices.
 
 use std::fmt::Write;
 
 use super::scale::Scale;
 use crate::run::recording::{Channel, Recording, joined};
 
-/// A rectangle in which something is drawn.
+/// A rectangle of the image that a curve or axis fills, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Area {
     pub(super) left: f64,
@@ -16,26 +16,27 @@ pub(super) struct Area {
 }
 
 impl Area {
-    /// The lower end.
+    /// Y coordinate of the lower edge.
     pub(super) fn bottom(&self) -> f64 {
         self.top + self.height
     }
 
-    /// The right end.
+    /// X coordinate of the right edge.
     pub(super) fn right(&self) -> f64 {
         self.left + self.width
     }
 
-    /// Where a value of a scale is.
+    /// Y coordinate of a value on a scale.
     fn y(&self, scale: &Scale, value: i32) -> f64 {
         self.bottom() - scale.fraction(value.into()) * self.height
     }
 }
 
-/// A pixel, or a slice where they are wider: where it begins, and the values in it.
+/// A column of the image, as wide as a pixel or a slice, whichever is wider: its X coordinate and the range of its
+/// values.
 type Column = (f64, Option<(i32, i32)>);
 
-/// The values of a channel, pixel by pixel.
+/// The columns of a channel.
 pub(super) fn columns(recording: &Recording, channel: Channel, area: &Area) -> Vec<Column> {
     let count = recording.slices.len().max(1);
     let width = area.width / count as f64;
@@ -50,10 +51,11 @@ pub(super) fn columns(recording: &Recording, channel: Channel, area: &Area) -> V
     columns
 }
 
-/// The path of a line through the values. A value holds until the next; steep is drawn as steep where it is.
+/// The SVG path of a line through the values. Each value is held until the next one, so that a jump is drawn as a
+/// vertical line at its time.
 pub(super) fn path(recording: &Recording, channel: Channel, area: &Area, scale: &Scale) -> String {
     let mut path = String::new();
-    // Where the pen is, and the height that goes on to the right without having been drawn yet.
+    // The position of the pen: the X coordinate up to which the line is drawn, and its present height.
     let mut pen: Option<(f64, f64)> = None;
     for (x, range) in columns(recording, channel, area) {
         let Some((low, high)) = range else {
@@ -72,7 +74,7 @@ pub(super) fn path(recording: &Recording, channel: Channel, area: &Area, scale: 
             }
             Some((_, y)) if (y - low).abs() < 0.05 && (y - high).abs() < 0.05 => {}
             Some((_, y)) => {
-                // First to the nearer end of the range, so that the line crosses over it.
+                // The line first goes to the nearer end of the range and then crosses the range.
                 let (near, far) = if (y - low).abs() < (y - high).abs() { (low, high) } else { (high, low) };
                 let _ = write!(path, "H{x:.1}V{near:.1}");
                 if (far - near).abs() > 0.05 {
@@ -93,7 +95,8 @@ fn end(path: &mut String, pen: Option<(f64, f64)>, x: f64) {
     }
 }
 
-/// Boxes where a channel is 1: all the time in the first path, now and then in the second.
+/// The SVG paths of boxes over the columns in which a channel is 1 all the time (first path) or part of the time
+/// (second).
 pub(super) fn bars(recording: &Recording, channel: Channel, area: &Area) -> [String; 2] {
     let mut paths = [String::new(), String::new()];
     let columns = columns(recording, channel, area);

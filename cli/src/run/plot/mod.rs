@@ -17,13 +17,13 @@ use crate::program::Program;
 const WIDTH: f64 = 1000.0;
 const LEFT: f64 = 110.0;
 const RIGHT: f64 = 24.0;
-/// Room for the title.
+/// Height of the title, in pixels like all sizes here.
 const TITLE: f64 = 58.0;
-/// Room above a panel for its name.
+/// Height of the name above a panel.
 const NAME: f64 = 20.0;
 const GAP: f64 = 14.0;
 const LANE: f64 = 20.0;
-/// Room for the axis of time.
+/// Height of the time axis.
 const AXIS: f64 = 44.0;
 
 /// Colours that people with colour-blindness can tell apart (Okabe and Ito).
@@ -45,11 +45,11 @@ struct Line {
     dash: &'static str,
 }
 
-/// A panel.
+/// A panel: a diagram with one or more lines on the same scale.
 struct Panel {
     name: &'static str,
     height: f64,
-    /// A range to be shown whatever the values are.
+    /// A range that the scale covers at least.
     least: Option<(i32, i32)>,
     lines: &'static [Line],
 }
@@ -84,7 +84,8 @@ const PANELS: [Panel; 4] = [
     },
 ];
 
-/// Levels, below the panels. The home switch is shown if it is ever closed.
+/// Channels with two levels, which are drawn as lanes below the panels. The home switch has a lane only if it is ever
+/// closed.
 const LANES: [(&str, Channel); 5] = [
     ("OUT0", Channel::Out0),
     ("OUT1", Channel::Out1),
@@ -192,7 +193,7 @@ impl Plot<'_> {
         self.text(legend + 29.0, 49.0, &format!("fill=\"{GREY}\""), "program in a WAIT");
     }
 
-    /// Shades, vertical lines and, at the bottom, times.
+    /// Draws the shades behind WAITs, the vertical grid lines, and the times at the bottom.
     fn time_axis(&mut self, top: f64, bottom: f64) {
         let area = Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: bottom - top };
         let [waiting, _] = bars(self.recording, Channel::Waiting, &area);
@@ -259,7 +260,7 @@ impl Plot<'_> {
         }
     }
 
-    /// Ticks at these times, one in a pixel.
+    /// Small vertical lines at these times, at most one per pixel.
     fn ticks(&self, times: Vec<u64>, area: &Area) -> String {
         let mut ticks = String::new();
         let mut last = f64::NEG_INFINITY;
@@ -272,9 +273,9 @@ impl Plot<'_> {
         ticks
     }
 
-    /// What happened around the module, as far as there is room to say it.
+    /// Draws the texts of the events of option `--at`, cut to the room there is.
     fn notes(&mut self, area: &Area) {
-        // What happens at the same time is said together.
+        // Texts of events at the same time are joined.
         let mut notes: Vec<(Nanos, String)> = Vec::new();
         for (at, text) in &self.recording.notes {
             match notes.last_mut() {
@@ -287,7 +288,7 @@ impl Plot<'_> {
         let ends = notes.iter().skip(1).map(|(at, _)| self.x(*at)).chain([area.right()]).collect::<Vec<_>>();
         for ((at, text), end) in notes.iter().zip(ends) {
             let x = self.x(*at) + 5.0;
-            // A character of this size is about so wide.
+            // A character of this font size is about 6.6 pixels wide.
             let room = ((end - x) / 6.6) as usize;
             if room >= 4 {
                 self.text(x, area.bottom() - 1.0, "font-size=\"11\"", &shortened(text, room));
@@ -302,7 +303,7 @@ fn stroke(line: &Line) -> String {
     format!("stroke=\"{colour}\" stroke-width=\"1.5\" stroke-linejoin=\"round\" fill=\"none\"{dash}")
 }
 
-/// The beginning of a text that is longer than there is room for.
+/// The text, cut to `room` characters.
 fn shortened(text: &str, room: usize) -> String {
     if text.chars().count() <= room {
         return text.into();
@@ -310,7 +311,7 @@ fn shortened(text: &str, room: usize) -> String {
     text.chars().take(room.saturating_sub(1)).chain(['\u{2026}']).collect()
 }
 
-/// Text in XML. Control characters cannot stand there.
+/// A text with XML's special characters escaped and without control characters, which XML does not allow.
 fn escaped(text: &str) -> String {
     let mut escaped = String::new();
     for c in text.chars() {

@@ -1,23 +1,23 @@
-//! Axes: from values to places, and where the ticks are.
+//! Scales: the position of values on an axis, and the ticks of the axis.
 
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 
-/// A range of values with a little room at both ends, and round numbers in it.
+/// A range of values with a margin at both ends, and round numbers as ticks.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Scale {
     low: f64,
     high: f64,
-    /// The numbers, rising in equal steps.
+    /// The values of the ticks, ascending in equal steps.
     pub(super) ticks: Vec<f64>,
 }
 
-/// The room, as a part of the range.
+/// The margin at each end, as a fraction of the range.
 const MARGIN: f64 = 0.05;
 
 impl Scale {
     /// A scale with about `count` ticks.
     pub(super) fn over(low: f64, high: f64, count: usize) -> Self {
-        // Values that are all the same are in the middle.
+        // A single value is put in the middle of the scale.
         let (low, high) = if high > low { (low, high) } else { (low - 1.0, high + 1.0) };
         let step = round_step((high - low) / count.max(1) as f64);
         let margin = (high - low) * MARGIN;
@@ -26,13 +26,13 @@ impl Scale {
         Scale { low: low - margin, high: high + margin, ticks }
     }
 
-    /// Where a value is between the lower end (0.0) and the upper one (1.0).
+    /// Position of a value on the scale, from 0.0 at the lower end to 1.0 at the upper end.
     pub(super) fn fraction(&self, value: f64) -> f64 {
         (value - self.low) / (self.high - self.low)
     }
 }
 
-/// The smallest of 1, 2, 5, 10, 20 ... that is not below a step.
+/// The smallest of 1, 2, 5, 10, 20 ... that is not below `step`.
 fn round_step(step: f64) -> f64 {
     let magnitude = 10_f64.powf(step.max(1.0).log10().floor());
     let round = [1.0, 2.0, 5.0, 10.0].into_iter().find(|round| round * magnitude >= step * 0.999);
@@ -45,7 +45,7 @@ pub(super) fn grouped(value: f64) -> String {
     let mut text = String::from(if value < 0.0 { "\u{2212}" } else { "" });
     for (index, digit) in digits.chars().enumerate() {
         if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            // A narrow space.
+            // U+2009 is a narrow space.
             text.push('\u{2009}');
         }
         text.push(digit);
@@ -53,16 +53,16 @@ pub(super) fn grouped(value: f64) -> String {
     text
 }
 
-/// The axis of time: ticks within the span, with the name of their unit.
+/// The ticks of a time axis, and their unit.
 pub(super) struct TimeAxis {
-    /// When, and what is written there.
+    /// The time of each tick and the number written below it.
     pub(super) ticks: Vec<(Nanos, String)>,
-    /// In full.
+    /// Full name of the unit.
     pub(super) unit: &'static str,
 }
 
 impl TimeAxis {
-    /// The axis of a span.
+    /// The time axis for a span from 0 on.
     pub(super) fn over(span: Nanos) -> Self {
         let (unit, name) = match span / SECOND {
             0 if span < SECOND / 2 => (MILLISECOND, "milliseconds"),
@@ -70,7 +70,7 @@ impl TimeAxis {
             300..18_000 => (60 * SECOND, "minutes"),
             _ => (3600 * SECOND, "hours"),
         };
-        // Of a thousandth of the unit, so that the ticks are whole numbers of it.
+        // Ticks are whole multiples of a thousandth of the unit.
         let fine = unit / 1000;
         let step = round_step(span as f64 / fine as f64 / 10.0) as Nanos;
         let ticks = (0..=span / fine).step_by(step.max(1) as usize).map(|tick| {
