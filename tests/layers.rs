@@ -2,6 +2,8 @@
 //!
 //! * Each module of the firmware uses only those that stand above it in `src/lib.rs`.
 //! * Beyond that, chip drivers, motion and the store know no language, and chip drivers no parameter table ([`APART`]).
+//! * What a motion chip demands is known by its driver and by one file in `motion`: nobody else names its registers
+//!   ([`AT_CHIPS`]).
 //! * Chip drivers and the store name no parameter by its number, in comments either ([`NUMBERED`]).
 //! * No two files of a crate import each other, directly or by way of others; `layers/imports.rs` says what an import
 //!   is.
@@ -152,6 +154,39 @@ fn drivers_motion_and_store_know_no_language() {
         }
     }
     assert!(found.is_empty(), "{found:?}");
+}
+
+/// The modules, and the files of `motion`, that may name what stands in the driver of a motion chip.
+const AT_CHIPS: [&str; 2] = ["chip", "motion/tmc429"];
+#[test]
+fn registers_are_named_where_the_chip_is_driven() {
+    let source = root().join("src");
+    let apart = |path: &&PathBuf| !AT_CHIPS.iter().any(|place| path.starts_with(source.join(place)));
+    let mut checked = 0;
+    for path in sources(&source).iter().map(|path| path.with_extension("")).filter(|path| apart(&path)) {
+        let text = fs::read_to_string(path.with_extension("rs")).unwrap();
+        let wrong = named_of_motion_chips(&tokens(&text));
+        assert!(wrong.is_empty(), "{}: {wrong:?} of a motion chip", path.display());
+        checked += 1;
+    }
+    assert!(checked > 50, "{checked} files");
+}
+
+/// What a source takes from the drivers of motion chips, `chip::tmc...`, beside the one type that is the driver.
+fn named_of_motion_chips<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
+    let mut named = Vec::new();
+    for at in 0..tokens.len() {
+        match &tokens[at..] {
+            ["chip", ":", ":", chip, ":", ":", rest @ ..] if chip.starts_with("tmc") => {
+                named.extend(first_names(rest).into_iter().filter(|name| name.to_lowercase() != **chip));
+            }
+            ["chip", ":", ":", rest @ ..] => {
+                named.extend(first_names(rest).into_iter().filter(|name| name.starts_with("tmc")));
+            }
+            _ => {}
+        }
+    }
+    named
 }
 
 /// Modules that name no parameter of TMCL by its number.

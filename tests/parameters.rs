@@ -9,9 +9,10 @@ use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcm::chip::tmc429::{RampGenerator, Tmc429};
+use tmcm::chip::tmc429::Tmc429;
 use tmcm::module::{Source, TMCM_1140};
 use tmcm::motion::Axis;
+use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::param::{AxisParameter, Interrupt, Row};
 use tmcm::tmcl::Command;
 
@@ -648,7 +649,7 @@ fn reverse_shaft() {
 fn stored_values_out_of_range_are_not_taken() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
     let mut chip = Tmc429::new(board.spi(Chip::Tmc429, 1_000_000));
-    let mut axis = Axis::new(RampGenerator::First, board.spi(Chip::Tmc262, 1_000_000), TMCM_1140.axis);
+    let mut axis = Axis::new(Tmc429Tmc262::new(0, board.spi(Chip::Tmc262, 1_000_000)), TMCM_1140.axis);
     for (parameter, value, expected) in [
         (AxisParameter::MaximumSpeed, 500, 500),
         (AxisParameter::MaximumSpeed, 0, 500),
@@ -658,6 +659,6 @@ fn stored_values_out_of_range_are_not_taken() {
     ] {
         let row = TMCM_1140.axis.rows.iter().find(|row| row.function == parameter).unwrap();
         axis.preset(row, value);
-        assert_eq!(axis.read(&mut chip, parameter), Ok(expected), "{parameter:?} {value}");
+        assert_eq!(axis.on(&mut chip).read(parameter), Ok(expected), "{parameter:?} {value}");
     }
 }

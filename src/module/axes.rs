@@ -2,13 +2,12 @@
 //! 3.7.27).
 
 use super::outcome::{Outcome, Undo};
-use super::{Inputs, Module, Platform, Subscription};
-use crate::chip::tmc429::{RampMode, Tmc429};
-use crate::motion::{self, Sensors};
+use super::{Chips, Inputs, Module, Platform, Subscription};
+use crate::motion::{self, Joined, Mode, Sensors};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
 use crate::store::Need;
 use crate::tmcl::{ALL_AXES, Command, Opcode, Reply, Status};
-use crate::units::{INTERNAL_MAX, Internal, Micros};
+use crate::units::{INTERNAL_MAX, Micros};
 use crate::vm::{ErrorFlag, Signals};
 
 /// The bit of an axis in command 138.
@@ -26,9 +25,6 @@ impl From<motion::Error> for Status {
     }
 }
 
-type Axis<T> = motion::Axis<<T as Platform>::Tmc262>;
-type Chip<T> = Tmc429<<T as Platform>::Tmc429>;
-
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// One turn of all axes, and what comes of it; what a program may want to know of is returned.
     pub(super) fn poll_axes(&mut self, now: Micros) -> Signals {
@@ -36,7 +32,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let Inputs { stall, encoder, external, null, digital: [_, _, _, home], .. } = self.inputs;
         let sensors = Sensors { stall, home, encoder, external, null };
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
-            let events = axis.poll(now, &mut self.chip, sensors);
+            let events = axis.on(&mut self.controller).poll(now, sensors);
             for (event, flag) in [
                 (events.cut_short, ErrorFlag::Position),
                 (events.deviation, ErrorFlag::Deviation),
@@ -72,18 +68,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Does something to all axes that ends their moves.
-    pub(super) fn end_moves(
-        &mut self,
-        now: Micros,
-        act: impl Fn(&mut Axis<T>, &mut Chip<T>) -> Result<(), motion::Error>,
-    ) {
+    pub(super) fn end_moves(&mut self, act: impl Fn(&mut Joined<'_, Chips<T>>) -> Result<(), motion::Error>) {
         for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
             if axis.travelling() {
                 self.machine.errors.raise(ErrorFlag::Position);
             }
             // What does not hear now is stopped hard as soon as it does.
-            if act(axis, &mut self.chip).is_err() {
-                let _ = axis.hard_stop(now, &mut self.chip);
+            let mut axis = axis.on(&mut self.controller);
+            if act(&mut axis).is_err() {
+                let _ = axis.hard_stop();
             }
             if let Some(subscription) = &mut self.subscription {
                 subscription.armed &= !bit(number.into());
@@ -97,7 +90,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// ROR with a positive speed, ROL with a negative one, MST with zero.
-    pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: Internal) -> Result<(), Status> {
+    pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: i32) -> Result<(), Status> {
         if !(-INTERNAL_MAX..=INTERNAL_MAX).contains(&speed) {
             return Err(Status::InvalidValue);
         }
@@ -105,8 +98,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.unlocked(now)?;
         }
         self.disarm(axis);
-        let (axis, chip) = self.axis(axis)?;
-        Ok(axis.rotate(now, chip, speed)?)
+        Ok(self.axis(axis)?.rotate(now, speed)?)
     }
 
     /// RFS.
@@ -114,11 +106,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if kind == 0 {
             self.unlocked(now)?;
         }
-        let (state, chip) = self.axis(axis)?;
+        let mut state = self.axis(axis)?;
         let searched = state.searches();
         match kind {
-            0 => state.start_search(now, chip)?,
-            1 => state.stop_search(now, chip)?,
+            0 => state.start_search(now)?,
+            1 => state.stop_search(now)?,
             2 => return Ok(Outcome::Read(state.search_status())),
             _ => return Err(Status::WrongType),
         }
@@ -136,10 +128,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let Command { kind, motor, value, .. } = command;
         let target = match (kind, motor) {
             (0, _) if motor != ALL_AXES => value,
-            (1, _) if motor != ALL_AXES => {
-                let (axis, chip) = self.axis(motor)?;
-                axis.actual_position(chip)?.wrapping_add(value)
-            }
+            (1, _) if motor != ALL_AXES => self.axis(motor)?.actual_position()?.wrapping_add(value),
             (2, _) => {
                 let number = coordinate(u8::try_from(value).map_err(|_| Status::InvalidValue)?)?;
                 let first = if motor == ALL_AXES { 0 } else { motor };
@@ -162,9 +151,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
         self.unlocked(now)?;
-        let (axis, chip) = self.axis(number)?;
+        let mut axis = self.axis(number)?;
         let searched = axis.searches();
-        axis.move_to(now, chip, target)?;
+        axis.move_to(now, target)?;
         if searched {
             self.disarm(number);
         }
@@ -207,8 +196,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// GAP.
     pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Outcome, Status> {
         let parameter = self.parameter(number)?;
-        let (axis, chip) = self.axis(axis)?;
-        Ok(Outcome::Read(axis.read(chip, parameter.function)?))
+        Ok(Outcome::Read(self.axis(axis)?.read(parameter.function)?))
     }
 
     /// SAP, AAP. `echo` is the reply's value.
@@ -221,7 +209,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         echo: i32,
     ) -> Result<Outcome, Status> {
         let parameter = self.parameter(number)?;
-        let (state, _) = self.axis(axis)?;
+        let state = self.axis(axis)?;
         let (searched, rotates) = (state.searches(), state.takes_speed());
         let moves = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::RampMode => true,
@@ -231,12 +219,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if moves {
             self.unlocked(now)?;
         }
-        let (state, chip) = self.axis(axis)?;
-        state.write(now, chip, parameter, value)?;
+        self.axis(axis)?.write(now, parameter, value)?;
         let travels_on = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::ActualPosition => false,
             AxisParameter::TargetSpeed => !rotates,
-            AxisParameter::RampMode => value != RampMode::Velocity as i32 && !searched,
+            AxisParameter::RampMode => value != Mode::Velocity as i32 && !searched,
             _ => true,
         };
         if !travels_on {
@@ -248,8 +235,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// STAP.
     pub(super) fn store_axis(&mut self, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
-        let (state, chip) = self.axis(axis)?;
-        let value = state.read(chip, parameter.function)?;
+        let value = self.axis(axis)?.read(parameter.function)?;
         self.keep(slot, value)?;
         Ok(Outcome::stored(echo))
     }
@@ -258,8 +244,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
         let value = self.recall(slot)?;
-        let (state, chip) = self.axis(axis)?;
-        state.write(now, chip, parameter, value)?;
+        self.axis(axis)?.write(now, parameter, value)?;
         Ok(Outcome::Value(echo))
     }
 
@@ -304,8 +289,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// CCO: the position now.
     pub(super) fn position(&mut self, axis: u8) -> Result<i32, Status> {
-        let (axis, chip) = self.axis(axis)?;
-        Ok(axis.actual_position(chip)?)
+        Ok(self.axis(axis)?.actual_position()?)
     }
 
     fn parameter(&self, number: u8) -> Result<&'static Parameter<AxisParameter>, Status> {
@@ -323,9 +307,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok((parameter, self.spec().slots.axis(axis, slot)))
     }
 
-    fn axis(&mut self, number: u8) -> Result<(&mut Axis<T>, &mut Chip<T>), Status> {
+    fn axis(&mut self, number: u8) -> Result<Joined<'_, Chips<T>>, Status> {
         let axis = self.axes.get_mut(usize::from(number)).ok_or(Status::InvalidValue)?;
-        Ok((axis, &mut self.chip))
+        Ok(axis.on(&mut self.controller))
     }
 
     pub(super) fn coordinate_cell(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {

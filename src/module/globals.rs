@@ -1,7 +1,8 @@
 //! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
 
 use super::outcome::Outcome;
-use super::{Module, Platform, Spec};
+use super::{Chips, Module, Platform, Spec};
+use crate::motion::{self, Hardware};
 use crate::param::{COORDINATES, GlobalParameter as G, Interrupt, Parameter, Row, Storage};
 use crate::tmcl::Status;
 use crate::units::Micros;
@@ -175,13 +176,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Writes switch polarity (79) and shaft direction (90) to the motion controller, and tells the axes the direction in
     /// which their encoders count.
-    pub(super) fn apply_polarity_and_direction(&mut self) -> Result<(), crate::motion::Error> {
+    pub(super) fn apply_polarity_and_direction(&mut self) -> Result<(), motion::Error> {
         let polarity = self.global(G::EndSwitchPolarity) != 0;
         let reverse = self.global(G::ReverseShaft) != 0;
         for axis in &mut self.axes {
             axis.set_reverse(reverse);
         }
-        Ok(self.chip.write_interface(polarity, reverse)?)
+        Chips::<T>::invert(&mut self.controller, polarity, reverse)
     }
 
     /// At the start: takes from the store everything that is to be restored.

@@ -47,8 +47,9 @@ use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiDevice;
 use heapless::{Deque, Vec};
 
-use crate::chip::tmc429::{RampGenerator, Tmc429};
-use crate::motion::{self, Axis};
+use crate::chip::tmc429::Tmc429;
+use crate::motion::tmc429::Tmc429Tmc262;
+use crate::motion::{self, Hardware};
 use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
 use crate::store::Store;
 use crate::tmcl::{Command, Opcode, Reply, Status};
@@ -112,11 +113,15 @@ const RESTART_DELAY: Micros = Micros::from_millis(100);
 /// Time between two polls.
 const PERIOD: Micros = Micros::from_millis(1);
 
+/// What an axis of a module runs on.
+type Chips<T> = Tmc429Tmc262<<T as Platform>::Tmc429, <T as Platform>::Tmc262>;
+type Axis<T> = motion::Axis<Chips<T>>;
+
 /// A module: axes, parameters, storage and links.
 #[derive(Debug)]
 pub struct Module<T: Platform, const AXES: usize> {
-    chip: Tmc429<T::Tmc429>,
-    axes: [Axis<T::Tmc262>; AXES],
+    controller: Tmc429<T::Tmc429>,
+    axes: [motion::Axis<Tmc429Tmc262<T::Tmc429, T::Tmc262>>; AXES],
     enable: T::Enable,
     hooks: T::Hooks,
     store: T::Store,
@@ -155,11 +160,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub fn new(parts: Parts<T, AXES>, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
-        let mut generators = RampGenerator::ALL.into_iter().cycle();
+        let mut numbers = 0..;
         let Parts { tmc429, tmc262, enable, store, hooks } = parts;
         Module {
-            chip: Tmc429::new(tmc429),
-            axes: tmc262.map(|driver| Axis::new(generators.next().unwrap_or(RampGenerator::First), driver, spec.axis)),
+            controller: Tmc429::new(tmc429),
+            axes: tmc262
+                .map(|driver| Axis::<T>::new(Tmc429Tmc262::new(numbers.next().unwrap_or_default(), driver), spec.axis)),
             enable,
             hooks,
             store,
@@ -197,7 +203,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
         let _ = self.enable.set_high();
         // One that does not hear now is asked again before the drivers are switched on.
-        let _ = self.chip.halt();
+        let _ = Chips::<T>::halt(&mut self.controller);
         self.store.forget();
         load(&mut self.store);
         self.restore();
@@ -213,12 +219,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     fn start_chips(&mut self, now: Micros) -> Result<(), motion::Error> {
-        self.chip.confirm()?;
-        self.chip.halt()?;
-        self.chip.initialise()?;
+        Chips::<T>::start(&mut self.controller)?;
         self.apply_polarity_and_direction()?;
         for axis in &mut self.axes {
-            axis.start(now, &mut self.chip)?;
+            axis.on(&mut self.controller).start(now)?;
         }
         Ok(())
     }
@@ -314,7 +318,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// The axes, to look at.
-    pub const fn axes(&self) -> &[Axis<T::Tmc262>; AXES] {
+    pub const fn axes(&self) -> &[motion::Axis<Chips<T>>; AXES] {
         &self.axes
     }
 

@@ -170,7 +170,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn begin_turn(&mut self, events: Signals) {
         let mut signals = events;
         for (number, axis) in (0..AXES as u8).zip(&self.axes) {
-            let [left, right] = axis.stop_switches(&self.chip);
+            let [left, right] = axis.stop_switches(&self.controller);
             signals.stop_switches(number, left, right);
         }
         signals.inputs(&self.inputs.digital);
@@ -263,7 +263,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             (Awaited::Ticks, _) => false,
             (Awaited::Position, Some(axis)) => axis.at_target(),
             (Awaited::ReferenceSwitch, Some(axis)) => axis.home_switch(),
-            (Awaited::LimitSwitch, Some(axis)) => axis.stop_switches(&self.chip).contains(&true),
+            (Awaited::LimitSwitch, Some(axis)) => axis.stop_switches(&self.controller).contains(&true),
             (Awaited::ReferenceSearch, Some(axis)) => axis.search_status() == 0,
             // WAIT with the number of a motor that the product does not have: the command has no effect.
             (_, None) => true,

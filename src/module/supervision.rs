@@ -4,8 +4,8 @@
 
 use embedded_hal::digital::OutputPin;
 
-use super::{Module, Platform, Source};
-use crate::motion::Axis;
+use super::{Axis, Chips, Module, Platform, Source};
+use crate::motion::Hardware;
 use crate::param::{AxisParameter as P, GlobalParameter as G};
 use crate::units::Micros;
 use crate::vm::ErrorFlag;
@@ -99,17 +99,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Stops the motors when a host misses its heartbeat - until it is heard again they cannot be started -, and with
     /// the program where the supply is too low or the motion controller does not answer.
     pub(super) fn supervise(&mut self, now: Micros) {
-        self.listen(now);
+        self.listen();
         if self.heartbeat_missed(now) && self.under_way() {
-            self.end_moves(now, |axis, chip| axis.rotate(now, chip, 0));
+            self.end_moves(|axis| axis.rotate(now, 0));
         }
         match self.supervision.supply(self.inputs.supply) {
             Supply::Lost => {
                 self.machine.stop();
-                self.end_moves(now, |axis, chip| axis.hard_stop(now, chip));
+                self.end_moves(|axis| axis.hard_stop());
             }
             Supply::Restored => {
-                self.end_moves(now, |axis, _| axis.restart_driver());
+                self.end_moves(|axis| axis.restart_driver());
                 self.starts = true;
             }
             Supply::Steady => {}
@@ -123,8 +123,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Gives the motion controller up if it does not answer.
-    fn listen(&mut self, now: Micros) {
-        let answers = self.chip.answers() || self.chip.confirm().is_ok();
+    fn listen(&mut self) {
+        let answers = Chips::<T>::answers(&mut self.controller);
         if self.supervision.given_up() {
             // Should it be back, it hears now that it has to stop.
             return;
@@ -133,7 +133,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.supervision.given_up() {
             self.give_up();
             self.machine.stop();
-            self.end_moves(now, |axis, chip| axis.hard_stop(now, chip));
+            self.end_moves(|axis| axis.hard_stop());
         }
     }
 
@@ -152,9 +152,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Whether a motor is to go somewhere, or does not answer.
     fn under_way(&mut self) -> bool {
-        let Module { axes, chip, .. } = self;
-        let rests = |axis: &mut Axis<T::Tmc262>| !axis.travelling() && matches!(axis.read(chip, P::TargetSpeed), Ok(0));
-        !axes.iter_mut().all(rests)
+        let Module { axes, controller, .. } = self;
+        let mut rests =
+            |axis: &mut Axis<T>| !axis.travelling() && matches!(axis.on(controller).read(P::TargetSpeed), Ok(0));
+        !axes.iter_mut().all(&mut rests)
     }
 }
 

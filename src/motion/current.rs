@@ -9,8 +9,9 @@
 //! current (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 that
 //! motor is treated like any other that stands: standby and freewheeling come after their times.
 
+use super::values::Values;
 use crate::param::AxisParameter as P;
-use crate::units::{CurrentScale, Internal, Micros};
+use crate::units::{CurrentScale, Micros};
 
 /// How the motor moves, as far as its current depends on that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +28,7 @@ pub(super) enum MotionState {
 
 /// How the windings are driven: the part of the driver's configuration that follows the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Excitation {
+pub struct Excitation {
     /// Current of the windings.
     pub scale: CurrentScale,
     /// The bridges are off, the motor is freewheeling.
@@ -43,16 +44,10 @@ pub(super) struct Current {
 }
 
 impl Current {
-    /// The excitation for this state of motion; `speed` in internal units, `value` gives the value of a parameter.
-    pub(super) fn select(
-        &mut self,
-        now: Micros,
-        state: MotionState,
-        speed: Internal,
-        value: impl Fn(P) -> i32,
-    ) -> Excitation {
-        let slow = speed.abs() < value(P::SmartEnergyThresholdSpeed);
-        let run = CurrentScale::from_parameter(value(P::MaximumCurrent));
+    /// The excitation for this state of motion; `speed` in the unit of parameter 182.
+    pub(super) fn select(&mut self, now: Micros, state: MotionState, speed: i32, values: &Values) -> Excitation {
+        let slow = speed.abs() < values.get(P::SmartEnergyThresholdSpeed);
+        let run = CurrentScale::from_parameter(values.get(P::MaximumCurrent));
         let mut excitation = Excitation { scale: run, free: false, cool_step: !slow };
         if state != MotionState::Standing {
             self.still_since = None;
@@ -60,16 +55,16 @@ impl Current {
         match state {
             MotionState::Standing => {
                 let stood = now.since(*self.still_since.get_or_insert(now));
-                if stood >= hundredths(value(P::PowerDownDelay)) {
-                    excitation.scale = CurrentScale::from_parameter(value(P::StandbyCurrent));
+                if stood >= hundredths(values.get(P::PowerDownDelay)) {
+                    excitation.scale = CurrentScale::from_parameter(values.get(P::StandbyCurrent));
                 }
-                let freewheeling = value(P::Freewheeling);
+                let freewheeling = values.get(P::Freewheeling);
                 excitation.free = freewheeling != 0 && stood >= hundredths(freewheeling);
             }
             MotionState::Held => {}
             MotionState::Changing | MotionState::Cruising => {
-                let boost = if state == MotionState::Changing { value(P::BoostCurrent) } else { 0 };
-                let slow_run = if slow { value(P::SmartEnergySlowRunCurrent) } else { 0 };
+                let boost = if state == MotionState::Changing { values.get(P::BoostCurrent) } else { 0 };
+                let slow_run = if slow { values.get(P::SmartEnergySlowRunCurrent) } else { 0 };
                 if let Some(current) = [boost, slow_run].into_iter().find(|current| *current != 0) {
                     excitation.scale = CurrentScale::from_parameter(current);
                 }

@@ -2,16 +2,26 @@
 
 mod axis;
 mod current;
+mod encoders;
 mod guard;
+mod hardware;
+mod moves;
 mod parameters;
-mod position;
-pub mod ramp;
 mod search;
 mod searching;
+mod sensors;
 mod stall;
 mod switch;
+pub mod tmc429;
+mod turn;
+mod values;
 
-pub use axis::{Axis, Events, Sensors};
+pub use axis::{Axis, Events, Joined};
+pub use current::Excitation;
+pub use hardware::{Course, Goal, Hardware, Known, Mode};
+pub use sensors::Sensors;
+pub use switch::{Side, Stops};
+pub use values::Values;
 
 /// The reason for which an axis has refused a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

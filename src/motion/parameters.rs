@@ -1,36 +1,34 @@
 //! Reading and writing of axis parameters (manual chapter 4): which of them ask a chip, which tell it something, and
 //! which only are values for the next poll.
 
-use embedded_hal::spi::SpiDevice;
-
-use super::ramp::braking;
+use super::Error;
+use super::axis::Joined;
+use super::hardware::{Hardware, Mode};
 use super::stall::Measured;
-use super::{Axis, Error};
-use crate::chip::tmc429::{RampMode, Tmc429};
 use crate::param::{AxisParameter as P, Parameter};
 use crate::units::Micros;
 
-impl<D: SpiDevice> Axis<D> {
+impl<H: Hardware> Joined<'_, H> {
     /// Reads a parameter. Reading 207 clears it.
-    pub fn read<M: SpiDevice>(&mut self, chip: &mut Tmc429<M>, parameter: P) -> Result<i32, Error> {
+    pub fn read(&mut self, parameter: P) -> Result<i32, Error> {
         Ok(match parameter {
-            P::TargetPosition => self.position.target,
-            P::ActualPosition => self.actual_position(chip)?,
-            P::TargetSpeed => self.target_speed(chip)?,
-            P::ActualSpeed => self.actual_speed(chip)?,
-            P::PositionReached => i32::from(self.actual_position(chip)? == self.position.target),
+            P::TargetPosition => self.hardware.known().target,
+            P::ActualPosition => self.actual_position()?,
+            P::TargetSpeed => self.target_speed()?,
+            P::ActualSpeed => self.actual_speed()?,
+            P::PositionReached => i32::from(self.actual_position()? == self.hardware.known().target),
             P::HomeSwitch => i32::from(self.sensors.home),
-            P::RightSwitch => i32::from(self.switches(chip)?.1),
-            P::LeftSwitch => i32::from(self.switches(chip)?.0),
-            P::ActualAcceleration => self.actual_acceleration(chip)?,
-            P::RampMode => self.mode as i32,
-            P::SmartEnergyActualCurrent => self.driver.current().into(),
-            P::ActualLoad => self.driver.load().into(),
+            P::RightSwitch => i32::from(self.switches()?.right),
+            P::LeftSwitch => i32::from(self.switches()?.left),
+            P::ActualAcceleration => self.actual_acceleration()?,
+            P::RampMode => self.hardware.known().mode as i32,
+            P::SmartEnergyActualCurrent => self.hardware.current(self.controller()).into(),
+            P::ActualLoad => self.hardware.load(self.controller()).into(),
             P::ExtendedErrorFlags => core::mem::take(&mut self.errors),
             P::DriverErrorFlags => self.driver_flags().into(),
-            P::EncoderPosition => self.encoder.position(),
+            P::EncoderPosition => self.encoders.built_in.position(),
             P::AbsoluteResolverValue => self.sensors.encoder.into(),
-            P::ExternalEncoderPosition => self.external.position(),
+            P::ExternalEncoderPosition => self.encoders.external.position(),
             P::MaximumSpeed
             | P::MaximumAcceleration
             | P::MaximumCurrent
@@ -79,25 +77,12 @@ impl<D: SpiDevice> Axis<D> {
             | P::MaximumEncoderDeviation
             | P::PowerDownDelay
             | P::ExternalEncoderPrescaler
-            | P::MaximumExternalEncoderDeviation => self.value(parameter),
+            | P::MaximumExternalEncoderDeviation => self.values.get(parameter),
         })
     }
 
-    /// Takes a stored value without telling the chips, before [`Axis::start`] does.
-    pub fn preset(&mut self, parameter: &Parameter<P>, value: i32) {
-        if parameter.row.stored() && parameter.row.accepts(value) {
-            self.set_value(parameter.function, value);
-        }
-    }
-
     /// Writes a parameter. Where that fails nothing has changed.
-    pub fn write<M: SpiDevice>(
-        &mut self,
-        now: Micros,
-        chip: &mut Tmc429<M>,
-        parameter: &Parameter<P>,
-        value: i32,
-    ) -> Result<(), Error> {
+    pub fn write(&mut self, now: Micros, parameter: &Parameter<P>, value: i32) -> Result<(), Error> {
         let Parameter { function: parameter, row } = parameter;
         let parameter = *parameter;
         if !row.writable() {
@@ -107,50 +92,43 @@ impl<D: SpiDevice> Axis<D> {
             return Err(Error::OutOfRange);
         }
         match parameter {
-            P::TargetPosition => self.move_to(now, chip, value),
-            P::ActualPosition => self.set_position(now, chip, value),
-            P::TargetSpeed if self.takes_speed() => self.rotate(now, chip, value),
+            P::TargetPosition => self.move_to(now, value),
+            P::ActualPosition => self.set_position(now, value),
+            P::TargetSpeed if self.takes_speed() => self.rotate(now, value),
             P::TargetSpeed => Ok(()),
             P::RampMode => {
                 let mode = match value {
-                    0 => RampMode::Ramp,
-                    1 => RampMode::Soft,
-                    _ => RampMode::Velocity,
+                    0 => Mode::Ramp,
+                    1 => Mode::Soft,
+                    _ => Mode::Velocity,
                 };
-                self.change_mode(now, chip, mode)
+                self.change_mode(now, mode)
             }
             P::EncoderPosition => {
-                self.encoder.set(value);
+                self.encoders.built_in.set(value);
                 Ok(())
             }
             P::ExternalEncoderPosition => {
-                self.external.set(value);
+                self.encoders.external.set(value);
                 Ok(())
             }
             P::ExternalEncoderPrescaler => {
-                self.set_value(parameter, value);
-                self.arm_null(true);
+                self.values.set(parameter, value);
+                self.arm_null();
                 Ok(())
             }
-            P::RampDivisor | P::PulseDivisor => {
-                let (ramp_div, pulse_div) = self.divisors();
-                let (ramp_div, pulse_div) = match parameter {
-                    P::RampDivisor => (value as u8, pulse_div),
-                    _ => (ramp_div, value as u8),
-                };
-                let speed = self.value(P::MaximumSpeed);
-                braking(self.value(P::MaximumAcceleration), ramp_div, pulse_div, speed).ok_or(Error::OutOfRange)?;
-                self.change(parameter, value, |axis| axis.configure(chip))
-            }
+            P::RampDivisor | P::PulseDivisor => self.change(parameter, value, |axis| {
+                if H::accepts(&axis.values) { axis.adjust() } else { Err(Error::OutOfRange) }
+            }),
             P::MaximumSpeed
             | P::MaximumAcceleration
             | P::RightSwitchDisable
             | P::LeftSwitchDisable
             | P::MinimumSpeed
             | P::ReferenceTolerance
-            | P::SoftStop => self.change(parameter, value, |axis| axis.configure(chip)),
+            | P::SoftStop => self.change(parameter, value, Self::adjust),
             P::MicrostepResolution | P::StallGuardFilter | P::StallGuardThreshold => {
-                let before = self.value(parameter);
+                let before = self.values.get(parameter);
                 self.change(parameter, value, Self::write_driver)?;
                 if value != before {
                     // The driver's measurement under way is not one with the new setting.
@@ -177,11 +155,11 @@ impl<D: SpiDevice> Axis<D> {
             | P::ShortDetectionTimer
             | P::RandomToffMode => self.change(parameter, value, Self::write_driver),
             P::StopOnStall => {
-                if value > self.value(parameter) {
+                if value > self.values.get(parameter) {
                     // The motor may have been at or below the new speed a moment ago.
                     self.measured = Measured::default();
                 }
-                self.set_value(parameter, value);
+                self.values.set(parameter, value);
                 Ok(())
             }
             // The next poll works with the values of these.
@@ -199,7 +177,7 @@ impl<D: SpiDevice> Axis<D> {
             | P::MaximumEncoderDeviation
             | P::PowerDownDelay
             | P::MaximumExternalEncoderDeviation => {
-                self.set_value(parameter, value);
+                self.values.set(parameter, value);
                 Ok(())
             }
             P::ActualSpeed
@@ -226,8 +204,8 @@ impl<D: SpiDevice> Axis<D> {
         value: i32,
         tell: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let old = self.value(parameter);
-        self.set_value(parameter, value);
-        tell(self).inspect_err(|_| self.set_value(parameter, old))
+        let old = self.values.get(parameter);
+        self.values.set(parameter, value);
+        tell(self).inspect_err(|_| self.values.set(parameter, old))
     }
 }

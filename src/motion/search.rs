@@ -36,10 +36,8 @@
 //! never opens on its far side.
 //! After a search the axis is in positioning mode: parameter 138 is 0, also where it was 1 before.
 
-use super::position::Position;
-use super::switch::{Switches, stops};
-use crate::chip::tmc429::reference;
-use crate::units::Internal;
+use super::hardware::Known;
+use super::switch::{Side, Stops, Switches};
 
 /// Modes 1..=4: the right switch in place of the left one.
 const RIGHT: i32 = 64;
@@ -111,9 +109,9 @@ pub(super) struct Search {
     direction: i32,
     /// The search has turned round at a stop switch; it does so once.
     turned: bool,
-    /// Speeds of parameters 194 and 195 at the start of the search, in internal units.
-    fast: Internal,
-    slow: Internal,
+    /// Speeds of parameters 194 and 195 at the start of the search.
+    fast: i32,
+    slow: i32,
     /// Number of legs that are done.
     pub(super) done: usize,
     pub(super) motion: Motion,
@@ -135,7 +133,7 @@ pub(super) struct Search {
 
 impl Search {
     /// The search of a mode (parameter 193), at the speeds of parameters 194 (fast) and 195 (slow).
-    pub(super) fn of(mode: i32, fast: Internal, slow: Internal) -> Self {
+    pub(super) fn of(mode: i32, fast: i32, slow: i32) -> Self {
         use Leg::{Clear, Cross, Far, Find, Leave, Return};
         let number = mode & !(RIGHT | INVERTED);
         // Modes 6 and 7 search the home switch in positive direction.
@@ -174,12 +172,12 @@ impl Search {
     }
 
     /// The speed of parameter 195, for all but the rough search.
-    pub(super) const fn switch_speed(&self) -> Internal {
+    pub(super) const fn switch_speed(&self) -> i32 {
         self.slow
     }
 
     /// Speed of the leg under way; the sign is the direction.
-    pub(super) fn speed(&self) -> Internal {
+    pub(super) fn speed(&self) -> i32 {
         match self.leg() {
             Leg::Far => -self.fast * self.direction,
             Leg::Find => self.fast * self.direction,
@@ -190,46 +188,43 @@ impl Search {
         }
     }
 
-    /// Reference switch bits of the TMC429 for the present leg. Parameters 12, 13 and 149 do not count.
-    pub(super) fn reference(&self) -> u32 {
-        let (ahead, latched) = if self.direction > 0 {
-            (reference::DISABLE_STOP_R, reference::REF_RNL)
-        } else {
-            (reference::DISABLE_STOP_L, 0)
-        };
-        let disabled = match (self.goal, self.leg()) {
-            (Goal::Circular, _) => reference::DISABLE_STOP_L | reference::DISABLE_STOP_R,
+    /// What the stop switches do in the present leg. Parameters 12, 13 and 149 do not count.
+    pub(super) fn stops(&self) -> Stops {
+        let positive = self.direction > 0;
+        let latch = if positive { Side::Right } else { Side::Left };
+        let [left, right] = match (self.goal, self.leg()) {
+            (Goal::Circular, _) => [false, false],
             // The motor runs over the closed switch.
-            (Goal::Stop, Leg::Cross | Leg::Middle) => ahead,
-            (Goal::Stop | Goal::Home, _) => 0,
+            (Goal::Stop, Leg::Cross | Leg::Middle) => [positive, !positive],
+            (Goal::Stop | Goal::Home, _) => [true, true],
         };
-        disabled | latched
+        Stops { left, right, soft: false, latch }
     }
 
     /// How far `position` lies beyond `mark`, in the direction of the search.
-    pub(super) fn beyond(&self, position: &Position, mark: i32) -> i32 {
-        position.actual.wrapping_sub(mark).wrapping_mul(self.direction)
+    pub(super) fn beyond(&self, position: i32, mark: i32) -> i32 {
+        position.wrapping_sub(mark).wrapping_mul(self.direction)
     }
 
-    /// How the leg stands with these switches, and the motor where it is.
-    pub(super) fn judge(&self, switches: Switches, position: &Position, standing: bool) -> Verdict {
+    /// How the leg stands with these switches, and the motor as it is.
+    pub(super) fn judge(&self, switches: Switches, known: &Known) -> Verdict {
         let closed = self.is_closed(switches);
         let other = switches.towards(-self.direction);
-        let way = position.target.wrapping_sub(position.actual);
+        let way = known.target.wrapping_sub(known.position);
         let over = match self.leg() {
             Leg::Clear => !other,
             Leg::Far => other,
             Leg::Find => self.closed,
             Leg::Return => closed,
             Leg::Leave | Leg::Cross => self.closed && !closed,
-            Leg::Middle => self.motion == Motion::Running && standing && way == 0,
+            Leg::Middle => self.motion == Motion::Running && known.speed == 0 && way == 0,
         };
         let heading = if self.leg() == Leg::Middle { way } else { self.speed() };
         if over {
             Verdict::Over
-        } else if stops(self.reference(), heading, switches.left, switches.right) {
+        } else if self.stops().hold(heading, [switches.left, switches.right]) {
             Verdict::Blocked
-        } else if self.leg() == Leg::Leave && !self.closed && self.beyond(position, self.limit) < 0 {
+        } else if self.leg() == Leg::Leave && !self.closed && self.beyond(known.position, self.limit) < 0 {
             Verdict::Mistaken
         } else {
             Verdict::Underway
@@ -249,7 +244,7 @@ impl Search {
 
     /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up. `slack`
     /// is how much further than the overrun the switch is looked for, in microsteps.
-    pub(super) fn proceed(&mut self, position: &Position, slack: i32) -> bool {
+    pub(super) fn proceed(&mut self, position: i32, slack: i32) -> bool {
         match (self.verdict, self.leg()) {
             (Verdict::Underway, _) => {}
             (Verdict::Over, leg) => {

@@ -5,8 +5,6 @@
 //! firmware that acted on it would never let a motor start again that a stall has stopped. Only a measurement counts
 //! that was begun and ended above the speed of parameter 181.
 
-use crate::units::Internal;
-
 /// The way, in microsteps, in which the driver makes one whole measurement wherever it begins. It measures for four
 /// full steps with its filter (parameter 173) and for one without, one measurement after another: in twice that time
 /// one of them has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
@@ -38,7 +36,7 @@ pub(super) enum Measured {
 impl Measured {
     /// Takes position and speed as the last datagrams have told them. True if the driver has made a measurement wholly
     /// above the speed `above`, in the `span` of microsteps that this takes.
-    pub(super) fn look(&mut self, position: i32, speed: Internal, above: Internal, span: u32) -> bool {
+    pub(super) fn look(&mut self, position: i32, speed: i32, above: i32, span: u32) -> bool {
         let fast = speed.abs() > above;
         let direction = if fast { speed.signum() } else { 0 };
         *self = match *self {

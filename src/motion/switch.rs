@@ -1,7 +1,5 @@
 //! Stop switches and the home switch: which one stops which motion, and for how long its contacts bounce.
 
-use crate::chip::tmc429::reference;
-
 /// Polls, of a millisecond each, after which the contacts of a switch have ceased to bounce: a level counts that they
 /// have had all that time.
 pub(super) const SETTLED: u8 = 20;
@@ -24,12 +22,37 @@ impl Switches {
     }
 }
 
-/// True if a closed stop switch stops a motor on its way: the sign of `ahead` is the direction in which the motor is
-/// to turn, `bits` are the reference switch bits of the TMC429 (register REF_CONF), which can disable either switch.
-pub(super) fn stops(bits: u32, ahead: i32, left: bool, right: bool) -> bool {
-    match ahead {
-        ..0 => left && bits & reference::DISABLE_STOP_L == 0,
-        0 => false,
-        1.. => right && bits & reference::DISABLE_STOP_R == 0,
+/// One of the two stop switches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// The one at the end of negative positions.
+    #[default]
+    Left,
+    /// The one at the end of positive positions.
+    Right,
+}
+
+/// What the stop switches do to a motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stops {
+    /// The left one stops it.
+    pub left: bool,
+    /// The right one stops it.
+    pub right: bool,
+    /// They stop it along the ramp, not at once.
+    pub soft: bool,
+    /// The one at which a position can be kept, see [`Hardware::latch`](super::Hardware::latch).
+    pub latch: Side,
+}
+
+impl Stops {
+    /// True if a stop switch that is closed - left and right - stops a motor on its way: the sign of `ahead` is the
+    /// direction in which the motor is to turn.
+    pub(super) fn hold(self, ahead: i32, [left, right]: [bool; 2]) -> bool {
+        match ahead {
+            ..0 => left && self.left,
+            0 => false,
+            1.. => right && self.right,
+        }
     }
 }

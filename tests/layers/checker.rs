@@ -35,6 +35,15 @@ fn does_not_read_comments_and_strings() {
 }
 
 #[test]
+fn finds_what_is_taken_from_a_motion_chip() {
+    let found = |source| named_of_motion_chips(&tokens(source)).join(" ");
+    assert_eq!(found("use crate::chip::tmc429::{Register, Tmc429, reference};"), "Register reference");
+    assert_eq!(found("fn f() { chip::tmc262::flags::SHORT_A }"), "flags");
+    assert_eq!(found("use crate::chip::{at25, tmc429};"), "tmc429");
+    assert_eq!(found("use crate::chip::tmc262::Tmc262; use crate::chip::encoder::{Counter, TURN};"), "");
+}
+
+#[test]
 fn finds_numbers_of_parameters() {
     assert_eq!(numbers_of_parameters("// Parameter\n/// 81, and parameters 6 and 7;"), [81, 6]);
     assert!(numbers_of_parameters("from_parameter(40), a parameter, one of 5").is_empty());

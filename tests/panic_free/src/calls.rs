@@ -16,7 +16,8 @@ use tmcm::module::{
     Desk, Hooks, Inputs, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Parts, Platform, Port, Product,
     Request, Slots, Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
 };
-use tmcm::motion::{Axis, Sensors, ramp};
+use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
+use tmcm::motion::{Axis, Hardware, Known, Sensors};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
 use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
 use tmcm::store::{Keeper, Layout, Memory, Need, Pair, Store};
@@ -269,23 +270,22 @@ const CONFIGURATION: Configuration = Configuration {
 
 #[inline(never)]
 fn motion() {
+    type Chips = Tmc429Tmc262<Chip, Chip>;
+    let known = any(Known::default());
+    any((known.ahead(), known.mode.positions()));
     any(ramp::braking(any(0), any(0), any(0), any(0)));
     let mut chip = Tmc429::new(Chip);
-    let mut axis = Axis::new(any(RampGenerator::First), Chip, &AXIS);
+    any(&mut chip);
+    let _ = any(Chips::start(&mut chip));
+    let _ = any(Chips::halt(&mut chip));
+    any(Chips::answers(&mut chip));
+    let _ = any(Chips::invert(&mut chip, any(true), any(true)));
+    let mut axis = Axis::new(Chips::new(any(0), Chip), &AXIS);
     any((&mut axis, &mut chip));
-    let _ = any(axis.start(now(), &mut chip));
-    let _ = any(axis.rotate(now(), &mut chip, any(0)));
-    let _ = any(axis.move_to(now(), &mut chip, any(0)));
-    let _ = any(axis.hard_stop(now(), &mut chip));
-    let _ = any(axis.restart_driver());
-    let _ = any(axis.start_search(now(), &mut chip));
-    let _ = any(axis.stop_search(now(), &mut chip));
-    if let Some(parameter) = AXIS.find(any(0)) {
+    let parameter = AXIS.find(any(0));
+    if let Some(parameter) = parameter {
         axis.preset(parameter, any(0));
-        let _ = any(axis.write(now(), &mut chip, parameter, any(0)));
-        let _ = any(axis.read(&mut chip, parameter.function));
     }
-    let _ = any(axis.actual_position(&mut chip));
     axis.set_reverse(any(true));
     any((
         axis.search_status(),
@@ -296,7 +296,20 @@ fn motion() {
         axis.target_position(),
     ));
     any((axis.home_switch(), axis.travelling(), axis.stop_switches(&chip)));
-    any(axis.poll(now(), &mut chip, any(Sensors::default())));
+    let mut axis = axis.on(&mut chip);
+    let _ = any(axis.start(now()));
+    let _ = any(axis.rotate(now(), any(0)));
+    let _ = any(axis.move_to(now(), any(0)));
+    let _ = any(axis.hard_stop());
+    let _ = any(axis.restart_driver());
+    let _ = any(axis.start_search(now()));
+    let _ = any(axis.stop_search(now()));
+    if let Some(parameter) = parameter {
+        let _ = any(axis.write(now(), parameter, any(0)));
+        let _ = any(axis.read(parameter.function));
+    }
+    let _ = any(axis.actual_position());
+    any(axis.poll(now(), any(Sensors::default())));
 }
 
 #[inline(never)]

@@ -132,14 +132,15 @@ mod tests {
         assert_eq!(braking(1000, 0, 6, 2047).map(|b| b.acceleration), Some(63));
     }
 
-    /// The only divisor pairs without any acceleration are those whose ratio is 2^13 either way.
+    /// The only divisor pairs without any acceleration are those whose ratio is 2^13 either way; whichever acceleration
+    /// and speed are wanted.
     #[test]
     fn divisor_pairs_without_braking() {
         for r in 0..=13_u8 {
             for p in 0..=13_u8 {
-                for speed in [1, 2047] {
-                    let any = (1..=2047).any(|a| pair(a, r, p).is_some());
-                    assert_eq!(braking(1000, r, p, speed).is_some(), any, "R {r} P {p}");
+                let any = (1..=2047).any(|a| pair(a, r, p).is_some());
+                for (wanted, speed) in [(1, 1), (1, 2047), (1000, 1), (1000, 2047), (2047, 1), (2047, 2047)] {
+                    assert_eq!(braking(wanted, r, p, speed).is_some(), any, "A {wanted} R {r} P {p} V {speed}");
                 }
             }
         }

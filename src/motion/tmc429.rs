@@ -1,0 +1,389 @@
+//! An axis on a ramp generator of the TMC429 and a TMC262 driver of its own: all that these two chips demand.
+//!
+//! The chip's positions have 24 bits ([`position`]), its braking ramps want a parameter worked out for them ([`ramp`]),
+//! in velocity mode its speed limit is not that of positioning, and registers are written in the order in which none of
+//! them acts before the others are there. Which have the value already the chip's driver knows: they cost no datagram.
+
+mod position;
+pub mod ramp;
+
+use core::marker::PhantomData;
+
+use embedded_hal::spi::SpiDevice;
+
+use super::Error;
+use super::current::Excitation;
+use super::hardware::{Course, Goal, Hardware, Known, Mode};
+use super::switch::{Side, Stops};
+use super::values::Values;
+use crate::chip::tmc262::{Configuration, Tmc262, flags};
+use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, signed};
+use crate::param::AxisParameter as P;
+use crate::units::INTERNAL_MAX;
+
+/// Milliseconds in which each reading of the chips has had its turn: the speed in every second one, driver and right
+/// switch in every fourth, and once in place of the switch the version of the motion controller, which shows that it is
+/// there.
+const SLOTS: u8 = 64;
+
+/// The settings of a ramp generator: as a rule the next move has the same, and none of their registers has to be looked
+/// at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Settings {
+    basis: Basis,
+    mode: Mode,
+    stops: Stops,
+    speed: i32,
+    acceleration: i32,
+}
+
+/// The settings that are the same in all modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Basis {
+    minimum_speed: i32,
+    ramp_div: u8,
+    pulse_div: u8,
+    tolerance: i32,
+}
+
+impl Settings {
+    fn of(mode: Mode, course: &Course<'_>) -> Self {
+        let Course { values, speed, acceleration, tolerance, stops } = *course;
+        let (ramp_div, pulse_div) = divisors(values);
+        let basis = Basis { minimum_speed: values.get(P::MinimumSpeed), ramp_div, pulse_div, tolerance };
+        // Velocity mode goes up to the full range.
+        let speed = if mode == Mode::Velocity { INTERNAL_MAX } else { speed };
+        Settings { basis, mode, stops, speed, acceleration }
+    }
+}
+
+/// One axis' part of the two chips: `M` is the way to the TMC429, `D` that to the TMC262.
+#[derive(Debug)]
+pub struct Tmc429Tmc262<M, D> {
+    generator: RampGenerator,
+    driver: Tmc262<D>,
+    known: Known,
+    /// The target that the chip has been given, in microsteps: on the way to the motor's, or that itself.
+    waypoint: i32,
+    /// The right stop switch, as read last. The left one comes with each datagram.
+    right: bool,
+    /// The settings that the chip has, if it has heard all of them.
+    settled: Option<Settings>,
+    braking: ramp::BrakingMemo,
+    /// Number of the next millisecond in the rotation of readings: less than [`SLOTS`].
+    slot: u8,
+    controller: PhantomData<M>,
+}
+
+impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
+    /// Axis `number` of a module, counted from 0, with its driver; nothing is written yet.
+    pub fn new(number: usize, driver: D) -> Self {
+        let generators = RampGenerator::ALL;
+        Tmc429Tmc262 {
+            generator: generators.get(number % generators.len()).copied().unwrap_or(RampGenerator::First),
+            driver: Tmc262::new(driver),
+            known: Known::default(),
+            waypoint: 0,
+            right: false,
+            settled: None,
+            braking: ramp::BrakingMemo::default(),
+            slot: 0,
+            controller: PhantomData,
+        }
+    }
+}
+
+impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
+    type Controller = Tmc429<M>;
+
+    const AXES: usize = RampGenerator::ALL.len();
+
+    const SHUT_DOWN: u8 = flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B;
+
+    fn start(chip: &mut Tmc429<M>) -> Result<(), Error> {
+        chip.confirm()?;
+        chip.halt()?;
+        Ok(chip.initialise()?)
+    }
+
+    fn halt(chip: &mut Tmc429<M>) -> Result<(), Error> {
+        Ok(chip.halt()?)
+    }
+
+    fn answers(chip: &mut Tmc429<M>) -> bool {
+        chip.answers() || chip.confirm().is_ok()
+    }
+
+    fn invert(chip: &mut Tmc429<M>, switches: bool, direction: bool) -> Result<(), Error> {
+        Ok(chip.write_interface(switches, direction)?)
+    }
+
+    /// The divisors may admit no positioning ramp, whatever its acceleration.
+    fn accepts(values: &Values) -> bool {
+        let (ramp_div, pulse_div) = divisors(values);
+        ramp::braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_some()
+    }
+
+    fn head(&mut self, chip: &mut Tmc429<M>, goal: Goal, course: &Course<'_>) -> Result<(), Error> {
+        match goal {
+            Goal::Speed(speed) => {
+                self.set_mode(chip, Mode::Velocity, course.stops)?;
+                chip.write(self.generator, Register::VTarget, speed as u32)?;
+                self.known.target_speed = speed;
+            }
+            // Target and ramp settings come first, the mode last.
+            Goal::Position { target, soft } => {
+                self.known.mode = if soft { Mode::Soft } else { Mode::Ramp };
+                self.known.target = target;
+                self.waypoint = position::first(self.known.position, target);
+                self.write_waypoint(chip)?;
+            }
+        }
+        // At a speed the speed limit comes last: in ramp mode it would have acted at once.
+        self.adjust(chip, course)
+    }
+
+    fn adjust(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<(), Error> {
+        let settings = Settings::of(self.known.mode, course);
+        if self.settled != Some(settings) {
+            let known = self.settled.take().map(|settings| settings.basis);
+            self.write_settings(chip, &settings, known)?;
+            self.settled = Some(settings);
+        }
+        Ok(())
+    }
+
+    /// V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a written zero clears the hidden bits of
+    /// the velocity, too.
+    fn stop(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<(), Error> {
+        self.set_mode(chip, Mode::Hold, course.stops)?;
+        chip.write(self.generator, Register::VActual, 0)?;
+        chip.write(self.generator, Register::VTarget, 0)?;
+        self.known.speed = 0;
+        self.head(chip, Goal::Speed(0), course)
+    }
+
+    /// The chip wants velocity mode for this (datasheet section 8.1.2), or the mode in which it was halted.
+    fn place(&mut self, chip: &mut Tmc429<M>, position: i32) -> Result<(), Error> {
+        chip.write(self.generator, Register::XActual, position as u32)?;
+        chip.write(self.generator, Register::XTarget, position as u32)?;
+        self.known.position = position;
+        self.known.target = position;
+        self.waypoint = position;
+        // The chip may have been halted before, and set up anew.
+        self.settled = None;
+        Ok(())
+    }
+
+    /// Two datagrams to the TMC429, or one to it and one to the driver; and one more where a waypoint is moved on.
+    fn refresh(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        self.position(chip)?;
+        let slot = self.slot;
+        self.slot = (slot + 1) % SLOTS;
+        match slot % 4 {
+            0 | 2 => drop(self.speed(chip)?),
+            1 => self.driver.refresh()?,
+            _ if slot == SLOTS - 1 => chip.confirm()?,
+            _ => drop(self.switches(chip)?),
+        }
+        let Known { mode, position, target, .. } = self.known;
+        if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {
+            let before = core::mem::replace(&mut self.waypoint, next);
+            // One that did not get through to the chip is given to it again in the next millisecond.
+            self.write_waypoint(chip).inspect_err(|_| self.waypoint = before)?;
+        }
+        Ok(())
+    }
+
+    fn known(&self) -> &Known {
+        &self.known
+    }
+
+    fn position(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
+        let counter = chip.read(self.generator, Register::XActual)?;
+        self.known.position = position::extend(self.known.position, counter);
+        Ok(self.known.position)
+    }
+
+    fn speed(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
+        self.known.speed = signed(chip.read(self.generator, Register::VActual)?, 12);
+        Ok(self.known.speed)
+    }
+
+    fn target_speed(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
+        if self.known.mode.positions() {
+            Ok(signed(chip.read(self.generator, Register::VTarget)?, 12))
+        } else {
+            Ok(self.known.target_speed)
+        }
+    }
+
+    /// The chip has it smoothed.
+    fn acceleration(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
+        Ok(signed(chip.read(self.generator, Register::AActual)?, 12).abs())
+    }
+
+    fn switches(&mut self, chip: &mut Tmc429<M>) -> Result<[bool; 2], Error> {
+        let bits = chip.reference_switches()? >> (2 * self.generator as u32);
+        self.right = bits & 1 != 0;
+        Ok([bits & 2 != 0, self.right])
+    }
+
+    /// The left one as of the last datagram, the right one at most eight milliseconds old.
+    fn last_switches(&self, chip: &Tmc429<M>) -> [bool; 2] {
+        [chip.left_switch(self.generator), self.right]
+    }
+
+    /// The last readings of switches and speed may be some milliseconds old; so they are taken again before the motor
+    /// counts as held. Near the counter's origin the chip lets the motor pass (datasheet section 8.1.14).
+    fn is_held(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<bool, Error> {
+        let tolerance = course.tolerance.unsigned_abs();
+        let near = tolerance != 0 && signed(self.known.position as u32, 24).unsigned_abs() <= tolerance;
+        let ahead = self.known.ahead();
+        if near || self.known.speed != 0 || !course.stops.hold(ahead, self.last_switches(chip)) {
+            return Ok(false);
+        }
+        let switches = self.switches(chip)?;
+        Ok(course.stops.hold(ahead, switches) && self.speed(chip)? == 0)
+    }
+
+    fn latch(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        Ok(chip.write(self.generator, Register::XLatched, 0)?)
+    }
+
+    /// A standing motor latches nothing (datasheet section 8.1.15).
+    fn latched(&mut self, chip: &mut Tmc429<M>) -> Result<Option<i32>, Error> {
+        if chip.read(self.generator, Register::RefConfMode)? & reference::LATCH_PENDING != 0 {
+            return Ok(None);
+        }
+        let counter = chip.read(self.generator, Register::XLatched)?;
+        Ok(Some(position::extend(self.known.position, counter)))
+    }
+
+    fn drive(&mut self, _: &mut Tmc429<M>, values: &Values, excitation: Excitation) -> Result<(), Error> {
+        Ok(self.driver.apply(&configuration(values, excitation))?)
+    }
+
+    fn forget(&mut self, _: &mut Tmc429<M>) {
+        self.driver.forget();
+    }
+
+    fn load(&self, _: &Tmc429<M>) -> u16 {
+        self.driver.load()
+    }
+
+    fn current(&self, _: &Tmc429<M>) -> u8 {
+        self.driver.current()
+    }
+
+    fn flags(&self, _: &Tmc429<M>) -> u8 {
+        self.driver.flags()
+    }
+
+    /// SG_TST is high while the load value is zero.
+    fn stalled(&self, _: &Tmc429<M>, pin: bool) -> bool {
+        pin
+    }
+}
+
+impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
+    fn write_waypoint(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+        Ok(chip.write(self.generator, Register::XTarget, self.waypoint as u32)?)
+    }
+
+    /// `known` are those settings that the chip is known to have.
+    fn write_settings(&mut self, chip: &mut Tmc429<M>, settings: &Settings, known: Option<Basis>) -> Result<(), Error> {
+        let m = self.generator;
+        let Settings { basis, mode, stops, speed, acceleration } = *settings;
+        let Basis { minimum_speed, ramp_div, pulse_div, tolerance } = basis;
+        if known != Some(basis) {
+            chip.write(m, Register::VMin, minimum_speed as u32)?;
+            self.write_divisors(chip, u32::from(pulse_div) << 12 | u32::from(ramp_div) << 8, stops)?;
+            chip.write(m, Register::DxRefTolerance, tolerance as u32)?;
+        }
+        if mode == Mode::Velocity {
+            // Velocity mode takes the acceleration as it is.
+            chip.write(m, Register::AMax, acceleration as u32)?;
+        } else {
+            let b = self.braking.braking(acceleration, ramp_div, pulse_div, speed).ok_or(Error::OutOfRange)?;
+            chip.write(m, Register::AMax, b.acceleration as u32)?;
+            chip.write(m, Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv))?;
+        }
+        chip.write(m, Register::VMax, speed as u32)?;
+        // A new mode comes last, when all that it needs is in place.
+        self.set_mode(chip, mode, stops)
+    }
+
+    /// The mode shares its register with what the stop switches do.
+    fn set_mode(&mut self, chip: &mut Tmc429<M>, mode: Mode, stops: Stops) -> Result<(), Error> {
+        self.known.mode = mode;
+        if self.settled.is_some_and(|settings| settings.mode == mode && settings.stops == stops) {
+            return Ok(());
+        }
+        self.settled = None;
+        let mode = match mode {
+            Mode::Ramp => RampMode::Ramp,
+            Mode::Soft => RampMode::Soft,
+            Mode::Velocity => RampMode::Velocity,
+            Mode::Hold => RampMode::Hold,
+        };
+        let bit = |set: bool, bit: u32| if set { bit } else { 0 };
+        let reference = bit(!stops.left, reference::DISABLE_STOP_L)
+            | bit(!stops.right, reference::DISABLE_STOP_R)
+            | bit(stops.soft, reference::SOFT_STOP)
+            | bit(stops.latch == Side::Right, reference::REF_RNL);
+        Ok(chip.write(self.generator, Register::RefConfMode, reference | mode as u32)?)
+    }
+
+    /// PULSE_DIV may make a stray step when changed outside ramp mode while the motor stands (datasheet
+    /// section 8.1.13): for the moment of the change the chip is in ramp mode with its target where it is.
+    fn write_divisors(&mut self, chip: &mut Tmc429<M>, word: u32, stops: Stops) -> Result<(), Error> {
+        let Known { mode, target_speed, speed, .. } = self.known;
+        let standing = mode == Mode::Velocity && target_speed == 0 && speed == 0;
+        if !standing || chip.holds(self.generator, Register::Divisors, word) {
+            return Ok(chip.write(self.generator, Register::Divisors, word)?);
+        }
+        let here = self.position(chip)?;
+        chip.write(self.generator, Register::XTarget, here as u32)?;
+        self.set_mode(chip, Mode::Ramp, stops)?;
+        chip.write(self.generator, Register::Divisors, word)?;
+        self.set_mode(chip, Mode::Velocity, stops)?;
+        // In ramp mode the ramp generator has written V_TARGET itself.
+        Ok(chip.write(self.generator, Register::VTarget, target_speed as u32)?)
+    }
+}
+
+/// RAMP_DIV and PULSE_DIV.
+fn divisors(values: &Values) -> (u8, u8) {
+    (values.get(P::RampDivisor) as u8, values.get(P::PulseDivisor) as u8)
+}
+
+fn configuration(values: &Values, excitation: Excitation) -> Configuration {
+    let byte = |parameter: P| values.get(parameter) as u8;
+    let flag = |parameter: P| values.is_on(parameter);
+    Configuration {
+        microsteps: byte(P::MicrostepResolution),
+        interpolation: flag(P::StepInterpolation),
+        double_edge: flag(P::DoubleStep),
+        blank_time: byte(P::ChopperBlankTime),
+        constant_toff: flag(P::ConstantToffMode),
+        no_fast_decay_comparator: flag(P::DisableFastDecayComparator),
+        hysteresis_end: byte(P::ChopperHysteresisEnd),
+        hysteresis_start: byte(P::ChopperHysteresisStart),
+        off_time: if excitation.free { 0 } else { byte(P::ChopperOffTime) },
+        random_off_time: flag(P::RandomToffMode),
+        current_minimum: byte(P::SmartEnergyCurrentMinimum),
+        down_step: byte(P::SmartEnergyDownStep),
+        hysteresis: byte(P::SmartEnergyHysteresis),
+        up_step: byte(P::SmartEnergyUpStep),
+        cool_step: if excitation.cool_step { byte(P::SmartEnergyHysteresisStart) } else { 0 },
+        filter: flag(P::StallGuardFilter),
+        threshold: values.get(P::StallGuardThreshold) as i8,
+        current: excitation.scale,
+        slope_high: byte(P::SlopeHighSide),
+        slope_low: byte(P::SlopeLowSide),
+        no_short_protection: flag(P::ShortProtectionDisable),
+        short_timer: byte(P::ShortDetectionTimer),
+        vsense: flag(P::Vsense),
+    }
+}

@@ -1,0 +1,112 @@
+//! An axis' turn of each millisecond: it takes the readings, looks after the motor, and notices what has happened.
+
+use super::Error;
+use super::axis::{Events, Joined};
+use super::current::MotionState;
+use super::hardware::Hardware;
+use super::sensors::Sensors;
+use super::switch::{SETTLED, Switches};
+use crate::param::AxisParameter as P;
+use crate::units::Micros;
+
+impl<H: Hardware> Joined<'_, H> {
+    /// Takes the axis on by one poll of the 1 kHz. That takes the datagrams of [`Hardware::refresh`]; a few more where
+    /// a switch holds the motor, in a reference search, or where the motor is stopped.
+    pub fn poll(&mut self, now: Micros, sensors: Sensors) -> Events {
+        self.sensors = sensors;
+        self.count();
+        // A datagram that did not get through to a chip is tried again with the next poll.
+        let _ = self.turn(now);
+        core::mem::take(&mut self.events)
+    }
+
+    fn turn(&mut self, now: Micros) -> Result<(), Error> {
+        if self.stopping {
+            self.hard_stop()?;
+        }
+        let (hardware, controller) = self.reach();
+        hardware.refresh(controller)?;
+        self.guard()?;
+        if let Some(search) = self.search {
+            self.poll_search(now, search)?;
+        }
+        self.held = if self.on_course(H::is_held)? { self.held.saturating_add(1) } else { 0 };
+        let reached = self.at_target();
+        self.events.at_target |= reached && !core::mem::replace(&mut self.was_at_target, reached);
+        if self.travelling {
+            let cut_short = self.held >= SETTLED && !reached;
+            self.events.reached |= reached;
+            self.events.cut_short |= cut_short;
+            self.travelling = !(reached || cut_short);
+        }
+        self.refresh_excitation(now, self.motion_state())
+    }
+
+    fn motion_state(&self) -> MotionState {
+        let held = self.held > 0;
+        let known = self.hardware.known();
+        let cruises = if known.mode.positions() {
+            known.speed.abs() == self.positioning_speed()
+        } else {
+            known.speed == known.target_speed
+        };
+        let moving = known.ahead() != 0 || known.speed != 0;
+        if !moving || (held && self.values.is_on(P::EndSwitchPowerDown)) {
+            MotionState::Standing
+        } else if held {
+            MotionState::Held
+        } else if cruises {
+            MotionState::Cruising
+        } else {
+            MotionState::Changing
+        }
+    }
+
+    /// Gives the motor the current for this state of motion.
+    pub(super) fn refresh_excitation(&mut self, now: Micros, state: MotionState) -> Result<(), Error> {
+        let excitation = self.select_excitation(now, state);
+        if self.excitation != Some(excitation) {
+            self.excitation = Some(excitation);
+            self.write_driver()?;
+        }
+        Ok(())
+    }
+
+    /// Writes parameters and excitation to the driver.
+    pub(super) fn write_driver(&mut self) -> Result<(), Error> {
+        let Some(excitation) = self.excitation else { return Ok(()) };
+        self.on_course(|hardware, controller, course| hardware.drive(controller, course.values, excitation))
+    }
+
+    /// The actual position in microsteps, asked of the hardware.
+    pub fn actual_position(&mut self) -> Result<i32, Error> {
+        let (hardware, controller) = self.reach();
+        hardware.position(controller)
+    }
+
+    /// The speed that the motor is heading for: the commanded one, or the ramp generator's own.
+    pub(super) fn target_speed(&mut self) -> Result<i32, Error> {
+        let (hardware, controller) = self.reach();
+        hardware.target_speed(controller)
+    }
+
+    /// The speed right now, asked of the hardware.
+    pub(super) fn actual_speed(&mut self) -> Result<i32, Error> {
+        let (hardware, controller) = self.reach();
+        hardware.speed(controller)
+    }
+
+    /// The magnitude of the acceleration right now, asked of the hardware.
+    pub(super) fn actual_acceleration(&mut self) -> Result<i32, Error> {
+        let (hardware, controller) = self.reach();
+        hardware.acceleration(controller)
+    }
+
+    /// The stop switches right now, asked of the hardware, and the home switch as of the last poll.
+    pub(super) fn switches(&mut self) -> Result<Switches, Error> {
+        let home = self.sensors.home;
+        let (hardware, controller) = self.reach();
+        let [left, right] = hardware.switches(controller)?;
+        Ok(Switches { left, right, home })
+    }
+}
