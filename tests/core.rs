@@ -194,7 +194,7 @@ fn a_move_that_begins_as_a_heartbeat_is_missed_makes_no_step() {
                 };
                 assert_eq!((read("GAP 138, 0"), read("GAP 2, 0")), (2, 0), "{motion}, {moment}");
                 core.poll_in_time(300_000);
-                assert_eq!(core.board.borrow().world().motor().rotor(), 0, "{motion}, {moment}");
+                assert_eq!(core.board.borrow().world().axis(0).motor().rotor(), 0, "{motion}, {moment}");
             }
         }
     }

@@ -11,7 +11,7 @@ use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 
 /// Effective motor current in 1/32 of full scale; 0 with the bridges off.
 fn current(bench: &Bench) -> u32 {
-    bench.module.board().borrow().tmc262().current()
+    bench.module.board().borrow().tmc262(0).current()
 }
 
 fn configure(bench: &mut Bench, lines: &[&str]) {
@@ -143,13 +143,13 @@ fn every_driver_parameter_reaches_its_field() {
     for &(parameter, value, register, lowest, width, field) in table {
         let mut bench = Bench::new();
         bench.ok(&format!("SAP {parameter}, 0, {value}"));
-        let r = bench.module.board().borrow().tmc262().registers();
+        let r = bench.module.board().borrow().tmc262(0).registers();
         let word = [r.drvctrl, r.chopconf, r.smarten, r.sgcsconf, r.drvconf][register];
         assert_eq!(word >> lowest & ((1 << width) - 1), field, "parameter {parameter}: {word:05X}");
     }
     // VSENSE (parameter 179) is always set.
     let bench = Bench::new();
-    assert_eq!(bench.module.board().borrow().tmc262().registers().drvconf >> 6 & 1, 1);
+    assert_eq!(bench.module.board().borrow().tmc262(0).registers().drvconf >> 6 & 1, 1);
 }
 
 /// 100 microsteps at 2^n per full step turn the rotor by 100 * 256 / 2^n units.
@@ -215,7 +215,7 @@ fn stop_on_stall_is_immediate() {
     bench.run(SECOND);
     bench.ok("SAP 181, 0, 500");
     bench.control("load 1");
-    let speed = |bench: &Bench| bench.module.board().borrow().tmc429().velocity(0);
+    let speed = |bench: &Bench| bench.module.board().borrow().tmc429(0).velocity(0);
     while speed(&bench) == 1000 {
         bench.run(MILLISECOND);
     }
@@ -253,13 +253,13 @@ fn the_driver_recovers_from_a_supply_dip() {
     let mut bench = Bench::new();
     configure(&mut bench, &["SAP 140, 0, 6", "SAP 174, 0, -5", "SAP 172, 0, 3", "SAP 177, 0, 1", "ROR 0, 100"]);
     bench.run(SECOND);
-    let before = bench.module.board().borrow().tmc262().registers();
+    let before = bench.module.board().borrow().tmc262(0).registers();
     bench.control("supply 3");
     bench.run(1);
     bench.control("supply 24");
-    assert_ne!(bench.module.board().borrow().tmc262().registers(), before);
+    assert_ne!(bench.module.board().borrow().tmc262(0).registers(), before);
     bench.run(33 * MILLISECOND);
-    let after = bench.module.board().borrow().tmc262().registers();
+    let after = bench.module.board().borrow().tmc262(0).registers();
     // RDSEL, bits 5 and 4 of DRVCONF, changes with every refresh.
     assert_eq!(after.drvconf & !0x30, before.drvconf & !0x30);
     assert_eq!((after.chopconf, after.sgcsconf), (before.chopconf, before.sgcsconf));
@@ -270,7 +270,7 @@ fn the_driver_recovers_from_a_supply_dip() {
 fn datagrams(bench: &mut Bench, act: impl FnOnce(&mut Bench)) -> (u64, u64) {
     let count = |bench: &Bench| {
         let board = bench.module.board().borrow();
-        (board.datagrams(Chip::Tmc429), board.datagrams(Chip::Tmc262))
+        (board.datagrams(Chip::Tmc429(0)), board.datagrams(Chip::Tmc262(0)))
     };
     let before = count(bench);
     act(bench);

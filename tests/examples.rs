@@ -129,17 +129,17 @@ fn all_examples_are_disassembled_to_the_same_program() {
 #[test]
 fn to_and_fro() {
     let mut example = Example::start("to_and_fro.tmc", "");
-    assert_eq!(example.until(4_990).velocity, -1000);
-    let left = example.until(5_000).position;
+    assert_eq!(example.until(4_990).first.velocity, -1000);
+    let left = example.until(5_000).first.position;
     close(left, -5.0 * AT_1000, 0.02);
-    assert_eq!(example.until(9_990).velocity, 100);
+    assert_eq!(example.until(9_990).first.velocity, 100);
     // From there to 512000 at speed 100.
-    let there = example.when(300 * SECOND, |state| state.position == 512_000);
+    let there = example.when(300 * SECOND, |state| state.first.position == 512_000);
     close(there as f64 / 1000.0 - 10.0, f64::from(512_000 - left) / (AT_1000 / 10.0) - 5.0, 0.02);
-    let back = example.when(400 * SECOND, |state| state.position == -512_000);
+    let back = example.when(400 * SECOND, |state| state.first.position == -512_000);
     close((back - there) as f64 / 1000.0, 1_024_000.0 / (AT_1000 / 10.0), 0.02);
     example.bench.run(SECOND);
-    assert_eq!(example.state().velocity, 100, "it all begins again");
+    assert_eq!(example.state().first.velocity, 100, "it all begins again");
     assert_eq!(example.bench.ok("GAP 0, 0"), 512_000);
     assert_eq!(example.executed(), 15);
     assert_eq!(example.bench.lost_steps(), 0);
@@ -152,8 +152,8 @@ fn main_loop() {
     let mut fastest = 0;
     for end in [TURN, 0, TURN, 0] {
         example.when(3 * SECOND, |state| {
-            fastest = fastest.max(state.velocity);
-            state.position == end
+            fastest = fastest.max(state.first.velocity);
+            state.first.position == end
         });
     }
     assert_eq!(fastest, 1600);
@@ -205,7 +205,8 @@ fn timer_interrupt() {
 #[test]
 fn subroutines() {
     let mut example = Example::start("subroutines.tmc", "");
-    let rests = changes(&mut example, 4_000, |state| state.velocity == 0 && [0, 10_000].contains(&state.position));
+    let rests =
+        changes(&mut example, 4_000, |state| state.first.velocity == 0 && [0, 10_000].contains(&state.first.position));
     // Away from zero at once, then a rest of half a second at each end.
     for rest in rests.chunks_exact(2) {
         assert!((rest[1] - rest[0]).abs_diff(500) <= 4, "{rests:?}");
@@ -223,25 +224,25 @@ fn routines() {
     assert_eq!(["Func1", "Func2", "Func3"].map(|name| symbols.value(name)), [Some(0), Some(1), Some(2)]);
     let mut example = Example::load("routines.tmc", "");
     example.begin("129, 1, 0, 0");
-    example.when(SECOND, |state| state.position == 1000);
-    example.when(SECOND, |state| state.position == 0 && state.velocity == 0);
+    example.when(SECOND, |state| state.first.position == 1000);
+    example.when(SECOND, |state| state.first.position == 0 && state.first.velocity == 0);
     example.bench.run(5 * MILLISECOND);
     assert!(example.ended());
 
     example.begin("129, 1, 0, 1");
-    assert_eq!(example.until(900).velocity, -500);
+    assert_eq!(example.until(900).first.velocity, -500);
     example.until(1_200);
-    assert_eq!(example.state().velocity, 0);
-    close(example.state().position, -0.5 * AT_1000, 0.05);
+    assert_eq!(example.state().first.velocity, 0);
+    close(example.state().first.position, -0.5 * AT_1000, 0.05);
     assert!(example.ended());
 
-    let before = example.state().position;
+    let before = example.state().first.position;
     example.begin("129, 1, 0, 2");
-    assert_eq!(example.until(6_900).velocity, 1000);
+    assert_eq!(example.until(6_900).first.velocity, 1000);
     assert!(!example.ended());
     example.until(7_200);
-    assert_eq!(example.state().velocity, 0);
-    close(example.state().position - before, 7.0 * AT_1000, 0.02);
+    assert_eq!(example.state().first.velocity, 0);
+    close(example.state().first.position - before, 7.0 * AT_1000, 0.02);
     assert!(example.ended());
     assert_eq!(example.executed(), 6 + 5 + 5);
 }
@@ -251,7 +252,7 @@ fn there_and_back() {
     let mut example = Example::start("there_and_back.tmc", "");
     for (arrivals, end) in [TURN, -TURN, TURN, -TURN].into_iter().enumerate() {
         assert_eq!(example.bench.ok("GGP 0, 2"), arrivals as i32);
-        example.when(3 * SECOND, |state| state.position == end);
+        example.when(3 * SECOND, |state| state.first.position == end);
         // The handler has its turn.
         example.bench.run(5 * MILLISECOND);
     }
@@ -272,7 +273,7 @@ fn jog() {
             example.bench.send(command(1, 50));
             example.bench.run(300 * MILLISECOND);
         }
-        assert_eq!(example.state().velocity, expected);
+        assert_eq!(example.state().first.velocity, expected);
     };
     ask(300, 300);
     ask(-400, -400);
@@ -281,9 +282,9 @@ fn jog() {
     ask(-9999, -1000);
     // Then nothing comes, for 300 ms now.
     example.begin("GGP 0, 2");
-    assert_eq!(example.until(150).velocity, -1000);
-    assert_eq!(example.until(500).velocity, 0);
-    let position = example.state().position;
+    assert_eq!(example.until(150).first.velocity, -1000);
+    assert_eq!(example.until(500).first.velocity, 0);
+    let position = example.state().first.position;
     assert_eq!(example.bench.ok("GGP 2, 2"), position);
     example.executed();
 }
@@ -295,7 +296,7 @@ fn stall_homing() {
     example.when(10 * SECOND, |state| state.outputs[0]);
     let (hard_end, few) = (-102_400, 4 * 256);
     assert!((example.bench.rotor() - hard_end).abs() <= few, "{}", example.bench.rotor());
-    example.when(10 * SECOND, |state| state.position == TURN);
+    example.when(10 * SECOND, |state| state.first.position == TURN);
     example.bench.run(5 * MILLISECOND);
     assert!(example.ended());
     assert!((example.bench.rotor() - hard_end - i64::from(TURN)).abs() <= few, "{}", example.bench.rotor());

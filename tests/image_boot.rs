@@ -15,7 +15,7 @@ fn boots_and_answers() {
     assert_eq!(host.machine.core_clock(), 168_000_000);
     let log = host.machine.take_log();
     assert!(log.iter().any(|line| line.level == "info" && line.text == "module runs at address 1"), "{log:?}");
-    assert!(host.machine.board().world().outputs().pull_ups);
+    assert_eq!(host.machine.board().world().outputs().pull_ups, 1);
     // GAP 4: the default speed, GGP 66: the address, and a command that there is none of.
     assert_eq!(host.ok("GAP 4, 0"), 1_000);
     assert_eq!(host.ok("GGP 66, 0"), 1);
@@ -80,7 +80,7 @@ fn a_program_is_loaded_and_runs() {
     host.ok("129, 0, 0, 0");
     host.run(100 * MILLISECOND);
     assert_eq!(host.ok("GGP 20, 2"), 1_234);
-    assert!(host.machine.board().world().outputs().out[0]);
+    assert!(host.machine.board().world().outputs().is_on(0));
 }
 
 #[test]

@@ -295,7 +295,7 @@ fn a_program_does_not_start_before_there_is_a_supply() {
         host.ask(line);
     }
     host.run(100 * MILLISECOND);
-    let out = |host: &mut Host| host.machine.board().world().outputs().out[0];
+    let out = |host: &mut Host| host.machine.board().world().outputs().is_on(0);
     for volts in [0.0, 24.0] {
         host.machine.set_power(false);
         host.run(100 * MILLISECOND);

@@ -339,7 +339,7 @@ fn analog_values_supply_and_temperature_are_measured() {
     let mut host = Host::new("");
     for (analog, volts, celsius) in [(0, 24.0, 25), (1_234, 12.3, 85), (4_095, 33.0, -20)] {
         host.machine.board().change_world(|world| {
-            world.set_analog(analog);
+            world.set_analog(0, analog);
             world.set_supply(volts);
             world.set_temperature(celsius);
         });
@@ -358,7 +358,7 @@ fn inputs_outputs_and_pull_ups_are_at_their_pins() {
     let mut host = Host::new("");
     for (pin, port) in [(Pin::Left, 1), (Pin::Right, 2), (Pin::Home, 3)] {
         for on in [true, false] {
-            host.machine.board().change_world(|world| world.press(pin, on));
+            host.machine.board().change_world(|world| world.axis_mut(0).press(pin, on));
             host.run(2 * MILLISECOND);
             let levels = [1, 2, 3].map(|n| host.ok(&format!("GIO {n}, 0")));
             assert_eq!(levels, [1, 2, 3].map(|n| i32::from(on && n == port)));
@@ -368,13 +368,13 @@ fn inputs_outputs_and_pull_ups_are_at_their_pins() {
         host.ok(&format!("SIO 255, 2, {bits}"));
         host.run(2 * MILLISECOND);
         let outputs = host.machine.board().world().outputs();
-        assert_eq!(outputs.out, [bits & 1 != 0, bits & 2 != 0]);
-        assert!(outputs.pull_ups);
+        assert_eq!(outputs.digital, bits);
+        assert_eq!(outputs.pull_ups, 1);
     }
     for on in [0, 1] {
         host.ok(&format!("SIO 0, 0, {on}"));
         host.run(2 * MILLISECOND);
-        assert_eq!(host.machine.board().world().outputs().pull_ups, on == 1);
+        assert_eq!(host.machine.board().world().outputs().pull_ups, on);
     }
 }
 

@@ -196,7 +196,7 @@ fn a_stall_stops_the_motor() {
     host.ok("SAP 181, 0, 500");
     host.run(SECOND / 10);
     assert_eq!((host.speed(), host.ok("GAP 207, 0")), (1_000, 0));
-    host.machine.board().change_world(|world| world.set_load(1.0));
+    host.machine.board().change_world(|world| world.axis_mut(0).set_load(1.0));
     host.run(SECOND / 5);
     assert_eq!((host.speed(), host.ok("GAP 207, 0")), (0, 1));
     host.assert_rest();

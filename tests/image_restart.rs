@@ -68,7 +68,7 @@ fn a_program_does_not_start_by_itself_after_the_watchdog_or_a_fault() {
     host.ok("133");
     host.ok("SGP 77, 0, 1");
     let runs = |host: &mut Host| {
-        let output = host.machine.board().world().outputs().out[0];
+        let output = host.machine.board().world().outputs().is_on(0);
         (output, host.ok("GGP 128, 0"))
     };
     power_cycle(&mut host);

@@ -25,7 +25,7 @@ fn machine() -> Machine {
 fn who_is_watched_does_the_same_and_all_of_it_is_seen() {
     let (mut alone, mut watched) = (machine(), machine());
     let before = watched.counters();
-    let datagrams = |machine: &mut Machine| machine.board().datagrams(Chip::Tmc429);
+    let datagrams = |machine: &mut Machine| machine.board().datagrams(Chip::Tmc429(0));
     let datagrams_before = datagrams(&mut watched);
     let mut steps: Vec<Step> = Vec::new();
     let end = watched.now() + 10 * MILLISECOND;
@@ -47,7 +47,7 @@ fn who_is_watched_does_the_same_and_all_of_it_is_seen() {
     assert_eq!(entered, 10);
     // Each datagram is 32 bits at 84 MHz / 64; the bus has a word on the wire a step more or less.
     let sent = datagrams(&mut watched) - datagrams_before;
-    let clocked = cycles(&|step| step.chip == Some(Chip::Tmc429) && step.clocked);
+    let clocked = cycles(&|step| step.chip == Some(Chip::Tmc429(0)) && step.clocked);
     assert!((10..=20).contains(&sent), "{sent}");
     assert!(clocked.abs_diff(sent * 32 * 128) < sent * 200, "{clocked} cycles for {sent} datagrams");
 }

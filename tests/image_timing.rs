@@ -15,12 +15,12 @@ use image_host::{Host, OK, request, telegram};
 fn poll_periods(host: &mut Host, span: Nanos) -> Vec<u64> {
     const STEP: Nanos = 2 * MICROSECOND;
     let end = host.machine.now() + span;
-    let mut count = host.machine.board().datagrams(Chip::Tmc429);
+    let mut count = host.machine.board().datagrams(Chip::Tmc429(0));
     let (mut last, mut polls) = (host.machine.now(), Vec::new());
     while host.machine.now() < end {
         host.run(STEP);
         let now = host.machine.now();
-        let datagrams = host.machine.board().datagrams(Chip::Tmc429);
+        let datagrams = host.machine.board().datagrams(Chip::Tmc429(0));
         if datagrams != count {
             if now - last > MILLISECOND / 2 {
                 polls.push(now);
@@ -89,10 +89,10 @@ fn a_move_takes_the_time_of_the_formula() {
         let a = CLOCK * CLOCK * f64::from(acceleration) / 2_f64.powi(3 + 7 + 29);
         let ideal = f64::from(distance.abs()) / v + v / a;
         let now = host.machine.now();
-        host.machine.board().change_world(|world| world.start_trace(0, now));
+        host.machine.board().change_world(|world| world.axis_mut(0).start_trace(0, now));
         host.ok(&format!("MVP REL, 0, {distance}"));
         host.run(((1.1 * ideal + 0.1) * SECOND as f64) as Nanos);
-        let trace = host.machine.board().change_world(|world| world.take_trace()).unwrap();
+        let trace = host.machine.board().change_world(|world| world.axis_mut(0).take_trace()).unwrap();
         let samples = trace.samples();
         let begun = samples.iter().find(|sample| sample.rotor != samples[0].rotor).unwrap().at;
         let took = (samples.last().unwrap().at - begun) as f64 / SECOND as f64;

@@ -31,11 +31,11 @@ fn seconds(span: Nanos) -> f64 {
 
 fn start_trace(bench: &Bench, interval: Nanos) {
     let now = bench.module.now();
-    bench.module.board().borrow_mut().change_world(|world| world.start_trace(interval, now));
+    bench.module.board().borrow_mut().change_world(|world| world.axis_mut(0).start_trace(interval, now));
 }
 
 fn take_trace(bench: &Bench) -> Trace {
-    bench.module.board().borrow_mut().change_world(|world| world.take_trace()).unwrap()
+    bench.module.board().borrow_mut().change_world(|world| world.axis_mut(0).take_trace()).unwrap()
 }
 
 /// When the rotor first was `steps` away from where the trace begins.
@@ -239,7 +239,7 @@ fn a_wrong_braking_parameter_is_caught() {
     for (pdiv, expected) in [(5, "overshoots"), (9, "took")] {
         let message = good
             .run(|bench| {
-                let mut chip = bench.module.board().spi(Chip::Tmc429, 1_312_500);
+                let mut chip = bench.module.board().spi(Chip::Tmc429(0), 1_312_500);
                 chip.transfer_in_place(&mut [0x12, 0, 247, pdiv]).unwrap();
             })
             .unwrap_err();

@@ -472,7 +472,7 @@ fn hysteresis_start_8() {
     let mut bench = Bench::new();
     bench.ok("SAP 166, 0, 8");
     assert_eq!(bench.ok("GAP 166, 0"), 8);
-    let chopconf = bench.module.board().borrow().tmc262().registers().chopconf;
+    let chopconf = bench.module.board().borrow().tmc262(0).registers().chopconf;
     assert_eq!(chopconf >> 4 & 7, 7);
     bench.ok("STAP 166, 0");
     bench.power_cycle();
@@ -648,8 +648,8 @@ fn reverse_shaft() {
 #[test]
 fn stored_values_out_of_range_are_not_taken() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let mut chip = Tmc429::new(board.spi(Chip::Tmc429, 1_000_000));
-    let mut axis = Axis::new(Tmc429Tmc262::new(0, board.spi(Chip::Tmc262, 1_000_000)), TMCM_1140.axis);
+    let mut chip = Tmc429::new(board.spi(Chip::Tmc429(0), 1_000_000));
+    let mut axis = Axis::new(Tmc429Tmc262::new(0, board.spi(Chip::Tmc262(0), 1_000_000)), TMCM_1140.axis);
     for (parameter, value, expected) in [
         (AxisParameter::MaximumSpeed, 500, 500),
         (AxisParameter::MaximumSpeed, 0, 500),

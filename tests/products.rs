@@ -119,8 +119,8 @@ impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
     fn on(eeprom: Vec<u8>) -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
         let parts = Parts {
-            tmc429: board.spi(Chip::Tmc429, 1_000_000),
-            tmc262: std::array::from_fn(|_| board.spi(Chip::Tmc262, 1_000_000)),
+            tmc429: board.spi(Chip::Tmc429(0), 1_000_000),
+            tmc262: std::array::from_fn(|_| board.spi(Chip::Tmc262(0), 1_000_000)),
             enable: board.enable_pin(),
             store: Box::new(Store::new()),
             hooks: (),

@@ -149,7 +149,7 @@ fn outputs_by_bit_by_vector_and_by_accumulator() {
     }
     let mut bench = Bench::played(&["SIO 0, 0, 0", "STOP"]);
     bench.run(2 * MILLISECOND);
-    assert!(!bench.module.board().borrow().world().outputs().pull_ups);
+    assert_eq!(bench.module.board().borrow().world().outputs().pull_ups, 0);
 }
 
 /// The accumulator is one, for the host's commands and for the program.

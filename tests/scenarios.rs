@@ -61,7 +61,7 @@ impl Rig for Bench {
             // What runs on the board goes off with it.
             Control::Power { on } => self.module.set_power(on),
             Control::Usb { on } => self.module.plug_usb(on),
-            control => drop(control.apply(&mut self.module.board().borrow_mut())),
+            control => drop(control.apply(&mut self.module.board().borrow_mut()).unwrap()),
         }
     }
 
@@ -103,7 +103,7 @@ impl Rig for Emulated {
         match line.control {
             Control::Power { on } => self.0.set_power(on),
             Control::Usb { on } => self.0.plug_usb(on),
-            control => drop(control.apply(&mut self.0.board_mut())),
+            control => drop(control.apply(&mut self.0.board_mut()).unwrap()),
         }
     }
 

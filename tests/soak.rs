@@ -114,7 +114,7 @@ impl Life {
         self.stand();
         let position = self.bench.ok("GAP 1, 0");
         let known = self.bench.module.position().unwrap().0;
-        let counter = self.bench.module.board().borrow().tmc429().position(0);
+        let counter = self.bench.module.board().borrow().tmc429(0).position(0);
         assert_eq!((known, counter), (position, position), "firmware and chip");
         assert_eq!(self.rotor(), self.origin + i64::from(position), "the rotor");
         let (since, shown) = self.ticks;
@@ -136,7 +136,7 @@ impl Life {
         let mut before = None;
         self.bench.run_until(60 * SECOND, |bench| {
             bench.run(20 * MILLISECOND);
-            let chip = Some(bench.module.board().borrow().tmc429().position(0));
+            let chip = Some(bench.module.board().borrow().tmc429(0).position(0));
             let stands = before == chip;
             before = chip;
             stands

@@ -26,7 +26,7 @@ fn configure(bench: &mut Bench, lines: &[&str]) {
 
 /// The motor's speed as the chip has it, asked of nobody.
 fn speed(bench: &Bench) -> i32 {
-    bench.module.board().borrow().tmc429().velocity(0)
+    bench.module.board().borrow().tmc429(0).velocity(0)
 }
 
 /// Global parameter 68: the motor runs as long as commands come, over RS485 or USB, and stops along its ramp
@@ -195,7 +195,7 @@ fn the_driver_is_set_up_when_its_supply_comes() {
     configure(&mut bench, &["SAP 140, 0, 6"]);
     bench.control("supply 24");
     bench.run(3 * MILLISECOND);
-    let registers = bench.module.board().borrow().tmc262().registers();
+    let registers = bench.module.board().borrow().tmc262(0).registers();
     assert_eq!((registers.chopconf, registers.drvctrl), (0x9_0135, 2));
     bench.ok("MVP ABS, 0, 640");
     bench.run(SECOND);
@@ -225,7 +225,7 @@ fn a_driver_that_shuts_down_stops_the_motor() {
         bench.ok("MVP REL, 0, 51200");
         bench.run(3 * SECOND);
         assert_eq!((bench.ok("GAP 1, 0") - start, bench.ok("GAP 208, 0") & flag), (51_200, 0), "{fault}");
-        assert!(bench.module.board().borrow().tmc262().bridges_on(), "{fault}");
+        assert!(bench.module.board().borrow().tmc262(0).bridges_on(), "{fault}");
     }
 }
 
@@ -296,7 +296,7 @@ fn a_motion_controller_is_given_up_after_three_polls_without_an_answer() {
     let mut bench = LooseBench::new();
     bench.ok("ROR 0, 300");
     bench.run(250);
-    let bridges_on = |bench: &LooseBench| bench.board.borrow().tmc262().bridges_on();
+    let bridges_on = |bench: &LooseBench| bench.board.borrow().tmc262(0).bridges_on();
     for _ in 0..10 {
         // What the third poll hears is what was said after the second one.
         bench.control("fault tmc429 on");
@@ -326,7 +326,7 @@ fn a_motion_bus_that_reads_zeros_is_noticed_while_a_program_and_a_host_read() {
         bench.ask("GAP 1, 0");
         bench.run(MILLISECOND);
     }
-    assert!(!bench.module.board().borrow().tmc262().bridges_on());
+    assert!(!bench.module.board().borrow().tmc262(0).bridges_on());
     assert_eq!((bench.ok("GGP 128, 0"), bench.ask("GAP 1, 0").0), (0, NOT_AVAILABLE));
 }
 
@@ -334,7 +334,7 @@ fn a_motion_bus_that_reads_zeros_is_noticed_while_a_program_and_a_host_read() {
 #[test]
 fn a_pending_interrupt_of_the_motion_controller_does_not_look_like_silence() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let mut spi = board.spi(Chip::Tmc429, 1_000_000);
+    let mut spi = board.spi(Chip::Tmc429(0), 1_000_000);
     // Of motor 0, all interrupts (index 0xB) enabled; the target (index 0) goes away, and is where the motor stands again.
     for datagram in [[0xB << 1, 0, 0xFF, 0], [0, 0, 0, 5], [0, 0, 0, 0]] {
         let mut datagram: [u8; 4] = datagram;
@@ -348,7 +348,7 @@ fn a_pending_interrupt_of_the_motion_controller_does_not_look_like_silence() {
     let mut bench = LooseBench::on(board, 0);
     bench.ok("ROR 0, 300");
     bench.run(250);
-    assert_eq!((bench.speed(), bench.board.borrow().tmc262().bridges_on()), (300, true));
+    assert_eq!((bench.speed(), bench.board.borrow().tmc262(0).bridges_on()), (300, true));
 }
 
 /// A disturbance at the start is not the end, a bus that stays broken is.
@@ -358,7 +358,7 @@ fn the_motion_controller_is_tried_three_times_at_the_start() {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
         let mut bench = LooseBench::on(board, disturbed);
         bench.run(2);
-        assert_eq!(bench.board.borrow().tmc262().bridges_on(), starts, "{disturbed}");
+        assert_eq!(bench.board.borrow().tmc262(0).bridges_on(), starts, "{disturbed}");
         if starts {
             bench.ok("ROR 0, 300");
             bench.run(250);

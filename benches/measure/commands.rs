@@ -94,7 +94,7 @@ fn run(elf: &[u8], program: &[String], span: Nanos) -> Result<Run, Failure> {
     host.run(50 * MILLISECOND)?;
     let look = |host: &mut Host| {
         let counters = host.machine.counters();
-        let wire: u64 = [Chip::Tmc429, Chip::Tmc262]
+        let wire: u64 = [Chip::Tmc429(0), Chip::Tmc262(0)]
             .into_iter()
             .zip(WIRE)
             .map(|(chip, cycles)| host.machine.board().datagrams(chip) * cycles)

@@ -94,7 +94,7 @@ fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Res
     }
     // Out of the ramp.
     host.run(500 * MILLISECOND)?;
-    let chips = [Chip::Tmc429, Chip::Tmc262];
+    let chips = [Chip::Tmc429(0), Chip::Tmc262(0)];
     let before = chips.map(|chip| host.machine.board().datagrams(chip));
     let mut load = Load::default();
     host.watch(span, &mut |step| load.add(&step))?;

@@ -161,7 +161,7 @@ fn sample(host: &mut Host, link: Link, command: Command, samples: &mut Samples) 
     let idle: u64 = steps.iter().filter(waits).map(|step| step.cycles.min(exchange.answered - step.at)).sum();
     samples.cycles.push(exchange.cycles());
     samples.share.push(exchange.cycles().saturating_sub(idle));
-    for (counts, chip) in samples.datagrams.iter_mut().zip([Chip::Tmc429, Chip::Tmc262]) {
+    for (counts, chip) in samples.datagrams.iter_mut().zip([Chip::Tmc429(0), Chip::Tmc262(0)]) {
         counts.push(datagrams(&steps, chip));
     }
     Ok(())

@@ -57,8 +57,8 @@ impl<H: Hooks> Platform for Simulated<H> {
 /// What a module on a simulated board is built of.
 pub fn parts<H: Hooks>(board: &SharedBoard, hooks: H) -> Parts<Simulated<H>, TMCM_1140_AXES> {
     Parts {
-        tmc429: board.spi(Chip::Tmc429, TMC429_HZ),
-        tmc262: [board.spi(Chip::Tmc262, TMC262_HZ)],
+        tmc429: board.spi(Chip::Tmc429(0), TMC429_HZ),
+        tmc262: [board.spi(Chip::Tmc262(0), TMC262_HZ)],
         enable: board.enable_pin(),
         store: Box::new(Store::new()),
         hooks,
@@ -336,7 +336,7 @@ impl VirtualModule {
             self.log.push("EEPROM: the program is damaged or its download was cut short: it will not run".into());
         }
         let baud = core.baud_rate().into();
-        let abn = self.board.borrow().inputs().abn;
+        let abn = self.board.borrow().axis_inputs(0).abn;
         let null_edges = [abn.null_low.times, abn.null_high.times];
         let ports = Ports::new(core.link_settings().start);
         // Its clock starts when all is read.
@@ -350,19 +350,19 @@ impl VirtualModule {
 
     fn poll(&mut self) {
         let Some(firmware) = &mut self.firmware else { return };
-        let (now, seen) = {
+        let (now, seen, axis) = {
             let board = self.board.borrow();
-            (firmware.time(board.now()), board.inputs())
+            (firmware.time(board.now()), board.inputs(), board.axis_inputs(0))
         };
         let inputs = Inputs {
             digital: std::array::from_fn(|n| seen.digital >> n & 1 != 0),
-            analog: seen.analog,
+            analog: seen.analog[0],
             supply: Some(seen.supply),
             temperature: seen.temperature.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
-            stall: seen.stall,
-            encoder: seen.encoder,
-            external: seen.abn.count as u16,
-            null: firmware.null_edges(seen.abn),
+            stall: axis.stall,
+            encoder: axis.encoder,
+            external: axis.abn.count as u16,
+            null: firmware.null_edges(axis.abn),
         };
         let outputs = firmware.core.poll(now, &inputs);
         // The slices of a program come between the milliseconds.
@@ -373,8 +373,8 @@ impl VirtualModule {
             }
         }
         self.board.borrow_mut().set_outputs(Outputs {
-            out: std::array::from_fn(|n| outputs.digital >> n & 1 != 0),
-            pull_ups: outputs.pull_ups,
+            digital: outputs.digital.into(),
+            pull_ups: outputs.pull_ups.into(),
             leds: [outputs.led, outputs.trouble],
         });
         self.collect();

@@ -5,11 +5,11 @@
 pub enum Fault {
     /// The EEPROM does not answer: its output stays high and it takes no commands.
     Eeprom,
-    /// The motion bus reads all ones; what is sent to TMC429 and TMC262 still arrives.
+    /// The motion bus reads all ones; what is sent to TMC429s and TMC262s still arrives.
     Spi,
     /// The motion bus reads all zeros; what is sent still arrives.
     SpiLow,
-    /// The motion controller does not answer and takes no datagrams.
+    /// The motion controller of the axis does not answer and takes no datagrams; other axes on it are silent as well.
     Tmc429,
     /// The driver does not answer and takes no datagrams.
     Tmc262,
@@ -58,6 +58,11 @@ impl Fault {
             Self::Overtemperature => "overtemperature",
             Self::Encoder => "encoder",
         }
+    }
+
+    /// Whether there is such a fault on each axis, not one on the whole board.
+    pub const fn is_of_an_axis(self) -> bool {
+        !matches!(self, Self::Eeprom | Self::Spi | Self::SpiLow)
     }
 
     /// Finds a fault by its name; the error lists the names there are.

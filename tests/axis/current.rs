@@ -38,7 +38,7 @@ fn power_down_and_freewheeling_come_in_their_poll() {
 
 /// Whether the driver may change the current by itself: coolStep's lower threshold is not 0.
 fn cool_step(bench: &Bench) -> bool {
-    bench.module.board().borrow().tmc262().registers().smarten & 0xF != 0
+    bench.module.board().borrow().tmc262(0).registers().smarten & 0xF != 0
 }
 
 /// A motor that turns at the speed of parameter 182 has the run current, 21/32, and coolStep; one slower by the smallest step
@@ -76,7 +76,7 @@ fn where_a_ramp_ends_at_the_threshold_speed_the_run_current_follows_the_boost() 
             bench.ok(setting);
         }
         bench.tell(&format!("ROR 0, {speed}"));
-        let chip = |bench: &Bench| bench.module.board().borrow().tmc429().velocity(0);
+        let chip = |bench: &Bench| bench.module.board().borrow().tmc429(0).velocity(0);
         while chip(&bench) != speed {
             assert_eq!(bench.scale(), 11, "at {} on the way to {speed}", chip(&bench));
             bench.poll(1);

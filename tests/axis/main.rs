@@ -37,16 +37,16 @@ impl Bench {
 
     /// Datagrams that the motion controller has had.
     fn datagrams(&self) -> u64 {
-        self.module.board().borrow().datagrams(Chip::Tmc429)
+        self.module.board().borrow().datagrams(Chip::Tmc429(0))
     }
 
     /// The current in the motor in 1/32, 0 with the bridges off.
     fn current(&self) -> u32 {
-        self.module.board().borrow().tmc262().current()
+        self.module.board().borrow().tmc262(0).current()
     }
 
     /// The current that the driver is told, in 1/32: what coolStep makes of it left out.
     fn scale(&self) -> u32 {
-        (self.module.board().borrow().tmc262().registers().sgcsconf & 0x1F) + 1
+        (self.module.board().borrow().tmc262(0).registers().sgcsconf & 0x1F) + 1
     }
 }

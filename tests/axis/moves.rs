@@ -136,7 +136,7 @@ fn a_rotation_after_a_long_move_is_left_alone() {
         let (from, before) = (bench.rotor(), bench.datagrams());
         for _ in 0..64 {
             bench.poll(256);
-            assert_eq!(bench.module.board().borrow().tmc429().velocity(0), speed);
+            assert_eq!(bench.module.board().borrow().tmc429(0).velocity(0), speed);
         }
         // 2047 is 499 756 microsteps a second.
         let moved = (bench.rotor() - from).abs();
@@ -164,7 +164,7 @@ fn a_long_move_arrives_though_the_beginning_of_a_leg_was_not_heard() {
         bench.fails.after(0, lost, heard);
         bench.run(16_000);
         assert_eq!(bench.fails.get(), 0);
-        assert_eq!(bench.board.borrow().world().motor().rotor(), 7_000_000, "{lost} lost, heard: {heard}");
+        assert_eq!(bench.board.borrow().world().axis(0).motor().rotor(), 7_000_000, "{lost} lost, heard: {heard}");
     }
 }
 

@@ -161,7 +161,7 @@ fn searched(mode: i32, disturbed: Disturbed) -> (LooseBench, Vec<usize>) {
 /// Where rotor and counter are.
 fn places(bench: &LooseBench) -> (i64, i32) {
     let board = bench.board.borrow();
-    (board.world().motor().rotor(), board.tmc429().position(0))
+    (board.world().axis(0).motor().rotor(), board.tmc429(0).position(0))
 }
 
 /// Datagrams that are lost while a leg begins: it begins all the same, a little later, and the search finds its place.

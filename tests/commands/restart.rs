@@ -91,7 +91,7 @@ fn what_comes_after_255_is_lost() {
     let mut said: Vec<_> = said.collect();
     said.sort_by_key(|(_, opcode)| *opcode);
     assert_eq!(said, [(Source::Rs485, 11), (Source::Usb, 255)]);
-    assert_eq!(bench.module.board().borrow().tmc429().velocity(0), 0, "ROR was not executed");
+    assert_eq!(bench.module.board().borrow().tmc429(0).velocity(0), 0, "ROR was not executed");
     // After the restart it hears again.
     bench.run(SECOND);
     assert_eq!(bench.ok("GAP 2, 0"), 0);
@@ -110,7 +110,7 @@ fn no_program_starts_before_a_restart() {
     bench.ok("255, 0, 0, 1234");
     bench.control("supply 24");
     bench.run(80 * MILLISECOND);
-    assert_eq!(bench.module.board().borrow().tmc429().velocity(0), 0);
+    assert_eq!(bench.module.board().borrow().tmc429(0).velocity(0), 0);
     // After the restart it does start by itself, and the module answers.
     bench.run(400 * MILLISECOND);
     assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GGP 128, 0")), (500, 1));

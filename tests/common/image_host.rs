@@ -174,7 +174,7 @@ impl Host {
 
     /// Injects or removes a fault of the board.
     pub fn fault(&mut self, fault: Fault, on: bool) {
-        self.machine.board().set_fault(fault, on);
+        self.machine.board().set_fault(fault, 0, on);
     }
 
     /// Texts of the log since the last call, with their levels.
@@ -184,17 +184,17 @@ impl Host {
 
     /// Where the rotor is, in 1/256 full steps.
     pub fn rotor(&mut self) -> i64 {
-        self.machine.board().world().motor().rotor()
+        self.machine.board().world().axis(0).motor().rotor()
     }
 
     /// The speed the motion controller runs at, asked of nobody.
     pub fn speed(&mut self) -> i32 {
-        self.machine.board().tmc429().velocity(0)
+        self.machine.board().tmc429(0).velocity(0)
     }
 
     /// Whether the motor is under current, as far as the driver decides.
     pub fn bridges_on(&mut self) -> bool {
-        self.machine.board().tmc262().bridges_on()
+        self.machine.board().tmc262(0).bridges_on()
     }
 
     /// Asserts that the motor stands: at 500 the rotor would move by 1 500 in this time.

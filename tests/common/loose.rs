@@ -100,8 +100,8 @@ impl LooseBench {
         let fails = Rc::new(Disturbance::default());
         fails.set(disturbed);
         let parts = Parts {
-            tmc429: Loose(board.spi(Chip::Tmc429, 1_000_000), fails.clone()),
-            tmc262: [board.spi(Chip::Tmc262, 1_000_000)],
+            tmc429: Loose(board.spi(Chip::Tmc429(0), 1_000_000), fails.clone()),
+            tmc262: [board.spi(Chip::Tmc262(0), 1_000_000)],
             enable: board.enable_pin(),
             store: Box::new(Store::new()),
             hooks: (),
@@ -129,11 +129,11 @@ impl LooseBench {
         for _ in 0..milliseconds {
             let next = self.board.borrow().now() + MILLISECOND;
             self.board.borrow_mut().advance_to(next);
-            let seen = self.board.borrow().inputs();
+            let (seen, axis) = (self.board.borrow().inputs(), self.board.borrow().axis_inputs(0));
             let inputs = Inputs {
                 supply: Some(seen.supply),
-                stall: seen.stall,
-                encoder: seen.encoder,
+                stall: axis.stall,
+                encoder: axis.encoder,
                 temperature: 25,
                 ..Inputs::default()
             };
@@ -144,12 +144,12 @@ impl LooseBench {
 
     /// A command of the control protocol.
     pub fn control(&mut self, line: &str) {
-        Line::parse(line).unwrap().control.apply(&mut self.board.borrow_mut());
+        Line::parse(line).unwrap().control.apply(&mut self.board.borrow_mut()).unwrap();
     }
 
     /// The motor's speed as the chip has it.
     pub fn speed(&self) -> i32 {
-        self.board.borrow().tmc429().velocity(0)
+        self.board.borrow().tmc429(0).velocity(0)
     }
 
     /// Whether an error flag is set.

@@ -132,7 +132,7 @@ impl Bench {
     /// A command of the control protocol, as `tmcl sim --control` takes it.
     pub fn control(&mut self, line: &str) {
         let line = Line::parse(line).unwrap();
-        line.control.apply(&mut self.module.board().borrow_mut());
+        line.control.apply(&mut self.module.board().borrow_mut()).unwrap();
     }
 
     /// Switches the supply off and on again.
@@ -145,11 +145,11 @@ impl Bench {
 
     /// Where the rotor is, in 1/256 full steps.
     pub fn rotor(&self) -> i64 {
-        self.module.board().borrow().world().motor().rotor()
+        self.module.board().borrow().world().axis(0).motor().rotor()
     }
 
     /// Full steps the rotor has lost against the field.
     pub fn lost_steps(&self) -> i64 {
-        self.module.board().borrow().world().motor().lost_steps()
+        self.module.board().borrow().world().axis(0).motor().lost_steps()
     }
 }

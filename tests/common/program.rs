@@ -131,7 +131,8 @@ impl Bench {
 
     /// The general purpose outputs as the world sees them.
     pub fn outputs(&self) -> [bool; 2] {
-        self.module.board().borrow().world().outputs().out
+        let outputs = self.module.board().borrow().world().outputs();
+        [0, 1].map(|number| outputs.is_on(number))
     }
 
     /// Lets time pass and gives the moments at which an output changed.
@@ -174,7 +175,7 @@ impl Bench {
 
     /// The motor's speed as the chip has it, asked of nobody.
     pub fn speed(&self) -> i32 {
-        self.module.board().borrow().tmc429().velocity(0)
+        self.module.board().borrow().tmc429(0).velocity(0)
     }
 }
 

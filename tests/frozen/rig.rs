@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use crc::{CRC_32_ISO_HDLC, Crc, Digest};
 use hal_sim::board::{Chip, Datagram};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use hal_sim::control::{Line, State};
+use hal_sim::control::{AxisState, Line, State};
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::client::Client;
 use tmcl_cli::virtual_module::VirtualModule;
@@ -44,12 +44,13 @@ impl Sums {
     }
 
     pub(super) fn add(&mut self, Datagram { chip, bytes }: &Datagram) {
-        let datagram = [&[*chip as u8, bytes.len() as u8], bytes.as_slice()].concat();
+        let number = u8::from(!matches!(chip, Chip::Tmc429(_)));
+        let datagram = [&[number, bytes.len() as u8], bytes.as_slice()].concat();
         self.all.update(&datagram);
         self.counts[0] += 1;
         let writes = match chip {
             // Bit 0 of the first byte tells a read from a write.
-            Chip::Tmc429 => bytes.first().is_some_and(|first| first & 1 == 0),
+            Chip::Tmc429(_) => bytes.first().is_some_and(|first| first & 1 == 0),
             _ => std::mem::replace(&mut self.to_driver, bytes.clone()) != *bytes,
         };
         if writes {
@@ -128,7 +129,7 @@ impl Rig {
                 Asked::Nothing
             }
             "control" => {
-                Line::parse(rest)?.control.apply(&mut self.module.board().borrow_mut());
+                Line::parse(rest)?.control.apply(&mut self.module.board().borrow_mut())?;
                 Asked::Nothing
             }
             "power" => {
@@ -235,9 +236,9 @@ impl Rig {
     }
 
     fn look(&self) -> String {
-        let State { rotor, current, bridges_on, outputs: [out_0, out_1], pull_ups, .. } =
+        let State { first: AxisState { rotor, current, bridges_on, .. }, outputs, pull_ups, .. } =
             State::of(&self.module.board().borrow());
-        let [bridges, out_0, out_1, pull_ups] = [bridges_on, out_0, out_1, pull_ups].map(u8::from);
+        let [bridges, out_0, out_1, pull_ups] = [bridges_on, outputs[0], outputs[1], pull_ups].map(u8::from);
         format!("rotor {rotor}, current {current}, bridges {bridges}, outputs {out_0}{out_1}, pull-ups {pull_ups}")
     }
 }

@@ -1,5 +1,6 @@
 //! One line of a scenario: a step, and the values and conditions in it.
 
+use hal_sim::board::TMCM_1140;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{Control, Line, State};
 use tmcm::tmcl::text;
@@ -77,23 +78,23 @@ pub(super) type Look = fn(&State) -> i64;
 /// The world's values by name.
 const WORLD: &[(&str, Look)] = &[
     ("time", |state| (state.time_us / 1000) as i64),
-    ("rotor", |state| state.rotor),
-    ("field", |state| state.field),
-    ("lost_steps", |state| state.lost_steps),
-    ("position", |state| state.position.into()),
-    ("velocity", |state| state.velocity.into()),
-    ("current", |state| state.current.into()),
-    ("bridges", |state| state.bridges_on.into()),
-    ("stall_guard", |state| state.stall_guard.into()),
-    ("left_switch", |state| state.switches.left.into()),
-    ("right_switch", |state| state.switches.right.into()),
-    ("home_switch", |state| state.switches.home.into()),
+    ("rotor", |state| state.first.rotor),
+    ("field", |state| state.first.field),
+    ("lost_steps", |state| state.first.lost_steps),
+    ("position", |state| state.first.position.into()),
+    ("velocity", |state| state.first.velocity.into()),
+    ("current", |state| state.first.current.into()),
+    ("bridges", |state| state.first.bridges_on.into()),
+    ("stall_guard", |state| state.first.stall_guard.into()),
+    ("left_switch", |state| state.first.switches.left.into()),
+    ("right_switch", |state| state.first.switches.right.into()),
+    ("home_switch", |state| state.first.switches.home.into()),
     ("output_0", |state| state.outputs[0].into()),
     ("output_1", |state| state.outputs[1].into()),
     ("pull_ups", |state| state.pull_ups.into()),
     ("led_1", |state| state.leds[0].into()),
-    ("encoder", |state| state.encoder.into()),
-    ("abn", |state| state.abn),
+    ("encoder", |state| state.first.encoder.into()),
+    ("abn", |state| state.first.abn),
 ];
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -116,8 +117,8 @@ pub(super) fn in_word(c: char) -> bool {
 pub(super) fn parse(text: &str, names: &[String]) -> Result<Step, String> {
     if let Some(line) = text.strip_prefix("control ") {
         return match Line::parse(line)? {
-            Line { module: 1, control } if control != Control::State => Ok(Step::Control(Line { module: 1, control })),
-            Line { module: 1, .. } => Err("the state is looked at by 'expect' and 'let'".into()),
+            Line { module: 1, control: Control::State } => Err("the state is looked at by 'expect' and 'let'".into()),
+            line @ Line { module: 1, control } => control.check(&TMCM_1140).map(|()| Step::Control(line)),
             _ => Err("there is one module only".into()),
         };
     }

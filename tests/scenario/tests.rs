@@ -103,9 +103,9 @@ MVP ABS, 0, $x + 100 -> 100 $x - -5
     );
     let case = &scenarios[0].cases[4];
     assert_eq!(case.label, "mode = 65, start = 7, zero = 100");
-    assert_eq!(case.world.motor.start, 7);
+    assert_eq!(case.world.axis(0).motor.start, 7);
     assert_eq!(case.steps[1].0.text, "expect rotor = 100 - 7");
-    assert_eq!(scenarios[1].cases[0].world.motor.start, 0);
+    assert_eq!(scenarios[1].cases[0].world.axis(0).motor.start, 0);
 }
 
 /// Answers every command with its type as status and the number of milliseconds that have passed as value;
@@ -120,7 +120,7 @@ impl Rig for Parrot {
     }
 
     fn control(&mut self, line: &Line) {
-        line.control.apply(&mut self.0);
+        line.control.apply(&mut self.0).unwrap();
     }
 
     fn state(&mut self) -> State {

@@ -101,20 +101,20 @@ impl Recording {
         let state = State::of(&module.board().borrow());
         let (position, target) = module.position().unzip();
         let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
-        let [out_0, out_1] = state.outputs;
+        let on = |output: usize| state.outputs.get(output).copied().unwrap_or_default().into();
         let mut sample = Slice::default();
         let values = [
             (Channel::Position, position),
             (Channel::Target, target.flatten()),
-            (Channel::Velocity, Some(state.velocity)),
-            (Channel::Load, Some(state.stall_guard.into())),
-            (Channel::Current, Some(state.current.cast_signed())),
+            (Channel::Velocity, Some(state.first.velocity)),
+            (Channel::Load, Some(state.first.stall_guard.into())),
+            (Channel::Current, Some(state.first.current.cast_signed())),
             (Channel::Waiting, Some(waiting.into())),
-            (Channel::Out0, Some(out_0.into())),
-            (Channel::Out1, Some(out_1.into())),
-            (Channel::Left, Some(state.switches.left.into())),
-            (Channel::Right, Some(state.switches.right.into())),
-            (Channel::Home, Some(state.switches.home.into())),
+            (Channel::Out0, Some(on(0))),
+            (Channel::Out1, Some(on(1))),
+            (Channel::Left, Some(state.first.switches.left.into())),
+            (Channel::Right, Some(state.first.switches.right.into())),
+            (Channel::Home, Some(state.first.switches.home.into())),
         ];
         for (channel, value) in values {
             if let Some(range) = sample.ranges.get_mut(channel as usize) {

@@ -79,18 +79,18 @@ fn motor_and_pins(module: &VirtualModule, row: &mut impl FnMut(&str, &str)) {
     let Some((position, target)) = module.position() else { return row("power", "off") };
     let target = target.filter(|target| *target != position);
     let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
-    let lost = match state.lost_steps {
+    let lost = match state.first.lost_steps {
         0 => String::new(),
         steps @ 1.. => format!("; the motor has lost steps, it is {steps} full steps behind"),
         steps => format!("; the motor has lost steps, it is {} full steps ahead", steps.unsigned_abs()),
     };
     row("position", &format!("{position} microsteps{way}{lost}"));
-    let velocity = state.velocity;
+    let velocity = state.first.velocity;
     let turns = if velocity == 0 { "the motor stands" } else { "the motor turns" };
     row("velocity", &format!("{velocity} (internal units): {turns}"));
     let level = |on| if on { "on" } else { "off" };
-    let [out_0, out_1] = state.outputs.map(level);
-    row("outputs", &format!("OUT0 {out_0}, OUT1 {out_1}"));
+    let outputs = (0..).zip(&state.outputs).map(|(number, &on)| format!("OUT{number} {}", level(on)));
+    row("outputs", &outputs.collect::<Vec<_>>().join(", "));
 }
 
 /// A refused command and the reason of the refusal.

@@ -1,5 +1,6 @@
 //! The events of option `--at`: changes of the world and commands of the host at given times.
 
+use hal_sim::board::TMCM_1140;
 use hal_sim::clock::Nanos;
 use hal_sim::control::{Control, Line};
 use tmcm::tmcl::{Command, text};
@@ -38,7 +39,7 @@ impl Event {
             match Line::parse(what)? {
                 Line { control: Control::State, .. } => return Err("the state cannot be shown here".into()),
                 Line { control: Control::Usb { .. }, .. } => return Err("there is no USB cable here".into()),
-                Line { module: 1, control } => Action::World(control),
+                Line { module: 1, control } => control.check(&TMCM_1140).map(|()| Action::World(control))?,
                 Line { .. } => return Err("there is one module only".into()),
             }
         } else {
@@ -63,7 +64,7 @@ mod tests {
     #[test]
     fn world_and_host_have_their_own_words() {
         let event = Event::parse("500 ms: load 0.5").unwrap();
-        assert_eq!((event.at, event.action), (500 * MILLISECOND, Action::World(Control::Load { load: 0.5 })));
+        assert_eq!((event.at, event.action), (500 * MILLISECOND, Action::World(Control::Load { axis: 0, load: 0.5 })));
         let event = Event::parse("1 s: SGP 0, 2, 500").unwrap();
         assert_eq!((event.text.as_str(), event.action), ("SGP 0, 2, 500", Action::Host(Command::new(9, 0, 2, 500))));
         assert_eq!(Event::parse("0 s: 129, 1, 0, 1").unwrap().action, Action::Host(Command::new(129, 1, 0, 1)));

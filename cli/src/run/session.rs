@@ -173,7 +173,7 @@ impl<'a> Session<'a> {
         match event.action {
             Action::World(Control::Power { on }) => self.module.set_power(on),
             Action::World(control) => {
-                control.apply(&mut self.module.board().borrow_mut());
+                control.apply(&mut self.module.board().borrow_mut()).map_err(Failure::Failed)?;
             }
             Action::Host(command) => self.send(command),
         }

@@ -181,7 +181,7 @@ fn carry_out(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> Resul
             fleet.plug_usb(index, on);
             None
         }
-        control => control.apply(&mut module.board_mut()),
+        control => control.apply(&mut module.board_mut())?,
     };
     let speed_factor = (pacer.achieved() * 1000.0).round() / 1000.0;
     Ok(state.map(|state| Report { state, speed_factor, speed_wanted: pacer.wanted() }))

@@ -12,11 +12,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use hal_sim::chip::at25::{Backing, SIZE};
+use hal_sim::chip::at25::{AT25128, Backing};
 use signal_hook::consts::SIGXFSZ;
 
 use super::say;
 use crate::failure::Failure;
+
+/// Size of the EEPROM in bytes.
+const SIZE: usize = AT25128.size;
 
 /// A file with the contents of the EEPROM.
 #[derive(Debug)]

@@ -20,7 +20,7 @@ const SWITCHES: u8 = 0x7C;
 fn tmc429(board: &SharedBoard, register: u8, data: u32) -> u32 {
     let [_, high, middle, low] = data.to_be_bytes();
     let mut frame = [register, high, middle, low];
-    let mut spi = board.spi(Chip::Tmc429, MOTION_HZ);
+    let mut spi = board.spi(Chip::Tmc429(0), MOTION_HZ);
     spi.transfer_in_place(&mut frame).unwrap();
     u32::from_be_bytes([0, frame[1], frame[2], frame[3]])
 }
@@ -28,7 +28,7 @@ fn tmc429(board: &SharedBoard, register: u8, data: u32) -> u32 {
 fn tmc262(board: &SharedBoard, word: u32) -> u32 {
     let [_, high, middle, low] = word.to_be_bytes();
     let mut frame = [high, middle, low];
-    let mut spi = board.spi(Chip::Tmc262, MOTION_HZ);
+    let mut spi = board.spi(Chip::Tmc262(0), MOTION_HZ);
     spi.transfer_in_place(&mut frame).unwrap();
     u32::from_be_bytes([0, frame[0], frame[1], frame[2]]) >> 4
 }
@@ -75,12 +75,12 @@ fn stop(board: &SharedBoard) {
 fn the_datagrams_on_the_motion_bus_are_recorded_in_their_order_once_somebody_takes_them() {
     let board = start("");
     assert_eq!(board.borrow_mut().take_datagrams(), []);
-    board.borrow_mut().set_fault(Fault::Tmc429, true);
+    board.borrow_mut().set_fault(Fault::Tmc429, 0, true);
     tmc429(&board, V_MAX, 0x01_0203);
     tmc262(&board, 0x0_0042);
     board.spi(Chip::At25, MOTION_HZ).write(&[5]).unwrap();
     let seen = |chip, bytes: &[u8]| Datagram { chip, bytes: bytes.to_vec() };
-    let expected = [seen(Chip::Tmc429, &[V_MAX, 1, 2, 3]), seen(Chip::Tmc262, &[0, 0, 0x42])];
+    let expected = [seen(Chip::Tmc429(0), &[V_MAX, 1, 2, 3]), seen(Chip::Tmc262(0), &[0, 0, 0x42])];
     assert_eq!(board.borrow_mut().take_datagrams(), expected);
     assert_eq!(board.borrow_mut().take_datagrams(), []);
 }
@@ -88,13 +88,13 @@ fn the_datagrams_on_the_motion_bus_are_recorded_in_their_order_once_somebody_tak
 #[test]
 fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
     let board = start("");
-    let (before, count) = (board.borrow().now(), board.borrow().datagrams(Chip::Tmc429));
-    let mut spi = board.spi(Chip::Tmc429, 1_312_500);
+    let (before, count) = (board.borrow().now(), board.borrow().datagrams(Chip::Tmc429(0)));
+    let mut spi = board.spi(Chip::Tmc429(0), 1_312_500);
     spi.transfer_in_place(&mut [0; 4]).unwrap();
     // 32 bits at 1.3125 MHz are 24.380 952 us, plus selecting and deselecting.
     let took = board.borrow().now() - before;
     assert_eq!(took, 24_380 + 2 * SELECT_TIME);
-    assert_eq!(board.borrow().datagrams(Chip::Tmc429), count + 1);
+    assert_eq!(board.borrow().datagrams(Chip::Tmc429(0)), count + 1);
     assert_eq!(board.borrow().datagrams(Chip::At25), 0);
 }
 
@@ -102,7 +102,7 @@ fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
 fn steps_reach_the_rotor_at_the_speed_of_the_formula() {
     let board = start("");
     board.borrow_mut().change_world(|world| {
-        world.start_trace(0, 0);
+        world.axis_mut(0).start_trace(0, 0);
     });
     tmc429(&board, V_TARGET, 1_000);
     run(&board, 2 * SECOND);
@@ -110,19 +110,19 @@ fn steps_reach_the_rotor_at_the_speed_of_the_formula() {
     {
         let board = board.borrow();
         // 16 MHz x 1000 / (2^3 x 2048 x 32) = 30 517.6 microsteps/s = 119.21 full steps/s.
-        let trace = board.world().trace().unwrap();
+        let trace = board.world().axis(0).trace().unwrap();
         let speed = trace.speed(now - SECOND, now).unwrap();
         assert!((speed - 119.21).abs() < 0.05, "{speed}");
-        let rotor = board.world().motor().rotor();
-        assert_eq!(i64::from(board.tmc429().position(0)), rotor);
-        assert_eq!(i64::from(board.inputs().encoder), rotor % 51_200 / 50);
-        assert_eq!(board.tmc262().stall_guard(), 512);
-        assert!(!board.inputs().stall);
+        let rotor = board.world().axis(0).motor().rotor();
+        assert_eq!(i64::from(board.tmc429(0).position(0)), rotor);
+        assert_eq!(i64::from(board.axis_inputs(0).encoder), rotor % 51_200 / 50);
+        assert_eq!(board.tmc262(0).stall_guard(), 512);
+        assert!(!board.axis_inputs(0).stall);
     }
     stop(&board);
-    let rest = board.borrow().world().motor().rotor();
+    let rest = board.borrow().world().axis(0).motor().rotor();
     run(&board, SECOND);
-    assert_eq!(board.borrow().world().motor().rotor(), rest);
+    assert_eq!(board.borrow().world().axis(0).motor().rotor(), rest);
     assert_eq!(board.borrow().next_event(), None);
 }
 
@@ -132,13 +132,13 @@ fn an_end_switch_on_the_stage_stops_the_motor() {
     tmc429(&board, V_TARGET, 500);
     run(&board, 4 * SECOND);
     // The chip stops with the tick after the step that closed the switch: 2 us later.
-    let rotor = board.borrow().world().motor().rotor();
+    let rotor = board.borrow().world().axis(0).motor().rotor();
     assert!((20_000..=20_001).contains(&rotor), "{rotor}");
     assert_eq!(board.borrow().inputs().digital, 0b0100);
     assert_eq!(tmc429(&board, SWITCHES | 1, 0) & 0b11, 0b01);
     tmc429(&board, V_TARGET, (-500_i32 as u32) & 0xFFF);
     run(&board, 6 * SECOND);
-    let rotor = board.borrow().world().motor().rotor();
+    let rotor = board.borrow().world().axis(0).motor().rotor();
     assert!((-20_001..=-20_000).contains(&rotor), "{rotor}");
     assert_eq!(board.borrow().inputs().digital, 0b0010);
 }
@@ -148,9 +148,9 @@ fn a_switch_pressed_by_hand_stops_the_motor() {
     let board = start("");
     tmc429(&board, V_TARGET, 1_000);
     run(&board, SECOND);
-    board.borrow_mut().change_world(|world| world.press(crate::world::pin::Pin::Right, true));
+    board.borrow_mut().change_world(|world| world.axis_mut(0).press(crate::world::pin::Pin::Right, true));
     run(&board, MILLISECOND);
-    assert_eq!(board.borrow().tmc429().velocity(0), 0);
+    assert_eq!(board.borrow().tmc429(0).velocity(0), 0);
 }
 
 #[test]
@@ -158,19 +158,19 @@ fn a_load_stalls_the_motor_and_shows_at_the_stall_pin() {
     let board = start("");
     tmc429(&board, V_TARGET, 2_000);
     run(&board, SECOND);
-    board.borrow_mut().change_world(|world| world.set_load(1.0));
-    let rotor = board.borrow().world().motor().rotor();
+    board.borrow_mut().change_world(|world| world.axis_mut(0).set_load(1.0));
+    let rotor = board.borrow().world().axis(0).motor().rotor();
     run(&board, SECOND / 2);
     {
         let board = board.borrow();
-        assert_eq!(board.world().motor().rotor(), rotor);
-        assert!(board.inputs().stall);
+        assert_eq!(board.world().axis(0).motor().rotor(), rotor);
+        assert!(board.axis_inputs(0).stall);
         // 2000 is 61 035 microsteps/s: 119 full steps in half a second.
-        assert_eq!(board.world().motor().lost_steps(), 119);
+        assert_eq!(board.world().axis(0).motor().lost_steps(), 119);
     }
-    board.borrow_mut().change_world(|world| world.set_load(0.0));
+    board.borrow_mut().change_world(|world| world.axis_mut(0).set_load(0.0));
     stop(&board);
-    let lost = board.borrow().world().motor().lost_steps();
+    let lost = board.borrow().world().axis(0).motor().lost_steps();
     assert!(lost >= 119 && lost % 4 == 0, "{lost}");
 }
 
@@ -180,8 +180,8 @@ fn without_bridges_the_counter_runs_and_the_rotor_stays() {
     board.enable_pin().set_high().unwrap();
     tmc429(&board, V_TARGET, 1_000);
     run(&board, SECOND);
-    assert!(board.borrow().tmc429().position(0) > 20_000);
-    assert_eq!(board.borrow().world().motor().rotor(), 0);
+    assert!(board.borrow().tmc429(0).position(0) > 20_000);
+    assert_eq!(board.borrow().world().axis(0).motor().rotor(), 0);
 }
 
 #[test]
@@ -190,24 +190,24 @@ fn a_warm_reset_leaves_the_motion_controller_running_and_power_off_stops_it() {
     tmc429(&board, V_TARGET, 1_000);
     run(&board, SECOND);
     board.borrow_mut().warm_reset();
-    let before = board.borrow().world().motor().rotor();
+    let before = board.borrow().world().axis(0).motor().rotor();
     run(&board, SECOND);
-    let after = board.borrow().world().motor().rotor();
+    let after = board.borrow().world().axis(0).motor().rotor();
     assert!(after - before > 30_000);
     board.borrow_mut().power_off();
     run(&board, SECOND);
-    assert_eq!(board.borrow().world().motor().rotor(), after);
+    assert_eq!(board.borrow().world().axis(0).motor().rotor(), after);
     assert_eq!(tmc429(&board, SWITCHES | 1, 0), 0xFF_FFFF, "nobody answers");
     board.borrow_mut().power_on();
-    assert_eq!(board.borrow().tmc429().position(0), 0);
-    assert_eq!(board.borrow().tmc262().registers(), Default::default());
-    assert!(!board.borrow().tmc262().bridges_on());
+    assert_eq!(board.borrow().tmc429(0).position(0), 0);
+    assert_eq!(board.borrow().tmc262(0).registers(), Default::default());
+    assert!(!board.borrow().tmc262(0).bridges_on());
     set_up(&board);
     // The driver starts at pointer 0 again: the rotor is drawn to the nearest multiple of 1024.
-    let rotor = board.borrow().world().motor().rotor();
+    let rotor = board.borrow().world().axis(0).motor().rotor();
     assert_eq!(rotor % 1_024, 0);
     assert!((rotor - after).abs() <= 512);
-    assert_eq!(board.borrow().world().motor().lost_steps(), 0);
+    assert_eq!(board.borrow().world().axis(0).motor().lost_steps(), 0);
 }
 
 #[test]
@@ -239,18 +239,18 @@ fn the_eeprom_keeps_its_contents_over_a_power_cycle_but_for_a_torn_page() {
 #[test]
 fn without_motor_supply_the_driver_forgets() {
     let board = start("");
-    assert!(board.borrow().tmc262().bridges_on());
+    assert!(board.borrow().tmc262(0).bridges_on());
     board.borrow_mut().change_world(|world| world.set_supply(4.9));
     assert_eq!(tmc262(&board, 0x9_0135), 0);
     board.borrow_mut().change_world(|world| world.set_supply(24.0));
-    assert_eq!(board.borrow().tmc262().registers(), Default::default());
+    assert_eq!(board.borrow().tmc262(0).registers(), Default::default());
     assert_eq!(board.borrow().inputs().supply, 240);
 }
 
 #[test]
 fn faults_appear_and_disappear() {
     let board = start("");
-    let set = |fault, on| board.borrow_mut().set_fault(fault, on);
+    let set = |fault, on| board.borrow_mut().set_fault(fault, 0, on);
     set(Fault::Spi, true);
     assert_eq!(tmc262(&board, 0xE_F050), 0xF_FFFF);
     assert_eq!(tmc429(&board, SWITCHES | 1, 0), 0xFF_FFFF);
@@ -269,27 +269,27 @@ fn faults_appear_and_disappear() {
     set(Fault::Tmc262, true);
     assert_eq!(tmc262(&board, 0x9_0131), 0xF_FFFF);
     set(Fault::Tmc262, false);
-    assert_eq!(board.borrow().tmc262().registers().chopconf, 0x9_0135);
+    assert_eq!(board.borrow().tmc262(0).registers().chopconf, 0x9_0135);
     set(Fault::Overtemperature, true);
     assert_eq!(tmc262(&board, 0xE_F050) & 0x06, 0x06);
-    assert!(!board.borrow().tmc262().bridges_on());
+    assert!(!board.borrow().tmc262(0).bridges_on());
     set(Fault::Overtemperature, false);
     assert_eq!(tmc262(&board, 0xE_F050) & 0x06, 0);
     for (fault, flag) in [(Fault::ShortA, 0x08), (Fault::ShortB, 0x10), (Fault::OpenA, 0x20), (Fault::OpenB, 0x40)] {
         set(fault, true);
         assert_eq!(tmc262(&board, 0xE_F050) & 0x78, flag);
-        assert!(!board.borrow().world().motor().is_following());
+        assert!(!board.borrow().world().axis(0).motor().is_following());
         set(fault, false);
         board.enable_pin().set_high().unwrap();
         board.enable_pin().set_low().unwrap();
         assert_eq!(tmc262(&board, 0xE_F050) & 0x78, 0);
-        assert!(board.borrow().world().motor().is_following());
+        assert!(board.borrow().world().axis(0).motor().is_following());
     }
     set(Fault::Encoder, true);
-    board.borrow_mut().change_world(|world| world.slip(100, SECOND));
-    assert_eq!(board.borrow().inputs().encoder, 0);
+    board.borrow_mut().change_world(|world| world.axis_mut(0).slip(100, SECOND));
+    assert_eq!(board.borrow().axis_inputs(0).encoder, 0);
     set(Fault::Encoder, false);
-    assert_eq!(board.borrow().inputs().encoder, 100 * 256 / 50);
+    assert_eq!(board.borrow().axis_inputs(0).encoder, 100 * 256 / 50);
     set(Fault::Eeprom, true);
     let mut status = [0x05, 0];
     let mut spi = board.spi(Chip::At25, 1_000_000);
@@ -302,14 +302,14 @@ fn the_same_seed_gives_the_same_run() {
     let world = "seed = 5\n[motor]\nstall_guard_noise = 50\nfriction = 0.3\n[stage]\nhard_right = 30000";
     let run_once = || {
         let board = start(world);
-        board.borrow_mut().change_world(|world| world.start_trace(0, 0));
+        board.borrow_mut().change_world(|world| world.axis_mut(0).start_trace(0, 0));
         tmc429(&board, V_TARGET, 2_000);
         let mut readings = Vec::new();
         for _ in 0..100 {
             run(&board, 10 * MILLISECOND + 7 * MICROSECOND);
-            readings.push(board.borrow().tmc262().stall_guard());
+            readings.push(board.borrow().tmc262(0).stall_guard());
         }
-        let trace = board.borrow_mut().change_world(World::take_trace).unwrap();
+        let trace = board.borrow_mut().change_world(|world| world.axis_mut(0).take_trace()).unwrap();
         (readings, trace.samples().to_vec())
     };
     assert_eq!(run_once(), run_once());

@@ -24,8 +24,8 @@ impl Limits {
     /// takes 4 MHz, the AT25128 5 MHz, and both want no more than 100 ns.
     const fn of(chip: Chip) -> Self {
         match chip {
-            Chip::Tmc429 => Self { bit: clocks(8), select: clocks(3) },
-            Chip::Tmc262 => Self { bit: 250, select: 100 },
+            Chip::Tmc429(_) => Self { bit: clocks(8), select: clocks(3) },
+            Chip::Tmc262(_) => Self { bit: 250, select: 100 },
             Chip::At25 => Self { bit: 200, select: 100 },
         }
     }
@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn the_tmc429_refuses_what_is_faster_than_its_datasheet() {
         let time = Timebase::new(168_000_000, 0, 0);
-        let mut select = Select::new(Chip::Tmc429);
+        let mut select = Select::new(Chip::Tmc429(0));
         select.set(true, 1_000, &time).unwrap();
         let word = |bit, start| Word { mosi: 0, wide: false, bit, at: start + 8 * bit };
         assert!(select.check(word(83, 2_000), &time).is_err());

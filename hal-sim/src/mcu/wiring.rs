@@ -34,7 +34,7 @@ use crate::world::{ANALOG_MAX, Outputs};
 /// Port (0 is A) and number of a pin.
 pub(super) type Pin = (usize, u32);
 
-const SELECTS: [(Pin, Chip); 3] = [((0, 4), Chip::Tmc429), ((2, 3), Chip::Tmc262), ((0, 15), Chip::At25)];
+const SELECTS: [(Pin, Chip); 3] = [((0, 4), Chip::Tmc429(0)), ((2, 3), Chip::Tmc262(0)), ((0, 15), Chip::At25)];
 const MCO: Pin = (0, 8);
 const RS485_TX: Pin = (1, 10);
 const RS485_RX: Pin = (1, 11);
@@ -204,7 +204,8 @@ impl Wiring {
             self.disabled = disabled;
             self.board.set_disable_pin(disabled);
         }
-        let outputs = Outputs { out: OUTPUTS.map(on), pull_ups: on(PULL_UPS), leds: LEDS.map(on) };
+        let word = |pins: &[Pin]| (0..).zip(pins).fold(0, |word, (bit, &pin)| word | u32::from(on(pin)) << bit);
+        let outputs = Outputs { digital: word(&OUTPUTS), pull_ups: word(&[PULL_UPS]), leds: LEDS.map(on) };
         if outputs != self.outputs {
             self.outputs = outputs;
             self.board.set_outputs(outputs);
@@ -237,18 +238,18 @@ impl Wiring {
         let inputs = self.board.inputs();
         let (port, first) = INPUTS;
         if let Some(port) = ports.get_mut(port) {
-            port.drive(0xF << first, u32::from(inputs.digital) << first);
+            port.drive(0xF << first, inputs.digital << first);
         }
         if let Some(port) = ports.get_mut(STALL.0) {
-            port.drive(1 << STALL.1, u32::from(inputs.stall) << STALL.1);
+            port.drive(1 << STALL.1, u32::from(self.board.axis_inputs(0).stall) << STALL.1);
         }
     }
 
     /// Whether events of the board may change the level of this pin.
     pub(super) fn moves(&self, (port, pin): Pin) -> bool {
         let (inputs, first) = INPUTS;
-        let moving = u32::from(self.board.world().moving_inputs()) << first;
-        (port, pin) == STALL || port == inputs && moving >> pin & 1 != 0
+        let moves = || pin.checked_sub(first).is_some_and(|number| self.board.world().moves_input(number as usize));
+        (port, pin) == STALL || port == inputs && moves()
     }
 
     /// Brings the level of each pad to the other one, if they are connected.
@@ -267,7 +268,7 @@ impl Wiring {
     /// The count of the encoder on TIM4's inputs, if they are that.
     pub(super) fn encoder(&self, ports: &[Gpio]) -> Option<i64> {
         let connected = ENCODER.iter().all(|&pin| alternate(ports, pin) == Some(AF_TIM4));
-        connected.then(|| self.board.inputs().abn.count)
+        connected.then(|| self.board.axis_inputs(0).abn.count)
     }
 
     /// Whether the CAN transceiver is connected to CAN1.
@@ -283,7 +284,7 @@ impl Wiring {
         match channel {
             TEMPERATURE => of(SENSOR_AT_25 + i64::from(inputs.temperature - 25) * SENSOR_SLOPE, FULL_SCALE),
             REFERENCE => of(REFERENCE_VOLTAGE, FULL_SCALE),
-            _ if channel == u32::from(self.analog.input) => inputs.analog,
+            _ if channel == u32::from(self.analog.input) => inputs.analog[0],
             _ if channel == u32::from(self.analog.supply) => {
                 of(inputs.supply.into(), self.analog.supply_full_scale.into())
             }

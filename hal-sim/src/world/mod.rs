@@ -1,6 +1,7 @@
-//! What is around the module: motor and stage, switches, supply and temperature, and the levels of its
+//! What is around the module: motor, stage and switches of each axis, supply and temperature, and the levels of its
 //! outputs. Positions are in 1/256 full steps everywhere; a 200-step motor has 51 200 of them in a turn.
 
+mod axis;
 pub mod config;
 pub mod motor;
 pub mod pin;
@@ -8,92 +9,103 @@ pub mod stage;
 mod switch;
 pub mod trace;
 
+pub use axis::Axis;
+
+use crate::board::{BoardKind, Input};
 use crate::clock::Nanos;
 use config::WorldConfig;
-use motor::Motor;
-use pin::Pin;
-use stage::Stage;
-use trace::Trace;
 
 /// Reading of a 12-bit converter at full scale.
 pub const ANALOG_MAX: u16 = 4095;
 /// From this reading on the analog input counts as high when it is read as a digital one.
 const ANALOG_HIGH: u16 = 2048;
 
-/// The levels the module puts out.
+/// The levels the module puts out: bit n is output or group n, true is on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
-    /// OUT0 and OUT1: true is on.
-    pub out: [bool; 2],
-    /// Pull-ups of IN1..IN3 (without effect here: the inputs are driven).
-    pub pull_ups: bool,
+    /// The digital outputs, OUT0 and up.
+    pub digital: u32,
+    /// The groups of pull-ups of the inputs (without effect here: the inputs are driven).
+    pub pull_ups: u32,
     /// LED1 and LED2: true is lit.
     pub leds: [bool; 2],
+}
+
+impl Outputs {
+    /// Whether output `number` is on.
+    pub fn is_on(&self, number: u32) -> bool {
+        self.digital.checked_shr(number).unwrap_or(0) & 1 != 0
+    }
 }
 
 /// The surroundings of one module.
 #[derive(Clone, Debug)]
 pub struct World {
-    motor: Motor,
-    stage: Stage,
+    kind: &'static BoardKind,
+    axes: Vec<Axis>,
     supply: u16,
     temperature: i32,
-    analog: u16,
+    /// Readings of the analog channels, in their order.
+    analog: Vec<u16>,
+    /// The inputs that nothing but a hand sets, by their numbers.
+    free: u32,
     outputs: Outputs,
-    trace: Option<Trace>,
 }
 
 impl World {
-    /// The world that `config` describes, at rest.
-    pub fn new(config: &WorldConfig) -> Self {
-        let mut motor = Motor::new(config.motor(), config.motor.start);
-        motor.set_load(config::torque(config.motor.load));
-        let stage = Stage::new(&config.stage, config.abn.clone(), config.units_per_turn(), motor.rotor());
+    /// The world that `config` describes around a board, at rest. The analog input that it tells of is the first one; others
+    /// read zero.
+    pub fn new(kind: &'static BoardKind, config: &WorldConfig) -> Self {
+        let mut analog = vec![0; kind.analog().count()];
+        if let Some(first) = analog.first_mut() {
+            *first = config.supply.analog.min(ANALOG_MAX);
+        }
         Self {
-            motor,
-            stage,
+            kind,
+            axes: (0..kind.axes()).map(|axis| Axis::new(kind, config.axis(axis))).collect(),
             supply: tenths(config.supply.volts),
             temperature: config.supply.temperature,
-            analog: config.supply.analog.min(ANALOG_MAX),
+            analog,
+            free: 0,
             outputs: Outputs::default(),
-            trace: None,
         }
     }
 
-    /// The motor.
-    pub fn motor(&self) -> &Motor {
-        &self.motor
+    /// What surrounds each axis.
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
     }
 
-    /// The stage: its pins and the ABN counter.
-    pub fn stage(&self) -> &Stage {
-        &self.stage
+    /// What surrounds an axis. The board has to have it.
+    pub fn axis(&self, axis: usize) -> &Axis {
+        &self.axes[axis]
     }
 
-    /// Levels of the digital inputs: bit n is INn. IN0 is the analog input read as a digital one.
-    pub fn inputs(&self) -> u8 {
-        self.stage.pins() << 1 | u8::from(self.analog >= ANALOG_HIGH)
+    /// What surrounds an axis, to be changed. The board has to have it.
+    pub fn axis_mut(&mut self, axis: usize) -> &mut Axis {
+        &mut self.axes[axis]
     }
 
-    /// The digital inputs that change with the rotor, in the order of [`inputs`](Self::inputs).
-    pub fn moving_inputs(&self) -> u8 {
-        self.stage.moving_pins() << 1
+    pub(crate) fn axes_mut(&mut self) -> &mut [Axis] {
+        &mut self.axes
     }
 
-    /// Levels of the TMC429's six reference switch pins, in the order of its REFERENCE_SWITCHES register.
-    /// IN1 (left) is wired to REFL1 and IN2 (right) to REFR1. Nothing is wired to the others: REFR2 and
-    /// REFR3 have pull-ups in the chip and read high, REFL2 and REFL3 low.
-    #[inline]
-    pub fn reference_pins(&self) -> u8 {
-        const OPEN: u8 = 0b01_0100;
-        const IN1: u8 = 1;
-        const IN2: u8 = 2;
-        const REFR1: u8 = 1;
-        const REFL1: u8 = 2;
-        let pins = self.stage.pins();
-        let left = if pins & IN1 != 0 { REFL1 } else { 0 };
-        let right = if pins & IN2 != 0 { REFR1 } else { 0 };
-        OPEN | left | right
+    /// Levels of the digital inputs: bit n is INn. An analog input is read as a digital one here.
+    pub fn inputs(&self) -> u32 {
+        let mut analog = self.analog.iter();
+        self.kind.inputs.iter().enumerate().fold(self.free, |levels, (number, input)| {
+            let high = match *input {
+                Input::Free => false,
+                Input::Analog => analog.next().is_some_and(|reading| *reading >= ANALOG_HIGH),
+                Input::Switch(axis, pin) => self.axes[axis].level(pin),
+            };
+            levels | u32::from(high) << number
+        })
+    }
+
+    /// Whether the level of digital input `number` changes with a rotor.
+    pub fn moves_input(&self, number: usize) -> bool {
+        matches!(self.kind.inputs.get(number), Some(Input::Switch(axis, pin)) if self.axes[*axis].moves(*pin))
     }
 
     /// Supply voltage in 0.1 V.
@@ -106,9 +118,9 @@ impl World {
         self.temperature
     }
 
-    /// Reading of the analog input, 0..=4095.
-    pub fn analog(&self) -> u16 {
-        self.analog
+    /// Readings of the analog channels in their order, 0..=4095.
+    pub fn analog(&self) -> &[u16] {
+        &self.analog
     }
 
     /// What the module puts out.
@@ -116,14 +128,23 @@ impl World {
         self.outputs
     }
 
-    /// Presses or releases a switch by hand.
-    pub fn press(&mut self, pin: Pin, pressed: bool) {
-        self.stage.press(pin, pressed);
+    /// Sets digital input `number` to a level: presses or releases the switch that is connected to it, or brings the analog
+    /// channel to an end of its range.
+    pub fn set_input(&mut self, number: usize, high: bool) {
+        match self.kind.inputs.get(number) {
+            None => {}
+            Some(Input::Free) => self.free = self.free & !(1 << number) | u32::from(high) << number,
+            Some(Input::Analog) => self.set_analog(number, if high { ANALOG_MAX } else { 0 }),
+            Some(&Input::Switch(axis, pin)) => self.axes[axis].set_level(pin, high),
+        }
     }
 
-    /// Presses or releases a switch by hand so that its pin has this level.
-    pub fn set_level(&mut self, pin: Pin, high: bool) {
-        self.stage.set_level(pin, high);
+    /// Sets the reading of the analog channel of input `number`, 0..=4095 (higher ones are limited).
+    pub fn set_analog(&mut self, number: usize, reading: u16) {
+        let place = self.kind.analog().position(|channel| channel == number);
+        if let Some(channel) = place.and_then(|place| self.analog.get_mut(place)) {
+            *channel = reading.min(ANALOG_MAX);
+        }
     }
 
     /// Sets the supply voltage in volts, rounded to 0.1 V.
@@ -136,67 +157,14 @@ impl World {
         self.temperature = celsius;
     }
 
-    /// Sets the reading of the analog input, 0..=4095 (higher ones are limited).
-    pub fn set_analog(&mut self, reading: u16) {
-        self.analog = reading.min(ANALOG_MAX);
-    }
-
-    /// Sets the load on the motor: 0.0 free, 1.0 stalls it at full current.
-    pub fn set_load(&mut self, load: f64) {
-        self.motor.set_load(config::torque(load));
-    }
-
-    /// Moves the rotor by full steps against the counter, see [`Motor::slip`].
-    pub fn slip(&mut self, full_steps: i64, now: Nanos) {
-        self.motor.slip(full_steps);
-        self.moved(now);
-    }
-
-    /// Starts recording the rotor; see [`Trace::new`] for `interval`.
-    pub fn start_trace(&mut self, interval: Nanos, now: Nanos) {
-        self.trace = Some(Trace::new(interval));
-        self.moved(now);
-    }
-
-    /// The recording so far.
-    pub fn trace(&self) -> Option<&Trace> {
-        self.trace.as_ref()
-    }
-
-    /// Ends the recording and hands it out.
-    pub fn take_trace(&mut self) -> Option<Trace> {
-        self.trace.take()
-    }
-
     pub(crate) fn set_outputs(&mut self, outputs: Outputs) {
         self.outputs = outputs;
     }
 
-    pub(crate) fn motor_mut(&mut self) -> &mut Motor {
-        &mut self.motor
-    }
-
-    /// The driver has moved its field by a step.
-    #[inline]
-    pub(crate) fn follow(&mut self, at: Nanos, field: i64) {
-        self.motor.follow(at, field);
-        self.moved(at);
-    }
-
     /// Time has passed without steps.
-    pub(crate) fn settle(&mut self, now: Nanos) {
-        if self.motor.settle(now) {
-            self.moved(now);
-        }
-    }
-
     #[inline]
-    fn moved(&mut self, at: Nanos) {
-        let rotor = self.motor.rotor();
-        self.stage.move_to(rotor);
-        if let Some(trace) = &mut self.trace {
-            trace.record(at, rotor, self.motor.field());
-        }
+    pub(crate) fn settle(&mut self, now: Nanos) {
+        self.axes.iter_mut().for_each(|axis| axis.settle(now));
     }
 }
 
@@ -206,42 +174,61 @@ fn tenths(volts: f64) -> u16 {
 
 #[cfg(test)]
 mod tests {
+    use super::pin::Pin;
     use super::*;
+    use crate::board::TMCM_1140;
 
     #[test]
-    fn the_pins_reach_inputs_and_reference_switches() {
-        let mut world = World::new(&WorldConfig::default());
-        assert_eq!((world.inputs(), world.reference_pins()), (0, 0b01_0100));
-        world.press(Pin::Left, true);
-        assert_eq!((world.inputs(), world.reference_pins()), (0b0010, 0b01_0110));
-        world.press(Pin::Right, true);
-        world.press(Pin::Home, true);
-        assert_eq!((world.inputs(), world.reference_pins()), (0b1110, 0b01_0111));
-        world.press(Pin::Left, false);
-        world.set_analog(2048);
-        assert_eq!((world.inputs(), world.reference_pins()), (0b1101, 0b01_0101));
-        world.set_analog(5000);
-        assert_eq!(world.analog(), 4095);
+    fn the_pins_and_the_analog_channel_reach_the_inputs() {
+        let mut world = World::new(&TMCM_1140, &WorldConfig::default());
+        assert_eq!(world.inputs(), 0);
+        world.axis_mut(0).press(Pin::Left, true);
+        assert_eq!(world.inputs(), 0b0010);
+        world.axis_mut(0).press(Pin::Right, true);
+        world.axis_mut(0).press(Pin::Home, true);
+        assert_eq!(world.inputs(), 0b1110);
+        world.axis_mut(0).press(Pin::Left, false);
+        world.set_analog(0, 2048);
+        assert_eq!(world.inputs(), 0b1101);
+        world.set_analog(0, 5000);
+        assert_eq!(world.analog(), [4095]);
+        world.set_input(3, false);
+        world.set_input(0, false);
+        assert_eq!((world.inputs(), world.analog()), (0b0100, [0].as_slice()));
+    }
+
+    #[test]
+    fn inputs_that_nothing_is_connected_to_are_set_by_hand_and_analog_channels_by_their_numbers() {
+        static KIND: BoardKind =
+            BoardKind { inputs: &[Input::Free, Input::Analog, Input::Free, Input::Analog], ..TMCM_1140 };
+        let mut world = World::new(&KIND, &WorldConfig::parse("[supply]\nanalog = 7").unwrap());
+        world.set_input(2, true);
+        world.set_analog(3, 4000);
+        world.set_analog(2, 4000);
+        assert_eq!((world.inputs(), world.analog()), (0b1100, [7, 4000].as_slice()));
+        world.set_input(2, false);
+        world.set_input(4, true);
+        assert_eq!(world.inputs(), 0b1000);
     }
 
     #[test]
     fn steps_move_the_stage_and_are_recorded() {
         let config = WorldConfig::parse("[stage]\nright = 10").unwrap();
-        let mut world = World::new(&config);
-        world.motor_mut().set_current(32);
+        let mut world = World::new(&TMCM_1140, &config);
+        world.axis_mut(0).motor_mut().set_current(32);
         world.settle(crate::clock::SECOND);
-        world.start_trace(0, crate::clock::SECOND);
+        world.axis_mut(0).start_trace(0, crate::clock::SECOND);
         for step in 1..=10_i64 {
-            world.follow(2 * crate::clock::SECOND + step as Nanos, step);
+            world.axis_mut(0).follow(2 * crate::clock::SECOND + step as Nanos, step);
             assert_eq!(world.inputs() & 4 != 0, step >= 10);
         }
-        assert_eq!(world.take_trace().unwrap().samples().len(), 11);
-        assert!(world.trace().is_none());
+        assert_eq!(world.axis_mut(0).take_trace().unwrap().samples().len(), 11);
+        assert!(world.axis(0).trace().is_none());
     }
 
     #[test]
     fn the_supply_is_rounded_to_tenths() {
-        let mut world = World::new(&WorldConfig::default());
+        let mut world = World::new(&TMCM_1140, &WorldConfig::default());
         assert_eq!(world.supply(), 240);
         world.set_supply(8.46);
         assert_eq!(world.supply(), 85);

@@ -1,21 +1,21 @@
-//! The pins of the module that a stage or an encoder is connected to.
+//! The pins of an axis that a stage or an encoder is connected to.
 
 use serde::Deserialize;
 
-/// The three digital inputs, in the order of their numbers.
+/// The three switches of an axis, in the order of their inputs on the TMCM-1140.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pin {
-    /// IN1: left stop switch, encoder track A.
+    /// The left stop switch, or track A of an encoder in its place.
     Left,
-    /// IN2: right stop switch, encoder track B.
+    /// The right stop switch, or track B.
     Right,
-    /// IN3: home switch, encoder track N.
+    /// The home switch, or track N.
     Home,
 }
 
 impl Pin {
-    /// Its bit in a set of pins: bit 0 is IN1.
+    /// Its bit in a set of pins.
     pub(super) const fn bit(self) -> u8 {
         match self {
             Self::Left => 1,

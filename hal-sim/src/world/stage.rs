@@ -1,5 +1,5 @@
-//! What the motor drives: a stage with end and home switches, or an encoder with A, B and N tracks, on the
-//! three input pins that the module has for either.
+//! What the motor drives: a stage with end and home switches on three input pins, and an encoder with A, B and N tracks.
+//! Some boards have the three pins for either, then the encoder takes the place of the switches.
 //!
 //! Electrically every pin is driven by a push-pull sensor: low when the switch is open or not
 //! there, high when it is pressed. (With the polarity parameter at 0 the TMC429 takes a high pin as an active
@@ -42,6 +42,8 @@ impl Edges {
 pub struct Stage {
     cams: Vec<(Pin, Cam)>,
     abn_config: Option<AbnConfig>,
+    /// The encoder's tracks are connected to the pins of the switches.
+    tracks_at_switches: bool,
     units_per_turn: i64,
     window: Window,
     sensed: u8,
@@ -52,12 +54,20 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// A stage on a motor with `units_per_turn` units in a turn, whose rotor is at `rotor`. An ABN encoder takes
-    /// the place of the switches.
-    pub fn new(config: &StageConfig, abn_config: Option<AbnConfig>, units_per_turn: i64, rotor: i64) -> Self {
+    /// A stage on a motor with `units_per_turn` units in a turn, whose rotor is at `rotor`. With `tracks_at_switches` an
+    /// ABN encoder takes the place of the switches.
+    pub fn new(
+        config: &StageConfig,
+        abn_config: Option<AbnConfig>,
+        tracks_at_switches: bool,
+        units_per_turn: i64,
+        rotor: i64,
+    ) -> Self {
+        let tracks_at_switches = tracks_at_switches && abn_config.is_some();
         let mut stage = Self {
-            cams: Cam::all(config),
+            cams: if tracks_at_switches { Vec::new() } else { Cam::all(config) },
             abn_config,
+            tracks_at_switches,
             units_per_turn: units_per_turn.max(1),
             window: Window { lowest: rotor, highest: rotor },
             sensed: 0,
@@ -80,7 +90,7 @@ impl Stage {
         }
     }
 
-    /// Levels of the pins: bit 0 IN1, bit 1 IN2, bit 2 IN3.
+    /// Levels of the pins: bit 0 left, bit 1 right, bit 2 home.
     #[inline]
     pub fn pins(&self) -> u8 {
         (self.sensed | self.by_hand) ^ self.inverted
@@ -88,7 +98,7 @@ impl Stage {
 
     /// The pins that change with the rotor, in the order of [`pins`](Self::pins).
     pub fn moving_pins(&self) -> u8 {
-        if self.abn_config.is_some() { 0b111 } else { self.cams.iter().fold(0, |pins, (pin, _)| pins | pin.bit()) }
+        if self.tracks_at_switches { 0b111 } else { self.cams.iter().fold(0, |pins, (pin, _)| pins | pin.bit()) }
     }
 
     /// Presses or releases a switch by hand.
@@ -117,14 +127,19 @@ impl Stage {
 
     #[cold]
     fn sense(&mut self, rotor: i64) {
+        let (switches, window) = self.sense_switches(rotor);
+        (self.sensed, self.window) = (switches, window);
         if let Some(abn) = self.abn_config.clone() {
-            self.sense_tracks(&abn, rotor);
-        } else {
-            self.sense_switches(rotor);
+            let (tracks, same) = self.sense_tracks(&abn, rotor);
+            self.window = window.and(same);
+            if self.tracks_at_switches {
+                self.sensed = tracks;
+            }
         }
     }
 
-    fn sense_switches(&mut self, rotor: i64) {
+    /// The pins of the switches that are closed, and where that stays so.
+    fn sense_switches(&self, rotor: i64) -> (u8, Window) {
         let mut window = Window::ALL;
         let mut sensed = 0;
         for (pin, cam) in &self.cams {
@@ -134,11 +149,11 @@ impl Stage {
                 sensed |= pin.bit();
             }
         }
-        self.sensed = sensed;
-        self.window = window;
+        (sensed, window)
     }
 
-    fn sense_tracks(&mut self, abn: &AbnConfig, rotor: i64) {
+    /// The encoder's tracks on the pins of the switches, and where they stay so.
+    fn sense_tracks(&mut self, abn: &AbnConfig, rotor: i64) -> (u8, Window) {
         let per_turn = abn.counts_per_turn();
         let (before, count) = (self.abn.count, self.count(abn, rotor));
         // N is active for the one count of a turn that begins at the index.
@@ -163,13 +178,12 @@ impl Stage {
             _ => (0, Pin::Right.bit()),
         };
         let n = if count.rem_euclid(per_turn) == 0 { Pin::Home.bit() } else { 0 };
-        self.sensed = a | b | n;
         // The first position of a count: rounded up.
         let begin = |count: i64| {
             let units = -i128::from(count) * i128::from(self.units_per_turn);
             -units.div_euclid(i128::from(per_turn)) as i64 + abn.index
         };
-        self.window = Window { lowest: begin(count), highest: begin(count + 1) - 1 };
+        (a | b | n, Window { lowest: begin(count), highest: begin(count + 1) - 1 })
     }
 }
 
@@ -184,7 +198,7 @@ mod tests {
     fn stage() -> Stage {
         let config =
             StageConfig { left: Some(-1_000), right: Some(1_000), home: Some([-10, 10]), ..StageConfig::default() };
-        Stage::new(&config, None, 51_200, 0)
+        Stage::new(&config, None, true, 51_200, 0)
     }
 
     #[test]
@@ -226,7 +240,7 @@ mod tests {
             right_width: Some(1),
             ..StageConfig::default()
         };
-        let mut stage = Stage::new(&config, None, 51_200, 0);
+        let mut stage = Stage::new(&config, None, true, 51_200, 0);
         let expected =
             [(-1_100, 0), (-1_099, LEFT), (-1_000, LEFT), (-999, 0), (999, 0), (1_000, RIGHT), (1_001, 0), (9_999, 0)];
         for &(at, pins) in expected.iter().chain(expected.iter().rev()) {
@@ -248,7 +262,7 @@ mod tests {
             circle: Some(3_000),
             ..StageConfig::default()
         };
-        let mut stage = Stage::new(&config, None, 51_200, 0);
+        let mut stage = Stage::new(&config, None, true, 51_200, 0);
         for at in (0..5_000_i64).chain((-5_000..5_000).rev()) {
             stage.move_to(at);
             let phase = at.rem_euclid(3_000);
@@ -263,7 +277,7 @@ mod tests {
     #[test]
     fn hysteresis_holds_every_switch() {
         let config = StageConfig { left: Some(-100), home: Some([50, 60]), hysteresis: 8, ..StageConfig::default() };
-        let mut stage = Stage::new(&config, None, 51_200, 0);
+        let mut stage = Stage::new(&config, None, true, 51_200, 0);
         for (at, pins) in
             [(-99, 0), (-100, LEFT), (-92, LEFT), (-91, 0), (-99, 0), (50, HOME), (68, HOME), (69, 0), (61, 0), (42, 0)]
         {
@@ -276,7 +290,7 @@ mod tests {
     fn a_normally_closed_switch_is_low_when_pressed() {
         let config =
             StageConfig { left: Some(-1_000), normally_closed: vec![Pin::Left, Pin::Home], ..StageConfig::default() };
-        let mut stage = Stage::new(&config, None, 51_200, 0);
+        let mut stage = Stage::new(&config, None, true, 51_200, 0);
         assert_eq!(stage.pins(), LEFT | HOME);
         stage.press(Pin::Home, true);
         assert_eq!(stage.pins(), LEFT);
@@ -301,18 +315,31 @@ mod tests {
     #[test]
     fn pins_that_move_are_told() {
         assert_eq!(stage().moving_pins(), 0b111);
-        let moving = |config: StageConfig| Stage::new(&config, None, 51_200, 0).moving_pins();
+        let moving = |config: StageConfig| Stage::new(&config, None, true, 51_200, 0).moving_pins();
         assert_eq!(moving(StageConfig { right: Some(100), ..StageConfig::default() }), 0b010);
         assert_eq!(moving(StageConfig::default()), 0);
         assert_eq!(
-            Stage::new(&StageConfig::default(), Some(AbnConfig { lines: 512, index: 0 }), 51_200, 0).moving_pins(),
+            Stage::new(&StageConfig::default(), Some(AbnConfig { lines: 512, index: 0 }), true, 51_200, 0)
+                .moving_pins(),
             0b111
         );
     }
 
     #[test]
+    fn an_encoder_on_pins_of_its_own_leaves_the_switches_theirs() {
+        let config = StageConfig { right: Some(1_000), ..StageConfig::default() };
+        let abn = AbnConfig { lines: 512, index: 0 };
+        let mut stage = Stage::new(&config, Some(abn), false, 51_200, 0);
+        assert_eq!(stage.moving_pins(), RIGHT);
+        for (at, count, pins) in [(24, 0, 0), (25, 1, 0), (999, 39, 0), (1_000, 40, RIGHT), (1_030, 41, RIGHT)] {
+            stage.move_to(at);
+            assert_eq!((stage.abn().count, stage.pins()), (count, pins), "at {at}");
+        }
+    }
+
+    #[test]
     fn without_switches_all_pins_stay_low() {
-        let mut stage = Stage::new(&StageConfig::default(), None, 51_200, 0);
+        let mut stage = Stage::new(&StageConfig::default(), None, true, 51_200, 0);
         for at in [i64::MIN / 4, 0, i64::MAX / 4] {
             stage.move_to(at);
             assert_eq!(stage.pins(), 0);
@@ -323,7 +350,7 @@ mod tests {
     fn the_encoder_counts_four_per_line_and_shows_its_tracks() {
         // 512 lines are 2048 counts a turn: 51 200 / 2048 = 25 units a count.
         let abn = AbnConfig { lines: 512, index: 0 };
-        let mut stage = Stage::new(&StageConfig::default(), Some(abn), 51_200, 1);
+        let mut stage = Stage::new(&StageConfig::default(), Some(abn), true, 51_200, 1);
         let tracks: Vec<u8> = (0..5)
             .map(|count| {
                 stage.move_to(count * 25);
@@ -341,7 +368,7 @@ mod tests {
     #[test]
     fn null_is_counted_once_a_turn_however_far_a_step_goes() {
         let abn = AbnConfig { lines: 512, index: 100 };
-        let mut stage = Stage::new(&StageConfig::default(), Some(abn), 51_200, 50);
+        let mut stage = Stage::new(&StageConfig::default(), Some(abn), true, 51_200, 50);
         for at in 50..=51_400 {
             stage.move_to(at);
         }

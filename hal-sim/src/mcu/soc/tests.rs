@@ -65,8 +65,8 @@ fn a_repeated_read_of_a_status_is_noticed_and_one_of_a_counter_is_not() {
 fn the_board_is_at_the_pins() {
     let mut soc = soc("");
     write(&mut soc, &[(GPIOD, 1 << 16 | 1 << 18), (GPIOD + 0x18, 1 << 9)]);
-    assert_eq!(soc.board().world().outputs().out, [false, true]);
-    soc.board_mut().change_world(|world| world.press(crate::world::pin::Pin::Right, true));
+    assert_eq!(soc.board().world().outputs().digital, 0b10);
+    soc.board_mut().change_world(|world| world.axis_mut(0).press(crate::world::pin::Pin::Right, true));
     assert_eq!(soc.read(soc.now, GPIOD + 0x10, 4) >> 11 & 0xF, 0b0100);
 }
 
@@ -110,6 +110,6 @@ fn the_encoder_interface_counts_what_the_motor_turns() {
     write(&mut soc, &[(TIM4 + 0x08, 3), (TIM4, 1)]);
     assert_eq!(soc.read(soc.now, TIM4 + 0x24, 4), 0);
     let now = soc.board().now();
-    soc.board_mut().change_world(|world| world.slip(50, now));
+    soc.board_mut().change_world(|world| world.axis_mut(0).slip(50, now));
     assert_eq!(soc.read(soc.now, TIM4 + 0x24, 4), 500);
 }

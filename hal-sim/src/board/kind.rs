@@ -1,0 +1,117 @@
+//! What a product's board consists of, as data: a further product of these chips is one more value of [`BoardKind`].
+
+use crate::chip::at25::{AT25128, Part};
+use crate::world::pin::Pin;
+
+/// A kind of board. Each axis has a TMC262 of its own; the axes are counted through the TMC429s, so that those of the
+/// second one follow those of the first.
+#[derive(Debug, PartialEq, Eq)]
+pub struct BoardKind {
+    /// The product's name.
+    pub name: &'static str,
+    /// The TMC429s, by the number of axes of each: 1..=3.
+    pub controllers: &'static [usize],
+    /// What is connected to the digital inputs, IN0 first; 32 at most.
+    pub inputs: &'static [Input],
+    /// Number of digital outputs, OUT0 and up; 32 at most.
+    pub outputs: u32,
+    /// Number of groups of inputs whose pull-ups can be switched; 32 at most.
+    pub pull_ups: u32,
+    /// Each motor has the built-in magnetic encoder on its shaft.
+    pub magnetic_encoders: bool,
+    /// Where an ABN encoder can be connected.
+    pub abn: AbnPins,
+    /// The EEPROM.
+    pub eeprom: Part,
+}
+
+/// What a digital input is connected to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// Nothing but what somebody sets it to.
+    Free,
+    /// A terminal that an analog channel of the same number reads as well.
+    Analog,
+    /// A switch of an axis.
+    Switch(usize, Pin),
+}
+
+/// Where the ABN encoder of an axis can be connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AbnPins {
+    /// Nowhere.
+    None,
+    /// To the three inputs that switches are connected to otherwise.
+    Switches,
+    /// To pins of its own.
+    Own,
+}
+
+/// The TMCM-1140: one axis on one TMC429. IN0 is the analog input, IN1 to IN3 are the switches.
+pub static TMCM_1140: BoardKind = BoardKind {
+    name: "TMCM-1140",
+    controllers: &[1],
+    inputs: &[Input::Analog, Input::Switch(0, Pin::Left), Input::Switch(0, Pin::Right), Input::Switch(0, Pin::Home)],
+    outputs: 2,
+    pull_ups: 1,
+    magnetic_encoders: true,
+    abn: AbnPins::Switches,
+    eeprom: AT25128,
+};
+
+impl BoardKind {
+    /// How many axes the board has.
+    pub fn axes(&self) -> usize {
+        self.controllers.iter().sum()
+    }
+
+    /// Number of the TMC429 that moves `axis`, and which of its motors that is.
+    pub fn motor(&self, axis: usize) -> Option<(usize, usize)> {
+        let mut first = 0;
+        for (controller, &axes) in self.controllers.iter().enumerate() {
+            if axis < first + axes {
+                return Some((controller, axis - first));
+            }
+            first += axes;
+        }
+        None
+    }
+
+    /// The numbers of the inputs that have an analog channel, in their order.
+    pub fn analog(&self) -> impl Iterator<Item = usize> {
+        let inputs = self.inputs.iter().enumerate();
+        inputs.filter(|(_, input)| **input == Input::Analog).map(|(number, _)| number)
+    }
+
+    /// Whether the board has this axis; the error says which ones it has.
+    pub fn check_axis(&self, axis: usize) -> Result<(), String> {
+        let name = self.name;
+        match self.axes() {
+            axes if axis < axes => Ok(()),
+            1 => Err(format!("no axis {axis}: the {name} has one, axis 0")),
+            axes => Err(format!("no axis {axis}: the {name} has axes 0 to {}", axes - 1)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn axes_are_counted_through_the_controllers() {
+        let kind = BoardKind { controllers: &[3, 2], ..TMCM_1140 };
+        let motors: Vec<_> = (0..6).map(|axis| kind.motor(axis)).collect();
+        let expected = [(0, 0), (0, 1), (0, 2), (1, 0), (1, 1)].map(Some);
+        assert_eq!((&motors[..5], motors[5]), (expected.as_slice(), None));
+        assert_eq!(kind.axes(), 5);
+        assert_eq!(kind.check_axis(5), Err("no axis 5: the TMCM-1140 has axes 0 to 4".into()));
+        assert_eq!(TMCM_1140.check_axis(1), Err("no axis 1: the TMCM-1140 has one, axis 0".into()));
+    }
+
+    #[test]
+    fn analog_channels_have_the_numbers_of_their_inputs() {
+        let kind = BoardKind { inputs: &[Input::Analog, Input::Free, Input::Analog], ..TMCM_1140 };
+        assert_eq!(kind.analog().collect::<Vec<_>>(), [0, 2]);
+    }
+}

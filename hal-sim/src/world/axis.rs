@@ -1,0 +1,113 @@
+//! What one axis moves: its motor, the stage on it with its switches or encoder, and a recording of both.
+
+use super::config::{self, AxisConfig};
+use super::motor::Motor;
+use super::pin::Pin;
+use super::stage::Stage;
+use super::trace::Trace;
+use crate::board::{AbnPins, BoardKind};
+use crate::clock::Nanos;
+
+/// The surroundings of one axis.
+#[derive(Clone, Debug)]
+pub struct Axis {
+    motor: Motor,
+    stage: Stage,
+    trace: Option<Trace>,
+}
+
+impl Axis {
+    pub(super) fn new(kind: &BoardKind, config: &AxisConfig) -> Self {
+        let mut motor = Motor::new(config.motor(), config.motor.start);
+        motor.set_load(config::torque(config.motor.load));
+        let tracks_at_switches = kind.abn == AbnPins::Switches;
+        let abn = config.abn.clone();
+        let stage = Stage::new(&config.stage, abn, tracks_at_switches, config.units_per_turn(), motor.rotor());
+        Self { motor, stage, trace: None }
+    }
+
+    /// The motor.
+    pub fn motor(&self) -> &Motor {
+        &self.motor
+    }
+
+    /// The stage: its pins and the ABN counter.
+    pub fn stage(&self) -> &Stage {
+        &self.stage
+    }
+
+    /// Presses or releases a switch by hand.
+    pub fn press(&mut self, pin: Pin, pressed: bool) {
+        self.stage.press(pin, pressed);
+    }
+
+    /// Presses or releases a switch by hand so that its pin has this level.
+    pub fn set_level(&mut self, pin: Pin, high: bool) {
+        self.stage.set_level(pin, high);
+    }
+
+    /// Sets the load on the motor: 0.0 free, 1.0 stalls it at full current.
+    pub fn set_load(&mut self, load: f64) {
+        self.motor.set_load(config::torque(load));
+    }
+
+    /// Moves the rotor by full steps against the counter, see [`Motor::slip`].
+    pub fn slip(&mut self, full_steps: i64, now: Nanos) {
+        self.motor.slip(full_steps);
+        self.moved(now);
+    }
+
+    /// Starts recording the rotor; see [`Trace::new`] for `interval`.
+    pub fn start_trace(&mut self, interval: Nanos, now: Nanos) {
+        self.trace = Some(Trace::new(interval));
+        self.moved(now);
+    }
+
+    /// The recording so far.
+    pub fn trace(&self) -> Option<&Trace> {
+        self.trace.as_ref()
+    }
+
+    /// Ends the recording and hands it out.
+    pub fn take_trace(&mut self) -> Option<Trace> {
+        self.trace.take()
+    }
+
+    pub(crate) fn motor_mut(&mut self) -> &mut Motor {
+        &mut self.motor
+    }
+
+    /// The driver has moved its field by a step.
+    #[inline]
+    pub(crate) fn follow(&mut self, at: Nanos, field: i64) {
+        self.motor.follow(at, field);
+        self.moved(at);
+    }
+
+    /// Time has passed without steps.
+    #[inline]
+    pub(crate) fn settle(&mut self, now: Nanos) {
+        if self.motor.settle(now) {
+            self.moved(now);
+        }
+    }
+
+    /// The level of the pin that a switch is connected to.
+    pub fn level(&self, pin: Pin) -> bool {
+        self.stage.pins() & pin.bit() != 0
+    }
+
+    /// Whether that level changes with the rotor.
+    pub fn moves(&self, pin: Pin) -> bool {
+        self.stage.moving_pins() & pin.bit() != 0
+    }
+
+    #[inline]
+    fn moved(&mut self, at: Nanos) {
+        let rotor = self.motor.rotor();
+        self.stage.move_to(rotor);
+        if let Some(trace) = &mut self.trace {
+            trace.record(at, rotor, self.motor.field());
+        }
+    }
+}

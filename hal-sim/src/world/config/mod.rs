@@ -1,0 +1,190 @@
+//! The world file: what is around the module, in TOML. Every table and every entry may be left out.
+//! `hal-sim/worlds/stage.toml` shows them all.
+//!
+//! The tables `[motor]`, `[stage]`, `[abn]` and `[encoder]` hold for all axes. The n-th `[[axis]]` is that of axis n - 1: an
+//! entry in one of its tables (`[axis.motor]` ...) takes the place of the one that holds for all, and leaves the others.
+
+mod axis;
+
+pub use axis::{AbnConfig, AxisConfig, EncoderTable, MotorTable, StageConfig};
+
+use super::motor::FULL_TORQUE;
+use crate::board::{BoardKind, TMCM_1140};
+use serde::Deserialize;
+use toml::{Spanned, Table, Value};
+
+/// A world as its file describes it. The default has a bare 200-step motor on each axis, a 24 V supply and 25 degrees,
+/// with nothing connected to the inputs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WorldConfig {
+    /// Where the random numbers start (noise, torn EEPROM pages).
+    pub seed: u64,
+    /// What is around those axes that have no entry of their own in `axes`.
+    pub every: AxisConfig,
+    /// What is around the first axes.
+    pub axes: Vec<AxisConfig>,
+    /// Supply and surroundings.
+    pub supply: SupplyTable,
+}
+
+/// Table `[supply]`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SupplyTable {
+    /// Supply voltage, 0.0..=60.0, 24 by default.
+    pub volts: f64,
+    /// Temperature of the board in degrees Celsius, -55..=200, 25 by default.
+    pub temperature: i32,
+    /// Reading of the analog input IN0, 0..=4095, 0 by default.
+    pub analog: u16,
+}
+
+impl Default for SupplyTable {
+    fn default() -> Self {
+        Self { volts: 24.0, temperature: 25, analog: 0 }
+    }
+}
+
+/// The file: the tables as they stand there.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct File {
+    seed: u64,
+    motor: MotorTable,
+    stage: StageConfig,
+    abn: Option<AbnConfig>,
+    encoder: EncoderTable,
+    supply: SupplyTable,
+    axis: Vec<Spanned<AxisConfig>>,
+}
+
+impl WorldConfig {
+    /// Reads a world file's text for a TMCM-1140. The error says what is wrong and where.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        Self::parse_for(&TMCM_1140, text)
+    }
+
+    /// The same for any kind of board.
+    pub fn parse_for(kind: &BoardKind, text: &str) -> Result<Self, String> {
+        let File { seed, motor, stage, abn, encoder, supply, axis } =
+            toml::from_str(text).map_err(|error| error.to_string())?;
+        let lines: Vec<usize> = axis.iter().map(|table| line_at(text, table.span().start)).collect();
+        if let Some(line) = lines.get(kind.axes()) {
+            let (tables, name, axes) = (lines.len(), kind.name, kind.axes());
+            return Err(format!(
+                "line {line}: there are {tables} [[axis]] tables, but the {name} has {axes} of the axes"
+            ));
+        }
+        let every = AxisConfig { motor, stage, abn, encoder };
+        let mut axes = Vec::new();
+        if !axis.is_empty() {
+            let mut common: Table = text.parse().map_err(|error: toml::de::Error| error.to_string())?;
+            let tables = common.remove("axis");
+            common.retain(|name, _| name != "seed" && name != "supply");
+            for table in tables.into_iter().filter_map(|tables| tables.try_into::<Vec<Table>>().ok()).flatten() {
+                axes.push(merged(&common, table)?);
+            }
+        }
+        let config = Self { seed, every, axes, supply };
+        config.check(kind, &lines)?;
+        Ok(config)
+    }
+
+    /// What is around an axis.
+    pub fn axis(&self, axis: usize) -> &AxisConfig {
+        self.axes.get(axis).unwrap_or(&self.every)
+    }
+
+    /// Checks all ranges. `lines` are those where the tables of the axes begin.
+    fn check(&self, kind: &BoardKind, lines: &[usize]) -> Result<(), String> {
+        within("supply.volts", self.supply.volts, 0.0, 60.0)?;
+        within("supply.temperature", self.supply.temperature, -55, 200)?;
+        within("supply.analog", self.supply.analog, 0, 4095)?;
+        for (number, (axis, line)) in self.axes.iter().zip(lines).enumerate() {
+            axis.check(kind).map_err(|error| format!("line {line}: axis {number}: {error}"))?;
+        }
+        if self.axes.len() < kind.axes() { self.every.check(kind) } else { Ok(()) }
+    }
+}
+
+/// What is around an axis: entries of its own tables, and those of the common ones for which it has none.
+fn merged(common: &Table, own: Table) -> Result<AxisConfig, String> {
+    let mut whole = common.clone();
+    for (name, table) in own {
+        match (whole.get_mut(&name), table) {
+            (Some(Value::Table(common)), Value::Table(own)) => common.extend(own),
+            (_, table) => drop(whole.insert(name, table)),
+        }
+    }
+    whole.try_into().map_err(|error: toml::de::Error| error.to_string())
+}
+
+/// The number, from 1, of the line in which the byte at `place` is.
+fn line_at(text: &str, place: usize) -> usize {
+    text.bytes().take(place).filter(|byte| *byte == b'\n').count() + 1
+}
+
+/// A fraction of the torque at full current, in the motor's 1/65536.
+pub(crate) fn torque(fraction: f64) -> u32 {
+    (fraction * f64::from(FULL_TORQUE)).round() as u32
+}
+
+/// Checks a value's range (also refuses what is not a number).
+fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high: T) -> Result<(), String> {
+    if value >= low && value <= high { Ok(()) } else { Err(format!("{name}: {value} is not within {low} to {high}")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_empty_file_is_the_default_world() {
+        assert_eq!(WorldConfig::parse("").unwrap(), WorldConfig::default());
+        assert_eq!(AxisConfig::default().units_per_turn(), 51_200);
+    }
+
+    #[test]
+    fn the_example_files_are_valid() {
+        let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/worlds");
+        let mut seen = 0;
+        for entry in std::fs::read_dir(worlds).unwrap() {
+            let path = entry.unwrap().path();
+            let text = std::fs::read_to_string(&path).unwrap();
+            if let Err(error) = WorldConfig::parse(&text) {
+                panic!("{}: {error}", path.display());
+            }
+            seen += 1;
+        }
+        assert!(seen > 0);
+    }
+
+    #[test]
+    fn errors_name_the_entry() {
+        let error = |text| WorldConfig::parse(text).unwrap_err();
+        assert!(error("[stage]\nlefft = 1").contains("lefft"));
+        assert!(error("[stage]\nlefft = 1").contains("line 2"));
+        assert!(error("[motor]\nload = 1.5").contains("motor.load: 1.5 is not within 0 to 1"));
+        assert!(error("[motor]\nfriction = nan").contains("motor.friction"));
+        assert!(error("[stage]\nhome = [5, 1]").contains("stage.home"));
+        assert!(error("[stage]\nhard_left = 5\nhard_right = 1").contains("stage.hard_left"));
+        assert!(error("[stage]\nhard_left = 5").contains("motor.start"));
+        assert!(error("[stage]\nleft = 5\n[abn]\nlines = 500").contains("[abn]"));
+        assert!(error("[stage]\nleft_width = 5").contains("there is no stage.left"));
+        assert!(error("[stage]\nright = 5\nright_width = 0").contains("stage.right_width: 0 is not within 1"));
+        assert!(error("[stage]\nhysteresis = -1").contains("stage.hysteresis"));
+        assert!(error("[stage]\ncircle = 1").contains("stage.circle"));
+        assert!(error("[stage]\nleft = 5\ncircle = 100").contains("needs stage.left_width"));
+        assert!(error("[stage]\nhard_right = 5\ncircle = 100").contains("no hard ends"));
+        assert!(error("[stage]\nhome = [1, 90]\nhysteresis = 5\ncircle = 100").contains("stage.home: with the"));
+        assert!(error("[stage]\nnormally_closed = ['front']").contains("front"));
+        assert!(error("[abn]\nindex = 5").contains("lines"));
+        assert!(error("[supply]\nvolts = 'high'").contains("volts"));
+    }
+
+    #[test]
+    fn fractions_become_torque() {
+        assert_eq!(torque(0.25), 16_384);
+        assert_eq!(torque(1.0), FULL_TORQUE);
+    }
+}
