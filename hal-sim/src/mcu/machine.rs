@@ -9,13 +9,13 @@ use super::cpu::{Bus, Cpu, Registers};
 use super::elf::Image;
 use super::log::{Log, LogLine};
 use super::peripheral::Cycles;
+use super::pinout::Pinout;
 use super::rcc::Cause;
 use super::serial::{Character, Incoming};
 use super::soc::{Soc, Waiting};
 use super::step::{Act, LINES, Observer, Step, View};
 use super::stop::Stop;
 use super::usb::{UsbDevice, UsbTimes};
-use super::wiring::Analog;
 use crate::board::{Board, Chip};
 use crate::clock::Nanos;
 
@@ -123,14 +123,22 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine with the image `elf` on `board`, which is switched on: the firmware starts now.
+    /// A machine with the image `elf` on `board`, a TMCM-1140, which is switched on: the firmware starts now.
     ///
     /// # Errors
     /// The file is no image for this microcontroller.
     pub fn new(elf: &[u8], board: Board) -> Result<Self, Stop> {
+        Self::wired(elf, board, &Pinout::TMCM_1140)
+    }
+
+    /// The same with any board, at whose pins the microcontroller is.
+    ///
+    /// # Errors
+    /// As with [`Machine::new`].
+    pub fn wired(elf: &[u8], board: Board, pinout: &'static Pinout) -> Result<Self, Stop> {
         let image = Image::parse(elf)?;
         let powered = board.is_powered();
-        let soc = Mutex::new(Soc::new(board, 0));
+        let soc = Mutex::new(Soc::new(board, pinout, 0));
         let shared = Arc::new(Shared { soc, now: AtomicU64::new(0), due: AtomicU64::new(0) });
         let bus: Arc<dyn Bus> = shared.clone();
         let cpu = Cpu::new(image.flash, &bus)?;
@@ -329,11 +337,6 @@ impl Machine {
     /// When the RS485 transceiver has begun (true) and ended (false) to send since the last call.
     pub fn take_turns(&mut self) -> Vec<(Nanos, bool)> {
         self.shared.lock().take_turns()
-    }
-
-    /// Connects the analog inputs.
-    pub fn set_analog(&mut self, analog: Analog) {
-        self.shared.lock().set_analog(analog);
     }
 
     /// Puts the module on another CAN bus than one of 1 Mbit/s with others on it.

@@ -14,7 +14,7 @@
 //! | the core and its memories | `cpu`, `elf` |
 //! | addresses, clocks, interrupts, DMA requests between the peripherals | `soc`, `unit`, `timebase` |
 //! | the peripherals | `rcc`, `gpio`, `timer`, `usart`, `spi` ... |
-//! | what the pins are connected to | `wiring` |
+//! | what the pins are connected to | `pinout`, `wiring` |
 
 mod adc;
 mod can;
@@ -29,6 +29,7 @@ mod iwdg;
 mod log;
 mod machine;
 mod peripheral;
+mod pinout;
 mod pwr;
 mod rcc;
 mod select;
@@ -48,9 +49,9 @@ mod wiring;
 pub use can::{CanBus, CanFrame};
 pub use log::LogLine;
 pub use machine::{BoardAccess, Counters, Machine};
+pub use pinout::{Pin, Pinout};
 pub use serial::Character;
 pub use soc::Waiting;
 pub use step::{Act, Step};
 pub use stop::Stop;
 pub use usb::{UsbDevice, UsbTimes};
-pub use wiring::Analog;

@@ -11,6 +11,7 @@ use super::flash::Flash;
 use super::gpio::Gpio;
 use super::iwdg::Iwdg;
 use super::peripheral::{Cycles, NEVER, Peripheral, Refusal, bit};
+use super::pinout::Pinout;
 use super::pwr::Pwr;
 use super::rcc::{Cause, Clocks, Rcc};
 use super::serial::{Character, Incoming};
@@ -21,7 +22,7 @@ use super::timer::Timer;
 use super::unit::{Decoder, SIZE, Unit};
 use super::usart::Usart;
 use super::usb::{Host, Otg, UsbDevice, UsbTimes};
-use super::wiring::{Analog, SpiBus, Wiring};
+use super::wiring::{SpiBus, Wiring};
 use crate::board::{Board, Chip};
 use crate::clock::{MICROSECOND, Nanos};
 
@@ -119,7 +120,7 @@ fn decides_on_pins(unit: Unit) -> bool {
 
 impl Soc {
     /// The chip just switched on, at the board's time, when the core has counted `now` cycles.
-    pub(super) fn new(board: Board, now: Cycles) -> Self {
+    pub(super) fn new(board: Board, pinout: &'static Pinout, now: Cycles) -> Self {
         let rcc = Rcc::new(now, Cause::Power, 0);
         let clocks = rcc.clocks();
         let mut soc = Self {
@@ -149,7 +150,7 @@ impl Soc {
             touched: 0,
             interrupts: [0; WORDS],
             watched: Watched::default(),
-            wiring: Wiring::new(board),
+            wiring: Wiring::new(board, pinout),
             fault: None,
         };
         soc.start();
@@ -234,11 +235,6 @@ impl Soc {
         self.iwdg.has_expired()
     }
 
-    /// How the analog inputs are connected.
-    pub(super) fn set_analog(&mut self, analog: Analog) {
-        self.wiring.analog = analog;
-    }
-
     /// Fits the resistor that pulls ENN up, or takes it off.
     pub(super) fn set_disable_pull_up(&mut self, fitted: bool) {
         self.wiring.disable_pulled_up = fitted;
@@ -260,7 +256,7 @@ impl Soc {
 
     /// The level that ENN is driven to.
     pub(super) fn disable_pin(&self) -> Option<bool> {
-        Wiring::disable_pin(&self.ports)
+        self.wiring.disable_pin(&self.ports)
     }
 
     /// Connects the pads for a factory reset with each other, or not.
@@ -394,7 +390,7 @@ impl Soc {
         }
         let now = self.now;
         self.peripheral(unit).advance(now);
-        if matches!(unit, Unit::GpioD | Unit::GpioE) {
+        if unit.port().is_some_and(|port| self.wiring.drives(port)) {
             // Pins that the board drives are read as they are now.
             self.sync();
             self.wiring.drive(&mut self.ports);

@@ -87,6 +87,16 @@ units! {
     Dbgmcu "DBGMCU" 0xE004_2000 Always 0 [];
 }
 
+impl Unit {
+    /// The number of a port: 0 is A.
+    pub(super) const fn port(self) -> Option<usize> {
+        match self {
+            Unit::GpioA | Unit::GpioB | Unit::GpioC | Unit::GpioD | Unit::GpioE => Some(self as usize),
+            _ => None,
+        }
+    }
+}
+
 /// Bytes of address space of OTG_FS, with its FIFOs.
 const OTG_SIZE: u32 = 0x4_0000;
 

@@ -1,27 +1,10 @@
-//! What the microcontroller's pins are connected to: the board's chips, its inputs and outputs, the RS485
-//! transceiver.
-//!
-//! | pin | connected to |
-//! |---|---|
-//! | PA4, PC3 | chip selects of TMC429 and TMC262, pulled up |
-//! | PA5 PA6 PA7 | SPI1: both of them |
-//! | PA8 | clock input of the TMC429 |
-//! | PA15; PC10 PC11 PC12 | chip select of the EEPROM, pulled up; SPI3 |
-//! | PB10 PB11, PE15 | RS485 transceiver: data, direction (pulled down); while it sends, it does not receive |
-//! | PC5 PC4 | LED1, LED2 |
-//! | PD8 PD9; PD10 | OUT0, OUT1; pull-ups |
-//! | PD11 to PD14 | IN0 to IN3; PD12, PD13 are the encoder's tracks for TIM4 |
-//! | PD0 PD1 | CAN transceiver |
-//! | analog channels | see [`Analog`] |
-//! | PE0, PE1 | SG_TST and ENN of the TMC262, ENN pulled up unless the resistor is taken off |
-//! | PA13 PA14 | the pads for a factory reset, which can be connected with each other |
-//!
-//! Outputs that nothing drives are off.
+//! The board at the microcontroller's pins, as a [`Pinout`] says: its chips, its inputs and outputs, the RS485 transceiver.
 
 use std::collections::VecDeque;
 
 use super::gpio::Gpio;
 use super::peripheral::Cycles;
+use super::pinout::{Pin, Pinout};
 use super::select::Select;
 use super::serial::{Character, Incoming};
 use super::spi::Word;
@@ -31,51 +14,13 @@ use crate::board::{Board, Chip, TMC429_CLOCK_HZ};
 use crate::clock::Nanos;
 use crate::world::{ANALOG_MAX, Outputs};
 
-/// Port (0 is A) and number of a pin.
-pub(super) type Pin = (usize, u32);
-
-const SELECTS: [(Pin, Chip); 3] = [((0, 4), Chip::Tmc429(0)), ((2, 3), Chip::Tmc262(0)), ((0, 15), Chip::At25)];
-const MCO: Pin = (0, 8);
-const RS485_TX: Pin = (1, 10);
-const RS485_RX: Pin = (1, 11);
-const CAN: [Pin; 2] = [(3, 0), (3, 1)];
-const DIRECTION: Pin = (4, 15);
-const LEDS: [Pin; 2] = [(2, 5), (2, 4)];
-const OUTPUTS: [Pin; 2] = [(3, 8), (3, 9)];
-const PULL_UPS: Pin = (3, 10);
-const DISABLE: Pin = (4, 1);
-/// The pads: SWDIO and SWCLK.
-const PADS: [Pin; 2] = [(0, 13), (0, 14)];
-/// IN0 to IN3 are PD11 to PD14.
-const INPUTS: (usize, u32) = (3, 11);
-const STALL: Pin = (4, 0);
-
-/// Alternate functions: MCO, SPI1, SPI3, USART3.
+/// Alternate functions: MCO, TIM4, SPI1, SPI3, USART3, CAN1.
 const AF_MCO: u32 = 0;
+const AF_TIM4: u32 = 2;
+const AF_SPI1: u32 = 5;
+const AF_SPI3: u32 = 6;
 const AF_USART3: u32 = 7;
 const AF_CAN1: u32 = 9;
-
-/// Pins of the ABN encoder's tracks A and B, inputs of TIM4.
-const ENCODER: [Pin; 2] = [(3, 12), (3, 13)];
-const AF_TIM4: u32 = 2;
-
-/// What the channels of the analog-to-digital converter are connected to, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Analog {
-    /// Channel of the analog input IN0.
-    pub input: u8,
-    /// Channel of the supply voltage, behind its divider.
-    pub supply: u8,
-    /// The supply voltage, in 0.1 V, at which the divider gives the converter's full scale.
-    pub supply_full_scale: u16,
-}
-
-impl Default for Analog {
-    /// Nothing is known of the module's: PC0 and PC1, and a divider by eleven.
-    fn default() -> Self {
-        Self { input: 10, supply: 11, supply_full_scale: 363 }
-    }
-}
 
 /// Channels inside the chip: its temperature, its reference (RM0090 13.10).
 const TEMPERATURE: u32 = 16;
@@ -90,7 +35,7 @@ const REFERENCE_VOLTAGE: i64 = 1_210_000;
 /// An SPI bus of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SpiBus {
-    /// SPI1: TMC429 and TMC262.
+    /// SPI1: TMC429s and TMC262s.
     Motion,
     /// SPI3: the EEPROM.
     Eeprom,
@@ -98,10 +43,10 @@ pub(super) enum SpiBus {
 
 impl SpiBus {
     /// Clock, input, output, and their alternate function.
-    fn pins(self) -> ([Pin; 3], u32) {
+    fn pins(self, pinout: &Pinout) -> ([Pin; 3], u32) {
         match self {
-            Self::Motion => ([(0, 5), (0, 6), (0, 7)], 5),
-            Self::Eeprom => ([(2, 10), (2, 11), (2, 12)], 6),
+            Self::Motion => (pinout.motion_bus, AF_SPI1),
+            Self::Eeprom => (pinout.eeprom_bus, AF_SPI3),
         }
     }
 
@@ -119,12 +64,15 @@ const FLOATING: u16 = 0xFF;
 #[derive(Debug)]
 pub(super) struct Wiring {
     pub(super) board: Board,
-    pub(super) analog: Analog,
+    pinout: &'static Pinout,
+    /// The ports that the board drives pins of, one bit each.
+    driven: u32,
     /// ENN has its pull-up resistor; without it the pin keeps its level while nobody drives it.
     pub(super) disable_pulled_up: bool,
     /// The pads are connected with each other.
     pub(super) pads_connected: bool,
-    selects: [Select; SELECTS.len()],
+    /// In the order of the pinout's.
+    selects: Vec<Select>,
     disabled: bool,
     outputs: Outputs,
     clocked: bool,
@@ -137,8 +85,8 @@ pub(super) struct Wiring {
     sent: Vec<Character>,
 }
 
-fn selects() -> [Select; SELECTS.len()] {
-    SELECTS.map(|(_, chip)| Select::new(chip))
+fn selects(pinout: &Pinout) -> Vec<Select> {
+    pinout.selects.iter().map(|(_, chip)| Select::new(*chip)).collect()
 }
 
 fn level(ports: &[Gpio], (port, pin): Pin) -> Option<bool> {
@@ -151,13 +99,14 @@ fn alternate(ports: &[Gpio], (port, pin): Pin) -> Option<u32> {
 }
 
 impl Wiring {
-    pub(super) fn new(board: Board) -> Self {
+    pub(super) fn new(board: Board, pinout: &'static Pinout) -> Self {
         Self {
             board,
-            analog: Analog::default(),
+            pinout,
+            driven: pinout.driven_ports(),
             disable_pulled_up: true,
             pads_connected: false,
-            selects: selects(),
+            selects: selects(pinout),
             disabled: true,
             outputs: Outputs::default(),
             clocked: true,
@@ -170,7 +119,7 @@ impl Wiring {
 
     /// The board has been switched off: what has been said to it is forgotten.
     pub(super) fn forget(&mut self) {
-        self.selects = selects();
+        self.selects = selects(self.pinout);
         self.disabled = true;
         self.outputs = Outputs::default();
         self.clocked = true;
@@ -186,7 +135,8 @@ impl Wiring {
         mco: u64,
         time: &Timebase,
     ) -> Result<(), &'static str> {
-        for (select, (pin, chip)) in self.selects.iter_mut().zip(SELECTS) {
+        let pinout = self.pinout;
+        for (select, &(pin, chip)) in self.selects.iter_mut().zip(pinout.selects) {
             let low = level(ports, pin) == Some(false);
             if low != select.is_low() {
                 if low {
@@ -199,23 +149,25 @@ impl Wiring {
         }
         let on = |pin| level(ports, pin) == Some(true);
         let left_alone = self.disable_pulled_up || self.disabled;
-        let disabled = level(ports, DISABLE).unwrap_or(left_alone);
+        let disabled = level(ports, pinout.disable).unwrap_or(left_alone);
         if disabled != self.disabled {
             self.disabled = disabled;
             self.board.set_disable_pin(disabled);
         }
         let word = |pins: &[Pin]| (0..).zip(pins).fold(0, |word, (bit, &pin)| word | u32::from(on(pin)) << bit);
-        let outputs = Outputs { digital: word(&OUTPUTS), pull_ups: word(&[PULL_UPS]), leds: LEDS.map(on) };
+        let outputs =
+            Outputs { digital: word(pinout.outputs), pull_ups: word(pinout.pull_ups), leds: pinout.leds.map(on) };
         if outputs != self.outputs {
             self.outputs = outputs;
             self.board.set_outputs(outputs);
         }
-        let sends = on(DIRECTION);
+        let [_, _, direction] = pinout.rs485;
+        let sends = on(direction);
         if sends != self.sending.is_some() {
             self.turns.push((self.board.now(), sends));
         }
         self.sending = if sends { self.sending.or(Some(now)) } else { None };
-        let mco = if alternate(ports, MCO) == Some(AF_MCO) { mco } else { 0 };
+        let mco = if alternate(ports, pinout.motion_clock) == Some(AF_MCO) { mco } else { 0 };
         let clocked = mco != 0;
         if clocked && mco != u64::from(TMC429_CLOCK_HZ) {
             return Err("MCO1 gives the TMC429 another clock than the 16 MHz of its model");
@@ -228,33 +180,47 @@ impl Wiring {
     }
 
     /// The level to which a port drives ENN; none where it leaves the pin to a resistor.
-    pub(super) fn disable_pin(ports: &[Gpio]) -> Option<bool> {
-        let (port, pin) = DISABLE;
+    pub(super) fn disable_pin(&self, ports: &[Gpio]) -> Option<bool> {
+        let (port, pin) = self.pinout.disable;
         ports.get(port)?.output(pin)
+    }
+
+    /// Whether the board drives pins of a port.
+    pub(super) fn drives(&self, port: usize) -> bool {
+        self.driven >> port & 1 != 0
     }
 
     /// Brings the board's outputs to the pins of the ports.
     pub(super) fn drive(&self, ports: &mut [Gpio]) {
-        let inputs = self.board.inputs();
-        let (port, first) = INPUTS;
-        if let Some(port) = ports.get_mut(port) {
-            port.drive(0xF << first, inputs.digital << first);
+        let mut drive = |(port, pin): Pin, high: bool| {
+            if let Some(port) = ports.get_mut(port) {
+                port.drive(1 << pin, u32::from(high) << pin);
+            }
+        };
+        let levels = self.board.world().inputs();
+        for (number, &pin) in self.pinout.inputs.iter().enumerate() {
+            drive(pin, levels >> number & 1 != 0);
         }
-        if let Some(port) = ports.get_mut(STALL.0) {
-            port.drive(1 << STALL.1, u32::from(self.board.axis_inputs(0).stall) << STALL.1);
+        for &(pin, axis) in self.pinout.homes {
+            drive(pin, self.board.axis_inputs(axis).home);
+        }
+        for &(pin, axis) in self.pinout.stalls {
+            drive(pin, self.board.axis_inputs(axis).stall);
         }
     }
 
     /// Whether events of the board may change the level of this pin.
-    pub(super) fn moves(&self, (port, pin): Pin) -> bool {
-        let (inputs, first) = INPUTS;
-        let moves = || pin.checked_sub(first).is_some_and(|number| self.board.world().moves_input(number as usize));
-        (port, pin) == STALL || port == inputs && moves()
+    pub(super) fn moves(&self, pin: Pin) -> bool {
+        let Pinout { inputs, homes, stalls, .. } = self.pinout;
+        let input = inputs.iter().position(|input| *input == pin);
+        input.is_some_and(|number| self.board.world().moves_input(number))
+            || homes.iter().chain(*stalls).any(|(other, _)| *other == pin)
     }
 
     /// Brings the level of each pad to the other one, if they are connected.
     pub(super) fn join_pads(&self, ports: &mut [Gpio]) {
-        for (from, to) in [(PADS[0], PADS[1]), (PADS[1], PADS[0])] {
+        let [io, clock] = self.pinout.pads;
+        for (from, to) in [(io, clock), (clock, io)] {
             let level = ports.get(from.0).and_then(|port| port.output(from.1)).filter(|_| self.pads_connected);
             if let Some(port) = ports.get_mut(to.0) {
                 match level {
@@ -267,13 +233,13 @@ impl Wiring {
 
     /// The count of the encoder on TIM4's inputs, if they are that.
     pub(super) fn encoder(&self, ports: &[Gpio]) -> Option<i64> {
-        let connected = ENCODER.iter().all(|&pin| alternate(ports, pin) == Some(AF_TIM4));
+        let connected = self.pinout.encoder.iter().all(|&pin| alternate(ports, pin) == Some(AF_TIM4));
         connected.then(|| self.board.axis_inputs(0).abn.count)
     }
 
     /// Whether the CAN transceiver is connected to CAN1.
     pub(super) fn has_can(&self, ports: &[Gpio]) -> bool {
-        CAN.iter().all(|&pin| alternate(ports, pin) == Some(AF_CAN1))
+        self.pinout.can.iter().all(|&pin| alternate(ports, pin) == Some(AF_CAN1))
     }
 
     /// What the converter makes of its input `channel`: 12 bits.
@@ -284,11 +250,13 @@ impl Wiring {
         match channel {
             TEMPERATURE => of(SENSOR_AT_25 + i64::from(inputs.temperature - 25) * SENSOR_SLOPE, FULL_SCALE),
             REFERENCE => of(REFERENCE_VOLTAGE, FULL_SCALE),
-            _ if channel == u32::from(self.analog.input) => inputs.analog[0],
-            _ if channel == u32::from(self.analog.supply) => {
-                of(inputs.supply.into(), self.analog.supply_full_scale.into())
+            _ if channel == u32::from(self.pinout.supply) => {
+                of(inputs.supply.into(), self.pinout.supply_full_scale.into())
             }
-            _ => 0,
+            _ => {
+                let mut analog = self.pinout.analog.iter().zip(inputs.analog);
+                analog.find(|(input, _)| channel == u32::from(**input)).map_or(0, |(_, reading)| reading)
+            }
         }
     }
 
@@ -311,7 +279,7 @@ impl Wiring {
         word: Word,
         time: &Timebase,
     ) -> Result<u16, &'static str> {
-        let (pins, function) = bus.pins();
+        let (pins, function) = bus.pins(self.pinout);
         if pins.iter().any(|&pin| alternate(ports, pin) != Some(function)) {
             return Ok(if word.wide { FLOATING << 8 | FLOATING } else { FLOATING });
         }
@@ -353,7 +321,8 @@ impl Wiring {
     /// What others begin to send at `now`, if the port hears it.
     pub(super) fn hear(&mut self, now: Nanos, ports: &[Gpio], time: &Timebase) -> Option<Edge> {
         let character = self.incoming.pop_front_if(|character| character.start <= now)?;
-        let connected = self.sending.is_none() && alternate(ports, RS485_RX) == Some(AF_USART3);
+        let [_, receives, _] = self.pinout.rs485;
+        let connected = self.sending.is_none() && alternate(ports, receives) == Some(AF_USART3);
         connected.then(|| Edge {
             start: time.cycles(character.start),
             end: time.cycles(character.end()),
@@ -364,7 +333,8 @@ impl Wiring {
 
     /// The port has sent a frame.
     pub(super) fn transmit(&mut self, frame: Frame, ports: &[Gpio], time: &Timebase) {
-        if alternate(ports, RS485_TX) == Some(AF_USART3) {
+        let [sends, _, _] = self.pinout.rs485;
+        if alternate(ports, sends) == Some(AF_USART3) {
             let driven = self.sending.is_some_and(|since| since <= frame.start);
             let (start, end) = (time.nanos(frame.start), time.nanos(frame.end));
             self.sent.push(Character { start, end, value: frame.value, driven });

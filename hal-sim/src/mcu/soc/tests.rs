@@ -1,7 +1,10 @@
 use super::*;
+use crate::board::{BoardKind, Input, TMCM_1140};
 use crate::world::config::WorldConfig;
+use crate::world::pin::Pin;
 
 const RCC: u32 = 0x4002_3800;
+const GPIOB: u32 = 0x4002_0400;
 const GPIOD: u32 = 0x4002_0C00;
 const DMA2: u32 = 0x4002_6400;
 const ADC1: u32 = 0x4001_2000;
@@ -9,7 +12,11 @@ const TIM4: u32 = 0x4000_0800;
 const USART3_SR: u32 = 0x4000_4800;
 
 fn soc(world: &str) -> Soc {
-    let mut soc = Soc::new(Board::new(&WorldConfig::parse(world).unwrap(), 0), 0);
+    wired(Board::new(&WorldConfig::parse(world).unwrap(), 0), &Pinout::TMCM_1140)
+}
+
+fn wired(board: Board, pinout: &'static Pinout) -> Soc {
+    let mut soc = Soc::new(board, pinout, 0);
     soc.attach(Sram::new());
     // Clocks of the ports, DMA2; TIM4; ADC1.
     write(&mut soc, &[(RCC + 0x30, 0x0040_001F), (RCC + 0x40, 4), (RCC + 0x44, 0x100)]);
@@ -66,8 +73,39 @@ fn the_board_is_at_the_pins() {
     let mut soc = soc("");
     write(&mut soc, &[(GPIOD, 1 << 16 | 1 << 18), (GPIOD + 0x18, 1 << 9)]);
     assert_eq!(soc.board().world().outputs().digital, 0b10);
-    soc.board_mut().change_world(|world| world.axis_mut(0).press(crate::world::pin::Pin::Right, true));
+    soc.board_mut().change_world(|world| world.axis_mut(0).press(Pin::Right, true));
     assert_eq!(soc.read(soc.now, GPIOD + 0x10, 4) >> 11 & 0xF, 0b0100);
+}
+
+#[test]
+fn another_board_is_at_other_pins() {
+    // Two axes on two controllers. Chip selects at PB0 and PB1, outputs at PB4 and PB5, IN0 at PB8, home of axis 1 at PB9, its
+    // SG_TST at PB10.
+    static KIND: BoardKind = BoardKind { controllers: &[1, 1], inputs: &[Input::Free], ..TMCM_1140 };
+    static PINOUT: Pinout = Pinout {
+        selects: &[((1, 0), Chip::Tmc429(0)), ((1, 1), Chip::Tmc429(1))],
+        outputs: &[(1, 4), (1, 5)],
+        inputs: &[(1, 8)],
+        homes: &[((1, 9), 1)],
+        stalls: &[((1, 10), 1)],
+        ..Pinout::TMCM_1140
+    };
+    let mut soc = wired(Board::of_kind(&KIND, &WorldConfig::default(), 0), &PINOUT);
+    let datagrams = |soc: &Soc| [0, 1].map(|number| soc.board().datagrams(Chip::Tmc429(number)));
+    // PB0, PB1, PB4, PB5 are outputs; PB0, PB1 and PB5 are high.
+    write(&mut soc, &[(GPIOB + 0x18, 0b10_0011), (GPIOB, 0x505)]);
+    let (before, end) = (datagrams(&soc), soc.now + 1_000);
+    run(&mut soc, end);
+    write(&mut soc, &[(GPIOB + 0x18, 1 << 17)]);
+    assert_eq!(datagrams(&soc), [before[0], before[1] + 1]);
+    assert_eq!(soc.board().world().outputs().digital, 0b10);
+    let inputs = |soc: &mut Soc| soc.read(soc.now, GPIOB + 0x10, 4) >> 8 & 0b111;
+    soc.board_mut().change_world(|world| world.axis_mut(0).press(Pin::Home, true));
+    assert_eq!(inputs(&mut soc), 0);
+    soc.board_mut().change_world(|world| world.axis_mut(1).press(Pin::Home, true));
+    assert_eq!(inputs(&mut soc), 0b010);
+    soc.board_mut().change_world(|world| world.set_input(0, true));
+    assert_eq!(inputs(&mut soc), 0b011);
 }
 
 #[test]

@@ -1,0 +1,87 @@
+//! What the microcontroller's pins are connected to on a board, as data: a further board is one more value of [`Pinout`].
+//! The peripherals behind the pins are the same on all of them: SPI1 has the motion chips, SPI3 the EEPROM, USART3 the RS485
+//! transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of the motion controllers.
+
+use crate::board::Chip;
+
+/// Port (0 is A) and number of a pin.
+pub type Pin = (usize, u32);
+
+/// The pins of a board. Outputs that nothing drives are off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pinout {
+    /// Chip selects, pulled up.
+    pub selects: &'static [(Pin, Chip)],
+    /// Clock, input and output of SPI1: the motion chips.
+    pub motion_bus: [Pin; 3],
+    /// Clock, input and output of SPI3: the EEPROM.
+    pub eeprom_bus: [Pin; 3],
+    /// Clock inputs of the TMC429s, all of them at once.
+    pub motion_clock: Pin,
+    /// RS485 transceiver: data to it and from it, and its direction (pulled down); while it sends, it does not receive.
+    pub rs485: [Pin; 3],
+    /// CAN transceiver.
+    pub can: [Pin; 2],
+    /// LED1 and LED2.
+    pub leds: [Pin; 2],
+    /// Digital outputs, OUT0 first.
+    pub outputs: &'static [Pin],
+    /// Groups of the inputs' pull-ups.
+    pub pull_ups: &'static [Pin],
+    /// Digital inputs, IN0 first.
+    pub inputs: &'static [Pin],
+    /// Home switches that are at none of the digital inputs, with the numbers of their axes.
+    pub homes: &'static [(Pin, usize)],
+    /// SG_TST of drivers, with the numbers of their axes.
+    pub stalls: &'static [(Pin, usize)],
+    /// ENN of all drivers, pulled up unless the resistor is taken off.
+    pub disable: Pin,
+    /// Tracks A and B of the ABN encoder of axis 0, at TIM4.
+    pub encoder: [Pin; 2],
+    /// The pads for a factory reset, which can be connected with each other.
+    pub pads: [Pin; 2],
+    /// Channels of the analog inputs, in their order.
+    pub analog: &'static [u8],
+    /// Channel of the supply voltage, behind its divider.
+    pub supply: u8,
+    /// The supply voltage, in 0.1 V, at which the divider gives the converter's full scale.
+    pub supply_full_scale: u16,
+}
+
+impl Pinout {
+    /// The TMCM-1140, with the pins of its closest sibling. Nothing is known of its analog channels: PC0 and PC1, and a
+    /// divider by eleven.
+    pub const TMCM_1140: Self = Self {
+        selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
+        motion_bus: [(A, 5), (A, 6), (A, 7)],
+        eeprom_bus: [(C, 10), (C, 11), (C, 12)],
+        motion_clock: (A, 8),
+        rs485: [(B, 10), (B, 11), (E, 15)],
+        can: [(D, 0), (D, 1)],
+        leds: [(C, 5), (C, 4)],
+        outputs: &[(D, 8), (D, 9)],
+        pull_ups: &[(D, 10)],
+        inputs: &[(D, 11), (D, 12), (D, 13), (D, 14)],
+        homes: &[],
+        stalls: &[((E, 0), 0)],
+        disable: (E, 1),
+        encoder: [(D, 12), (D, 13)],
+        // SWDIO and SWCLK.
+        pads: [(A, 13), (A, 14)],
+        analog: &[10],
+        supply: 11,
+        supply_full_scale: 363,
+    };
+
+    /// The ports that the board drives pins of, one bit each.
+    pub(super) fn driven_ports(&self) -> u32 {
+        let switches = self.homes.iter().chain(self.stalls).map(|(pin, _)| pin);
+        self.inputs.iter().chain(switches).fold(0, |ports, (port, _)| ports | 1 << port)
+    }
+}
+
+const A: usize = 0;
+const B: usize = 1;
+const C: usize = 2;
+const D: usize = 3;
+const E: usize = 4;
