@@ -1,16 +1,17 @@
-//! Who may know whom.
+//! Tests of the dependencies between modules, files and crates.
 //!
-//! * Each module of the firmware uses only those that stand above it in `src/lib.rs`.
-//! * Beyond that, chip drivers, motion and the store know no language, and chip drivers no parameter table ([`APART`]).
-//! * What a motion chip demands is known by its driver and by one file in `motion`: nobody else names its registers
+//! * Each module of the firmware uses only modules declared above it in `src/lib.rs`.
+//! * Chip drivers, motion and the store do not use the language TMCL, and chip drivers use no parameter table
+//!   ([`APART`]).
+//! * What a motion chip demands is known by its driver and by one file in `motion`: no other file names its registers
 //!   ([`AT_CHIPS`]).
-//! * Chip drivers and the store name no parameter by its number, in comments either ([`NUMBERED`]).
-//! * No two files of a crate import each other, directly or by way of others; `layers/imports.rs` says what an import
-//!   is.
-//! * The simulated hardware does not know the firmware.
-//! * The functions that `docs/architecture.md` tells of are where it says, and no way visits a file twice without a
-//!   reason.
-//! * `unsafe` is left to the board.
+//! * Chip drivers and the store do not name a parameter by its number, not even in comments ([`NUMBERED`]).
+//! * No two files of a crate import each other, directly or through other files; `layers/imports.rs` defines
+//!   imports.
+//! * The simulated hardware does not use the firmware.
+//! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
+//!   file twice without a reason.
+//! * Only the board uses `unsafe`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -29,11 +30,11 @@ use std::path::{Path, PathBuf};
 
 use tokens::tokens;
 
-/// The modules a source names by a path from the crate's root: `crate::a::b`, `crate::{a, b::c}`, or by as many
-/// `super` as lead there. `depth` is that of the file's own module; 1 right below the root.
+/// The modules that a source names by a path from the crate's root: `crate::a::b`, `crate::{a, b::c}`, or by as many
+/// `super` as lead to the root. `depth` is the depth of the file's own module; 1 is directly below the root.
 fn modules_used<'a>(tokens: &[&'a str], depth: usize) -> Vec<&'a str> {
     let mut used = Vec::new();
-    // Open braces, and whether each is that of a module.
+    // For each open brace, whether it is the brace of a module.
     let mut open = Vec::new();
     let mut at = 0;
     while at < tokens.len() {
@@ -68,7 +69,7 @@ fn modules_used<'a>(tokens: &[&'a str], depth: usize) -> Vec<&'a str> {
     used
 }
 
-/// What a path, or each path of a group, begins with.
+/// The first name of a path, or of each path of a group in braces.
 fn first_names<'a>(path: &[&'a str]) -> Vec<&'a str> {
     let ["{", group @ ..] = path else { return path.first().copied().into_iter().collect() };
     let mut names = Vec::new();
@@ -92,14 +93,14 @@ fn first_names<'a>(path: &[&'a str]) -> Vec<&'a str> {
     names
 }
 
-/// What a module of `order` uses although it stands below it.
+/// The modules that a module uses although `order` has them below it.
 fn violations<'a>(order: &[&str], module: &str, tokens: &[&'a str], depth: usize) -> Vec<&'a str> {
-    let place = |name: &str| order.iter().position(|other| *other == name);
-    let own = place(module);
-    modules_used(tokens, depth).into_iter().filter(|used| place(used) > own).collect()
+    let position = |name: &str| order.iter().position(|other| *other == name);
+    let own = position(module);
+    modules_used(tokens, depth).into_iter().filter(|used| position(used) > own).collect()
 }
 
-/// The modules declared in a library's root, in order.
+/// The modules declared in a library's root, in the order of their declarations.
 fn declared<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
     tokens.windows(3).filter(|three| three[0] == "mod" && three[2] == ";").map(|three| three[1]).collect()
 }
@@ -108,7 +109,7 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// All Rust sources in a folder and below it, or the one file.
+/// All Rust sources in a folder and its subfolders, or the file at this path.
 fn sources(path: &Path) -> Vec<PathBuf> {
     if path.is_file() {
         return vec![path.to_owned()];
@@ -137,7 +138,7 @@ fn modules_use_only_those_above() {
     assert!(checked > order.len(), "{checked} files");
 }
 
-/// Modules that must not use others, although those stand above them.
+/// Modules, each with the modules above it that it must not use.
 const APART: [(&str, &[&str]); 3] = [
     ("chip", &["tmcl", "param", "vm", "module"]),
     ("motion", &["tmcl", "vm", "module"]),
@@ -189,7 +190,7 @@ fn named_of_motion_chips<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
     named
 }
 
-/// Modules that name no parameter of TMCL by its number.
+/// Modules that must not name a TMCL parameter by its number.
 const NUMBERED: [&str; 2] = ["chip", "store"];
 #[test]
 fn drivers_and_store_name_no_parameter_by_its_number() {
@@ -201,7 +202,7 @@ fn drivers_and_store_name_no_parameter_by_its_number() {
     assert!(found.is_empty(), "{found:?}");
 }
 
-/// The numbers that a text gives to parameters: "parameter 81", "parameters 6 and 7" - of these the first.
+/// The numbers of parameters that a text names: 81 for "parameter 81", 6 for "parameters 6 and 7".
 fn numbers_of_parameters(text: &str) -> Vec<u32> {
     let mut words = text.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|word| !word.is_empty()).peekable();
     let mut numbers = Vec::new();
@@ -213,7 +214,7 @@ fn numbers_of_parameters(text: &str) -> Vec<u32> {
     numbers
 }
 
-/// The files of a module of the firmware: path from `src`, text, and the depth of the file's own module.
+/// The files of a module of the firmware: path within `src`, text, and depth of the file's own module.
 fn files_of(module: &str) -> Vec<(PathBuf, String, usize)> {
     let source = root().join("src");
     let file = source.join(module).with_extension("rs");
@@ -233,14 +234,14 @@ fn no_two_files_import_each_other() {
     for root in roots() {
         let imports = imports::Crate::read(&root).imports();
         for circle in circles::circles(&imports) {
-            wrong.push_str(&told(&circle));
+            wrong.push_str(&listed(&circle));
         }
     }
     assert!(wrong.is_empty(), "files import each other:\n{wrong}");
 }
 
-/// The imports of a circle, one in a line.
-fn told(circle: &[(&Path, &Path, &str)]) -> String {
+/// The imports of a circle, one per line.
+fn listed(circle: &[(&Path, &Path, &str)]) -> String {
     let short = |path: &Path| path.strip_prefix(root()).unwrap_or(path).display().to_string();
     circle.iter().map(|(from, to, name)| format!("  {} -> {}: {name}\n", short(from), short(to))).collect()
 }
@@ -274,7 +275,7 @@ fn simulated_hardware_does_not_know_the_firmware() {
     }
 }
 
-/// A row of a table in `docs/architecture.md`: file, functions, what happens there. None for any other line.
+/// A row of a table in `docs/architecture.md`: file, functions, description. `None` for any other line.
 fn visit(line: &str) -> Option<(&str, Vec<&str>, &str)> {
     let [file, functions, happens] =
         line.strip_prefix("| `")?.strip_suffix(" |")?.splitn(3, " | ").collect::<Vec<_>>()[..]
@@ -286,7 +287,7 @@ fn visit(line: &str) -> Option<(&str, Vec<&str>, &str)> {
 }
 
 #[test]
-fn the_ways_through_the_code_are_as_they_are_told() {
+fn the_functions_named_in_the_architecture_are_where_it_says() {
     let text = fs::read_to_string(root().join("docs/architecture.md")).unwrap();
     let ways: Vec<_> = text.split("\n### ").skip(1).collect();
     assert_eq!(ways.len(), 5);
@@ -307,10 +308,11 @@ fn the_ways_through_the_code_are_as_they_are_told() {
 #[test]
 fn unsafe_is_left_to_the_board() {
     let board = root().join("src/board");
-    // The image whose one use of it is to ask for a function that does not exist.
+    // This image uses `unsafe` once, to call a function that does not exist, so that code that can panic does not link.
     let unlinkable = root().join("tests/panic_free/src/main.rs");
-    for place in ["src", "fw", "hal-sim", "cli", "tests", "benches", "build.rs"] {
-        for path in sources(&root().join(place)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
+    for folder in ["src", "fw", "hal-sim", "cli", "tests", "benches", "build.rs"] {
+        for path in
+            sources(&root().join(folder)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
         {
             assert!(!tokens(&fs::read_to_string(path).unwrap()).contains(&"unsafe"), "{}", path.display());
         }

@@ -1,6 +1,6 @@
-//! Products with other numbers of axes, other parameters and other EEPROMs than the TMCM-1140: each exists in this test alone,
-//! with a table of its own. All axes share the chips of one simulated board as far as they go: what counts here is what
-//! a module stores, refuses and finds again.
+//! Tests of what a module stores, refuses and finds again, with products that have other numbers of axes, parameters
+//! and EEPROMs than the TMCM-1140. These products exist in this test alone. All axes share the chips of one simulated
+//! board, because no motor is moved here.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -15,7 +15,8 @@ use tmcm::store::{Layout, Memory, Pair, Store};
 use tmcm::tmcl::{Opcode, Reply, Status, text};
 use tmcm::units::Micros;
 
-/// Three axes. Number 204 is no time of freewheeling here, but the maximum current; 210 is the current at standstill.
+/// Axis parameters of the product with three axes. Number 204, the freewheeling time of the TMCM-1140, is the maximum
+/// current here; number 210 is the standby current.
 static THREE_AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(parameter_rows! { AxisParameter;
     0 TargetPosition "target position" Microsteps ANY, ReadWrite Volatile 0 "",
     1 ActualPosition "actual position" Microsteps ANY, ReadWrite Volatile 0 "",
@@ -53,7 +54,7 @@ static THREE: Spec = Spec {
 
 const THREE_SLOTS: Slots = Slots { variables: 6, axes: 62, each: 30, coordinates: 10 };
 
-/// 64 KiB in pages of 128 bytes.
+/// The product with three axes and an EEPROM of 64 KiB in pages of 128 bytes.
 #[derive(Debug)]
 struct Three;
 
@@ -74,10 +75,10 @@ impl Memory for Three {
     type Pairs = [Pair; 6];
 }
 
-/// Six axes with the parameters of the TMCM-1140.
+/// A product with six axes and the parameters of the TMCM-1140.
 static SIX: Spec = Spec { name: *b"6006", number: 6006, axes: 6, inputs: 8, outputs: 8, ..TMCM_1140 };
 
-/// 32 KiB in pages of 64 bytes.
+/// The product with six axes and an EEPROM of 32 KiB in pages of 64 bytes.
 #[derive(Debug)]
 struct Six;
 
@@ -109,7 +110,7 @@ impl<P: Product + 'static> Platform for On<P> {
     type Hooks = ();
 }
 
-/// A module of a product, and an EEPROM that takes no time and stays where it is.
+/// A module of a product, and its EEPROM, whose writes take no time.
 struct Rig<P: Product + 'static, const AXES: usize> {
     module: Module<On<P>, AXES>,
     eeprom: Vec<u8>,
@@ -140,12 +141,12 @@ impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
         Self::on(vec![0xFF; P::SIZE])
     }
 
-    /// Without power, and on again.
+    /// The module after a power cycle, with the same EEPROM.
     fn power_cycle(self) -> Self {
         Self::on(self.eeprom)
     }
 
-    /// Has a command carried out and lets all be stored. Gives status and value.
+    /// Executes a command and lets all page writes end; gives status and value.
     fn send(&mut self, line: &str) -> (u8, i32) {
         let mut outcome = self.module.execute(Micros(0), Source::Usb, text::parse(line).unwrap());
         while let Some(job) = self.module.store().next_job() {
@@ -168,7 +169,7 @@ impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
     }
 }
 
-/// A value that a parameter takes and that is another one for each axis, as far as its range goes.
+/// An accepted value of a parameter that is different for each axis, as far as the parameter's range allows.
 fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
     let row = &parameter.row;
     let offset = i32::from(axis) + 1;
@@ -176,14 +177,16 @@ fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
     values.into_iter().find(|value| row.accepts(*value)).unwrap()
 }
 
-/// Whatever can be stored is different afterwards, in the EEPROM and after a power cycle, and no two of them share a slot.
+/// Changes and stores every value that can be stored, and asserts that each is the same after a power cycle, so that
+/// no two values share a slot.
 fn everything_survives<P: Product + 'static, const AXES: usize>() {
     let mut rig = Rig::<P, AXES>::new();
     let spec = P::SPEC;
     let mut expected = Vec::new();
     let axes = 0..spec.axes;
     for parameter in spec.global.rows.iter().filter(|parameter| parameter.row.stored()) {
-        // Whatever the address, this link takes the command; code protection would keep the program from being changed.
+        // Changing the serial address does no harm, because USB ignores it. Code protection gets the value 1, which
+        // protects the program from being read but not from being changed.
         let (number, value) = (parameter.row.number, another(parameter, 0));
         rig.ok(&format!("SGP {number}, 0, {value}"));
         expected.push((format!("GGP {number}, 0"), value));
@@ -229,7 +232,7 @@ fn everything_that_can_be_stored_survives_on_six_axes() {
     everything_survives::<Six, 6>();
 }
 
-/// A fresh module has the defaults of its own table, on every axis, before and after a factory reset.
+/// A fresh module has the defaults of its product's table, on every axis, before and after a factory reset.
 #[test]
 fn defaults_are_those_of_the_product() {
     let mut rig = Rig::<Three, 3>::new();
@@ -247,14 +250,14 @@ fn defaults_are_those_of_the_product() {
     let mut rig = rig.power_cycle();
     assert_eq!(rig.ok("GAP 4, 2"), 77);
     tmcm::module::factory_reset(rig.module.store());
-    // The pages are written with whatever comes next.
+    // Storing one setting writes all pages that the reset has changed.
     rig.ok("SGP 66, 0, 9");
     let mut rig = rig.power_cycle();
     defaults(&mut rig);
 }
 
 #[test]
-fn what_a_product_does_not_have_is_refused() {
+fn commands_and_parameters_that_a_product_lacks_are_refused() {
     let mut rig = Rig::<Three, 3>::new();
     let wrong_type = Status::WrongType as u8;
     for line in
@@ -270,7 +273,7 @@ fn what_a_product_does_not_have_is_refused() {
     }
 }
 
-/// The same number is the current of one product and the freewheeling time of another.
+/// Parameter 204 is the maximum current of one product and the freewheeling time of another.
 #[test]
 fn a_number_means_what_the_product_says() {
     let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
@@ -279,7 +282,8 @@ fn a_number_means_what_the_product_says() {
     assert_eq!((three.send("SAP 210, 0, 256").0, six.send("SAP 210, 0, 256").0), (Status::InvalidValue as u8, 100));
 }
 
-/// Each axis has two stop switches, and each input an edge: their numbers follow from those of the first.
+/// Each axis has two interrupts for its stop switches, each input has one; their numbers follow from the number of the
+/// first axis or input.
 #[test]
 fn interrupts_are_as_many_as_axes_and_inputs() {
     let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
@@ -301,7 +305,7 @@ fn interrupts_are_as_many_as_axes_and_inputs() {
     assert_eq!(three.send("GGP 33, 3").0, Status::WrongType as u8);
 }
 
-/// A program of another size than that of the TMCM-1140 ends where its memory does.
+/// Program memory of another size than that of the TMCM-1140: addresses behind its end are refused.
 #[test]
 fn program_memory_has_the_size_of_the_product() {
     let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());

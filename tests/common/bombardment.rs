@@ -1,4 +1,4 @@
-//! Telegrams made of random numbers, over all links, each of whose replies is checked.
+//! Random telegrams and frames over all links of a virtual module; each reply is checked against its request.
 
 use super::random::Random;
 use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
@@ -15,12 +15,12 @@ fn telegram(line: &str) -> Telegram {
     binary::encode_command(1, text::parse(line).unwrap())
 }
 
-/// Commands that lead out of the binary protocol - download, ASCII mode, the boot loader - and those that
-/// restart the module have tests of their own.
+/// Commands that are not sent, because they leave the binary protocol (download, ASCII mode, boot loader) or restart
+/// the module. Other tests cover them.
 const EXCLUDED: [u8; 6] = [132, 133, 137, 139, 242, 255];
 
 impl Random {
-    /// A value that a parameter may take or just not.
+    /// A value within the ranges of a parameter, or just outside them.
     fn value_for(&mut self, row: &Row) -> i32 {
         let (low, high) = self.pick(row.ranges);
         match self.below(4) {
@@ -30,7 +30,7 @@ impl Random {
         }
     }
 
-    /// A command that makes sense, or nearly so.
+    /// A valid command, or one that is nearly valid.
     fn sensible(&mut self) -> Command {
         match self.below(4) {
             0 => {
@@ -72,23 +72,23 @@ impl Random {
         }
     }
 
-    /// A number, now and then any other.
+    /// The number `usual`, or once in twenty times any number below `limit`.
     fn or_any(&mut self, usual: i32, limit: u64) -> i32 {
         if self.below(20) == 0 { self.below(limit) as i32 } else { usual }
     }
 }
 
-/// What goes over a link to the module.
+/// A request over one of the links.
 enum Request {
     Telegram(Source, Telegram),
     Frame(Frame),
 }
 
-/// What comes from the module.
+/// A reply or event over one of the links.
 #[derive(Debug)]
 struct Answer {
     source: Source,
-    /// A frame's data, or what stands in their place in a telegram.
+    /// The data of a frame; of a telegram the bytes that a frame would carry as its data.
     content: Vec<u8>,
 }
 
@@ -107,8 +107,8 @@ fn answer_of(sent: &Sent) -> Answer {
     Answer { source: sent.source, content: telegram[1..if version { 9 } else { 8 }].to_vec() }
 }
 
-/// Everything that comes until something has come that is `wanted`, for 400 ms at most: a telegram pause of 255 ms
-/// and a few EEPROM pages.
+/// All replies and events up to the first that is `wanted`, or for 400 ms of virtual time: a telegram pause of 255 ms
+/// and the writing of a few EEPROM pages.
 fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
     let mut answers = Vec::new();
     for _ in 0..400 {
@@ -123,8 +123,8 @@ fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
     answers
 }
 
-/// Sends a command over the link on which any address does, and gives the value if it succeeds. Events may
-/// come in between.
+/// Sends a command over USB, where the module ignores the address, and gives the value of the reply if the command
+/// succeeds. Events may come before the reply.
 pub fn ask(bench: &mut Bench, line: &str) -> Option<i32> {
     bench.module.receive(Source::Usb, telegram(line));
     let asked = text::parse(line).unwrap().opcode;
@@ -136,15 +136,15 @@ pub fn ask(bench: &mut Bench, line: &str) -> Option<i32> {
     answers(bench, |answer| success(answer).is_some()).iter().find_map(success)
 }
 
-/// A host that sends at random over all links, and checks each reply.
+/// A host that sends random requests over all links and checks each reply.
 struct Bombardment<'a> {
     bench: &'a mut Bench,
     random: &'a mut Random,
-    /// Until when a request that looks like the reply to what another module was asked may be lost.
+    /// Time until which the module may take a request for the reply of another module, and not answer.
     doubtful: Nanos,
 }
 
-/// Sends so many random telegrams.
+/// Sends `count` random telegrams.
 pub fn bombard(bench: &mut Bench, random: &mut Random, count: usize) {
     let mut bombardment = Bombardment { bench, random, doubtful: 0 };
     (0..count).for_each(|_| bombardment.send());
@@ -161,7 +161,7 @@ impl Bombardment<'_> {
             return assert_eq!(ask(self.bench, "SGP 255, 0, 0"), None);
         }
         let can = self.random.below(3) == 0;
-        // Address, second address, and where replies go.
+        // Global parameters with the module's address, its second address, and the address of replies.
         let [own, second, host] = if can { [71, 83, 70] } else { [66, 87, 76] };
         if self.random.below(20) == 0 {
             let address = self.ask(&format!("GGP {own}, 0"));
@@ -202,7 +202,7 @@ impl Bombardment<'_> {
             Request::Telegram(source, telegram) => self.bench.module.receive(source, telegram),
             Request::Frame(frame) => self.bench.module.receive_frame(frame),
         }
-        // An event may come first; it is no answer.
+        // An event may come before the answer.
         let mut answers = answers(self.bench, |answer| !answer.is_event());
         answers.retain(|answer| !answer.is_event());
         assert!(doubtful || answers.is_empty() == silent, "{answers:?} to {shown}");
@@ -210,7 +210,7 @@ impl Bombardment<'_> {
     }
 }
 
-/// An answer must be the reply to the request.
+/// Asserts that an answer is the reply to the request.
 fn check(answer: &Answer, source: Source, command: Command, valid: bool, shown: &str) {
     assert_eq!(answer.source, source, "{shown}");
     if b"1140V142".starts_with(&answer.content) {
@@ -224,13 +224,13 @@ fn check(answer: &Answer, source: Source, command: Command, valid: bool, shown: 
     }
 }
 
-/// Whatever has been sent, every parameter is in its range, also after a restart on what has been stored.
+/// Asserts that every parameter is within its ranges, also after a restart with the stored values.
 pub fn assert_sane(bench: &mut Bench) {
-    // No more events.
+    // Position-reached events are switched off, so that they do not mix with the replies.
     ask(bench, "138, 0, 0, 0");
-    // And no start in ASCII mode.
+    // The module must not start in ASCII mode.
     ask(bench, "SGP 67, 0, 0");
-    // No heartbeat faster than this host.
+    // A heartbeat could stop the motor between two requests of this host.
     ask(bench, "SGP 68, 0, 0");
     ask(bench, "SGP 82, 0, 0");
     for restarted in [false, true] {
@@ -242,7 +242,7 @@ pub fn assert_sane(bench: &mut Bench) {
         }
         bench.power_cycle();
     }
-    // And it still does what it is there for.
+    // The module still carries out commands.
     let address = bench.ok("GGP 66, 0");
     assert!((1..=255).contains(&address));
     for row in [4, 5, 12, 13, 130, 153, 154, 181, 212, 218].map(|number| AXIS.row(number).unwrap()) {

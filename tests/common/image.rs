@@ -1,4 +1,4 @@
-//! Builds what runs on the microcontroller, into the build directory of this very test, which is free while tests run.
+//! Builds flash images into the build directory of this test, whose lock is free while tests run.
 
 #![allow(dead_code, clippy::panic)]
 
@@ -6,17 +6,17 @@ use std::path::{Path, PathBuf};
 
 pub(crate) use fw::Built;
 
-/// The flash image; where it is. Panics if it cannot be built.
+/// Builds the flash image and returns its path. Panics if the image cannot be built.
 pub(crate) fn image() -> PathBuf {
     try_image().unwrap_or_else(|error| panic!("{error}")).path
 }
 
-/// The flash image, and what the compiler said; the error says why not.
+/// Builds the flash image; returns its path and the compiler's messages, or an error message.
 pub(crate) fn try_image() -> Result<Built, String> {
     fw::image(&directory())
 }
 
-/// A program of its own; the error says why not.
+/// Builds another program for the microcontroller with these arguments of cargo; the error is a message.
 pub(crate) fn build(name: &str, arguments: &[&str]) -> Result<Built, String> {
     fw::build(&directory(), name, arguments)
 }

@@ -1,4 +1,4 @@
-//! The flash image at the bench: on the emulated microcontroller, with a host on each of its links.
+//! The flash image on the emulated microcontroller, with a host on each of its links, in virtual time.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -16,77 +16,78 @@ use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
 use tmcm::tmcl::{binary, can, text};
 
-/// Baud rate of RS485, as long as nobody changes it.
+/// Factory default of the RS485 bit rate, in bit/s.
 pub const BAUD: u32 = 9_600;
-/// Core cycles a microsecond.
+/// Core cycles per microsecond.
 pub const CYCLES_PER_MICROSECOND: u64 = 168;
-/// Longest time a host waits for a reply.
+/// Longest time that a host waits for a reply.
 const PATIENCE: Nanos = 2 * SECOND;
-/// From power-on until the module answers, with time to spare.
+/// Time from power-on after which the module answers for certain.
 pub const START: Nanos = 100 * MILLISECOND;
 
-/// Status of a reply: executed.
+/// Status of a reply: the command was executed.
 pub const OK: u8 = 100;
-/// A command of a download was taken.
+/// Status of a reply: the command was stored in program memory.
 pub const LOADED: u8 = 101;
-/// Unknown command number.
+/// Status of a reply: the command number is unknown.
 pub const INVALID_COMMAND: u8 = 2;
-/// The EEPROM cannot be written.
+/// Status of a reply: the EEPROM cannot be written.
 pub const EEPROM_LOCKED: u8 = 5;
-/// Not in this mode or state.
+/// Status of a reply: the command is not available in this mode or state.
 pub const NOT_AVAILABLE: u8 = 6;
 
-/// The image, built when it is first asked for.
+/// The bytes of the image, which is built at the first call.
 pub fn image() -> &'static [u8] {
     static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
     IMAGE.get_or_init(|| std::fs::read(build::image()).unwrap())
 }
 
-/// Addresses of what the image has under a name that contains all these words.
+/// Addresses of the image's symbols whose names contain all these words.
 pub fn symbols(words: &[&str]) -> Vec<u32> {
     let elf = ElfFile32::<Endianness>::parse(image()).unwrap();
     let named = |name: &str| words.iter().all(|word| name.contains(word));
     elf.symbols().filter(|symbol| symbol.name().is_ok_and(named)).map(|symbol| symbol.address() as u32).collect()
 }
 
-/// Address of the one thing that has exactly this name.
+/// Address of the image's only symbol with exactly this name.
 pub fn symbol(name: &str) -> u32 {
     let elf = ElfFile32::<Endianness>::parse(image()).unwrap();
     elf.symbols().find(|symbol| symbol.name() == Ok(name)).unwrap_or_else(|| panic!("no {name}")).address() as u32
 }
 
-/// The hosts of a module.
+/// A module that runs the image, and the hosts on its links.
 pub struct Host {
     pub machine: Machine,
-    /// The baud rate of the one on RS485.
+    /// Bit rate of the host on RS485, in bit/s.
     pub baud: u32,
 }
 
 impl Host {
-    /// A module in the world that the text describes, with a fresh EEPROM, that has started.
+    /// A module that has started, with a fresh EEPROM, in the world that the text describes.
     pub fn new(world: &str) -> Self {
         let mut host = Self::just_on(world);
         host.run(START);
         host
     }
 
-    /// The same, just switched on.
+    /// A module that was switched on a moment ago, with a fresh EEPROM, in the world that the text describes.
     pub fn just_on(world: &str) -> Self {
         let board = Board::new(&WorldConfig::parse(world).unwrap(), 0);
         Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD }
     }
 
-    /// Lets time pass.
+    /// Lets virtual time pass.
     pub fn run(&mut self, span: Nanos) {
         self.machine.run(span).unwrap_or_else(|stop| panic!("{stop}\n{:?}", self.machine.take_log()));
     }
 
-    /// Lets time pass until the microcontroller is reset; panics if it is not within a time.
+    /// Lets virtual time pass until the microcontroller is reset; panics if no reset comes before `limit`.
     pub fn reset_within(&mut self, limit: Nanos) {
         assert!(self.machine.run_to_reset(self.machine.now() + limit).unwrap(), "no reset: {:?}", self.log());
     }
 
-    /// Lets time pass until `done`, looking every `step`; gives the time it took and panics after `limit`.
+    /// Lets virtual time pass until `done` is true, which is checked every `step`; returns the time that has passed.
+    /// Panics after `limit`.
     pub fn wait(&mut self, step: Nanos, limit: Nanos, mut done: impl FnMut(&mut Self) -> bool) -> Nanos {
         let start = self.machine.now();
         while !done(self) {
@@ -96,7 +97,7 @@ impl Host {
         self.machine.now() - start
     }
 
-    /// Sends a request over RS485 and waits for the reply: when the last bit of the request has ended, and the reply.
+    /// Sends a request over RS485 and waits for the reply; returns the time at which the request ended, and the reply.
     pub fn exchange(&mut self, line: &str) -> (Nanos, Vec<Character>) {
         let telegram = telegram(line);
         let end = self.machine.send(self.machine.now(), &telegram, self.baud);
@@ -124,7 +125,7 @@ impl Host {
         value
     }
 
-    /// Sends bytes over RS485 and gives those that come within a time.
+    /// Sends bytes over RS485 and gives those that come back within a time.
     pub fn said_to(&mut self, bytes: &[u8], span: Nanos) -> Vec<u8> {
         let now = self.machine.now();
         let end = self.machine.send(now, bytes, self.baud).max(now);
@@ -155,7 +156,7 @@ impl Host {
         decoded(line, &reply)
     }
 
-    /// Sends a request to the module with a CAN identifier and gives what is said within a time.
+    /// Sends a request under a CAN identifier and gives the frames that come back within a time.
     pub fn said_on_can(&mut self, id: u32, line: &str, span: Nanos) -> Vec<CanFrame> {
         self.machine.send_frame(request(id, line));
         self.run(span);
@@ -182,22 +183,23 @@ impl Host {
         self.machine.take_log().into_iter().map(|line| format!("{}: {}", line.level, line.text)).collect()
     }
 
-    /// Where the rotor is, in 1/256 full steps.
+    /// Position of the rotor in 1/256 full steps.
     pub fn rotor(&mut self) -> i64 {
         self.machine.board().world().axis(0).motor().rotor()
     }
 
-    /// The speed the motion controller runs at, asked of nobody.
+    /// The speed in internal units, read from the model of the motion controller instead of asked for by a telegram.
     pub fn speed(&mut self) -> i32 {
         self.machine.board().tmc429(0).velocity(0)
     }
 
-    /// Whether the motor is under current, as far as the driver decides.
+    /// True if the driver's bridges are on, so that the motor has current.
     pub fn bridges_on(&mut self) -> bool {
         self.machine.board().tmc262(0).bridges_on()
     }
 
-    /// Asserts that the motor stands: at 500 the rotor would move by 1 500 in this time.
+    /// Asserts that the motor stands still. At a speed of 500 internal units the rotor would move by 1 500 microsteps
+    /// meanwhile.
     pub fn assert_rest(&mut self) {
         let rotor = self.rotor();
         self.run(100 * MILLISECOND);

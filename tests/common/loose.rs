@@ -1,4 +1,4 @@
-//! A module whose motion controller does not always hear what is written to it.
+//! A module behind whose SPI bus the motion controller loses some write datagrams.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -15,10 +15,11 @@ use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
 
-/// The motion controller behind a bus on which nothing can be written at times.
+/// The SPI bus to the motion controller, on which write datagrams are lost as [`Disturbance`] says.
 pub struct Loose(SimSpi, Rc<Disturbance>);
 
-/// What is the matter with the bus: after some datagrams so many do not get through.
+/// The disturbance of the bus: after `spared` write datagrams the next `fails` ones end with an error. With `heard`
+/// they reach the chip all the same.
 #[derive(Default)]
 pub struct Disturbance {
     spared: Cell<u32>,
@@ -27,24 +28,25 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
-    /// The next so many datagrams are lost.
+    /// Lets the next `fails` write datagrams be lost.
     pub fn set(&self, fails: u32) {
         self.after(0, fails, false);
     }
 
-    /// So many datagrams are lost after some that are not; if they are `heard`, it is their answers that are lost.
+    /// Lets `fails` write datagrams fail after `spared` ones that do not. With `heard` they reach the chip, but the
+    /// firmware gets an error in place of the answer.
     pub fn after(&self, spared: u32, fails: u32, heard: bool) {
         self.spared.set(spared);
         self.fails.set(fails);
         self.heard.set(heard);
     }
 
-    /// How many datagrams are still to be lost.
+    /// Number of datagrams that are still to fail.
     pub fn get(&self) -> u32 {
         self.fails.get()
     }
 
-    /// Whether a datagram that comes now is lost.
+    /// Counts a write datagram; true if it fails.
     fn strikes(&self) -> bool {
         let left = if self.spared.get() > 0 { &self.spared } else { &self.fails };
         let strikes = self.spared.get() == 0 && self.fails.get() > 0;
@@ -53,7 +55,7 @@ impl Disturbance {
     }
 }
 
-/// For as long as nobody mends it.
+/// Number of failing datagrams that stands for a bus that stays broken.
 pub const BROKEN: u32 = u32::MAX;
 
 impl ErrorType for Loose {
@@ -82,7 +84,7 @@ impl Platform for Loose {
     type Hooks = ();
 }
 
-/// A module on such a bus, in virtual time.
+/// A module on a disturbed bus, in virtual time.
 pub struct LooseBench {
     pub board: SharedBoard,
     pub module: Module<Loose, 1>,
@@ -90,12 +92,12 @@ pub struct LooseBench {
 }
 
 impl LooseBench {
-    /// In the default world, undisturbed.
+    /// A module in the default world, whose bus is not disturbed yet.
     pub fn new() -> Self {
         Self::on(SharedBoard::new(Board::new(&WorldConfig::default(), 1)), 0)
     }
 
-    /// On a board, whose bus is disturbed for so many datagrams from the start.
+    /// A module on `board`, for which the first `disturbed` write datagrams are lost.
     pub fn on(board: SharedBoard, disturbed: u32) -> Self {
         let fails = Rc::new(Disturbance::default());
         fails.set(disturbed);
@@ -111,20 +113,20 @@ impl LooseBench {
         LooseBench { board, module, fails }
     }
 
-    /// The module's time.
+    /// The present time of the module.
     pub fn now(&self) -> Micros {
         Micros(self.board.borrow().now() / MICROSECOND)
     }
 
-    /// Has a command carried out, which must succeed.
+    /// Executes a command, which must succeed.
     pub fn ok(&mut self, line: &str) {
         let outcome = self.module.execute(self.now(), Source::Usb, text::parse(line).unwrap());
-        // A setting that is stored is in force before it is durable.
+        // A setting takes effect before it is durable, so a pending reply counts as success.
         let done = matches!(outcome, Poll::Pending | Poll::Ready(Some(Reply::Plain { status: Status::Ok, .. })));
         assert!(done, "{line}: {outcome:?}");
     }
 
-    /// Lets polls pass.
+    /// Lets virtual time pass, with one poll of the module per millisecond.
     pub fn run(&mut self, milliseconds: u64) {
         for _ in 0..milliseconds {
             let next = self.board.borrow().now() + MILLISECOND;
@@ -142,17 +144,17 @@ impl LooseBench {
         }
     }
 
-    /// A command of the control protocol.
+    /// Carries out a command of the control protocol, as `tmcl sim --control` takes it.
     pub fn control(&mut self, line: &str) {
         Line::parse(line).unwrap().control.apply(&mut self.board.borrow_mut()).unwrap();
     }
 
-    /// The motor's speed as the chip has it.
+    /// The motor's speed in internal units, read from the model of the motion controller.
     pub fn speed(&self) -> i32 {
         self.board.borrow().tmc429(0).velocity(0)
     }
 
-    /// Whether an error flag is set.
+    /// True if an error flag is set.
     pub fn raised(&self, flag: ErrorFlag) -> bool {
         self.module.machine().errors.raised(flag)
     }

@@ -1,4 +1,4 @@
-//! A virtual module on the bench: telegrams in, telegrams and world out, in virtual time.
+//! The bench: a virtual module in virtual time, tested by telegrams and by the state of its world.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -17,26 +17,26 @@ use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{Command, text};
 
-/// Longest time a test waits for a reply.
+/// Longest time that a test waits for a reply, in virtual time.
 const PATIENCE: Nanos = 2_000 * MILLISECOND;
 
-/// Status of a reply: executed.
+/// Status of a reply: the command was executed.
 pub const OK: u8 = 100;
-/// The checksum was wrong.
+/// Status of a reply: the checksum was wrong.
 pub const WRONG_CHECKSUM: u8 = 1;
-/// Unknown command number.
+/// Status of a reply: the command number is unknown.
 pub const INVALID_COMMAND: u8 = 2;
-/// Unknown type, or read-only.
+/// Status of a reply: the type is unknown, or the parameter is read-only.
 pub const WRONG_TYPE: u8 = 3;
-/// Out of range.
+/// Status of a reply: the value, motor or bank is out of range.
 pub const INVALID_VALUE: u8 = 4;
-/// EEPROM locked.
+/// Status of a reply: the EEPROM cannot be written.
 pub const EEPROM_LOCKED: u8 = 5;
-/// Not in this mode or state.
+/// Status of a reply: the command is not available in this mode or state.
 pub const NOT_AVAILABLE: u8 = 6;
 
-/// How many random inputs a test takes: the number given, or that of the environment variable RANDOM_INPUTS, as
-/// in `RANDOM_INPUTS=1000000 cargo test --test bad_input --test ascii`.
+/// Number of random inputs that a test takes: `usual`, or the value of the environment variable RANDOM_INPUTS, as in
+/// `RANDOM_INPUTS=1000000 cargo test --test bad_input --test ascii`.
 pub fn random_inputs(usual: u64) -> u64 {
     std::env::var("RANDOM_INPUTS").map_or(usual, |text| text.parse().expect("RANDOM_INPUTS is not a number"))
 }
@@ -57,12 +57,12 @@ impl Bench {
         Bench { module: VirtualModule::new(&config, None, 1) }
     }
 
-    /// A module whose EEPROM holds this.
+    /// A module in the default world whose EEPROM has these contents.
     pub fn with_eeprom(contents: &[u8]) -> Self {
         Bench { module: VirtualModule::new(&WorldConfig::default(), Some(contents), 1) }
     }
 
-    /// Sends bytes of a telegram over a link and waits for the reply; `None` if there is none.
+    /// Sends a telegram over a link and waits for the reply; `None` if no reply comes.
     pub fn exchange(&mut self, source: Source, telegram: Telegram) -> Option<Sent> {
         self.module.exchange(source, telegram, PATIENCE)
     }
@@ -94,7 +94,7 @@ impl Bench {
         assert_eq!((reply.status, reply.opcode, reply.value), (status, command.opcode, command.value), "{line}");
     }
 
-    /// Sends a command to an address over a link and gives the reply; `None` if there is none.
+    /// Sends a command to an address over a link and gives the reply; `None` if no reply comes.
     pub fn ask_over(&mut self, source: Source, address: u8, line: &str) -> Option<Received> {
         let telegram = binary::encode_command(address, text::parse(line).unwrap());
         let sent = self.exchange(source, telegram)?;
@@ -102,7 +102,7 @@ impl Bench {
         Some(binary::decode_reply(&sent.telegram().unwrap()).unwrap())
     }
 
-    /// Lets time pass and gives the telegrams that came without being waited for.
+    /// Lets virtual time pass and gives the telegrams that the module sends meanwhile.
     pub fn listen(&mut self, span: Nanos) -> Vec<Received> {
         self.run(span);
         std::iter::from_fn(|| self.module.sent())
@@ -110,17 +110,17 @@ impl Bench {
             .collect()
     }
 
-    /// What the EEPROM holds at this moment, as it would survive a power cut.
+    /// The contents that the EEPROM would have after a power cut at this moment.
     pub fn eeprom(&self) -> Vec<u8> {
         self.module.board().borrow().at25().contents().to_vec()
     }
 
-    /// Lets time pass.
+    /// Lets virtual time pass.
     pub fn run(&mut self, span: Nanos) {
         self.module.run(span);
     }
 
-    /// Lets time pass until `done`, looking every millisecond; panics after `limit`.
+    /// Lets virtual time pass until `done` is true, which is checked every millisecond; panics after `limit`.
     pub fn run_until(&mut self, limit: Nanos, mut done: impl FnMut(&mut Self) -> bool) {
         let end = self.module.now() + limit;
         while !done(self) {
@@ -129,7 +129,7 @@ impl Bench {
         }
     }
 
-    /// A command of the control protocol, as `tmcl sim --control` takes it.
+    /// Carries out a command of the control protocol, as `tmcl sim --control` takes it.
     pub fn control(&mut self, line: &str) {
         let line = Line::parse(line).unwrap();
         line.control.apply(&mut self.module.board().borrow_mut()).unwrap();
@@ -143,12 +143,12 @@ impl Bench {
         self.run(MILLISECOND);
     }
 
-    /// Where the rotor is, in 1/256 full steps.
+    /// Position of the rotor in 1/256 full steps.
     pub fn rotor(&self) -> i64 {
         self.module.board().borrow().world().axis(0).motor().rotor()
     }
 
-    /// Full steps the rotor has lost against the field.
+    /// Full steps that the rotor has lost against the field of the windings.
     pub fn lost_steps(&self) -> i64 {
         self.module.board().borrow().world().axis(0).motor().lost_steps()
     }

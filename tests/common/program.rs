@@ -1,30 +1,30 @@
-//! Programs on the bench: put into program memory, run, stepped and looked at, all by telegrams.
+//! Programs on the bench: downloaded, run, stepped and inspected by telegrams.
 
 use super::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, text};
 
-/// Status of a reply during a download: taken into program memory.
+/// Status of a reply during a download: the command was stored in program memory.
 pub const STORED: u8 = 101;
 
-/// Commands that program memory holds.
+/// Size of program memory in commands.
 pub const MEMORY: i32 = 2048;
-/// Return addresses that the stack holds.
+/// Largest number of return addresses on the stack.
 pub const STACK: usize = 8;
-/// A tick of the command WAIT.
+/// Length of a tick of the command WAIT.
 pub const TICK: Nanos = 10 * MILLISECOND;
 
-/// Modes as command 135 and global parameter 128 give them.
+/// States of the program as command 135 and global parameter 128 number them.
 pub const STOPPED: i32 = 0;
 pub const RUNNING: i32 = 1;
 pub const STEPPING: i32 = 2;
 pub const RESET: i32 = 3;
 
-/// How long a program may take that ends by itself.
+/// Longest time that a program may take to its end, in virtual time.
 const PATIENCE: Nanos = 20 * SECOND;
 
-/// What command 135 says of types 0 and 1.
+/// The value of the reply to command 135, types 0 and 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status {
     pub mode: i32,
@@ -42,21 +42,21 @@ impl Status {
 }
 
 impl Bench {
-    /// A fresh module with this program from address 0 on.
+    /// A fresh module with this program downloaded to address 0.
     pub fn with_program(lines: &[&str]) -> Self {
         let mut bench = Bench::new();
         bench.download(0, lines);
         bench
     }
 
-    /// Runs a program on a fresh module until it ends.
+    /// A fresh module on which this program has run to its end.
     pub fn played(lines: &[&str]) -> Self {
         let mut bench = Self::with_program(lines);
         bench.run_to_end(0);
         bench
     }
 
-    /// Puts commands into program memory: 132, the commands, 133.
+    /// Downloads commands to an address of program memory: 132, the commands, 133.
     pub fn download(&mut self, address: i32, lines: &[&str]) {
         self.ok(&format!("132, 0, 0, {address}"));
         for line in lines {
@@ -65,12 +65,12 @@ impl Bench {
         self.ok("133");
     }
 
-    /// Starts the program there.
+    /// Starts the program at an address.
     pub fn start(&mut self, address: i32) {
         self.ok(&format!("129, 1, 0, {address}"));
     }
 
-    /// Starts the program there and waits for its end.
+    /// Starts the program at an address and waits for its end.
     pub fn run_to_end(&mut self, address: i32) {
         self.start(address);
         self.await_end();
@@ -81,7 +81,8 @@ impl Bench {
         self.run_until(PATIENCE, |bench| bench.mode() != RUNNING);
     }
 
-    /// Starts the program there without any time going by: over RS485, whose replies come at once.
+    /// Starts the program at an address without letting virtual time pass: the command goes over RS485, whose replies
+    /// come at once.
     pub fn set_off(&mut self, address: i32) {
         self.module.receive(Source::Rs485, binary::encode_command(1, Command::new(129, 1, 0, address)));
         let sent = self.module.sent().expect("129 is answered at once");
@@ -106,22 +107,22 @@ impl Bench {
         self.status().pointer
     }
 
-    /// Command 135, type 2.
+    /// The accumulator: command 135, type 2.
     pub fn accumulator(&mut self) -> i32 {
         self.ok("135, 2")
     }
 
-    /// Command 135, type 3.
+    /// The X register: command 135, type 3.
     pub fn x(&mut self) -> i32 {
         self.ok("135, 3")
     }
 
-    /// A user variable.
+    /// The value of a user variable.
     pub fn variable(&mut self, number: u8) -> i32 {
         self.ok(&format!("GGP {number}, 2"))
     }
 
-    /// What program memory shows at an address: command 134, whose reply has no status.
+    /// The command at an address of program memory, read by command 134, whose reply has no status.
     pub fn memory(&mut self, address: i32) -> Command {
         let request = binary::encode_command(1, Command::new(134, 0, 0, address));
         let sent = self.exchange(Source::Usb, request).expect("134 is answered");
@@ -129,13 +130,13 @@ impl Bench {
         Command::new(opcode, kind, motor, i32::from_be_bytes([a, b, c, d]))
     }
 
-    /// The general purpose outputs as the world sees them.
+    /// The levels of the two general purpose outputs in the world.
     pub fn outputs(&self) -> [bool; 2] {
         let outputs = self.module.board().borrow().world().outputs();
         [0, 1].map(|number| outputs.is_on(number))
     }
 
-    /// Lets time pass and gives the moments at which an output changed.
+    /// Lets virtual time pass and gives the times at which an output changed.
     pub fn edges(&mut self, output: usize, span: Nanos) -> Vec<Nanos> {
         let end = self.module.now() + span;
         let mut edges = Vec::new();
@@ -152,14 +153,14 @@ impl Bench {
         edges
     }
 
-    /// A command over RS485, which is not the link of a download, must be carried out.
+    /// Sends a command that must succeed over RS485, which is not the link of the download.
     pub fn ok_beside(&mut self, line: &str) -> i32 {
         let reply = self.ask_over(Source::Rs485, 1, line).expect("a reply");
         assert_eq!(reply.status, OK, "{line}");
         reply.value
     }
 
-    /// The status of a command sent over that other link.
+    /// Sends a command over RS485, which is not the link of the download, and gives the status.
     pub fn ask_beside(&mut self, line: &str) -> u8 {
         self.module.receive(Source::Rs485, binary::encode_command(1, text::parse(line).unwrap()));
         loop {
@@ -173,13 +174,14 @@ impl Bench {
         }
     }
 
-    /// The motor's speed as the chip has it, asked of nobody.
+    /// The motor's speed in internal units, read from the model of the motion controller instead of asked for by a
+    /// telegram.
     pub fn speed(&self) -> i32 {
         self.module.board().borrow().tmc429(0).velocity(0)
     }
 }
 
-/// The spans between moments.
+/// The spans between successive times.
 pub fn spans(moments: &[Nanos]) -> Vec<Nanos> {
     moments.windows(2).map(|pair| pair[1] - pair[0]).collect()
 }

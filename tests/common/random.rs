@@ -1,6 +1,6 @@
-//! A small seeded generator of random numbers.
+//! A small generator of random numbers, so that a test with the same seed always runs the same.
 
-/// xorshift64: every run is the same run.
+/// The state of the xorshift64 generator; the seed must not be 0.
 pub struct Random(pub u64);
 
 impl Random {
@@ -11,12 +11,12 @@ impl Random {
         self.0
     }
 
-    /// 0..`limit`.
+    /// A number in 0..`limit`.
     pub fn below(&mut self, limit: u64) -> u64 {
         (self.next() >> 16) % limit
     }
 
-    /// True once in `n` times.
+    /// True with a probability of 1/`n`.
     pub fn one_in(&mut self, n: u64) -> bool {
         self.below(n) == 0
     }

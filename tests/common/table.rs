@@ -1,4 +1,5 @@
-//! The parameters as the manual has them, typed apart from the firmware's own tables: the two must agree.
+//! The parameters as the manual has them. The tables are typed independently of the firmware's own, and tests compare
+//! them.
 
 use super::Bench;
 use tmcm::tmcl::Command;
@@ -8,19 +9,19 @@ use tmcm::tmcl::Command;
 pub struct Row {
     pub number: u8,
     pub name: &'static str,
-    /// Inclusive ranges of the values it takes.
+    /// Inclusive ranges of the accepted values.
     pub ranges: &'static [(i32, i32)],
     pub kind: Kind,
 }
 
-/// What may be done to a parameter.
+/// Access and storage of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Read and write, and it has a place in the EEPROM; its value after a factory reset.
+    /// Can be read, written and stored in the EEPROM; with the value after a factory reset.
     Stored(i32),
-    /// Read and write, in RAM only; its value at the start.
+    /// Can be read and written, in RAM only; with the value after power-on.
     Volatile(i32),
-    /// What the module measures or does.
+    /// A measured or computed value that can only be read.
     ReadOnly,
 }
 
@@ -37,7 +38,7 @@ impl Row {
         matches!(self.kind, Kind::Stored(_))
     }
 
-    /// The value after a factory reset; `None` for what is measured.
+    /// The value after a factory reset; `None` for a read-only parameter.
     pub fn default(&self) -> Option<i32> {
         match self.kind {
             Kind::Stored(value) | Kind::Volatile(value) => Some(value),
@@ -50,33 +51,33 @@ impl Row {
         self.ranges.iter().flat_map(|range| [range.0, range.1])
     }
 
-    /// The values just outside the ranges, and the ends of the 32 bits if they lie outside.
+    /// The values just outside the ranges, and the smallest and largest 32-bit values if they lie outside.
     pub fn beyond(&self) -> impl Iterator<Item = i32> {
         let next = self.ranges.iter().flat_map(|range| [range.0.checked_sub(1), range.1.checked_add(1)]);
         next.flatten().chain([i32::MIN, i32::MAX]).filter(|value| !self.accepts(*value))
     }
 
-    /// A value that is accepted and is not the default.
+    /// An accepted value other than the default.
     pub fn another(&self) -> i32 {
         self.limits().find(|value| Some(*value) != self.default()).unwrap()
     }
 }
 
-/// A table of parameters, and the commands that reach it.
+/// A table of parameters with the commands that read and write them.
 #[derive(Debug)]
 pub struct Table {
     pub rows: &'static [Row],
-    /// GAP or GGP.
+    /// Number of the command that reads: GAP or GGP.
     get: u8,
-    /// SAP or SGP.
+    /// Number of the command that writes: SAP or SGP.
     set: u8,
-    /// The motor or bank field.
-    place: u8,
+    /// Motor or bank field of both commands.
+    motor_or_bank: u8,
 }
 
 impl Table {
     pub fn read(&self, bench: &mut Bench, number: u8) -> (u8, i32) {
-        let reply = bench.send(Command::new(self.get, number, self.place, 0));
+        let reply = bench.send(Command::new(self.get, number, self.motor_or_bank, 0));
         (reply.status, reply.value)
     }
 
@@ -86,14 +87,14 @@ impl Table {
         value
     }
 
-    /// Writes and gives the status; the reply must echo the value.
+    /// Writes a value and gives the status; the reply must repeat the value.
     pub fn write(&self, bench: &mut Bench, number: u8, value: i32) -> u8 {
-        let reply = bench.send(Command::new(self.set, number, self.place, value));
+        let reply = bench.send(Command::new(self.set, number, self.motor_or_bank, value));
         assert_eq!((reply.opcode, reply.value), (self.set, value));
         reply.status
     }
 
-    /// Writes what must be accepted.
+    /// Writes a value that must be accepted.
     pub fn set(&self, bench: &mut Bench, row: &Row, value: i32) {
         assert_eq!(self.write(bench, row.number, value), super::OK, "{} = {value}", row.name);
     }
@@ -102,23 +103,23 @@ impl Table {
         self.rows.iter().find(|row| row.number == number)
     }
 
-    /// The rows that have a place in the EEPROM.
+    /// The rows of parameters that can be stored in the EEPROM.
     pub fn stored(&self) -> impl Iterator<Item = &'static Row> {
         self.rows.iter().filter(|row| row.is_stored())
     }
 
-    /// The values of all settings, live values left out.
+    /// The values of all parameters that can be written.
     pub fn settings(&self, bench: &mut Bench) -> Vec<i32> {
         self.stored().map(|row| self.value(bench, row)).collect()
     }
 }
 
 /// Parameters of axis 0: GAP and SAP.
-pub const AXIS: Table = Table { rows: AXIS_ROWS, get: 6, set: 5, place: 0 };
+pub const AXIS: Table = Table { rows: AXIS_ROWS, get: 6, set: 5, motor_or_bank: 0 };
 /// Bank 0: GGP and SGP.
-pub const GLOBAL: Table = Table { rows: GLOBAL_ROWS, get: 10, set: 9, place: 0 };
+pub const GLOBAL: Table = Table { rows: GLOBAL_ROWS, get: 10, set: 9, motor_or_bank: 0 };
 /// Bank 3, the configuration of interrupts.
-pub const INTERRUPT: Table = Table { rows: INTERRUPT_ROWS, get: 10, set: 9, place: 3 };
+pub const INTERRUPT: Table = Table { rows: INTERRUPT_ROWS, get: 10, set: 9, motor_or_bank: 3 };
 
 const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 const FLAG: &[(i32, i32)] = &[(0, 1)];
@@ -135,8 +136,8 @@ const fn read_only(number: u8, name: &'static str, ranges: &'static [(i32, i32)]
     Row { number, name, ranges, kind: Kind::ReadOnly }
 }
 
-/// Chapter 4 of the manual. For the two prescalers, 210 and 217, it gives no limits: a negative one means
-/// nothing to us.
+/// Chapter 4 of the manual. The manual gives no limits for the two prescalers, 210 and 217; the firmware refuses
+/// negative ones, because they have no meaning.
 const AXIS_ROWS: &[Row] = &[
     volatile(0, "target position", ANY, 0),
     volatile(1, "actual position", ANY, 0),
@@ -234,7 +235,7 @@ const GLOBAL_ROWS: &[Row] = &[
     volatile(255, "suppress reply", FLAG, 0),
 ];
 
-/// Section 5.4 of the manual. The timers are unsigned: all 32 bits count.
+/// Section 5.4 of the manual. Periods of timers are unsigned, so all 32-bit values are accepted.
 const INTERRUPT_ROWS: &[Row] = &[
     volatile(0, "timer 0 period", ANY, 0),
     volatile(1, "timer 1 period", ANY, 0),

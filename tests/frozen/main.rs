@@ -1,17 +1,20 @@
-//! What the virtual TMCM-1140 answers, what it sends to its chips and what it leaves in its EEPROM, byte for byte, so
-//! that whoever rebuilds the code sees what has become different outside. Whether it is right is for other tests to say.
+//! The behaviour of the virtual TMCM-1140, frozen byte for byte: its replies, the SPI datagrams to its chips, and the
+//! contents of its EEPROM. This test shows which behaviour a change of the code has altered; other tests show whether
+//! the behaviour is right.
 //!
-//! Each file of this directory with the ending `txt` is a set of dialogues: requests, and behind them or below them what
-//! came back. `script.rs` tells how they are written. Below each dialogue stand a check sum of all datagrams to motion
-//! controller and driver in their order, and one of what the EEPROM holds in the end. No reply has a time, but requests
-//! have theirs: a firmware that polls at other times sends other datagrams.
+//! Each file of this directory with the ending `txt` holds dialogues: requests, with the replies behind or below them.
+//! `script.rs` describes the format. Below each dialogue stand a check sum of all datagrams to motion controller and
+//! driver in their order, and a check sum of the EEPROM's contents at the end. Replies have no times, but requests are
+//! sent at fixed times, and a firmware that polls its chips at other times sends other datagrams.
 //!
-//! `eeprom.bin` is an EEPROM that `eeprom_write.txt` fills with settings of all kinds, coordinates, user variables and
-//! a program that starts by itself; `eeprom_read.txt` starts modules with it and tells what they find.
+//! `eeprom.bin` holds the contents of an EEPROM that `eeprom_write.txt` fills with settings of all kinds, coordinates,
+//! user variables and a program that starts by itself; `eeprom_read.txt` starts modules with these contents and reads
+//! them.
 //!
-//! With `UPDATE_FROZEN=1` in the environment the test writes files and EEPROM anew: `UPDATE_FROZEN=1 cargo test --test
-//! frozen`. A deliberate change comes in a commit of its own that shows the difference. With `FROZEN_DATAGRAMS=directory`
-//! it writes the datagrams of each dialogue into files there: done before and after a change, `diff` shows where they part.
+//! `UPDATE_FROZEN=1 cargo test --test frozen` writes the files and `eeprom.bin` anew. A deliberate change of behaviour
+//! comes in a commit of its own that shows the difference. With `FROZEN_DATAGRAMS=directory` in the environment the
+//! test writes the datagrams of each dialogue to files in that directory; done before and after a change, `diff` shows
+//! the first difference.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -23,12 +26,12 @@ use std::thread;
 
 use rig::EEPROM_SIZE;
 
-/// What is kept of a set of dialogues.
+/// The outcome of playing a file of dialogues.
 struct Played {
     path: PathBuf,
     before: String,
     after: String,
-    /// What is to be written into a file of this name.
+    /// Name and contents of an EEPROM file that the dialogues save.
     eeprom: Option<(String, Vec<u8>)>,
 }
 
@@ -43,7 +46,7 @@ fn play(path: PathBuf) -> Played {
     Played { path, before, after, eeprom }
 }
 
-/// Where two texts part, or nothing.
+/// Number and texts of the first line in which two texts differ; `None` if they are equal.
 fn difference(before: &str, after: &str) -> Option<String> {
     let (mut old, mut new) = (before.lines(), after.lines());
     let mut number = 0;
@@ -58,12 +61,12 @@ fn difference(before: &str, after: &str) -> Option<String> {
 }
 
 #[test]
-fn replies_datagrams_and_eeprom_are_what_they_were() {
+fn replies_datagrams_and_eeprom_have_not_changed() {
     let update = std::env::var_os("UPDATE_FROZEN").is_some_and(|value| value == "1");
     let mut paths: Vec<PathBuf> = std::fs::read_dir(directory()).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "txt"));
     paths.sort();
-    // What reads the EEPROM file comes after what writes it.
+    // The dialogues that read the EEPROM file are played after those that write it.
     let (readers, others): (Vec<_>, Vec<_>) = paths.into_iter().partition(|path| path.ends_with("eeprom_read.txt"));
     assert!(!readers.is_empty() && !others.is_empty());
     let mut differences = Vec::new();

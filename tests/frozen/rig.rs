@@ -1,4 +1,5 @@
-//! A virtual module in a dialogue: one step in, an answer out. All that the dialogues know of the code is in this file.
+//! The virtual module of a dialogue: carries out steps and returns answers. Of the frozen tests only this file uses the
+//! project's code.
 
 use std::fmt::Write as _;
 
@@ -13,15 +14,15 @@ use tmcm::can::{CanFrame, Frame, Id};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, can, text};
 
-/// Bytes that the EEPROM holds.
+/// Size of the EEPROM in bytes.
 pub(super) const EEPROM_SIZE: usize = 16_384;
 
-/// Each request takes this time at least; a reply that comes within it does not change when the next one is sent, so
-/// that a little more or less work of the firmware makes no other dialogue.
+/// Shortest time between two requests. A reply within this time does not change when the next request is sent, so that
+/// slightly faster or slower replies do not change the dialogue.
 const SLOT: Nanos = 5 * MILLISECOND;
-/// Longest time that a reply is waited for.
+/// Longest wait for a reply, in virtual time.
 const PATIENCE: Nanos = 100 * MILLISECOND;
-/// The number of the command whose reply has no status.
+/// Number of the command that reads program memory; its reply has no status.
 const READ_MEMORY: u8 = 134;
 
 static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
@@ -29,11 +30,12 @@ static CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 /// Check sums over the datagrams of a dialogue.
 pub(super) struct Sums {
     all: Digest<'static, u32>,
-    /// Those that write to the motion controller, or to the driver what it has not been sent just before.
+    /// Check sum of the datagrams that write to the motion controller, and of those to the driver that differ from the
+    /// previous one.
     writes: Digest<'static, u32>,
     counts: [u64; 2],
     to_driver: Vec<u8>,
-    /// The datagrams as text, if somebody wants to see them.
+    /// The datagrams as text, if FROZEN_DATAGRAMS asks for them.
     text: Option<String>,
 }
 
@@ -49,7 +51,7 @@ impl Sums {
         self.all.update(&datagram);
         self.counts[0] += 1;
         let writes = match chip {
-            // Bit 0 of the first byte tells a read from a write.
+            // Bit 0 of the first byte is 1 for a read and 0 for a write.
             Chip::Tmc429(_) => bytes.first().is_some_and(|first| first & 1 == 0),
             _ => std::mem::replace(&mut self.to_driver, bytes.clone()) != *bytes,
         };
@@ -72,7 +74,7 @@ impl Sums {
         )
     }
 
-    /// Writes the datagrams into a file if that is wanted.
+    /// Writes the datagrams to a file, if FROZEN_DATAGRAMS asks for them.
     pub(super) fn write(&self, file: &str, dialogue: &str) {
         if let (Some(directory), Some(text)) = (std::env::var_os("FROZEN_DATAGRAMS"), &self.text) {
             let name = format!("{file} {dialogue}").replace(|c: char| !c.is_ascii_alphanumeric(), "_");
@@ -81,7 +83,7 @@ impl Sums {
     }
 }
 
-/// A request that may be answered.
+/// The form of a request, by which its answer is read.
 #[derive(Clone, Copy)]
 enum Asked {
     Nothing,
@@ -91,7 +93,7 @@ enum Asked {
     Frame,
 }
 
-/// A module and the hosts around it.
+/// A module and its hosts.
 pub(super) struct Rig {
     module: VirtualModule,
 }
@@ -100,7 +102,7 @@ impl Rig {
     pub(super) fn new(world: &str, eeprom: Option<&[u8]>) -> Self {
         let config = WorldConfig::parse(world).unwrap_or_else(|error| panic!("{world}: {error}"));
         let mut board = VirtualModule::new(&config, None, 1);
-        // What the start sends counts, too: it is started again when it is looked at.
+        // The module is started a second time, so that the datagrams of its start are counted, too.
         board.set_power(false);
         board.board().borrow_mut().take_datagrams();
         if let Some(contents) = eeprom {
@@ -110,7 +112,7 @@ impl Rig {
         Rig { module: board }
     }
 
-    /// What the EEPROM holds.
+    /// The contents of the EEPROM.
     pub(super) fn eeprom(&self) -> Vec<u8> {
         self.module.board().borrow().at25().contents().to_vec()
     }
@@ -120,7 +122,7 @@ impl Rig {
         self.module.board().borrow_mut().take_datagrams()
     }
 
-    /// Carries a step out; the answer, or nothing if it has none.
+    /// Carries a step out and returns its answer; `None` for a step without an answer. The error is a message.
     pub(super) fn step(&mut self, step: &str) -> Result<Option<String>, String> {
         let (word, rest) = step.split_once(' ').unwrap_or((step, ""));
         let asked = match word {
@@ -195,44 +197,44 @@ impl Rig {
         self.module.receive_frame(Frame::standard(id, bytes).expect("a frame has eight bytes at most"));
     }
 
-    /// What comes for a request.
+    /// The answer to a request, as text.
     fn answer(&mut self, asked: Asked) -> Option<String> {
-        let mut said = Vec::new();
+        let mut received_text = Vec::new();
         if !matches!(asked, Asked::Nothing) {
             let end = self.module.now() + PATIENCE;
-            while said.is_empty() && self.module.now() < end {
+            while received_text.is_empty() && self.module.now() < end {
                 self.module.run(SLOT);
-                said = self.said(asked);
+                received_text = self.received_text(asked);
             }
         } else {
-            said = self.said(asked);
+            received_text = self.received_text(asked);
         }
-        match (said.is_empty(), asked) {
+        match (received_text.is_empty(), asked) {
             (true, Asked::Nothing) => None,
             (true, _) => Some("-".into()),
-            (false, _) => Some(said.join(" ")),
+            (false, _) => Some(received_text.join(" ")),
         }
     }
 
-    /// All that has come.
-    fn said(&mut self, asked: Asked) -> Vec<String> {
-        let mut said: Vec<String> = Vec::new();
+    /// Everything that the module has sent since the last call, as text.
+    fn received_text(&mut self, asked: Asked) -> Vec<String> {
+        let mut received_text: Vec<String> = Vec::new();
         let mut typed = Vec::new();
         while let Some(sent) = self.module.sent() {
             if matches!(asked, Asked::Text(source) if source == sent.source) {
                 typed.extend(sent.bytes);
             } else {
-                said.push(shown(asked, sent.source, &sent.bytes));
+                received_text.push(shown(asked, sent.source, &sent.bytes));
             }
         }
         if !typed.is_empty() {
-            said.push(format!("\"{}\"", typed.escape_ascii()));
+            received_text.push(format!("\"{}\"", typed.escape_ascii()));
         }
         while let Some(frame) = self.module.frame() {
             let Id::Standard(id) = frame.id() else { panic!("an identifier of 29 bits") };
-            said.push(format!("{}#{}", id.as_raw(), hex(frame.data())));
+            received_text.push(format!("{}#{}", id.as_raw(), hex(frame.data())));
         }
-        said
+        received_text
     }
 
     fn look(&self) -> String {
@@ -243,7 +245,7 @@ impl Rig {
     }
 }
 
-/// What has been sent over a byte link.
+/// The bytes that the module has sent over a byte link, as text.
 fn shown(asked: Asked, source: Source, bytes: &[u8]) -> String {
     let (from, command) = match asked {
         Asked::Command(from, command) => (Some(from), Some(command)),

@@ -1,30 +1,31 @@
-//! Dialogues as text. `==` and a title begin one: with a fresh module in the world that the lines `world KEY = VALUE`
-//! below it describe, or with the EEPROM that `eeprom FILE` names. `save FILE` at its end keeps the EEPROM.
+//! Dialogues as text. `==` and a title begin a dialogue with a fresh module; lines `world KEY = VALUE` below the title
+//! describe the world, and `eeprom FILE` names the EEPROM's contents. `save FILE` at the end of a dialogue saves them.
 //!
-//! A line has steps, with `|` between them:
+//! A line consists of steps, with `|` between them:
 //! * `GAP 4, 0`: a command over USB; `RS485 1: GAP 4, 0`, `USB 2: GAP 4, 0`: to this address;
 //!   `CAN 1 7: GAP 4, 0`: to this identifier with so many bytes
 //! * `bytes USB 01 06 04`: bytes as they are; `frame 1 01 02`: a frame; `silence USB`: a pause, which ends a telegram
 //! * `type USB AGAP 4, 0\r`: text for ASCII mode
 //! * `wait 500 ms`, `control press left`, `power cycle`, `power off`, `power on`, `usb off`, `usb on`
-//! * `look`: rotor, current and outputs, as the world has them; `fresh`: another module in the same world
+//! * `look`: rotor, current and outputs of the world; `fresh`: a new module in the same world
 //!
-//! Behind ` -> ` stands what came, for each step that has an answer; steps that only let time pass have one if
-//! something came by itself. A reply in nine bytes with a right check sum is written as status and value; the value is
-//! left out where it is that of the request and not zero, `:` and the command number stand where it is another one, and
-//! `host<module` before it all unless these are 2 and 1. Anything else is in hexadecimal, a frame with its identifier,
-//! text in quotation marks. Another link than the request's is named. `-` is no answer.
+//! Behind ` -> ` stand the answers, one for each step that has an answer; a step that only lets time pass has one if
+//! the module has sent something unasked. A reply of nine bytes with a right check sum is written as status and value.
+//! The value is left out if it is the value of the request and not zero; `:` and the command number follow if it is
+//! not the number of the request; `host<module` precedes the reply unless the addresses are 2 and 1. Other bytes are
+//! written in hexadecimal, a frame with its identifier, text in quotation marks. Another link than that of the request
+//! is named. `-` stands for no answer.
 //!
-//! `for n = 0..13, 15; v = 0, 1: SAP $n, 0, $v` carries steps out for each n, and for each v within. A line below
-//! tells what came for an n, or for several of the list in a row where that is the same.
+//! `for n = 0..13, 15; v = 0, 1: SAP $n, 0, $v` carries the steps out for each n, and within that for each v. Each line
+//! below has the answers for an n, or for successive n with the same answers.
 
 use super::directory;
 use super::rig::{Rig, Sums};
 
-/// What stands between steps, and between answers.
+/// Separator of steps, and of answers.
 const BETWEEN: &str = " | ";
 
-/// A dialogue that is going on.
+/// The dialogue that is being played.
 struct Dialogue {
     name: String,
     world: String,
@@ -42,7 +43,7 @@ impl Dialogue {
         self.rig.get_or_insert_with(|| Rig::new(&self.world, self.eeprom.as_deref()))
     }
 
-    /// Carries steps out and gives the answers.
+    /// Carries the steps of a line out and returns the answers.
     fn steps(&mut self, line: &str) -> String {
         let mut answers = Vec::new();
         for step in line.split('|').map(str::trim) {
@@ -59,7 +60,7 @@ impl Dialogue {
         answers.join(BETWEEN)
     }
 
-    /// Carries a loop out and gives the lines below it.
+    /// Carries a loop out and returns the lines of answers below it.
     fn repeat(&mut self, header: &str, body: &str) -> Vec<String> {
         let mut variables = header.split(';').map(|variable| {
             let (name, values) = variable.split_once('=').expect("for NAME = VALUES: STEPS");
@@ -67,7 +68,7 @@ impl Dialogue {
         });
         let (outer, values) = variables.next().unwrap();
         let inner = variables.next();
-        // First and last value with an answer, and the answer.
+        // Each line: first and last value of the loop variable with the same answer, and the answer.
         let mut lines: Vec<(i64, i64, String)> = Vec::new();
         for value in values {
             let body = body.replace(&outer, &value.to_string());
@@ -93,7 +94,7 @@ impl Dialogue {
         shown.collect()
     }
 
-    /// The line below a dialogue.
+    /// The line with the check sums below a dialogue.
     fn end(mut self, file: &str) -> String {
         let eeprom = self.rig().eeprom();
         self.sums.write(file, &self.name);
@@ -110,10 +111,11 @@ fn values_of(text: &str) -> Vec<i64> {
     values.collect()
 }
 
-/// The text with the answers that come now, and an EEPROM to be kept.
+/// Plays the dialogues of a file; returns the text with the present answers, and name and contents of an EEPROM to
+/// save.
 pub(super) fn play(file: &str, text: &str) -> (String, Option<(String, Vec<u8>)>) {
     let mut lines: Vec<String> = Vec::new();
-    // Where the last line of the dialogue that goes on ends.
+    // Length of the text up to the end of the dialogue's last line.
     let mut end = 0;
     let mut dialogue: Option<Dialogue> = None;
     let mut saved = None;

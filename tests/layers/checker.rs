@@ -1,4 +1,4 @@
-//! The checks are worth something only if they find what is wrong.
+//! Tests of the checks themselves: they must find violations, and accept code without any.
 
 use super::*;
 
@@ -9,7 +9,7 @@ fn in_middle(source: &str) -> Vec<&str> {
 }
 
 #[test]
-fn finds_a_use_of_what_stands_below() {
+fn finds_a_use_of_a_module_below() {
     assert_eq!(in_middle("use crate::high::Thing;"), ["high"]);
     assert_eq!(in_middle("fn f() { crate::high::g(&crate::low::X) }"), ["high"]);
     assert_eq!(in_middle("use crate::{low::{A, high}, middle, high::{self, B}};"), ["high"]);
@@ -19,7 +19,7 @@ fn finds_a_use_of_what_stands_below() {
 }
 
 #[test]
-fn lets_pass_what_stands_above_or_in_the_module_itself() {
+fn accepts_uses_of_modules_above_and_of_the_module_itself() {
     assert!(in_middle("use crate::low::{A, B}; use crate::middle::C; use super::high; use crate::LOWEST;").is_empty());
     assert!(in_middle("mod tests { use super::super::high; }").is_empty());
 }
@@ -49,7 +49,7 @@ fn finds_numbers_of_parameters() {
     assert!(numbers_of_parameters("from_parameter(40), a parameter, one of 5").is_empty());
 }
 
-/// The imports of a crate with these files, as "file -> file".
+/// The imports between the files of a crate, written as "file -> file".
 fn imports_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     for (path, text) in files {
@@ -63,7 +63,7 @@ fn imports_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
     lines.map(|(from, to)| format!("{} -> {}", short(from), short(to))).collect()
 }
 
-/// Each way to name a thing in `b.rs`, of a parent that hands it on.
+/// Each way to name an item of `b.rs` whose parent module re-exports it.
 #[test]
 fn follows_every_path_to_the_file_that_defines() {
     let parent = "mod a; mod b; mod e; pub use b::{Thing, function as other};";

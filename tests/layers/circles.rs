@@ -1,12 +1,12 @@
-//! Circles of files: those from which imports lead back to themselves.
+//! Circles of files: files from which imports lead back to the file itself.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-/// By file, those that it imports, each with a name that it takes.
+/// For each file the files that it imports, each with a name that it uses from there.
 pub(crate) type Imports = BTreeMap<PathBuf, BTreeMap<PathBuf, String>>;
 
-/// All files that imports lead to from `start`; `start` itself only if they lead back.
+/// All files to which imports lead from `start`; `start` itself only if imports lead back to it.
 fn reached<'a>(imports: &'a Imports, start: &'a Path) -> BTreeSet<&'a Path> {
     let mut reached = BTreeSet::new();
     let mut open = vec![start];
@@ -17,7 +17,7 @@ fn reached<'a>(imports: &'a Imports, start: &'a Path) -> BTreeSet<&'a Path> {
     reached
 }
 
-/// The circles, each as the imports within it: file, file, name.
+/// The circles, each as the list of its imports: importing file, imported file, name.
 pub(crate) fn circles(imports: &Imports) -> Vec<Vec<(&Path, &Path, &str)>> {
     let all: BTreeMap<&Path, _> = imports.keys().map(|file| (file.as_path(), reached(imports, file))).collect();
     let mut circles = Vec::new();

@@ -1,18 +1,18 @@
-//! Which file of a crate imports which.
+//! Finds which file of a crate imports which other file.
 //!
 //! A crate is read from its root by its `mod` lines, `#[path]` included. Every path in a file - in a `use`, or anywhere
 //! in code, tests too - that begins with `crate`, `super` or `self`, with a child module, or with a name that a `use`
-//! of the file has brought, is followed to the file that *defines* what the path names: through modules, and through
+//! of the file has brought in, is followed to the file that *defines* the named item: through modules, and through
 //! every re-export on the way. So `use super::Axis` leads to `axis.rs` also where the parent says `pub use axis::Axis`.
-//! A name from `use x::*` counts where the file mentions it.
+//! A name from `use x::*` counts if the file mentions the name.
 //!
 //! These do not count:
 //! * `mod` lines, and re-exports (`pub use`, `pub(crate) use` ...) from the file's own children, unless the file's own
 //!   code mentions the name;
-//! * what a file takes from its parent module's file, if that file defines it itself: the child is a part of the
-//!   parent.
+//! * items that a file uses from its parent module's file, if the parent's file defines them itself: a child is a part
+//!   of its parent.
 //!
-//! Calls of methods are not seen: they name no file. Nor are names made by macros.
+//! Calls of methods are not seen, because they name no file; names made by macros are not seen, either.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,24 +20,24 @@ use std::path::{Path, PathBuf};
 
 use crate::tokens::tokens;
 
-/// Names from the root of the crate, or `None` outside the crate.
+/// A path from the root of the crate; `None` for a path to another crate.
 type Absolute = Option<Vec<String>>;
 
 /// A file of a crate.
 struct File {
     path: PathBuf,
-    /// The names of the modules that lead to it.
+    /// Path of the file's module from the root of the crate.
     module: Vec<String>,
     children: BTreeMap<String, usize>,
-    /// What `use` brings: the name, and where it leads.
+    /// Names that `use` lines bring in, each with its path.
     names: BTreeMap<String, Vec<String>>,
-    /// Names in `names` that are re-exports of what a child has.
+    /// Names in `names` that are re-exports of a child's items.
     handed_on: BTreeSet<String>,
-    /// Modules whose names `use x::*` brings.
+    /// Modules whose names a `use x::*` brings in.
     globs: Vec<Vec<String>>,
-    /// Paths in `use` and in code.
+    /// Paths in `use` lines and in code.
     paths: Vec<Vec<String>>,
-    /// Words outside `use` lines.
+    /// Words of the file outside `use` lines.
     words: BTreeSet<String>,
 }
 
@@ -47,14 +47,15 @@ pub(crate) struct Crate {
 }
 
 impl Crate {
-    /// Reads the crate that begins with this file.
+    /// Reads the crate with this root file.
     pub(crate) fn read(root: &Path) -> Self {
         let mut found = Crate { files: Vec::new() };
         found.add(root, Vec::new(), true);
         found
     }
 
-    /// Adds a file and all its children; its number. Children of a `mod.rs`, and of what is like one, lie beside it.
+    /// Adds a file and all its children; returns the file's number. With `like_mod` the children lie beside the file,
+    /// as with a `mod.rs`; otherwise in a folder with the file's name.
     fn add(&mut self, path: &Path, module: Vec<String>, like_mod: bool) -> usize {
         let text = fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let tokens = tokens(&text);
@@ -78,7 +79,7 @@ impl Crate {
         number
     }
 
-    /// The file that defines what a path leads to.
+    /// The number of the file that defines the item at a path.
     fn defining(&self, path: &[String], depth: usize) -> Option<usize> {
         let mut file = 0;
         for (at, name) in path.iter().enumerate() {
@@ -93,7 +94,7 @@ impl Crate {
         Some(file)
     }
 
-    /// A path as a file writes it in one of its modules, from the root of the crate.
+    /// The path from the crate's root for a path as it is written in a module of a file.
     fn absolute(&self, file: usize, module: &[String], path: &[String]) -> Absolute {
         let File { module: own, children, names, .. } = &self.files[file];
         let (first, rest) = path.split_first()?;
@@ -106,7 +107,7 @@ impl Crate {
             }
             name if children.contains_key(name) => Some([own, path].concat()),
             name => {
-                // A library's name may be the first of a path that begins with it.
+                // A name that stands for itself alone (`use x;`) is another crate; following the name would never end.
                 let target = names.get(name).filter(|target| target.first() != Some(first) || target.len() > 1)?;
                 if target == path {
                     return None;
@@ -116,7 +117,7 @@ impl Crate {
         }
     }
 
-    /// Every import: by the path of the file, those of the files it imports, with a name that it takes.
+    /// All imports of the crate: for each file the files that it imports, each with a name that it uses from there.
     pub(crate) fn imports(&self) -> BTreeMap<PathBuf, BTreeMap<PathBuf, String>> {
         let mut imports = BTreeMap::new();
         for (number, file) in self.files.iter().enumerate() {
@@ -132,7 +133,7 @@ impl Crate {
         imports
     }
 
-    /// Paths from the root of the crate to all that a file uses.
+    /// The paths, from the root of the crate, of all items that a file uses.
     fn used(&self, number: usize) -> Vec<Vec<String>> {
         let file = &self.files[number];
         let mut used: Vec<_> = file.paths.iter().filter_map(|path| self.absolute(number, &file.module, path)).collect();
@@ -166,9 +167,9 @@ impl File {
         }
     }
 
-    /// Reads what the file uses.
+    /// Collects the names, paths and words of the file.
     fn scan(&mut self, tokens: &[&str]) {
-        // Open braces, and the names of those that are modules' within the file.
+        // For each open brace the name of the inner module to which it belongs, if any.
         let mut open: Vec<Option<String>> = Vec::new();
         let mut at = 0;
         while at < tokens.len() {
@@ -218,7 +219,8 @@ impl File {
         }
     }
 
-    /// A path in a module within the file is one level deeper for `super`; what leads to the file itself is left out.
+    /// Adds a path of a module that lies `inner` levels inside the file: so many `super` at its beginning lead to the
+    /// file itself and are removed.
     fn use_path(&mut self, path: Vec<String>, inner: usize) {
         let up = path.iter().take_while(|name| *name == "super").count();
         if up == 0 && inner > 0 && path[0] == "self" || up > 0 && up <= inner {
@@ -227,7 +229,7 @@ impl File {
         self.paths.push(if up > inner { path[inner..].to_vec() } else { path });
     }
 
-    /// A leaf of a `use`.
+    /// Adds a path of a `use` line and the name that it brings in; `None` stands for `*`.
     fn bring(&mut self, (mut path, name): (Vec<String>, Option<String>), inner: usize, visible: bool) {
         let up = path.iter().take_while(|name| *name == "super").count();
         if up > 0 && up <= inner {
@@ -236,7 +238,7 @@ impl File {
         path.drain(..inner.min(up));
         match name {
             None => self.globs.push(path),
-            // Names within an inner module are not those of the file.
+            // Names that an inner module brings in are not names of the file.
             Some(_) if inner > 0 => self.paths.push(path),
             Some(name) => {
                 let outside = matches!(path[0].as_str(), "crate" | "super");
@@ -253,7 +255,8 @@ fn is_name(token: &str) -> bool {
     token.starts_with(|c: char| c.is_alphabetic() || c == '_')
 }
 
-/// The leaves of a `use` and its length in tokens: paths with the name that each brings, none for `*`.
+/// Adds the paths of a `use` tree to `leaves`, each with the name that it brings in (`None` for `*`), and returns the
+/// tree's length in tokens.
 fn tree(tokens: &[&str], front: &mut Vec<String>, leaves: &mut Vec<(Vec<String>, Option<String>)>) -> usize {
     let (mut at, before) = (0, front.len());
     loop {
@@ -294,7 +297,7 @@ fn tree(tokens: &[&str], front: &mut Vec<String>, leaves: &mut Vec<(Vec<String>,
     at
 }
 
-/// The modules that a file declares, each with the path that is given for it, if one is.
+/// The modules that a file declares, each with its `#[path]` if it has one.
 fn children(text: &str, tokens: &[&str]) -> Vec<(String, Option<String>)> {
     let mut given = text.split("#[path = \"").skip(1).filter_map(|rest| rest.split('"').next());
     let mut children = Vec::new();

@@ -1,6 +1,7 @@
-//! A Rust source as words and single characters.
+//! Cuts Rust sources into tokens.
 
-/// Cuts a source into words and single characters, without comments and without what stands in quotes.
+/// The words and single characters of a source, without comments and without the contents of string and character
+/// literals.
 pub(crate) fn tokens(source: &str) -> Vec<&str> {
     let word = |c: char| c.is_alphanumeric() || c == '_';
     let mut tokens = Vec::new();
@@ -11,7 +12,7 @@ pub(crate) fn tokens(source: &str) -> Vec<&str> {
             '/' if rest.starts_with("//") => rest.find('\n').unwrap_or(rest.len()),
             '/' if rest.starts_with("/*") => block_comment(rest),
             '"' => 1 + quoted(&rest[1..], '"'),
-            // A character, unless it is a lifetime.
+            // A quote that is not the beginning of a lifetime begins a character literal.
             '\'' if rest[1..].starts_with('\\') || rest.chars().nth(2) == Some('\'') => 1 + quoted(&rest[1..], '\''),
             _ => match raw_string(rest) {
                 Some(length) => length,
@@ -28,7 +29,7 @@ pub(crate) fn tokens(source: &str) -> Vec<&str> {
     tokens
 }
 
-/// Length of a block comment; they nest.
+/// Length of a block comment, with the block comments nested in it.
 fn block_comment(text: &str) -> usize {
     let (mut depth, mut at) = (0, 0);
     loop {
@@ -47,7 +48,7 @@ fn block_comment(text: &str) -> usize {
     }
 }
 
-/// Length up to and with the closing quote.
+/// Length of a literal up to and including its closing quote.
 fn quoted(text: &str, quote: char) -> usize {
     let mut escaped = false;
     for (at, c) in text.char_indices() {
@@ -61,7 +62,7 @@ fn quoted(text: &str, quote: char) -> usize {
     text.len()
 }
 
-/// Length of a raw string - `r"`, `br#"` ... - at the start of the text, if there is one.
+/// Length of the raw string literal (`r"`, `br#"` ...) at the start of the text; `None` if there is none.
 fn raw_string(text: &str) -> Option<usize> {
     let body = text.strip_prefix("br").or_else(|| text.strip_prefix('r'))?;
     let fence = body.trim_start_matches('#');
