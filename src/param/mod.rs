@@ -35,7 +35,7 @@ pub enum Unit {
     Microsteps,
     /// Internal velocity or acceleration units of the TMC429 (manual section 6.1).
     Internal,
-    /// 0 or 1.
+    /// A flag, 0 or 1.
     Flag,
     /// The number of a choice.
     Choice,
@@ -49,7 +49,7 @@ pub enum Unit {
     Bits,
     /// Hundredths of a second.
     TenMilliseconds,
-    /// 1/512.
+    /// Microsteps per encoder step, in 1/512.
     Prescaler,
     /// Encoder steps.
     EncoderSteps,

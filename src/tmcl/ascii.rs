@@ -319,7 +319,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_becomes_a_status() {
+    fn a_mistake_in_a_line_has_its_status() {
         for (text, status) in [
             ("", Status::InvalidCommand),
             ("  ", Status::InvalidCommand),

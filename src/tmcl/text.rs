@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn reads_what_people_write() {
+    fn reads_commands_in_all_their_spellings() {
         let gap = Command::new(6, 1, 0, 0);
         for line in ["GAP 1, 0", "gap 1,0", "GAP, 1, 0", "  GAP   1 ,0 ", "GAP 1", "6, 1, 0, 0", "6 1"] {
             assert_eq!(parse(line), Ok(gap), "{line}");
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn says_what_is_wrong() {
+    fn errors_name_the_mistake_and_the_usage() {
         let text = |line: &str| parse(line).unwrap_err().to_string();
         assert_eq!(text(""), "no command; try GAP 1, 0");
         assert_eq!(text("GOTO 1"), "unknown command 'GOTO'");

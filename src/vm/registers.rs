@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn zero_follows_what_is_loaded_and_the_rest_follows_comp() {
+    fn zero_follows_the_loaded_value_and_the_other_conditions_follow_comp() {
         let met = |registers: &Registers| {
             (0..8)
                 .filter(|n| registers.meets(Condition::from_number(*n).unwrap(), Errors::default()))
