@@ -1,4 +1,4 @@
-//! `tmcl disasm`: an assembled program as source again.
+//! `tmcl disasm`: the source of an assembled program.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

@@ -143,7 +143,7 @@ mod tests {
     use crate::product::PRODUCT;
     use tmcm::tmcl::text;
 
-    fn told(line: &str) -> Vec<String> {
+    fn messages(line: &str) -> Vec<String> {
         warnings(PRODUCT, text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
     }
 
@@ -171,12 +171,12 @@ mod tests {
             "CALCX SWAP",
             "CLE ESD",
         ] {
-            assert_eq!(told(line), [""; 0], "{line}");
+            assert_eq!(messages(line), [""; 0], "{line}");
         }
     }
 
     #[test]
-    fn what_a_module_would_refuse_is_told() {
+    fn a_command_that_a_module_would_refuse_gets_a_warning() {
         for (line, part, message) in [
             ("GAP 14, 0", Part::Kind, "there is no axis parameter 14"),
             ("SAP 3, 0, 5", Part::Kind, "axis parameter 3 (actual speed) can only be read"),

@@ -1,4 +1,4 @@
-//! A host in conversation with one module: commands out, values in, refusals as errors.
+//! A host's requests to one module and the decoded replies; refusals are errors.
 
 mod answer;
 mod reach;

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_told() {
+    fn mistyped_actions_are_refused_with_a_reason() {
         let told = |line| Action::parse(line).unwrap_err();
         assert!(told("jump").contains("'jump'"));
         assert!(told("step 0").contains("'0'"));

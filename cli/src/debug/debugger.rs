@@ -73,7 +73,7 @@ mod kind {
     pub(super) const X_REGISTER: u8 = 3;
 }
 
-/// How a step ended.
+/// The outcome of a step.
 enum Step {
     /// The command has been executed; the next command has this address.
     Done(u16),
@@ -83,7 +83,7 @@ enum Step {
     Interrupted(u16),
 }
 
-/// A program in a module.
+/// The debugger of the program in a module.
 pub(super) struct Debugger<'a> {
     module: &'a mut Conversation,
     program: &'a Program,

@@ -26,9 +26,10 @@ use input::{Input, Line};
 /// Run a TMCL program in a module step by step, with breakpoints
 ///
 /// Loads FILE, a source or an assembled program as for `tmcl load`, and waits at its first command. Then it takes
-/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) places have names,
-/// its labels, and its lines are shown beside the commands. The motors really move. While there are breakpoints the
-/// program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program that runs.
+/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) addresses may be
+/// given as labels, and source lines are shown beside the commands. The motors really move. While there are
+/// breakpoints the program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program
+/// that runs.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {

@@ -35,7 +35,7 @@ pub struct Heard {
     pub frame: Frame,
 }
 
-/// The bus.
+/// The CAN bus.
 #[derive(Debug, Default)]
 pub(super) struct Bus {
     /// Nodes that have ever sent, each with its frames that have not begun yet.

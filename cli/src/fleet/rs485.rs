@@ -51,7 +51,7 @@ struct Station {
     sends: Nanos,
 }
 
-/// The bus.
+/// The RS485 bus.
 #[derive(Debug)]
 pub(super) struct Rs485 {
     /// Bytes that are being transmitted, in the order of arrival.

@@ -31,7 +31,7 @@ const AHEAD: usize = 3 * TELEGRAM;
 /// A silence long enough for the firmware, which ends a telegram after 5 ms.
 pub(super) const GAP: Nanos = 6 * MILLISECOND;
 
-/// Bytes that wait for the cable.
+/// A telegram or line of a host that waits for the cable.
 #[derive(Debug)]
 struct Portion {
     bytes: Vec<u8>,
@@ -51,7 +51,7 @@ struct Host {
     left: bool,
 }
 
-/// The cable.
+/// The shared cable.
 #[derive(Debug, Default)]
 pub(super) struct Cable {
     hosts: Vec<Host>,

@@ -84,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_silence_ends_what_a_line_may_have_begun() {
+    fn a_silence_after_a_line_is_passed_on() {
         let mut pieces = Pieces::default();
         assert_eq!(pieces.push(b"BIN\r"), [b"BIN\r"]);
         assert_eq!(pieces.silence().as_deref(), Some(&b""[..]));

@@ -161,7 +161,7 @@ mod tests {
 
     /// Late replies and half a line that came before the request are not taken for its reply.
     #[test]
-    fn what_came_before_is_forgotten() {
+    fn replies_that_came_before_the_request_are_dropped() {
         const LATE: &str = "z\rt00280364060000000100\rt00280364060000000200\rt00280364";
         let (mut link, adapter) = link(&[LATE, "z\rt00280364060000000300\r"]);
         let mut ask = || binary::decode_reply(&link.ask(3, GAP, Duration::from_secs(5)).unwrap()).unwrap().value;

@@ -1,4 +1,4 @@
-//! `tmcl params`: a module's settings into a file of TMCL commands, and back.
+//! `tmcl params`: saves a module's settings as a file of TMCL commands, and restores them.
 
 mod file;
 mod restore;
@@ -70,7 +70,7 @@ Examples:
   tmcl params /dev/ttyUSB0 --address 3 save three.tmcl  of module 3 on an RS485 bus
 The exit code is 1 if the module refused a setting.";
 
-/// Saves or restores.
+/// Saves or restores the settings.
 pub fn run(options: &Options) -> Result<(), Failure> {
     match &options.action {
         Action::Save { file } => save::save(&mut Conversation::open(&options.reach)?, file),

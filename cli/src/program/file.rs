@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     /// The failure of reading a file with this name and these bytes.
-    fn said(name: &str, bytes: &[u8]) -> String {
+    fn failure_of(name: &str, bytes: &[u8]) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
@@ -77,15 +77,15 @@ mod tests {
 
     #[test]
     fn files_that_cannot_be_loaded_are_refused_with_a_reason() {
-        assert!(said("empty.bin", &[]).ends_with("empty.bin: the program has no commands"));
-        assert!(said("empty.tmc", b"#nostop\n").ends_with("empty.tmc: the program has no commands"));
+        assert!(failure_of("empty.bin", &[]).ends_with("empty.bin: the program has no commands"));
+        assert!(failure_of("empty.tmc", b"#nostop\n").ends_with("empty.tmc: the program has no commands"));
         let message = "address 0: a program cannot have command 129; a module would carry it out at once";
-        assert!(said("control.bin", &[129, 0, 0, 0, 0, 0, 0, 129]).ends_with(message));
-        assert!(said("control.tmc", b"129\n").ends_with(message));
-        assert!(said("source.bin", b"MVP ABS, 0, 1\n").contains("source.bin is text, not an assembled program"));
-        assert!(said("short.bin", &[0; 15]).contains("short.bin: command 1 is cut off"));
-        assert!(said("zeros.bin", &vec![0; 1 << 21]).ends_with("larger than 1048576 bytes"));
+        assert!(failure_of("control.bin", &[129, 0, 0, 0, 0, 0, 0, 129]).ends_with(message));
+        assert!(failure_of("control.tmc", b"129\n").ends_with(message));
+        assert!(failure_of("source.bin", b"MVP ABS, 0, 1\n").contains("source.bin is text, not an assembled program"));
+        assert!(failure_of("short.bin", &[0; 15]).contains("short.bin: command 1 is cut off"));
+        assert!(failure_of("zeros.bin", &vec![0; 1 << 21]).ends_with("larger than 1048576 bytes"));
         // The failure has no message of its own, because the assembler has printed its errors.
-        assert_eq!(said("wrong.TMC", b"GOTO 1\n"), "");
+        assert_eq!(failure_of("wrong.TMC", b"GOTO 1\n"), "");
     }
 }

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::program::Program;
 use crate::virtual_module::VirtualModule;
 
-/// The module's address.
+/// Serial address of the module.
 pub(super) const ADDRESS: u8 = 1;
 /// Longest wait for a reply in virtual time: more than writing a whole program to the EEPROM takes.
 const PATIENCE: u64 = 60 * SECOND;

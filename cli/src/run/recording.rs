@@ -49,7 +49,7 @@ pub(super) enum Mark {
     Stop,
 }
 
-/// A slice of time.
+/// A slice of time with the ranges of all channels and the marks within it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Slice {
     ranges: [Option<(i32, i32)>; Channel::COUNT],

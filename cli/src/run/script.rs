@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_say_what_to_write() {
+    fn errors_show_how_an_event_is_written() {
         let error = |text| Event::parse(text).unwrap_err();
         assert!(error("press left").contains("'500 ms: press left'"));
         assert!(error("5: press left").contains("unit"));

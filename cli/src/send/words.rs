@@ -93,7 +93,7 @@ mod tests {
     use crate::product::PRODUCT;
     use tmcm::tmcl::{Reply, Status, text};
 
-    fn told(line: &str, status: Status, value: i32) -> String {
+    fn in_words(line: &str, status: Status, value: i32) -> String {
         let command = text::parse(line).unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Plain { status, opcode: command.opcode, value });
         meaning(PRODUCT, command, &reply).text
@@ -101,30 +101,30 @@ mod tests {
 
     #[test]
     fn values_have_units_and_names() {
-        assert_eq!(told("GAP 4, 0", Status::Ok, 1000), "1000 int (maximum positioning speed), status 100 ok");
-        assert_eq!(told("GAP 1, 0", Status::Ok, -7), "-7 microsteps (actual position), status 100 ok");
-        assert_eq!(told("GGP 66, 0", Status::Ok, 1), "1 (serial address), status 100 ok");
-        assert_eq!(told("GGP 0, 3", Status::Ok, 5), "5 ms (timer 0 period), status 100 ok");
-        assert_eq!(told("GGP 9, 2", Status::Ok, 5), "5, status 100 ok");
-        assert_eq!(told("GIO 8, 1", Status::Ok, 241), "24.1 V (supply), status 100 ok");
-        assert_eq!(told("GIO 9, 1", Status::Ok, 25), "25 degC (temperature), status 100 ok");
-        assert_eq!(told("STAP 4, 0", Status::Ok, 0), "maximum positioning speed, status 100 ok");
-        assert_eq!(told("MST 0", Status::Ok, 0), "status 100 ok");
-        assert_eq!(told("136, 1", Status::Ok, 0x0474_012A), "TMCM-1140, firmware version 1.42, status 100 ok");
+        assert_eq!(in_words("GAP 4, 0", Status::Ok, 1000), "1000 int (maximum positioning speed), status 100 ok");
+        assert_eq!(in_words("GAP 1, 0", Status::Ok, -7), "-7 microsteps (actual position), status 100 ok");
+        assert_eq!(in_words("GGP 66, 0", Status::Ok, 1), "1 (serial address), status 100 ok");
+        assert_eq!(in_words("GGP 0, 3", Status::Ok, 5), "5 ms (timer 0 period), status 100 ok");
+        assert_eq!(in_words("GGP 9, 2", Status::Ok, 5), "5, status 100 ok");
+        assert_eq!(in_words("GIO 8, 1", Status::Ok, 241), "24.1 V (supply), status 100 ok");
+        assert_eq!(in_words("GIO 9, 1", Status::Ok, 25), "25 degC (temperature), status 100 ok");
+        assert_eq!(in_words("STAP 4, 0", Status::Ok, 0), "maximum positioning speed, status 100 ok");
+        assert_eq!(in_words("MST 0", Status::Ok, 0), "status 100 ok");
+        assert_eq!(in_words("136, 1", Status::Ok, 0x0474_012A), "TMCM-1140, firmware version 1.42, status 100 ok");
     }
 
     #[test]
     fn the_reply_to_a_refused_command_is_shown_without_its_value() {
         let text = "status 4 value, motor or bank out of range";
-        assert_eq!(told("SAP 4, 0, 5000", Status::InvalidValue, 5000), text);
+        assert_eq!(in_words("SAP 4, 0, 5000", Status::InvalidValue, 5000), text);
         let command = text::parse("MST 0").unwrap();
         let refused = binary::encode_reply(2, 1, &Reply::WRONG_CHECKSUM);
         let expected = Meaning { text: "status 1 wrong checksum".into(), done: false };
         assert_eq!(meaning(PRODUCT, command, &refused), expected);
         assert_eq!(meaning(PRODUCT, command, &[1; 9]).text, "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01");
         let other = binary::encode_reply(2, 1, &Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
-        let told = meaning(PRODUCT, command, &other);
-        assert!(!told.done && told.text.contains("it answers command 6"), "{told:?}");
+        let in_words = meaning(PRODUCT, command, &other);
+        assert!(!in_words.done && in_words.text.contains("it answers command 6"), "{in_words:?}");
     }
 
     #[test]
@@ -135,6 +135,6 @@ mod tests {
         let read = text::parse("134, 0, 0, 12").unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Memory(text::parse("MVP ABS, 0, 90000").unwrap()));
         assert_eq!(meaning(PRODUCT, read, &reply).text, "MVP ABS, 0, 90000");
-        assert_eq!(told("134, 0, 0, 12", Status::NotAvailable, 12), "status 6 not available in this mode or state");
+        assert_eq!(in_words("134, 0, 0, 12", Status::NotAvailable, 12), "status 6 not available in this mode or state");
     }
 }

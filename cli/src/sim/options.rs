@@ -28,7 +28,7 @@ pub struct Options {
 
     /// Offer the module's USB link on a TCP port, to up to 16 clients at once
     ///
-    /// Who comes when there are so many is refused. Port 0 takes a free one and prints it.
+    /// Further connections are refused. Port 0 takes a free port and prints it.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub tcp: Option<String>,
 
@@ -42,7 +42,7 @@ pub struct Options {
 
     /// Offer the CAN bus of all modules as a serial CAN adapter (SLCAN) on a port made as that of --serial
     ///
-    /// It speaks as LAWICEL adapters do and does not mind the bit rate.
+    /// The adapter speaks the protocol of LAWICEL adapters; the bit rate that a host sets has no effect.
     #[arg(long, value_name = "PATH")]
     pub slcan: Option<PathBuf>,
 
@@ -106,8 +106,8 @@ pub struct Options {
 
     /// End when standard input ends
     ///
-    /// For programs that start the simulator with a pipe: it goes when they do, however they end. What comes in before
-    /// is not looked at.
+    /// For programs that start the simulator with a pipe: the simulator ends when they end, in whatever way. Other input
+    /// is ignored.
     #[arg(long)]
     pub exit_with_stdin: bool,
 

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lag_is_told_each_time_it_has_doubled() {
+    fn a_lag_is_reported_each_time_it_has_doubled() {
         let start = Instant::now();
         let mut pacer = Pacer::new(2.0, start, 7_000_000);
         assert_eq!(pacer.reached(), 7_000_000);

@@ -1,4 +1,4 @@
-//! What may be written, and what is said about mistakes.
+//! Tests of the language: what sources may contain, and the messages about mistakes.
 
 use super::*;
 
@@ -54,7 +54,7 @@ here: THERE:
     );
 }
 
-/// The assembler and the reader of single commands agree about which operands may be left out.
+/// The assembler and `text::parse`, which reads single commands, agree on the operands that may be left out.
 #[test]
 fn single_commands_are_read_as_everywhere_else() {
     let lines = [
@@ -136,7 +136,7 @@ fn program_memory_has_2048_commands() {
     assert_eq!(errors.lines().count(), 3);
 }
 
-/// Every mistake with its place, its line and a way out; all in one run.
+/// All mistakes of a source are reported in one run, each with its location, its line and a way to mend it.
 #[test]
 fn mistakes() {
     let source = "\
@@ -240,7 +240,7 @@ fn warnings_have_the_place_of_the_operand() {
     assert_eq!(warnings.errors(), 0);
 }
 
-/// Others call command 0 so, and some programs have it in the belief that it does nothing.
+/// NOP is command 0, which ends a program, although some programs contain NOP in the belief that it does nothing.
 #[test]
 fn nop_is_command_0_and_ends_the_program() {
     let assembly = assembled("Nothing: nop\nJA Nothing");
@@ -254,9 +254,9 @@ test.tmc:1:10: warning: this ends the program: a module takes command 0 for the 
     assert!(assembled("0").warnings.0.is_empty(), "hosts put the number there to end a program");
 }
 
-/// Of a file that is something else the first mistakes are enough.
+/// For a file that is no TMCL source only the first mistakes are shown.
 #[test]
-fn many_mistakes_are_not_all_told() {
+fn of_many_mistakes_only_the_first_are_shown() {
     let found = errors(&"nothing\n".repeat(100_000));
     assert_eq!(found.matches("error: unknown command").count(), 20);
     assert!(found.ends_with("and more; these are the first 20"), "{found}");
@@ -357,7 +357,7 @@ main.tmc:2:10: error: cannot read none.tmc: No such file or directory (os error 
     assert!(files.errors("missing.tmc").starts_with("error: cannot read missing.tmc"));
 }
 
-/// Each file includes the next one several times: without a limit it would never end.
+/// Each file includes the next one several times; without a limit reading them would take for ever.
 #[test]
 fn the_number_of_included_files_is_limited() {
     let names: Vec<String> = (0..20).map(|i| format!("{i}.tmc")).collect();

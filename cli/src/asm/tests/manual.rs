@@ -1,4 +1,4 @@
-//! The programs in the manual, against bytes that were worked out by hand.
+//! The programs in the manual, compared with bytes that were worked out by hand.
 
 use super::*;
 
@@ -47,7 +47,7 @@ Loop:
     assert!(check(source, expected).warnings.is_empty());
 }
 
-/// With numbers, and with the names of the include file.
+/// The manual writes this program with numbers; here it also has the names of the include file.
 #[test]
 fn section_3_6_6_4_timer_interrupt() {
     let main = "
@@ -91,7 +91,7 @@ Out0Off:
     }
 }
 
-/// Spaces stand before colons and commas there.
+/// In this program of the manual spaces stand before colons and commas.
 #[test]
 fn section_3_7_20_subroutine() {
     let source = "
@@ -119,7 +119,7 @@ SubW :
     assert!(check(source, expected).warnings.is_empty());
 }
 
-/// The speeds there are those of newer modules: this one has a warning for each.
+/// The speeds in this program of the manual are out of range for the TMCM-1140: each gets a warning.
 #[test]
 fn sections_8_2_and_8_3_main_loop() {
     let numbers = "
@@ -173,7 +173,7 @@ MainLoop:
     }
 }
 
-/// The manual writes AAP for AGP in its last line; the warnings show it.
+/// The manual has AAP instead of AGP in the last line of this program; the warnings show the mistake.
 #[test]
 fn section_8_4_variables() {
     let source = "

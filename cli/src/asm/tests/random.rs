@@ -1,10 +1,10 @@
-//! Programs and texts made of random numbers: nothing is lost on the way to source and back, and nothing brings the
-//! assembler down.
+//! Random programs and texts: a program is the same after disassembling and assembling, and no text makes the assembler
+//! panic.
 
 use super::*;
 use crate::disasm;
 
-/// xorshift64*: every run is the same run.
+/// A generator of random numbers (xorshift64*) with a fixed seed, so that each run is the same.
 struct Random(u64);
 
 impl Random {
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// As many as usual, or as RANDOM_INPUTS says.
+/// Number of random inputs: `usual`, or the value of the environment variable RANDOM_INPUTS.
 fn random_inputs() -> u64 {
     std::env::var("RANDOM_INPUTS").map_or(20_000, |text| text.parse().expect("RANDOM_INPUTS is not a number"))
 }
@@ -60,7 +60,7 @@ fn random_programs_survive() {
                 1 => [i32::MIN, i32::MAX, -1, 2048][random.below(4)],
                 _ => random.below(50) as i32,
             };
-            // Half of them are commands that there are, with small fields.
+            // Half of the commands have known numbers and small fields.
             let small = random.below(2) == 0;
             let mut field = |few: usize| random.below(if small { few } else { 256 }) as u8;
             Command::new(field(40), field(12), field(2), value)
@@ -137,7 +137,7 @@ Loop: SAP APMaxPositioningSpeed, Motor0, Speed
     6, 1, 0, 0
 ";
 
-/// Either it is assembled, and survives, or there is an error with a place that exists.
+/// Asserts that a text either assembles to a program that survives disassembling, or has errors whose locations exist.
 fn check_any(text: &str) {
     match assemble_text("any.tmc", text) {
         Ok(assembly) => {

@@ -37,7 +37,7 @@ const GREY: &str = "#666";
 const SHADE: &str = "#eef1f4";
 const GRID: &str = "#d9dde1";
 
-/// A line in a panel.
+/// A curve in a panel.
 struct Line {
     channel: Channel,
     name: &'static str,
@@ -94,7 +94,7 @@ const LANES: [(&str, Channel); 5] = [
     ("home switch", Channel::Home),
 ];
 
-/// The image of a recording.
+/// The SVG image of a recording.
 pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Program) -> String {
     let mut plot = Plot { svg: String::new(), recording, span: recording.interval * recording.slices.len() as u64 };
     let below = TITLE + PANELS.iter().map(|panel| NAME + panel.height + GAP).sum::<f64>();
@@ -124,7 +124,7 @@ pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Pro
     plot.svg
 }
 
-/// A row below the panels.
+/// A lane: a row below the panels that shows when a channel is on or an event occurs.
 struct Lane {
     name: String,
     content: Content,
