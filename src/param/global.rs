@@ -13,7 +13,7 @@ functions! {
     settings {
         /// RS485 bit rate, an index into [`BAUD_RATES`]; takes effect after a restart.
         SerialBaudRate,
-        /// Address of the module on RS485, USB and in ASCII mode.
+        /// Address of the module on RS485 and in ASCII mode; USB ignores it in binary mode.
         SerialAddress,
         /// Bit 0: start in ASCII mode; bits 4 and 5: how characters are echoed.
         AsciiMode,
@@ -44,7 +44,7 @@ functions! {
         CoordinateStorage,
         /// 1: user variables are 0 after power-on in place of their stored values.
         DoNotRestoreVariables,
-        /// Second address of the module on RS485 and USB; 0: none.
+        /// Second address of the module on RS485 and in ASCII mode; 0: none.
         SerialSecondaryAddress,
         /// 1: motor and encoder count in the other direction.
         ReverseShaft,

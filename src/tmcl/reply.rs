@@ -73,7 +73,8 @@ pub enum Reply {
     },
     /// Reply to command 136, type 0: after the host address eight characters take the rest of the telegram.
     Version([u8; 8]),
-    /// Reply to command 134: a command out of program memory takes the fields of status, number and value.
+    /// Reply to command 134: a command out of program memory takes the place of module address, status, command number
+    /// and value.
     Memory(Command),
 }
 
