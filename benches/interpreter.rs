@@ -10,7 +10,10 @@ use std::time::{Duration, Instant};
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use tmcm::module::{Executed, Hooks, Inputs, Module, Parts, Platform, Source, TMCM_1140, Tmcm1140};
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::device::{Board, Controller, Inputs, Parts};
+use tmcm::module::{Executed, Hooks, Module, Platform, Source, TMCM_1140, Tmcm1140};
+use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::store::Store;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::units::Micros;
@@ -141,20 +144,24 @@ impl OutputPin for Nothing {
     }
 }
 
-impl Platform for Nothing {
-    type Tmc429 = Nothing;
-    type Tmc262 = Nothing;
-    type Enable = Nothing;
+impl Board for Nothing {
     type Product = Tmcm1140;
+    type Hardware = Tmc429Tmc262<Nothing, Nothing>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = Nothing;
     type Store = Box<Store<Tmcm1140>>;
+}
+
+impl Platform for Nothing {
     type Hooks = Counter;
 }
 
 /// A module that executes a program as fast as time can be told to go on.
 fn module(program: &[Command]) -> (u64, Duration) {
     let (store, hooks) = (Box::new(Store::new()), Counter::default());
-    let parts = Parts { tmc429: Nothing, tmc262: [Nothing], enable: Nothing, store, hooks };
-    let mut module: Module<Nothing, 1> = Module::new(parts, 1);
+    let controllers = [Controller::new(Tmc429::new(Nothing))];
+    let parts = Parts { controllers, axes: Tmc429Tmc262::axes([Nothing]), enable: Nothing, store };
+    let mut module: Module<Nothing, 1> = Module::new(parts, hooks, 1);
     module.start(Micros(0), |_| {});
     let around = [command(Opcode::EnterDownload, 0, 0), command(Opcode::ExitDownload, 0, 0)];
     for command in [&around[..1], program, &around[1..], &[command(Opcode::RunApplication, 0, 0)]].concat() {

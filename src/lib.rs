@@ -45,8 +45,9 @@
 //! * [`chip`] - one driver per part, on embedded-hal
 //! * [`motion`] - axes: moves, reference searches, motor current, what stops a motor
 //! * [`store`] - settings and the program in the EEPROM, safe against power cuts
+//! * [`device`] - the hardware of a module as every firmware has it: axes, inputs and outputs, supply, restart
 //! * [`vm`] - TMCL programs: registers, program counter, interrupts
-//! * [`module`] - the module: `execute(command)`, `poll(now)`
+//! * [`module`] - the TMCL firmware, a device and the language: `execute(command)`, `poll(now)`
 //! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
 //!
 //! The core has no clock, no executor and no heap: time is passed in, a call returns what to do next.
@@ -67,6 +68,8 @@ pub mod chip;
 pub mod motion;
 
 pub mod store;
+
+pub mod device;
 
 pub mod vm;
 

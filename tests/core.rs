@@ -11,7 +11,8 @@ use hal_sim::clock::MICROSECOND;
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::can::Frame;
-use tmcm::module::{Answer, Due, Inputs, Module, Request, Source};
+use tmcm::device::Inputs;
+use tmcm::module::{Answer, Due, Module, Request, Source};
 use tmcm::tmcl::{Reply, Status, binary, can, text};
 use tmcm::units::Micros;
 
@@ -25,7 +26,7 @@ struct Core {
 impl Core {
     fn new() -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let mut module = Module::new(parts(&board, ()), 1);
+        let mut module = Module::new(parts(&board), (), 1);
         module.start(Micros(0), |_| {});
         let mut core = Core { board, module };
         core.poll(0);

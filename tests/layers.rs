@@ -139,10 +139,11 @@ fn modules_use_only_those_above() {
 }
 
 /// Modules, each with the modules above it that it must not use.
-const APART: [(&str, &[&str]); 3] = [
+const APART: [(&str, &[&str]); 4] = [
     ("chip", &["tmcl", "param", "vm", "module"]),
     ("motion", &["tmcl", "vm", "module"]),
     ("store", &["tmcl", "vm", "module", "param"]),
+    ("device", &["tmcl", "vm", "module"]),
 ];
 #[test]
 fn drivers_motion_and_store_know_no_language() {

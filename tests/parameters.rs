@@ -649,7 +649,8 @@ fn reverse_shaft() {
 fn stored_values_out_of_range_are_not_taken() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
     let mut chip = Tmc429::new(board.spi(Chip::Tmc429(0), 1_000_000));
-    let mut axis = Axis::new(Tmc429Tmc262::new(0, board.spi(Chip::Tmc262(0), 1_000_000)), TMCM_1140.axis);
+    let [hardware] = Tmc429Tmc262::axes([board.spi(Chip::Tmc262(0), 1_000_000)]);
+    let mut axis = Axis::new(hardware, TMCM_1140.axis);
     for (parameter, value, expected) in [
         (AxisParameter::MaximumSpeed, 500, 500),
         (AxisParameter::MaximumSpeed, 0, 500),

@@ -7,7 +7,10 @@
 use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
-use tmcm::module::{Module, Parts, Platform, Product, Slots, Source, Spec, TMCM_1140};
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::device::{self, Controller, Parts};
+use tmcm::module::{Module, Platform, Product, Slots, Source, Spec, TMCM_1140};
+use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::param::tmcm1140;
 use tmcm::param::{ANY, AxisParameter, COORDINATES, FLAG, GlobalParameter, Parameter, STORED_USER_VARIABLES, Table};
 use tmcm::parameter_rows;
@@ -99,34 +102,40 @@ impl Memory for Six {
     type Pairs = [Pair; 34];
 }
 
-struct On<P>(std::marker::PhantomData<P>);
+/// A product on a board with `N` motion controllers.
+struct On<P, const N: usize>(std::marker::PhantomData<P>);
 
-impl<P: Product + 'static> Platform for On<P> {
-    type Tmc429 = SimSpi;
-    type Tmc262 = SimSpi;
-    type Enable = SimPin;
+impl<P: Product + 'static, const N: usize> device::Board for On<P, N> {
     type Product = P;
+    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
+    type Controllers = [Controller<Self::Hardware>; N];
+    type Enable = SimPin;
     type Store = Box<Store<P>>;
+}
+
+impl<P: Product + 'static, const N: usize> Platform for On<P, N> {
     type Hooks = ();
 }
 
 /// A module of a product, and its EEPROM, whose writes take no time.
-struct Rig<P: Product + 'static, const AXES: usize> {
-    module: Module<On<P>, AXES>,
+struct Rig<P: Product + 'static, const AXES: usize, const N: usize> {
+    module: Module<On<P, N>, AXES>,
     eeprom: Vec<u8>,
 }
 
-impl<P: Product + 'static, const AXES: usize> Rig<P, AXES> {
+type OfThree = Rig<Three, 3, 1>;
+type OfSix = Rig<Six, 6, 2>;
+
+impl<P: Product + 'static, const AXES: usize, const N: usize> Rig<P, AXES, N> {
     fn on(eeprom: Vec<u8>) -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
         let parts = Parts {
-            tmc429: board.spi(Chip::Tmc429(0), 1_000_000),
-            tmc262: std::array::from_fn(|_| board.spi(Chip::Tmc262(0), 1_000_000)),
+            controllers: [(); N].map(|()| Controller::new(Tmc429::new(board.spi(Chip::Tmc429(0), 1_000_000)))),
+            axes: Tmc429Tmc262::axes([(); AXES].map(|()| board.spi(Chip::Tmc262(0), 1_000_000))),
             enable: board.enable_pin(),
             store: Box::new(Store::new()),
-            hooks: (),
         };
-        let mut module = Module::new(parts, 1);
+        let mut module = Module::new(parts, (), 1);
         module.start(Micros(0), |store| {
             let read = |address: u16, page: &mut [u8]| {
                 page.copy_from_slice(&eeprom[address.into()..][..page.len()]);
@@ -179,8 +188,8 @@ fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
 
 /// Changes and stores every value that can be stored, and asserts that each is the same after a power cycle, so that
 /// no two values share a slot.
-fn everything_survives<P: Product + 'static, const AXES: usize>() {
-    let mut rig = Rig::<P, AXES>::new();
+fn everything_survives<P: Product + 'static, const AXES: usize, const N: usize>() {
+    let mut rig = Rig::<P, AXES, N>::new();
     let spec = P::SPEC;
     let mut expected = Vec::new();
     let axes = 0..spec.axes;
@@ -224,19 +233,19 @@ fn everything_survives<P: Product + 'static, const AXES: usize>() {
 
 #[test]
 fn everything_that_can_be_stored_survives_on_three_axes() {
-    everything_survives::<Three, 3>();
+    everything_survives::<Three, 3, 1>();
 }
 
 #[test]
 fn everything_that_can_be_stored_survives_on_six_axes() {
-    everything_survives::<Six, 6>();
+    everything_survives::<Six, 6, 2>();
 }
 
 /// A fresh module has the defaults of its product's table, on every axis, before and after a factory reset.
 #[test]
 fn defaults_are_those_of_the_product() {
-    let mut rig = Rig::<Three, 3>::new();
-    let defaults = |rig: &mut Rig<Three, 3>| {
+    let mut rig = OfThree::new();
+    let defaults = |rig: &mut OfThree| {
         for axis in 0..3 {
             for parameter in THREE_AXIS.rows.iter().filter(|parameter| parameter.row.stored()) {
                 let row = &parameter.row;
@@ -258,7 +267,7 @@ fn defaults_are_those_of_the_product() {
 
 #[test]
 fn commands_and_parameters_that_a_product_lacks_are_refused() {
-    let mut rig = Rig::<Three, 3>::new();
+    let mut rig = OfThree::new();
     let wrong_type = Status::WrongType as u8;
     for line in
         ["GAP 6, 0", "SAP 7, 0, 1", "GAP 200, 2", "STAP 6, 1", "RSAP 6, 1", "GGP 79, 0", "SGP 67, 0, 1", "GIO 2, 0"]
@@ -276,7 +285,7 @@ fn commands_and_parameters_that_a_product_lacks_are_refused() {
 /// Parameter 204 is the maximum current of one product and the freewheeling time of another.
 #[test]
 fn a_number_means_what_the_product_says() {
-    let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
+    let (mut three, mut six) = (OfThree::new(), OfSix::new());
     assert_eq!((three.ok("GAP 204, 1"), six.ok("GAP 204, 1")), (100, 0));
     assert_eq!((three.send("SAP 204, 1, 256").0, six.send("SAP 204, 1, 256").0), (Status::InvalidValue as u8, 100));
     assert_eq!((three.send("SAP 210, 0, 256").0, six.send("SAP 210, 0, 256").0), (Status::InvalidValue as u8, 100));
@@ -286,7 +295,7 @@ fn a_number_means_what_the_product_says() {
 /// first axis or input.
 #[test]
 fn interrupts_are_as_many_as_axes_and_inputs() {
-    let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
+    let (mut three, mut six) = (OfThree::new(), OfSix::new());
     let exist = |numbers: &[i32], last: i32| (0..=last).map(|number| numbers.contains(&number)).collect::<Vec<_>>();
     let found = |enable: &mut dyn FnMut(i32) -> u8| {
         (0..=64).map(|number| enable(number) == Status::Ok as u8).collect::<Vec<_>>()
@@ -308,7 +317,7 @@ fn interrupts_are_as_many_as_axes_and_inputs() {
 /// Program memory of another size than that of the TMCM-1140: addresses behind its end are refused.
 #[test]
 fn program_memory_has_the_size_of_the_product() {
-    let (mut three, mut six) = (Rig::<Three, 3>::new(), Rig::<Six, 6>::new());
+    let (mut three, mut six) = (OfThree::new(), OfSix::new());
     assert_eq!((three.send("132, 0, 0, 6143").0, six.send("132, 0, 0, 2048").0), (100, Status::InvalidValue as u8));
     assert_eq!(three.send("ROR 0, 1").0, Status::Loaded as u8);
     assert_eq!(three.send("ROR 0, 2").0, Status::InvalidValue as u8);

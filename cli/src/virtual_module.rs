@@ -15,10 +15,13 @@ use hal_sim::world::config::WorldConfig;
 use hal_sim::world::stage::Abn;
 use tmcm::can::Frame;
 use tmcm::chip::at25::At25;
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::device::{self, Controller, Inputs, Parts};
 use tmcm::module::{
-    Desk, Hooks, Inputs, LinkEnds, LinkMode, LinkSettings, Module, Origin, Parts, Platform, Request, Source,
-    TMCM_1140_AXES, Tmcm1140,
+    Desk, Hooks, LinkEnds, LinkMode, LinkSettings, Module, Origin, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
 };
+use tmcm::motion::Sensors;
+use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::store::{Integrity, Keeper, Report, Store};
 use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::can;
@@ -45,23 +48,25 @@ const USB_FRAME: Nanos = MILLISECOND;
 #[derive(Debug)]
 pub struct Simulated<H>(PhantomData<H>);
 
-impl<H: Hooks> Platform for Simulated<H> {
-    type Tmc429 = SimSpi;
-    type Tmc262 = SimSpi;
-    type Enable = SimPin;
+impl<H: Hooks> device::Board for Simulated<H> {
     type Product = Tmcm1140;
+    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = SimPin;
     type Store = Box<Store<Tmcm1140>>;
+}
+
+impl<H: Hooks> Platform for Simulated<H> {
     type Hooks = H;
 }
 
-/// What a module on a simulated board is built of.
-pub fn parts<H: Hooks>(board: &SharedBoard, hooks: H) -> Parts<Simulated<H>, TMCM_1140_AXES> {
+/// The parts of which a device on a simulated board is made.
+pub fn parts<H: Hooks>(board: &SharedBoard) -> Parts<Simulated<H>, TMCM_1140_AXES> {
     Parts {
-        tmc429: board.spi(Chip::Tmc429(0), TMC429_HZ),
-        tmc262: [board.spi(Chip::Tmc262(0), TMC262_HZ)],
+        controllers: [Controller::new(Tmc429::new(board.spi(Chip::Tmc429(0), TMC429_HZ)))],
+        axes: Tmc429Tmc262::axes([board.spi(Chip::Tmc262(0), TMC262_HZ)]),
         enable: board.enable_pin(),
         store: Box::new(Store::new()),
-        hooks,
     }
 }
 
@@ -320,8 +325,7 @@ impl VirtualModule {
     fn boot(&mut self) {
         let mut keeper = Keeper::new(At25::new(self.board.spi(Chip::At25, AT25_HZ)));
         let mut report = Report::default();
-        let parts = parts(&self.board, Tracer::new(self.tracing));
-        let mut core = Core::new(parts, self.seed);
+        let mut core = Core::new(parts(&self.board), Tracer::new(self.tracing), self.seed);
         core.start(self.clock, |store| report = keeper.load(store));
         if report.unreachable {
             self.log.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
@@ -354,15 +358,19 @@ impl VirtualModule {
             let board = self.board.borrow();
             (firmware.time(board.now()), board.inputs(), board.axis_inputs(0))
         };
-        let inputs = Inputs {
-            digital: std::array::from_fn(|n| seen.digital >> n & 1 != 0),
-            analog: seen.analog[0],
-            supply: Some(seen.supply),
-            temperature: seen.temperature.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
+        let sensors = Sensors {
             stall: axis.stall,
+            home: axis.home,
             encoder: axis.encoder,
             external: axis.abn.count as u16,
             null: firmware.null_edges(axis.abn),
+        };
+        let inputs = Inputs {
+            axes: [sensors],
+            digital: seen.digital as u16,
+            analog: std::array::from_fn(|port| seen.analog.get(port).copied().unwrap_or_default()),
+            supply: Some(seen.supply),
+            temperature: seen.temperature.clamp(i16::MIN.into(), i16::MAX.into()) as i16,
         };
         let outputs = firmware.core.poll(now, &inputs);
         // The slices of a program come between the milliseconds.

@@ -17,10 +17,12 @@ use super::motion_bus::Chip;
 use super::signals::Signals;
 use super::tmcm1140::{Motion, drivers_off, show_trouble};
 use super::{motion_bus, now, rs485, wake, watchdog};
+use crate::chip::tmc429::Tmc429;
+use crate::device::{Board, Controller, Outputs, Parts};
 use crate::module::{
-    Desk, LinkEnds, LinkMode, LinkSettings, Module, Origin, Outputs, Parts, Platform, Request, Source, TMCM_1140_AXES,
-    Tmcm1140,
+    Desk, LinkEnds, LinkMode, LinkSettings, Module, Origin, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
 };
+use crate::motion::tmc429::Tmc429Tmc262;
 use crate::store::Store;
 use crate::tmcl::Reply;
 use crate::tmcl::can::decode;
@@ -29,12 +31,15 @@ use crate::units::Micros;
 /// This board as a platform.
 pub(super) struct Stm32;
 
-impl Platform for Stm32 {
-    type Tmc429 = Chip;
-    type Tmc262 = Chip;
-    type Enable = Output<'static>;
+impl Board for Stm32 {
     type Product = Tmcm1140;
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = Output<'static>;
     type Store = &'static mut Store<Tmcm1140>;
+}
+
+impl Platform for Stm32 {
     type Hooks = ();
 }
 
@@ -51,8 +56,9 @@ pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), see
     static STORE: ConstStaticCell<Store<Tmcm1140>> = ConstStaticCell::new(Store::new());
     let Motion { bus, select_tmc429, select_tmc262, enable, signals } = motion;
     let (tmc429, tmc262) = motion_bus::chips(bus, select_tmc429, select_tmc262);
-    let parts = Parts { tmc429, tmc262: [tmc262], enable, store: STORE.take(), hooks: () };
-    let module = MODULE.init_with(|| Module::new(parts, seed));
+    let controllers = [Controller::new(Tmc429::new(tmc429))];
+    let parts = Parts { controllers, axes: Tmc429Tmc262::axes([tmc262]), enable, store: STORE.take() };
+    let module = MODULE.init_with(|| Module::new(parts, (), seed));
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.link_settings().address);
     Owner { module, signals, desk: Desk::new(), ends: Ends { can: None }, ending: None, trouble: false }

@@ -7,10 +7,16 @@ use embassy_stm32::peripherals;
 use embassy_stm32::timer::qei::Qei;
 
 use super::{analog, encoder};
-use crate::module::{Inputs, Outputs};
+use crate::device::{ANALOG, Inputs, Outputs};
+use crate::module::TMCM_1140_AXES;
+use crate::motion::Sensors;
 
-/// First of the four pins of port D that are IN0..IN3.
+/// First of the four pins of port D that are IN0 to IN3.
 const FIRST_INPUT: usize = 11;
+/// Bits of the inputs, as they are numbered in the manual: IN0 to IN3.
+const INPUTS: u16 = 0b1111;
+/// IN3 is the home switch of the axis.
+const HOME: u16 = 1 << 3;
 
 /// The pins of the signals.
 pub(super) struct Signals {
@@ -24,25 +30,27 @@ pub(super) struct Signals {
 }
 
 impl Signals {
-    pub(super) fn read(&self) -> Inputs {
-        let port = GPIOD.idr().read().0;
-        Inputs {
-            digital: core::array::from_fn(|n| port >> (FIRST_INPUT + n) & 1 != 0),
-            analog: analog::in0(),
-            supply: Some(analog::supply()),
-            temperature: analog::temperature(),
+    pub(super) fn read(&self) -> Inputs<TMCM_1140_AXES> {
+        let digital = (GPIOD.idr().read().0 >> FIRST_INPUT) as u16 & INPUTS;
+        let axis = Sensors {
             stall: self.stall.is_high(),
+            home: digital & HOME != 0,
+            // The built-in encoder is not connected: its pins are not known.
+            encoder: 0,
             external: encoder::count(),
             null: encoder::edges(),
-            ..Inputs::default()
-        }
+        };
+        let mut analog = [0; ANALOG];
+        analog[0] = analog::in0();
+        let (supply, temperature) = (Some(analog::supply()), analog::temperature());
+        Inputs { axes: [axis], digital, analog, supply, temperature }
     }
 
     pub(super) fn write(&mut self, outputs: &Outputs) {
         for (bit, pin) in self.outputs.iter_mut().enumerate() {
             pin.set_level((outputs.digital >> bit & 1 != 0).into());
         }
-        self.pull_ups.set_level(outputs.pull_ups.into());
+        self.pull_ups.set_level((outputs.pull_ups & 1 != 0).into());
         self.led.set_level(outputs.led.into());
     }
 }

@@ -2,18 +2,13 @@
 //! 3.7.27).
 
 use super::outcome::{Outcome, Undo};
-use super::{Chips, Inputs, Module, Platform, Subscription};
-use crate::motion::{self, Joined, Mode, Sensors};
+use super::{Module, Platform};
+use crate::motion::{self, Events, Joined, Mode};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
 use crate::store::Need;
-use crate::tmcl::{ALL_AXES, Command, Opcode, Reply, Status};
+use crate::tmcl::{ALL_AXES, Command, Status};
 use crate::units::{INTERNAL_MAX, Micros};
-use crate::vm::{ErrorFlag, Signals};
-
-/// The bit of an axis in command 138.
-pub(super) fn bit(axis: usize) -> i32 {
-    1_i32.unbounded_shl(axis as u32)
-}
+use crate::vm::ErrorFlag;
 
 impl From<motion::Error> for Status {
     fn from(error: motion::Error) -> Self {
@@ -26,67 +21,38 @@ impl From<motion::Error> for Status {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// One turn of all axes, and what comes of it; what a program may want to know of is returned.
-    pub(super) fn poll_axes(&mut self, now: Micros) -> Signals {
-        let mut signals = Signals::default();
-        let Inputs { stall, encoder, external, null, digital: [_, _, _, home], .. } = self.inputs;
-        let sensors = Sensors { stall, home, encoder, external, null };
-        for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
-            let events = axis.on(&mut self.controller).poll(now, sensors);
-            for (event, flag) in [
-                (events.cut_short, ErrorFlag::Position),
-                (events.deviation, ErrorFlag::Deviation),
-                (events.alarm, ErrorFlag::Alarm),
-            ] {
-                if event {
-                    self.machine.errors.raise(flag);
-                }
-            }
-            if events.at_target {
-                signals.reached(number);
-            }
-            if events.stall {
-                signals.stall(number);
-            }
-            if events.deviation {
-                signals.deviation(number);
-            }
-            let Some(subscription) = &mut self.subscription else { continue };
-            let bit = bit(number.into());
-            if events.reached && subscription.armed & bit != 0 {
-                let opcode = Opcode::PositionReachedEvent as u8;
-                let event = Reply::Plain { status: Status::PositionReached, opcode, value: bit };
-                // There is room, unless the host has not fetched the replies before.
-                let _ = self.replies.push_back(super::Due { to: subscription.origin, reply: Some(event) });
-            }
-            let stopped = events.cut_short || events.stall || events.deviation || events.alarm;
-            if events.reached || stopped {
-                subscription.armed &= !bit;
+    /// Heeds the events of an axis: error flags, the program's interrupts, and the event of command 138.
+    pub(super) fn heed(&mut self, axis: u8, events: Events) {
+        let Events { reached, at_target, stall, cut_short, deviation, alarm } = events;
+        for (event, flag) in
+            [(cut_short, ErrorFlag::Position), (deviation, ErrorFlag::Deviation), (alarm, ErrorFlag::Alarm)]
+        {
+            if event {
+                self.machine.errors.raise(flag);
             }
         }
-        signals
-    }
-
-    /// Does something to all axes that ends their moves.
-    pub(super) fn end_moves(&mut self, act: impl Fn(&mut Joined<'_, Chips<T>>) -> Result<(), motion::Error>) {
-        for (number, axis) in (0..AXES as u8).zip(&mut self.axes) {
-            if axis.travelling() {
-                self.machine.errors.raise(ErrorFlag::Position);
+        if at_target {
+            self.signals.reached(axis);
+        }
+        if stall {
+            self.signals.stall(axis);
+        }
+        if deviation {
+            self.signals.deviation(axis);
+        }
+        if reached {
+            if let Some(event) = self.arrivals.arrive(axis) {
+                // There is room, unless the host has not fetched the replies before.
+                let _ = self.replies.push_back(event);
             }
-            // What does not hear now is stopped hard as soon as it does.
-            let mut axis = axis.on(&mut self.controller);
-            if act(&mut axis).is_err() {
-                let _ = axis.hard_stop();
-            }
-            if let Some(subscription) = &mut self.subscription {
-                subscription.armed &= !bit(number.into());
-            }
+        } else if cut_short || stall || deviation || alarm {
+            self.arrivals.disarm(axis);
         }
     }
 
     /// While the supply is too low, or a heartbeat is missed, nothing may move.
     fn unlocked(&self, now: Micros) -> Result<(), Status> {
-        if self.supervision.locked() || self.heartbeat_missed(now) { Err(Status::NotAvailable) } else { Ok(()) }
+        if self.device.is_locked() || self.heartbeat_missed(now) { Err(Status::NotAvailable) } else { Ok(()) }
     }
 
     /// ROR with a positive speed, ROL with a negative one, MST with zero.
@@ -97,7 +63,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if speed != 0 {
             self.unlocked(now)?;
         }
-        self.disarm(axis);
+        self.arrivals.disarm(axis);
         Ok(self.axis(axis)?.rotate(now, speed)?)
     }
 
@@ -115,10 +81,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             _ => return Err(Status::WrongType),
         }
         if kind == 0 {
-            self.disarm(axis);
-            self.arm(axis);
+            self.arrivals.disarm(axis);
+            self.arrivals.arm(axis);
         } else if searched {
-            self.disarm(axis);
+            self.arrivals.disarm(axis);
         }
         Ok(Outcome::Value(echo))
     }
@@ -155,42 +121,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let searched = axis.searches();
         axis.move_to(now, target)?;
         if searched {
-            self.disarm(number);
+            self.arrivals.disarm(number);
         }
-        self.arm(number);
+        self.arrivals.arm(number);
         Ok(())
-    }
-
-    /// Command 138: asks for a reply when a positioning move arrives, or a reference search has found its place. Bits of
-    /// axes that do not exist are ignored: some hosts ask for all that there could be.
-    pub(super) fn subscribe(&mut self, origin: super::Origin, command: Command) -> Result<Outcome, Status> {
-        let Command { kind, value: mask, .. } = command;
-        let once = match kind {
-            0 => true,
-            1 => false,
-            _ => return Err(Status::WrongType),
-        };
-        let all = bit(AXES).wrapping_sub(1);
-        self.subscription = Some(Subscription { origin, mask: mask & all, once, armed: 0 });
-        Ok(Outcome::Value(mask))
-    }
-
-    /// The end of the move, or search, that has just begun will be told if it was asked for.
-    fn arm(&mut self, axis: u8) {
-        if let Some(subscription) = &mut self.subscription {
-            let bit = bit(axis.into());
-            subscription.armed |= subscription.mask & bit;
-            if subscription.once {
-                subscription.mask &= !bit;
-            }
-        }
-    }
-
-    /// A move that gives way to something else will not arrive.
-    fn disarm(&mut self, axis: u8) {
-        if let Some(subscription) = &mut self.subscription {
-            subscription.armed &= !bit(axis.into());
-        }
     }
 
     /// GAP.
@@ -227,7 +161,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             _ => true,
         };
         if !travels_on {
-            self.disarm(axis);
+            self.arrivals.disarm(axis);
         }
         Ok(Outcome::Value(echo))
     }
@@ -307,9 +241,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok((parameter, self.spec().slots.axis(axis, slot)))
     }
 
-    fn axis(&mut self, number: u8) -> Result<Joined<'_, Chips<T>>, Status> {
-        let axis = self.axes.get_mut(usize::from(number)).ok_or(Status::InvalidValue)?;
-        Ok(axis.on(&mut self.controller))
+    fn axis(&mut self, number: u8) -> Result<Joined<'_, T::Hardware>, Status> {
+        self.device.axis(number.into()).ok_or(Status::InvalidValue)
     }
 
     pub(super) fn coordinate_cell(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {

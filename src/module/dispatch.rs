@@ -94,7 +94,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::PositionReachedEvent => return self.subscribe(origin.ok_or(Status::NotAvailable)?, command),
             Opcode::FactorySettings => {
                 confirmed(value)?;
-                factory_reset(&mut self.store);
+                factory_reset(self.device.store_mut());
                 self.restart(now);
                 return Ok(Outcome::Unanswered);
             }

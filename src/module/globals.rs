@@ -1,9 +1,11 @@
 //! Global parameters: banks 0, 2 and 3, and storing them (manual chapter 5).
 
 use super::outcome::Outcome;
-use super::{Chips, Module, Platform, Spec};
-use crate::motion::{self, Hardware};
+use super::{Module, Platform, Spec};
+use crate::device::Inversion;
+use crate::motion;
 use crate::param::{COORDINATES, GlobalParameter as G, Interrupt, Parameter, Row, Storage};
+use crate::store::{Memory, Store};
 use crate::tmcl::Status;
 use crate::units::Micros;
 
@@ -16,6 +18,11 @@ enum Global {
     Variable(u8),
     /// The setting, in bank 3, of the interrupt that has the same number.
     Interrupt(u8, &'static Row),
+}
+
+/// The value that the store has for a slot; `None` without a slot.
+fn stored<M: Memory>(store: &Store<M>, slot: Option<usize>) -> Option<i32> {
+    store.get(slot?)
 }
 
 fn check(row: &Row, value: i32) -> Result<(), Status> {
@@ -63,7 +70,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 G::TickTimer => self.tick_timer(now).cast_signed(),
                 G::RandomNumber => self.random().cast_signed(),
                 G::ApplicationStatus => self.machine.state() as i32,
-                G::DownloadMode => self.store.downloading().is_some().into(),
+                G::DownloadMode => self.device.store().downloading().is_some().into(),
                 G::ProgramCounter => self.machine.counter().into(),
                 setting => self.global(setting),
             },
@@ -87,13 +94,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 check(row, value)?;
                 match *function {
                     // Taking the read protection off erases the program; not while a link downloads one.
-                    G::CodeProtection if self.uncovers(value) && self.store.downloading().is_some() => {
+                    G::CodeProtection if self.uncovers(value) && self.device.store().downloading().is_some() => {
                         return Err(Status::NotAvailable);
                     }
                     G::CodeProtection if self.uncovers(value) => {
                         // The protection ends only when the program is erased, so that a power cut never shows it.
                         self.machine.stop();
-                        if let Some(protection) = self.store.erase(value) {
+                        if let Some(protection) = self.device.store_mut().erase(value) {
                             self.set_global_value(G::CodeProtection, protection);
                         }
                         return Ok(Outcome::written(echo));
@@ -144,15 +151,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Has the store write a value to a slot of the EEPROM; without a slot the command is refused with status 3.
     pub(super) fn keep(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
-        if slot.is_some_and(|slot| self.store.set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
+        if slot.is_some_and(|slot| self.device.store_mut().set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
     }
 
     /// The value that the EEPROM holds in a slot. An EEPROM that does not answer gives status 5, no slot status 3.
     pub(super) fn recall(&self, slot: Option<usize>) -> Result<i32, Status> {
-        if self.store.is_unreachable() {
+        if self.device.store().is_unreachable() {
             return Err(Status::EepromLocked);
         }
-        slot.and_then(|slot| self.store.get(slot)).ok_or(Status::WrongType)
+        slot.and_then(|slot| self.device.store().get(slot)).ok_or(Status::WrongType)
     }
 
     fn stored_variable(&self, number: u8, bank: u8) -> Result<usize, Status> {
@@ -174,39 +181,36 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         })
     }
 
-    /// Writes switch polarity (79) and shaft direction (90) to the motion controller, and tells the axes the direction in
-    /// which their encoders count.
+    /// Writes switch polarity (79) and shaft direction (90) to the motion controllers.
     pub(super) fn apply_polarity_and_direction(&mut self) -> Result<(), motion::Error> {
-        let polarity = self.global(G::EndSwitchPolarity) != 0;
-        let reverse = self.global(G::ReverseShaft) != 0;
-        for axis in &mut self.axes {
-            axis.set_reverse(reverse);
-        }
-        Chips::<T>::invert(&mut self.controller, polarity, reverse)
+        self.device.invert(self.inversion())
+    }
+
+    /// Switch polarity (79) and shaft direction (90): bit n of each parameter is for motion controller n.
+    pub(super) fn inversion(&self) -> Inversion {
+        Inversion { switches: self.global(G::EndSwitchPolarity) as u8, shafts: self.global(G::ReverseShaft) as u8 }
     }
 
     /// At the start: takes from the store everything that is to be restored.
     pub(super) fn restore(&mut self) {
         self.reload_globals();
         let Spec { axis: table, slots, .. } = self.spec();
-        let store = &self.store;
-        let stored = |slot: Option<usize>| store.get(slot?);
         if self.global(G::DoNotRestoreVariables) == 0 {
             for (number, variable) in (0..=u8::MAX).zip(&mut self.variables) {
-                *variable = stored(slots.variable(number)).unwrap_or_default();
+                *variable = stored(self.device.store(), slots.variable(number)).unwrap_or_default();
             }
         }
         let coordinates = self.global(G::CoordinateStorage) != 0;
-        for (number, (axis, places)) in (0..=u8::MAX).zip(self.axes.iter_mut().zip(&mut self.coordinates)) {
+        for (axis, cells) in (0..=u8::MAX).zip(&mut self.coordinates) {
             for parameter in table.rows {
-                let slot = parameter.row.slot().and_then(|slot| slots.axis(number, slot));
-                if let Some(value) = stored(slot) {
-                    axis.preset(parameter, value);
+                let slot = parameter.row.slot().and_then(|slot| slots.axis(axis, slot));
+                if let Some(value) = stored(self.device.store(), slot) {
+                    self.device.preset(axis.into(), parameter, value);
                 }
             }
             if coordinates {
-                for (n, place) in (0..COORDINATES as u8).zip(places) {
-                    *place = stored(slots.coordinate(number, n)).unwrap_or_default();
+                for (number, cell) in (0..COORDINATES as u8).zip(cells) {
+                    *cell = stored(self.device.store(), slots.coordinate(axis, number)).unwrap_or_default();
                 }
             }
         }
@@ -215,7 +219,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Takes the stored parameters of bank 0 from the store.
     pub(super) fn reload_globals(&mut self) {
         for Parameter { function, row } in self.spec().global.rows {
-            let value = row.slot().and_then(|slot| self.store.get(slot.into()));
+            let value = row.slot().and_then(|slot| self.device.store().get(slot.into()));
             if let Some(value) = value.filter(|value| row.accepts(*value)) {
                 self.set_global_value(*function, value);
             }

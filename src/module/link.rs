@@ -60,14 +60,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 let _ = self.replies.push_back(reply);
             }
         }
-        self.subscription = self.subscription.filter(|subscription| subscription.origin.source != source);
+        self.arrivals.forget(source);
     }
 
     /// Executes a request from a link; returns the answer, and the mode in which a byte link goes on. The link's own end
     /// encodes the reply, with the [`Module::link_settings`] as they are right after this call.
     pub fn request(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, LinkMode) {
         self.update_link_settings();
-        let restarts = self.restart.is_some();
+        let restarts = self.device.restart().is_some();
         match request {
             Request::Line(_) if restarts => (Poll::Ready(None), LinkMode::Ascii),
             _ if restarts => (Poll::Ready(None), LinkMode::Binary),

@@ -13,7 +13,7 @@ use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
 use crate::store::Integrity;
 use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
 use crate::units::Micros;
-use crate::vm::{self, Awaited, Machine, ProgramState, Signals, Wait};
+use crate::vm::{self, Awaited, Machine, ProgramState, Wait};
 
 /// Units a program may spend in a millisecond.
 pub(super) const FUEL: u32 = 128;
@@ -35,15 +35,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// The command at an address of program memory; `None` outside.
     fn program_command(&self, address: u16) -> Option<Command> {
-        let (commands, _) = self.store.program().as_chunks();
+        let (commands, _) = self.device.store().program().as_chunks();
         commands.get(usize::from(address)).map(|bytes| Command::from_bytes(*bytes))
     }
 
     /// Checks that a program may run: it is whole, no download is open, and the motors are not locked.
     fn runnable(&self) -> Result<(), Status> {
-        let whole =
-            matches!(self.store.integrity(), Integrity::Whole | Integrity::Empty) && self.store.downloading().is_none();
-        if whole && !self.supervision.locked() { Ok(()) } else { Err(Status::NotAvailable) }
+        let whole = matches!(self.device.store().integrity(), Integrity::Whole | Integrity::Empty)
+            && self.device.store().downloading().is_none();
+        if whole && !self.device.is_locked() { Ok(()) } else { Err(Status::NotAvailable) }
     }
 
     fn protected(&self, against: i32) -> bool {
@@ -75,7 +75,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Command 135.
     pub(super) fn application_status(&self, kind: u8) -> Result<Outcome, Status> {
         let pointer = match kind {
-            0 => (self.store.downloading().unwrap_or_default() / Command::SIZE) as u16,
+            0 => (self.device.store().downloading().unwrap_or_default() / Command::SIZE) as u16,
             1 => self.machine.counter(),
             2 => return Ok(Outcome::Value(self.machine.registers.accumulator)),
             3 => return Ok(Outcome::Value(self.machine.registers.x)),
@@ -97,24 +97,24 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.protected(AGAINST_WRITING) {
             return Err(Status::EepromLocked);
         }
-        if self.downloads_elsewhere(source) || !self.store.takes_download() {
+        if self.downloads_elsewhere(source) || !self.device.store().takes_download() {
             return Err(Status::NotAvailable);
         }
         self.machine.stop();
         self.downloader = Some(source);
-        self.store.begin_download(usize::from(address).saturating_mul(Command::SIZE));
+        self.device.store_mut().begin_download(usize::from(address).saturating_mul(Command::SIZE));
         Ok(Outcome::stored(value))
     }
 
     /// During a download: stores a command in place of executing it. `None` for a command that is to be executed.
     pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Outcome, Status>> {
-        let downloads = self.store.downloading().is_some() && !self.downloads_elsewhere(source);
+        let downloads = self.device.store().downloading().is_some() && !self.downloads_elsewhere(source);
         if !downloads || command.opcode >= Command::FIRST_CONTROL {
             return None;
         }
         Some(if self.protected(AGAINST_WRITING) {
             Err(Status::EepromLocked)
-        } else if self.store.download(&command.to_bytes()) {
+        } else if self.device.store_mut().download(&command.to_bytes()) {
             Ok(Outcome::Special(Reply::echo(Status::Loaded, command)))
         } else {
             Err(Status::InvalidValue)
@@ -126,11 +126,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if self.downloads_elsewhere(source) {
             return Err(Status::NotAvailable);
         }
-        let unfinished = matches!(self.store.integrity(), Integrity::Incomplete | Integrity::BeingErased(_));
-        if self.store.downloading().is_none() && unfinished {
+        let unfinished = matches!(self.device.store().integrity(), Integrity::Incomplete | Integrity::BeingErased(_));
+        if self.device.store().downloading().is_none() && unfinished {
             return Err(Status::NotAvailable);
         }
-        self.store.end_download();
+        self.device.store_mut().end_download();
         if !self.machine.runs() {
             self.machine.rewind();
         }
@@ -139,7 +139,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// True while another link downloads. If that link's host has vanished, command 255 ends the download.
     fn downloads_elsewhere(&self, source: Source) -> bool {
-        self.store.downloading().is_some() && self.downloader.is_some_and(|link| link != source)
+        self.device.store().downloading().is_some() && self.downloader.is_some_and(|link| link != source)
     }
 
     /// Command 134. A command of a read-protected program reads as an empty one.
@@ -157,7 +157,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// At the start and when the supply is back: starts the program if parameter 77 says so.
     pub(super) fn autostart(&mut self) {
         // Before a restart no program starts: a host that wanted to stop it would not be heard any more.
-        if self.supervision.locked() || self.restart.is_some() || !core::mem::take(&mut self.starts) {
+        if self.device.is_locked() || self.device.restart().is_some() || !core::mem::take(&mut self.starts) {
             return;
         }
         if self.global(G::AutoStart) != 0 && self.runnable().is_ok() {
@@ -166,15 +166,16 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Tells the program what has happened since the last millisecond and lets it spend anew.
-    pub(super) fn begin_turn(&mut self, events: Signals) {
-        let mut signals = events;
-        for (number, axis) in (0..AXES as u8).zip(&self.axes) {
-            let [left, right] = axis.stop_switches(&self.controller);
-            signals.stop_switches(number, left, right);
+    /// Tells the program what the axes, stop switches and inputs have done since the last millisecond, and lets it spend
+    /// anew.
+    pub(super) fn begin_turn(&mut self) {
+        let mut signals = core::mem::take(&mut self.signals);
+        for number in 0..AXES {
+            let [left, right] = self.device.stop_switches(number).unwrap_or_default();
+            signals.stop_switches(number as u8, left, right);
         }
-        signals.inputs(&self.inputs.digital);
-        let (turn, runs) = (self.turn(), self.machine.runs());
+        signals.inputs(self.device.inputs().digital);
+        let (turn, runs) = (self.device.turn(), self.machine.runs());
         self.machine.interrupts.look(turn, signals, runs);
         self.fuel = FUEL;
     }
@@ -182,7 +183,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes commands until the slice is used up, or the program has nothing more to do in this
     /// millisecond.
     pub(super) fn run_slice(&mut self, now: Micros) {
-        let (turn, mut slice) = (self.turn(), SLICE);
+        let (turn, mut slice) = (self.device.turn(), SLICE);
         while self.machine.busy() && self.fuel > 0 {
             if self.machine.waits() && self.is_over() || self.machine.enter_handler(turn) {
                 continue;
@@ -234,7 +235,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         };
         match done {
             Ok(Outcome::Read(value)) => self.machine.registers.load(value),
-            Ok(Outcome::Stored { need, undo, .. }) if !self.store.settled(need) => {
+            Ok(Outcome::Stored { need, undo, .. }) if !self.device.store().settled(need) => {
                 let waiting = Waiting { from: Waiter::Program, command, need, value: 0, undo, suppressed: true };
                 self.forget_stores();
                 if self.machine.runs() && self.waiting.push(waiting).is_ok() {
@@ -258,17 +259,19 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Ends the program's wait if its event has come or its time is over; true if so.
     fn is_over(&mut self) -> bool {
         let Some(Wait::For { awaited, motor, until }) = self.machine.wait() else { return false };
-        let axis = self.axes.get(usize::from(motor));
+        let axis = self.device.axes().get(usize::from(motor));
         let come = match (awaited, axis) {
             (Awaited::Ticks, _) => false,
             (Awaited::Position, Some(axis)) => axis.at_target(),
             (Awaited::ReferenceSwitch, Some(axis)) => axis.home_switch(),
-            (Awaited::LimitSwitch, Some(axis)) => axis.stop_switches(&self.controller).contains(&true),
+            (Awaited::LimitSwitch, Some(_)) => {
+                self.device.stop_switches(motor.into()).is_some_and(|switches| switches.contains(&true))
+            }
             (Awaited::ReferenceSearch, Some(axis)) => axis.search_status() == 0,
             // WAIT with the number of a motor that the product does not have: the command has no effect.
             (_, None) => true,
         };
-        let over = come || until.is_some_and(|until| self.turn() >= until);
+        let over = come || until.is_some_and(|until| self.device.turn() >= until);
         if over {
             self.machine.waited(awaited, come);
         }

@@ -39,10 +39,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// status 100 if all they stored is written, with status 5 if it could not be; then their settings are not in force
     /// either.
     pub fn stored(&mut self, written: bool) {
-        let Finished { failed, erased } = self.store.finish(written);
+        let Finished { failed, erased } = self.device.store_mut().finish(written);
         // A factory reset puts the parameters back with the restart that follows it. Until then the program is still in
         // memory, and its protection has to stay.
-        let resetting = self.restart.is_some();
+        let resetting = self.device.restart().is_some();
         if let Some(protection) = erased.filter(|_| !resetting) {
             self.set_global_value(G::CodeProtection, protection);
         }
@@ -64,13 +64,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// True when everything that was asked before a restart is durable and answered.
     pub(super) fn is_done(&self) -> bool {
-        self.store.settled(Need::Settings) && self.waiting.is_empty()
+        self.device.store().settled(Need::Settings) && self.waiting.is_empty()
     }
 
     /// Answers the commands whose part of the EEPROM is up to date.
     pub(super) fn settle(&mut self) {
         for need in [Need::Settings, Need::Program] {
-            if self.store.settled(need) {
+            if self.device.store().settled(need) {
                 self.release(Status::Ok, |waiting| waiting.need == need);
             }
         }

@@ -133,9 +133,10 @@ pub trait Hardware {
     /// Makes `position` the motor's position and its target, in microsteps. The motor stands, or turns at a speed.
     fn place(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error>;
 
-    /// Takes the readings whose turn it is in this millisecond. The position is always one of them; the others are a
-    /// few milliseconds apart.
-    fn refresh(&mut self, controller: &mut Self::Controller) -> Result<(), Error>;
+    /// Takes the readings of this millisecond: the position, and one of the others. These rotate, and the axes of a
+    /// controller take turns in that: `reading` is the number of the reading, wrapping at 256, or `None` where it is the
+    /// turn of another axis.
+    fn refresh(&mut self, controller: &mut Self::Controller, reading: Option<u8>) -> Result<(), Error>;
 
     /// What is known without asking.
     fn known(&self) -> &Known;

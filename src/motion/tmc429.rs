@@ -21,10 +21,10 @@ use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, 
 use crate::param::AxisParameter as P;
 use crate::units::INTERNAL_MAX;
 
-/// Milliseconds in which each reading of the chips has had its turn: the speed in every second one, driver and right
-/// switch in every fourth, and once in place of the switch the version of the motion controller, which shows that it is
-/// there.
-const SLOTS: u8 = 64;
+/// Length of the rotation of readings: the speed is each second one, driver and right switch each fourth, and the last one
+/// is, in place of the switch, the version of the motion controller, which shows that it is there.
+const READINGS: u8 = 64;
+const CONFIRMATION: u8 = READINGS - 1;
 
 /// The settings of a ramp generator: as a rule the next move has the same, and none of their registers has to be looked
 /// at.
@@ -70,26 +70,23 @@ pub struct Tmc429Tmc262<M, D> {
     /// The settings that the chip has, if it has heard all of them.
     settled: Option<Settings>,
     braking: ramp::BrakingMemo,
-    /// Number of the next millisecond in the rotation of readings: less than [`SLOTS`].
-    slot: u8,
     controller: PhantomData<M>,
 }
 
 impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
-    /// Axis `number` of a module, counted from 0, with its driver; nothing is written yet.
-    pub fn new(number: usize, driver: D) -> Self {
-        let generators = RampGenerator::ALL;
-        Tmc429Tmc262 {
-            generator: generators.get(number % generators.len()).copied().unwrap_or(RampGenerator::First),
+    /// The axes of a module, in the order of their drivers; nothing is written yet. Each controller moves three of them.
+    pub fn axes<const N: usize>(drivers: [D; N]) -> [Self; N] {
+        let mut generators = RampGenerator::ALL.into_iter().cycle();
+        drivers.map(|driver| Tmc429Tmc262 {
+            generator: generators.next().unwrap_or(RampGenerator::First),
             driver: Tmc262::new(driver),
             known: Known::default(),
             waypoint: 0,
             right: false,
             settled: None,
             braking: ramp::BrakingMemo::default(),
-            slot: 0,
             controller: PhantomData,
-        }
+        })
     }
 }
 
@@ -175,16 +172,18 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(())
     }
 
-    /// Two datagrams to the TMC429, or one to it and one to the driver; and one more where a waypoint is moved on.
-    fn refresh(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {
+    /// One datagram to the TMC429 and one for the reading, to the TMC429 or the driver; and one more where a waypoint is
+    /// moved on.
+    fn refresh(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<(), Error> {
         self.position(chip)?;
-        let slot = self.slot;
-        self.slot = (slot + 1) % SLOTS;
-        match slot % 4 {
-            0 | 2 => drop(self.speed(chip)?),
-            1 => self.driver.refresh()?,
-            _ if slot == SLOTS - 1 => chip.confirm()?,
-            _ => drop(self.switches(chip)?),
+        match reading.map(|reading| reading % READINGS) {
+            None => {}
+            Some(CONFIRMATION) => chip.confirm()?,
+            Some(reading) => match reading % 4 {
+                1 => self.driver.refresh()?,
+                3 => drop(self.switches(chip)?),
+                _ => drop(self.speed(chip)?),
+            },
         }
         let Known { mode, position, target, .. } = self.known;
         if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {

@@ -10,22 +10,23 @@ use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Takes the axis on by one poll of the 1 kHz. That takes the datagrams of [`Hardware::refresh`]; a few more where
-    /// a switch holds the motor, in a reference search, or where the motor is stopped.
-    pub fn poll(&mut self, now: Micros, sensors: Sensors) -> Events {
+    /// Takes the axis on by one poll of the 1 kHz. `reading` is the number of the reading to be taken, if it is this axis'
+    /// turn. That takes the datagrams of [`Hardware::refresh`]; a few more where a switch holds the motor, in a reference
+    /// search, or where the motor is stopped.
+    pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>) -> Events {
         self.sensors = sensors;
         self.count();
         // A datagram that did not get through to a chip is tried again with the next poll.
-        let _ = self.turn(now);
+        let _ = self.turn(now, reading);
         core::mem::take(&mut self.events)
     }
 
-    fn turn(&mut self, now: Micros) -> Result<(), Error> {
+    fn turn(&mut self, now: Micros, reading: Option<u8>) -> Result<(), Error> {
         if self.stopping {
             self.hard_stop()?;
         }
         let (hardware, controller) = self.reach();
-        hardware.refresh(controller)?;
+        hardware.refresh(controller, reading)?;
         self.guard()?;
         if let Some(search) = self.search {
             self.poll_search(now, search)?;

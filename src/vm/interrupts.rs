@@ -47,11 +47,9 @@ impl Signals {
         self.level(Interrupt::StopRight.first().saturating_add(offset), right);
     }
 
-    /// Sets the levels of the digital inputs, from input 0 on.
-    pub fn inputs(&mut self, levels: &[bool]) {
-        for (number, level) in (Interrupt::Input.first()..).zip(levels) {
-            self.level(number, *level);
-        }
+    /// Sets the levels of the digital inputs, input 0 in bit 0.
+    pub fn inputs(&mut self, levels: u16) {
+        self.levels |= u64::from(levels).unbounded_shl(Interrupt::Input.first().into());
     }
 
     fn level(&mut self, number: u8, level: bool) {
@@ -233,7 +231,7 @@ mod tests {
         interrupts.set(39, 1);
         interrupts.look(T(0), Signals::default(), true);
         let mut signals = Signals::default();
-        signals.inputs(&[true]);
+        signals.inputs(1);
         signals.reached(0);
         interrupts.look(T(1), signals, true);
         interrupts.look(T(2), signals, true);

@@ -465,7 +465,7 @@ impl Hooks for Functions {
 #[test]
 fn user_functions_of_an_image() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let mut module = Module::new(parts(&board, Functions::default()), 1);
+    let mut module = Module::new(parts(&board), Functions::default(), 1);
     module.start(Micros(0), |_| {});
     for (line, status, value) in [
         ("UF0 200, 100, 1000", Status::Ok, 1300),

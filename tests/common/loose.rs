@@ -9,7 +9,11 @@ use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::control::Line;
 use hal_sim::world::config::WorldConfig;
-use tmcm::module::{Inputs, Module, Parts, Platform, Source, Tmcm1140};
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::device::{self, Controller, Inputs, Parts};
+use tmcm::module::{Module, Platform, Source, Tmcm1140};
+use tmcm::motion::Sensors;
+use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::store::Store;
 use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
@@ -75,12 +79,15 @@ impl SpiDevice for Loose {
     }
 }
 
-impl Platform for Loose {
-    type Tmc429 = Loose;
-    type Tmc262 = SimSpi;
-    type Enable = SimPin;
+impl device::Board for Loose {
     type Product = Tmcm1140;
+    type Hardware = Tmc429Tmc262<Loose, SimSpi>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = SimPin;
     type Store = Box<Store<Tmcm1140>>;
+}
+
+impl Platform for Loose {
     type Hooks = ();
 }
 
@@ -102,13 +109,12 @@ impl LooseBench {
         let fails = Rc::new(Disturbance::default());
         fails.set(disturbed);
         let parts = Parts {
-            tmc429: Loose(board.spi(Chip::Tmc429(0), 1_000_000), fails.clone()),
-            tmc262: [board.spi(Chip::Tmc262(0), 1_000_000)],
+            controllers: [Controller::new(Tmc429::new(Loose(board.spi(Chip::Tmc429(0), 1_000_000), fails.clone())))],
+            axes: Tmc429Tmc262::axes([board.spi(Chip::Tmc262(0), 1_000_000)]),
             enable: board.enable_pin(),
             store: Box::new(Store::new()),
-            hooks: (),
         };
-        let mut module = Module::new(parts, 1);
+        let mut module = Module::new(parts, (), 1);
         module.start(Micros(0), |_| {});
         LooseBench { board, module, fails }
     }
@@ -134,8 +140,7 @@ impl LooseBench {
             let (seen, axis) = (self.board.borrow().inputs(), self.board.borrow().axis_inputs(0));
             let inputs = Inputs {
                 supply: Some(seen.supply),
-                stall: axis.stall,
-                encoder: axis.encoder,
+                axes: [Sensors { stall: axis.stall, encoder: axis.encoder, ..Sensors::default() }],
                 temperature: 25,
                 ..Inputs::default()
             };

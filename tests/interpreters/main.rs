@@ -18,7 +18,8 @@ use hal_sim::world::config::WorldConfig;
 use random::Random;
 use reference::{Machine, World};
 use tmcl_cli::virtual_module::{Simulated, parts};
-use tmcm::module::{Inputs, Module, Source};
+use tmcm::device::Inputs;
+use tmcm::module::{Module, Source};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::{ErrorFlag, ProgramState};
@@ -62,7 +63,7 @@ impl World for Rest {
 struct Pair {
     module: Module<Simulated<()>, 1>,
     now: Micros,
-    inputs: Inputs,
+    inputs: Inputs<1>,
     reference: Machine,
     rest: Rest,
 }
@@ -70,7 +71,7 @@ struct Pair {
 impl Pair {
     fn new() -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let mut module = Module::new(parts(&board, ()), 1);
+        let mut module = Module::new(parts(&board), (), 1);
         module.start(Micros(0), |_| {});
         // What the axis parameters are to begin with.
         let rest = Rest([(4, 1000), (6, 128), (7, 8)].into());
@@ -176,7 +177,7 @@ impl Pair {
         let met = self.reference.waiting.is_some_and(|wait| match wait.condition {
             0 => false,
             // IN3 is the home switch.
-            2 => self.inputs.digital[3],
+            2 => self.inputs.axes[0].home,
             // Nothing is at the chip's stop switches.
             3 => false,
             _ => true,
@@ -189,9 +190,10 @@ impl Pair {
 
     /// An input changes; the reference is told if bank 3 asks for this edge.
     fn toggle(&mut self, input: u8) {
-        let level = &mut self.inputs.digital[usize::from(input)];
-        *level = !*level;
-        let wanted = if *level { 1 } else { 2 };
+        self.inputs.digital ^= 1 << input;
+        // IN3 is the home switch.
+        self.inputs.axes[0].home = self.inputs.digital & 1 << 3 != 0;
+        let wanted = if self.inputs.digital & 1 << input != 0 { 1 } else { 2 };
         let setting = self.reference.interrupt_settings[&(39 + input)];
         self.millisecond();
         if setting & wanted != 0 {

@@ -12,9 +12,10 @@ use tmcm::chip::at25::At25;
 use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
+use tmcm::device::{Board, Controller, Device, Inputs, Inversion, Parts};
 use tmcm::module::{
-    Desk, Hooks, Inputs, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Parts, Platform, Port, Product,
-    Request, Slots, Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
+    Desk, Hooks, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Platform, Port, Product, Request, Slots,
+    Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
 };
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::{Axis, Hardware, Known, Sensors};
@@ -82,14 +83,17 @@ impl Memory for SixAxes {
 }
 
 /// All of it.
-struct Bare<P>(PhantomData<P>);
+struct Bare<P, const N: usize>(PhantomData<P>);
 
-impl<P: Product + 'static> Platform for Bare<P> {
-    type Tmc429 = Chip;
-    type Tmc262 = Chip;
-    type Enable = Pin;
+impl<P: Product + 'static, const N: usize> Board for Bare<P, N> {
     type Product = P;
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; N];
+    type Enable = Pin;
     type Store = &'static mut Store<P>;
+}
+
+impl<P: Product + 'static, const N: usize> Platform for Bare<P, N> {
     type Hooks = Added;
 }
 
@@ -126,8 +130,10 @@ pub(crate) fn all() {
     store();
     machine();
     port();
-    module::<Tmcm1140, TMCM_1140_AXES>();
-    module::<SixAxes, 6>();
+    module::<Tmcm1140, TMCM_1140_AXES, 1>();
+    module::<SixAxes, 6, 2>();
+    device::<Tmcm1140, TMCM_1140_AXES, 1>();
+    device::<SixAxes, 6, 2>();
     #[cfg(feature = "deliberate")]
     any(text()[any(0)]);
 }
@@ -280,7 +286,8 @@ fn motion() {
     let _ = any(Chips::halt(&mut chip));
     any(Chips::answers(&mut chip));
     let _ = any(Chips::invert(&mut chip, any(true), any(true)));
-    let mut axis = Axis::new(Chips::new(any(0), Chip), &AXIS);
+    let [hardware] = Chips::axes([Chip]);
+    let mut axis = Axis::new(hardware, &AXIS);
     any((&mut axis, &mut chip));
     let parameter = AXIS.find(any(0));
     if let Some(parameter) = parameter {
@@ -309,7 +316,7 @@ fn motion() {
         let _ = any(axis.read(parameter.function));
     }
     let _ = any(axis.actual_position());
-    any(axis.poll(now(), any(Sensors::default())));
+    any(axis.poll(now(), any(Sensors::default()), any(None)));
 }
 
 #[inline(never)]
@@ -362,7 +369,7 @@ fn machine() {
     signals.stall(any(0));
     signals.deviation(any(0));
     signals.stop_switches(any(0), any(true), any(true));
-    signals.inputs(any(&[]));
+    signals.inputs(any(0));
     let mut interrupts = Interrupts::default();
     any(&mut interrupts);
     interrupts.enable(any(0), any(true));
@@ -427,13 +434,46 @@ fn port() {
 }
 
 #[inline(never)]
-fn module<P: Product + 'static, const AXES: usize>() {
+fn device<P: Product + 'static, const AXES: usize, const N: usize>() {
+    let store: Option<&'static mut Store<P>> = any(None);
+    let Some(store) = store else { return };
+    let controllers = [(); N].map(|()| Controller::new(Tmc429::new(Chip)));
+    let parts = Parts { controllers, axes: Tmc429Tmc262::axes([const { Chip }; AXES]), enable: Pin, store };
+    let mut device: Device<Bare<P, N>, AXES> = Device::new(parts, &AXIS);
+    any(&mut device);
+    device.halt();
+    if let Some(parameter) = AXIS.find(any(0)) {
+        device.preset(any(0), parameter, any(0));
+    }
+    let inversion = any(Inversion::default());
+    device.start(now(), inversion);
+    device.enable_drivers(any(true));
+    any(&mut device);
+    let _ = any(device.invert(inversion));
+    any(device.begin(now(), &any(Inputs::default())));
+    any(&mut device);
+    any((device.is_in_turn(), device.deadline(), device.turn(), device.next_axis(now())));
+    any(&mut device);
+    any((device.is_locked(), device.lacks_supply(), device.is_given_up(), device.stop_switches(any(0))));
+    any(device.end_moves(|axis| axis.hard_stop()));
+    any(device.axis(any(0)).is_some());
+    device.outputs_mut().restart = any(true);
+    any((*device.outputs(), device.inputs().digital, device.axes().len()));
+    device.restart_at(now());
+    any(device.restart());
+    any(device.store().get(any(0)));
+    any(device.store_mut().next_job());
+}
+
+#[inline(never)]
+fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     let spec: &Spec = any(&TMCM_1140);
     any((spec.version_string(), spec.version_number()));
     let store: Option<&'static mut Store<P>> = any(None);
     let Some(store) = store else { return };
-    let parts = Parts { tmc429: Chip, tmc262: [const { Chip }; AXES], enable: Pin, store, hooks: Added };
-    let mut module: Module<Bare<P>, AXES> = Module::new(parts, any(0));
+    let controllers = [(); N].map(|()| Controller::new(Tmc429::new(Chip)));
+    let parts = Parts { controllers, axes: Tmc429Tmc262::axes([const { Chip }; AXES]), enable: Pin, store };
+    let mut module: Module<Bare<P, N>, AXES> = Module::new(parts, Added, any(0));
     any(&mut module);
     module.start(now(), |store| {
         any(store);

@@ -1,0 +1,236 @@
+//! The hardware of a module as every firmware has it: axes and their motion controllers, the drivers' enable, inputs and
+//! outputs, the store, restart, and the turn of each millisecond.
+//!
+//! A device knows no language. The firmware that owns it - the TMCL firmware is [`crate::module`] - gives it the time and
+//! the inputs by [`Device::begin`] and [`Device::next_axis`], and moves its axes by [`Device::axis`]. The device by itself
+//! stops what must not go on: all motors when the supply is too low or a motion controller is silent ([`safety`]).
+
+#![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
+
+mod io;
+mod safety;
+mod turn;
+
+pub use io::{ANALOG, Inputs, Outputs};
+pub use safety::{Supervised, Supply};
+
+use core::fmt;
+use core::ops::DerefMut;
+
+use embedded_hal::digital::OutputPin;
+
+use crate::motion::{Axis, Error, Hardware, Joined};
+use crate::param::{AxisParameter, Parameter, Table};
+use crate::store::{Memory, Store};
+use crate::units::Micros;
+
+/// A board, as types.
+pub trait Board {
+    /// The product on the board: the sizes of its memories.
+    type Product: Memory;
+    /// What each axis runs on.
+    type Hardware: Hardware;
+    /// An array of the motion controllers. Axis n is on controller n / [`Hardware::AXES`].
+    type Controllers: Controllers<Self::Hardware>;
+    /// The drivers' ENN: low when they are on.
+    type Enable: OutputPin;
+    /// How the store is owned. It is larger than a stack should be, so a device does not contain it.
+    type Store: DerefMut<Target = Store<Self::Product>>;
+}
+
+/// An array of motion controllers.
+pub trait Controllers<H: Hardware>: AsRef<[Controller<H>]> + AsMut<[Controller<H>]> {
+    /// Number of controllers.
+    const COUNT: usize;
+}
+
+impl<H: Hardware, const N: usize> Controllers<H> for [Controller<H>; N] {
+    const COUNT: usize = N;
+}
+
+/// A motion controller, and what the device notes about it.
+#[derive(Debug)]
+pub struct Controller<H: Hardware> {
+    shared: H::Controller,
+    /// Turns in a row, a millisecond each, in which the controller has not answered.
+    unanswered: u8,
+    /// The axis of the controller, counted from 0, whose turn it is to take a reading.
+    turn: u8,
+    /// The number of this reading in the rotation of readings.
+    rotation: u8,
+}
+
+impl<H: Hardware> Controller<H> {
+    /// A controller that has not been told anything yet.
+    pub const fn new(shared: H::Controller) -> Self {
+        Controller { shared, unanswered: 0, turn: 0, rotation: 0 }
+    }
+}
+
+/// The parts of which a device is made.
+#[derive(Debug)]
+pub struct Parts<T: Board, const AXES: usize> {
+    /// The motion controllers.
+    pub controllers: T::Controllers,
+    /// What each axis has to itself.
+    pub axes: [T::Hardware; AXES],
+    /// The drivers' ENN.
+    pub enable: T::Enable,
+    /// A new store.
+    pub store: T::Store,
+}
+
+/// Signals of the motion controllers that are inverted; bit n stands for controller n.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Inversion {
+    /// The inputs of the stop switches.
+    pub switches: u8,
+    /// The direction of the motors.
+    pub shafts: u8,
+}
+
+/// A device: the hardware of a module with `AXES` axes.
+pub struct Device<T: Board, const AXES: usize> {
+    controllers: T::Controllers,
+    axes: [Axis<T::Hardware>; AXES],
+    enable: T::Enable,
+    store: T::Store,
+    inputs: Inputs<AXES>,
+    outputs: Outputs,
+    safety: safety::Safety,
+    /// The time at which a restart is due.
+    restart: Option<Micros>,
+    /// The time at which the next turn begins.
+    next: Micros,
+    /// The axis that comes next in the turn under way; `AXES` when the turn is over.
+    upcoming: usize,
+}
+
+impl<T: Board, const AXES: usize> fmt::Debug for Device<T, AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Device { inputs, outputs, safety, .. } = self;
+        f.debug_struct("Device").field("inputs", inputs).field("outputs", outputs).field("safety", safety).finish()
+    }
+}
+
+impl<T: Board, const AXES: usize> Device<T, AXES> {
+    /// A device before its [start](Self::start); `table` are the axis parameters of the product.
+    pub fn new(parts: Parts<T, AXES>, table: &'static Table<AxisParameter>) -> Self {
+        const {
+            let each = T::Hardware::AXES;
+            assert!(T::Controllers::COUNT == AXES.div_ceil(each), "each axis needs a place on a motion controller");
+        }
+        let Parts { controllers, axes, enable, store } = parts;
+        Device {
+            controllers,
+            axes: axes.map(|hardware| Axis::new(hardware, table)),
+            enable,
+            store,
+            inputs: Inputs::default(),
+            outputs: Outputs::default(),
+            safety: safety::Safety::default(),
+            restart: None,
+            next: Micros(0),
+            upcoming: AXES,
+        }
+    }
+
+    /// Switches the drivers off and stops whatever the motion controllers were doing: they keep their registers through a
+    /// restart of the firmware and would run on. The first thing that a firmware does.
+    pub fn halt(&mut self) {
+        // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
+        let _ = self.enable.set_high();
+        for controller in self.controllers.as_mut() {
+            // A controller that does not hear it now is halted again by `start`.
+            let _ = T::Hardware::halt(&mut controller.shared);
+        }
+    }
+
+    /// Sets up all chips, with the motors at a stand at position 0, and begins the first turn at `now`. Controllers that do
+    /// not answer are given up: the motors stay locked and the drivers off until the next start.
+    pub fn start(&mut self, now: Micros, inversion: Inversion) {
+        self.next = now;
+        for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
+            // Two readings apart, two controllers never have the turn of a driver in the same millisecond: each fourth
+            // reading is a driver's.
+            controller.rotation = n.wrapping_mul(2);
+        }
+        if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion).is_ok()) {
+            self.give_up();
+        }
+    }
+
+    fn set_up(&mut self, now: Micros, inversion: Inversion) -> Result<(), Error> {
+        for controller in self.controllers.as_mut() {
+            T::Hardware::start(&mut controller.shared)?;
+        }
+        self.invert(inversion)?;
+        for number in 0..AXES {
+            if let Some(mut axis) = self.axis(number) {
+                axis.start(now)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Switches the drivers of all axes on or off. With a silent motion controller they stay off.
+    pub fn enable_drivers(&mut self, on: bool) {
+        let _ = if on && !self.safety.given_up { self.enable.set_low() } else { self.enable.set_high() };
+    }
+
+    /// Inverts stop switches and directions. The encoders of an axis follow its direction.
+    ///
+    /// # Errors
+    /// A motion controller has not taken its datagram.
+    pub fn invert(&mut self, inversion: Inversion) -> Result<(), Error> {
+        let Inversion { switches, shafts } = inversion;
+        let is_set = |bits: u8, n: usize| bits.unbounded_shr(n as u32) & 1 != 0;
+        for (number, axis) in self.axes.iter_mut().enumerate() {
+            axis.set_reverse(is_set(shafts, controller_of::<T>(number)));
+        }
+        let mut told = Ok(());
+        for (n, controller) in self.controllers.as_mut().iter_mut().enumerate() {
+            told = told.and(T::Hardware::invert(&mut controller.shared, is_set(switches, n), is_set(shafts, n)));
+        }
+        told
+    }
+
+    /// Gives an axis the stored value of a parameter, before the start.
+    pub fn preset(&mut self, axis: usize, parameter: &Parameter<AxisParameter>, value: i32) {
+        if let Some(axis) = self.axes.get_mut(axis) {
+            axis.preset(parameter, value);
+        }
+    }
+
+    /// An axis together with its motion controller; `None` if the module has no such axis.
+    pub fn axis(&mut self, number: usize) -> Option<Joined<'_, T::Hardware>> {
+        let controller = self.controllers.as_mut().get_mut(controller_of::<T>(number))?;
+        Some(self.axes.get_mut(number)?.on(&mut controller.shared))
+    }
+
+    /// The axes, to look at.
+    pub const fn axes(&self) -> &[Axis<T::Hardware>; AXES] {
+        &self.axes
+    }
+
+    /// The stop switches of an axis, left and right, as they were read last.
+    pub fn stop_switches(&self, number: usize) -> Option<[bool; 2]> {
+        let controller = self.controllers.as_ref().get(controller_of::<T>(number))?;
+        Some(self.axes.get(number)?.stop_switches(&controller.shared))
+    }
+
+    /// The store, to read from.
+    pub fn store(&self) -> &Store<T::Product> {
+        &self.store
+    }
+
+    /// The store, to write to, and to take jobs for the EEPROM from.
+    pub fn store_mut(&mut self) -> &mut Store<T::Product> {
+        &mut self.store
+    }
+}
+
+/// The number of the motion controller of an axis.
+fn controller_of<T: Board>(axis: usize) -> usize {
+    axis.checked_div(T::Hardware::AXES).unwrap_or_default()
+}

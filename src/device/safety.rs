@@ -1,0 +1,154 @@
+//! What stops all motors of a device whatever its firmware wants: a supply that is too low (manual section 12.1, firmware
+//! 1.35), and a motion controller that does not answer. One that cannot be heard cannot be told to stop, so all drivers
+//! are switched off, until the device is started anew.
+
+use embedded_hal::digital::OutputPin;
+
+use super::{Board, Device};
+use crate::motion::{Error, Hardware, Joined};
+
+/// Below this supply voltage, in 0.1 V, the motors are stopped and locked.
+const LOCK: u16 = 85;
+/// Above this supply voltage, in 0.1 V, they are released.
+const RELEASE: u16 = 95;
+
+/// Turns in a row, a millisecond each, in which a motion controller does not answer before it is given up, and how often
+/// it is tried at the start: a disturbance is shorter.
+pub(super) const PATIENCE: u8 = 3;
+
+/// What a look at the supply has led to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Supply {
+    /// Nothing new.
+    #[default]
+    Steady,
+    /// It has become too low: all motors have been stopped at once, and are locked.
+    Lost,
+    /// It is back: the motors are released, and their drivers will be set up anew.
+    Restored,
+}
+
+/// What the beginning of a turn has led to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Supervised {
+    /// The supply.
+    pub supply: Supply,
+    /// A motion controller has been given up just now: all motors have been stopped, and their drivers are off.
+    pub silent: bool,
+    /// If either has stopped the motors: the axes that were on a positioning move, as bits.
+    pub ended: Option<u32>,
+}
+
+/// Why motors must not move.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Safety {
+    /// The supply is too low.
+    pub(super) locked: bool,
+    /// A motion controller has been given up.
+    pub(super) given_up: bool,
+}
+
+impl Safety {
+    /// Takes the supply voltage in 0.1 V, if it is measured.
+    fn look(&mut self, voltage: Option<u16>) -> Supply {
+        match voltage {
+            Some(..LOCK) if !self.locked => {
+                self.locked = true;
+                Supply::Lost
+            }
+            Some(voltage) if self.locked && voltage > RELEASE => {
+                self.locked = false;
+                Supply::Restored
+            }
+            _ => Supply::Steady,
+        }
+    }
+}
+
+impl<T: Board, const AXES: usize> Device<T, AXES> {
+    /// True while the motors must not move: the supply is too low, or a motion controller is given up.
+    pub const fn is_locked(&self) -> bool {
+        self.safety.locked || self.safety.given_up
+    }
+
+    /// True while the supply is too low.
+    pub const fn lacks_supply(&self) -> bool {
+        self.safety.locked
+    }
+
+    /// True from when a motion controller has been given up until the next start.
+    pub const fn is_given_up(&self) -> bool {
+        self.safety.given_up
+    }
+
+    /// Looks at motion controllers and supply, and stops the motors if either demands it.
+    pub(super) fn supervise(&mut self) -> Supervised {
+        let silent = self.listen();
+        if silent {
+            self.give_up();
+        }
+        let supply = self.safety.look(self.inputs.supply);
+        let mut ended = None;
+        if silent || supply == Supply::Lost {
+            ended = Some(self.end_moves(|axis| axis.hard_stop()));
+        }
+        if supply == Supply::Restored {
+            ended = Some(ended.unwrap_or_default() | self.end_moves(|axis| axis.restart_driver()));
+        }
+        Supervised { supply, silent, ended }
+    }
+
+    /// Counts for each motion controller how long it has been silent; true if one is to be given up that was not.
+    fn listen(&mut self) -> bool {
+        let mut silent = false;
+        for controller in self.controllers.as_mut() {
+            // A controller that was given up is asked, too: if it is back, it hears that it has to stop.
+            let answers = T::Hardware::answers(&mut controller.shared);
+            controller.unanswered = if answers { 0 } else { controller.unanswered.saturating_add(1) };
+            silent |= controller.unanswered >= PATIENCE;
+        }
+        silent && !self.safety.given_up
+    }
+
+    /// Switches the drivers off until the next start.
+    pub(super) fn give_up(&mut self) {
+        self.safety.given_up = true;
+        // An output pin of a microcontroller cannot fail.
+        let _ = self.enable.set_high();
+        self.outputs.trouble = true;
+    }
+
+    /// Does to all axes what ends their moves. An axis whose chips do not take it is stopped at once, as soon as they do.
+    /// Returns the axes that were on a positioning move, as bits.
+    pub fn end_moves(&mut self, act: impl Fn(&mut Joined<'_, T::Hardware>) -> Result<(), Error>) -> u32 {
+        let mut ended = 0;
+        for number in 0..AXES {
+            let Some(mut axis) = self.axis(number) else { continue };
+            if axis.travelling() {
+                ended |= 1_u32.unbounded_shl(number as u32);
+            }
+            if act(&mut axis).is_err() {
+                let _ = axis.hard_stop();
+            }
+        }
+        ended
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_lock_has_a_hysteresis_of_one_volt() {
+        let mut safety = Safety::default();
+        let mut look = |tenths: u16| safety.look(Some(tenths));
+        assert_eq!(look(85), Supply::Steady);
+        assert_eq!(look(84), Supply::Lost);
+        assert_eq!(look(84), Supply::Steady);
+        assert_eq!(look(95), Supply::Steady);
+        assert_eq!(look(96), Supply::Restored);
+        assert_eq!(safety.look(None), Supply::Steady);
+        assert!(!safety.locked);
+    }
+}
