@@ -66,6 +66,9 @@ impl Board {
 
     /// Eight clocks on the bus of `chip`, which is selected. Gives what MISO reads.
     pub fn byte(&mut self, chip: Chip, mosi: u8) -> u8 {
+        if self.line(chip).is_none() {
+            return FLOATING;
+        }
         // The motion bus has one datagram at a time: the last one is under way.
         if chip != Chip::At25
             && let Some(datagram) = self.recorded.as_mut().and_then(|recorded| recorded.last_mut())

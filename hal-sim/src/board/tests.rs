@@ -1,3 +1,5 @@
+mod axes;
+
 use super::*;
 use crate::clock::{MICROSECOND, MILLISECOND, SECOND};
 use embedded_hal::digital::OutputPin;
