@@ -349,6 +349,27 @@ fn the_eeprom_is_that_of_the_kind() {
 }
 
 #[test]
+fn the_next_event_of_the_board_is_that_of_any_axis() {
+    for axis in 0..6 {
+        let board = board(&SIX, "");
+        run(&board, SECOND);
+        assert_eq!(board.borrow().next_event(), None);
+        turn(&board, axis, 1_000);
+        assert!(board.borrow().next_event().is_some(), "axis {axis} turns");
+        control(&board, &format!("load 1.0 {axis}"));
+        run(&board, SECOND);
+        // The chip stands at once and the rotor has lost it: less than five milliseconds later it falls in.
+        control(&board, &format!("press right {axis}"));
+        turn(&board, axis, 0);
+        control(&board, &format!("load 0.0 {axis}"));
+        assert_eq!(board.borrow().tmc429(axis / 3).next_event(), None);
+        assert!(board.borrow().next_event().is_some(), "the rotor of axis {axis} falls in");
+        run(&board, SECOND);
+        assert_eq!(board.borrow().next_event(), None);
+    }
+}
+
+#[test]
 fn the_size_of_the_time_steps_does_not_matter_with_six_axes() {
     let final_state = |piece: Nanos| {
         let board = board(&SIX, "[stage]\nright = 20000\n[motor]\nfriction = 0.1\nstall_guard_noise = 9");

@@ -70,10 +70,9 @@ impl WorldConfig {
             toml::from_str(text).map_err(|error| error.to_string())?;
         let lines: Vec<usize> = axis.iter().map(|table| line_at(text, table.span().start)).collect();
         if let Some(line) = lines.get(kind.axes()) {
-            let (tables, name, axes) = (lines.len(), kind.name, kind.axes());
-            return Err(format!(
-                "line {line}: there are {tables} [[axis]] tables, but the {name} has {axes} of the axes"
-            ));
+            let (table, name, axes) = (kind.axes() + 1, kind.name, kind.axes());
+            let has = if axes == 1 { "one axis".into() } else { format!("{axes} axes") };
+            return Err(format!("line {line}: this is [[axis]] number {table}, and the {name} has {has}"));
         }
         let every = AxisConfig { motor, stage, abn, encoder };
         let mut axes = Vec::new();
@@ -137,6 +136,7 @@ fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::AbnPins;
 
     #[test]
     fn an_empty_file_is_the_default_world() {
@@ -180,6 +180,94 @@ mod tests {
         assert!(error("[stage]\nnormally_closed = ['front']").contains("front"));
         assert!(error("[abn]\nindex = 5").contains("lines"));
         assert!(error("[supply]\nvolts = 'high'").contains("volts"));
+    }
+
+    /// Three axes on a board whose encoders have pins of their own.
+    static THREE: BoardKind = BoardKind { name: "board of three", controllers: &[3], abn: AbnPins::Own, ..TMCM_1140 };
+
+    #[test]
+    fn the_table_of_an_axis_takes_the_place_of_what_holds_for_all_entry_by_entry() {
+        let text = "
+            seed = 3
+            [motor]
+            name = 'small'
+            friction = 0.1
+            start = 5
+            [stage]
+            left = -100
+            [supply]
+            volts = 30.0
+            [[axis]]
+            [[axis]]
+            motor.start = 7
+            stage.right = 200
+            [axis.abn]
+            lines = 512
+            [axis.encoder]
+            offset = 9
+        ";
+        let world = WorldConfig::parse_for(&THREE, text).unwrap();
+        let common = AxisConfig {
+            motor: MotorTable { name: "small".into(), friction: 0.1, start: 5, ..MotorTable::default() },
+            stage: StageConfig { left: Some(-100), ..StageConfig::default() },
+            ..AxisConfig::default()
+        };
+        assert_eq!((world.axis(0), world.axis(2), world.axis(9)), (&common, &common, &common));
+        let second = AxisConfig {
+            motor: MotorTable { start: 7, ..common.motor.clone() },
+            stage: StageConfig { right: Some(200), ..common.stage.clone() },
+            abn: Some(AbnConfig { lines: 512, index: 0 }),
+            encoder: EncoderTable { offset: 9 },
+        };
+        assert_eq!(world.axis(1), &second);
+        assert_eq!((world.seed, world.supply.volts), (3, 30.0));
+    }
+
+    #[test]
+    fn a_file_without_tables_of_axes_is_the_same_for_each_axis() {
+        let text = "[motor]\nstart = 4\n[abn]\nlines = 100\n[stage]\nleft = -9";
+        let world = WorldConfig::parse_for(&THREE, text).unwrap();
+        assert!((0..3).all(|axis| world.axis(axis).motor.start == 4 && world.axis(axis).abn.is_some()));
+    }
+
+    #[test]
+    fn errors_in_the_table_of_an_axis_name_line_axis_and_entry() {
+        let error = |text| WorldConfig::parse_for(&THREE, text).unwrap_err();
+        let unknown = error("[[axis]]\n[[axis]]\n[axis.stage]\nlefft = 1");
+        assert!(unknown.contains("line 4") && unknown.contains("lefft"), "{unknown}");
+        let unknown = error("[[axis]]\n[axis.supply]\nvolts = 5.0");
+        assert!(unknown.contains("line 2") && unknown.contains("supply"), "{unknown}");
+        let kind = error("[[axis]]\nmotor.load = 'much'");
+        assert!(kind.contains("line 2") && kind.contains("load"), "{kind}");
+        assert_eq!(
+            error("[motor]\nload = 0.5\n[[axis]]\n\n[[axis]]\nmotor.load = 1.5"),
+            "line 5: axis 1: motor.load: 1.5 is not within 0 to 1"
+        );
+        // What holds for all may not go with what an axis has.
+        assert_eq!(
+            error("[motor]\nstart = 5\n[[axis]]\nstage.hard_left = 6"),
+            "line 3: axis 0: motor.start: 5 is not within 6 to 1099511627776"
+        );
+        assert_eq!(
+            error("\n[[axis]]\n[[axis]]\n[[axis]]\n[[axis]]\n[[axis]]"),
+            "line 5: this is [[axis]] number 4, and the board of three has 3 axes"
+        );
+        assert_eq!(
+            WorldConfig::parse("[[axis]]\nmotor.load = 0.5\n[[axis]]").unwrap_err(),
+            "line 3: this is [[axis]] number 2, and the TMCM-1140 has one axis"
+        );
+        // An error in what holds for all is found where an axis is left that it holds for.
+        assert_eq!(error("[motor]\nload = 2.0\n[[axis]]\nmotor.load = 0.5"), "motor.load: 2 is not within 0 to 1");
+    }
+
+    #[test]
+    fn an_encoder_needs_pins_for_it() {
+        static NONE: BoardKind = BoardKind { abn: AbnPins::None, ..TMCM_1140 };
+        let with_switch = "[abn]\nlines = 100\n[stage]\nleft = -9";
+        assert!(WorldConfig::parse(with_switch).unwrap_err().contains("uses the pins of the switches"));
+        assert!(WorldConfig::parse_for(&THREE, with_switch).is_ok());
+        let error = WorldConfig::parse_for(&NONE, "[abn]\nlines = 100").unwrap_err();
+        assert_eq!(error, "[abn]: nothing like it can be connected to the TMCM-1140");
     }
 
     #[test]
