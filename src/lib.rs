@@ -29,7 +29,7 @@
 //! The bytes of `GAP 1, 0` reach a [`module::Port`], the module's end of a byte link, which collects and decodes them
 //! by [`tmcl::binary`]. [`module::Module::request`] checks whether the address is the module's;
 //! [`module::Module::execute`] looks the command up in the instruction table and calls what it asks for: here it finds
-//! the parameter in [`param`] and has [`motion::Axis::read`] ask the ramp generator by [`chip::tmc429`], with one
+//! the parameter in [`param`] and has [`motion::Joined::read`] ask the ramp generator by [`chip::tmc429`], with one
 //! datagram. The answer goes back the same way, is encoded by the port, and leaves over the link. A command that stores
 //! something is answered later, when its value is safe in the EEPROM: its reply comes by
 //! [`module::Module::next_reply`]. `docs/architecture.md` follows this and four other ways from file to file.
