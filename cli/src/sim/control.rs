@@ -190,6 +190,7 @@ fn carry_out(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> Resul
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hal_sim::board::{Board, BoardKind, TMCM_1140};
     use hal_sim::world::config::WorldConfig;
     use std::time::Instant;
 
@@ -200,6 +201,28 @@ mod tests {
         assert!(
             !["", "state", "get", "press left", "POSTER", "module 1 GET", "input 1/2"].iter().any(|line| is_http(line))
         );
+    }
+
+    #[test]
+    fn a_state_has_the_fields_of_axis_0_and_a_list_of_all_axes() {
+        static KIND: BoardKind = BoardKind { controllers: &[3, 3], pull_ups: 2, ..TMCM_1140 };
+        let mut board = Board::of_kind(&KIND, &WorldConfig::default(), 0);
+        for line in ["press left 4", "load 0.5 5", "slip 8 0"] {
+            Line::parse(line).unwrap().control.apply(&mut board).unwrap();
+        }
+        let state = serde_json::to_value(State::of(&board)).unwrap();
+        let names = "abn analog analogs axes bridges_on current encoder field inputs leds load lost_steps outputs position \
+                     power pull_up_groups pull_ups rotor stall_guard supply switches temperature time_us velocity";
+        let mut fields: Vec<&str> = state.as_object().unwrap().keys().map(String::as_str).collect();
+        fields.sort_unstable();
+        assert_eq!(fields, names.split_whitespace().collect::<Vec<_>>());
+        let axes = state["axes"].as_array().unwrap();
+        for (name, value) in axes[0].as_object().unwrap() {
+            assert_eq!(&state[name], value, "{name}");
+        }
+        assert_eq!((axes.len(), &state["rotor"]), (6, &2048.into()));
+        assert!((0..6).all(|axis| axes[axis]["switches"]["left"] == (axis == 4)));
+        assert!((0..6).all(|axis| axes[axis]["load"] == if axis == 5 { 0.5 } else { 0.0 }));
     }
 
     #[test]

@@ -59,10 +59,12 @@ pub struct Options {
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
-    /// press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X (0 free to 1
-    /// stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another
-    /// module than 1. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is
-    /// lost, and nothing comes. Port 0 takes a free one and prints it.
+    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0 free to
+    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another
+    /// module than 1. The number of an axis may stand behind press, release, load, slip and fault: `press left 2`;
+    /// without one it is axis 0. `state` tells of axis 0 among the fields of the module, and of each axis in its list
+    /// `axes`. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
+    /// nothing comes. Port 0 takes a free one and prints it.
     ///
     /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so
     /// that no web page reaches the module. Commands of a client that does not read its answers wait until it does. At
@@ -80,7 +82,8 @@ pub struct Options {
 
     /// Describe the motor, its stage, switches, encoder and supply
     ///
-    /// Without it there is a free 200-step motor on 24 V and nothing at the inputs.
+    /// Without it there is a free 200-step motor on 24 V and nothing at the inputs. The tables of FILE hold for each axis; the
+    /// n-th [[axis]] has what is different at axis n - 1, such as `motor.load = 0.2`.
     #[arg(long, value_name = "FILE.toml")]
     pub world: Option<PathBuf>,
 

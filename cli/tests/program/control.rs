@@ -26,6 +26,10 @@ fn the_world_is_changed_and_seen() {
     let state = sim.control(&["module 1 state"]);
     assert_eq!((&state["ok"], &state["power"], &state["position"]), (&true.into(), &true.into(), &(-3000).into()));
     assert_eq!(state["outputs"][1], true);
+    // Axis 0 stands among the fields of the module and in the list of the axes.
+    assert_eq!((state["axes"].as_array().unwrap().len(), &state["axes"][0]["position"]), (1, &(-3000).into()));
+    assert_eq!(sim.control(&["press home 0"])["ok"], true);
+    host.until("GIO 3, 0", 1);
     assert!(state["time_us"].as_u64().unwrap() > 0);
     // The name is told by `tmcl sim --help`.
     assert!(state["speed_factor"].is_f64());
@@ -44,6 +48,10 @@ fn what_is_wrong_is_said() {
     assert!(error("").contains("empty line"));
     assert!(error("load 2").contains("0 to 1"));
     assert!(error("module 2 press left").contains("there is 1 module"));
+    for line in ["press left 1", "release home 1", "load 0.5 1", "slip 4 1", "fault tmc429 on 1"] {
+        assert_eq!(error(line), "no axis 1: the TMCM-1140 has one, axis 0", "{line}");
+    }
+    assert_eq!(error("input 4 1"), "no input 4: the TMCM-1140 has inputs 0 to 3");
 }
 
 #[test]
@@ -135,7 +143,11 @@ fn time_passes_as_fast_as_it_is_told() {
 #[test]
 fn a_world_file_sets_the_scene() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("stage.toml"), "[stage]\nright = 5000\n[supply]\nvolts = 18.0\n").unwrap();
+    std::fs::write(
+        folder.path().join("stage.toml"),
+        "[stage]\nright = 90000\n[supply]\nvolts = 18.0\n[[axis]]\nstage.right = 5000\n",
+    )
+    .unwrap();
     let sim = Sim::start_in(folder, &[&LINKS[..], &["--world", "{}/stage.toml"]].concat());
     let mut host = sim.tcp();
     host.until("GIO 8, 1", 180);

@@ -58,6 +58,14 @@ fn a_bad_world_is_told_with_its_line() {
     fails(&["sim", "--world", file], 1, &["world.toml", "line 3", "steps_per_turn"]);
     std::fs::write(&path, "[motor]\nload = 2.0\n").unwrap();
     fails(&["sim", "--world", file], 1, &["world.toml", "motor.load"]);
+    std::fs::write(&path, "[[axis]]\nmotor.load = 0.5\n[[axis]]\n").unwrap();
+    fails(
+        &["sim", "--world", file],
+        1,
+        &["world.toml: line 3: this is [[axis]] number 2, and the TMCM-1140 has one axis"],
+    );
+    std::fs::write(&path, "[[axis]]\nmotor.mass = 0.5\n").unwrap();
+    fails(&["sim", "--world", file], 1, &["world.toml", "line 2", "mass"]);
 }
 
 /// Nobody would live to see the end of reading them.
