@@ -32,6 +32,15 @@ pub struct Events {
     pub alarm: bool,
 }
 
+/// Speed and acceleration of one motion, in the units of parameters 4 and 5 and in their place where they are given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Pace {
+    /// The speed at which the motor goes to a position.
+    pub speed: Option<i32>,
+    /// How fast it comes to its speed, and to a stand.
+    pub acceleration: Option<i32>,
+}
+
 /// One axis. What needs its controller, as every motion does, is to be had by [`Axis::on`].
 #[derive(Debug)]
 pub struct Axis<H> {
@@ -45,6 +54,8 @@ pub struct Axis<H> {
     /// The position was the target at the last poll, and no other target has been given since.
     pub(super) was_at_target: bool,
     pub(super) search: Option<Search>,
+    /// The pace of the last motion command.
+    pub(super) pace: Pace,
     pub(super) errors: i32,
     /// Driver faults since the last motion command, as bits of parameter 208.
     pub(super) alarms: u8,
@@ -56,6 +67,8 @@ pub struct Axis<H> {
     pub(super) events: Events,
     pub(super) measured: Measured,
     pub(super) current: Current,
+    /// The bridges are switched off, whatever the motor is told to do.
+    pub(super) bridges_off: bool,
     pub(super) excitation: Option<Excitation>,
     pub(super) sensors: Sensors,
     pub(super) encoders: Encoders,
@@ -93,8 +106,8 @@ impl<'a, H: Hardware> Joined<'a, H> {
 
     /// The same with the course that the motor is to take.
     pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
-        let Axis { hardware, values, search, .. } = &mut *self.axis;
-        act(hardware, self.controller, &course(values, search.as_ref()))
+        let Axis { hardware, values, search, pace, .. } = &mut *self.axis;
+        act(hardware, self.controller, &course(values, search.as_ref(), *pace))
     }
 
     /// The controller.
@@ -114,6 +127,7 @@ impl<H: Hardware> Axis<H> {
             travelling: false,
             was_at_target: true,
             search: None,
+            pace: Pace::default(),
             errors: 0,
             alarms: 0,
             deviating: false,
@@ -121,6 +135,7 @@ impl<H: Hardware> Axis<H> {
             events: Events::default(),
             measured: Measured::default(),
             current: Current::default(),
+            bridges_off: false,
             excitation: None,
             sensors: Sensors::default(),
             encoders: Encoders::default(),
@@ -190,7 +205,7 @@ impl<H: Hardware> Axis<H> {
 
     /// RFS STATUS: 0, or the number of the leg under way.
     pub fn search_status(&self) -> i32 {
-        self.search.map_or(0, |search| search.done as i32 + 1)
+        self.search.as_ref().map_or(0, Search::number)
     }
 
     /// Lets the next N event zero the external encoder, if parameter 217 asks for it.
@@ -205,26 +220,27 @@ impl<H: Hardware> Axis<H> {
 
     /// The current for a state of motion.
     pub(super) fn select_excitation(&mut self, now: Micros, state: MotionState) -> Excitation {
-        self.current.select(now, state, self.hardware.known().speed, &self.values)
+        let excitation = self.current.select(now, state, self.hardware.known().speed, &self.values);
+        Excitation { free: excitation.free || self.bridges_off, ..excitation }
     }
 
     /// The speed at which the axis goes to a position.
     pub(super) fn positioning_speed(&self) -> i32 {
-        course(&self.values, self.search.as_ref()).speed
+        course(&self.values, self.search.as_ref(), self.pace).speed
     }
 }
 
-/// How the motor is to move by its parameters, or in a reference search. A search wants to be stopped wherever its
-/// switch is, and by the switches that it says itself.
-fn course<'a>(values: &'a Values, search: Option<&Search>) -> Course<'a> {
-    let acceleration = values.get(P::MaximumAcceleration);
+/// How the motor is to move by its parameters, by the pace of its command, or in a reference search. A search wants to
+/// be stopped wherever its switch is, and by the switches that it says itself.
+fn course<'a>(values: &'a Values, search: Option<&Search>, pace: Pace) -> Course<'a> {
+    let acceleration = pace.acceleration.unwrap_or(values.get(P::MaximumAcceleration));
     match search {
         Some(search) => {
-            Course { values, speed: search.switch_speed(), acceleration, tolerance: 0, stops: search.stops() }
+            Course { values, speed: search.slow_speed(), acceleration, tolerance: 0, stops: search.stops() }
         }
         None => Course {
             values,
-            speed: values.get(P::MaximumSpeed),
+            speed: pace.speed.unwrap_or(values.get(P::MaximumSpeed)),
             acceleration,
             tolerance: values.get(P::ReferenceTolerance),
             stops: Stops {

@@ -32,6 +32,8 @@ pub(super) struct Encoders {
     pub reverse: bool,
     /// The external encoder is to be zeroed at its next N event.
     null_armed: bool,
+    /// The built-in encoder has passed its zero point in the last poll.
+    pub index: bool,
 }
 
 impl Encoders {
@@ -40,7 +42,8 @@ impl Encoders {
         let Sensors { encoder, external, null, .. } = sensors;
         let setting = values.get(P::EncoderPrescaler);
         let prescaler = setting & !ENCODER_FUNCTIONS;
-        if self.built_in.update(encoder.into(), prescaler, self.reverse) && setting & CLEAR != 0 {
+        self.index = self.built_in.update(encoder.into(), prescaler, self.reverse);
+        if self.index && setting & CLEAR != 0 {
             self.built_in.zero_at(0, prescaler, self.reverse);
         }
         let setting = values.get(P::ExternalEncoderPrescaler);

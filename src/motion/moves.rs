@@ -1,7 +1,7 @@
 //! Where a motor is sent: the commands that move an axis, or end a move.
 
 use super::Error;
-use super::axis::Joined;
+use super::axis::{Joined, Pace};
 use super::current::MotionState;
 use super::hardware::{Goal, Hardware, Mode};
 use super::stall::Measured;
@@ -28,15 +28,25 @@ impl<H: Hardware> Joined<'_, H> {
     /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
     /// (MST).
     pub fn rotate(&mut self, now: Micros, speed: i32) -> Result<(), Error> {
-        self.begin(speed != 0);
+        self.rotate_at(now, speed, None)
+    }
+
+    /// The same with an acceleration of its own, as for a quick stop, until the next motion command.
+    pub fn rotate_at(&mut self, now: Micros, speed: i32, acceleration: Option<i32>) -> Result<(), Error> {
+        self.begin(speed != 0, Pace { speed: None, acceleration });
         self.search = None;
         self.travelling = false;
         self.run_at(now, speed)
     }
 
-    /// Moves to `target` (MVP, SAP 0). In soft mode it stays in soft mode.
+    /// Moves to `target` (MVP, SAP 0), also while it moves. In soft mode it stays in soft mode.
     pub fn move_to(&mut self, now: Micros, target: i32) -> Result<(), Error> {
-        self.begin(true);
+        self.move_at(now, target, Pace::default())
+    }
+
+    /// The same at a pace of its own, until the next motion command.
+    pub fn move_at(&mut self, now: Micros, target: i32, pace: Pace) -> Result<(), Error> {
+        self.begin(true, pace);
         self.search = None;
         self.travel_to(now, target)?;
         self.travelling = true;
@@ -73,7 +83,7 @@ impl<H: Hardware> Joined<'_, H> {
                 self.rotate(now, heading)
             }
             (Mode::Velocity, _) => {
-                self.begin(true);
+                self.begin(true, Pace::default());
                 self.wake(now)?;
                 self.travelling = true;
                 self.head(goal)
@@ -102,7 +112,8 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// A motion command begins: error flags are cleared, and if the command moves the motor, a deviation may stop it
     /// again.
-    fn begin(&mut self, moves: bool) {
+    fn begin(&mut self, moves: bool, pace: Pace) {
+        self.pace = pace;
         self.errors = 0;
         self.deviating &= !moves;
     }

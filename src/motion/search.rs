@@ -1,25 +1,15 @@
-//! Reference search (manual section 7.1): finds a switch, passes its edges slowly and makes the middle
-//! between them the zero point.
+//! Reference search (manual section 7.1): finds a switch, passes its edges slowly and makes a place between them, or one
+//! of them, the zero point. What it does is a [`Plan`]; here it is carried out, by what is to be seen in each poll, and
+//! without touching the hardware.
 //!
-//! A search is a list of legs, each a run in one direction until a switch closes or opens:
-//!
-//! | modes | legs |
-//! |---|---|
-//! | 1 | find the stop switch fast, leave it slowly, return to it slowly |
-//! | 2 | the other stop switch fast (from inside), then as mode 1 |
-//! | 4 | find the stop switch fast, leave it slowly, cross it slowly |
-//! | 3 | the other stop switch fast (from inside), then as mode 4 |
-//! | 5..8 | find the home switch fast, leave it slowly, cross it slowly |
-//!
-//! Then the motor goes to the middle between the edge where it left the switch and the one where it
-//! returned to it, or left it on the far side, and counter and encoders are set to zero there. A switch that is
+//! When all legs are done the motor goes to its place, and counter and encoders are set to zero there. A switch that is
 //! closed at the start counts as found. A leg across an edge begins with the switch closed, or closes it on
 //! its way: so a fast motor that has run past a narrow home switch finds its way back.
 //!
-//! Stop switches are caught by the chip: it stops at once where one closes and latches the position where
-//! one opens. The home switch is sampled with every poll, and each edge is late by less than one poll's
-//! way, 1 ms at the speed of parameter 195. The two edges are passed in opposite directions, so both lag
-//! outwards and the middle is off by less than half of that.
+//! Stop switches are caught by the hardware: it stops at once where one closes and latches the position where
+//! one opens. The home switch is sampled with every poll, and so is the built-in encoder, whose zero point can end a leg:
+//! each edge is late by less than one poll's way, 1 ms at the slow speed. Where two edges are passed in opposite directions, both lag outwards and the middle is
+//! off by less than half of that.
 //!
 //! The level of a switch that ends a leg must still be there when the motor has stood for a while, or the leg goes on:
 //! neither a glitch nor a switch that bounces is taken for an edge. Only a fast motor may have run past the home
@@ -36,47 +26,58 @@
 //! never opens on its far side.
 //! After a search the axis is in positioning mode: parameter 138 is 0, also where it was 1 before.
 
-use super::hardware::Known;
-use super::switch::{Side, Stops, Switches};
+use super::hardware::{Goal, Known};
+use super::plan::{Leg, Mark, Plan, Sought, Until};
+use super::switch::{SETTLED, Side, Stops, Switches};
 
-/// Modes 1..=4: the right switch in place of the left one.
-const RIGHT: i32 = 64;
-/// Modes 5..=8: inverted home switch.
-const INVERTED: i32 = 128;
-
-/// One run of a search.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Leg {
-    /// Off the stop switch on the other side, if it is closed at the start.
-    Clear,
-    /// To that switch, fast.
-    Far,
-    /// To the switch, fast.
-    Find,
-    /// Away from it until it opens: the first edge.
-    Leave,
-    /// Back until it closes: the second edge.
-    Return,
-    /// Back and on until it opens on the far side: the second edge.
-    Cross,
-    /// To the middle between the edges, after all others.
-    Middle,
+/// What is to be seen in one poll.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct View {
+    pub switches: Switches,
+    /// The motor, with position and speed of this poll.
+    pub known: Known,
+    /// The built-in encoder has passed its zero point since the poll before.
+    pub index: bool,
+    /// How much further than the motor's overrun a switch is looked for, in microsteps.
+    pub slack: i32,
 }
 
-/// The switch that is searched.
+/// What is to be told, or asked, before the search [acts](Search::act).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Notice {
+    /// The switch has closed: the position shall be latched at which it opens.
+    pub closed: bool,
+    /// The leg has come to its end: where is to be [marked](Search::mark).
+    pub ended: Option<Edge>,
+}
+
+/// Where a leg has come to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Goal {
-    /// The stop switch in the direction of the search.
-    Stop,
-    /// The home switch; the stop switches turn the search round.
-    Home,
-    /// The home switch of a circular axis; stop switches do not count.
-    Circular,
+pub(super) enum Edge {
+    /// At the position that has been latched; where none has, where the motor is.
+    Latched,
+    /// Where the motor is.
+    Here,
+}
+
+/// What the search does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Act {
+    /// Nothing.
+    Wait,
+    /// The motor comes to a stand.
+    Stand,
+    /// The next leg begins; [`Search::begin`] tells how.
+    Begin,
+    /// The motor is at its place: the search is over.
+    Arrive,
+    /// There is no way on.
+    GiveUp,
 }
 
 /// The motor in a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Motion {
+enum Motion {
     /// The motor comes to a stand, or stands.
     Resting,
     /// The motor was to be started, but not all datagrams for that may have got through.
@@ -87,7 +88,7 @@ pub(super) enum Motion {
 
 /// How a leg stands, as of one poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+enum Verdict {
     /// The leg goes on.
     Underway,
     /// The leg has come to its end.
@@ -101,55 +102,41 @@ pub(super) enum Verdict {
 /// A search under way.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
-    goal: Goal,
-    legs: &'static [Leg],
-    /// The home switch is normally closed: it counts as closed while its input is low.
-    inverted: bool,
+    plan: Plan,
     /// Sign of the direction in which the switch is looked for.
     direction: i32,
     /// The search has turned round at a stop switch; it does so once.
     turned: bool,
-    /// Speeds of parameters 194 and 195 at the start of the search.
+    /// The speeds of the rough search and of all else.
     fast: i32,
     slow: i32,
     /// Number of legs that are done.
-    pub(super) done: usize,
-    pub(super) motion: Motion,
+    done: usize,
+    motion: Motion,
     /// The verdict of the last poll on this leg.
-    pub(super) verdict: Verdict,
+    verdict: Verdict,
     /// For how many polls the motor has stood with that verdict.
-    pub(super) stood: u8,
+    stood: u8,
     /// The switch has been closed in this leg.
-    pub(super) closed: bool,
-    /// Position, in microsteps, at which the switch was seen first in a leg of the kind [`Leg::Find`].
+    closed: bool,
+    /// The built-in encoder has passed its zero point in this leg.
+    index: bool,
+    /// Position, in microsteps, at which the switch was seen first in a leg that finds it.
     seen: i32,
     /// Position as far as which the switch is looked for on the way back.
     limit: i32,
     /// Positions of the two edges, and of the stop switch on the other side, in microsteps.
-    pub(super) first: i32,
-    second: i32,
-    pub(super) far: Option<i32>,
+    first: i32,
+    second: Option<i32>,
+    far: Option<i32>,
 }
 
 impl Search {
-    /// The search of a mode (parameter 193), at the speeds of parameters 194 (fast) and 195 (slow).
-    pub(super) fn of(mode: i32, fast: i32, slow: i32) -> Self {
-        use Leg::{Clear, Cross, Far, Find, Leave, Return};
-        let number = mode & !(RIGHT | INVERTED);
-        // Modes 6 and 7 search the home switch in positive direction.
-        let (goal, legs, positive): (_, &[Leg], _) = match number {
-            1 => (Goal::Stop, &[Find, Leave, Return], mode & RIGHT != 0),
-            2 => (Goal::Stop, &[Clear, Far, Find, Leave, Return], mode & RIGHT != 0),
-            3 => (Goal::Stop, &[Clear, Far, Find, Leave, Cross], mode & RIGHT != 0),
-            4 => (Goal::Stop, &[Find, Leave, Cross], mode & RIGHT != 0),
-            5 | 6 => (Goal::Home, &[Find, Leave, Cross], number == 6),
-            _ => (Goal::Circular, &[Find, Leave, Cross], number == 7),
-        };
+    /// A search by a plan, at these speeds.
+    pub(super) const fn new(plan: Plan, fast: i32, slow: i32) -> Self {
         Search {
-            goal,
-            legs,
-            inverted: mode & INVERTED != 0,
-            direction: if positive { 1 } else { -1 },
+            plan,
+            direction: if plan.positive { 1 } else { -1 },
             turned: false,
             fast,
             slow,
@@ -158,106 +145,184 @@ impl Search {
             verdict: Verdict::Underway,
             stood: 0,
             closed: false,
+            index: false,
             seen: 0,
             limit: 0,
             first: 0,
-            second: 0,
+            second: None,
             far: None,
         }
     }
 
-    /// The leg under way.
-    pub(super) fn leg(&self) -> Leg {
-        self.legs.get(self.done).copied().unwrap_or(Leg::Middle)
+    /// The number of the leg under way, counted from 1.
+    pub(super) const fn number(&self) -> i32 {
+        self.done as i32 + 1
     }
 
-    /// The speed of parameter 195, for all but the rough search.
-    pub(super) const fn switch_speed(&self) -> i32 {
+    /// The speed at which it goes to its place.
+    pub(super) const fn slow_speed(&self) -> i32 {
         self.slow
     }
 
-    /// Speed of the leg under way; the sign is the direction.
-    pub(super) fn speed(&self) -> i32 {
-        match self.leg() {
-            Leg::Far => -self.fast * self.direction,
-            Leg::Find => self.fast * self.direction,
-            Leg::Leave => -self.slow * self.direction,
-            Leg::Clear | Leg::Return | Leg::Cross => self.slow * self.direction,
-            // That leg is a positioning move.
-            Leg::Middle => 0,
-        }
+    /// Where the stop switch on the other side is, in microsteps, if the search has been there.
+    pub(super) const fn far(&self) -> Option<i32> {
+        self.far
     }
 
     /// What the stop switches do in the present leg. Parameters 12, 13 and 149 do not count.
     pub(super) fn stops(&self) -> Stops {
         let positive = self.direction > 0;
         let latch = if positive { Side::Right } else { Side::Left };
-        let [left, right] = match (self.goal, self.leg()) {
-            (Goal::Circular, _) => [false, false],
-            // The motor runs over the closed switch.
-            (Goal::Stop, Leg::Cross | Leg::Middle) => [positive, !positive],
-            (Goal::Stop | Goal::Home, _) => [true, true],
+        let [left, right] = match self.plan.sought {
+            Sought::Home { circular: true, .. } => [false, false],
+            Sought::Stop if self.leg().over => [positive, !positive],
+            Sought::Stop | Sought::Home { .. } => [true, true],
         };
         Stops { left, right, soft: false, latch }
     }
 
+    /// Takes in what is to be seen, once in each poll.
+    pub(super) fn see(&mut self, view: &View) -> Notice {
+        let leg = self.leg();
+        let Known { position, speed, .. } = view.known;
+        let closed = self.is_closed(view.switches);
+        let mut notice = Notice { closed: closed && !self.closed, ended: None };
+        if notice.closed {
+            self.closed = true;
+        } else if leg.until == Until::Opened && leg.ahead && !closed && self.beyond(position, self.first) < 0 {
+            // The contact that was closed was not that of the switch, which begins only at the first edge.
+            self.closed = false;
+        }
+        self.index |= view.index;
+        let verdict = self.judge(view);
+        if verdict == Verdict::Over && self.verdict != Verdict::Over {
+            let latched = self.plan.sought == Sought::Stop && leg.until == Until::Opened;
+            notice.ended = Some(if latched { Edge::Latched } else { Edge::Here });
+        }
+        self.stood = if speed == 0 && verdict == self.verdict { self.stood.saturating_add(1) } else { 0 };
+        self.verdict = verdict;
+        notice
+    }
+
+    /// Notes the position of the edge at which the leg under way ends.
+    pub(super) fn mark(&mut self, edge: i32) {
+        match self.leg().mark {
+            Mark::Nothing => {}
+            Mark::Seen => self.seen = edge,
+            Mark::First => self.first = edge,
+            Mark::Second => self.second = Some(edge),
+            Mark::Far => self.far = Some(edge),
+        }
+    }
+
+    /// What comes next, after [`Search::see`].
+    pub(super) fn act(&mut self, view: &View) -> Act {
+        if self.leg().until == Until::There && self.verdict == Verdict::Over {
+            return Act::Arrive;
+        }
+        match self.motion {
+            Motion::Running if self.verdict == Verdict::Underway => Act::Wait,
+            Motion::Running | Motion::Starting => {
+                self.motion = Motion::Resting;
+                Act::Stand
+            }
+            Motion::Resting if self.stood >= SETTLED => {
+                if self.proceed(view) {
+                    Act::Begin
+                } else {
+                    Act::GiveUp
+                }
+            }
+            Motion::Resting => Act::Wait,
+        }
+    }
+
+    /// Begins the leg: where the motor is to be sent, and whether the switch is closed, so that the position shall be
+    /// latched at which it opens.
+    pub(super) fn begin(&mut self, view: &View) -> (Goal, bool) {
+        self.closed = self.is_closed(view.switches);
+        self.index = false;
+        self.verdict = Verdict::Underway;
+        self.stood = 0;
+        self.motion = Motion::Starting;
+        let goal = if self.leg().until == Until::There {
+            Goal::Position { target: self.place(), soft: false }
+        } else {
+            Goal::Speed(self.speed())
+        };
+        (goal, self.closed)
+    }
+
+    /// The motor is on its way.
+    pub(super) const fn begun(&mut self) {
+        self.motion = Motion::Running;
+    }
+
+    /// The leg under way.
+    fn leg(&self) -> Leg {
+        self.plan.legs.get(self.done).copied().unwrap_or(Leg::PLACE)
+    }
+
+    /// Speed of the leg under way; the sign is the direction.
+    fn speed(&self) -> i32 {
+        let Leg { ahead, fast, .. } = self.leg();
+        let speed = if fast { self.fast } else { self.slow };
+        if ahead { speed * self.direction } else { -speed * self.direction }
+    }
+
     /// How far `position` lies beyond `mark`, in the direction of the search.
-    pub(super) fn beyond(&self, position: i32, mark: i32) -> i32 {
+    fn beyond(&self, position: i32, mark: i32) -> i32 {
         position.wrapping_sub(mark).wrapping_mul(self.direction)
     }
 
-    /// How the leg stands with these switches, and the motor as it is.
-    pub(super) fn judge(&self, switches: Switches, known: &Known) -> Verdict {
+    /// How the leg stands.
+    fn judge(&self, view: &View) -> Verdict {
+        let View { switches, known, .. } = *view;
+        let leg = self.leg();
         let closed = self.is_closed(switches);
         let other = switches.towards(-self.direction);
         let way = known.target.wrapping_sub(known.position);
-        let over = match self.leg() {
-            Leg::Clear => !other,
-            Leg::Far => other,
-            Leg::Find => self.closed,
-            Leg::Return => closed,
-            Leg::Leave | Leg::Cross => self.closed && !closed,
-            Leg::Middle => self.motion == Motion::Running && known.speed == 0 && way == 0,
+        let over = match leg.until {
+            Until::Seen => self.closed,
+            Until::Closed => closed,
+            Until::Opened => self.closed && !closed,
+            Until::OtherClosed => other,
+            Until::OtherOpen => !other,
+            Until::Index => self.index,
+            Until::There => self.motion == Motion::Running && known.speed == 0 && way == 0,
         };
-        let heading = if self.leg() == Leg::Middle { way } else { self.speed() };
+        let heading = if leg.until == Until::There { way } else { self.speed() };
         if over {
             Verdict::Over
         } else if self.stops().hold(heading, [switches.left, switches.right]) {
             Verdict::Blocked
-        } else if self.leg() == Leg::Leave && !self.closed && self.beyond(known.position, self.limit) < 0 {
+        } else if leg.until == Until::Opened
+            && !leg.ahead
+            && !self.closed
+            && self.beyond(known.position, self.limit) < 0
+        {
             Verdict::Mistaken
         } else {
             Verdict::Underway
         }
     }
 
-    /// Notes the position of the edge at which the leg under way ends.
-    pub(super) fn mark(&mut self, edge: i32) {
-        match self.leg() {
-            Leg::Far => self.far = Some(edge),
-            Leg::Find => self.seen = edge,
-            Leg::Leave => self.first = edge,
-            Leg::Return | Leg::Cross => self.second = edge,
-            Leg::Clear | Leg::Middle => {}
-        }
-    }
-
-    /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up. `slack`
-    /// is how much further than the overrun the switch is looked for, in microsteps.
-    pub(super) fn proceed(&mut self, position: i32, slack: i32) -> bool {
-        match (self.verdict, self.leg()) {
+    /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up.
+    fn proceed(&mut self, view: &View) -> bool {
+        let turns = matches!(self.plan.sought, Sought::Home { turns: true, .. });
+        match (self.verdict, self.leg().until) {
             (Verdict::Underway, _) => {}
-            (Verdict::Over, leg) => {
-                if leg == Leg::Find {
-                    let overrun = self.beyond(position, self.seen).saturating_abs();
-                    let back = overrun.saturating_add(slack).wrapping_mul(self.direction);
+            (Verdict::Over, until) => {
+                if until == Until::Seen {
+                    let overrun = self.beyond(view.known.position, self.seen).saturating_abs();
+                    let back = overrun.saturating_add(view.slack).wrapping_mul(self.direction);
                     self.limit = self.seen.wrapping_sub(back);
                 }
                 self.done = self.done.saturating_add(1);
             }
             // Back from leaving the switch to finding it.
             (Verdict::Mistaken, _) => self.done = self.done.saturating_sub(1),
-            (Verdict::Blocked, Leg::Find) if !self.turned => {
+            (Verdict::Blocked, Until::Seen) if turns && !self.turned => {
                 self.turned = true;
                 self.direction = -self.direction;
             }
@@ -266,22 +331,17 @@ impl Search {
         true
     }
 
-    /// True if the switch that is searched is closed; a normally closed home switch counts as closed while it is open.
-    pub(super) fn is_closed(&self, switches: Switches) -> bool {
-        match self.goal {
-            Goal::Stop => switches.towards(self.direction),
-            Goal::Home | Goal::Circular => switches.home != self.inverted,
+    /// True if the switch that is searched is closed.
+    fn is_closed(&self, switches: Switches) -> bool {
+        match self.plan.sought {
+            Sought::Stop => switches.towards(self.direction),
+            Sought::Home { inverted, .. } => switches.home != inverted,
         }
     }
 
-    /// True where the chip latches the position of the edge that ends this leg: it does so for stop switches that open.
-    pub(super) fn edge_is_latched(&self) -> bool {
-        self.goal == Goal::Stop && matches!(self.leg(), Leg::Leave | Leg::Cross)
-    }
-
-    /// The middle between the two edges, in microsteps.
-    pub(super) fn middle(&self) -> i32 {
-        let span = self.second.wrapping_sub(self.first);
-        self.first.wrapping_add(span / 2)
+    /// The zero point: the middle between the two edges, or the only one, in microsteps.
+    fn place(&self) -> i32 {
+        let second = self.second.unwrap_or(self.first);
+        self.first.wrapping_add(second.wrapping_sub(self.first) / 2)
     }
 }

@@ -1,10 +1,11 @@
-//! An axis in a reference search (RFS): it carries out the plan in `search.rs` leg by leg.
+//! An axis in a reference search (RFS): it looks, and does what the search in `search.rs` makes of what there is to be
+//! seen.
 
 use super::Error;
-use super::axis::Joined;
-use super::hardware::Hardware;
-use super::search::{Leg, Motion, Search, Verdict};
-use super::switch::{SETTLED, Switches};
+use super::axis::{Joined, Pace};
+use super::hardware::{Goal, Hardware};
+use super::plan::Plan;
+use super::search::{Act, Edge, Search, View};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -19,11 +20,22 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::NotNow`] when one of the search speeds (194, 195) is zero: it would never end.
     pub fn start_search(&mut self, now: Micros) -> Result<(), Error> {
         let (fast, slow) = (self.values.get(P::ReferenceSearchSpeed), self.values.get(P::ReferenceSwitchSpeed));
+        let plan = Plan::of(self.values.get(P::ReferenceSearchMode));
+        self.search_by(now, plan, fast, Pace { speed: Some(slow), acceleration: None })
+    }
+
+    /// Begins a search by a plan: the rough search goes at the speed `fast`, all else at that of `pace`, or of
+    /// parameter 195 where that has none.
+    ///
+    /// # Errors
+    /// [`Error::NotNow`] when one of the speeds is zero: it would never end.
+    pub fn search_by(&mut self, now: Micros, plan: Plan, fast: i32, pace: Pace) -> Result<(), Error> {
+        let slow = pace.speed.unwrap_or(self.values.get(P::ReferenceSwitchSpeed));
         if fast == 0 || slow == 0 {
             return Err(Error::NotNow);
         }
-        self.rotate(now, 0)?;
-        self.search = Some(Search::of(self.values.get(P::ReferenceSearchMode), fast, slow));
+        self.rotate_at(now, 0, pace.acceleration)?;
+        self.search = Some(Search::new(plan, fast, slow));
         // While the motor comes to a stand the switches act as in the first leg.
         self.adjust()
     }
@@ -33,42 +45,32 @@ impl<H: Hardware> Joined<'_, H> {
         if self.search.is_some() { self.rotate(now, 0) } else { Ok(()) }
     }
 
-    /// Takes the search on by one poll; the position has been read in it.
+    /// Takes the search on by one poll; the position has been read in it. Where a datagram does not get through, the
+    /// next poll does all of that again.
     pub(super) fn poll_search(&mut self, now: Micros, mut search: Search) -> Result<(), Error> {
         let switches = self.switches()?;
-        let standing = self.actual_speed()? == 0;
+        self.actual_speed()?;
         let known = *self.hardware.known();
-        let closed = search.is_closed(switches);
-        if closed && !search.closed {
-            search.closed = true;
+        let slack = SLACK << self.values.get(P::MicrostepResolution);
+        let view = View { switches, known, index: self.encoders.index, slack };
+        let notice = search.see(&view);
+        if notice.closed {
             self.arm_latch()?;
-        } else if search.leg() == Leg::Cross && !closed && search.beyond(known.position, search.first) < 0 {
-            // The contact that was closed was not that of the switch, which begins only at the first edge.
-            search.closed = false;
         }
-        let verdict = search.judge(switches, &known);
-        if verdict == Verdict::Over && search.verdict != Verdict::Over {
-            search.mark(self.edge(&search)?);
+        match notice.ended {
+            Some(Edge::Here) => search.mark(known.position),
+            Some(Edge::Latched) => search.mark(self.latched()?.unwrap_or(known.position)),
+            None => {}
         }
-        search.stood = if standing && verdict == search.verdict { search.stood.saturating_add(1) } else { 0 };
-        search.verdict = verdict;
-        if search.leg() == Leg::Middle && verdict == Verdict::Over {
-            let zeroed = self.zero(now, &search);
-            return self.end_search(zeroed.is_ok());
-        }
-        match search.motion {
-            Motion::Running if verdict == Verdict::Underway => {}
-            Motion::Running | Motion::Starting => {
-                self.run_at(now, 0)?;
-                search.motion = Motion::Resting;
+        match search.act(&view) {
+            Act::Wait => {}
+            Act::Stand => self.run_at(now, 0)?,
+            Act::Begin => return self.begin_leg(now, search, &view),
+            Act::Arrive => {
+                let zeroed = self.zero(now, &search);
+                return self.end_search(zeroed.is_ok());
             }
-            Motion::Resting if search.stood >= SETTLED => {
-                if !search.proceed(known.position, SLACK << self.values.get(P::MicrostepResolution)) {
-                    return self.end_search(false);
-                }
-                return self.begin_leg(now, search, switches);
-            }
-            Motion::Resting => {}
+            Act::GiveUp => return self.end_search(false),
         }
         self.search = Some(search);
         Ok(())
@@ -77,27 +79,24 @@ impl<H: Hardware> Joined<'_, H> {
     /// Ends a search: from now on the stop switches act as their parameters say.
     fn end_search(&mut self, found: bool) -> Result<(), Error> {
         self.search = None;
+        self.pace = Pace::default();
         self.events.reached |= found;
         self.events.cut_short |= !found;
         self.adjust()
     }
 
-    fn begin_leg(&mut self, now: Micros, mut search: Search, switches: Switches) -> Result<(), Error> {
-        search.closed = search.is_closed(switches);
-        search.verdict = Verdict::Underway;
-        search.stood = 0;
-        search.motion = Motion::Starting;
+    fn begin_leg(&mut self, now: Micros, mut search: Search, view: &View) -> Result<(), Error> {
+        let (goal, closed) = search.begin(view);
         // The stop switches act as this leg wants it.
         self.search = Some(search);
-        if search.closed {
+        if closed {
             self.arm_latch()?;
         }
-        if search.leg() == Leg::Middle {
-            self.travel_to(now, search.middle())?;
-        } else {
-            self.run_at(now, search.speed())?;
+        match goal {
+            Goal::Speed(speed) => self.run_at(now, speed)?,
+            Goal::Position { target, .. } => self.travel_to(now, target)?,
         }
-        search.motion = Motion::Running;
+        search.begun();
         self.search = Some(search);
         Ok(())
     }
@@ -109,25 +108,20 @@ impl<H: Hardware> Joined<'_, H> {
         hardware.latch(controller)
     }
 
-    /// Where the present leg ends: as the hardware has latched it, if it has.
-    fn edge(&mut self, search: &Search) -> Result<i32, Error> {
-        let latched = if search.edge_is_latched() {
-            let (hardware, controller) = self.reach();
-            hardware.latched(controller)?
-        } else {
-            None
-        };
-        Ok(latched.unwrap_or(self.last_position()))
+    /// The position that has been kept, if one has.
+    fn latched(&mut self) -> Result<Option<i32>, Error> {
+        let (hardware, controller) = self.reach();
+        hardware.latched(controller)
     }
 
-    /// Makes the position zero, which is the middle. The encoders become zero with it: their
+    /// Makes the position zero, where the search has led. The encoders become zero with it: their
     /// deviation (parameters 212 and 218) is counted from there.
     fn zero(&mut self, now: Micros, search: &Search) -> Result<(), Error> {
         let zero = self.last_position();
         self.set_position(now, 0)?;
         self.encoders.zero();
         self.values.set(P::LastReferencePosition, zero);
-        if let Some(far) = search.far {
+        if let Some(far) = search.far() {
             self.values.set(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());
         }
         Ok(())

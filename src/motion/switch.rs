@@ -5,7 +5,7 @@
 pub(super) const SETTLED: u8 = 20;
 
 /// The stop switches, with the polarity of global parameter 79 applied, and the home switch as it is: true is closed.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Switches {
     /// The left stop switch, at the end of negative positions.
     pub left: bool,

@@ -73,6 +73,13 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
+    /// Switches the bridges, and with them the motor's current, off or on again. Without current the motor turns freely
+    /// and is not where the ramp generator takes it to be: it is to stand before.
+    pub fn switch_bridges(&mut self, now: Micros, on: bool) -> Result<(), Error> {
+        self.bridges_off = !on;
+        self.refresh_excitation(now, self.motion_state())
+    }
+
     /// Writes parameters and excitation to the driver.
     pub(super) fn write_driver(&mut self) -> Result<(), Error> {
         let Some(excitation) = self.excitation else { return Ok(()) };

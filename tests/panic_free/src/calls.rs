@@ -18,7 +18,7 @@ use tmcm::module::{
     Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
 };
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
-use tmcm::motion::{Axis, Hardware, Known, Sensors};
+use tmcm::motion::{Axis, Hardware, Known, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
 use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
 use tmcm::store::{Keeper, Layout, Memory, Need, Pair, Store};
@@ -307,9 +307,15 @@ fn motion() {
     let _ = any(axis.start(now()));
     let _ = any(axis.rotate(now(), any(0)));
     let _ = any(axis.move_to(now(), any(0)));
+    let _ = any(axis.rotate_at(now(), any(0), any(None)));
+    let _ = any(axis.move_at(now(), any(0), any(Pace::default())));
     let _ = any(axis.hard_stop());
+    let _ = any(axis.switch_bridges(now(), any(true)));
     let _ = any(axis.restart_driver());
     let _ = any(axis.start_search(now()));
+    const LEGS: &[Leg] = &[Leg::FIND, Leg::to(Until::Index, Mark::First)];
+    let plan = Plan { sought: Sought::Stop, positive: true, legs: LEGS };
+    let _ = any(axis.search_by(now(), any(plan), any(0), any(Pace::default())));
     let _ = any(axis.stop_search(now()));
     if let Some(parameter) = parameter {
         let _ = any(axis.write(now(), parameter, any(0)));
