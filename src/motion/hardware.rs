@@ -159,7 +159,7 @@ pub trait Hardware {
     /// The stop switches as they were read last, left and right.
     fn last_switches(&self, controller: &Self::Controller) -> [bool; 2];
 
-    /// True while a stop switch holds the motor against its goal.
+    /// True while a stop switch holds the motor against its goal. By the last reading of its speed it stands.
     fn is_held(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<bool, Error>;
 
     /// The position shall be kept at which the stop switch opens that [`Stops::latch`] tells; it is closed now.

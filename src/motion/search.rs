@@ -345,3 +345,93 @@ impl Search {
         self.first.wrapping_add(second.wrapping_sub(self.first) / 2)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A stage on which the switches are closed in these ranges of positions, ends included.
+    #[derive(Clone, Copy)]
+    struct Stage {
+        left: [i32; 2],
+        right: [i32; 2],
+        home: [i32; 2],
+    }
+
+    /// Carries a search out with a motor that goes ten microsteps in a poll, or one, and stands at once; stop switches
+    /// that do not stop it are run over. Gives the numbers of the legs and the place; none if the search gives up.
+    fn searched(stage: Stage, mode: i32) -> Option<(Vec<i32>, i32)> {
+        let mut search = Search::new(Plan::of(mode), 10, 1);
+        let (mut known, mut legs, mut latched) = (Known::default(), Vec::new(), None);
+        let mut goal = Goal::Speed(0);
+        for _ in 0..10_000 {
+            let at = |[first, last]: [i32; 2]| (first..=last).contains(&known.position);
+            let switches = Switches { left: at(stage.left), right: at(stage.right), home: at(stage.home) };
+            let view = View { switches, known, index: false, slack: 4 };
+            let notice = search.see(&view);
+            if notice.closed {
+                latched = None;
+            }
+            match notice.ended {
+                Some(Edge::Latched) => search.mark(latched.unwrap_or(known.position)),
+                Some(Edge::Here) => search.mark(known.position),
+                None => {}
+            }
+            match search.act(&view) {
+                Act::Wait => {}
+                Act::Stand => goal = Goal::Speed(0),
+                Act::Begin => {
+                    legs.push(search.number());
+                    goal = search.begin(&view).0;
+                    search.begun();
+                }
+                Act::Arrive => return Some((legs, known.position)),
+                Act::GiveUp => return None,
+            }
+            (known.target, known.speed) = match goal {
+                Goal::Position { target, .. } => (target, (target - known.position).signum()),
+                Goal::Speed(speed) => (known.target, speed),
+            };
+            if search.stops().hold(known.speed, [switches.left, switches.right]) {
+                known.speed = 0;
+            }
+            known.position += known.speed;
+        }
+        panic!("mode {mode} does not end");
+    }
+
+    /// From inside, with a home switch on the right: which legs each mode has, and where they lead. Edges are seen one
+    /// microstep late, and twice as late where the motor comes back over them.
+    #[test]
+    fn each_mode_has_its_legs_and_its_place() {
+        let stage = Stage { left: [-120, -100], right: [100, 140], home: [50, 70] };
+        for (mode, legs, place) in [
+            (1, 1..=4, -99),
+            (65, 1..=4, 99),
+            // The first leg, off the other stop switch, is over before it begins.
+            (2, 2..=6, -99),
+            (66, 2..=6, 99),
+            (3, 2..=6, -110),
+            (67, 2..=6, 120),
+            (4, 1..=4, -110),
+            (68, 1..=4, 120),
+            (6, 1..=4, 60),
+            (7, 1..=4, 60),
+        ] {
+            let (gone, found) = searched(stage, mode).unwrap();
+            assert_eq!(gone, legs.collect::<Vec<_>>(), "mode {mode}");
+            assert!((found - place).abs() <= 1, "mode {mode}: {found}");
+        }
+        // Mode 5 looks to the left first, and begins its first leg again the other way round.
+        let (legs, found) = searched(stage, 5).unwrap();
+        assert!(legs == [1, 1, 2, 3, 4] && (found - 60).abs() <= 1, "{legs:?}, {found}");
+    }
+
+    /// A home switch within a stop switch cannot be crossed.
+    #[test]
+    fn a_search_that_cannot_go_on_gives_up() {
+        let stage = Stage { left: [-120, -100], right: [60, 140], home: [50, 70] };
+        assert_eq!(searched(stage, 6), None);
+        assert!(searched(Stage { right: [80, 140], ..stage }, 6).is_some());
+    }
+}

@@ -239,7 +239,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         let tolerance = course.tolerance.unsigned_abs();
         let near = tolerance != 0 && signed(self.known.position as u32, 24).unsigned_abs() <= tolerance;
         let ahead = self.known.ahead();
-        if near || self.known.speed != 0 || !course.stops.hold(ahead, self.last_switches(chip)) {
+        if near || !course.stops.hold(ahead, self.last_switches(chip)) {
             return Ok(false);
         }
         let switches = self.switches(chip)?;

@@ -31,7 +31,9 @@ impl<H: Hardware> Joined<'_, H> {
         if let Some(search) = self.search {
             self.poll_search(now, search)?;
         }
-        self.held = if self.on_course(H::is_held)? { self.held.saturating_add(1) } else { 0 };
+        let known = self.hardware.known();
+        let stands = known.speed == 0 && known.ahead() != 0;
+        self.held = if stands && self.on_course(H::is_held)? { self.held.saturating_add(1) } else { 0 };
         let reached = self.at_target();
         self.events.at_target |= reached && !core::mem::replace(&mut self.was_at_target, reached);
         if self.travelling {
