@@ -106,7 +106,7 @@ pub trait Hardware {
     fn start(controller: &mut Self::Controller) -> Result<(), Error>;
 
     /// Stops all motors of a controller at once, whatever they were doing: it may be running since before the firmware
-    /// started.
+    /// started. Its axes do not know: each is [placed](Self::place) or [stopped](Self::stop) before it moves again.
     ///
     /// # Errors
     /// Some of it was not heard; the rest was told all the same.
