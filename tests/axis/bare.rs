@@ -1,13 +1,14 @@
-//! What no command of TMCL asks of an axis, and other languages do: an axis on the simulated chips, without a module.
+//! What no command of TMCL asks of an axis, and other languages do: an axis of a device on the simulated board, without a
+//! module.
 
-use embedded_hal::digital::OutputPin;
-use hal_sim::board::{Board, Chip, SharedBoard, SimSpi};
+use hal_sim::board::{Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcm::chip::tmc429::Tmc429;
+use tmcl_cli::virtual_module::{Simulated, parts};
+use tmcm::device::{Device, Inputs, Inversion};
 use tmcm::module::TMCM_1140;
 use tmcm::motion::tmc429::Tmc429Tmc262;
-use tmcm::motion::{Axis, Error, Events, Hardware, Joined, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
+use tmcm::motion::{Error, Events, Joined, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
 use tmcm::param::AxisParameter as P;
 use tmcm::units::Micros;
 
@@ -16,26 +17,24 @@ type Chips = Tmc429Tmc262<SimSpi, SimSpi>;
 /// An axis of a TMCM-1140 that nobody commands but the test.
 struct Bare {
     board: SharedBoard,
-    chip: Tmc429<SimSpi>,
-    axis: Axis<Chips>,
+    device: Device<Simulated<()>, 1>,
 }
 
 impl Bare {
     /// In a world that the text describes, ready to move.
     fn in_world(toml: &str) -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::parse(toml).unwrap(), 1));
-        let mut chip = Tmc429::new(board.spi(Chip::Tmc429(0), 1_000_000));
-        let mut axis = Axis::new(Chips::new(0, board.spi(Chip::Tmc262(0), 1_000_000)), TMCM_1140.axis);
-        Chips::start(&mut chip).unwrap();
-        axis.on(&mut chip).start(Micros(0)).unwrap();
-        board.enable_pin().set_low().unwrap();
-        Bare { board, chip, axis }
+        let mut device = Device::new(parts(&board), TMCM_1140.axis);
+        device.halt();
+        device.start(Micros(0), Inversion::default());
+        device.enable_drivers(true);
+        Bare { board, device }
     }
 
     /// Has the axis do something now.
     fn tell(&mut self, act: impl FnOnce(&mut Joined<'_, Chips>, Micros) -> Result<(), Error>) {
         let now = Micros(self.board.borrow().now() / MICROSECOND);
-        act(&mut self.axis.on(&mut self.chip), now).unwrap();
+        act(&mut self.device.axis(0).unwrap(), now).unwrap();
     }
 
     fn set(&mut self, number: u8, value: i32) {
@@ -43,7 +42,7 @@ impl Bare {
     }
 
     fn get(&mut self, parameter: P) -> i32 {
-        self.axis.on(&mut self.chip).read(parameter).unwrap()
+        self.device.axis(0).unwrap().read(parameter).unwrap()
     }
 
     /// Lets one poll pass: there is one in each millisecond.
@@ -53,7 +52,8 @@ impl Bare {
         let seen = self.board.borrow().axis_inputs(0);
         let sensors = Sensors { stall: seen.stall, home: seen.home, encoder: seen.encoder, ..Sensors::default() };
         let now = Micros(self.board.borrow().now() / MICROSECOND);
-        self.axis.on(&mut self.chip).poll(now, sensors)
+        self.device.begin(now, &Inputs { axes: [sensors], ..Inputs::default() });
+        self.device.next_axis(now).1
     }
 
     /// Lets polls pass until one is what is waited for, and tells how many that were.
@@ -104,12 +104,15 @@ fn a_move_is_aimed_anew_while_the_motor_turns() {
     let mut arrivals = 0;
     bare.polls_until(|bare, events| {
         arrivals += i32::from(events.reached);
-        if bare.axis.last_position() < 190_000 {
+        if bare.device.axes()[0].last_position() < 190_000 {
             slowest = slowest.min(bare.speed());
         }
         events.reached
     });
-    assert_eq!((slowest, arrivals, bare.rotor(), bare.axis.target_position()), (300, 1, 200_000, Some(200_000)));
+    assert_eq!(
+        (slowest, arrivals, bare.rotor(), bare.device.axes()[0].target_position()),
+        (300, 1, 200_000, Some(200_000))
+    );
     // Back at the speed of parameter 4, and round again.
     bare.tell(|axis, now| axis.move_to(now, 0));
     bare.polls_until(|bare, _| bare.speed() == -1000);
@@ -155,9 +158,9 @@ fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
     let mut found = false;
     bare.polls_until(|bare, events| {
         found = events.reached;
-        (events.reached || events.cut_short) && !bare.axis.searches()
+        (events.reached || events.cut_short) && !bare.device.axes()[0].searches()
     });
-    assert!(!found || (bare.axis.last_position(), bare.get(P::EncoderPosition)) == (0, 0));
+    assert!(!found || (bare.device.axes()[0].last_position(), bare.get(P::EncoderPosition)) == (0, 0));
     found.then(|| bare.rotor())
 }
 
@@ -217,11 +220,11 @@ fn a_search_is_refused_or_gives_up() {
     let plan = Plan { sought: Sought::Stop, positive: true, legs: LEGS };
     for (fast, slow) in [(0, 100), (500, 0)] {
         let pace = Pace { speed: Some(slow), acceleration: None };
-        let mut axis = bare.axis.on(&mut bare.chip);
+        let mut axis = bare.device.axis(0).unwrap();
         assert_eq!(axis.search_by(Micros(0), plan, fast, pace), Err(Error::NotNow));
     }
     bare.set(12, 0);
     bare.tell(|axis, now| axis.search_by(now, plan, 500, Pace { speed: Some(100), acceleration: None }));
-    bare.polls_until(|bare, events| events.cut_short && !bare.axis.searches());
+    bare.polls_until(|bare, events| events.cut_short && !bare.device.axes()[0].searches());
     assert_eq!(bare.speed(), 0);
 }
