@@ -1,6 +1,6 @@
 //! An axis on a ramp generator of the TMC429 and a TMC262 driver of its own: all that these two chips demand.
 //!
-//! The chip's positions have 24 bits ([`position`]), its braking ramps want a parameter worked out for them ([`ramp`]),
+//! The chip's positions have 24 bits (`position.rs`), its braking ramps want a parameter worked out for them ([`ramp`]),
 //! in velocity mode its speed limit is not that of positioning, and registers are written in the order in which none of
 //! them acts before the others are there. Which have the value already the chip's driver knows: they cost no datagram.
 
