@@ -133,7 +133,7 @@ pub trait Hardware {
     /// Makes `position` the motor's position and its target, in microsteps. The motor stands, or turns at a speed.
     fn place(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error>;
 
-    /// Takes the readings of this millisecond: the position, and one of the others. These rotate, and the axes of a
+    /// Takes the readings of this millisecond: the position of a motor that does not stand, and one of the others. These rotate, and the axes of a
     /// controller take turns in that: `reading` is the number of the reading, wrapping at 256, or `None` where it is the
     /// turn of another axis.
     fn refresh(&mut self, controller: &mut Self::Controller, reading: Option<u8>) -> Result<(), Error>;

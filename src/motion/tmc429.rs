@@ -67,6 +67,8 @@ pub struct Tmc429Tmc262<M, D> {
     waypoint: i32,
     /// The right stop switch, as read last. The left one comes with each datagram.
     right: bool,
+    /// The motor stood at the last turn already, so the position that is known is that at which it stands.
+    rests: bool,
     /// The settings that the chip has, if it has heard all of them.
     settled: Option<Settings>,
     braking: ramp::BrakingMemo,
@@ -83,6 +85,7 @@ impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
             known: Known::default(),
             waypoint: 0,
             right: false,
+            rests: false,
             settled: None,
             braking: ramp::BrakingMemo::default(),
             controller: PhantomData,
@@ -172,10 +175,16 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(())
     }
 
-    /// One datagram to the TMC429 and one for the reading, to the TMC429 or the driver; and one more where a waypoint is
-    /// moved on.
+    /// One datagram to the TMC429 for the position of a motor that does not stand, one for the reading, to the TMC429 or the
+    /// driver, and one more where a waypoint is moved on.
     fn refresh(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<(), Error> {
-        self.position(chip)?;
+        // The speed may have been read some milliseconds ago, before the last step: a motor that has come to a stand is
+        // asked for its position once more. Its speed goes on to be read.
+        let stands = self.known.speed == 0 && self.known.ahead() == 0;
+        if !(stands && self.rests) {
+            self.position(chip)?;
+        }
+        self.rests = stands;
         match reading.map(|reading| reading % READINGS) {
             None => {}
             Some(CONFIRMATION) => chip.confirm()?,
