@@ -33,8 +33,6 @@ pub(super) struct Line {
     /// How often it fell.
     datagrams: u64,
     pub(super) selected: bool,
-    /// The chip does not hear it.
-    deaf: bool,
 }
 
 impl Line {
@@ -42,7 +40,7 @@ impl Line {
     pub(super) fn all(kind: &BoardKind) -> Vec<Self> {
         let (controllers, axes) = (kind.controllers.len(), kind.axes());
         let chips = (0..controllers).map(Chip::Tmc429).chain((0..axes).map(Chip::Tmc262)).chain([Chip::At25]);
-        chips.map(|chip| Self { chip, datagrams: 0, selected: false, deaf: false }).collect()
+        chips.map(|chip| Self { chip, datagrams: 0, selected: false }).collect()
     }
 }
 
@@ -53,6 +51,7 @@ impl Board {
         let line = &mut self.lines[place];
         line.selected = true;
         line.datagrams += 1;
+        self.due = 0;
         if chip != Chip::At25
             && let Some(recorded) = &mut self.recorded
         {
@@ -66,12 +65,10 @@ impl Board {
 
     /// Eight clocks on the bus of `chip`, which is selected. Gives what MISO reads.
     pub fn byte(&mut self, chip: Chip, mosi: u8) -> u8 {
-        if self.line(chip).is_none() {
-            return FLOATING;
-        }
         // The motion bus has one datagram at a time: the last one is under way.
         if chip != Chip::At25
             && let Some(datagram) = self.recorded.as_mut().and_then(|recorded| recorded.last_mut())
+            && datagram.chip == chip
         {
             datagram.bytes.push(mosi);
         }
@@ -103,6 +100,7 @@ impl Board {
     pub fn deselect(&mut self, chip: Chip) {
         let Some(place) = self.line(chip) else { return };
         self.lines[place].selected = false;
+        self.due = 0;
         let now = self.now;
         if let Some(slave) = self.slave(chip) {
             slave.deselect(now);
@@ -126,26 +124,32 @@ impl Board {
 
     /// Takes the chip select of `chip` away from it, or gives it back.
     pub(super) fn set_deaf(&mut self, chip: Chip, deaf: bool) {
-        let Some(place) = self.line(chip) else { return };
+        let selected = self.line(chip).is_some_and(|place| self.lines[place].selected);
+        let Some(was) = self.deafness(chip).map(|was| std::mem::replace(was, false)) else { return };
         let now = self.now;
-        let switched = self.lines[place].selected && self.lines[place].deaf != deaf;
-        // It hears its select rise before it hears no more, and fall after it hears again.
-        if deaf
-            && switched
+        // What it hears last is that its select rises, or first that it falls.
+        if selected
+            && was != deaf
             && let Some(slave) = self.slave(chip)
         {
-            slave.deselect(now);
+            if deaf { slave.deselect(now) } else { slave.select(now) }
         }
-        self.lines[place].deaf = deaf;
-        if !deaf
-            && switched
-            && let Some(slave) = self.slave(chip)
-        {
-            slave.select(now);
+        if let Some(is) = self.deafness(chip) {
+            *is = deaf;
+        }
+    }
+
+    /// Whether a chip of the motion bus does not hear its chip select.
+    fn deafness(&mut self, chip: Chip) -> Option<&mut bool> {
+        match chip {
+            Chip::Tmc429(number) => self.controllers.get_mut(number).map(|controller| &mut controller.deaf),
+            Chip::Tmc262(axis) => self.drives.get_mut(axis).map(|drive| &mut drive.deaf),
+            Chip::At25 => None,
         }
     }
 
     /// The place of a chip among the lines, if the board has it.
+    #[inline]
     fn line(&self, chip: Chip) -> Option<usize> {
         let (controllers, axes) = (self.controllers.len(), self.drives.len());
         match chip {
@@ -155,16 +159,23 @@ impl Board {
         }
     }
 
-    /// A chip that hears what it is told.
+    /// A chip at the present time, if it hears what it is told.
+    #[inline]
     fn slave(&mut self, chip: Chip) -> Option<&mut dyn SpiSlave> {
-        let place = self.line(chip)?;
-        if !self.powered || self.lines[place].deaf {
+        if !self.powered {
             return None;
         }
-        Some(match chip {
-            Chip::Tmc429(number) => &mut self.controllers[number].chip,
-            Chip::Tmc262(axis) => &mut self.drives[axis].chip,
-            Chip::At25 => &mut self.at25,
-        })
+        match chip {
+            Chip::Tmc429(number) => {
+                let controller = self.controllers.get_mut(number).filter(|controller| !controller.deaf)?;
+                controller.chip.rest(self.now);
+                Some(&mut controller.chip)
+            }
+            Chip::Tmc262(axis) => {
+                let drive = self.drives.get_mut(axis).filter(|drive| !drive.deaf)?;
+                Some(&mut drive.chip)
+            }
+            Chip::At25 => Some(&mut self.at25),
+        }
     }
 }

@@ -72,6 +72,8 @@ struct Controller {
     axes: usize,
     /// Levels of its reference inputs.
     pins: u8,
+    /// It does not hear its chip select.
+    deaf: bool,
 }
 
 /// The driver of an axis, and what is fitted at its motor.
@@ -80,6 +82,8 @@ struct Drive {
     chip: Tmc262,
     encoder: MagneticEncoder,
     overtemperature: bool,
+    /// The driver does not hear its chip select.
+    deaf: bool,
 }
 
 /// The board.
@@ -87,6 +91,8 @@ struct Drive {
 pub struct Board {
     kind: &'static BoardKind,
     now: Nanos,
+    /// Before this time nothing happens by itself: chips and world need not be looked at. 0 after a change from outside.
+    due: Nanos,
     powered: bool,
     controllers: Vec<Controller>,
     drives: Vec<Drive>,
@@ -113,8 +119,7 @@ impl Wiring<'_> {
     /// Brings the stop switches of an axis to the inputs of its motor.
     #[inline]
     fn connect(pins: &mut u8, motor: usize, axis: &Axis) {
-        let own = u8::from(axis.level(Pin::Right)) | u8::from(axis.level(Pin::Left)) << 1;
-        *pins = *pins & !(0b11 << (2 * motor)) | own << (2 * motor);
+        *pins = *pins & !(0b11 << (2 * motor)) | axis.reference_pins() << (2 * motor);
     }
 }
 
@@ -138,7 +143,7 @@ impl StepDir for Wiring<'_> {
 
 impl Controller {
     fn new(first: usize, axes: usize) -> Self {
-        Self { chip: Tmc429::new(TMC429_CLOCK_HZ), first, axes, pins: UNWIRED }
+        Self { chip: Tmc429::new(TMC429_CLOCK_HZ), first, axes, pins: UNWIRED, deaf: false }
     }
 
     fn advance(&mut self, to: Nanos, drives: &mut [Drive], axes: &mut [Axis]) {
@@ -166,11 +171,13 @@ impl Board {
                 chip: Tmc262::new(config.motor.stall_guard_noise, seed.wrapping_add(axis as u64)),
                 encoder: MagneticEncoder::new(config.units_per_turn(), config.encoder.offset),
                 overtemperature: false,
+                deaf: false,
             }
         });
         let mut board = Self {
             kind,
             now: 0,
+            due: 0,
             powered: true,
             controllers: controllers.collect(),
             drives: drives.collect(),
@@ -202,22 +209,44 @@ impl Board {
             return;
         }
         self.now = to;
+        if to < self.due {
+            return;
+        }
         if self.powered {
             for controller in &mut self.controllers {
-                controller.advance(to, &mut self.drives, self.world.axes_mut());
+                if !controller.chip.rest(to) {
+                    controller.advance(to, &mut self.drives, self.world.axes_mut());
+                }
             }
             self.at25.advance(to);
         }
-        self.settle();
+        if self.world.settle(to) {
+            self.show_switches();
+        }
+        self.due = self.next_due();
     }
 
     /// The next time at which something may change without the firmware's doing (it may be early, but
     /// never late); none while all is at rest.
     pub fn next_event(&self) -> Option<Nanos> {
-        let chips = self.controllers.iter().map(|controller| controller.chip.next_event());
-        let chips = chips.chain([self.at25.next_event()]).filter(|_| self.powered);
-        let motors = self.world.axes().iter().map(|axis| axis.motor().next_event());
-        chips.chain(motors).flatten().min()
+        let due = self.next_due();
+        (due != Nanos::MAX).then_some(due)
+    }
+
+    /// The same; the maximum while all is at rest.
+    fn next_due(&self) -> Nanos {
+        let due = |event: Option<Nanos>| event.unwrap_or(Nanos::MAX);
+        let mut next = Nanos::MAX;
+        if self.powered {
+            next = due(self.at25.next_event());
+            for controller in &self.controllers {
+                next = next.min(due(controller.chip.next_event()));
+            }
+        }
+        for axis in self.world.axes() {
+            next = next.min(due(axis.motor().next_event()));
+        }
+        next
     }
 
     /// Whether the board has power.
@@ -245,7 +274,8 @@ impl Board {
         if !self.powered {
             self.powered = true;
             for controller in &mut self.controllers {
-                *controller = Controller::new(controller.first, controller.axes);
+                *controller =
+                    Controller { deaf: controller.deaf, ..Controller::new(controller.first, controller.axes) };
                 controller.advance(self.now, &mut self.drives, self.world.axes_mut());
             }
             for (drive, axis) in self.drives.iter().zip(self.world.axes_mut()) {
@@ -269,11 +299,9 @@ impl Board {
 
     /// What the microcontroller can read without SPI, no matter how many axes there are.
     pub fn inputs(&self) -> Inputs {
-        let mut analog = [0; MOST_ANALOG];
-        analog.iter_mut().zip(self.world.analog()).for_each(|(to, reading)| *to = *reading);
         Inputs {
             digital: self.world.inputs(),
-            analog,
+            analog: self.world.analog_channels(),
             supply: self.world.supply(),
             temperature: self.world.temperature(),
         }
@@ -307,8 +335,10 @@ impl Board {
     /// Lets the TMC429s' clock run, as it does from power-on, or stops it: then they stand still.
     pub fn set_motion_clock(&mut self, running: bool) {
         for controller in &mut self.controllers {
+            controller.chip.rest(self.now);
             controller.chip.set_clocked(self.now, running);
         }
+        self.due = 0;
     }
 
     /// Changes the world (switches, load, supply ...) and lets the chips see it.
@@ -390,6 +420,12 @@ impl Board {
 
     fn settle(&mut self) {
         self.world.settle(self.now);
+        self.show_switches();
+    }
+
+    /// Brings the levels of the stop switches to the motion controllers.
+    fn show_switches(&mut self) {
+        self.due = 0;
         if !self.powered {
             return;
         }
@@ -398,6 +434,7 @@ impl Board {
             for (motor, axis) in axes.iter().enumerate() {
                 Wiring::connect(&mut controller.pins, motor, axis);
             }
+            controller.chip.rest(self.now);
             controller.chip.set_reference_pins(controller.pins);
         }
     }

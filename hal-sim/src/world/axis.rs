@@ -84,15 +84,27 @@ impl Axis {
         self.moved(at);
     }
 
-    /// Time has passed without steps.
+    /// Time has passed without steps. Returns whether the rotor moved.
     #[inline]
-    pub(crate) fn settle(&mut self, now: Nanos) {
-        if self.motor.settle(now) {
+    pub(crate) fn settle(&mut self, now: Nanos) -> bool {
+        let moved = self.motor.settle(now);
+        if moved {
             self.moved(now);
         }
+        moved
+    }
+
+    /// The levels of the stop switches in the order of the TMC429's REFERENCE_SWITCHES: bit 0 right, bit 1 left.
+    #[inline]
+    pub(crate) fn reference_pins(&self) -> u8 {
+        const LEFT: u8 = Pin::Left.bit();
+        const RIGHT: u8 = Pin::Right.bit();
+        let pins = self.stage.pins();
+        u8::from(pins & RIGHT != 0) | u8::from(pins & LEFT != 0) << 1
     }
 
     /// The level of the pin that a switch is connected to.
+    #[inline]
     pub fn level(&self, pin: Pin) -> bool {
         self.stage.pins() & pin.bit() != 0
     }

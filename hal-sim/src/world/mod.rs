@@ -11,7 +11,7 @@ pub mod trace;
 
 pub use axis::Axis;
 
-use crate::board::{BoardKind, Input};
+use crate::board::{BoardKind, Input, MOST_ANALOG};
 use crate::clock::Nanos;
 use config::WorldConfig;
 
@@ -45,8 +45,8 @@ pub struct World {
     axes: Vec<Axis>,
     supply: u16,
     temperature: i32,
-    /// Readings of the analog channels, in their order.
-    analog: Vec<u16>,
+    /// Readings of the analog channels in their order, zero where the board has no more.
+    analog: [u16; MOST_ANALOG],
     /// The inputs that nothing but a hand sets, by their numbers.
     free: u32,
     outputs: Outputs,
@@ -56,19 +56,19 @@ impl World {
     /// The world that `config` describes around a board, at rest. The analog input that it tells of is the first one; others
     /// read zero.
     pub fn new(kind: &'static BoardKind, config: &WorldConfig) -> Self {
-        let mut analog = vec![0; kind.analog().count()];
-        if let Some(first) = analog.first_mut() {
-            *first = config.supply.analog.min(ANALOG_MAX);
-        }
-        Self {
+        let mut world = Self {
             kind,
             axes: (0..kind.axes()).map(|axis| Axis::new(kind, config.axis(axis))).collect(),
             supply: tenths(config.supply.volts),
             temperature: config.supply.temperature,
-            analog,
+            analog: [0; MOST_ANALOG],
             free: 0,
             outputs: Outputs::default(),
+        };
+        if let Some(first) = kind.analog().next() {
+            world.set_analog(first, config.supply.analog);
         }
+        world
     }
 
     /// What surrounds each axis.
@@ -120,7 +120,13 @@ impl World {
 
     /// Readings of the analog channels in their order, 0..=4095.
     pub fn analog(&self) -> &[u16] {
-        &self.analog
+        let channels = self.kind.analog().count();
+        self.analog.get(..channels).unwrap_or(&self.analog)
+    }
+
+    #[inline]
+    pub(crate) fn analog_channels(&self) -> [u16; MOST_ANALOG] {
+        self.analog
     }
 
     /// What the module puts out.
@@ -161,10 +167,14 @@ impl World {
         self.outputs = outputs;
     }
 
-    /// Time has passed without steps.
+    /// Time has passed without steps. Returns whether a rotor moved.
     #[inline]
-    pub(crate) fn settle(&mut self, now: Nanos) {
-        self.axes.iter_mut().for_each(|axis| axis.settle(now));
+    pub(crate) fn settle(&mut self, now: Nanos) -> bool {
+        let mut moved = false;
+        for axis in &mut self.axes {
+            moved |= axis.settle(now);
+        }
+        moved
     }
 }
 

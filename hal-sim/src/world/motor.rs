@@ -201,6 +201,7 @@ impl Motor {
 
     /// Time has passed until `now` without further steps: lets a rotor that lost a standing field fall in.
     /// Returns whether the rotor moved.
+    #[inline]
     pub fn settle(&mut self, now: Nanos) -> bool {
         if self.next_event().is_none_or(|due| due > now) {
             return false;
@@ -211,10 +212,13 @@ impl Motor {
     }
 
     /// When a rotor that has lost the field falls in again if the field stands still until then.
+    #[inline]
     pub fn next_event(&self) -> Option<Nanos> {
+        if !self.unsettled || !self.has_torque() {
+            return None;
+        }
         let full_step = SECOND / u64::from(self.config.pull_in.max(1));
-        let due = self.last_step.map_or(0, |last| last + full_step);
-        (self.unsettled && self.has_torque()).then_some(due)
+        Some(self.last_step.map_or(0, |last| last + full_step))
     }
 
     /// A blow moves the rotor by `full_steps` against field and counter. Multiples of four stay; with the

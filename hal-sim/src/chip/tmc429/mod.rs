@@ -110,15 +110,24 @@ impl Tmc429 {
     /// Brings the chip to time `to`. Every step pulse is handed to `load`, which returns the levels of the
     /// reference switch inputs after that step; they act from the next internal tick on.
     pub fn advance(&mut self, to: Nanos, load: &mut impl StepDir) {
-        // Due is the maximum in power-down, when no clock runs.
-        if to >= self.due {
+        if !self.rest(to) {
             let last = self.clock.tick_at(to);
             self.run(last, load);
             self.global.finish_datagram(last);
             self.now = to;
             self.reschedule();
         }
-        self.now = self.now.max(to);
+    }
+
+    /// Brings the chip to time `to` if nothing happens in it by then; false if something does.
+    #[inline]
+    pub fn rest(&mut self, to: Nanos) -> bool {
+        // Due is the maximum in power-down, when no clock runs.
+        let rests = to < self.due;
+        if rests {
+            self.now = self.now.max(to);
+        }
+        rests
     }
 
     /// The reference switch inputs changed without a step. `pins` are levels in the order of the register
