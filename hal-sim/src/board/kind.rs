@@ -3,6 +3,9 @@
 use crate::chip::at25::{AT25128, Part};
 use crate::world::pin::Pin;
 
+/// Most analog channels that a board can have.
+pub const MOST_ANALOG: usize = 8;
+
 /// A kind of board. Each axis has a TMC262 of its own; the axes are counted through the TMC429s, so that those of the
 /// second one follow those of the first.
 #[derive(Debug, PartialEq, Eq)]
@@ -11,7 +14,7 @@ pub struct BoardKind {
     pub name: &'static str,
     /// The TMC429s, by the number of axes of each: 1..=3.
     pub controllers: &'static [usize],
-    /// What is connected to the digital inputs, IN0 first; 32 at most.
+    /// What is connected to the digital inputs, IN0 first; 32 at most, of which [`MOST_ANALOG`] analog.
     pub inputs: &'static [Input],
     /// Number of digital outputs, OUT0 and up; 32 at most.
     pub outputs: u32,

@@ -12,7 +12,7 @@ mod kind;
 
 pub use bus::{Chip, Datagram};
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
-pub use kind::{AbnPins, BoardKind, Input, TMCM_1140};
+pub use kind::{AbnPins, BoardKind, Input, MOST_ANALOG, TMCM_1140};
 
 use crate::chip::StepDir;
 use crate::chip::at25::At25;
@@ -29,8 +29,6 @@ use bus::Line;
 
 /// Clock of the TMC429s in Hz.
 pub const TMC429_CLOCK_HZ: u32 = 16_000_000;
-/// Most analog channels that a board can have.
-pub const MOST_ANALOG: usize = 8;
 /// The lowest supply voltage at which a TMC262 works, in 0.1 V.
 const DRIVER_SUPPLY: u16 = 50;
 /// Levels of the reference inputs of a TMC429 to which nothing is wired: REFR2 and REFR3 have pull-ups in the chip and read
