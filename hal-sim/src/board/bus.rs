@@ -100,7 +100,6 @@ impl Board {
     pub fn deselect(&mut self, chip: Chip) {
         let Some(place) = self.line(chip) else { return };
         self.lines[place].selected = false;
-        self.due = 0;
         let now = self.now;
         if let Some(slave) = self.slave(chip) {
             slave.deselect(now);

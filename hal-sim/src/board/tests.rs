@@ -156,6 +156,38 @@ fn a_switch_pressed_by_hand_stops_the_motor() {
 }
 
 #[test]
+fn a_motor_that_a_switch_holds_starts_when_it_is_released() {
+    let board = start("");
+    board.borrow_mut().change_world(|world| world.axis_mut(0).press(Pin::Right, true));
+    tmc429(&board, V_TARGET, 1_000);
+    for _ in 0..3 {
+        run(&board, SECOND);
+    }
+    assert_eq!(board.borrow().world().axis(0).motor().rotor(), 0);
+    board.borrow_mut().change_world(|world| world.axis_mut(0).press(Pin::Right, false));
+    run(&board, SECOND);
+    assert!(board.borrow().world().axis(0).motor().rotor() > 30_000);
+}
+
+#[test]
+fn a_datagram_takes_effect_when_its_select_rises_however_long_it_has_been_low() {
+    let board = start("");
+    let mut board = board.borrow_mut();
+    let start = board.now();
+    board.select(Chip::Tmc429(0));
+    for (byte, at) in [V_TARGET, 0, 3, 0xE8].into_iter().zip(1..) {
+        board.advance_to(start + at * SECOND);
+        board.byte(Chip::Tmc429(0), byte);
+    }
+    board.advance_to(start + 5 * SECOND);
+    board.deselect(Chip::Tmc429(0));
+    // 16 MHz^2 x 2047 / 2^(3 + 7 + 29) = 953 000 microsteps/s^2: 47.7 in the first ten milliseconds.
+    board.advance_to(start + 5 * SECOND + 10 * MILLISECOND);
+    let rotor = board.world().axis(0).motor().rotor();
+    assert!((46..=48).contains(&rotor), "{rotor}");
+}
+
+#[test]
 fn a_load_stalls_the_motor_and_shows_at_the_stall_pin() {
     let board = start("");
     tmc429(&board, V_TARGET, 2_000);
