@@ -109,10 +109,16 @@ pub struct Module<T: Platform, const AXES: usize> {
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// A module before its [start](Self::start). `seed` starts the random numbers.
     pub fn new(parts: Parts<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
+        Self::with_device(Device::new(parts, T::Product::SPEC.axis), hooks, seed)
+    }
+
+    /// A module that takes over the device of another firmware as it is, with its motors where they are and its axis
+    /// parameters as they were set. It needs no start; global parameters, coordinates and variables have their defaults.
+    pub fn with_device(device: Device<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
         Module {
-            device: Device::new(parts, spec.axis),
+            device,
             hooks,
             globals: spec.global.defaults(),
             variables: [0; USER_VARIABLES],
@@ -150,6 +156,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.tick_offset = now.millis() as u32;
         self.device.start(now, self.inversion());
         self.device.enable_drivers(true);
+    }
+
+    /// The device, for another firmware to take over as it is.
+    pub fn into_device(self) -> Device<T, AXES> {
+        self.device
     }
 
     /// What the module is.

@@ -1,15 +1,19 @@
 //! What no command of TMCL asks of an axis, and other languages do: an axis of a device on the simulated board, without a
 //! module.
 
+use std::task::Poll;
+
 use hal_sim::board::{Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
+use hal_sim::fault::Fault;
 use hal_sim::world::config::WorldConfig;
 use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::device::{Device, Inputs, Inversion};
-use tmcm::module::TMCM_1140;
+use tmcm::module::{Module, Source, TMCM_1140};
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::{Error, Events, Joined, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
 use tmcm::param::AxisParameter as P;
+use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
 
 type Chips = Tmc429Tmc262<SimSpi, SimSpi>;
@@ -147,6 +151,28 @@ fn bridges_are_switched() {
     assert_eq!(current(&bare), 17);
 }
 
+/// A firmware may keep the drivers off until it is told to switch them on. Those of a device whose motion controller is
+/// silent stay off all the same.
+#[test]
+fn drivers_are_off_until_the_firmware_switches_them_on() {
+    for (fault, high_at_last) in [(false, false), (true, true)] {
+        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+        board.borrow_mut().set_fault(Fault::Tmc429, 0, fault);
+        let enable = || board.borrow().tmc262(0).disable_pin();
+        let mut device = Device::<Simulated<()>, 1>::new(parts(&board), TMCM_1140.axis);
+        device.halt();
+        device.start(Micros(0), Inversion::default());
+        assert!(enable());
+        device.begin(Micros::from_millis(1), &Inputs::default());
+        device.next_axis(Micros::from_millis(1));
+        assert!(enable());
+        device.enable_drivers(true);
+        assert_eq!(enable(), high_at_last);
+        device.enable_drivers(false);
+        assert!(enable());
+    }
+}
+
 /// Searches for a zero point by a list of legs, and gives where on the rotor's scale it is, unless the search gives up.
 fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
     let mut bare = Bare::in_world(world);
@@ -227,4 +253,28 @@ fn a_search_is_refused_or_gives_up() {
     bare.tell(|axis, now| axis.search_by(now, plan, 500, Pace { speed: Some(100), acceleration: None }));
     bare.polls_until(|bare, events| events.cut_short && !bare.device.axes()[0].searches());
     assert_eq!(bare.speed(), 0);
+}
+
+/// A firmware hands its device to another one, which finds the motor and the axis parameters as they are; and back.
+#[test]
+fn a_device_goes_from_one_firmware_to_another() {
+    let mut bare = Bare::in_world("");
+    bare.set(4, 500);
+    bare.tell(|axis, now| axis.move_to(now, 5_000));
+    bare.polls_until(|_, events| events.reached);
+    let Bare { board, device } = bare;
+    let mut module = Module::with_device(device, (), 1);
+    let mut ask = |line: &str| {
+        let now = Micros(board.borrow().now() / MICROSECOND);
+        match module.execute(now, Source::Usb, text::parse(line).unwrap()) {
+            Poll::Ready(Some(Reply::Plain { status: Status::Ok, value, .. })) => value,
+            other => panic!("{line}: {other:?}"),
+        }
+    };
+    assert_eq!((ask("GAP 1, 0"), ask("GAP 0, 0"), ask("GAP 4, 0")), (5_000, 5_000, 500));
+    ask("SAP 4, 0, 600");
+    ask("MVP REL, 0, 1000");
+    let mut bare = Bare { board, device: module.into_device() };
+    bare.polls_until(|_, events| events.reached);
+    assert_eq!((bare.rotor(), bare.get(P::MaximumSpeed)), (6_000, 600));
 }

@@ -507,6 +507,7 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     any(module.hooks());
     module.forget(any(Source::Usb));
     module.hold_program();
+    any(&mut Module::<Bare<P, N>, AXES>::with_device(module.into_device(), Added, any(0)));
 }
 
 /// Links that bring anything.
