@@ -4,10 +4,10 @@ use std::time::Instant;
 
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::device::Device;
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, binary};
+use tmcm_sim::NativeModule;
+use tmcm_sim::VirtualModule;
 
 /// Virtual time of each row, in seconds.
 const HOUR: u64 = 3600;
@@ -52,7 +52,7 @@ const ROWS: &[(&str, &[Command])] = &[
 fn main() {
     println!("{:<52} {:>10} {:>10} {:>8}", "the motor for an hour", "virtual", "host", "ratio");
     for (name, commands) in ROWS {
-        let mut module = VirtualModule::new(&WorldConfig::default(), None, 1);
+        let mut module = NativeModule::new(&WorldConfig::default(), None, 1);
         for command in *commands {
             module.receive(Source::Usb, binary::encode_command(1, *command));
             // Until the reply: the end of a download takes a while.

@@ -6,10 +6,10 @@ mod common;
 
 use common::{Bench, random_inputs};
 use hal_sim::clock::MILLISECOND;
-use tmcl_cli::client::Client;
-use tmcl_cli::device::Device;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Instruction, binary, text};
+use tmcm_sim::VirtualModule;
+use tmcm_sim::client::Client;
 
 /// Longest time a reply takes: some EEPROM pages.
 const PATIENCE_MS: u64 = 200;

@@ -6,6 +6,7 @@
 mod common;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use tmcm_sim::VirtualModule;
 
 use common::bombardment::{ask, assert_sane, bombard};
 use common::random::Random;

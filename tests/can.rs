@@ -7,10 +7,10 @@
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::fleet::{Fleet, Node};
 use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use tmcm::tmcl::can;
 use tmcm::tmcl::text;
+use tmcm_sim::fleet::{Fleet, Node};
 
 /// Longest time a test waits.
 const PATIENCE: Nanos = 50 * MILLISECOND;

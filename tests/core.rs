@@ -9,12 +9,12 @@ use std::task::Poll;
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::MICROSECOND;
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::can::Frame;
 use tmcm::device::Inputs;
 use tmcm::module::{Answer, Due, Module, Request, Source};
 use tmcm::tmcl::{Reply, Status, binary, can, text};
 use tmcm::units::Micros;
+use tmcm_sim::native::{Simulated, parts};
 
 const CAN: Source = Source::Can;
 

@@ -12,6 +12,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, text};
+use tmcm_sim::VirtualModule;
 
 /// Bytes of a page.
 const PAGE: usize = 64;

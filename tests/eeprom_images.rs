@@ -7,6 +7,7 @@
 mod common;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use tmcm_sim::VirtualModule;
 
 use common::bombardment::{ask, assert_sane, bombard};
 use common::program::STORED;
@@ -14,8 +15,8 @@ use common::random::Random;
 use common::{Bench, OK, random_inputs};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use hal_sim::clock::{MILLISECOND, SECOND};
-use tmcl_cli::client::Client;
 use tmcm::module::Source;
+use tmcm_sim::client::Client;
 
 /// Bytes of a page.
 const PAGE: usize = 64;

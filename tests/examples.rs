@@ -6,6 +6,7 @@
 mod common;
 
 use std::path::{Path, PathBuf};
+use tmcm_sim::VirtualModule;
 
 use common::{Bench, INVALID_VALUE};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};

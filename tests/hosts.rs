@@ -6,10 +6,10 @@ mod common;
 
 use common::{Bench, OK};
 use hal_sim::clock::MILLISECOND;
-use tmcl_cli::client::Client;
-use tmcl_cli::device::Device;
 use tmcm::module::Source;
 use tmcm::tmcl::{binary, text};
+use tmcm_sim::VirtualModule;
+use tmcm_sim::client::Client;
 
 /// Sends a command as one of those who share a link.
 fn post(bench: &mut Bench, source: Source, client: Client, line: &str) {

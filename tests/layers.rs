@@ -8,7 +8,7 @@
 //! * Chip drivers and the store do not name a parameter by its number, not even in comments ([`NUMBERED`]).
 //! * No two files of a crate import each other, directly or through other files; `layers/imports.rs` defines
 //!   imports.
-//! * The simulated hardware does not use the firmware.
+//! * The simulated hardware does not use the firmware, and the virtual modules do not use the command line.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
 //! * Only the board uses `unsafe`.
@@ -250,7 +250,7 @@ fn listed(circle: &[(&Path, &Path, &str)]) -> String {
 /// The roots of all crates of the workspace.
 fn roots() -> Vec<PathBuf> {
     let mut roots = Vec::new();
-    for package in ["", "fw", "hal-sim", "cli", "tests/panic_free"] {
+    for package in ["", "fw", "hal-sim", "sim", "cli", "tests/panic_free"] {
         let package = root().join(package);
         roots.extend(["build.rs", "src/lib.rs", "src/main.rs"].map(|file| package.join(file)));
         for folder in ["src/bin", "tests", "benches"] {
@@ -264,15 +264,27 @@ fn roots() -> Vec<PathBuf> {
     roots
 }
 
+/// Crates, each with the crates that it must not use. The virtual modules are for other people's tests: they bring along
+/// neither the command line nor what only Unix has.
+const CRATES_APART: [(&str, &[&str]); 2] =
+    [("hal-sim", &["tmcm", "tmcm_sim", "tmcl_cli"]), ("sim", &["tmcl_cli", "clap", "rustix"])];
 #[test]
-fn simulated_hardware_does_not_know_the_firmware() {
-    let folder = root().join("hal-sim");
-    let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
-    assert!(!manifest.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == "tmcm"));
-    let sources = sources(&folder);
-    assert!(!sources.is_empty());
-    for path in sources {
-        assert!(!tokens(&fs::read_to_string(&path).unwrap()).contains(&"tmcm"), "{}", path.display());
+fn crates_use_only_those_below_them() {
+    for (folder, forbidden) in CRATES_APART {
+        let folder = root().join(folder);
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        let (_, dependencies) = manifest.split_once("[dependencies]").unwrap();
+        for line in dependencies.lines() {
+            let name = line.split([' ', '.', '=']).next().unwrap_or_default().replace('-', "_");
+            assert!(!forbidden.contains(&name.as_str()), "{}: {line}", folder.display());
+        }
+        let sources = sources(&folder);
+        assert!(!sources.is_empty());
+        for path in sources {
+            let text = fs::read_to_string(&path).unwrap();
+            let used: Vec<_> = tokens(&text).into_iter().filter(|token| forbidden.contains(token)).collect();
+            assert!(used.is_empty(), "{}: {used:?}", path.display());
+        }
     }
 }
 
@@ -311,7 +323,7 @@ fn unsafe_is_left_to_the_board() {
     let board = root().join("src/board");
     // This image uses `unsafe` once, to call a function that does not exist, so that code that can panic does not link.
     let unlinkable = root().join("tests/panic_free/src/main.rs");
-    for folder in ["src", "fw", "hal-sim", "cli", "tests", "benches", "build.rs"] {
+    for folder in ["src", "fw", "hal-sim", "sim", "cli", "tests", "benches", "build.rs"] {
         for path in
             sources(&root().join(folder)).iter().filter(|path| !path.starts_with(&board) && **path != unlinkable)
         {

@@ -11,6 +11,7 @@ use embedded_hal::spi::SpiDevice;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::world::trace::Trace;
+use tmcm_sim::VirtualModule;
 
 /// Clock of the TMC429.
 const CLOCK: f64 = 16e6;

@@ -9,11 +9,11 @@ mod common;
 use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::module::TMCM_1140;
 use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};
 use tmcm::tmcl::{binary, text};
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// What is stored by whom: the lines that make a change, the last of which stores it, and the settings it
 /// changes.
@@ -79,7 +79,7 @@ fn prepared() -> Vec<u8> {
 }
 
 fn module(eeprom: &[u8], seed: u32) -> Bench {
-    let mut bench = Bench { module: VirtualModule::new(&WorldConfig::default(), Some(eeprom), seed) };
+    let mut bench = Bench { module: NativeModule::new(&WorldConfig::default(), Some(eeprom), seed) };
     bench.run(MILLISECOND);
     bench
 }

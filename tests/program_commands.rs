@@ -9,6 +9,7 @@ use common::program::{RUNNING, STOPPED};
 use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
+use tmcm_sim::VirtualModule;
 
 // ---- what loads the accumulator
 

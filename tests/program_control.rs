@@ -8,11 +8,12 @@ mod common;
 use common::program::{MEMORY, RESET, RUNNING, STEPPING, STOPPED, STORED, Status};
 use common::{Bench, INVALID_COMMAND, INVALID_VALUE, NOT_AVAILABLE, OK, WRONG_CHECKSUM, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
-use tmcl_cli::client::Client;
 use tmcm::can::{CanFrame, Frame};
 use tmcm::module::Source;
 use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, binary, text};
+use tmcm_sim::VirtualModule;
+use tmcm_sim::client::Client;
 
 /// Counts in variable 0, once every 10 ms, without end.
 const COUNTING: [&str; 5] = ["GGP 0, 2", "CALC ADD, 1", "AGP 0, 2", "WAIT TICKS, 0, 1", "JA 0"];

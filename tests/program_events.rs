@@ -8,6 +8,7 @@ mod common;
 use common::Bench;
 use common::program::{RUNNING, STOPPED};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
+use tmcm_sim::VirtualModule;
 
 /// Where the handler is.
 const HANDLER: i32 = 100;

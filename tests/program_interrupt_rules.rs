@@ -10,6 +10,7 @@ mod common;
 use common::program::{MEMORY, RUNNING, STACK, STOPPED};
 use common::{Bench, NOT_AVAILABLE, OK, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm_sim::VirtualModule;
 
 /// Where the handlers of interrupts 39, 40 and 41 are.
 const HANDLERS: [i32; 3] = [100, 120, 140];

@@ -7,6 +7,7 @@ mod common;
 use common::Bench;
 use common::program::RUNNING;
 use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm_sim::VirtualModule;
 
 /// Where handlers are.
 const HANDLER: i32 = 100;

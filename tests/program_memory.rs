@@ -10,6 +10,7 @@ use common::{Bench, EEPROM_LOCKED, INVALID_VALUE, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, text};
+use tmcm_sim::VirtualModule;
 
 /// Notes that it ran, in variable 1, which is in RAM only.
 const NOTE: [&str; 4] = ["GGP 1, 2", "CALC ADD, 1", "AGP 1, 2", "STOP"];

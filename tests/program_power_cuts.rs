@@ -9,10 +9,10 @@ mod common;
 use common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::{Command, Opcode, text};
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Commands of each program: 224 bytes, so that they end within their fourth page.
 const LENGTH: u16 = 32;
@@ -63,7 +63,7 @@ fn send(bench: &mut Bench, line: &str) -> (u8, i32) {
 }
 
 fn module(eeprom: &[u8], seed: u32) -> Bench {
-    let mut bench = Bench { module: VirtualModule::new(&WorldConfig::default(), Some(eeprom), seed) };
+    let mut bench = Bench { module: NativeModule::new(&WorldConfig::default(), Some(eeprom), seed) };
     bench.run(MILLISECOND);
     bench
 }

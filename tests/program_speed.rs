@@ -8,6 +8,7 @@ mod common;
 use common::Bench;
 use common::program::MEMORY;
 use hal_sim::clock::MILLISECOND;
+use tmcm_sim::VirtualModule;
 
 /// Plain commands in a millisecond.
 const PLAIN: i32 = 128;

@@ -11,6 +11,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use tmcm::module::Source;
 use tmcm::module::TMCM_1140;
 use tmcm::tmcl::{Command, Opcode, binary, text};
+use tmcm_sim::VirtualModule;
 
 /// Virtual time in all.
 const TIME: Nanos = 1_000_000_000 * MICROSECOND;

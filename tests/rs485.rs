@@ -4,9 +4,9 @@
 
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::fleet::Fleet;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::text;
+use tmcm_sim::fleet::Fleet;
 
 /// Longest time a test waits for a reply.
 const PATIENCE: Nanos = 400 * MILLISECOND;

@@ -17,13 +17,13 @@ use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{Control, Line, State};
 use hal_sim::world::config::WorldConfig;
 use scenario::{Choice, Rig, run_directory};
-use tmcl_cli::client::Client;
-use tmcl_cli::device::Device;
-use tmcl_cli::image::{ImageModule, Setup};
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::{self, TELEGRAM};
+use tmcm_sim::NativeModule;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::client::Client;
+use tmcm_sim::image::{ImageModule, Setup};
 
 /// How the built-in encoder is connected is not known.
 const NO_ENCODER: &str = "the image does not read the built-in encoder";
@@ -126,7 +126,7 @@ fn run<R: Rig>(first_rows: bool, except: &[(&str, &str)], rig: impl Fn(&WorldCon
 
 #[test]
 fn on_the_core() {
-    run(false, &[], |world| Bench { module: VirtualModule::new(world, None, 1) });
+    run(false, &[], |world| Bench { module: NativeModule::new(world, None, 1) });
 }
 
 #[test]

@@ -17,11 +17,11 @@ use common::random::Random;
 use common::{Bench, NOT_AVAILABLE};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::tmcl::{binary, text};
 use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
+use tmcm_sim::{NativeModule, Product, VirtualModule};
 
 /// Lives in a usual run.
 const LIVES: u64 = 48;
@@ -67,7 +67,7 @@ impl Life {
         let ahead = random.below(10_000).min(edge);
         let clock = (edge - ahead) * 1000;
         println!("seed {seed}: the clock starts at {clock} us");
-        let module = VirtualModule::with_clock(&config, None, seed as u32, Micros(clock));
+        let module = NativeModule::with_clock(Product::Tmcm1140, &config, None, seed as u32, Micros(clock));
         let bench = Bench { module };
         let (started, edge, stored) = (bench.module.now(), ahead * MILLISECOND, BTreeMap::new());
         let mut life = Life { bench, random, started, edge, crossed: false, origin: 0, ticks: (started, 0), stored };

@@ -10,6 +10,7 @@ use common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, text};
+use tmcm_sim::VirtualModule;
 
 const STAP: u8 = 7;
 const RSAP: u8 = 8;

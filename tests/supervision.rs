@@ -17,6 +17,7 @@ use tmcm::module::Source;
 use tmcm::tmcl::can::encode_command;
 use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::vm::ErrorFlag;
+use tmcm_sim::VirtualModule;
 
 fn configure(bench: &mut Bench, lines: &[&str]) {
     for line in lines {

@@ -1,11 +1,5 @@
-//! The program `tmcl` as a library. The firmware's own tests use its virtual modules, too.
+//! The program `tmcl` as a library. Its virtual modules are those of [`tmcm_sim`].
 //!
-//! * [`virtual_module`] - the firmware's core on the simulated board, in virtual time
-//! * [`tracer`] - a recorder of the commands that a program in a virtual module executes
-//! * [`client`] - the clients that share a link to a module, and the bytes sent to them
-//! * [`device`] - the interface of a module to its links: either of the two kinds of virtual modules
-//! * [`image`] - a virtual module that runs the flash image on the emulated microcontroller
-//! * [`fleet`] - several virtual modules on an RS485 bus and a CAN bus
 //! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
 //! * [`sim`] - virtual modules in real time, with links that host software opens
 //! * [`link`] - the host's end of a link to a module
@@ -25,20 +19,15 @@
 //! * [`progress`] - a progress bar
 
 pub mod asm;
-pub mod client;
 pub mod conversation;
 pub mod debug;
-pub mod device;
 pub mod disasm;
 pub mod failure;
 mod files;
-pub mod fleet;
-pub mod image;
 pub mod link;
 pub mod load;
 pub mod monitor;
 pub mod params;
-mod ports;
 mod product;
 pub mod program;
 pub mod progress;
@@ -48,5 +37,3 @@ pub mod send;
 pub mod signal;
 pub mod sim;
 pub mod slcan;
-pub mod tracer;
-pub mod virtual_module;

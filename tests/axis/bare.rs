@@ -7,7 +7,6 @@ use hal_sim::board::{Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::Fault;
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::device::{Device, Inputs, Inversion};
 use tmcm::module::{Module, Source, TMCM_1140};
 use tmcm::motion::tmc429::Tmc429Tmc262;
@@ -15,6 +14,7 @@ use tmcm::motion::{Error, Events, Joined, Leg, Mark, Pace, Plan, Sensors, Sought
 use tmcm::param::AxisParameter as P;
 use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
+use tmcm_sim::native::{Simulated, parts};
 
 type Chips = Tmc429Tmc262<SimSpi, SimSpi>;
 

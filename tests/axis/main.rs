@@ -14,6 +14,7 @@ use hal_sim::board::Chip;
 use tmcm::module::Source;
 use tmcm::tmcl::{binary, text};
 use tmcm::vm::ErrorFlag;
+use tmcm_sim::VirtualModule;
 
 impl Bench {
     /// A command that is carried out at once, over RS485, which has no frames to wait for: no poll passes.

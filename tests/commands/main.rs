@@ -12,10 +12,10 @@ use hal_sim::board::{Board, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
-use tmcl_cli::virtual_module::parts;
 use tmcm::module::{Hooks, Module, Source};
 use tmcm::tmcl::{Command, Reply, Status, binary, text};
 use tmcm::units::Micros;
+use tmcm_sim::native::{Simulated, parts};
 
 /// Command numbers that mean something, from the manual.
 const KNOWN: [(u8, u8); 6] = [(1, 15), (19, 28), (30, 39), (64, 71), (128, 139), (255, 255)];
@@ -465,7 +465,7 @@ impl Hooks for Functions {
 #[test]
 fn user_functions_of_an_image() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-    let mut module = Module::new(parts(&board), Functions::default(), 1);
+    let mut module = Module::<Simulated<Functions>, 1>::new(parts(&board), Functions::default(), 1);
     module.start(Micros(0), |_| {});
     for (line, status, value) in [
         ("UF0 200, 100, 1000", Status::Ok, 1300),

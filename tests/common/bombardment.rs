@@ -4,12 +4,13 @@ use super::random::Random;
 use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
 use super::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use tmcl_cli::client::Sent;
 use tmcm::can::{CanFrame, Frame};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Status, text};
+use tmcm_sim::VirtualModule;
+use tmcm_sim::client::Sent;
 
 fn telegram(line: &str) -> Telegram {
     binary::encode_command(1, text::parse(line).unwrap())

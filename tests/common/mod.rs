@@ -11,11 +11,11 @@ pub mod table;
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::Line;
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::client::Sent;
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{Command, text};
+use tmcm_sim::client::Sent;
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Longest time that a test waits for a reply, in virtual time.
 const PATIENCE: Nanos = 2_000 * MILLISECOND;
@@ -42,7 +42,7 @@ pub fn random_inputs(usual: u64) -> u64 {
 }
 
 pub struct Bench {
-    pub module: VirtualModule,
+    pub module: NativeModule,
 }
 
 impl Bench {
@@ -54,12 +54,12 @@ impl Bench {
     /// A module in the world that the text describes.
     pub fn in_world(toml: &str) -> Self {
         let config = WorldConfig::parse(toml).unwrap();
-        Bench { module: VirtualModule::new(&config, None, 1) }
+        Bench { module: NativeModule::new(&config, None, 1) }
     }
 
     /// A module in the default world whose EEPROM has these contents.
     pub fn with_eeprom(contents: &[u8]) -> Self {
-        Bench { module: VirtualModule::new(&WorldConfig::default(), Some(contents), 1) }
+        Bench { module: NativeModule::new(&WorldConfig::default(), Some(contents), 1) }
     }
 
     /// Sends a telegram over a link and waits for the reply; `None` if no reply comes.

@@ -4,6 +4,7 @@ use super::{Bench, OK};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, text};
+use tmcm_sim::VirtualModule;
 
 /// Status of a reply during a download: the command was stored in program memory.
 pub const STORED: u8 = 101;

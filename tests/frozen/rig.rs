@@ -8,11 +8,11 @@ use hal_sim::board::{Chip, Datagram};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{AxisState, Line, State};
 use hal_sim::world::config::WorldConfig;
-use tmcl_cli::client::Client;
-use tmcl_cli::virtual_module::VirtualModule;
 use tmcm::can::{CanFrame, Frame, Id};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary, can, text};
+use tmcm_sim::client::Client;
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Size of the EEPROM in bytes.
 pub(super) const EEPROM_SIZE: usize = 16_384;
@@ -95,13 +95,13 @@ enum Asked {
 
 /// A module and its hosts.
 pub(super) struct Rig {
-    module: VirtualModule,
+    module: NativeModule,
 }
 
 impl Rig {
     pub(super) fn new(world: &str, eeprom: Option<&[u8]>) -> Self {
         let config = WorldConfig::parse(world).unwrap_or_else(|error| panic!("{world}: {error}"));
-        let mut board = VirtualModule::new(&config, None, 1);
+        let mut board = NativeModule::new(&config, None, 1);
         // The module is started a second time, so that the datagrams of its start are counted, too.
         board.set_power(false);
         board.board().borrow_mut().take_datagrams();

@@ -17,12 +17,12 @@ use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use random::Random;
 use reference::{Machine, World};
-use tmcl_cli::virtual_module::{Simulated, parts};
 use tmcm::device::Inputs;
 use tmcm::module::{Module, Source};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::{ErrorFlag, ProgramState};
+use tmcm_sim::native::{Simulated, parts};
 
 /// Programs in all.
 const PROGRAMS: u32 = 100_000;

@@ -9,13 +9,13 @@ use tmcm::module::Source;
 use tmcm::tmcl::binary::Telegram;
 
 use super::LinkError;
-use crate::virtual_module::VirtualModule;
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
 
 /// A virtual module in the default world, with a fresh EEPROM. Virtual time passes only during an exchange.
-pub(super) struct Simulated(VirtualModule);
+pub(super) struct Simulated(NativeModule);
 
 impl fmt::Debug for Simulated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -25,7 +25,7 @@ impl fmt::Debug for Simulated {
 
 impl Simulated {
     pub(super) fn new() -> Self {
-        Simulated(VirtualModule::new(&WorldConfig::default(), None, SEED))
+        Simulated(NativeModule::new(&WorldConfig::default(), None, SEED))
     }
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {

@@ -8,7 +8,7 @@ use tmcm::tmcl::{Command, Opcode, Status};
 use crate::conversation::meaning;
 use crate::failure::Failure;
 use crate::program::Program;
-use crate::virtual_module::VirtualModule;
+use tmcm_sim::NativeModule;
 
 /// Serial address of the module.
 pub(super) const ADDRESS: u8 = 1;
@@ -16,7 +16,7 @@ pub(super) const ADDRESS: u8 = 1;
 const PATIENCE: u64 = 60 * SECOND;
 
 /// Loads a program by commands 132 and 133 (manual section 3.7.38).
-pub(super) fn download(module: &mut VirtualModule, program: &Program) -> Result<(), Failure> {
+pub(super) fn download(module: &mut NativeModule, program: &Program) -> Result<(), Failure> {
     request(module, Command::new(Opcode::EnterDownload as u8, 0, 0, 0), Status::Ok)?;
     for command in &program.commands {
         request(module, *command, Status::Loaded)?;
@@ -25,7 +25,7 @@ pub(super) fn download(module: &mut VirtualModule, program: &Program) -> Result<
 }
 
 /// Sends a command; fails unless the reply has the status `wanted`.
-fn request(module: &mut VirtualModule, command: Command, wanted: Status) -> Result<(), Failure> {
+fn request(module: &mut NativeModule, command: Command, wanted: Status) -> Result<(), Failure> {
     let sent = module.exchange(Source::Usb, binary::encode_command(ADDRESS, command), PATIENCE);
     match sent.and_then(|sent| binary::decode_reply(&sent.telegram()?)) {
         Some(Received { status, .. }) if status == wanted as u8 => Ok(()),

@@ -22,10 +22,10 @@ use crate::files::STANDARD;
 use crate::program::read_program;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
-use crate::virtual_module::VirtualModule;
 use recording::Recording;
 pub use script::{Action, Event};
 use session::Session;
+use tmcm_sim::NativeModule;
 use trace::Trace;
 
 /// Run a TMCL program on a virtual module and show what it does
@@ -100,7 +100,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
     let recording = options.plot.is_some().then(Recording::new);
-    let module = VirtualModule::new(&world, None, SEED);
+    let module = NativeModule::new(&world, None, SEED);
     let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
     let before = report::variables(&mut session.module);
     let end = session.run(options.until, &signal)?;

@@ -4,7 +4,7 @@
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::State;
 
-use crate::virtual_module::VirtualModule;
+use tmcm_sim::NativeModule;
 
 /// Most slices: more than a plot has pixels.
 const MOST: usize = 4096;
@@ -97,7 +97,7 @@ impl Recording {
     }
 
     /// Records the values at a time since the start. They are read from the model, which takes no virtual time.
-    pub(super) fn sample(&mut self, at: Nanos, module: &VirtualModule) {
+    pub(super) fn sample(&mut self, at: Nanos, module: &NativeModule) {
         let state = State::of(&module.board().borrow());
         let (position, target) = module.position().unzip();
         let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
@@ -189,7 +189,7 @@ mod tests {
     #[test]
     fn a_module_is_looked_at_from_outside() {
         let mut recording = Recording::new();
-        let module = VirtualModule::new(&WorldConfig::default(), None, 1);
+        let module = NativeModule::new(&WorldConfig::default(), None, 1);
         recording.sample(2 * SECOND, &module);
         let slice = recording.slices[2000];
         assert_eq!([Channel::Position, Channel::Target].map(|channel| slice.range(channel)), [Some((0, 0)); 2]);

@@ -15,14 +15,14 @@ use crate::conversation::meaning;
 use crate::product::PRODUCT;
 use crate::program::Program;
 use crate::program::target;
-use crate::tracer::Step;
-use crate::virtual_module::VirtualModule;
+use tmcm_sim::NativeModule;
+use tmcm_sim::tracer::Step;
 
 /// Bank of the user variables.
 const VARIABLES: u8 = 2;
 
 /// The present values of all user variables, by number.
-pub(super) fn variables(module: &mut VirtualModule) -> Vec<Option<i32>> {
+pub(super) fn variables(module: &mut NativeModule) -> Vec<Option<i32>> {
     let numbers = (0..=u8::MAX).take(USER_VARIABLES);
     numbers.map(|number| module.read(Command::new(Opcode::Ggp as u8, number, VARIABLES, 0))).collect()
 }
@@ -74,7 +74,7 @@ pub(super) fn report(
     text
 }
 
-fn motor_and_pins(module: &VirtualModule, row: &mut impl FnMut(&str, &str)) {
+fn motor_and_pins(module: &NativeModule, row: &mut impl FnMut(&str, &str)) {
     let state = State::of(&module.board().borrow());
     let Some((position, target)) = module.position() else { return row("power", "off") };
     let target = target.filter(|target| *target != position);

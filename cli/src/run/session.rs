@@ -19,8 +19,8 @@ use crate::program::Program;
 use crate::progress::Progress;
 use crate::send::words::{self, Meaning};
 use crate::signal::EndSignal;
-use crate::tracer::Step;
-use crate::virtual_module::VirtualModule;
+use tmcm_sim::tracer::Step;
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Interval at which values are recorded, in virtual time.
 const TICK: Nanos = MILLISECOND;
@@ -56,7 +56,7 @@ pub(super) struct Counts {
 /// A program that runs in a virtual module.
 pub(super) struct Session<'a> {
     /// The module.
-    pub(super) module: VirtualModule,
+    pub(super) module: NativeModule,
     program: &'a Program,
     events: VecDeque<Event>,
     trace: Option<Trace>,
@@ -80,7 +80,7 @@ pub(super) struct Session<'a> {
 impl<'a> Session<'a> {
     /// A session with the program downloaded, ready to be started.
     pub(super) fn new(
-        mut module: VirtualModule,
+        mut module: NativeModule,
         program: &'a Program,
         events: Vec<Event>,
         trace: Option<Trace>,

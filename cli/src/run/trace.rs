@@ -10,7 +10,7 @@ use crate::conversation::meaning;
 use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::program::Program;
-use crate::tracer::Step;
+use tmcm_sim::tracer::Step;
 
 /// Widths in characters of the columns of labels and commands; longer ones push the rest of their line to the right.
 const LABEL: usize = 16;

@@ -12,8 +12,8 @@ use serde::Serialize;
 use super::pacing::Pacer;
 use super::stream::{Input, Stream};
 use super::tcp::{Guest, MOST_CONNECTIONS};
-use crate::device::Device;
-use crate::fleet::Fleet;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::Fleet;
 
 /// Longest line; nothing of the protocol comes near it.
 const LONGEST_LINE: usize = 4096;
@@ -151,7 +151,7 @@ struct Report {
 }
 
 /// Carries out a line of the control protocol and gives the answer.
-pub fn execute(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> String {
+pub fn execute(line: &str, fleet: &mut Fleet<impl VirtualModule>, pacer: &Pacer) -> String {
     answer(carry_out(line, fleet, pacer))
 }
 
@@ -164,7 +164,7 @@ fn answer(result: Result<Option<Report>, String>) -> String {
         .unwrap_or_else(|_| r#"{"ok":false,"error":"the answer cannot be shown as JSON"}"#.into())
 }
 
-fn carry_out(line: &str, fleet: &mut Fleet<impl Device>, pacer: &Pacer) -> Result<Option<Report>, String> {
+fn carry_out(line: &str, fleet: &mut Fleet<impl VirtualModule>, pacer: &Pacer) -> Result<Option<Report>, String> {
     let Line { module: number, control } = Line::parse(line)?;
     let count = fleet.modules().len();
     let index = number.wrapping_sub(1);

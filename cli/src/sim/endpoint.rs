@@ -8,7 +8,7 @@ use rustix::event::PollFlags;
 use tmcm::tmcl::binary::{Framer, TELEGRAM};
 
 use super::stream::{Input, Stream};
-use crate::client::Client;
+use tmcm_sim::client::Client;
 
 /// Silence after which an unfinished telegram is given up. The silence begins when bytes were read, and ends a
 /// telegram only if a later read found no bytes, so that a simulator that was held up for a moment does not tear a

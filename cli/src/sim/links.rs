@@ -16,10 +16,10 @@ use super::endpoint::{Arrival, Endpoint};
 use super::pty::Pty;
 use super::slcan::HostAdapter;
 use super::tcp::{Guest, Server};
-use crate::client::{Client, Sent};
-use crate::device::Device;
 use crate::failure::Failure;
-use crate::fleet::{Fleet, Lost};
+use tmcm_sim::VirtualModule;
+use tmcm_sim::client::{Client, Sent};
+use tmcm_sim::fleet::{Fleet, Lost};
 
 /// The TCP port that is used by default, if it is free.
 const USUAL_PORT: u16 = 4140;
@@ -71,7 +71,7 @@ impl Links {
 
     /// Accepts connections and passes to the modules what has arrived, a limited number of bytes per client. Returns
     /// messages for the user.
-    pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) -> Vec<String> {
+    pub fn receive(&mut self, fleet: &mut Fleet<impl VirtualModule>) -> Vec<String> {
         let last = &mut self.last_client.0;
         let mut next = || {
             *last += 1;
@@ -115,7 +115,7 @@ impl Links {
     }
 
     /// Writes what the modules have sent to the hosts.
-    pub fn send(&mut self, fleet: &mut Fleet<impl Device>) {
+    pub fn send(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
         while let Some((module, sent)) = fleet.sent() {
             // Only module 1 has hosts at its USB connector.
             if module == 0 {
@@ -148,7 +148,7 @@ impl Links {
     }
 
     /// Writes bytes that have waited, and closes the connections that have ended.
-    pub fn tidy(&mut self, fleet: &mut Fleet<impl Device>) {
+    pub fn tidy(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
         let quiet = !fleet.is_busy();
         self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());
         self.slcan.iter_mut().for_each(|pty| pty.end.endpoint.stream.flush());
@@ -228,7 +228,7 @@ fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<E
 }
 
 /// Passes to module 1 what has arrived from a client on the USB link.
-fn usb<T: Read + Write + AsFd>(fleet: &mut Fleet<impl Device>, endpoint: &mut Endpoint<T>) {
+fn usb<T: Read + Write + AsFd>(fleet: &mut Fleet<impl VirtualModule>, endpoint: &mut Endpoint<T>) {
     let (client, unread) = (endpoint.client, fleet.unread_usb(endpoint.client));
     let Some(module) = fleet.modules_mut().first_mut() else { return };
     endpoint.receive(unread, |arrival| match arrival {

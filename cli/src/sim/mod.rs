@@ -28,15 +28,15 @@ use hal_sim::world::config::WorldConfig;
 use rustix::event::{PollFd, PollFlags, Timespec};
 use tmcm::module::{Spec, TMCM_1140};
 
-use crate::device::Device;
 use crate::failure::Failure;
 use crate::files;
-use crate::fleet::Fleet;
-use crate::image::{ImageModule, Setup};
 use eeprom::EepromFile;
 use ending::Ending;
 use links::Links;
 use pacing::Pacer;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::Fleet;
+use tmcm_sim::image::{ImageModule, Setup};
 
 /// Seed of the modules' random numbers; the world's random numbers have a seed in the world file.
 const SEED: u32 = 1;
@@ -102,7 +102,7 @@ fn images(
 
 /// Opens the links, prints where they are, and runs the modules until `stop` says so. `what_runs` completes the printed
 /// sentence "A virtual TMCM-1140 ...".
-fn serve<M: Device>(
+fn serve<M: VirtualModule>(
     options: &Options,
     stop: Ending,
     mut fleet: Fleet<M>,
@@ -144,7 +144,7 @@ struct Simulator<M> {
     pacer: Pacer,
 }
 
-impl<M: Device> Simulator<M> {
+impl<M: VirtualModule> Simulator<M> {
     fn run(mut self) -> Result<(), Failure> {
         while !self.sleep()? {
             self.let_time_pass();

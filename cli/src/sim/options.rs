@@ -83,7 +83,7 @@ pub struct Options {
     /// Describe the motor, its stage, switches, encoder and supply
     ///
     /// Without it there is a free 200-step motor on 24 V and nothing at the inputs. The tables of FILE hold for each axis; the
-    /// n-th [[axis]] has what is different at axis n - 1, such as `motor.load = 0.2`.
+    /// n-th `[[axis]]` has what is different at axis n - 1, such as `motor.load = 0.2`.
     #[arg(long, value_name = "FILE.toml")]
     pub world: Option<PathBuf>,
 

@@ -6,9 +6,9 @@ use std::os::fd::AsFd;
 use hal_sim::clock::MILLISECOND;
 
 use super::endpoint::{Arrival, Endpoint};
-use crate::device::Device;
-use crate::fleet::{Fleet, Heard, Node};
 use crate::slcan::Adapter;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::{Fleet, Heard, Node};
 
 /// Length of the shortest SLCAN line that carries a frame, in bytes.
 const SHORTEST: usize = 6;
@@ -28,7 +28,7 @@ impl<T: Read + Write + AsFd> HostAdapter<T> {
     }
 
     /// Reads the host's lines, sends their frames on the bus, and answers the host.
-    pub fn receive(&mut self, fleet: &mut Fleet<impl Device>) {
+    pub fn receive(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
         let HostAdapter { endpoint, adapter } = self;
         let number = endpoint.client.0;
         endpoint.receive(fleet.unsent_frames(number) * SHORTEST, |arrival| {

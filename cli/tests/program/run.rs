@@ -19,13 +19,13 @@ Count:  CALC SUB, 1
 ";
 
 const TRACE: &str = "  time in ms    at         command                      accumulator           X  flags
-       0.049     0         CALC LOAD, 2                           2           0
-       0.049     1         EI 255                                 2           0
-       0.049     2         SAP 4, 0, 3000                         2           0  no effect: value, motor or bank out of range
-       0.049     3  Loop:  CSUB Count                             2           0
-       0.049     7  Count: CALC SUB, 1                            1           0
-       0.049     8         AGP 3, 2                               1           0
-       0.049     9         WAIT TICKS, 0, 1                       1           0
+       0.024     0         CALC LOAD, 2                           2           0
+       0.024     1         EI 255                                 2           0
+       0.024     2         SAP 4, 0, 3000                         2           0  no effect: value, motor or bank out of range
+       0.024     3  Loop:  CSUB Count                             2           0
+       0.024     7  Count: CALC SUB, 1                            1           0
+       0.024     8         AGP 3, 2                               1           0
+       0.024     9         WAIT TICKS, 0, 1                       1           0
       10.000    10         RSUB                                   1           0
       10.000     4         JC NZ, Loop                            1           0
       10.000     3  Loop:  CSUB Count                             1           0

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 
-use crate::device::Device;
+use crate::module::VirtualModule;
 use tmcm::can::{CanFrame, Frame};
 
 /// Bits of a frame without its data, with the pause behind the frame: 11-bit and 29-bit identifier. Stuff bits are left
@@ -83,7 +83,7 @@ impl Bus {
     }
 
     /// Gives the modules and adapters the frames that are complete by now.
-    pub(super) fn deliver(&mut self, modules: &mut [impl Device], now: Nanos) {
+    pub(super) fn deliver(&mut self, modules: &mut [impl VirtualModule], now: Nanos) {
         while let Some(heard) = self.wire.take_if(|heard| heard.at <= now) {
             let others = modules.iter_mut().enumerate().filter(|(index, _)| heard.from != Node::Module(*index));
             others.for_each(|(_, module)| module.receive_frame(&heard.frame));
@@ -94,7 +94,7 @@ impl Bus {
     }
 
     /// Lets the next frame begin if the bus is free.
-    pub(super) fn begin(&mut self, modules: &[impl Device], now: Nanos) {
+    pub(super) fn begin(&mut self, modules: &[impl VirtualModule], now: Nanos) {
         if self.wire.is_some() {
             return;
         }

@@ -10,21 +10,15 @@ use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::Frame;
 use tmcm::module::Source;
-use tmcm::module::{TMCM_1140, Tmcm1140};
-use tmcm::param::{GlobalParameter, Row};
-use tmcm::store::{Need, Store};
 
 pub use can::{Heard, Node};
 
 use crate::client::{Client, Sent};
-use crate::device::Device;
-use crate::virtual_module::VirtualModule;
-
-/// Size of an AT25128 in bytes.
-const EEPROM: usize = 16_384;
+use crate::module::VirtualModule;
+use crate::native::{NativeModule, Product};
 
 /// Modules and the buses between them.
-pub struct Fleet<M = VirtualModule> {
+pub struct Fleet<M = NativeModule> {
     modules: Vec<M>,
     now: Nanos,
     rs485: rs485::Rs485,
@@ -48,13 +42,13 @@ impl Fleet {
     /// Modules that run the firmware's core, each in its own world described by `config`; number of modules, EEPROMs
     /// and seed are as in [`Fleet::start`].
     pub fn new(config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
-        let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(VirtualModule::new(config, eeprom, seed));
+        let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(NativeModule::new(config, eeprom, seed));
         let Ok(fleet) = Self::start(eeproms, seed, start);
         fleet
     }
 }
 
-impl<M: Device> Fleet<M> {
+impl<M: VirtualModule> Fleet<M> {
     /// As many modules as there are EEPROMs, numbered from 1. `start` makes a module of an EEPROM and a seed of random
     /// numbers. For a fresh EEPROM (`None`) the module's number is its serial address and CAN identifier.
     ///
@@ -66,7 +60,7 @@ impl<M: Device> Fleet<M> {
         mut start: impl FnMut(Option<&[u8]>, u32) -> Result<M, E>,
     ) -> Result<Self, E> {
         let one = |(number, eeprom): (i32, &Option<&[u8]>)| {
-            let numbered = if eeprom.is_none() { numbered(number) } else { None };
+            let numbered = if eeprom.is_none() { Product::default().numbered_eeprom(number) } else { None };
             start(eeprom.or(numbered.as_deref()), seed.wrapping_add(number.cast_unsigned() - 1))
         };
         let modules = (1..).zip(eeproms).map(one).collect::<Result<Vec<M>, E>>()?;
@@ -232,26 +226,4 @@ impl<M: Device> Fleet<M> {
         }
         self.can.begin(&self.modules, self.now);
     }
-}
-
-/// The contents of an EEPROM with `number` as serial address and CAN identifier; `None` if these are the factory
-/// defaults.
-fn numbered(number: i32) -> Option<Vec<u8>> {
-    let parameters = [GlobalParameter::SerialAddress, GlobalParameter::CanId];
-    let rows = parameters.map(|parameter| TMCM_1140.global.row(parameter));
-    let rows = rows.into_iter().flatten().filter(|row| row.default != number);
-    let slots: Vec<u8> = rows.filter_map(Row::slot).collect();
-    let mut store = Store::<Tmcm1140>::new();
-    store.forget();
-    for slot in &slots {
-        store.set((*slot).into(), number).then_some(())?;
-    }
-    let mut contents = vec![0xFF; EEPROM];
-    while !store.settled(Need::Settings) {
-        let job = store.next_job()?;
-        let address = usize::from(job.address);
-        contents.get_mut(address..)?.get_mut(..job.page.len())?.copy_from_slice(&job.page);
-        store.finish(true);
-    }
-    (!slots.is_empty()).then_some(contents)
 }

@@ -1,5 +1,5 @@
 //! A virtual module that runs the firmware's flash image on the emulated microcontroller. It has the same interface,
-//! [`Device`], as a [`VirtualModule`](crate::virtual_module::VirtualModule), which runs the firmware's core.
+//! [`VirtualModule`], as a [`NativeModule`](crate::native::NativeModule), which runs the firmware's core.
 //!
 //! The module's links are the peripherals of the microcontroller: bytes and frames take their time on the wire, and are
 //! received only once the firmware has started.
@@ -17,7 +17,7 @@ use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use tmcm::module::Source;
 
 use crate::client::{Client, Sent};
-use crate::device::{Device, Rs485};
+use crate::module::{Rs485, VirtualModule};
 use cable::{Cable, GAP};
 use pieces::Pieces;
 
@@ -111,7 +111,7 @@ impl ImageModule {
     }
 
     /// Lets virtual time pass until `to`. If the firmware does something that cannot be emulated, virtual time stops
-    /// for good, and [`Device::stopped`] tells why.
+    /// for good, and [`VirtualModule::stopped`] tells why.
     pub fn run_until(&mut self, to: Nanos) {
         while self.stopped.is_none() && self.machine.now() < to {
             self.feed();
@@ -171,7 +171,7 @@ impl ImageModule {
     }
 }
 
-impl Device for ImageModule {
+impl VirtualModule for ImageModule {
     type Board<'a> = BoardAccess<'a>;
 
     fn board_mut(&mut self) -> BoardAccess<'_> {

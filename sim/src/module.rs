@@ -1,5 +1,5 @@
-//! What a [`Fleet`](crate::fleet::Fleet) and its links need of a module: the seam at which the firmware's core on the
-//! simulated board and the flash image on the emulated microcontroller take each other's place.
+//! The one face of all virtual modules: the firmware's core on the simulated board and the flash image on the emulated
+//! microcontroller take each other's place here.
 
 use std::ops::DerefMut;
 
@@ -12,7 +12,7 @@ use crate::client::{Client, Sent};
 
 /// A module with its board, in virtual time. Bytes and frames go in at the present time, which is that to which it has
 /// been [run](Self::run_until): what it does may take it further, but what it says then is not said before that time.
-pub trait Device {
+pub trait VirtualModule {
     /// Access to the board.
     type Board<'a>: DerefMut<Target = Board>
     where

@@ -10,7 +10,7 @@ use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 
 use crate::client::Client;
-use crate::device::{self, Device};
+use crate::module::{self, VirtualModule};
 
 /// Bits of a byte on the wire: start bit, eight data bits, stop bit.
 const BITS: u64 = 10;
@@ -76,7 +76,7 @@ impl Rs485 {
     }
 
     /// Gives bytes of the host to all modules.
-    pub(super) fn send(&mut self, modules: &mut [impl Device], now: Nanos, bytes: &[u8]) {
+    pub(super) fn send(&mut self, modules: &mut [impl VirtualModule], now: Nanos, bytes: &[u8]) {
         for (station, module) in self.stations.iter_mut().zip(modules) {
             // Between bytes of a module and bytes of the host the pause is measured in virtual time in any case.
             let announced = self.silences_announced && std::mem::replace(&mut station.host_spoke_last, true);
@@ -85,7 +85,7 @@ impl Rs485 {
     }
 
     /// The host has been silent long enough for the modules to give up an unfinished telegram of the host.
-    pub(super) fn silence(&mut self, modules: &mut [impl Device]) {
+    pub(super) fn silence(&mut self, modules: &mut [impl VirtualModule]) {
         for (_, module) in self.stations.iter().zip(modules).filter(|(station, _)| station.host_spoke_last) {
             module.silence(Source::Rs485, Client::default());
         }
@@ -93,12 +93,12 @@ impl Rs485 {
 
     /// Takes bytes of a module. With a telegram pause given, they are sent after that pause and after the module's
     /// earlier replies. Without one, the module's own UART has sent them already, and they arrive at `ready`.
-    pub(super) fn reply(&mut self, from: usize, module: &impl Device, ready: Nanos, bytes: &[u8]) {
+    pub(super) fn reply(&mut self, from: usize, module: &impl VirtualModule, ready: Nanos, bytes: &[u8]) {
         match (module.rs485(), self.stations.get_mut(from)) {
-            (Some(device::Rs485 { pause: Some(pause), .. }), Some(station)) => {
+            (Some(module::Rs485 { pause: Some(pause), .. }), Some(station)) => {
                 station.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
             }
-            (Some(device::Rs485 { pause: None, baud }), _) => {
+            (Some(module::Rs485 { pause: None, baud }), _) => {
                 bytes.iter().for_each(|byte| self.put_on_wire(ByteOnWire { at: ready, from, baud, byte: *byte }));
             }
             _ => {}
@@ -131,7 +131,7 @@ impl Rs485 {
     }
 
     /// Lets all replies begin and all bytes arrive that are due by now.
-    pub(super) fn deliver(&mut self, modules: &mut [impl Device], now: Nanos) {
+    pub(super) fn deliver(&mut self, modules: &mut [impl VirtualModule], now: Nanos) {
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
             // A byte arrives before a reply begins at the same time, because the byte restarts the pause before the
             // reply.
@@ -143,11 +143,11 @@ impl Rs485 {
         }
     }
 
-    fn begin(&mut self, modules: &[impl Device], from: usize, mut at: Nanos) {
+    fn begin(&mut self, modules: &[impl VirtualModule], from: usize, mut at: Nanos) {
         let Some(station) = self.stations.get_mut(from) else { return };
         let message = station.messages.pop_front();
-        let port = modules.get(from).and_then(Device::rs485);
-        let (Some(Message { bytes, .. }), Some(device::Rs485 { baud, .. })) = (message, port) else { return };
+        let port = modules.get(from).and_then(VirtualModule::rs485);
+        let (Some(Message { bytes, .. }), Some(module::Rs485 { baud, .. })) = (message, port) else { return };
         station.sends = at + bytes.len() as u64 * (BITS * SECOND / baud);
         for byte in bytes {
             at += BITS * SECOND / baud;
@@ -155,7 +155,7 @@ impl Rs485 {
         }
     }
 
-    fn arrive(&mut self, modules: &mut [impl Device], arrived: &ByteOnWire) {
+    fn arrive(&mut self, modules: &mut [impl VirtualModule], arrived: &ByteOnWire) {
         let ByteOnWire { at, from, baud, byte } = *arrived;
         self.heard_by_host.push_back(byte);
         for (index, (station, module)) in self.stations.iter_mut().zip(modules).enumerate() {
@@ -174,7 +174,7 @@ impl Station {
         self.messages.front().map(|message| message.ready.max(self.heard + message.pause).max(self.sends))
     }
 
-    fn hear<M: Device>(&mut self, module: &mut M, at: Nanos, announced: bool, bring: impl FnOnce(&mut M)) {
+    fn hear<M: VirtualModule>(&mut self, module: &mut M, at: Nanos, announced: bool, bring: impl FnOnce(&mut M)) {
         if at < self.sends {
             return;
         }

@@ -1,0 +1,40 @@
+//! Virtual TMCL modules in virtual time: a host's code is tested against them without a module, a serial port, or waiting.
+//!
+//! ```
+//! use tmcm_sim::{NativeModule, SECOND, Source, VirtualModule, WorldConfig, binary, text};
+//!
+//! // A TMCM-1140 in a world with a motor that nothing hinders; EEPROM fresh, random numbers from seed 1.
+//! let mut module = NativeModule::new(&WorldConfig::default(), None, 1);
+//! let request = binary::encode_command(1, text::parse("MVP ABS, 0, 51200").unwrap());
+//! let reply = module.exchange(Source::Usb, request, SECOND).and_then(|sent| sent.telegram());
+//! assert_eq!(reply, Some([2, 1, 100, 4, 0, 0, 200, 0, 51]));
+//! // Two seconds of virtual time are over at once.
+//! module.run(2 * SECOND);
+//! assert_eq!(module.board().borrow().world().axis(0).motor().rotor(), 51_200);
+//! ```
+//!
+//! * [`native`] - a module that runs the firmware's core on the simulated board
+//! * [`image`] - a module that runs the flash image on the emulated microcontroller
+//! * [`module`] - the one face of both
+//! * [`fleet`] - several modules on an RS485 bus and a CAN bus
+//! * [`client`] - the clients that share a link to a module, and the bytes sent to them
+//! * [`tracer`] - a recorder of the commands that a program in a module executes
+//!
+//! World files, switches, loads and faults are those of [`hal_sim`]; links, commands and replies those of [`tmcm`].
+
+pub mod client;
+pub mod fleet;
+pub mod image;
+pub mod module;
+pub mod native;
+pub mod tracer;
+
+pub use client::{Client, Sent};
+pub use fleet::Fleet;
+pub use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+pub use hal_sim::world::config::WorldConfig;
+pub use image::ImageModule;
+pub use module::VirtualModule;
+pub use native::{NativeModule, Product};
+pub use tmcm::module::Source;
+pub use tmcm::tmcl::{binary, text};

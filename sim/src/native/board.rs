@@ -1,0 +1,101 @@
+//! The simulated board as a firmware sees it: chips over SPI, the enable pin, inputs and outputs.
+
+use std::marker::PhantomData;
+
+use hal_sim::board::{Chip, SharedBoard, SimPin, SimSpi};
+use hal_sim::world::{self, stage::Abn};
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::device::{self, Controller, Inputs, Outputs, Parts};
+use tmcm::module::{Hooks, Platform, Product, Tmcm1140};
+use tmcm::motion::Sensors;
+use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::store::Store;
+
+/// SPI clock of the TMC429s: 84 MHz / 64, as on the target.
+const TMC429_HZ: u32 = 1_312_500;
+/// SPI clock of the TMC262s: 84 MHz / 32, as on the target.
+const TMC262_HZ: u32 = 2_625_000;
+
+/// A simulated board as a platform, with additions `H`, for a product `P` with `N` motion controllers.
+#[derive(Debug)]
+pub struct Simulated<H, P = Tmcm1140, const N: usize = 1>(PhantomData<(H, P)>);
+
+impl<H: Hooks, P: Product + 'static, const N: usize> device::Board for Simulated<H, P, N> {
+    type Product = P;
+    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
+    type Controllers = [Controller<Self::Hardware>; N];
+    type Enable = SimPin;
+    type Store = Box<Store<P>>;
+}
+
+impl<H: Hooks, P: Product + 'static, const N: usize> Platform for Simulated<H, P, N> {
+    type Hooks = H;
+}
+
+/// The parts of which a device on a simulated board is made.
+pub fn parts<H: Hooks, P: Product + 'static, const AXES: usize, const N: usize>(
+    board: &SharedBoard,
+) -> Parts<Simulated<H, P, N>, AXES> {
+    Parts {
+        controllers: std::array::from_fn(|n| Controller::new(Tmc429::new(board.spi(Chip::Tmc429(n), TMC429_HZ)))),
+        axes: Tmc429Tmc262::axes(std::array::from_fn(|axis| board.spi(Chip::Tmc262(axis), TMC262_HZ))),
+        enable: board.enable_pin(),
+        store: Box::new(Store::new()),
+    }
+}
+
+/// Counts how often an encoder's null track has become low and high, so that each edge is told the firmware once.
+#[derive(Clone, Copy, Debug, Default)]
+struct NullEdges([u64; 2]);
+
+impl NullEdges {
+    /// The counts of the encoder at the last edges since the call before.
+    fn take(&mut self, abn: Abn) -> [Option<u16>; 2] {
+        let edges = [abn.null_low, abn.null_high];
+        let before = std::mem::replace(&mut self.0, edges.map(|edge| edge.times));
+        std::array::from_fn(|n| (edges[n].times != before[n]).then_some(edges[n].count as u16))
+    }
+}
+
+/// Reads the inputs of a board, and writes its outputs.
+#[derive(Debug)]
+pub(super) struct Signals<const AXES: usize> {
+    board: SharedBoard,
+    null_edges: [NullEdges; AXES],
+}
+
+impl<const AXES: usize> Signals<AXES> {
+    /// The signals of a board; edges of encoders before now are not told any more.
+    pub(super) fn new(board: &SharedBoard) -> Self {
+        let mut signals = Signals { board: board.clone(), null_edges: [NullEdges::default(); AXES] };
+        signals.read();
+        signals
+    }
+
+    pub(super) fn read(&mut self) -> Inputs<AXES> {
+        let board = self.board.borrow();
+        let seen = board.inputs();
+        let mut analog = [0; device::ANALOG];
+        for (port, value) in board.kind().analog().zip(seen.analog) {
+            if let Some(place) = analog.get_mut(port) {
+                *place = value;
+            }
+        }
+        let axes = std::array::from_fn(|number| {
+            let axis = board.axis_inputs(number);
+            let null = self.null_edges[number].take(axis.abn);
+            let external = axis.abn.count as u16;
+            Sensors { stall: axis.stall, home: axis.home, encoder: axis.encoder, external, null }
+        });
+        let temperature = seen.temperature.clamp(i16::MIN.into(), i16::MAX.into()) as i16;
+        Inputs { axes, digital: seen.digital as u16, analog, supply: Some(seen.supply), temperature }
+    }
+
+    pub(super) fn write(&self, outputs: &Outputs) {
+        self.board.borrow_mut().set_outputs(world::Outputs {
+            digital: outputs.digital.into(),
+            pull_ups: outputs.pull_ups.into(),
+            leds: [outputs.led, outputs.trouble],
+        });
+    }
+}

@@ -1,0 +1,347 @@
+//! A virtual module that runs the firmware's core on the simulated board.
+
+mod board;
+mod firmware;
+mod ports;
+mod product;
+mod traffic;
+
+use std::cell::RefMut;
+
+use hal_sim::board::{Board, SharedBoard};
+use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::world::config::WorldConfig;
+use tmcm::can::Frame;
+use tmcm::module::Source;
+use tmcm::tmcl::binary::Telegram;
+use tmcm::tmcl::{Command, can};
+use tmcm::units::Micros;
+use tmcm::vm::Machine;
+
+pub use board::{Simulated, parts};
+pub use product::Product;
+
+use crate::client::{Client, Sent};
+use crate::module::{Rs485, VirtualModule};
+use crate::tracer::Step;
+use firmware::{Firmware, Start};
+use traffic::Traffic;
+
+/// A module with its board and world. Between two calls of its owner it polls the firmware whenever that is due.
+pub struct NativeModule {
+    product: Product,
+    board: SharedBoard,
+    firmware: Option<Box<dyn Firmware>>,
+    seed: u32,
+    /// What the microcontroller's clock shows whenever the firmware starts.
+    clock: Micros,
+    /// The present for those who bring bytes. A request that takes time takes the board's clock beyond the present.
+    present: Nanos,
+    traffic: Traffic,
+    /// The USB cable is in.
+    plugged: bool,
+    /// The commands of programs are recorded.
+    tracing: bool,
+    /// Messages for a person, such as that of an EEPROM with unknown contents.
+    log: Vec<String>,
+}
+
+impl NativeModule {
+    /// A TMCM-1140 in the world described by `config`, switched on at time 0. `eeprom` are the contents of the EEPROM,
+    /// fresh if `None`; `seed` makes everything that is random.
+    pub fn new(config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32) -> Self {
+        Self::of_product(Product::Tmcm1140, config, eeprom, seed)
+    }
+
+    /// A module of any product, as [`NativeModule::new`] has it.
+    pub fn of_product(product: Product, config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32) -> Self {
+        Self::with_clock(product, config, eeprom, seed, Micros(0))
+    }
+
+    /// The same, but whenever the firmware starts the microcontroller's clock shows `clock` already: so what happens
+    /// after weeks, such as the wrapping of a counter of milliseconds, is seen within seconds.
+    pub fn with_clock(product: Product, config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, clock: Micros) -> Self {
+        let mut board = Board::of_kind(product.kind(), config, seed.into());
+        if let Some(contents) = eeprom {
+            board.at25_mut().load(contents);
+        }
+        let mut module = NativeModule {
+            product,
+            board: SharedBoard::new(board),
+            firmware: None,
+            seed,
+            clock,
+            present: 0,
+            traffic: Traffic::default(),
+            plugged: true,
+            tracing: false,
+            log: Vec::new(),
+        };
+        module.boot();
+        module
+    }
+
+    /// The product that it is a module of.
+    pub fn product(&self) -> Product {
+        self.product
+    }
+
+    /// The board, with the chips and the world on it.
+    pub fn board(&self) -> &SharedBoard {
+        &self.board
+    }
+
+    /// Lets `span` nanoseconds pass.
+    pub fn run(&mut self, span: Nanos) {
+        self.run_until(self.now() + span);
+    }
+
+    /// A telegram arrives now over a link that nobody shares.
+    pub fn receive(&mut self, source: Source, telegram: Telegram) {
+        self.hear(source, Client::default(), &telegram);
+    }
+
+    /// Bytes of one of the clients that share a link arrive now: in the module's own time, which a request may have taken
+    /// beyond the time up to which the module was run.
+    pub fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
+        self.present = self.now();
+        VirtualModule::hear(self, source, client, bytes);
+    }
+
+    /// A frame arrives on the CAN bus now, in the module's own time.
+    pub fn receive_frame(&mut self, frame: Frame) {
+        self.present = self.now();
+        VirtualModule::receive_frame(self, &frame);
+    }
+
+    /// The oldest of the replies that are on the wire now, in the module's own time.
+    pub fn sent(&mut self) -> Option<Sent> {
+        self.present = self.now();
+        VirtualModule::sent(self)
+    }
+
+    /// Sends a telegram over a link that nobody shares and waits for the reply, as a host does. What has come before is
+    /// thrown away; `None` if there is no reply within `patience` nanoseconds.
+    pub fn exchange(&mut self, source: Source, telegram: Telegram, patience: Nanos) -> Option<Sent> {
+        while self.sent().is_some() {}
+        let end = self.now() + patience;
+        self.receive(source, telegram);
+        while self.now() < end {
+            self.run_until(self.next_event().map_or(end, |next| next.min(end)));
+            let reply = self.sent();
+            if reply.is_some() {
+                return reply;
+            }
+        }
+        None
+    }
+
+    /// The interpreter, to look at; `None` without power.
+    pub fn machine(&self) -> Option<&Machine> {
+        Some(self.firmware.as_ref()?.machine())
+    }
+
+    /// Where the firmware knows the motor of axis 0 to be, and its target in the modes that have one, in microsteps; `None`
+    /// without power. Looking costs the module no time.
+    pub fn position(&self) -> Option<(i32, Option<i32>)> {
+        self.firmware.as_ref()?.position(0)
+    }
+
+    /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
+    pub fn read(&mut self, command: Command) -> Option<i32> {
+        self.firmware.as_mut()?.read(command)
+    }
+
+    /// Records the commands that programs execute, from now on or no more.
+    pub fn trace(&mut self, on: bool) {
+        self.tracing = on;
+        if let Some(firmware) = &mut self.firmware {
+            firmware.trace(on);
+        }
+    }
+
+    /// The commands that have been recorded since the last call.
+    pub fn take_steps(&mut self) -> Vec<Step> {
+        self.firmware.as_mut().map(|firmware| firmware.take_steps()).unwrap_or_default()
+    }
+
+    fn boot(&mut self) {
+        let Self { board, clock, seed, tracing, .. } = self;
+        let start = Start { board, clock: *clock, seed: *seed, tracing: *tracing };
+        let (firmware, messages) = self.product.start(start);
+        self.log.extend(messages);
+        self.firmware = Some(firmware);
+        // The first poll is due at once: only then the firmware knows its inputs.
+        self.poll();
+    }
+
+    fn poll(&mut self) {
+        if self.firmware.as_mut().is_some_and(|firmware| firmware.poll(&mut self.traffic)) {
+            self.firmware = None;
+            self.traffic.forget();
+            self.board.borrow_mut().warm_reset();
+            self.boot();
+        }
+    }
+
+    /// Lets the firmware serve requests, as long as they take no time that is not there yet and keep it from no poll.
+    fn deliver(&mut self) {
+        while self.now() <= self.present
+            && let Some(firmware) = &mut self.firmware
+            && firmware.serve(&mut self.traffic)
+        {
+            if firmware.deadline() <= self.board.borrow().now() {
+                return;
+            }
+        }
+    }
+
+    fn has_unread(&self) -> bool {
+        let bytes = self.firmware.as_ref().is_some_and(|firmware| firmware.ports().has_unread());
+        bytes || !self.traffic.frames_in.is_empty()
+    }
+}
+
+impl VirtualModule for NativeModule {
+    type Board<'a> = RefMut<'a, Board>;
+
+    fn board_mut(&mut self) -> RefMut<'_, Board> {
+        self.board.borrow_mut()
+    }
+
+    fn now(&self) -> Nanos {
+        self.board.borrow().now()
+    }
+
+    fn run_until(&mut self, to: Nanos) {
+        self.present = self.present.max(to);
+        loop {
+            self.deliver();
+            let poll = self.firmware.as_ref().map(|firmware| firmware.deadline()).filter(|at| *at <= to);
+            self.board.borrow_mut().advance_to(poll.unwrap_or(to));
+            if poll.is_none() {
+                return;
+            }
+            self.poll();
+        }
+    }
+
+    fn next_event(&self) -> Option<Nanos> {
+        let reply = self.traffic.outbox.iter().map(|sent| sent.at).min();
+        let request = Some(self.now()).filter(|now| *now > self.present && self.has_unread());
+        let poll = self.firmware.as_ref().map(|firmware| firmware.deadline());
+        [reply, request, poll].into_iter().flatten().min()
+    }
+
+    fn set_power(&mut self, on: bool) {
+        if on == self.firmware.is_some() {
+            return;
+        }
+        if on {
+            self.board.borrow_mut().power_on();
+            self.boot();
+        } else {
+            self.firmware = None;
+            self.traffic = Traffic::default();
+            self.board.borrow_mut().power_off();
+        }
+    }
+
+    fn plug_usb(&mut self, on: bool) {
+        if on == self.plugged {
+            return;
+        }
+        self.plugged = on;
+        self.traffic.outbox.retain(|sent| sent.source != Source::Usb);
+        self.traffic.waiting.retain(|(source, _)| *source != Source::Usb);
+        if let Some(firmware) = &mut self.firmware {
+            firmware.forget(Source::Usb);
+            let (ports, settings) = firmware.ports_mut();
+            ports.unplug_usb(settings.start);
+        }
+    }
+
+    fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
+        if let Some(firmware) = &mut self.firmware
+            && (self.plugged || source != Source::Usb)
+        {
+            let (ports, settings) = firmware.ports_mut();
+            ports.push(source, client, bytes, settings);
+            self.deliver();
+        }
+    }
+
+    fn overhear(&mut self, byte: u8) {
+        VirtualModule::hear(self, Source::Rs485, Client::default(), &[byte]);
+    }
+
+    fn silence(&mut self, source: Source, client: Client) {
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports_mut().0.silence(source, client);
+        }
+    }
+
+    fn sent(&mut self) -> Option<Sent> {
+        let ready = self.traffic.outbox.iter().position(|sent| sent.at <= self.present)?;
+        self.traffic.outbox.remove(ready)
+    }
+
+    fn receive_frame(&mut self, frame: &Frame) {
+        if let (Some(_), Some(request)) = (&self.firmware, can::decode(frame)) {
+            self.traffic.frames_in.push_back(request);
+            self.deliver();
+        }
+    }
+
+    fn frame(&mut self) -> Option<Frame> {
+        self.traffic.frames_out.pop_front()
+    }
+
+    fn rs485(&self) -> Option<Rs485> {
+        let firmware = self.firmware.as_ref()?;
+        let pause = Nanos::from(firmware.link_settings().pause) * MILLISECOND;
+        Some(Rs485 { baud: firmware.baud(), pause: Some(pause) })
+    }
+
+    fn unread(&self, source: Source, client: Client) -> usize {
+        self.firmware.as_ref().map_or(0, |firmware| firmware.ports().unread(source, client))
+    }
+
+    fn unread_frames(&self) -> usize {
+        let Some(settings) = self.firmware.as_ref().map(|firmware| firmware.link_settings()) else { return 0 };
+        let own = [Some(settings.can_id), settings.can_secondary];
+        self.traffic.frames_in.iter().filter(|frame| own.contains(&Some(frame.id))).count()
+    }
+
+    fn owes(&self, client: Client) -> bool {
+        self.firmware.as_ref().is_some_and(|firmware| firmware.ports().owes(client))
+            || self.traffic.outbox.iter().any(|sent| sent.client == client)
+            || self.traffic.waiting.iter().any(|(_, waiting)| *waiting == client)
+    }
+
+    fn forget(&mut self, client: Client) {
+        self.traffic.subscriber = self.traffic.subscriber.filter(|subscriber| *subscriber != client);
+        if let Some(firmware) = &mut self.firmware {
+            firmware.ports_mut().0.forget(client);
+        }
+    }
+
+    fn is_busy(&self) -> bool {
+        let Some(firmware) = &self.firmware else { return false };
+        let waited_for = match firmware.subscriber() {
+            Some(Source::Can) => true,
+            Some(_) => self.traffic.subscriber.is_some(),
+            None => false,
+        };
+        let owes = self.has_unread() || !self.traffic.outbox.is_empty() || !self.traffic.waiting.is_empty();
+        owes || firmware.awaits(Source::Can) || waited_for
+    }
+
+    fn take_log(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.log)
+    }
+
+    fn stopped(&self) -> Option<String> {
+        None
+    }
+}
