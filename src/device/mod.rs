@@ -3,7 +3,7 @@
 //!
 //! A device knows no language. The firmware that owns it - the TMCL firmware is [`crate::module`] - gives it the time and
 //! the inputs by [`Device::begin`] and [`Device::next_axis`], and moves its axes by [`Device::axis`]. The device by itself
-//! stops what must not go on: all motors when the supply is too low or a motion controller is silent ([`safety`]).
+//! stops what must not go on: all motors when the supply is too low or a motion controller is silent.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
