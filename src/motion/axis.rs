@@ -1,4 +1,6 @@
-//! One axis: what it is to do, what it has noticed, and the values of its parameters.
+//! The state of one axis: the values of its parameters, the motion it was told, and the events it has noticed. The
+//! functions that need the chips belong to [`Joined`], an axis with its motion controller; they stand in the other
+//! files here.
 
 use core::ops::{Deref, DerefMut};
 
@@ -13,13 +15,13 @@ use super::values::Values;
 use crate::param::{AxisParameter as P, Parameter, Table};
 use crate::units::Micros;
 
-/// Events of an axis since the last poll; each is told once.
+/// What has happened to an axis since the poll before. Each event is returned by one poll only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Events {
-    /// The target of a positioning move was reached, or a reference search has found its place.
+    /// The target of a positioning move was reached, or a reference search has made its zero point.
     pub reached: bool,
-    /// Parameter 8 (position reached) has become 1, also in a move that no host has asked for, as in a reference
-    /// search.
+    /// Parameter 8 (position reached) has become 1. That is an event also in a move that no host has asked for, as in a
+    /// reference search.
     pub at_target: bool,
     /// stallGuard2 has stopped the motor.
     pub stall: bool,
@@ -32,49 +34,56 @@ pub struct Events {
     pub alarm: bool,
 }
 
-/// Speed and acceleration of one motion, in the units of parameters 4 and 5 and in their place where they are given.
+/// The speed and the acceleration of one motion, where they differ from parameters 4 and 5; in the units of these.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Pace {
-    /// The speed at which the motor goes to a position.
+    /// The speed at which the motor goes to a position; `None` for that of parameter 4.
     pub speed: Option<i32>,
-    /// How fast it comes to its speed, and to a stand.
+    /// The acceleration of the motor's ramps, up and down; `None` for that of parameter 5.
     pub acceleration: Option<i32>,
 }
 
-/// One axis. What needs its controller, as every motion does, is to be had by [`Axis::on`].
+/// The state of one axis on the hardware `H`. The functions that exchange datagrams with a chip need the motion
+/// controller as well: [`Axis::on`] joins the two.
 #[derive(Debug)]
 pub struct Axis<H> {
     pub(super) hardware: H,
+    /// The axis parameters of the product.
     pub(super) table: &'static Table<P>,
     pub(super) values: Values,
-    /// For how many polls, of a millisecond each, a stop switch has held the motor.
+    /// Number of polls, one in a millisecond, for which a stop switch has held the motor; 255 stands for any more.
     pub(super) held: u8,
-    /// A positioning move is under way, whose end will be an event.
+    /// A positioning move of a host or a program is under way. Its end will be an event.
     pub(super) travelling: bool,
-    /// The position was the target at the last poll, and no other target has been given since.
+    /// The actual position was the target position at the last poll, and no other target has been given since.
     pub(super) was_at_target: bool,
+    /// The reference search that is under way.
     pub(super) search: Option<Search>,
     /// The pace of the last motion command.
     pub(super) pace: Pace,
+    /// Bits of parameter 207: why the motor was stopped, since the last motion command and the last reading of 207.
     pub(super) errors: i32,
-    /// Driver faults since the last motion command, as bits of parameter 208.
+    /// The driver's shut-downs since the last motion command, as bits of parameter 208.
     pub(super) alarms: u8,
     /// The motor has been stopped because an encoder deviates, and has not been sent anywhere since.
     pub(super) deviating: bool,
-    /// A hard stop did not get through to the chip, and is tried again with every poll.
+    /// The datagrams of a hard stop did not all get through to the chip. Each poll sends them again.
     pub(super) stopping: bool,
     /// Events that the next poll returns.
     pub(super) events: Events,
+    /// Whether stallGuard2 has measured the load of the moving motor yet.
     pub(super) measured: Measured,
+    /// For how long the motor has been standing, on which its current depends.
     pub(super) current: Current,
-    /// The bridges are switched off, whatever the motor is told to do.
+    /// The driver's bridges are to be off in every state of motion.
     pub(super) bridges_off: bool,
+    /// The current that the driver was told last; `None` if it is to be told anew in any case.
     pub(super) excitation: Option<Excitation>,
     pub(super) sensors: Sensors,
     pub(super) encoders: Encoders,
 }
 
-/// An axis together with its controller: so it can reach its chips.
+/// An axis together with its motion controller, and so with the way to its chips.
 #[derive(Debug)]
 pub struct Joined<'a, H: Hardware> {
     axis: &'a mut Axis<H>,
@@ -99,25 +108,25 @@ impl<H: Hardware> DerefMut for Joined<'_, H> {
 }
 
 impl<'a, H: Hardware> Joined<'a, H> {
-    /// The hardware, and the controller that it works with.
+    /// The hardware of the axis, and the motion controller that each function of the hardware needs.
     pub(super) fn reach(&mut self) -> (&mut H, &mut H::Controller) {
         (&mut self.axis.hardware, self.controller)
     }
 
-    /// The same with the course that the motor is to take.
+    /// Calls a function of the hardware with the motion controller and with the course that the motor is to take.
     pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
         let Axis { hardware, values, search, pace, .. } = &mut *self.axis;
         act(hardware, self.controller, &course(values, search.as_ref(), *pace))
     }
 
-    /// The controller.
+    /// The motion controller of the axis, to look at what was read last.
     pub(super) fn controller(&self) -> &H::Controller {
         self.controller
     }
 }
 
 impl<H: Hardware> Axis<H> {
-    /// An axis on its hardware, with the factory defaults of its parameters; nothing is written yet.
+    /// An axis on its hardware with the factory defaults of its parameters. The chips are not told anything yet.
     pub fn new(hardware: H, table: &'static Table<P>) -> Self {
         Axis {
             hardware,
@@ -142,31 +151,34 @@ impl<H: Hardware> Axis<H> {
         }
     }
 
-    /// The axis joined with its controller.
+    /// Joins the axis with its motion controller.
     pub fn on<'a>(&'a mut self, controller: &'a mut H::Controller) -> Joined<'a, H> {
         Joined { axis: self, controller }
     }
 
-    /// Takes a stored value without telling the chips, before [`Joined::start`] does.
+    /// Sets a parameter to its stored value without telling the chips; [`Joined::start`] does that later. A value out
+    /// of range, or of a parameter that cannot be stored, is ignored.
     pub fn preset(&mut self, parameter: &Parameter<P>, value: i32) {
         if parameter.row.stored() && parameter.row.accepts(value) {
             self.values.set(parameter.function, value);
         }
     }
 
-    /// Reverses the shaft (global parameter 90). The direction output is common to the controller's motors and is
-    /// switched elsewhere; here the encoders follow.
+    /// Reverses the counting direction of the encoders, because the motor's shaft is reversed (global parameter 90).
+    /// The direction outputs, which the axes of a motion controller have in common, are switched by
+    /// [`Hardware::invert`].
     pub fn set_reverse(&mut self, reverse: bool) {
         self.encoders.reverse = reverse;
     }
 
-    /// True when parameter 2 is the speed to rotate at, as in ROR: in velocity mode, and in a reference search, which
-    /// it ends. In the positioning modes the ramp generator works out its target speed itself.
+    /// True when writing parameter 2 (target speed) rotates the motor, as ROR does: in velocity mode, and in a
+    /// reference search, which the rotation ends. In the two positioning modes the ramp generator works out its target
+    /// speed itself.
     pub fn takes_speed(&self) -> bool {
         self.search.is_some() || !self.hardware.known().mode.positions()
     }
 
-    /// True when the position is the target, as parameter 8 tells; as last read.
+    /// True when the actual position is the target position (parameter 8), by the last reading.
     pub fn at_target(&self) -> bool {
         let known = self.hardware.known();
         known.position == known.target
@@ -177,18 +189,19 @@ impl<H: Hardware> Axis<H> {
         self.hardware.known().position
     }
 
-    /// The target position in microsteps, in the two ramp modes that go to one.
+    /// The target position in microsteps; `None` in velocity mode, in which the motor goes to no position.
     pub fn target_position(&self) -> Option<i32> {
         let known = self.hardware.known();
         known.mode.positions().then_some(known.target)
     }
 
-    /// Home switch as of the last poll, as it is.
+    /// The home switch as sampled in the last poll, true while its input is high, whatever parameter 193 says of its
+    /// polarity.
     pub const fn home_switch(&self) -> bool {
         self.sensors.home
     }
 
-    /// Left and right stop switch, polarity applied, as last read.
+    /// The left and the right stop switch as read last: true is closed, after the polarity of global parameter 79.
     pub fn stop_switches(&self, controller: &H::Controller) -> [bool; 2] {
         self.hardware.last_switches(controller)
     }
@@ -203,7 +216,7 @@ impl<H: Hardware> Axis<H> {
         self.search.is_some()
     }
 
-    /// RFS STATUS: 0, or the number of the leg under way.
+    /// The value of RFS STATUS: 0 without a reference search, else the number of the leg under way, counted from 1.
     pub fn search_status(&self) -> i32 {
         self.search.as_ref().map_or(0, Search::number)
     }
@@ -213,25 +226,26 @@ impl<H: Hardware> Axis<H> {
         self.encoders.arm_null(&self.values);
     }
 
-    /// Takes the encoders on by one poll.
+    /// Takes in the counts of the encoders that this poll has sampled.
     pub(super) fn count(&mut self) {
         self.encoders.count(self.sensors, &self.values);
     }
 
-    /// The current for a state of motion.
+    /// The current that the motor is to have in this state of motion.
     pub(super) fn select_excitation(&mut self, now: Micros, state: MotionState) -> Excitation {
         let excitation = self.current.select(now, state, self.hardware.known().speed, &self.values);
         Excitation { free: excitation.free || self.bridges_off, ..excitation }
     }
 
-    /// The speed at which the axis goes to a position.
+    /// The speed at which the motor goes to a position, in the unit of parameter 4.
     pub(super) fn positioning_speed(&self) -> i32 {
         course(&self.values, self.search.as_ref(), self.pace).speed
     }
 }
 
-/// How the motor is to move by its parameters, by the pace of its command, or in a reference search. A search wants to
-/// be stopped wherever its switch is, and by the switches that it says itself.
+/// How the motor is to move: as the parameters and the pace of the last motion command say, or as a reference search
+/// says. In a search the stop switches act as the leg under way needs them, and near position zero as anywhere else
+/// (tolerance 0).
 fn course<'a>(values: &'a Values, search: Option<&Search>, pace: Pace) -> Course<'a> {
     let acceleration = pace.acceleration.unwrap_or(values.get(P::MaximumAcceleration));
     match search {

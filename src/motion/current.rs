@@ -1,50 +1,50 @@
-//! The current of the motor: run, boost, slow run, standby or none (manual chapter 4, parameters 6, 7, 150,
-//! 182, 183, 200, 204, 214).
+//! The current of the motor: run, boost, slow run, standby or none (manual chapter 4, parameters 6, 7, 150, 182, 183,
+//! 200, 204 and 214).
 //!
 //! A moving motor has the boost current (200) while its speed changes, else the slow run current (183) below the speed
-//! of parameter 182, else the run current (6). A value of 0 in 200 or 183 switches that current off, and the next one
-//! in this order applies.
+//! of parameter 182, else the run current (6). Where 200 or 183 is 0, the next current in this order applies.
 //!
-//! A motor that a stop switch holds keeps the run current as long as parameter 150 is 0: neither the slow run
-//! current (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 that
-//! motor is treated like any other that stands: standby and freewheeling come after their times.
+//! A motor that a stop switch holds keeps the run current as long as parameter 150 is 0: neither the slow run current
+//! (183), nor standby (214), nor freewheeling (204) applies, although the motor stands. With 150 at 1 such a motor is
+//! treated like any other that stands: standby and freewheeling begin after their times.
 
 use super::values::Values;
 use crate::param::AxisParameter as P;
 use crate::units::{CurrentScale, Micros};
 
-/// How the motor moves, as far as its current depends on that.
+/// What the motor does, as far as its current depends on that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MotionState {
-    /// The motor stands, or is held by a stop switch and parameter 150 says that this counts as standing.
+    /// The motor stands; or a stop switch holds it, and parameter 150 says that the motor then counts as standing.
     Standing,
-    /// The motor is held by a stop switch and keeps its current.
+    /// A stop switch holds the motor, and the motor keeps the run current.
     Held,
     /// The motor accelerates or brakes, or is about to make its first step.
     Changing,
-    /// The motor turns at the speed that it was sent at.
+    /// The motor turns at its commanded speed.
     Cruising,
 }
 
 /// How the windings are driven: the part of the driver's configuration that follows the motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Excitation {
-    /// Current of the windings.
+    /// Current of the coils, when the bridges are on.
     pub scale: CurrentScale,
-    /// The bridges are off, the motor is freewheeling.
+    /// The bridges are off: the motor has no current and turns freely.
     pub free: bool,
-    /// coolStep may adapt the current: it may not below the speed of parameter 182.
+    /// coolStep may reduce the current. It may do so only from the speed of parameter 182 on.
     pub cool_step: bool,
 }
 
-/// Chooses the current; for that it keeps the time since when the motor stands.
+/// What the choice of the current depends on besides parameters and speed: how long the motor has been standing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Current {
+    /// The time of the first poll in which the motor stood; `None` while it moves or is held.
     still_since: Option<Micros>,
 }
 
 impl Current {
-    /// The excitation for this state of motion; `speed` in the unit of parameter 182.
+    /// The excitation for this state of motion. `speed` is the actual speed, in the unit of parameter 182.
     pub(super) fn select(&mut self, now: Micros, state: MotionState, speed: i32, values: &Values) -> Excitation {
         let slow = speed.abs() < values.get(P::SmartEnergyThresholdSpeed);
         let run = CurrentScale::from_parameter(values.get(P::MaximumCurrent));
@@ -74,7 +74,7 @@ impl Current {
     }
 }
 
-/// A time in hundredths of a second, the unit of parameters 204 and 214.
+/// Converts a time in hundredths of a second, the unit of parameters 204 and 214.
 fn hundredths(n: i32) -> Micros {
     Micros::from_millis(10 * u64::from(n.unsigned_abs()))
 }

@@ -1,43 +1,45 @@
-//! The encoders of an axis: the built-in one on the motor's shaft, and an external one on its stage.
+//! The two encoders of an axis: the built-in one on the motor's shaft, and an external ABN encoder, for example on the
+//! stage. Their positions are in microsteps (manual chapter 6).
 
 use super::sensors::Sensors;
 use super::values::Values;
 use crate::chip::encoder::{Counter, TURN};
 use crate::param::AxisParameter as P;
 
-/// Bits of parameter 210 that are functions, not prescaler. The manual reserves the lowest four bits (section 6.2.1),
-/// but only [`CLEAR`] has a function (section 6.2.2), and in the manual's own table 20 the prescaler of two microsteps,
-/// 200, has bit 3 set.
+/// The bits of parameter 210 that are functions; the others are the prescaler. The manual reserves the lowest four bits
+/// (section 6.2.1), but only [`CLEAR`] has a function (section 6.2.2), and in the manual's own table 20 the prescaler
+/// of two microsteps, 200, has bit 3 set.
 const ENCODER_FUNCTIONS: i32 = CLEAR;
-/// Bits of parameter 217 that are functions, not prescaler (manual section 6.3).
+/// The bits of parameter 217 that are functions (manual section 6.3); the others are the prescaler.
 const EXTERNAL_FUNCTIONS: i32 = 0x1C;
-/// Parameters 210 and 217: clear the counter at the absolute zero point, or at an N event.
+/// Function bit: the position becomes zero at the built-in encoder's absolute zero point (parameter 210), or at the
+/// next N event of the external encoder (parameter 217).
 const CLEAR: i32 = 4;
-/// Parameter 217: at every N event, not only at the next.
+/// Function bit of parameter 217: the position becomes zero at every N event, not only at the next.
 const CLEAR_ALWAYS: i32 = 8;
-/// Parameter 217: the N event is the track becoming high, not low.
+/// Function bit of parameter 217: the N event is the N track becoming high, not low.
 const NULL_HIGH: i32 = 16;
 
-/// Modulus of the ABN counter.
+/// Number of counts after which the hardware's ABN counter wraps.
 const ABN_COUNTS: u32 = 1 << 16;
 
 /// Both encoders of an axis.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Encoders {
-    /// The built-in one.
+    /// The built-in encoder.
     pub built_in: Counter<{ TURN as u32 }>,
-    /// The external one.
+    /// The external encoder.
     pub external: Counter<ABN_COUNTS>,
-    /// The shaft is reversed, and the encoders count the other way.
+    /// The motor's shaft is reversed (global parameter 90), so that both encoders count the other way.
     pub reverse: bool,
     /// The external encoder is to be zeroed at its next N event.
     null_armed: bool,
-    /// The built-in encoder has passed its zero point in the last poll.
+    /// The built-in encoder has passed its absolute zero point between the last two polls.
     pub index: bool,
 }
 
 impl Encoders {
-    /// Takes both on by one poll.
+    /// Takes in the counts that this poll has sampled.
     pub(super) fn count(&mut self, sensors: Sensors, values: &Values) {
         let Sensors { encoder, external, null, .. } = sensors;
         let setting = values.get(P::EncoderPrescaler);
@@ -57,19 +59,20 @@ impl Encoders {
         }
     }
 
-    /// Lets the next N event zero the external encoder, if parameter 217 asks for it.
+    /// Lets the next N event make the external encoder's position zero, if parameter 217 has [`CLEAR`] set.
     pub(super) fn arm_null(&mut self, values: &Values) {
         self.null_armed = values.get(P::ExternalEncoderPrescaler) & CLEAR != 0;
     }
 
-    /// Makes both zero.
+    /// Makes the positions of both encoders zero.
     pub(super) fn zero(&mut self) {
         self.built_in.set(0);
         self.external.set(0);
     }
 
-    /// Deviation supervision (parameters 212 and 218): true if one of them is too far from `position`, in microsteps.
-    /// A limit of 0 switches it off.
+    /// Deviation supervision: true if the motor's `position`, in microsteps, is further from the position of an encoder
+    /// than parameter 212 (built-in) or 218 (external) allows. A limit of 0 switches the supervision of that encoder
+    /// off.
     pub(super) fn deviate(&self, position: i32, values: &Values) -> bool {
         let far = |counted: i32, limit: P| {
             let limit = values.get(limit).unsigned_abs();

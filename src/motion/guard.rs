@@ -1,5 +1,5 @@
-//! An axis stops by itself at a stall, when an encoder deviates, and when its driver has shut down; and it is stopped
-//! hard from outside, for example at under-voltage.
+//! What stops an axis without a ramp: a stall, an encoder deviation and a shut-down of its driver, for which each poll
+//! looks here; and hard stops from outside, for example at under-voltage.
 
 use super::Error;
 use super::axis::Joined;
@@ -8,19 +8,20 @@ use super::hardware::Hardware;
 use super::stall::{self, Measured};
 use crate::param::AxisParameter as P;
 
-/// Bit of parameter 207: stopped by stallGuard2 (manual chapter 4).
+/// Bit of parameter 207 (manual chapter 4): stallGuard2 has stopped the motor.
 const STALL: i32 = 1;
-/// Bit of parameter 207: stopped by an encoder deviation.
+/// Bit of parameter 207: an encoder deviation has stopped the motor.
 const DEVIATION: i32 = 2;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Looks for a stall, a deviation and driver faults once a poll, and stops the motor without a ramp if there is
-    /// one. Each stays visible in parameters 207 and 208, but is an event only when it is new. A motor that has been
-    /// stopped for a deviation may deviate until it is sent somewhere again.
+    /// Looks for a stall, an encoder deviation and a shut-down of the driver, once in each poll, and stops the motor
+    /// without a ramp where there is any. Each stays visible in parameters 207 and 208, but is an event only when it is
+    /// new. A motor that was stopped for a deviation may go on deviating until a motion command moves it again:
+    /// otherwise it could never be moved back.
     pub(super) fn guard(&mut self) -> Result<(), Error> {
         let deviation = self.encoders.deviate(self.last_position(), &self.values) && !self.deviating;
         let faults = self.hardware.flags(self.controller()) & H::SHUT_DOWN & !self.alarms;
-        // A speed that could not be read now is read with the next poll.
+        // If the speed cannot be read now, the next poll reads it.
         let stall = self.stalled().unwrap_or(false);
         if !(stall || deviation || faults != 0) {
             return Ok(());
@@ -35,8 +36,10 @@ impl<H: Hardware> Joined<'_, H> {
         self.hard_stop()
     }
 
-    /// Stops at once, without a ramp, and ends a move or a reference search. A stop that does not get through to the
-    /// chip is tried again with every poll.
+    /// Stops the motor at once, without a ramp, and ends its positioning move or reference search.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip has not taken all of it; then each poll tries the stop again.
     pub fn hard_stop(&mut self) -> Result<(), Error> {
         self.stopping = true;
         self.measured = Measured::default();
@@ -47,7 +50,7 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Sets the driver up anew, as after its supply has come back.
+    /// Writes all registers of the driver anew, as is necessary after its supply has come back.
     pub fn restart_driver(&mut self) -> Result<(), Error> {
         self.measured = Measured::default();
         let (hardware, controller) = self.reach();
@@ -55,14 +58,14 @@ impl<H: Hardware> Joined<'_, H> {
         self.write_driver()
     }
 
-    /// Driver flags as parameter 208 shows them: those of the last answer, and shut-downs since the last motion
+    /// The driver's flags as parameter 208 shows them: those read last, and all shut-downs since the last motion
     /// command.
     pub(super) fn driver_flags(&self) -> u8 {
         self.hardware.flags(self.controller()) | self.alarms
     }
 
-    /// Before a motion: a driver that has shut down is given another chance. Switching the chopper off and on
-    /// ends the shut-down (TMC262: short to ground stays latched until TOFF was zero).
+    /// Ends a shut-down of the driver, before a motion: the bridges are switched off here, and on again with the next
+    /// excitation. A TMC262 keeps a short to ground latched until its TOFF was zero.
     pub(super) fn release_driver(&mut self) -> Result<(), Error> {
         let alarm = self.alarms != 0;
         if let Some(excitation) = self.excitation.take_if(|_| alarm) {
@@ -70,13 +73,14 @@ impl<H: Hardware> Joined<'_, H> {
             self.measured = Measured::default();
             self.excitation = Some(Excitation { free: true, ..excitation });
             self.write_driver()?;
-            // So the next poll writes the excitation even if it is the one of before.
+            // Without a remembered excitation the next one is written even if it equals the one before the shut-down.
             self.excitation = None;
         }
         Ok(())
     }
 
-    /// Stop on stall (parameter 181): a load value of zero, measured wholly above the speed given there.
+    /// Stop on stall: true if the driver signals a stall by a measurement made wholly above the speed of parameter 181,
+    /// and the motor is still faster than that now.
     fn stalled(&mut self) -> Result<bool, Error> {
         let above = self.values.get(P::StopOnStall);
         let span = stall::span(self.values.is_on(P::StallGuardFilter), self.values.get(P::MicrostepResolution));

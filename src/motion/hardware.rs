@@ -1,8 +1,8 @@
-//! What an axis runs on: a ramp generator, which makes the steps, and a driver, which makes currents of them. They may
-//! be two chips or one.
+//! What an axis runs on: a ramp generator, which makes step pulses, and a driver, which makes coil currents of them.
+//! They may be two chips or one.
 //!
-//! All that an axis does it does by [`Hardware`]: so it knows no chip, and what a chip demands - how wide its positions
-//! are, in which order its registers are written - is known in one file for each kind of hardware.
+//! An axis reaches its chips by [`Hardware`] alone and so knows none of them. What a chip demands - how wide its
+//! positions are, in which order its registers are written - is known in one file for each kind of hardware.
 
 use super::Error;
 use super::current::Excitation;
@@ -13,162 +13,170 @@ use super::values::Values;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Mode {
-    /// It goes to a position, with a trapezoidal ramp.
+    /// The motor goes to a position, with a trapezoidal ramp.
     #[default]
     Ramp = 0,
-    /// It goes to a position, with an exponential approach.
+    /// The motor goes to a position, with an exponential approach.
     Soft = 1,
-    /// It turns at a speed.
+    /// The motor turns at a speed.
     Velocity = 2,
-    /// It is being stopped at once: so only until its hardware has heard all of that.
+    /// The motor is being stopped at once. The mode lasts until the hardware has taken the whole stop; then the motor
+    /// is in velocity mode at speed 0.
     Hold = 3,
 }
 
 impl Mode {
-    /// True in the modes that go to a position.
+    /// True in the two modes in which the motor goes to a position.
     pub const fn positions(self) -> bool {
         matches!(self, Mode::Ramp | Mode::Soft)
     }
 }
 
-/// Where a motor is to go.
+/// What a motor is to do: turn at a speed, or go to a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Goal {
-    /// It shall turn at this speed, right if positive.
+    /// The motor shall turn at this speed, in the unit of the course; right if positive.
     Speed(i32),
-    /// It shall go to this position, in microsteps.
+    /// The motor shall go to a position.
     Position {
-        /// The position. The motor goes there the shorter way round the 32 bits.
+        /// The position in microsteps. The motor goes there the shorter way round the 32 bits.
         target: i32,
-        /// With an exponential approach, where the ramp generator has one.
+        /// With an exponential approach, where the ramp generator has one; else with a trapezoidal ramp.
         soft: bool,
     },
 }
 
-/// How a motor is to move: what parameters and a reference search make of it together. Speeds and accelerations are in
-/// the units of the product's table, which are those of its ramp generator.
+/// How a motor is to move: what its parameters and a reference search make of it together. Speeds and accelerations are
+/// in the units of the product's parameter table, which are those of its ramp generator: for a TMC429 internal units,
+/// 0..=2047.
 #[derive(Clone, Copy, Debug)]
 pub struct Course<'a> {
-    /// The parameters: those that only one kind of hardware has it takes from here itself, for example divisors.
+    /// All parameters of the axis. The hardware takes those from here that only its kind has, for example divisors.
     pub values: &'a Values,
-    /// The speed at which it goes to a position.
+    /// The speed at which the motor goes to a position.
     pub speed: i32,
-    /// How fast it comes to its speed, and to a stand.
+    /// The acceleration of the motor's ramps, up and down.
     pub acceleration: i32,
-    /// How far from position zero the stop switches do not stop it, in microsteps; 0 stops it everywhere.
+    /// How far from position zero, in microsteps, the motor runs over the stop switches: with 0 they act everywhere.
     pub tolerance: i32,
     /// What the stop switches do.
     pub stops: Stops,
 }
 
-/// What is known of a ramp generator without asking it: what it was told last, and the last readings.
+/// What is known of a ramp generator without a datagram: what it was told last, and what was read last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Known {
-    /// What it does.
+    /// The mode that the ramp generator was told last.
     pub mode: Mode,
-    /// The speed that it was told to turn at last, right if positive.
+    /// The speed at which the motor was last told to turn, right if positive.
     pub target_speed: i32,
-    /// The position that it was sent to last, in microsteps.
+    /// The position to which the motor was last sent, in microsteps.
     pub target: i32,
-    /// Where the motor is, in microsteps.
+    /// The actual position as read last, in microsteps.
     pub position: i32,
-    /// How fast it turns, right if positive.
+    /// The actual speed as read last, right if positive.
     pub speed: i32,
 }
 
 impl Known {
-    /// The direction in which the motor is to turn, as a sign.
+    /// The direction in which the motor is to turn: only the sign counts, right is positive, and 0 is nowhere.
     pub const fn ahead(&self) -> i32 {
         if self.mode.positions() { self.target.wrapping_sub(self.position) } else { self.target_speed }
     }
 }
 
-/// What an axis runs on. A value of it is what one axis has to itself; what several have in common is the
-/// [`Controller`](Self::Controller).
+/// What an axis runs on. A value of this type is what one axis has to itself; what several axes have in common is the
+/// [`Controller`](Self::Controller). Positions are in microsteps, speeds and accelerations in the units of [`Course`].
 ///
-/// A function fails where a chip does not take a datagram, or does not answer. What was told is done then in part, or
-/// not at all; telling it once more is right in any case.
+/// # Errors
+/// A function fails where a chip does not take a datagram or does not answer one. Then what it was to do is done in
+/// part or not at all, and calling it once more is right in any case.
 pub trait Hardware {
-    /// What the axes of one motion controller share: the bus to it, and what is known of its registers.
+    /// What the axes of one motion controller have in common: the bus to it, and what is known of its registers.
     type Controller;
 
-    /// How many axes one controller has: axis n of a module is on controller n / `AXES`.
+    /// How many axes one motion controller moves: axis n of a module belongs to controller n / `AXES`.
     const AXES: usize;
 
-    /// Those of the driver's [flags](Self::flags) which mean that it has switched the motor off.
+    /// The driver's [flags](Self::flags) that mean that the driver has switched the motor off.
     const SHUT_DOWN: u8;
 
-    /// Sets a controller up, with its motors at a stand. Its axes are [placed](Self::place) and given a
-    /// [goal](Self::head) then.
+    /// Sets a motion controller up, with its motors at a stand. Afterwards each of its axes is [placed](Self::place)
+    /// and given a [goal](Self::head).
     ///
     /// # Errors
-    /// It does not answer as one of its kind does.
+    /// The controller does not answer as one of its kind does.
     fn start(controller: &mut Self::Controller) -> Result<(), Error>;
 
-    /// Stops all motors of a controller at once, whatever they were doing: it may be running since before the firmware
-    /// started. Its axes do not know: each is [placed](Self::place) or [stopped](Self::stop) before it moves again.
+    /// Stops all motors of a motion controller at once, whatever they were doing: the controller may be running since
+    /// before the firmware started. Its axes are not told: each is [placed](Self::place) or [stopped](Self::stop)
+    /// before it moves again.
     ///
     /// # Errors
-    /// Some of it was not heard; the rest was told all the same.
+    /// Some datagrams did not get through; the others were sent all the same.
     fn halt(controller: &mut Self::Controller) -> Result<(), Error>;
 
-    /// Whether a controller answers; one that has not is asked again.
+    /// True if the motion controller answers. A controller that has not answered before is asked again by this.
     fn answers(controller: &mut Self::Controller) -> bool;
 
-    /// Inverts the inputs of the stop switches, and the direction of the motors, of all axes of a controller.
+    /// Inverts the inputs of the stop switches, and the direction outputs of the motors, of all axes of a motion
+    /// controller; each where its argument is true.
     fn invert(controller: &mut Self::Controller, switches: bool, direction: bool) -> Result<(), Error>;
 
-    /// Whether the ramp generator can go to a position with these parameters.
+    /// True if the ramp generator can go to a position with these parameters.
     fn accepts(values: &Values) -> bool;
 
-    /// Sends the motor somewhere, whatever it was doing; also while it moves.
+    /// Gives the motor a new goal, whatever it was doing; also while it moves.
     fn head(&mut self, controller: &mut Self::Controller, goal: Goal, course: &Course<'_>) -> Result<(), Error>;
 
-    /// The motor goes on to where it was sent, on another course.
+    /// The motor goes on to its present goal on another course.
     fn adjust(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<(), Error>;
 
-    /// Stops the motor at once, without a ramp. From then on it turns at speed 0.
+    /// Stops the motor at once, without a ramp. Its goal is then to turn at speed 0.
     fn stop(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<(), Error>;
 
-    /// Makes `position` the motor's position and its target, in microsteps. The motor stands, or turns at a speed.
+    /// Makes `position` both the actual position and the target. Before this call the motor stands, or turns at a
+    /// speed.
     fn place(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error>;
 
-    /// Takes the readings of this millisecond: the position of a motor that does not stand, and one of the others. These rotate, and the axes of a
-    /// controller take turns in that: `reading` is the number of the reading, wrapping at 256, or `None` where it is the
-    /// turn of another axis.
+    /// Takes the readings of this millisecond: the actual position of a motor that does not stand, and one of the other
+    /// readings in rotation. The axes of a motion controller take turns in that: `reading` is the number of the
+    /// reading, wrapping at 256, or `None` if it is the turn of another axis.
     fn refresh(&mut self, controller: &mut Self::Controller, reading: Option<u8>) -> Result<(), Error>;
 
-    /// What is known without asking.
+    /// What is known without a datagram.
     fn known(&self) -> &Known;
 
-    /// The position right now, in microsteps.
+    /// Reads the actual position.
     fn position(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
 
-    /// The speed right now.
+    /// Reads the actual speed, right if positive.
     fn speed(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
 
-    /// The speed that the motor is heading for right now: on its way to a position the ramp generator's own.
+    /// Reads the speed to which the motor is accelerating or braking: the commanded one, or, on the way to a position,
+    /// the ramp generator's own.
     fn target_speed(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
 
-    /// The magnitude of the acceleration right now.
+    /// Reads the magnitude of the actual acceleration.
     fn acceleration(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
 
-    /// The stop switches right now, left and right: true is closed.
+    /// Reads the stop switches, left and right: true is closed, after inversion.
     fn switches(&mut self, controller: &mut Self::Controller) -> Result<[bool; 2], Error>;
 
-    /// The stop switches as they were read last, left and right.
+    /// The stop switches as read last, left and right: true is closed, after inversion.
     fn last_switches(&self, controller: &Self::Controller) -> [bool; 2];
 
-    /// True while a stop switch holds the motor against its goal. By the last reading of its speed it stands.
+    /// True while a stop switch keeps the motor from its goal. To be called while the last reading of the speed is 0.
     fn is_held(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<bool, Error>;
 
-    /// The position shall be kept at which the stop switch opens that [`Stops::latch`] tells; it is closed now.
+    /// Arms the latch: the position is to be kept at which the stop switch of [`Stops::latch`] opens, which is closed
+    /// now.
     fn latch(&mut self, controller: &mut Self::Controller) -> Result<(), Error>;
 
-    /// The position that has been kept since, if one has.
+    /// The position that the latch has kept since it was armed; `None` if the switch has not opened since.
     fn latched(&mut self, controller: &mut Self::Controller) -> Result<Option<i32>, Error>;
 
-    /// Brings the driver to its parameters and this excitation.
+    /// Brings the driver's registers to the parameters and this excitation.
     fn drive(
         &mut self,
         controller: &mut Self::Controller,
@@ -176,19 +184,19 @@ pub trait Hardware {
         excitation: Excitation,
     ) -> Result<(), Error>;
 
-    /// The driver may have lost what it was told: next time it is told everything.
+    /// Notes that the driver may have lost its registers: the next [`drive`](Self::drive) writes all of them.
     fn forget(&mut self, controller: &mut Self::Controller);
 
-    /// The motor's load as read last, 0..=1023: 0 is the largest.
+    /// The load value of the motor as read last, 0..=1023 (parameter 206): 0 is the largest load.
     fn load(&self, controller: &Self::Controller) -> u16;
 
-    /// The current that coolStep gives the motor, as read last, 0..=31.
+    /// The current that coolStep gives the motor, as read last, 0..=31 (parameter 180).
     fn current(&self, controller: &Self::Controller) -> u8;
 
-    /// The driver's flags as read last, by the bits of parameter 208.
+    /// The driver's flags as read last, as the bits of parameter 208.
     fn flags(&self, controller: &Self::Controller) -> u8;
 
-    /// Whether the motor stalls, by the driver's last measurement. `pin` is the level of the driver's output for that,
-    /// where it has one.
+    /// True if the motor stalls, by the driver's last measurement of its load. `pin` is the level of the driver's
+    /// output for this, on a driver that has such an output.
     fn stalled(&self, controller: &Self::Controller, pin: bool) -> bool;
 }

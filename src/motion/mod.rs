@@ -1,4 +1,8 @@
-//! Axes: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
+//! What an axis does: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
+//!
+//! An [`Axis`] keeps what it was told and what it has noticed. It reaches its chips by the trait [`Hardware`] alone,
+//! which [`tmc429`] implements for the TMC429 with its TMC262 drivers. The device polls each axis once in a millisecond
+//! ([`Joined::poll`]); between two polls the firmware gives motion commands and reads and writes parameters.
 
 mod axis;
 mod current;
@@ -32,9 +36,9 @@ pub enum Error {
     ReadOnly,
     /// The value is out of range, or the divisors admit no positioning ramp.
     OutOfRange,
-    /// The parameters as they are do not allow it, for example a search at speed 0.
+    /// The values of other parameters do not allow the command, for example a reference search at speed 0.
     NotNow,
-    /// A chip did not take the datagram.
+    /// A chip did not take, or did not answer, a datagram.
     Chip,
 }
 

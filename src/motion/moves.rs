@@ -1,4 +1,4 @@
-//! Where a motor is sent: the commands that move an axis, or end a move.
+//! The motion commands of an axis: they send the motor somewhere or end its motion, and they end a reference search.
 
 use super::Error;
 use super::axis::{Joined, Pace};
@@ -9,14 +9,17 @@ use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Brings the hardware to the parameters' values after power-on or a restart: position zero, no motion. Its
-    /// controller has been [started](Hardware::start) before.
+    /// Brings the hardware to the values of the parameters after power-on or a restart: position zero, no motion. The
+    /// motion controller has been [started](Hardware::start) before.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram; the axis is then to be started again.
     pub fn start(&mut self, now: Micros) -> Result<(), Error> {
         self.place(0)?;
         self.arm_null();
         self.refresh_excitation(now, MotionState::Standing)?;
         if !H::accepts(&self.values) {
-            // Each divisor was accepted once, but not with the other one it was stored with.
+            // Each divisor was accepted when it was set, but possibly together with another value of the other divisor.
             for divisor in [P::RampDivisor, P::PulseDivisor] {
                 let default = self.table.row(divisor).map_or(0, |row| row.default);
                 self.values.set(divisor, default);
@@ -25,13 +28,20 @@ impl<H: Hardware> Joined<'_, H> {
         self.head(Goal::Position { target: 0, soft: false })
     }
 
-    /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2); 0 stops along the ramp
-    /// (MST).
+    /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2), in the unit of parameter 2; 0 stops
+    /// the motor along the ramp (MST).
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn rotate(&mut self, now: Micros, speed: i32) -> Result<(), Error> {
         self.rotate_at(now, speed, None)
     }
 
-    /// The same with an acceleration of its own, as for a quick stop, until the next motion command.
+    /// As [`rotate`](Self::rotate), with an acceleration in place of parameter 5, for example for a quick stop. It
+    /// holds until the next motion command.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn rotate_at(&mut self, now: Micros, speed: i32, acceleration: Option<i32>) -> Result<(), Error> {
         self.begin(speed != 0, Pace { speed: None, acceleration });
         self.search = None;
@@ -39,12 +49,20 @@ impl<H: Hardware> Joined<'_, H> {
         self.run_at(now, speed)
     }
 
-    /// Moves to `target` (MVP, SAP 0), also while it moves. In soft mode it stays in soft mode.
+    /// Moves to `target`, in microsteps (MVP, SAP 0); also while the motor moves. In soft mode the axis stays in soft
+    /// mode.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn move_to(&mut self, now: Micros, target: i32) -> Result<(), Error> {
         self.move_at(now, target, Pace::default())
     }
 
-    /// The same at a pace of its own, until the next motion command.
+    /// As [`move_to`](Self::move_to), at a pace in place of parameters 4 and 5, which holds until the next motion
+    /// command.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn move_at(&mut self, now: Micros, target: i32, pace: Pace) -> Result<(), Error> {
         self.begin(true, pace);
         self.search = None;
@@ -53,7 +71,7 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Rotates, for a command or a reference search.
+    /// Rotates at a speed, for a command or for a leg of a reference search, which goes on.
     pub(super) fn run_at(&mut self, now: Micros, speed: i32) -> Result<(), Error> {
         if speed != 0 {
             self.wake(now)?;
@@ -61,15 +79,16 @@ impl<H: Hardware> Joined<'_, H> {
         self.head(Goal::Speed(speed))
     }
 
-    /// Positions, for a command or a reference search.
+    /// Goes to a position, for a command or for the end of a reference search, which goes on.
     pub(super) fn travel_to(&mut self, now: Micros, target: i32) -> Result<(), Error> {
         self.wake(now)?;
         let soft = self.hardware.known().mode == Mode::Soft;
         self.head(Goal::Position { target, soft })
     }
 
-    /// Changes the ramp mode (parameter 138). Into velocity mode the motor keeps the speed it was heading
-    /// for; out of it, it goes to the last target. A reference search ends, as if the motor had been stopped before.
+    /// Changes the ramp mode (parameter 138). On a change to velocity mode the motor keeps the speed for which it was
+    /// heading; on a change to a positioning mode it goes to the last target. A reference search ends, as if the motor
+    /// had been stopped before.
     pub(super) fn change_mode(&mut self, now: Micros, mode: Mode) -> Result<(), Error> {
         if self.search.is_some() {
             self.rotate(now, 0)?;
@@ -92,7 +111,7 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// Overwrites the position counter (parameter 1). Target and position become equal, so that nothing
+    /// Overwrites the actual position (parameter 1), in microsteps. The target becomes equal to it, so that nothing
     /// moves; a motor that was positioning, or searching, is stopped along the ramp.
     pub(super) fn set_position(&mut self, now: Micros, value: i32) -> Result<(), Error> {
         let known = *self.hardware.known();
@@ -110,21 +129,22 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// A motion command begins: error flags are cleared, and if the command moves the motor, a deviation may stop it
-    /// again.
+    /// Notes that a motion command begins: parameter 207 is cleared, and if the command `moves` the motor, an encoder
+    /// deviation may stop the motor again.
     fn begin(&mut self, moves: bool, pace: Pace) {
         self.pace = pace;
         self.errors = 0;
         self.deviating &= !moves;
     }
 
-    /// Before a motion: the driver gets the current of a motor whose speed changes, so that it is there with the first
-    /// step.
+    /// Prepares the driver for a motion: it gets the current of a motor whose speed changes, so that this current flows
+    /// from the first step on.
     fn wake(&mut self, now: Micros) -> Result<(), Error> {
         self.release_driver()?;
         self.refresh_excitation(now, MotionState::Changing)
     }
 
+    /// Gives the motor a goal, on the course of parameters, pace and search.
     fn head(&mut self, goal: Goal) -> Result<(), Error> {
         if let Goal::Position { target, .. } = goal {
             self.was_at_target &= self.last_position() == target;
@@ -132,12 +152,13 @@ impl<H: Hardware> Joined<'_, H> {
         self.on_course(|hardware, controller, course| hardware.head(controller, goal, course))
     }
 
-    /// The motor goes on as parameters and search want it now.
+    /// Brings a motion that is under way to the course of the present parameters, pace and search.
     pub(super) fn adjust(&mut self) -> Result<(), Error> {
         self.on_course(H::adjust)
     }
 
-    /// Makes target and position `value`, in a mode in which that moves nothing.
+    /// Makes both position and target `value`, in microsteps. The motor stands, or is in velocity mode: so nothing
+    /// moves. A stallGuard2 measurement under way no longer counts, because its progress is told by the position.
     fn place(&mut self, value: i32) -> Result<(), Error> {
         let (hardware, controller) = self.reach();
         hardware.place(controller, value)?;

@@ -1,5 +1,5 @@
-//! Reading and writing of axis parameters (manual chapter 4): which of them ask a chip, which tell it something, and
-//! which only are values for the next poll.
+//! Reading and writing of axis parameters (manual chapter 4). Some are read from a chip or written to one at once; the
+//! others are values with which the next poll works.
 
 use super::Error;
 use super::axis::Joined;
@@ -9,7 +9,10 @@ use crate::param::{AxisParameter as P, Parameter};
 use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Reads a parameter. Reading 207 clears it.
+    /// Reads a parameter, in its unit in the product's table. Reading parameter 207 clears it.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not answer.
     pub fn read(&mut self, parameter: P) -> Result<i32, Error> {
         Ok(match parameter {
             P::TargetPosition => self.hardware.known().target,
@@ -81,7 +84,11 @@ impl<H: Hardware> Joined<'_, H> {
         })
     }
 
-    /// Writes a parameter. Where that fails nothing has changed.
+    /// Writes a parameter, in its unit in the product's table.
+    ///
+    /// # Errors
+    /// The value stays as it was, and the error is [`Error::ReadOnly`], [`Error::OutOfRange`] - also for divisors with
+    /// which the ramp generator cannot go to a position - or [`Error::Chip`].
     pub fn write(&mut self, now: Micros, parameter: &Parameter<P>, value: i32) -> Result<(), Error> {
         let Parameter { function: parameter, row } = parameter;
         let parameter = *parameter;
@@ -131,7 +138,7 @@ impl<H: Hardware> Joined<'_, H> {
                 let before = self.values.get(parameter);
                 self.change(parameter, value, Self::write_driver)?;
                 if value != before {
-                    // The driver's measurement under way is not one with the new setting.
+                    // The load measurement that is under way in the driver was begun with the old setting.
                     self.measured = Measured::default();
                 }
                 Ok(())
@@ -162,7 +169,7 @@ impl<H: Hardware> Joined<'_, H> {
                 self.values.set(parameter, value);
                 Ok(())
             }
-            // The next poll works with the values of these.
+            // The next poll, or the next reference search, works with the new values of these parameters.
             P::MaximumCurrent
             | P::StandbyCurrent
             | P::EndSwitchPowerDown
@@ -197,7 +204,7 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// Sets a value and tells a chip; takes the value back if the chip does not hear it.
+    /// Sets a value and calls `tell`, which writes it to a chip; takes the value back if that fails.
     fn change(
         &mut self,
         parameter: P,

@@ -1,36 +1,39 @@
-//! What a reference search does, as data: a list of legs, each a run in one direction until a switch closes or opens.
+//! What a reference search does, as data (parameter 193, manual section 7.1): a list of legs, each a run in one
+//! direction until a switch closes or opens. `search.rs` carries it out.
 //!
 //! | modes | legs |
 //! |---|---|
 //! | 1 | find the stop switch fast, leave it slowly, return to it slowly |
-//! | 2 | the other stop switch fast (from inside), then as mode 1 |
+//! | 2 | find the other stop switch fast, then as mode 1 |
+//! | 3 | find the other stop switch fast, then as mode 4 |
 //! | 4 | find the stop switch fast, leave it slowly, cross it slowly |
-//! | 3 | the other stop switch fast (from inside), then as mode 4 |
 //! | 5..8 | find the home switch fast, leave it slowly, cross it slowly |
 //!
-//! After the last leg the motor goes to its place, the zero point: to the middle between the first and the second edge
-//! that the legs have marked, or to the first where there is no second.
+//! In modes 2 and 3 a motor that begins on the other stop switch first leaves that slowly, towards the inside.
+//!
+//! After the last leg the motor goes to the zero point: to the middle between the first and the second edge of the
+//! switch that the legs have marked, or to the first where no second one is marked.
 
-/// Modes 1..=4: the right switch in place of the left one.
+/// Added to modes 1..=4: the search is for the right stop switch in place of the left one.
 const RIGHT: i32 = 64;
-/// Modes 5..=8: inverted home switch.
+/// Added to modes 5..=8: the home switch is inverted.
 const INVERTED: i32 = 128;
 
 /// The legs of modes 5..=8.
 const HOME: &[Leg] = &[Leg::FIND, Leg::LEAVE, Leg::CROSS];
 
-/// The switch that is searched.
+/// The switch that is searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sought {
-    /// The stop switch in the direction of the search.
+    /// The stop switch at the end to which the search goes.
     Stop,
-    /// The home switch. It counts as closed while its input is high, or `inverted`, while that is low.
+    /// The home switch.
     Home {
-        /// It is normally closed.
+        /// The home switch counts as closed while its input is low, in place of high.
         inverted: bool,
-        /// The stop switches do not count: the axis is a circle.
+        /// The stop switches do not stop the motor, because the axis is a circle.
         circular: bool,
-        /// At the first stop switch the search turns round.
+        /// The search turns round at the first stop switch.
         turns: bool,
     },
 }
@@ -38,87 +41,87 @@ pub enum Sought {
 /// When a leg is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Until {
-    /// The switch has been seen closed: the motor may have run past it since.
+    /// The switch has been seen closed in this leg. The fast motor may have run past it before it stands.
     Seen,
     /// The switch is closed.
     Closed,
     /// The switch is open, after it was closed in this leg.
     Opened,
-    /// The stop switch on the other side is closed.
+    /// The stop switch at the other end is closed.
     OtherClosed,
-    /// The stop switch on the other side is open.
+    /// The stop switch at the other end is open.
     OtherOpen,
-    /// The built-in encoder has passed its zero point.
+    /// The built-in encoder has passed its absolute zero point in this leg.
     Index,
-    /// The motor is at its place.
+    /// The motor stands at the zero point of the search.
     There,
 }
 
-/// What the position is where a leg ends.
+/// What the position at the end of a leg is kept as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
-    /// Nothing.
+    /// The position is not kept.
     Nothing,
-    /// Where the switch was seen first.
+    /// The position at which the switch was first seen closed.
     Seen,
-    /// The first edge.
+    /// The first edge of the switch.
     First,
-    /// The second edge.
+    /// The second edge of the switch.
     Second,
-    /// Where the stop switch on the other side is.
+    /// The position of the stop switch at the other end.
     Far,
 }
 
-/// One run of a search.
+/// One run of a search, in one direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Leg {
-    /// It goes in the direction of the search, not back.
+    /// The leg goes in the direction of the search, not back.
     pub ahead: bool,
-    /// It goes at the speed of the rough search.
+    /// The leg goes at the fast speed of the search (parameter 194), not at the slow one (195).
     pub fast: bool,
-    /// It may run over the stop switch that is searched while that is closed.
+    /// The motor may run over the stop switch that is searched for: that switch does not stop it.
     pub over: bool,
-    /// When it is over.
+    /// When the leg is over.
     pub until: Until,
-    /// What the position is there.
+    /// What the position at the end of the leg is kept as.
     pub mark: Mark,
 }
 
 impl Leg {
-    /// Off the stop switch on the other side, if it is closed at the start.
+    /// Leaves the stop switch at the other end slowly; over at once if that switch is open at the start.
     pub const CLEAR: Leg = Leg::to(Until::OtherOpen, Mark::Nothing);
-    /// To that switch, fast.
+    /// Finds the stop switch at the other end, fast.
     pub const FAR: Leg = Leg { ahead: false, fast: true, ..Leg::to(Until::OtherClosed, Mark::Far) };
-    /// To the switch, fast.
+    /// Finds the switch, fast.
     pub const FIND: Leg = Leg { fast: true, ..Leg::to(Until::Seen, Mark::Seen) };
-    /// Away from it until it opens.
+    /// Goes back slowly until the switch opens.
     pub const LEAVE: Leg = Leg { ahead: false, ..Leg::to(Until::Opened, Mark::First) };
-    /// Back until it closes.
+    /// Goes ahead slowly until the switch closes.
     pub const RETURN: Leg = Leg::to(Until::Closed, Mark::Second);
-    /// Back and on until it opens on the far side.
+    /// Goes ahead slowly, over the switch, until it opens on its far side.
     pub const CROSS: Leg = Leg { over: true, ..Leg::to(Until::Opened, Mark::Second) };
-    /// To the middle between the edges, or to the only one, after all others: a positioning move.
-    pub(super) const PLACE: Leg = Leg { over: true, ..Leg::to(Until::There, Mark::Nothing) };
+    /// Goes slowly to the zero point, as a positioning move. This leg follows those of every plan.
+    pub(super) const TO_ZERO: Leg = Leg { over: true, ..Leg::to(Until::There, Mark::Nothing) };
 
-    /// Slowly in the direction of the search until then.
+    /// A slow leg in the direction of the search.
     pub const fn to(until: Until, mark: Mark) -> Self {
         Leg { ahead: true, fast: false, over: false, until, mark }
     }
 }
 
-/// A search, before it begins.
+/// A reference search, before it begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
-    /// What is searched.
+    /// The switch that is searched for.
     pub sought: Sought,
-    /// The direction of the search is that of positive positions.
+    /// The search goes in the direction of positive positions, else of negative ones.
     pub positive: bool,
-    /// The legs, in order; the last one, to the zero point, is not among them.
+    /// The legs in order, without the last one, to the zero point, which every search has.
     pub legs: &'static [Leg],
 }
 
 impl Plan {
-    /// The search of a mode of parameter 193.
+    /// The plan of a mode of parameter 193.
     pub(super) const fn of(mode: i32) -> Self {
         let right = mode & RIGHT != 0;
         let inverted = mode & INVERTED != 0;

@@ -1,62 +1,64 @@
-//! Reference search (manual section 7.1): finds a switch, passes its edges slowly and makes a place between them, or one
-//! of them, the zero point. What it does is a [`Plan`]; here it is carried out, by what is to be seen in each poll, and
-//! without touching the hardware.
+//! The state machine of a reference search (manual section 7.1). A search finds a switch, passes its edges slowly, and
+//! makes one of them, or the middle between them, the zero point. Which legs a search has is said by a [`Plan`]; this
+//! file carries it out by what each poll sees, as a pure function without access to the hardware, and `searching.rs`
+//! tells the hardware.
 //!
-//! When all legs are done the motor goes to its place, and counter and encoders are set to zero there. A switch that is
-//! closed at the start counts as found. A leg across an edge begins with the switch closed, or closes it on
-//! its way: so a fast motor that has run past a narrow home switch finds its way back.
+//! After the last leg the motor goes to the zero point, and the position and both encoders become zero there. A switch
+//! that is closed at the start counts as found. A leg that ends where a switch opens begins with the switch closed, or
+//! closes it on its way: so a fast motor that has run past a narrow home switch finds its way back.
 //!
-//! Stop switches are caught by the hardware: it stops at once where one closes and latches the position where
-//! one opens. The home switch is sampled with every poll, and so is the built-in encoder, whose zero point can end a leg:
-//! each edge is late by less than one poll's way, 1 ms at the slow speed. Where two edges are passed in opposite directions, both lag outwards and the middle is
-//! off by less than half of that.
+//! The ramp generator itself watches the stop switches: it stops the motor at once where one closes, and latches the
+//! position where one opens. The home switch, and the zero point of the built-in encoder, which can end a leg, are
+//! sampled by the poll of each millisecond: their edges are seen late by less than the way of 1 ms at the slow speed.
+//! Where two edges are passed in opposite directions, both are taken too far outwards, and their middle is off by less
+//! than half of that way.
 //!
-//! The level of a switch that ends a leg must still be there when the motor has stood for a while, or the leg goes on:
-//! neither a glitch nor a switch that bounces is taken for an edge. Only a fast motor may have run past the home
-//! switch. Therefore the leg that leaves a switch looks for it as far back as the motor had run past it, and a little
-//! further; a switch that is not there was none, and the search for it goes on.
+//! The level of a switch that ends a leg must still be there when the motor has stood for [`SETTLED`] polls, else the
+//! leg goes on: neither a glitch nor a bouncing switch is taken for an edge. Only a fast motor may have run past the
+//! home switch. Therefore the leg that leaves a switch looks for it as far back as the motor has run past it, and a
+//! little further; if the switch is not found there, it was a glitch, and the search for it goes on.
 //!
-//! Modes 5 and 6 turn round at the first stop switch. Any other stop switch that is closed where a leg has to go
-//! ends the search: at the second end, where the home switch overlaps a stop switch, so that it cannot be crossed,
-//! where the stop switch on the other side is in the way. The manual is silent on that; here a search that gives up
-//! leaves the motor standing, RFS STATUS 0 and position and encoders as they were, and raises the error flag EPO.
+//! Modes 5 and 6 turn round at the first stop switch. Any other closed stop switch in the way of a leg ends the search:
+//! at the second end of the axis; where the home switch overlaps a stop switch, so that it cannot be crossed; where the
+//! stop switch at the other end is in the way. The manual does not say what happens then: here a search that gives up
+//! leaves the motor standing, RFS STATUS 0, and position and encoders as they were, and it raises the error flag EPO.
 //!
-//! Without the switch they look for, and in modes 5 and 6 without stop switches either, searches run on until they are
-//! ended by RFS STOP, a motion command, or a change of parameter 1 or 138; so do modes 3 and 4 where a stop switch
-//! never opens on its far side.
-//! After a search the axis is in positioning mode: parameter 138 is 0, also where it was 1 before.
+//! A search whose switch does not exist - in modes 5 and 6, on an axis without stop switches either - runs on until it
+//! is ended by RFS STOP, a motion command, or a change of parameter 1 or 138; so does one in mode 3 or 4 whose stop
+//! switch never opens on its far side. After a search the axis is in positioning mode: parameter 138 is 0, also where
+//! it was 1 before.
 
 use super::hardware::{Goal, Known};
 use super::plan::{Leg, Mark, Plan, Sought, Until};
 use super::switch::{SETTLED, Side, Stops, Switches};
 
-/// What is to be seen in one poll.
+/// What one poll sees.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     pub switches: Switches,
-    /// The motor, with position and speed of this poll.
+    /// The motor, with its position and speed read in this poll.
     pub known: Known,
-    /// The built-in encoder has passed its zero point since the poll before.
+    /// The built-in encoder has passed its absolute zero point since the poll before.
     pub index: bool,
-    /// How much further than the motor's overrun a switch is looked for, in microsteps.
+    /// How much further back than the motor's overrun a switch is looked for, in microsteps.
     pub slack: i32,
 }
 
-/// What is to be told, or asked, before the search [acts](Search::act).
+/// What the caller is to do between [`Search::see`] and [`Search::act`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Notice {
-    /// The switch has closed: the position shall be latched at which it opens.
+    /// The switch has closed: the ramp generator is to latch the position at which the switch opens again.
     pub closed: bool,
-    /// The leg has come to its end: where is to be [marked](Search::mark).
+    /// The leg has come to its end, and the position of this edge is to be passed to [`Search::mark`].
     pub ended: Option<Edge>,
 }
 
-/// Where a leg has come to its end.
+/// The position of the edge at which a leg has come to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Edge {
-    /// At the position that has been latched; where none has, where the motor is.
+    /// The latched position, or, if none has been latched, the position of the motor.
     Latched,
-    /// Where the motor is.
+    /// The position of the motor.
     Here,
 }
 
@@ -65,24 +67,24 @@ pub(super) enum Edge {
 pub(super) enum Act {
     /// Nothing.
     Wait,
-    /// The motor comes to a stand.
+    /// The motor is to be brought to a stand.
     Stand,
-    /// The next leg begins; [`Search::begin`] tells how.
+    /// A leg begins, as [`Search::begin`] tells.
     Begin,
-    /// The motor is at its place: the search is over.
+    /// The motor stands at the zero point: the search is over.
     Arrive,
-    /// There is no way on.
+    /// The search cannot go on and is over.
     GiveUp,
 }
 
-/// The motor in a leg.
+/// What the motor is doing in a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Motion {
-    /// The motor comes to a stand, or stands.
+    /// The motor has been told to stand, and is braking or standing.
     Resting,
-    /// The motor was to be started, but not all datagrams for that may have got through.
+    /// The motor has been told to move, but a datagram of that may not have got through to a chip.
     Starting,
-    /// The motor runs.
+    /// The motor moves as the leg wants it.
     Running,
 }
 
@@ -93,21 +95,21 @@ enum Verdict {
     Underway,
     /// The leg has come to its end.
     Over,
-    /// A stop switch is in the way that is not the one the leg looks for.
+    /// A closed stop switch is in the way, and it is not the switch at which the leg ends.
     Blocked,
-    /// There is no switch where one was seen before: that was a glitch.
+    /// There is no switch where the leg before has seen one: that was a glitch.
     Mistaken,
 }
 
-/// A search under way.
+/// A reference search that is under way. Positions are in microsteps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
     plan: Plan,
-    /// Sign of the direction in which the switch is looked for.
+    /// The direction of the search as a sign: 1 to positive positions, -1 to negative ones.
     direction: i32,
-    /// The search has turned round at a stop switch; it does so once.
+    /// The search has turned round at a stop switch, which it does only once.
     turned: bool,
-    /// The speeds of the rough search and of all else.
+    /// The speed of fast legs and that of slow ones, in the unit of parameter 4.
     fast: i32,
     slow: i32,
     /// Number of legs that are done.
@@ -115,24 +117,24 @@ pub(super) struct Search {
     motion: Motion,
     /// The verdict of the last poll on this leg.
     verdict: Verdict,
-    /// For how many polls the motor has stood with that verdict.
+    /// Number of polls for which the motor has been standing with this verdict.
     stood: u8,
     /// The switch has been closed in this leg.
     closed: bool,
     /// The built-in encoder has passed its zero point in this leg.
     index: bool,
-    /// Position, in microsteps, at which the switch was seen first in a leg that finds it.
+    /// Position at which the switch was first seen closed, in a leg that finds it.
     seen: i32,
-    /// Position as far as which the switch is looked for on the way back.
+    /// Position as far as which the leg that leaves the switch looks for it.
     limit: i32,
-    /// Positions of the two edges, and of the stop switch on the other side, in microsteps.
+    /// Positions of the two edges of the switch, and of the stop switch at the other end.
     first: i32,
     second: Option<i32>,
     far: Option<i32>,
 }
 
 impl Search {
-    /// A search by a plan, at these speeds.
+    /// A search by a plan, at the speeds of its fast and of its slow legs, in the unit of parameter 4.
     pub(super) const fn new(plan: Plan, fast: i32, slow: i32) -> Self {
         Search {
             plan,
@@ -154,22 +156,22 @@ impl Search {
         }
     }
 
-    /// The number of the leg under way, counted from 1.
+    /// The number of the leg under way, counted from 1 (RFS STATUS).
     pub(super) const fn number(&self) -> i32 {
         self.done as i32 + 1
     }
 
-    /// The speed at which it goes to its place.
+    /// The speed of the slow legs, at which the motor also goes to the zero point.
     pub(super) const fn slow_speed(&self) -> i32 {
         self.slow
     }
 
-    /// Where the stop switch on the other side is, in microsteps, if the search has been there.
+    /// The position of the stop switch at the other end, in microsteps; `None` if the search has not been there.
     pub(super) const fn far(&self) -> Option<i32> {
         self.far
     }
 
-    /// What the stop switches do in the present leg. Parameters 12, 13 and 149 do not count.
+    /// What the stop switches do in the leg under way. Parameters 12, 13 and 149 have no effect during a search.
     pub(super) fn stops(&self) -> Stops {
         let positive = self.direction > 0;
         let latch = if positive { Side::Right } else { Side::Left };
@@ -181,7 +183,7 @@ impl Search {
         Stops { left, right, soft: false, latch }
     }
 
-    /// Takes in what is to be seen, once in each poll.
+    /// Takes in what this poll sees: to be called once in each poll, before [`Search::act`].
     pub(super) fn see(&mut self, view: &View) -> Notice {
         let leg = self.leg();
         let Known { position, speed, .. } = view.known;
@@ -190,7 +192,7 @@ impl Search {
         if notice.closed {
             self.closed = true;
         } else if leg.until == Until::Opened && leg.ahead && !closed && self.beyond(position, self.first) < 0 {
-            // The contact that was closed was not that of the switch, which begins only at the first edge.
+            // The switch begins only at its first edge, so the contact that was closed before was not the switch's.
             self.closed = false;
         }
         self.index |= view.index;
@@ -204,7 +206,7 @@ impl Search {
         notice
     }
 
-    /// Notes the position of the edge at which the leg under way ends.
+    /// Keeps the position of the edge at which the leg under way ends, as the leg says.
     pub(super) fn mark(&mut self, edge: i32) {
         match self.leg().mark {
             Mark::Nothing => {}
@@ -215,7 +217,7 @@ impl Search {
         }
     }
 
-    /// What comes next, after [`Search::see`].
+    /// What the caller is to do next: to be called once in each poll, after [`Search::see`].
     pub(super) fn act(&mut self, view: &View) -> Act {
         if self.leg().until == Until::There && self.verdict == Verdict::Over {
             return Act::Arrive;
@@ -237,8 +239,8 @@ impl Search {
         }
     }
 
-    /// Begins the leg: where the motor is to be sent, and whether the switch is closed, so that the position shall be
-    /// latched at which it opens.
+    /// Begins the leg. Returns the goal of the motor, and whether the switch is closed now, so that the ramp generator
+    /// is to latch the position at which it opens.
     pub(super) fn begin(&mut self, view: &View) -> (Goal, bool) {
         self.closed = self.is_closed(view.switches);
         self.index = false;
@@ -246,36 +248,37 @@ impl Search {
         self.stood = 0;
         self.motion = Motion::Starting;
         let goal = if self.leg().until == Until::There {
-            Goal::Position { target: self.place(), soft: false }
+            Goal::Position { target: self.zero_point(), soft: false }
         } else {
             Goal::Speed(self.speed())
         };
         (goal, self.closed)
     }
 
-    /// The motor is on its way.
+    /// Notes that all datagrams that start the motor have got through.
     pub(super) const fn begun(&mut self) {
         self.motion = Motion::Running;
     }
 
     /// The leg under way.
     fn leg(&self) -> Leg {
-        self.plan.legs.get(self.done).copied().unwrap_or(Leg::PLACE)
+        self.plan.legs.get(self.done).copied().unwrap_or(Leg::TO_ZERO)
     }
 
-    /// Speed of the leg under way; the sign is the direction.
+    /// The speed of the leg under way; right is positive.
     fn speed(&self) -> i32 {
         let Leg { ahead, fast, .. } = self.leg();
         let speed = if fast { self.fast } else { self.slow };
         if ahead { speed * self.direction } else { -speed * self.direction }
     }
 
-    /// How far `position` lies beyond `mark`, in the direction of the search.
+    /// How far `position` lies beyond `mark` in the direction of the search, in microsteps; negative if it lies before
+    /// it.
     fn beyond(&self, position: i32, mark: i32) -> i32 {
         position.wrapping_sub(mark).wrapping_mul(self.direction)
     }
 
-    /// How the leg stands.
+    /// How the leg under way stands, by what this poll sees.
     fn judge(&self, view: &View) -> Verdict {
         let View { switches, known, .. } = *view;
         let leg = self.leg();
@@ -307,7 +310,8 @@ impl Search {
         }
     }
 
-    /// Goes on to the next leg, or back to one, now that the motor stands; false if the search has to give up.
+    /// Chooses the leg to begin now that the motor stands: the next one, the same, or the one before. False if the
+    /// search has to give up.
     fn proceed(&mut self, view: &View) -> bool {
         let turns = matches!(self.plan.sought, Sought::Home { turns: true, .. });
         match (self.verdict, self.leg().until) {
@@ -320,7 +324,7 @@ impl Search {
                 }
                 self.done = self.done.saturating_add(1);
             }
-            // Back from leaving the switch to finding it.
+            // Without a switch where the leg that leaves it looks for it, the leg that finds it begins anew.
             (Verdict::Mistaken, _) => self.done = self.done.saturating_sub(1),
             (Verdict::Blocked, Until::Seen) if turns && !self.turned => {
                 self.turned = true;
@@ -331,7 +335,7 @@ impl Search {
         true
     }
 
-    /// True if the switch that is searched is closed.
+    /// True if the switch that is searched for is closed.
     fn is_closed(&self, switches: Switches) -> bool {
         match self.plan.sought {
             Sought::Stop => switches.towards(self.direction),
@@ -339,8 +343,8 @@ impl Search {
         }
     }
 
-    /// The zero point: the middle between the two edges, or the only one, in microsteps.
-    fn place(&self) -> i32 {
+    /// The zero point of the search, in microsteps: the middle between the two edges, or the only edge.
+    fn zero_point(&self) -> i32 {
         let second = self.second.unwrap_or(self.first);
         self.first.wrapping_add(second.wrapping_sub(self.first) / 2)
     }
@@ -350,7 +354,7 @@ impl Search {
 mod tests {
     use super::*;
 
-    /// A stage on which the switches are closed in these ranges of positions, ends included.
+    /// A stage on which each switch is closed in a range of positions, in microsteps, ends included.
     #[derive(Clone, Copy)]
     struct Stage {
         left: [i32; 2],
@@ -358,8 +362,9 @@ mod tests {
         home: [i32; 2],
     }
 
-    /// Carries a search out with a motor that goes ten microsteps in a poll, or one, and stands at once; stop switches
-    /// that do not stop it are run over. Gives the numbers of the legs and the place; none if the search gives up.
+    /// Carries a search out with a motor that goes ten microsteps in a poll in fast legs and one in slow ones, starts
+    /// and stops without a ramp, and runs over stop switches that do not stop it. Returns the numbers of the legs in
+    /// the order in which they began, and the zero point; `None` if the search gives up.
     fn searched(stage: Stage, mode: i32) -> Option<(Vec<i32>, i32)> {
         let mut search = Search::new(Plan::of(mode), 10, 1);
         let (mut known, mut legs, mut latched) = (Known::default(), Vec::new(), None);
@@ -400,15 +405,15 @@ mod tests {
         panic!("mode {mode} does not end");
     }
 
-    /// From inside, with a home switch on the right: which legs each mode has, and where they lead. Edges are seen one
-    /// microstep late, and twice as late where the motor comes back over them.
+    /// The motor starts at position 0, between the stop switches and left of the home switch. An edge is seen one
+    /// microstep late, and two late where the motor comes back over it.
     #[test]
-    fn each_mode_has_its_legs_and_its_place() {
+    fn each_mode_has_its_legs_and_its_zero_point() {
         let stage = Stage { left: [-120, -100], right: [100, 140], home: [50, 70] };
-        for (mode, legs, place) in [
+        for (mode, legs, zero) in [
             (1, 1..=4, -99),
             (65, 1..=4, 99),
-            // The first leg, off the other stop switch, is over before it begins.
+            // The first leg, which leaves the other stop switch, is over before it begins.
             (2, 2..=6, -99),
             (66, 2..=6, 99),
             (3, 2..=6, -110),
@@ -420,14 +425,14 @@ mod tests {
         ] {
             let (gone, found) = searched(stage, mode).unwrap();
             assert_eq!(gone, legs.collect::<Vec<_>>(), "mode {mode}");
-            assert!((found - place).abs() <= 1, "mode {mode}: {found}");
+            assert!((found - zero).abs() <= 1, "mode {mode}: {found}");
         }
-        // Mode 5 looks to the left first, and begins its first leg again the other way round.
+        // Mode 5 first searches to the left, and begins its first leg again to the right.
         let (legs, found) = searched(stage, 5).unwrap();
         assert!(legs == [1, 1, 2, 3, 4] && (found - 60).abs() <= 1, "{legs:?}, {found}");
     }
 
-    /// A home switch within a stop switch cannot be crossed.
+    /// The motor cannot cross a home switch that lies within the range of a stop switch.
     #[test]
     fn a_search_that_cannot_go_on_gives_up() {
         let stage = Stage { left: [-120, -100], right: [60, 140], home: [50, 70] };

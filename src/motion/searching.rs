@@ -1,5 +1,5 @@
-//! An axis in a reference search (RFS): it looks, and does what the search in `search.rs` makes of what there is to be
-//! seen.
+//! The reference search of an axis (RFS), on its hardware: each poll shows the search what there is to see, and then
+//! does to the hardware what the state machine in `search.rs` asks for.
 
 use super::Error;
 use super::axis::{Joined, Pace};
@@ -9,26 +9,30 @@ use super::search::{Act, Edge, Search, View};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
-/// Full steps that a switch may be away from where it was seen, beside the motor's overrun: one electrical period.
+/// How much further back than the motor's overrun a switch is looked for, in full steps: one electrical period of the
+/// motor.
 const SLACK: i32 = 4;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// RFS START: begins a search by the mode of parameter 193, at the speeds of parameters 194 and 195. A later
-    /// change of these parameters concerns the next search.
+    /// RFS START: begins a reference search by the mode of parameter 193, at the speeds of parameters 194 (fast legs)
+    /// and 195 (slow legs). A later change of these parameters concerns the next search.
     ///
     /// # Errors
-    /// [`Error::NotNow`] when one of the search speeds (194, 195) is zero: it would never end.
+    /// [`Error::NotNow`] when one of the two speeds is zero, because the search would never end; [`Error::Chip`] when a
+    /// chip did not take a datagram.
     pub fn start_search(&mut self, now: Micros) -> Result<(), Error> {
         let (fast, slow) = (self.values.get(P::ReferenceSearchSpeed), self.values.get(P::ReferenceSwitchSpeed));
         let plan = Plan::of(self.values.get(P::ReferenceSearchMode));
         self.search_by(now, plan, fast, Pace { speed: Some(slow), acceleration: None })
     }
 
-    /// Begins a search by a plan: the rough search goes at the speed `fast`, all else at that of `pace`, or of
-    /// parameter 195 where that has none.
+    /// Begins a reference search by a plan. Fast legs go at the speed `fast`, slow legs at that of `pace`, or of
+    /// parameter 195 where `pace` has none; both in the unit of parameter 4. The acceleration of `pace` holds for the
+    /// whole search.
     ///
     /// # Errors
-    /// [`Error::NotNow`] when one of the speeds is zero: it would never end.
+    /// [`Error::NotNow`] when one of the two speeds is zero, because the search would never end; [`Error::Chip`] when a
+    /// chip did not take a datagram.
     pub fn search_by(&mut self, now: Micros, plan: Plan, fast: i32, pace: Pace) -> Result<(), Error> {
         let slow = pace.speed.unwrap_or(self.values.get(P::ReferenceSwitchSpeed));
         if fast == 0 || slow == 0 {
@@ -36,17 +40,20 @@ impl<H: Hardware> Joined<'_, H> {
         }
         self.rotate_at(now, 0, pace.acceleration)?;
         self.search = Some(Search::new(plan, fast, slow));
-        // While the motor comes to a stand the switches act as in the first leg.
+        // While the motor comes to a stand, the stop switches already act as in the first leg.
         self.adjust()
     }
 
-    /// RFS STOP: ends a search and stops the motor; without a search it does nothing.
+    /// RFS STOP: ends a reference search and stops the motor along the ramp; without a search it does nothing.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn stop_search(&mut self, now: Micros) -> Result<(), Error> {
         if self.search.is_some() { self.rotate(now, 0) } else { Ok(()) }
     }
 
-    /// Takes the search on by one poll; the position has been read in it. Where a datagram does not get through, the
-    /// next poll does all of that again.
+    /// Advances the search by one poll, in which the position has been read before. If a datagram does not get through,
+    /// `search` is not kept: the next poll does the same again from the state of the poll before.
     pub(super) fn poll_search(&mut self, now: Micros, mut search: Search) -> Result<(), Error> {
         let switches = self.switches()?;
         self.actual_speed()?;
@@ -76,7 +83,7 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Ends a search: from now on the stop switches act as their parameters say.
+    /// Ends a search. From then on the stop switches act as their parameters say.
     fn end_search(&mut self, found: bool) -> Result<(), Error> {
         self.search = None;
         self.pace = Pace::default();
@@ -85,9 +92,10 @@ impl<H: Hardware> Joined<'_, H> {
         self.adjust()
     }
 
+    /// Begins a leg: sets the stop switches for it, arms the latch if the switch is closed, and starts the motor.
     fn begin_leg(&mut self, now: Micros, mut search: Search, view: &View) -> Result<(), Error> {
         let (goal, closed) = search.begin(view);
-        // The stop switches act as this leg wants it.
+        // With the search in place the course below has the stop switches as this leg needs them.
         self.search = Some(search);
         if closed {
             self.arm_latch()?;
@@ -101,21 +109,22 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// The position will be kept where the closed switch opens. Where the motor stands on the edge, it may be off the
-    /// switch before the next poll.
+    /// Arms the ramp generator's latch: it keeps the position at which the closed switch opens. A motor that stands on
+    /// the edge may be off the switch before the next poll could see that.
     fn arm_latch(&mut self) -> Result<(), Error> {
         let (hardware, controller) = self.reach();
         hardware.latch(controller)
     }
 
-    /// The position that has been kept, if one has.
+    /// The position that the latch has kept, in microsteps; `None` if it has kept none.
     fn latched(&mut self) -> Result<Option<i32>, Error> {
         let (hardware, controller) = self.reach();
         hardware.latched(controller)
     }
 
-    /// Makes the position zero, where the search has led. The encoders become zero with it: their
-    /// deviation (parameters 212 and 218) is counted from there.
+    /// Makes the present position, the zero point that the search has found, zero. The positions of the encoders become
+    /// zero as well, because their deviation (parameters 212 and 218) is counted from there. Parameter 197 keeps the
+    /// former position, and parameter 196 the distance between the stop switches, if the search has measured it.
     fn zero(&mut self, now: Micros, search: &Search) -> Result<(), Error> {
         let zero = self.last_position();
         self.set_position(now, 0)?;

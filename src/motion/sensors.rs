@@ -1,16 +1,18 @@
-//! What an axis is told by pins and counters, not by its chips.
+//! The inputs of an axis that come over pins and counters of the board, not from its motion controller and driver.
 
-/// Inputs of an axis besides its chips, sampled once per poll.
+/// The inputs of one axis, sampled by the board once for each poll.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Sensors {
-    /// SG_TST output of the driver: high while the load value is zero, so that the motor stalls.
+    /// Level of the driver's output SG_TST, which is high while the load value is zero, that is, while the motor
+    /// stalls.
     pub stall: bool,
-    /// Home switch as it is: true is closed.
+    /// Level of the home switch's input; parameter 193 may invert its meaning.
     pub home: bool,
-    /// Angle of the built-in encoder, 0..=1023 in a turn.
+    /// Angle of the built-in encoder, 0..=1023 within a turn.
     pub encoder: u16,
-    /// Counter of the external ABN encoder, wrapping.
+    /// Counter of the external ABN encoder, which wraps at 65 536.
     pub external: u16,
-    /// Counts of the external encoder at which its N track last became low, and high, since the poll before.
+    /// Counts of the external encoder at which its N track last became low, and last became high, since the poll
+    /// before; `None` where it has not.
     pub null: [Option<u16>; 2],
 }

@@ -1,41 +1,42 @@
-//! Which stallGuard2 measurements count for stop on stall (parameter 181).
+//! Which load measurements of the driver (stallGuard2) count for stop on stall (parameter 181).
 //!
 //! The driver's load value is meaningless below the speed at which the motor's back-EMF can be measured, and it keeps
 //! its last value while the motor stands. So a load value of zero may be left over from before the motor started: a
-//! firmware that acted on it would never let a motor start again that a stall has stopped. Only a measurement counts
+//! firmware that acted on it would never again let a motor start that a stall has stopped. Only a measurement counts
 //! that was begun and ended above the speed of parameter 181.
 
-/// The way, in microsteps, in which the driver makes one whole measurement wherever it begins. It measures for four
-/// full steps with its filter (parameter 173) and for one without, one measurement after another: in twice that time
-/// one of them has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
+/// The way, in microsteps, on which the driver makes one whole measurement, wherever the way begins. One measurement
+/// takes four full steps with the driver's filter (parameter 173) and one full step without, and the next one follows
+/// at once: on twice that way one has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
 pub(super) const fn span(filter: bool, resolution: i32) -> u32 {
     let full_steps: u32 = if filter { 8 } else { 2 };
     full_steps.unbounded_shl(resolution.unsigned_abs())
 }
 
-/// Whether a whole measurement has been made above a speed.
+/// How far the motor has come in making a whole measurement above the speed of parameter 181.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Measured {
-    /// The speed has not been looked at since the measurement began anew.
+    /// Nothing is known of the motor's speed yet, or a hard stop or a new setting has made the measurement under way
+    /// invalid.
     #[default]
     Nothing,
-    /// Not for a whole measurement yet.
+    /// The motor has not gone far enough above the speed for a whole measurement yet.
     Since {
-        /// Where the motor was last seen at or below the speed, or turning the other way, in microsteps.
+        /// Position, in microsteps, at which the motor was last seen at or below the speed, or turning the other way.
         from: i32,
-        /// The sign of its speed above that, 0 before.
+        /// The sign of the motor's speed above the speed of parameter 181; 0 while the motor is not above it.
         direction: i32,
     },
-    /// A whole measurement has been made, and the motor turns on in this direction.
+    /// A whole measurement has been made, and the motor still turns above the speed in the same direction.
     Whole {
-        /// The sign of its speed.
+        /// The sign of the motor's speed.
         direction: i32,
     },
 }
 
 impl Measured {
-    /// Takes position and speed as the last datagrams have told them. True if the driver has made a measurement wholly
-    /// above the speed `above`, in the `span` of microsteps that this takes.
+    /// Takes in position (microsteps) and speed as read last. True if the driver has made a measurement wholly above
+    /// the speed `above`, for which the motor goes `span` microsteps; speeds are in the unit of parameter 181.
     pub(super) fn look(&mut self, position: i32, speed: i32, above: i32, span: u32) -> bool {
         let fast = speed.abs() > above;
         let direction = if fast { speed.signum() } else { 0 };
@@ -55,9 +56,9 @@ impl Measured {
 mod tests {
     use super::*;
 
-    /// With 256 microsteps eight full steps are 2048 microsteps, two are 512; with full steps they are 8 and 2.
+    /// With 256 microsteps per full step (resolution 8) eight full steps are 2048 microsteps and two are 512.
     #[test]
-    fn the_way_of_a_whole_measurement() {
+    fn the_way_of_a_whole_measurement_is_eight_full_steps_or_two_without_filter() {
         assert_eq!([span(true, 8), span(false, 8), span(true, 0), span(false, 0)], [2048, 512, 8, 2]);
     }
 

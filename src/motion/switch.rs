@@ -1,10 +1,12 @@
-//! Stop switches and the home switch: which one stops which motion, and for how long its contacts bounce.
+//! The stop switches and the home switch of an axis: which one stops which motion, and for how long its contacts
+//! bounce.
 
-/// Polls, of a millisecond each, after which the contacts of a switch have ceased to bounce: a level counts that they
-/// have had all that time.
+/// Number of polls, one in a millisecond, after which the contacts of a switch have ceased to bounce: a level counts
+/// that has been there in all of them.
 pub(super) const SETTLED: u8 = 20;
 
-/// The stop switches, with the polarity of global parameter 79 applied, and the home switch as it is: true is closed.
+/// The states of the switches of an axis, true is closed: the stop switches with the polarity of global parameter 79
+/// applied, the home switch as its input is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Switches {
     /// The left stop switch, at the end of negative positions.
@@ -16,7 +18,7 @@ pub(super) struct Switches {
 }
 
 impl Switches {
-    /// The stop switch in a direction, which is positive or negative.
+    /// The stop switch at the end to which `direction` points, which is positive or negative, not 0.
     pub(super) fn towards(self, direction: i32) -> bool {
         if direction > 0 { self.right } else { self.left }
     }
@@ -25,29 +27,29 @@ impl Switches {
 /// One of the two stop switches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Side {
-    /// The one at the end of negative positions.
+    /// The left stop switch, at the end of negative positions.
     #[default]
     Left,
-    /// The one at the end of positive positions.
+    /// The right stop switch, at the end of positive positions.
     Right,
 }
 
-/// What the stop switches do to a motor.
+/// What closed stop switches do to a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stops {
-    /// The left one stops it.
+    /// The left stop switch stops a motor that turns left.
     pub left: bool,
-    /// The right one stops it.
+    /// The right stop switch stops a motor that turns right.
     pub right: bool,
-    /// They stop it along the ramp, not at once.
+    /// A stop switch stops the motor along the ramp, not at once.
     pub soft: bool,
-    /// The one at which a position can be kept, see [`Hardware::latch`](super::Hardware::latch).
+    /// The stop switch whose opening latches the position, see [`Hardware::latch`](super::Hardware::latch).
     pub latch: Side,
 }
 
 impl Stops {
-    /// True if a stop switch that is closed - left and right - stops a motor on its way: the sign of `ahead` is the
-    /// direction in which the motor is to turn.
+    /// True if a closed stop switch stops the motor. `ahead` is the direction in which the motor is to turn, of which
+    /// only the sign counts; the array says which stop switches are closed.
     pub(super) fn hold(self, ahead: i32, [left, right]: [bool; 2]) -> bool {
         match ahead {
             ..0 => left && self.left,

@@ -1,8 +1,9 @@
-//! An axis on a ramp generator of the TMC429 and a TMC262 driver of its own: all that these two chips demand.
+//! The hardware of an axis that runs on a ramp generator of the TMC429 and on a TMC262 driver of its own.
 //!
-//! The chip's positions have 24 bits (`position.rs`), its braking ramps want a parameter worked out for them ([`ramp`]),
-//! in velocity mode its speed limit is not that of positioning, and registers are written in the order in which none of
-//! them acts before the others are there. Which have the value already the chip's driver knows: they cost no datagram.
+//! Here is all that these two chips demand: the TMC429's positions have 24 bits (`position.rs`), its braking ramps need
+//! a parameter that is worked out for them ([`ramp`]), in velocity mode its speed limit is not that of positioning, and
+//! registers are written in such an order that none of them acts before the others are right. A register that already
+//! has its value costs no datagram: the drivers in [`crate::chip`] see to that.
 
 mod position;
 pub mod ramp;
@@ -21,23 +22,26 @@ use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, 
 use crate::param::AxisParameter as P;
 use crate::units::INTERNAL_MAX;
 
-/// Length of the rotation of readings: the speed is each second one, driver and right switch each fourth, and the last one
-/// is, in place of the switch, the version of the motion controller, which shows that it is there.
+/// Length of the rotation of readings. Each second reading is the speed, each fourth the driver's, and each fourth the
+/// switches; the last one is, in place of the switches, the version of the TMC429, which shows that the chip is there.
 const READINGS: u8 = 64;
+/// Number of the reading that asks the TMC429 for its version.
 const CONFIRMATION: u8 = READINGS - 1;
 
-/// The settings of a ramp generator: as a rule the next move has the same, and none of their registers has to be looked
-/// at.
+/// The settings of a ramp generator, in the chip's units. As a rule the next move has the same settings; then none of
+/// their registers has to be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Settings {
     basis: Basis,
     mode: Mode,
     stops: Stops,
+    /// V_MAX in internal velocity, 0..=2047.
     speed: i32,
+    /// A_MAX as wanted, in internal acceleration, 0..=2047; for positioning the chip may get a larger one.
     acceleration: i32,
 }
 
-/// The settings that are the same in all modes.
+/// The settings that do not depend on the ramp mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Basis {
     minimum_speed: i32,
@@ -51,32 +55,34 @@ impl Settings {
         let Course { values, speed, acceleration, tolerance, stops } = *course;
         let (ramp_div, pulse_div) = divisors(values);
         let basis = Basis { minimum_speed: values.get(P::MinimumSpeed), ramp_div, pulse_div, tolerance };
-        // Velocity mode goes up to the full range.
+        // In velocity mode the target speed may be any, whatever parameter 4 says.
         let speed = if mode == Mode::Velocity { INTERNAL_MAX } else { speed };
         Settings { basis, mode, stops, speed, acceleration }
     }
 }
 
-/// One axis' part of the two chips: `M` is the way to the TMC429, `D` that to the TMC262.
+/// What one axis has of the two chips. `M` is the SPI device of the TMC429, `D` that of the TMC262.
 #[derive(Debug)]
 pub struct Tmc429Tmc262<M, D> {
     generator: RampGenerator,
     driver: Tmc262<D>,
     known: Known,
-    /// The target that the chip has been given, in microsteps: on the way to the motor's, or that itself.
+    /// The target that the chip was given, in microsteps: a waypoint on the way to the motor's target, or that target
+    /// itself.
     waypoint: i32,
-    /// The right stop switch, as read last. The left one comes with each datagram.
+    /// The right stop switch as read last; the left one comes in the status byte of each datagram.
     right: bool,
-    /// The motor stood at the last turn already, so the position that is known is that at which it stands.
+    /// The motor stood at the last refresh already, so the known position is that at which it stands.
     rests: bool,
-    /// The settings that the chip has, if it has heard all of them.
+    /// The settings that the chip has; `None` if not all datagrams of the last settings have got through.
     settled: Option<Settings>,
     braking: ramp::BrakingMemo,
     controller: PhantomData<M>,
 }
 
 impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
-    /// The axes of a module, in the order of their drivers; nothing is written yet. Each controller moves three of them.
+    /// The hardware of the axes of a module, in the order of their drivers; each TMC429 moves three of them. The chips
+    /// are not told anything yet.
     pub fn axes<const N: usize>(drivers: [D; N]) -> [Self; N] {
         let mut generators = RampGenerator::ALL.into_iter().cycle();
         drivers.map(|driver| Tmc429Tmc262 {
@@ -118,7 +124,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(chip.write_interface(switches, direction)?)
     }
 
-    /// The divisors may admit no positioning ramp, whatever its acceleration.
+    /// False for the pairs of RAMP_DIV and PULSE_DIV that admit no positioning ramp, whatever its acceleration.
     fn accepts(values: &Values) -> bool {
         let (ramp_div, pulse_div) = divisors(values);
         ramp::braking(INTERNAL_MAX, ramp_div, pulse_div, INTERNAL_MAX).is_some()
@@ -131,7 +137,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
                 chip.write(self.generator, Register::VTarget, speed as u32)?;
                 self.known.target_speed = speed;
             }
-            // Target and ramp settings come first, the mode last.
+            // For a position the target and the ramp settings are written first and the mode last.
             Goal::Position { target, soft } => {
                 self.known.mode = if soft { Mode::Soft } else { Mode::Ramp };
                 self.known.target = target;
@@ -139,7 +145,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
                 self.write_waypoint(chip)?;
             }
         }
-        // At a speed the speed limit comes last: in ramp mode it would have acted at once.
+        // For a speed the speed limit is written after velocity mode: in ramp mode the new limit would act at once.
         self.adjust(chip, course)
     }
 
@@ -153,8 +159,8 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(())
     }
 
-    /// V_ACTUAL may be written in hold mode only (datasheet section 8.1.6); a written zero clears the hidden bits of
-    /// the velocity, too.
+    /// V_ACTUAL may be written in hold mode only (datasheet section 8.1.6). Writing zero also clears the hidden
+    /// fraction of the velocity.
     fn stop(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<(), Error> {
         self.set_mode(chip, Mode::Hold, course.stops)?;
         chip.write(self.generator, Register::VActual, 0)?;
@@ -163,23 +169,24 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         self.head(chip, Goal::Speed(0), course)
     }
 
-    /// The chip wants velocity mode for this (datasheet section 8.1.2), or the mode in which it was halted.
+    /// X_ACTUAL is written in velocity mode (datasheet section 8.1.2), or in hold mode, in which `halt` leaves the
+    /// chip.
     fn place(&mut self, chip: &mut Tmc429<M>, position: i32) -> Result<(), Error> {
         chip.write(self.generator, Register::XActual, position as u32)?;
         chip.write(self.generator, Register::XTarget, position as u32)?;
         self.known.position = position;
         self.known.target = position;
         self.waypoint = position;
-        // The chip may have been halted before, and set up anew.
+        // The chip may have been halted and set up anew before, so none of its settings is taken for known.
         self.settled = None;
         Ok(())
     }
 
-    /// One datagram to the TMC429 for the position of a motor that does not stand, one for the reading, to the TMC429 or the
-    /// driver, and one more where a waypoint is moved on.
+    /// Takes one datagram to the TMC429 for the position of a motor that does not stand, one for the reading, to the
+    /// TMC429 or to the driver, and one more when a waypoint is moved on.
     fn refresh(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<(), Error> {
-        // The speed may have been read some milliseconds ago, before the last step: a motor that has come to a stand is
-        // asked for its position once more. Its speed goes on to be read.
+        // The known speed may be some milliseconds old, from before the last step. So the position of a motor that has
+        // come to a stand is read once more; its speed is still read in rotation.
         let stands = self.known.speed == 0 && self.known.ahead() == 0;
         if !(stands && self.rests) {
             self.position(chip)?;
@@ -197,7 +204,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         let Known { mode, position, target, .. } = self.known;
         if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {
             let before = core::mem::replace(&mut self.waypoint, next);
-            // One that did not get through to the chip is given to it again in the next millisecond.
+            // A waypoint that did not get through to the chip is written again in the next millisecond.
             self.write_waypoint(chip).inspect_err(|_| self.waypoint = before)?;
         }
         Ok(())
@@ -226,7 +233,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         }
     }
 
-    /// The chip has it smoothed.
+    /// A_ACTUAL is smoothed by the chip.
     fn acceleration(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
         Ok(signed(chip.read(self.generator, Register::AActual)?, 12).abs())
     }
@@ -237,13 +244,14 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok([bits & 2 != 0, self.right])
     }
 
-    /// The left one as of the last datagram, the right one at most eight milliseconds old.
+    /// The left switch is as old as the last datagram, the right one at most eight turns of readings of this axis.
     fn last_switches(&self, chip: &Tmc429<M>) -> [bool; 2] {
         [chip.left_switch(self.generator), self.right]
     }
 
-    /// The last readings of switches and speed may be some milliseconds old; so they are taken again before the motor
-    /// counts as held. Near the counter's origin the chip lets the motor pass (datasheet section 8.1.14).
+    /// The readings of switches and speed may be some milliseconds old, so they are taken again before the motor counts
+    /// as held. Near the position that the chip counts as zero, within the tolerance of parameter 149, the chip lets
+    /// the motor pass the stop switches (datasheet section 8.1.14).
     fn is_held(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<bool, Error> {
         let tolerance = course.tolerance.unsigned_abs();
         let near = tolerance != 0 && signed(self.known.position as u32, 24).unsigned_abs() <= tolerance;
@@ -259,7 +267,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(chip.write(self.generator, Register::XLatched, 0)?)
     }
 
-    /// A standing motor latches nothing (datasheet section 8.1.15).
+    /// The chip latches the position only while the motor moves (datasheet section 8.1.15).
     fn latched(&mut self, chip: &mut Tmc429<M>) -> Result<Option<i32>, Error> {
         if chip.read(self.generator, Register::RefConfMode)? & reference::LATCH_PENDING != 0 {
             return Ok(None);
@@ -288,7 +296,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         self.driver.flags()
     }
 
-    /// SG_TST is high while the load value is zero.
+    /// `pin` is the level of SG_TST, which is high while the load value is zero.
     fn stalled(&self, _: &Tmc429<M>, pin: bool) -> bool {
         pin
     }
@@ -299,7 +307,7 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         Ok(chip.write(self.generator, Register::XTarget, self.waypoint as u32)?)
     }
 
-    /// `known` are those settings that the chip is known to have.
+    /// Writes settings to the chip, without those in `known`, which the chip is known to have.
     fn write_settings(&mut self, chip: &mut Tmc429<M>, settings: &Settings, known: Option<Basis>) -> Result<(), Error> {
         let m = self.generator;
         let Settings { basis, mode, stops, speed, acceleration } = *settings;
@@ -310,7 +318,7 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
             chip.write(m, Register::DxRefTolerance, tolerance as u32)?;
         }
         if mode == Mode::Velocity {
-            // Velocity mode takes the acceleration as it is.
+            // In velocity mode the chip takes any acceleration.
             chip.write(m, Register::AMax, acceleration as u32)?;
         } else {
             let b = self.braking.braking(acceleration, ramp_div, pulse_div, speed).ok_or(Error::OutOfRange)?;
@@ -318,11 +326,11 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
             chip.write(m, Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv))?;
         }
         chip.write(m, Register::VMax, speed as u32)?;
-        // A new mode comes last, when all that it needs is in place.
+        // A new mode is written last, when the settings that it needs are in place.
         self.set_mode(chip, mode, stops)
     }
 
-    /// The mode shares its register with what the stop switches do.
+    /// Writes the ramp mode, together with what the stop switches do, which is in the same register.
     fn set_mode(&mut self, chip: &mut Tmc429<M>, mode: Mode, stops: Stops) -> Result<(), Error> {
         self.known.mode = mode;
         if self.settled.is_some_and(|settings| settings.mode == mode && settings.stops == stops) {
@@ -343,8 +351,9 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         Ok(chip.write(self.generator, Register::RefConfMode, reference | mode as u32)?)
     }
 
-    /// PULSE_DIV may make a stray step when changed outside ramp mode while the motor stands (datasheet
-    /// section 8.1.13): for the moment of the change the chip is in ramp mode with its target where it is.
+    /// Writes RAMP_DIV and PULSE_DIV. Changing PULSE_DIV outside ramp mode may make a stray step while the motor stands
+    /// (datasheet section 8.1.13): so for the moment of the change the chip is in ramp mode, with its target where the
+    /// motor is.
     fn write_divisors(&mut self, chip: &mut Tmc429<M>, word: u32, stops: Stops) -> Result<(), Error> {
         let Known { mode, target_speed, speed, .. } = self.known;
         let standing = mode == Mode::Velocity && target_speed == 0 && speed == 0;
@@ -356,16 +365,17 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         self.set_mode(chip, Mode::Ramp, stops)?;
         chip.write(self.generator, Register::Divisors, word)?;
         self.set_mode(chip, Mode::Velocity, stops)?;
-        // In ramp mode the ramp generator has written V_TARGET itself.
+        // In ramp mode the ramp generator has changed V_TARGET itself.
         Ok(chip.write(self.generator, Register::VTarget, target_speed as u32)?)
     }
 }
 
-/// RAMP_DIV and PULSE_DIV.
+/// RAMP_DIV and PULSE_DIV (parameters 153 and 154), 0..=13.
 fn divisors(values: &Values) -> (u8, u8) {
     (values.get(P::RampDivisor) as u8, values.get(P::PulseDivisor) as u8)
 }
 
+/// The configuration of the TMC262 for the parameters of an axis and the current that its motion needs.
 fn configuration(values: &Values, excitation: Excitation) -> Configuration {
     let byte = |parameter: P| values.get(parameter) as u8;
     let flag = |parameter: P| values.is_on(parameter);

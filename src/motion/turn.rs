@@ -1,4 +1,5 @@
-//! An axis' turn of each millisecond: it takes the readings, looks after the motor, and notices what has happened.
+//! The poll of an axis in each millisecond: it takes the readings, guards the motor, advances a reference search,
+//! notices what has happened, and chooses the motor's current.
 
 use super::Error;
 use super::axis::{Events, Joined};
@@ -10,13 +11,14 @@ use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Takes the axis on by one poll of the 1 kHz. `reading` is the number of the reading to be taken, if it is this axis'
-    /// turn. That takes the datagrams of [`Hardware::refresh`]; a few more where a switch holds the motor, in a reference
-    /// search, or where the motor is stopped.
+    /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
+    /// taken, or `None` if it is another axis' turn. This takes the datagrams of [`Hardware::refresh`], and a few more
+    /// where a switch holds the motor, in a reference search, or where the motor is stopped. Returns the events since
+    /// the poll before.
     pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>) -> Events {
         self.sensors = sensors;
         self.count();
-        // A datagram that did not get through to a chip is tried again with the next poll.
+        // Where a datagram did not get through to a chip, the next poll tries again.
         let _ = self.turn(now, reading);
         core::mem::take(&mut self.events)
     }
@@ -65,7 +67,8 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// Gives the motor the current for this state of motion.
+    /// Gives the motor the current that belongs to this state of motion; a driver that has it already is not written
+    /// to.
     pub(super) fn refresh_excitation(&mut self, now: Micros, state: MotionState) -> Result<(), Error> {
         let excitation = self.select_excitation(now, state);
         if self.excitation != Some(excitation) {
@@ -75,44 +78,50 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Switches the bridges, and with them the motor's current, off or on again. Without current the motor turns freely
-    /// and is not where the ramp generator takes it to be: it is to stand before.
+    /// Switches the driver's bridges, and with them the motor's current, off or on again. The motor is to stand before:
+    /// without current it turns freely, and its position is then no longer the ramp generator's.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when the driver did not take a datagram.
     pub fn switch_bridges(&mut self, now: Micros, on: bool) -> Result<(), Error> {
         self.bridges_off = !on;
         self.refresh_excitation(now, self.motion_state())
     }
 
-    /// Writes parameters and excitation to the driver.
+    /// Writes the driver's parameters and the present excitation to the driver.
     pub(super) fn write_driver(&mut self) -> Result<(), Error> {
         let Some(excitation) = self.excitation else { return Ok(()) };
         self.on_course(|hardware, controller, course| hardware.drive(controller, course.values, excitation))
     }
 
-    /// The actual position in microsteps, asked of the hardware.
+    /// Reads the actual position in microsteps from the hardware.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when the chip did not answer.
     pub fn actual_position(&mut self) -> Result<i32, Error> {
         let (hardware, controller) = self.reach();
         hardware.position(controller)
     }
 
-    /// The speed that the motor is heading for: the commanded one, or the ramp generator's own.
+    /// Reads the speed to which the motor is accelerating or braking: the commanded one, or the ramp generator's own.
     pub(super) fn target_speed(&mut self) -> Result<i32, Error> {
         let (hardware, controller) = self.reach();
         hardware.target_speed(controller)
     }
 
-    /// The speed right now, asked of the hardware.
+    /// Reads the actual speed from the hardware, right if positive.
     pub(super) fn actual_speed(&mut self) -> Result<i32, Error> {
         let (hardware, controller) = self.reach();
         hardware.speed(controller)
     }
 
-    /// The magnitude of the acceleration right now, asked of the hardware.
+    /// Reads the magnitude of the actual acceleration from the hardware.
     pub(super) fn actual_acceleration(&mut self) -> Result<i32, Error> {
         let (hardware, controller) = self.reach();
         hardware.acceleration(controller)
     }
 
-    /// The stop switches right now, asked of the hardware, and the home switch as of the last poll.
+    /// Reads the stop switches from the hardware; the home switch is that of this poll.
     pub(super) fn switches(&mut self) -> Result<Switches, Error> {
         let home = self.sensors.home;
         let (hardware, controller) = self.reach();

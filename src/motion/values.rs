@@ -1,18 +1,18 @@
-//! The values of an axis' parameters.
+//! The values of those parameters of an axis that are settings. The chips are told of them elsewhere.
 
 use crate::param::{AxisParameter as P, Table};
 
-/// The values of those axis parameters that are settings, as they were set.
+/// The value of each setting of an axis, in the unit of its row in the parameter table.
 #[derive(Debug)]
 pub struct Values([i32; P::SETTINGS]);
 
 impl Values {
-    /// The factory defaults of a table. What it does not have is 0.
+    /// The factory defaults of a parameter table. A setting that the table does not have is 0.
     pub(super) fn of(table: &Table<P>) -> Self {
         Values(table.defaults())
     }
 
-    /// The value of a setting; 0 of what is none.
+    /// The value of a setting; 0 for a parameter that is not a setting.
     pub(super) fn get(&self, parameter: P) -> i32 {
         self.0.get(parameter.index()).copied().unwrap_or_default()
     }
@@ -22,10 +22,10 @@ impl Values {
         self.get(parameter) != 0
     }
 
-    /// Sets a setting.
+    /// Changes the value of a setting; a parameter that is not a setting is ignored.
     pub(super) fn set(&mut self, parameter: P, value: i32) {
-        if let Some(place) = self.0.get_mut(parameter.index()) {
-            *place = value;
+        if let Some(entry) = self.0.get_mut(parameter.index()) {
+            *entry = value;
         }
     }
 }

@@ -1,32 +1,34 @@
-//! 32-bit positions on a 24-bit chip.
+//! 32-bit positions on the TMC429, whose counter and target have 24 bits.
 //!
-//! The chip's counter is extended by its differences, which is exact as long as less than 2^23 microsteps pass between
-//! two readings (16.7 s at the chip's 500 kHz; the counter is read every millisecond). The chip's target must stay
-//! within 2^23 microsteps of the motor, so a longer move goes by way of waypoints: the chip's target is put ahead of
-//! the motor, and moved on long before the chip would begin to brake.
+//! The chip's counter is extended by the difference of each reading from the one before, which is exact as long as the
+//! motor moves by less than 2^23 microsteps between two readings: at the chip's 500 kHz in 16.7 s, and the counter is
+//! read every millisecond. The chip's target must stay within 2^23 microsteps of the motor, so a longer move goes by
+//! way of waypoints: the chip's target is put ahead of the motor, and moved on long before the chip would begin to
+//! brake.
 
 use crate::chip::tmc429::signed;
 
-/// Furthest a waypoint lies ahead of the motor, in microsteps: a quarter of the counter's range, which leaves room for
-/// any overrun.
+/// Distance, in microsteps, that a waypoint is put ahead of the motor at most: a quarter of the counter's range, so
+/// that an overrun does not bring the motor to the far half.
 const REACH: i32 = 1 << 22;
-/// The waypoint is moved on when fewer microsteps than this are left: four times the chip's longest braking ramp, of
-/// 2^19.
+/// A waypoint is moved on when the motor has fewer microsteps than this to go to it: four times the chip's longest
+/// braking ramp, which has 2^19 microsteps.
 const RENEW: u32 = 1 << 21;
 
-/// The position near `position` that has these low 24 bits, as the chip's counter has them; in microsteps.
+/// The position that is nearest to `position` among those whose low 24 bits are `counter`, as the chip counts; in
+/// microsteps.
 pub(super) fn extend(position: i32, counter: u32) -> i32 {
     position.wrapping_add(signed(counter.wrapping_sub(position as u32), 24))
 }
 
-/// The first waypoint of a motor at `position` that is to go to `target`, all in microsteps; the target itself, if that
-/// is near enough. The motor goes there the shorter way round the 32 bits.
+/// The first waypoint of a motor at `position` that is to go to `target`, or the target itself if that is near enough;
+/// all in microsteps. The motor goes the shorter way round the 32 bits.
 pub(super) fn first(position: i32, target: i32) -> i32 {
     position.wrapping_add(target.wrapping_sub(position).clamp(-REACH, REACH))
 }
 
-/// The waypoint after `waypoint`, once the motor has come near that; none while it has not, or where `waypoint` is the
-/// target itself. All in microsteps.
+/// The waypoint after `waypoint`; all in microsteps. `None` while the motor at `position` has not come near `waypoint`,
+/// and where `waypoint` is the target itself.
 pub(super) fn next(position: i32, target: i32, waypoint: i32) -> Option<i32> {
     let near = waypoint.wrapping_sub(position).unsigned_abs() < RENEW;
     (waypoint != target && near).then(|| first(position, target))
@@ -51,7 +53,7 @@ mod tests {
         let mut position = (1 << 22) - (1 << 21) + 1;
         let mut waypoint = next(position, target, 1 << 22).unwrap();
         assert_eq!(waypoint, position + (1 << 22));
-        // From there on the motor follows: ever ahead, never further than the reach, and in the end there.
+        // The waypoint always stays ahead of the motor, never further than the reach, and in the end is the target.
         while position != target {
             let ahead = waypoint - position;
             assert!(ahead <= REACH && (ahead >= RENEW as i32 - 1000 || waypoint == target));
@@ -63,7 +65,7 @@ mod tests {
 
     #[test]
     fn the_short_way_round_across_the_32_bit_wrap() {
-        // -2e9 - 2e9 = -4e9, which is 294 967 296 forwards.
+        // From 2 000 000 000 back to -2 000 000 000 are 4 000 000 000 microsteps, and forwards 2^32 less: 294 967 296.
         assert_eq!(first(2_000_000_000, -2_000_000_000), 2_000_000_000 + (1 << 22));
     }
 }

@@ -1,20 +1,22 @@
-//! The braking parameter p of the TMC429 and the accelerations that have one (datasheet sections 8.1.7.1
-//! and 8.1.10).
+//! The braking parameter p of the TMC429, and the accelerations for which the chip can express p (datasheet sections
+//! 8.1.7.1 and 8.1.10).
 //!
-//! p = A / (128 * 2^(RAMP_DIV - PULSE_DIV)), and the chip takes it as PMUL / 2^(3 + PDIV) with PMUL in
-//! 128..=255 and PDIV in 0..=13. To avoid overshooting, p is made a little smaller: 0.988 keeps the
-//! datasheet's criterion 0.95 < p'/p < 1 even after PMUL is truncated (0.988 * 128/129 = 0.980).
+//! p = A / (128 * 2^(RAMP_DIV - PULSE_DIV)) for an acceleration A, and the chip takes p as PMUL / 2^(3 + PDIV) with
+//! PMUL in 128..=255 and PDIV in 0..=13. The value p' given to the chip is a little smaller, so that the motor does not
+//! overshoot: the factor 0.988 keeps the datasheet's criterion 0.95 < p'/p < 1 even after PMUL is truncated (0.988 *
+//! 128/129 = 0.980).
 
 use crate::units::{INTERNAL_MAX, Internal};
 
-/// Reduction of p, in thousandths.
+/// Factor by which p is reduced, in thousandths.
 const REDUCTION: u64 = 988;
 /// Largest PDIV.
 const PDIV_MAX: u32 = 13;
-/// Up to this speed the 2^19 steps of the chip's longest braking ramp reach twice as far: 2048/sqrt(2).
+/// Up to this speed, 2048/sqrt(2), half the smallest acceleration of the datasheet is enough for a braking ramp of 2^19
+/// microsteps, the chip's longest.
 const HALF_LIMIT_SPEED: Internal = 1448;
 
-/// A setting of the ramp generator for positioning.
+/// The settings of the ramp generator that belong together in positioning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Braking {
     /// A_MAX, 1..=2047.
@@ -25,8 +27,8 @@ pub struct Braking {
     pub pdiv: u8,
 }
 
-/// The last setting that was worked out, with the question it answers: most moves ask the same again, and working it
-/// out takes long divisions.
+/// The last answer of [`braking`], with its arguments: most moves ask for the same again, and the answer takes long
+/// divisions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BrakingMemo(Option<(Question, Option<Braking>)>);
 
@@ -34,7 +36,7 @@ pub struct BrakingMemo(Option<(Question, Option<Braking>)>);
 type Question = (Internal, u8, u8, Internal);
 
 impl BrakingMemo {
-    /// The same as [`braking`].
+    /// The answer of [`braking`] to these arguments.
     pub fn braking(&mut self, wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
         let question = (wanted, ramp_div, pulse_div, speed);
         match self.0 {
@@ -48,7 +50,7 @@ impl BrakingMemo {
     }
 }
 
-/// PMUL and PDIV for one acceleration, if there are any. The divisors are 0..=13.
+/// PMUL and PDIV for one acceleration, 1..=2047; `None` if that has none. The divisors are 0..=13.
 fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)> {
     let a = u64::try_from(acceleration).ok()?;
     // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)).
@@ -62,19 +64,20 @@ fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)>
     })
 }
 
-/// The setting for an acceleration of `wanted` (1..=2047): the smallest acceleration from there on that has
-/// a PMUL/PDIV pair and keeps the braking ramp within the chip's 2^19 steps at `speed`; the largest one if
-/// `wanted` lies above them all. `None` if the divisors admit none.
+/// The settings for an acceleration of `wanted` (1..=2047): the smallest acceleration from `wanted` on that has a
+/// PMUL/PDIV pair and keeps the braking ramp within the chip's 2^19 microsteps at the speed limit `speed` (0..=2047);
+/// the largest such acceleration if `wanted` lies above them all. `None` if the divisors (0..=13) admit no
+/// acceleration.
 pub fn braking(wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
     let ratio = i32::from(ramp_div) - i32::from(pulse_div);
     // Smallest A with PMUL >= 128 at PDIV 13: 988 * A * 2^(PULSE_DIV + 13) >= 128 000 * 2^(4 + RAMP_DIV).
     let smallest = (128_000_u64 << (4 + ramp_div)).div_ceil(1 << (u32::from(pulse_div) + PDIV_MAX)).div_ceil(REDUCTION);
     let smallest = i32::try_from(smallest).ok().filter(|a| *a <= INTERNAL_MAX)?;
-    // The datasheet's limits: 2^(ratio - 1) below (half of it for slow motion, which `smallest` is), and
-    // 2^(ratio + 12) - 1 above.
+    // The datasheet's limits are 2^(ratio - 1) below - for slow motion half of that, which `smallest` is - and 2^(ratio
+    // + 12) - 1 above, where ratio stands for RAMP_DIV - PULSE_DIV.
     let lower = if speed > HALF_LIMIT_SPEED && ratio >= 1 { smallest.max(1 << (ratio - 1)) } else { smallest };
     let upper = if ratio >= 0 { INTERNAL_MAX } else { (4096 >> -ratio) - 1 };
-    // With the ratio at its extremes the limits leave no room; the pair that exists is used then.
+    // With the ratio at an extreme no acceleration lies between the limits; then the one that has a pair is used.
     let upper = upper.clamp(smallest, INTERNAL_MAX);
     let acceleration = wanted.clamp(lower.min(upper), upper);
     let (pmul, pdiv) = pair(acceleration, ramp_div, pulse_div)?;
@@ -85,7 +88,7 @@ pub fn braking(wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -
 mod tests {
     use super::*;
 
-    /// Pairs worked out by the datasheet's rule, (A, RAMP_DIV, PULSE_DIV) -> (PMUL, PDIV).
+    /// Pairs worked out by hand from the datasheet's rule, (A, RAMP_DIV, PULSE_DIV) -> (PMUL, PDIV).
     #[test]
     fn pairs_of_the_datasheet_rule() {
         for ((a, r, p), expected) in [
@@ -105,7 +108,7 @@ mod tests {
     /// 0.95 < p'/p < 1 for every acceleration and divisor pair that has one, in exact arithmetic:
     /// p'/p = PMUL * 128 * 2^R / (2^(3 + PDIV) * A * 2^P).
     #[test]
-    fn quality_of_every_pair() {
+    fn every_pair_keeps_the_datasheets_criterion() {
         let mut pairs = 0;
         for r in 0..=13_u8 {
             for p in 0..=13_u8 {
@@ -123,17 +126,18 @@ mod tests {
 
     #[test]
     fn accelerations_without_a_pair_are_raised() {
-        // At the default divisors 7/3, A = 1..=4 have no pair; 5 has (988 * 5 * 2^16 / (1000 * 2^11) = 158).
+        // At the default divisors 7/3 the accelerations 1..=4 have no pair; 5 has 988 * 5 * 2^16 / (1000 * 2^11) = 158.
         assert_eq!(braking(1, 7, 3, 1000), Some(Braking { acceleration: 5, pmul: 158, pdiv: 13 }));
-        // Above 1448 the braking ramp would not fit 2^19 steps below 2^(7 - 3 - 1) = 8.
+        // Above the speed 1448 an acceleration below 2^(7 - 3 - 1) = 8 would need a braking ramp longer than 2^19
+        // microsteps.
         assert_eq!(braking(1, 7, 3, 2047).map(|b| b.acceleration), Some(8));
         assert_eq!(braking(1000, 7, 3, 2047).map(|b| b.acceleration), Some(1000));
-        // RAMP_DIV 0, PULSE_DIV 6: at most 2^6 - 1.
+        // With RAMP_DIV 0 and PULSE_DIV 6 the largest acceleration is 2^6 - 1.
         assert_eq!(braking(1000, 0, 6, 2047).map(|b| b.acceleration), Some(63));
     }
 
-    /// The only divisor pairs without any acceleration are those whose ratio is 2^13 either way; whichever acceleration
-    /// and speed are wanted.
+    /// The only divisor pairs for which no acceleration exists, whatever acceleration and speed are wanted, are those
+    /// whose divisors differ by 13.
     #[test]
     fn divisor_pairs_without_braking() {
         for r in 0..=13_u8 {
