@@ -1,20 +1,21 @@
-//! The signals between a device and its board: what the board reads for each turn, and what it is to put out after it.
+//! The signals between a device and its board: what the board reads before each millisecond's turn, and what it puts
+//! out after.
 
 use crate::motion::Sensors;
 
-/// Number of analog inputs that a board can have: ports 0 to 4 of the sisters.
+/// Number of analog inputs that a board can have: ports 0 to 4, as on the sisters of the TMCM-1140 that have most.
 pub const ANALOG: usize = 5;
 
 /// The signals at the inputs of a module with `AXES` axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inputs<const AXES: usize> {
-    /// The sensors of each axis. The board knows which of its pins is the home switch of which axis.
+    /// The sensors of each axis. Which pin is the home switch of which axis is the board's matter.
     pub axes: [Sensors; AXES],
-    /// Levels of the digital inputs, IN0 in bit 0; a pin that is also a switch of an axis appears here, too.
+    /// Levels of the digital inputs, IN0 in bit 0. A pin that is also a switch of an axis appears here as well.
     pub digital: u16,
     /// Values of the analog inputs by port number, in the units of the board's converter: 0..=4095 where it has 12 bits.
     pub analog: [u16; ANALOG],
-    /// Supply voltage in 0.1 V; `None` on a board that does not measure it.
+    /// Supply voltage in units of 0.1 V; `None` on a board that does not measure it.
     pub supply: Option<u16>,
     /// Temperature in degrees Celsius.
     pub temperature: i16,
@@ -32,18 +33,18 @@ impl<const AXES: usize> Default for Inputs<AXES> {
 pub struct Outputs {
     /// General purpose outputs, OUT0 in bit 0.
     pub digital: u8,
-    /// Groups of pull-up resistors that are switched on, the first group in bit 0.
+    /// The groups of pull-up resistors that are switched on, the first group in bit 0.
     pub pull_ups: u8,
-    /// Status LED.
+    /// The status LED is lit.
     pub led: bool,
-    /// Error LED: lit when a motion controller does not answer.
+    /// The error LED is lit, because a motion controller does not answer.
     pub trouble: bool,
-    /// The firmware is to start anew, as soon as the replies that the device's firmware has given out have left.
+    /// The board is to restart the firmware, as soon as the replies that the firmware has given out have been sent.
     pub restart: bool,
 }
 
 impl Default for Outputs {
-    /// As after power-on: outputs low, pull-up resistors on.
+    /// The state after power-on: outputs low, pull-up resistors on.
     fn default() -> Self {
         Outputs { digital: 0, pull_ups: u8::MAX, led: false, trouble: false, restart: false }
     }

@@ -1,9 +1,10 @@
-//! The hardware of a module as every firmware has it: axes and their motion controllers, the drivers' enable, inputs and
-//! outputs, the store, restart, and the turn of each millisecond.
+//! The hardware of a module as every firmware has it: axes and their motion controllers, the drivers' enable, inputs
+//! and outputs, the store, restart, and the turn of each millisecond.
 //!
-//! A device knows no language. The firmware that owns it - the TMCL firmware is [`crate::module`] - gives it the time and
-//! the inputs by [`Device::begin`] and [`Device::next_axis`], and moves its axes by [`Device::axis`]. The device by itself
-//! stops what must not go on: all motors when the supply is too low or a motion controller is silent.
+//! A device knows no language. The firmware that owns it - the TMCL firmware is [`crate::module`] - gives it time and
+//! inputs by [`Device::begin`] and [`Device::next_axis`], and commands its axes by [`Device::axis`]. By itself the
+//! device stops what must not go on: all motors, when the supply is too low or a motion controller is
+//! silent.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -24,23 +25,24 @@ use crate::param::{AxisParameter, Parameter, Table};
 use crate::store::{Memory, Store};
 use crate::units::Micros;
 
-/// A board, as types.
+/// The types of which a board is made.
 pub trait Board {
-    /// The product on the board: the sizes of its memories.
+    /// The product on the board, which says how large its EEPROM memory areas are.
     type Product: Memory;
-    /// What each axis runs on.
+    /// The ramp generator and driver on which each axis runs.
     type Hardware: Hardware;
-    /// An array of the motion controllers. Axis n is on controller n / [`Hardware::AXES`].
+    /// The array of the motion controllers. Axis n belongs to controller n / [`Hardware::AXES`].
     type Controllers: Controllers<Self::Hardware>;
-    /// The drivers' ENN: low when they are on.
+    /// The pin ENN of all drivers: low switches them on.
     type Enable: OutputPin;
-    /// How the store is owned. It is larger than a stack should be, so a device does not contain it.
+    /// The pointer by which the store is owned: the store is larger than a stack should be, so a device does not
+    /// contain it.
     type Store: DerefMut<Target = Store<Self::Product>>;
 }
 
 /// An array of motion controllers.
 pub trait Controllers<H: Hardware>: AsRef<[Controller<H>]> + AsMut<[Controller<H>]> {
-    /// Number of controllers.
+    /// Number of motion controllers.
     const COUNT: usize;
 }
 
@@ -51,17 +53,18 @@ impl<H: Hardware, const N: usize> Controllers<H> for [Controller<H>; N] {
 /// A motion controller, and what the device notes about it.
 #[derive(Debug)]
 pub struct Controller<H: Hardware> {
+    /// The controller itself, as its axes share it.
     shared: H::Controller,
-    /// Turns in a row, a millisecond each, in which the controller has not answered.
+    /// Number of turns in a row, one in a millisecond, in which the controller has not answered.
     unanswered: u8,
-    /// The axis of the controller, counted from 0, whose turn it is to take a reading.
+    /// The axis of this controller, counted from 0, that takes a reading in the next turn.
     turn: u8,
-    /// The number of this reading in the rotation of readings.
+    /// The number of that reading in the rotation of readings, wrapping at 256.
     rotation: u8,
 }
 
 impl<H: Hardware> Controller<H> {
-    /// A controller that has not been told anything yet.
+    /// A controller to which nothing has been written yet.
     pub const fn new(shared: H::Controller) -> Self {
         Controller { shared, unanswered: 0, turn: 0, rotation: 0 }
     }
@@ -72,15 +75,15 @@ impl<H: Hardware> Controller<H> {
 pub struct Parts<T: Board, const AXES: usize> {
     /// The motion controllers.
     pub controllers: T::Controllers,
-    /// What each axis has to itself.
+    /// The hardware that each axis has for itself.
     pub axes: [T::Hardware; AXES],
-    /// The drivers' ENN.
+    /// The pin ENN of all drivers.
     pub enable: T::Enable,
     /// A new store.
     pub store: T::Store,
 }
 
-/// Signals of the motion controllers that are inverted; bit n stands for controller n.
+/// The signals that are inverted; in both fields bit n stands for motion controller n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Inversion {
     /// The inputs of the stop switches.
@@ -100,9 +103,9 @@ pub struct Device<T: Board, const AXES: usize> {
     safety: safety::Safety,
     /// The time at which a restart is due.
     restart: Option<Micros>,
-    /// The time at which the next turn begins.
+    /// The time at which the next turn is due.
     next: Micros,
-    /// The axis that comes next in the turn under way; `AXES` when the turn is over.
+    /// The number of the axis to be polled next in the turn under way; `AXES` when the turn is over.
     upcoming: usize,
 }
 
@@ -114,7 +117,7 @@ impl<T: Board, const AXES: usize> fmt::Debug for Device<T, AXES> {
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// A device before its [start](Self::start); `table` are the axis parameters of the product.
+    /// A device before its [start](Self::start). `table` has the axis parameters of the product.
     pub fn new(parts: Parts<T, AXES>, table: &'static Table<AxisParameter>) -> Self {
         const {
             let each = T::Hardware::AXES;
@@ -135,24 +138,24 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         }
     }
 
-    /// Switches the drivers off and stops whatever the motion controllers were doing: they keep their registers through a
-    /// restart of the firmware and would run on. The first thing that a firmware does.
+    /// Switches the drivers off and stops all motors. A firmware does this first of all: the motion controllers keep
+    /// their registers when the firmware restarts, and would run on.
     pub fn halt(&mut self) {
         // An output pin of a microcontroller cannot fail; one that could would leave the drivers off.
         let _ = self.enable.set_high();
         for controller in self.controllers.as_mut() {
-            // A controller that does not hear it now is halted again by `start`.
+            // A controller that does not take its stop now is halted again by `start`.
             let _ = T::Hardware::halt(&mut controller.shared);
         }
     }
 
-    /// Sets up all chips, with the motors at a stand at position 0, and begins the first turn at `now`. Controllers that do
-    /// not answer are given up: the motors stay locked and the drivers off until the next start.
+    /// Sets up all chips, with the motors standing at position 0; the first turn is due at `now`. If a motion
+    /// controller does not answer, the motors stay locked and the drivers off until the next start.
     pub fn start(&mut self, now: Micros, inversion: Inversion) {
         self.next = now;
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
-            // Two readings apart, two controllers never have the turn of a driver in the same millisecond: each fourth
-            // reading is a driver's.
+            // Each fourth reading goes to a driver. With two readings between them, two controllers do not read drivers
+            // in the same millisecond.
             controller.rotation = n.wrapping_mul(2);
         }
         if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion).is_ok()) {
@@ -173,15 +176,15 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         Ok(())
     }
 
-    /// Switches the drivers of all axes on or off. With a silent motion controller they stay off.
+    /// Switches the drivers of all axes on or off. After a motion controller was given up they stay off.
     pub fn enable_drivers(&mut self, on: bool) {
         let _ = if on && !self.safety.given_up { self.enable.set_low() } else { self.enable.set_high() };
     }
 
-    /// Inverts stop switches and directions. The encoders of an axis follow its direction.
+    /// Inverts the inputs of stop switches and the directions of motors. The encoders of an axis follow its direction.
     ///
     /// # Errors
-    /// A motion controller has not taken its datagram.
+    /// [`Error::Chip`] when a motion controller has not taken its datagram; the others were written to all the same.
     pub fn invert(&mut self, inversion: Inversion) -> Result<(), Error> {
         let Inversion { switches, shafts } = inversion;
         let is_set = |bits: u8, n: usize| bits.unbounded_shr(n as u32) & 1 != 0;
@@ -195,7 +198,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         told
     }
 
-    /// Gives an axis the stored value of a parameter, before the start.
+    /// Gives an axis the stored value of a parameter, before [`Device::start`] writes it to the chips.
     pub fn preset(&mut self, axis: usize, parameter: &Parameter<AxisParameter>, value: i32) {
         if let Some(axis) = self.axes.get_mut(axis) {
             axis.preset(parameter, value);
@@ -213,7 +216,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         &self.axes
     }
 
-    /// The stop switches of an axis, left and right, as they were read last.
+    /// The stop switches of an axis, left and right, as read last: true is closed. `None` if the module has no such
+    /// axis.
     pub fn stop_switches(&self, number: usize) -> Option<[bool; 2]> {
         let controller = self.controllers.as_ref().get(controller_of::<T>(number))?;
         Some(self.axes.get(number)?.stop_switches(&controller.shared))
@@ -224,7 +228,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         &self.store
     }
 
-    /// The store, to write to, and to take jobs for the EEPROM from.
+    /// The store, to write to, and to take the jobs from that are to be done in the EEPROM.
     pub fn store_mut(&mut self) -> &mut Store<T::Product> {
         &mut self.store
     }

@@ -1,45 +1,45 @@
-//! What stops all motors of a device whatever its firmware wants: a supply that is too low (manual section 12.1, firmware
-//! 1.35), and a motion controller that does not answer. One that cannot be heard cannot be told to stop, so all drivers
-//! are switched off, until the device is started anew.
+//! What stops all motors of a device, whatever its firmware wants: a supply that is too low (manual section 12.1,
+//! firmware 1.35), and a motion controller that does not answer. A controller that cannot be reached cannot be told to
+//! stop, so all drivers are switched off until the device is started anew.
 
 use embedded_hal::digital::OutputPin;
 
 use super::{Board, Device};
 use crate::motion::{Error, Hardware, Joined};
 
-/// Below this supply voltage, in 0.1 V, the motors are stopped and locked.
+/// Supply voltage in 0.1 V below which the motors are stopped and locked.
 const LOCK: u16 = 85;
-/// Above this supply voltage, in 0.1 V, they are released.
+/// Supply voltage in 0.1 V above which locked motors are released.
 const RELEASE: u16 = 95;
 
-/// Turns in a row, a millisecond each, in which a motion controller does not answer before it is given up, and how often
-/// it is tried at the start: a disturbance is shorter.
+/// Number of turns in a row, one in a millisecond, in which a motion controller does not answer before it is given up,
+/// and number of attempts to start it. A disturbance of the bus is shorter.
 pub(super) const PATIENCE: u8 = 3;
 
-/// What a look at the supply has led to.
+/// What the latest reading of the supply has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Supply {
-    /// Nothing new.
+    /// The supply has changed nothing.
     #[default]
     Steady,
-    /// It has become too low: all motors have been stopped at once, and are locked.
+    /// The supply has become too low: all motors have been stopped at once and are locked.
     Lost,
-    /// It is back: the motors are released, and their drivers will be set up anew.
+    /// The supply is back: the motors are released, and their drivers have been set up anew.
     Restored,
 }
 
-/// What the beginning of a turn has led to.
+/// What the supervision at the beginning of a turn has changed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Supervised {
-    /// The supply.
+    /// The change of the supply.
     pub supply: Supply,
-    /// A motion controller has been given up just now: all motors have been stopped, and their drivers are off.
+    /// A motion controller has been given up in this turn: all motors have been stopped, and their drivers are off.
     pub silent: bool,
-    /// If either has stopped the motors: the axes that were on a positioning move, as bits.
+    /// The axes that were on a positioning move, axis n in bit n, if moves have been ended in this turn; else `None`.
     pub ended: Option<u32>,
 }
 
-/// Why motors must not move.
+/// The reasons for which no motor may move.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Safety {
     /// The supply is too low.
@@ -49,7 +49,7 @@ pub(super) struct Safety {
 }
 
 impl Safety {
-    /// Takes the supply voltage in 0.1 V, if it is measured.
+    /// Takes the supply voltage in units of 0.1 V; `None`, on a board that does not measure it, changes nothing.
     fn look(&mut self, voltage: Option<u16>) -> Supply {
         match voltage {
             Some(..LOCK) if !self.locked => {
@@ -76,12 +76,12 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.safety.locked
     }
 
-    /// True from when a motion controller has been given up until the next start.
+    /// True if a motion controller has been given up since the last start.
     pub const fn is_given_up(&self) -> bool {
         self.safety.given_up
     }
 
-    /// Looks at motion controllers and supply, and stops the motors if either demands it.
+    /// Checks the motion controllers and the supply, and stops the motors if one of them demands it.
     pub(super) fn supervise(&mut self) -> Supervised {
         let silent = self.listen();
         if silent {
@@ -98,11 +98,13 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         Supervised { supply, silent, ended }
     }
 
-    /// Counts for each motion controller how long it has been silent; true if one is to be given up that was not.
+    /// Counts for how many turns each motion controller has been silent. True if one is to be given up now and none was
+    /// before.
     fn listen(&mut self) -> bool {
         let mut silent = false;
         for controller in self.controllers.as_mut() {
-            // A controller that was given up is asked, too: if it is back, it hears that it has to stop.
+            // A controller that was given up is asked as well: if it is back, it gets the stop that each of its axes
+            // still has to do.
             let answers = T::Hardware::answers(&mut controller.shared);
             controller.unanswered = if answers { 0 } else { controller.unanswered.saturating_add(1) };
             silent |= controller.unanswered >= PATIENCE;
@@ -110,7 +112,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         silent && !self.safety.given_up
     }
 
-    /// Switches the drivers off until the next start.
+    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start.
     pub(super) fn give_up(&mut self) {
         self.safety.given_up = true;
         // An output pin of a microcontroller cannot fail.
@@ -118,8 +120,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.outputs.trouble = true;
     }
 
-    /// Does to all axes what ends their moves. An axis whose chips do not take it is stopped at once, as soon as they do.
-    /// Returns the axes that were on a positioning move, as bits.
+    /// Calls `act`, which ends moves, for all axes. An axis whose chips do not take that is stopped hard as soon as
+    /// they answer. Returns the axes that were on a positioning move, axis n in bit n.
     pub fn end_moves(&mut self, act: impl Fn(&mut Joined<'_, T::Hardware>) -> Result<(), Error>) -> u32 {
         let mut ended = 0;
         for number in 0..AXES {

@@ -1,5 +1,5 @@
-//! The turn of each millisecond. It consists of pieces, so that the owner can look at the links in between: the
-//! [beginning](Device::begin), in which inputs are taken and motion controllers and supply supervised, and then
+//! The turn of each millisecond. A turn has pieces, so that the firmware's owner can serve the links in between: its
+//! [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised, and then
 //! [one axis](Device::next_axis) after the other.
 
 use super::{Board, Device, Inputs, Outputs, Supervised, controller_of};
@@ -10,7 +10,8 @@ use crate::units::Micros;
 const PERIOD: Micros = Micros::from_millis(1);
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// The time at which the next piece is due: at once within a turn, else when the next turn begins.
+    /// The time at which the next piece of a turn is due: within a turn a time in the past, else the beginning of the
+    /// next turn.
     pub const fn deadline(&self) -> Micros {
         if self.is_in_turn() { self.turn() } else { self.next }
     }
@@ -25,8 +26,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.upcoming < AXES
     }
 
-    /// Begins a turn with the inputs as they are now. The next turn is due a millisecond after this one was; after one
-    /// that began more than a millisecond late, a millisecond from now, so that turns do not bunch up.
+    /// Begins a turn with the inputs as they are now. The next turn is due one millisecond after this turn was; but if
+    /// this one begins more than a millisecond late, one millisecond from `now`, so that missed turns are not made up
+    /// for in a burst.
     pub fn begin(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Supervised {
         self.inputs = *inputs;
         let due = self.next.after(PERIOD);
@@ -35,7 +37,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.supervise()
     }
 
-    /// Polls the next axis of the turn; returns its number, and the events since it was polled last.
+    /// Polls the next axis of the turn. Returns its number and its events since the poll before.
     pub fn next_axis(&mut self, now: Micros) -> (usize, Events) {
         let number = self.upcoming;
         self.upcoming = number.saturating_add(1);
@@ -55,8 +57,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         (number, events)
     }
 
-    /// Goes on in each controller's rotation of readings. The axes of a controller take turns: only one of them takes one
-    /// reading in a millisecond, so a controller with three axes needs not more datagrams than one with a single axis.
+    /// Advances each controller's rotation of readings. The axes of a controller take turns: only one of them takes one
+    /// reading in a millisecond, so a controller with three axes needs no more datagrams for readings than one with a
+    /// single axis.
     fn rotate_readings(&mut self) {
         for (n, controller) in self.controllers.as_mut().iter_mut().enumerate() {
             let axes = AXES.saturating_sub(n.saturating_mul(T::Hardware::AXES)).min(T::Hardware::AXES);
@@ -67,27 +70,27 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         }
     }
 
-    /// The inputs, as they were at the beginning of the turn.
+    /// The inputs as they were at the beginning of the turn.
     pub const fn inputs(&self) -> &Inputs<AXES> {
         &self.inputs
     }
 
-    /// The outputs as they are to be.
+    /// The outputs as the board is to set them.
     pub const fn outputs(&self) -> &Outputs {
         &self.outputs
     }
 
-    /// The outputs, for the firmware to set; the error LED is the device's own.
+    /// The outputs, for the firmware to set; the error LED is set by the device itself.
     pub const fn outputs_mut(&mut self) -> &mut Outputs {
         &mut self.outputs
     }
 
-    /// Has the firmware start anew at a time.
+    /// Asks for a restart of the firmware at a time.
     pub const fn restart_at(&mut self, at: Micros) {
         self.restart = Some(at);
     }
 
-    /// The time at which a restart is due, if one is wanted.
+    /// The time at which a restart is due; `None` without one.
     pub const fn restart(&self) -> Option<Micros> {
         self.restart
     }
