@@ -1,8 +1,8 @@
-//! Driver of the AT25 EEPROMs with addresses of 16 bits: the AT25128 has 16 384 bytes in pages of 64, larger ones up to 65 536
-//! in pages of 64 or 128. A page is written within 5 ms (AT25128 datasheet).
+//! Driver of the AT25 EEPROMs with addresses of 16 bits: the AT25128 with 16 384 bytes in pages of 64, and larger ones
+//! with up to 65 536 bytes in pages of 64 or 128. A page is written within 5 ms (AT25128 datasheet).
 //!
-//! A write is started, and [`At25::busy`] tells when it is over; only [`At25::settle`], for the start of the
-//! firmware, waits.
+//! A write is only started here, and [`At25::busy`] tells when it is over; nothing waits but [`At25::settle`], which is
+//! for the start of the firmware.
 
 use embedded_hal::spi::{Operation, SpiDevice};
 
@@ -10,20 +10,20 @@ const WRITE: u8 = 0x02;
 const READ: u8 = 0x03;
 const READ_STATUS: u8 = 0x05;
 const WRITE_ENABLE: u8 = 0x06;
-/// Status bit: a write is going on.
+/// Status bit: the part is writing.
 const BUSY: u8 = 1 << 0;
-/// Status bit: writing is enabled.
+/// Status bit: the part accepts a write command.
 const WRITE_ENABLED: u8 = 1 << 1;
 
-/// Reading the status takes two bytes, 6.1 us at 2.6 MHz: 20 ms in all.
+/// Number of status readings of [`At25::settle`]. One takes two bytes, 6.1 us at 2.625 MHz; all take 20 ms.
 const SETTLE_READS: u32 = 3_300;
 
-/// Why the part cannot be used.
+/// Why a write was not started.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error<E> {
-    /// The bus failed.
+    /// The SPI bus failed.
     Spi(E),
-    /// The part does not answer as an EEPROM does: missing, or locked.
+    /// The part does not answer as an EEPROM does, because it is missing, busy or locked.
     NotResponding,
 }
 
@@ -40,21 +40,28 @@ pub struct At25<SPI> {
 }
 
 impl<SPI: SpiDevice> At25<SPI> {
-    /// The part.
+    /// The part on an SPI device in mode 0 or 3.
     pub const fn new(spi: SPI) -> Self {
         At25 { spi }
     }
 
-    /// Reads from `address` on.
+    /// Reads bytes from `address` on.
+    ///
+    /// # Errors
+    /// That of the SPI bus.
     pub fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), SPI::Error> {
         let [high, low] = address.to_be_bytes();
         self.spi.transaction(&mut [Operation::Write(&[READ, high, low]), Operation::Read(bytes)])
     }
 
-    /// Starts writing at an address; the bytes do not go beyond the end of a page. The part is busy for up to 5 ms afterwards.
+    /// Starts writing at an address. The bytes must not go beyond the end of a page. Afterwards the part is busy for up
+    /// to 5 ms.
+    ///
+    /// # Errors
+    /// [`Error::Spi`], or [`Error::NotResponding`]; then nothing is written.
     pub fn start_write(&mut self, address: u16, page: &[u8]) -> Result<(), Error<SPI::Error>> {
         self.spi.write(&[WRITE_ENABLE])?;
-        // A part that is absent reads as all ones, one that is locked keeps the enable bit clear.
+        // The status of a missing part reads as all ones; a locked part keeps the enable bit clear.
         if self.status()? & (WRITE_ENABLED | BUSY) != WRITE_ENABLED {
             return Err(Error::NotResponding);
         }
@@ -63,9 +70,11 @@ impl<SPI: SpiDevice> At25<SPI> {
         Ok(())
     }
 
-    /// Waits for the end of a write that a restart of the firmware has overtaken: until then the part can
-    /// not be read. False if that takes longer than about 20 ms, four times the duration of a write: then there is
-    /// no part that answers.
+    /// Waits for the end of a write during which the firmware was restarted: until then the part cannot be read. False
+    /// if the part is still busy after about 20 ms, four times the duration of a write: then no part answers.
+    ///
+    /// # Errors
+    /// That of the SPI bus.
     pub fn settle(&mut self) -> Result<bool, SPI::Error> {
         for _ in 0..SETTLE_READS {
             if !self.busy()? {
@@ -75,7 +84,10 @@ impl<SPI: SpiDevice> At25<SPI> {
         Ok(false)
     }
 
-    /// True while a write is going on.
+    /// True while the part is writing.
+    ///
+    /// # Errors
+    /// That of the SPI bus.
     pub fn busy(&mut self) -> Result<bool, SPI::Error> {
         Ok(self.status()? & BUSY != 0)
     }

@@ -1,47 +1,49 @@
-//! An encoder as a counter in microsteps: raw counts that wrap are unrolled and scaled by a prescaler
-//! (manual sections 6.2 and 6.3).
+//! The position of an encoder in microsteps: raw counts that wrap are unrolled and scaled by a prescaler (manual
+//! sections 6.2 and 6.3).
 
 /// Counts of the built-in sensOstep encoder in one turn.
 pub const TURN: u16 = 1024;
 
-/// Fractional part of the counter: 1/512 microstep, the prescaler's unit.
+/// Parts of a microstep in which the position is kept: the prescaler's unit is 1/512 microstep per count.
 const FRACTION: i64 = 512;
 
-/// A counter in microsteps fed by raw counts modulo `MODULUS` (a power of two).
+/// A position in microsteps that follows raw counts, which wrap at `MODULUS`, a power of two.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counter<const MODULUS: u32> {
+    /// The last raw count; `None` before the first.
     raw: Option<u32>,
-    /// Position in 1/512 microsteps; its low 41 bits make the position wrap at 32 bits.
+    /// Position in 1/512 microsteps, of which the low 41 bits count: so the position in microsteps wraps at 32 bits.
     scaled: i64,
 }
 
 impl<const MODULUS: u32> Counter<MODULUS> {
-    /// A counter at zero.
+    /// A counter at position zero.
     pub const fn new() -> Self {
         Counter { raw: None, scaled: 0 }
     }
 
-    /// Takes a new raw count; `prescaler` is in 1/512 microsteps per count, function bits masked off. The
-    /// motor may have moved less than half of `MODULUS` since the last call. The first call sets the start.
-    /// True when the raw count has passed zero, one way or the other.
+    /// Takes in a new raw count. `prescaler` is in 1/512 microsteps per count, without the function bits of the
+    /// parameter; with `reverse` the position counts the other way. The encoder must have moved by less than half of
+    /// `MODULUS` since the last call; the first call only notes where the raw counts begin. True if the raw count has
+    /// passed zero, in either direction.
     pub fn update(&mut self, raw: u32, prescaler: i32, reverse: bool) -> bool {
         let raw = raw % MODULUS;
         let Some(last) = self.raw.replace(raw) else { return false };
         let moved = Self::distance(last, raw);
         let counts = if reverse { -moved } else { moved };
         self.scaled = self.scaled.wrapping_add(counts.wrapping_mul(i64::from(prescaler)));
-        // Passing zero is wrapping: the sum leaves the range on the side of the movement.
+        // A raw count that has passed zero has wrapped: without wrapping it would be `sum`.
         let sum = i64::from(last) + moved;
         sum != i64::from(raw)
     }
 
-    /// Makes the position zero at raw count `count`, which the motor has passed less than half of `MODULUS` ago.
+    /// Makes the position zero at the raw count `count`, which the encoder passed less than half of `MODULUS` ago.
     pub fn zero_at(&mut self, count: u32, prescaler: i32, reverse: bool) {
         let beyond = Self::distance(count % MODULUS, self.raw.unwrap_or(count) % MODULUS);
         self.scaled = if reverse { -beyond } else { beyond } * i64::from(prescaler);
     }
 
-    /// The shorter way from one raw count to another.
+    /// The shorter way from one raw count to another, in counts.
     fn distance(from: u32, to: u32) -> i64 {
         let ahead = i64::from(to.wrapping_sub(from) % MODULUS);
         if ahead >= i64::from(MODULUS / 2) { ahead - i64::from(MODULUS) } else { ahead }
@@ -52,7 +54,7 @@ impl<const MODULUS: u32> Counter<MODULUS> {
         self.scaled.div_euclid(FRACTION) as i32
     }
 
-    /// Sets the position.
+    /// Sets the position, in microsteps.
     pub const fn set(&mut self, position: i32) {
         self.scaled = position as i64 * FRACTION;
     }

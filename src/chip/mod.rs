@@ -1,4 +1,5 @@
-//! One driver per part, generic over embedded-hal: registers and datagrams, and nothing about axes.
+//! One driver per part, generic over embedded-hal: registers and datagrams, in the units of the chips, and nothing
+//! about axes or TMCL. How an axis uses them is in [`crate::motion`]; the EEPROM is used by [`crate::store`].
 
 pub mod at25;
 pub mod encoder;

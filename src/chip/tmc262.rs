@@ -1,8 +1,8 @@
-//! Driver of the TMC262 stepper driver: five write-only registers in 20-bit datagrams, each answered with
-//! one of three status words (TMC262 datasheet; AN016).
+//! Driver of the TMC262 stepper driver: five write-only registers in datagrams of 20 bits, each answered by one of
+//! three status words (TMC262 datasheet, chapter 6; application note AN016).
 //!
-//! The chip is written 24 bits at a time: four leading zeros fall out of its 20-bit shift register, and the
-//! answer comes in the first 20 of the 24.
+//! The chip is written 24 bits at a time: four leading zeros fall out of its shift register of 20 bits, and the answer
+//! comes in the first 20 of the 24 bits.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -18,11 +18,11 @@ pub struct Configuration {
     pub interpolation: bool,
     /// DEDGE: both edges of the step input make a step.
     pub double_edge: bool,
-    /// TBL, 0..=3: time after a switching of the bridges in which the chip does not look at the coil current.
+    /// TBL, 0..=3: blank time after a switching of the bridges, in which the chip does not look at the coil current.
     pub blank_time: u8,
     /// CHM: chopper with constant off time in place of spreadCycle.
     pub constant_toff: bool,
-    /// HDEC bit 1, with constant off time only: fast decay ends after its time alone, whatever the current is.
+    /// HDEC bit 1, with constant off time only: fast decay ends after its time alone, whatever the coil current is.
     pub no_fast_decay_comparator: bool,
     /// 0..=15: HEND in spreadCycle, where it is the end of the hysteresis; with constant off time the fast decay time.
     pub hysteresis_end: u8,
@@ -45,17 +45,17 @@ pub struct Configuration {
     pub cool_step: u8,
     /// SFILT: a load value is measured over four full steps in place of one.
     pub filter: bool,
-    /// SGT, -64..=63: at the load value 0 the motor counts as stalled; the larger the threshold, the later.
+    /// SGT, -64..=63: the larger the threshold, the larger the load at which the load value becomes 0, a stall.
     pub threshold: i8,
-    /// CS: current of the coils.
+    /// CS: current of the coils, 0..=31.
     pub current: CurrentScale,
-    /// SLPH, 0..=3: slope of the high side's gates.
+    /// SLPH, 0..=3: slope of the gates of the high-side transistors.
     pub slope_high: u8,
-    /// SLPL, 0..=3: slope of the low side's gates.
+    /// SLPL, 0..=3: slope of the gates of the low-side transistors.
     pub slope_low: u8,
     /// DISS2G: a short to ground does not switch the bridges off.
     pub no_short_protection: bool,
-    /// TS2G, 0..=3: how long a short to ground must last to be one.
+    /// TS2G, 0..=3: how long a short to ground must last before the bridges are switched off.
     pub short_timer: u8,
     /// VSENSE: full scale of the current is 165 mV at the sense resistor in place of 305 mV.
     pub vsense: bool,
@@ -74,19 +74,19 @@ enum Register {
 
 const REGISTERS: usize = 5;
 
-/// Which reading the next answer carries: the RDSEL field as last written.
+/// The reading that the next answer carries: the field RDSEL as last written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Readout {
-    /// The microstep position; the chip's power-on state.
+    /// The position in the microstep table, which is the chip's choice at power-on.
     Position = 0,
-    /// stallGuard2 value, ten bits.
+    /// The stallGuard2 load value with all its ten bits.
     StallGuard = 1,
-    /// stallGuard2 value in five bits, and the coolStep current.
+    /// The five high bits of the stallGuard2 load value, and the coolStep current.
     Current = 2,
 }
 
-/// The order in which [`Tmc262::refresh`] rewrites the registers. DRVCONF stands between all others and
-/// selects the other readout each time, so load and current are both read every eight turns.
+/// The order in which [`Tmc262::refresh`] rewrites the registers. DRVCONF comes before each of the others and then
+/// selects the other readout, so load value and current are each read within four refreshes.
 const TURNS: [Register; 8] = [
     Register::DrvConf,
     Register::DrvCtrl,
@@ -98,14 +98,13 @@ const TURNS: [Register; 8] = [
     Register::SgcsConf,
 ];
 
-/// Status flags that come with every answer, active high, by their bit in bits 7..0 of the answer: those that mean that
-/// the bridges are off.
+/// Flags in bits 7..0 of every answer, active high: those that mean that the driver has switched the bridges off.
 pub mod flags {
-    /// Shut down by over-temperature.
+    /// OT: the driver is shut down by over-temperature.
     pub const OVERTEMPERATURE: u8 = 1 << 1;
-    /// Short to ground, coil A.
+    /// S2GA: the driver is shut down by a short to ground at coil A.
     pub const SHORT_A: u8 = 1 << 3;
-    /// Short to ground, coil B.
+    /// S2GB: the driver is shut down by a short to ground at coil B.
     pub const SHORT_B: u8 = 1 << 4;
 }
 
@@ -113,9 +112,12 @@ pub mod flags {
 #[derive(Debug)]
 pub struct Tmc262<SPI> {
     spi: SPI,
+    /// The words that the registers are to have.
     words: [u32; REGISTERS],
+    /// The words that the registers are known to have.
     written: [Option<u32>; REGISTERS],
     readout: Readout,
+    /// Index in `TURNS` of the register that the next refresh rewrites.
     turn: usize,
     load: u16,
     current: u8,
@@ -123,7 +125,7 @@ pub struct Tmc262<SPI> {
 }
 
 impl<SPI: SpiDevice> Tmc262<SPI> {
-    /// The chip with unknown register contents.
+    /// The chip on an SPI device in mode 3, with unknown register contents.
     pub const fn new(spi: SPI) -> Self {
         Tmc262 {
             spi,
@@ -137,7 +139,10 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         }
     }
 
-    /// Brings the chip to a configuration: only registers that differ are written.
+    /// Brings the chip to a configuration. Only registers that differ are written.
+    ///
+    /// # Errors
+    /// That of the SPI bus; the register concerned is written by the next call.
     pub fn apply(&mut self, configuration: &Configuration) -> Result<(), SPI::Error> {
         self.words = words(configuration);
         for register in
@@ -150,30 +155,34 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         Ok(())
     }
 
-    /// Forgets the contents of the registers, as after a loss of supply: the next configuration is written whole.
+    /// Forgets what the registers contain, as after a loss of supply: the next [`apply`](Self::apply) writes all of
+    /// them.
     pub fn forget(&mut self) {
         self.written = [None; REGISTERS];
     }
 
-    /// Rewrites one register in turn and takes the reading its answer brings. A driver that lost its
-    /// supply is whole again after eight turns.
+    /// Rewrites one register in turn and takes in the reading that its answer carries. After eight calls a driver that
+    /// lost its supply has all registers again.
+    ///
+    /// # Errors
+    /// That of the SPI bus.
     pub fn refresh(&mut self) -> Result<(), SPI::Error> {
         let register = TURNS[self.turn % TURNS.len()];
         self.turn = (self.turn + 1) % TURNS.len();
         self.send(register)
     }
 
-    /// Last stallGuard2 value, 0..=1023.
+    /// The stallGuard2 load value as read last, 0..=1023; 0 is the largest load.
     pub const fn load(&self) -> u16 {
         self.load
     }
 
-    /// Last coolStep current, 0..=31.
+    /// The coolStep current as read last, 0..=31.
     pub const fn current(&self) -> u8 {
         self.current
     }
 
-    /// Last flags, see [`flags`].
+    /// The flags of the last answer, see [`flags`].
     pub const fn flags(&self) -> u8 {
         self.flags
     }
@@ -181,7 +190,7 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
     fn send(&mut self, register: Register) -> Result<(), SPI::Error> {
         let word = self.words[register as usize];
         self.written[register as usize] = None;
-        // Each DRVCONF selects the other one of the two readouts.
+        // Each DRVCONF selects the readout that the one before did not.
         let next = match (register, self.readout) {
             (Register::DrvConf, Readout::StallGuard) => Readout::Current,
             (Register::DrvConf, Readout::Position | Readout::Current) => Readout::StallGuard,
@@ -284,8 +293,8 @@ mod tests {
         }
     }
 
-    /// The words the vendor's open sibling firmware writes after reset (with RDSEL 2 it sends DRVCONF as
-    /// EF060): DRVCTRL 00000, CHOPCONF 90135, SMARTEN A0000, SGCSCONF D0505.
+    /// The words that the vendor's open firmware for the sibling module writes after reset: DRVCTRL 00000, CHOPCONF
+    /// 90135, SMARTEN A0000, SGCSCONF D0505, and DRVCONF EF060, of which 00020 is RDSEL 2.
     #[test]
     fn words_of_the_sibling_firmware() {
         assert_eq!(words(&defaults()), [0x00000, 0x90135, 0xA0000, 0xD0505, 0xEF040]);

@@ -1,4 +1,4 @@
-//! Driver of the TMC429 motion controller: three ramp generators behind 32-bit datagrams (TMC429 datasheet
+//! Driver of the TMC429 motion controller: three ramp generators behind datagrams of 32 bits (TMC429 datasheet,
 //! chapters 6 to 8).
 //!
 //! Registers that only the firmware changes are shadowed: writing a value that the chip already has costs no datagram.
@@ -6,12 +6,12 @@
 
 use embedded_hal::spi::{self, ErrorKind, SpiDevice};
 
-/// Why a datagram was of no use.
+/// Why a datagram did not get through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Error<E> {
-    /// The bus failed.
+    /// The SPI bus failed.
     Spi(E),
-    /// The chip did not answer: the bus reads as if nobody drove it, or the version is not that of a TMC429.
+    /// The chip did not answer: the bus reads as if no chip drove it, or the version is not that of a TMC429.
     NoAnswer,
 }
 
@@ -28,20 +28,21 @@ impl<E: spi::Error> spi::Error for Error<E> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum RampGenerator {
-    /// The first.
+    /// The first ramp generator, of motor 0.
     First = 0,
-    /// The second.
+    /// The second ramp generator, of motor 1.
     Second = 1,
-    /// The third.
+    /// The third ramp generator, of motor 2.
     Third = 2,
 }
 
 impl RampGenerator {
-    /// All three, in order.
+    /// All three ramp generators, in order.
     pub const ALL: [RampGenerator; 3] = [RampGenerator::First, RampGenerator::Second, RampGenerator::Third];
 }
 
-/// Registers of a ramp generator, by index (datasheet section 8.1).
+/// Registers of a ramp generator, by index (datasheet section 8.1). Velocities are 11 bits, 0..=2047 with a sign where
+/// the direction matters; PULSE_DIV determines how many microsteps per second they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Register {
@@ -49,19 +50,19 @@ pub enum Register {
     XTarget = 0x0,
     /// Actual position, 24 bits, in microsteps; the chip counts the steps it makes.
     XActual = 0x1,
-    /// Speed at which a motor starts and stops without a ramp; speeds are 0..=2047, and by PULSE_DIV become steps.
+    /// Minimum velocity: a positioning motor starts and stops at this velocity without a ramp.
     VMin = 0x2,
-    /// Speed limit.
+    /// Maximum velocity.
     VMax = 0x3,
-    /// Target velocity; written by the chip itself in ramp and soft mode.
+    /// Target velocity; the chip itself writes it in ramp and soft mode.
     VTarget = 0x4,
     /// Actual velocity.
     VActual = 0x5,
-    /// Acceleration limit.
+    /// Maximum acceleration, 0..=2047; RAMP_DIV and PULSE_DIV determine how many microsteps per second squared it is.
     AMax = 0x6,
-    /// Actual acceleration, smoothed.
+    /// Actual acceleration, smoothed by the chip.
     AActual = 0x7,
-    /// PMUL in bits 15..8, PDIV in bits 3..0.
+    /// The braking parameter of positioning: PMUL in bits 15..8, PDIV in bits 3..0.
     PMulPDiv = 0x9,
     /// Reference switch configuration in bits 11..8, ramp mode in bits 1..0.
     RefConfMode = 0xA,
@@ -69,16 +70,16 @@ pub enum Register {
     Interrupt = 0xB,
     /// PULSE_DIV in bits 15..12, RAMP_DIV in bits 11..8, USRS in bits 2..0.
     Divisors = 0xC,
-    /// Tolerance around position zero in which the switches do not stop.
+    /// Distance from position zero, in microsteps, within which the reference switches do not stop the motor.
     DxRefTolerance = 0xD,
-    /// Position latched at a switch; a write arms the latch.
+    /// The position latched at a reference switch; a write of any value arms the latch.
     XLatched = 0xE,
 }
 
-/// Number of register indices of one ramp generator.
+/// Number of register addresses of one ramp generator.
 const REGISTERS: usize = 16;
 
-/// Registers common to all three (datasheet section 8.2), by their index with SMDA = 3.
+/// Registers that the three ramp generators have in common (datasheet section 8.2), by their index with SMDA = 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Common {
@@ -88,35 +89,35 @@ pub enum Common {
     TypeVersion = 0x9,
     /// State of the six reference switches.
     ReferenceSwitches = 0xE,
-    /// Stepper motor global parameters.
+    /// Global parameters of the stepper motors: LSMD, the number of motors less one, and the timing of the step pulses.
     GlobalParameters = 0xF,
 }
 
 /// Bits of the interface configuration register (datasheet section 8.2.4).
 pub mod interface {
-    /// Inverts all reference switch inputs.
+    /// INV_REF: all reference switch inputs are inverted.
     pub const INV_REF: u32 = 1 << 0;
-    /// nINT_SDO_C is the non-inverting SDO while selected, tristate otherwise.
+    /// SDO_INT: the pin nINT_SDO_C is the non-inverting SDO while the chip is selected, and high impedance otherwise.
     pub const SDO_INT: u32 = 1 << 1;
-    /// Inverts the direction outputs.
+    /// INV_DIR: the direction outputs are inverted.
     pub const INV_DIR: u32 = 1 << 4;
-    /// Step/direction outputs in place of the SPI driver chain.
+    /// EN_SD: the outputs are step and direction, in place of an SPI chain of drivers.
     pub const EN_SD: u32 = 1 << 5;
-    /// Enables the right reference switch inputs.
+    /// EN_REFR: the inputs of the right reference switches are enabled.
     pub const EN_REFR: u32 = 1 << 8;
 }
 
-/// Reference switch bits of [`Register::RefConfMode`] (datasheet section 8.1.11).
+/// Bits of [`Register::RefConfMode`] that concern the reference switches (datasheet section 8.1.11).
 pub mod reference {
-    /// The left switch does not stop the motor.
+    /// DISABLE_STOP_L: the left switch does not stop the motor.
     pub const DISABLE_STOP_L: u32 = 1 << 8;
-    /// The right switch does not stop the motor.
+    /// DISABLE_STOP_R: the right switch does not stop the motor.
     pub const DISABLE_STOP_R: u32 = 1 << 9;
-    /// Stop along the ramp, not at once.
+    /// SOFT_STOP: the switches stop the motor along the ramp, not at once.
     pub const SOFT_STOP: u32 = 1 << 10;
-    /// The position is latched at the right switch, not at the left one.
+    /// REF_RnL: the position is latched at the right switch, not at the left one.
     pub const REF_RNL: u32 = 1 << 11;
-    /// Read only (lp): the latch is armed and has not latched a position yet.
+    /// lp, read only: the latch is armed and has not latched a position yet.
     pub const LATCH_PENDING: u32 = 1 << 16;
 }
 
@@ -129,7 +130,7 @@ pub enum RampMode {
     Ramp = 0,
     /// Positioning with an exponential approach.
     Soft = 1,
-    /// Running at a target velocity.
+    /// Turning at a target velocity, which is reached by a ramp.
     Velocity = 2,
     /// Turning at the velocity that is written to V_ACTUAL, without a ramp.
     Hold = 3,
@@ -138,14 +139,18 @@ pub enum RampMode {
 /// Reading of the type and version register (datasheet section 7.3).
 const TYPE_VERSION: u32 = 0x42_9101;
 
-/// Status bit: an interrupt is pending. All interrupts are masked, so the bit is set only where no chip drives the bus.
+/// Bit of the status byte: an interrupt is pending. All interrupts are masked, so the bit is set only where no chip
+/// drives the bus.
 const STATUS_INT: u8 = 1 << 7;
 
+/// The data bits of a datagram.
 const WORD: u32 = 0x00FF_FFFF;
+/// The bit RW of a datagram's first byte: the register is read.
 const READ: u8 = 1;
+/// SMDA, the motor field of a datagram, for the registers in common.
 const COMMON: u8 = 3;
 
-/// Sign-extends the low `bits` of a register.
+/// The value of a register whose low `bits` (1..=32) are a number in two's complement.
 pub const fn signed(word: u32, bits: u32) -> i32 {
     ((word << (32 - bits)) as i32) >> (32 - bits)
 }
@@ -156,24 +161,27 @@ pub struct Tmc429<SPI> {
     spi: SPI,
     /// Status byte of the last datagram that was answered.
     status: u8,
-    /// A datagram was not answered, and the chip has not been [confirmed](Self::confirm) to be there since.
+    /// A datagram was not answered, and the chip has not answered [`confirm`](Self::confirm) since.
     unanswered: bool,
+    /// The contents of the registers as far as they are known, by ramp generator and register.
     shadow: [[Option<u32>; REGISTERS]; 3],
+    /// The interface configuration; `None` if it is not known.
     interface: Option<u32>,
 }
 
 impl<SPI: SpiDevice> Tmc429<SPI> {
-    /// The chip with unknown register contents: after a warm start it may be running.
+    /// The chip on an SPI device in mode 3, with unknown register contents: after a warm start its motors may be
+    /// running.
     pub const fn new(spi: SPI) -> Self {
         Tmc429 { spi, status: 0, unanswered: false, shadow: [[None; REGISTERS]; 3], interface: None }
     }
 
-    /// Stops all motors at once, whatever they were doing: hold mode is the one in which V_ACTUAL may be
-    /// written (datasheet section 8.1.6), and a written zero ends the motion with the next pulse. Interrupts are
-    /// masked: another firmware may have left them on, and a pending one looks like a chip that does not answer.
+    /// Stops all motors at once, whatever they were doing: a zero that is written to V_ACTUAL in hold mode, the only
+    /// mode in which that is allowed (datasheet section 8.1.6), ends the motion with the next pulse. Interrupts are
+    /// masked: another firmware may have left them on, and a pending interrupt looks like a chip that does not answer.
     ///
     /// # Errors
-    /// That of the first datagram that did not get through; the others go out all the same.
+    /// That of the first datagram that did not get through; the others are sent all the same.
     pub fn halt(&mut self) -> Result<(), Error<SPI::Error>> {
         let disabled = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
         let words = [
@@ -191,15 +199,22 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         result
     }
 
-    /// Step/direction operation with right switches enabled, for all three motors.
+    /// Sets the outputs of all three motors to step and direction, and enables their right switches.
+    ///
+    /// # Errors
+    /// A datagram did not get through.
     pub fn initialise(&mut self) -> Result<(), Error<SPI::Error>> {
-        // LSMD = 2 (three motors), all else zero: step pulse of 16 clocks, 1 us at 16 MHz (datasheet
-        // section 9, STPDIV_429 = 0).
+        // LSMD = 2 is three motors. With all other fields zero a step pulse has 16 clocks, 1 us at 16 MHz (datasheet
+        // chapter 9, STPDIV_429 = 0).
         self.transfer(COMMON, Common::GlobalParameters as u8, Some(0x2))?;
         self.write_interface(false, false)
     }
 
-    /// Inverts the switch inputs, or the direction outputs, of all three motors.
+    /// Writes the interface configuration, in which the switch inputs and the direction outputs of all three motors can
+    /// be inverted.
+    ///
+    /// # Errors
+    /// The datagram did not get through.
     pub fn write_interface(&mut self, invert_switches: bool, invert_direction: bool) -> Result<(), Error<SPI::Error>> {
         let mut word = interface::EN_REFR | interface::EN_SD | interface::SDO_INT;
         if invert_switches {
@@ -216,10 +231,14 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         Ok(())
     }
 
-    /// Writes a register of one motor, unless the chip has that value already.
+    /// Writes the low 24 bits of `word` to a register of one motor, unless the register is known to have that value.
+    ///
+    /// # Errors
+    /// The datagram did not get through; then the register's contents count as unknown.
     pub fn write(&mut self, generator: RampGenerator, register: Register, word: u32) -> Result<(), Error<SPI::Error>> {
         let word = word & WORD;
-        // The chip changes these registers itself, or acts on each write: what they hold is not known afterwards.
+        // These registers are changed by the chip itself, or each write to them has an effect: so they are always
+        // written.
         let lively = matches!(
             register,
             Register::XActual | Register::VActual | Register::VTarget | Register::Interrupt | Register::XLatched
@@ -227,7 +246,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         if self.holds(generator, register, word) {
             return Ok(());
         }
-        // The register's contents are known only if the datagram got through.
+        // After a datagram that did not get through the register may contain either value.
         let result = self.transfer(generator as u8, register as u8, Some(word));
         if let Some(known) = self.shadow.get_mut(generator as usize).and_then(|r| r.get_mut(register as usize)) {
             *known = if lively || result.is_err() { None } else { Some(word) };
@@ -241,22 +260,28 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         known.is_some_and(|known| *known == Some(word))
     }
 
-    /// Reads a register of one motor: 24 bits.
+    /// Reads the 24 bits of a register of one motor.
+    ///
+    /// # Errors
+    /// The chip did not answer, or has not been [confirmed](Self::confirm) since it once did not.
     pub fn read(&mut self, generator: RampGenerator, register: Register) -> Result<u32, Error<SPI::Error>> {
         self.transfer(generator as u8, register as u8, None)
     }
 
-    /// Reads the state of the six reference switches: bit 2n is the right switch of motor n, bit 2n + 1 its
-    /// left one, polarity applied.
+    /// Reads the states of the six reference switches, after inversion: bit 2n is the right switch of motor n, bit 2n +
+    /// 1 its left one.
+    ///
+    /// # Errors
+    /// As of [`read`](Self::read).
     pub fn reference_switches(&mut self) -> Result<u32, Error<SPI::Error>> {
         self.transfer(COMMON, Common::ReferenceSwitches as u8, None)
     }
 
-    /// Asks the chip for its type and version: it is there and the bus works. A bus that reads nothing but zeros is
+    /// Asks the chip for its type and version, which shows that chip and bus work. A bus that reads as all zeros is
     /// noticed only by this.
     ///
     /// # Errors
-    /// The chip did not answer with its version; until it does, all readings count as not answered.
+    /// The chip did not answer with its version. Until it does, no reading counts as answered.
     pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
         self.unanswered = false;
         let version = self.transfer(COMMON, Common::TypeVersion as u8, None)?;
@@ -264,18 +289,18 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         if self.unanswered { Err(Error::NoAnswer) } else { Ok(()) }
     }
 
-    /// True while all datagrams since the last [`confirm`](Self::confirm) were answered.
+    /// True while all datagrams since the last [`confirm`](Self::confirm) have been answered.
     pub const fn answers(&self) -> bool {
         !self.unanswered
     }
 
-    /// Left reference switch active, as of the last datagram.
+    /// True if the left reference switch was active at the last datagram, after inversion.
     pub const fn left_switch(&self, generator: RampGenerator) -> bool {
         self.status & (2 << (2 * generator as u8)) != 0
     }
 
-    /// One datagram: SMDA and register index, then 24 bits to write, or zeros and the read bit. The answer's
-    /// first byte is the status (datasheet section 6.2.2.2).
+    /// Exchanges one datagram: SMDA and register index, and then 24 bits to be written, or the read bit and zeros. The
+    /// first byte of the answer is the status (datasheet section 6.2.2.2).
     fn transfer(&mut self, smda: u8, index: u8, write: Option<u32>) -> Result<u32, Error<SPI::Error>> {
         let [_, high, middle, low] = write.unwrap_or(0).to_be_bytes();
         let read = if write.is_none() { READ } else { 0 };
@@ -284,7 +309,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         let [status, high, middle, low] = datagram;
         let lost = status & STATUS_INT != 0;
         self.unanswered |= lost;
-        // A write may have reached the chip all the same; a reading may mean nothing.
+        // After a lost answer a write may have reached the chip all the same, but what was read may mean nothing.
         if lost || self.unanswered && write.is_none() {
             return Err(Error::NoAnswer);
         }
