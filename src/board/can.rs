@@ -1,4 +1,5 @@
-//! The CAN link: the bxCAN with its filters. Its owner is that of the module; here is how it gets there.
+//! The CAN link: the bxCAN controller and its filters. The owner of the module reads and writes frames by itself; a
+//! task in thread mode only joins the bus at the start.
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{self, CanRx, CanTx, Fifo};
@@ -10,51 +11,51 @@ use embassy_sync::signal::Signal;
 use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use crate::module::LinkSettings;
 
-/// The receive queue that the filters lead to.
+/// The receive queue to which the filters lead.
 const FIFO: usize = 0;
-/// Frames that can wait to be sent.
+/// Number of mailboxes, in each of which a frame can wait to be sent.
 const MAILBOXES: usize = 3;
 
-/// Both halves of the interface.
+/// Both halves of the driver of the CAN controller.
 pub(super) struct Can {
-    /// Replies go to the mailboxes at the registers.
+    /// The sending half, only kept: frames are sent at the controller's registers.
     _tx: CanTx<'static>,
-    /// Frames are read there, too; the filters are set here.
+    /// The receiving half, by which filters are set; frames are read at the controller's registers.
     rx: CanRx<'static>,
 }
 
-/// The interface for the owner, once it has joined the bus.
+/// The CAN controller for the owner of the module, once the controller has joined the bus.
 pub(super) static JOINED: Signal<CriticalSectionRawMutex, Can> = Signal::new();
 
-/// Waits until the bus is there - 11 recessive bits - and hands the interface over.
+/// Waits until the controller has seen 11 recessive bits on the bus, and hands it to the owner of the module.
 #[embassy_executor::task]
 pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
     can.set_bitrate(bit_rate);
-    // In the order of their identifiers only one frame of each could wait, and replies all have the same.
+    // Mailboxes are sent in the order in which they were filled: replies all have the same identifier, and in the order
+    // of identifiers only one of them could wait.
     can.set_tx_fifo_scheduling(true);
     can.enable().await;
     let (tx, rx) = can.split();
-    // Dropped, it would reset the controller.
+    // The destructor of `can` would reset the controller.
     core::mem::forget(can);
     defmt::info!("CAN at {=u32} bit/s", bit_rate);
     JOINED.signal(Can { _tx: tx, rx });
 }
 
 impl Can {
-    /// The oldest frame that has come.
+    /// The oldest frame that has been received; `None` while there is none, or while no reply could be sent.
     pub(super) fn read(&mut self) -> Option<Frame> {
-        // Asked at each turn of the owner; the driver looks at both queues and for errors. A request whose reply could
-        // not be sent waits, for the next turn or poll: only a host that does not wait for replies brings so many.
+        // The registers are read here, because Embassy's driver would look at both queues and at the clock, and for
+        // errors, although the controller leaves bus-off by itself. A request stays in the queue while no mailbox is
+        // free for its reply; only a host that does not wait for replies fills all three.
         if CAN1.rfr(FIFO).read().fmp() == 0 || !has_room() {
             return None;
         }
-        // Read at the registers: the driver would look at the clock, at both queues and for errors, which are the
-        // controller's to handle: it leaves bus-off by itself.
         let queued = CAN1.rx(FIFO);
         let (identity, size) = (queued.rir().read(), queued.rdtr().read());
         let [low, high] = [queued.rdlr().read().0, queued.rdhr().read().0];
         CAN1.rfr(FIFO).write(|w| w.set_rfom(true));
-        // The driver's handler has asked not to be called for more until this one is read.
+        // Embassy's interrupt handler has switched its own interrupt off until this frame is read.
         cortex_m::interrupt::free(|_| CAN1.ier().modify(|w| w.set_fmpie(FIFO, true)));
         let id = if identity.ide() == Ide::STANDARD {
             StandardId::new(identity.stid())?.into()
@@ -66,8 +67,8 @@ impl Can {
         Some(Frame::received(id, remote, size.dlc(), bytes))
     }
 
-    /// Sends a frame. With all three mailboxes full nobody has acknowledged the last three replies, and this one is
-    /// dropped.
+    /// Sends a frame. If all three mailboxes are full, no node on the bus has acknowledged the last three replies, and
+    /// this frame is dropped.
     pub(super) fn write(&mut self, frame: &Frame) {
         if !has_room() {
             return defmt::debug!("CAN: nobody listens, reply dropped");
@@ -83,7 +84,7 @@ impl Can {
                 Id::Extended(id) => {
                     w.set_ide(Ide::EXTENDED);
                     w.set_stid(id.standard_id().as_raw());
-                    // The lower 18 of its 29 bits.
+                    // EXID has the lower 18 of the identifier's 29 bits.
                     w.set_exid(id.as_raw() & 0x3_FFFF);
                 }
             }
@@ -92,8 +93,8 @@ impl Can {
         });
     }
 
-    /// Lets in what is for the module. A module whose own identifier is that of replies has to hear the requests to
-    /// others, to know their replies.
+    /// Sets the filters to the identifiers of the module. A module whose own identifier is that of replies receives
+    /// everything, as it must know the requests to other modules to tell their replies from requests.
     pub(super) fn listen_to(&mut self, settings: &LinkSettings) {
         let LinkSettings { can_id, can_secondary, can_reply, .. } = *settings;
         let own = [can_id, can_secondary.unwrap_or(can_id)];

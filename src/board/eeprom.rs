@@ -1,4 +1,5 @@
-//! The EEPROM: read at start-up, then written page by page beside everything else.
+//! The EEPROM: it is read at start-up before the links are served, and later written page by page in thread mode, while
+//! motion and links go on.
 
 use embassy_stm32::gpio::Output;
 use embassy_time::Timer;
@@ -13,14 +14,14 @@ use crate::store::{Integrity, Keeper, Memory, Store};
 
 type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
 
-/// Takes charge of the EEPROM.
+/// Makes the keeper of the EEPROM, which reads and writes it for the store.
 pub(super) fn keeper(eeprom: Eeprom) -> Keeper<Device> {
-    // The select pin is high already; setting it again cannot fail.
+    // Chip select is set high here, as it is already; an output pin of a microcontroller cannot fail.
     let Ok(device) = ExclusiveDevice::new_no_delay(eeprom.bus, eeprom.select);
     Keeper::new(At25::new(device))
 }
 
-/// Reads what is stored: of 16 384 bytes in 50 ms.
+/// Reads the store from the EEPROM, 16 384 bytes in 50 ms, and logs what was found.
 pub(super) fn load<M: Memory>(keeper: &mut Keeper<Device>, store: &mut Store<M>) {
     let report = keeper.load(store);
     if report.unreachable {
@@ -42,7 +43,7 @@ pub(super) fn load<M: Memory>(keeper: &mut Keeper<Device>, store: &mut Store<M>)
     }
 }
 
-/// Writes the pages it is given and tells how that went.
+/// Writes the pages that the owner of the module hands over, one after the other, and reports each.
 #[embassy_executor::task]
 pub(super) async fn keep(mut keeper: Keeper<Device>) {
     loop {

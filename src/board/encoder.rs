@@ -1,5 +1,5 @@
-//! The external ABN encoder at IN1, IN2 (A and B) and IN3 (N): counted by TIM4; where the count was at an edge of N is
-//! noted by the interrupt of that pin.
+//! The external ABN encoder: A and B at IN1 and IN2 are counted by TIM4, and the interrupt of IN3, which is N, notes
+//! the count at each edge.
 
 use core::cell::Cell;
 
@@ -8,22 +8,22 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::{EXTI, GPIOD, SYSCFG, TIM4};
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 
-/// The pin of N, PD14.
+/// Number in port D of the pin of N, PD14.
 const NULL: usize = 14;
-/// Port D in SYSCFG_EXTICR.
+/// Number of port D in SYSCFG_EXTICR.
 const PORT_D: u8 = 3;
 
-/// The count at the last edge to low and to high that nobody has asked for yet.
+/// The counts at the last edge of N to low and at that to high, since they were last read.
 static EDGES: CriticalSectionMutex<Cell<[Option<u16>; 2]>> = CriticalSectionMutex::new(Cell::new([None; 2]));
 
-/// Starts watching N. TIM4 counts already.
+/// Enables the interrupt of N. TIM4 is counting already.
 pub(super) fn start() {
     SYSCFG.exticr(NULL / 4).modify(|w| w.set_exti(NULL % 4, PORT_D));
     EXTI.rtsr(0).modify(|w| w.set_line(NULL, true));
     EXTI.ftsr(0).modify(|w| w.set_line(NULL, true));
     EXTI.imr(0).modify(|w| w.set_line(NULL, true));
     interrupt::EXTI15_10.set_priority(Priority::P3);
-    // SAFETY: the handler has what it needs.
+    // SAFETY: the handler uses only registers and `EDGES`, which exist.
     unsafe { interrupt::EXTI15_10.enable() };
 }
 
@@ -38,12 +38,12 @@ unsafe fn EXTI15_10() {
     });
 }
 
-/// The count, wrapping.
+/// The count of A and B, which wraps at 65 536.
 pub(super) fn count() -> u16 {
     TIM4.cnt().read().cnt()
 }
 
-/// Where the count was at the last edge of N to low, and to high, since the last call.
+/// The counts at the last edge of N to low and at that to high since the last call; `None` without such an edge.
 pub(super) fn edges() -> [Option<u16>; 2] {
     EDGES.lock(|edges| edges.replace([None; 2]))
 }

@@ -1,8 +1,9 @@
-//! What happens when nothing can go on: motor drivers off, LED2 on, the reason noted, and a restart by the watchdog.
+//! What happens when the firmware cannot go on: the motor drivers are switched off, LED2 is lit, the reason is noted,
+//! and the watchdog restarts the firmware.
 //!
-//! A module that came back as if nothing had happened would have lost its position and might start its program, with
-//! nobody told. So it comes back without a program running, LED2 stays on until the next good start, and the log says
-//! why.
+//! A restarted module has lost its position. If it went on as if nothing had happened, it might start its program
+//! without any host being told. So it starts without its program, LED2 stays lit until the next good start, and the log
+//! says why.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -15,35 +16,37 @@ use embassy_stm32::pac::RCC;
 
 use super::tmcm1140::{drivers_off, show_trouble};
 
-/// Why the firmware could not go on; kept through the restart.
+/// Why the firmware could not go on, kept in RAM through the restart.
 #[derive(Clone, Copy)]
 #[repr(C)]
 struct Note {
-    /// [`MAGIC`] if the rest means something.
+    /// [`MAGIC`] in a valid note.
     magic: u32,
     kind: u32,
+    /// What the kind of the note says: for example addresses, or the place of a panic in the source.
     details: [u32; 3],
+    /// The check sum of kind and details, by [`Note::check`].
     check: u32,
 }
 
 const MAGIC: u32 = 0x7A11_5E1F;
 
-/// Kinds of notes.
+/// The kinds of notes: a panic, a hard fault, an unexpected interrupt, and a crystal that has stopped.
 const PANIC: u32 = 1;
 const HARD_FAULT: u32 = 2;
 const INTERRUPT: u32 = 3;
 const CRYSTAL: u32 = 4;
 
-/// Memory that a restart leaves as it is.
+/// A note in memory that the start-up code does not initialise.
 struct Kept(UnsafeCell<MaybeUninit<Note>>);
 
-// SAFETY: written with interrupts off, read before they are on.
+// SAFETY: the note is written with interrupts off, and read before they are on.
 unsafe impl Sync for Kept {}
 
 #[unsafe(link_section = ".uninit.fault")]
 static NOTE: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// The longest file name of ours that is believed.
+/// The longest name of a source file that is taken for valid, in bytes.
 const NAME: u32 = 120;
 
 impl Note {
@@ -52,15 +55,15 @@ impl Note {
     }
 }
 
-/// The end of a panic.
+/// Ends the firmware after a panic: to be called by the panic handler.
 pub fn panicked(info: &PanicInfo) -> ! {
     make_safe();
-    // The file name lies in the flash and can be read after the restart.
-    let place = info.location().map_or([0; 3], |at| {
+    // The name of the source file lies in the flash, so its address is enough to read it after the restart.
+    let position = info.location().map_or([0; 3], |at| {
         let file = at.file();
         [file.as_ptr() as u32, file.len() as u32, at.line()]
     });
-    note(PANIC, place);
+    note(PANIC, position);
     defmt::error!("{}", defmt::Display2Format(info));
     stop()
 }
@@ -73,7 +76,7 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     stop()
 }
 
-/// The clock security system: the TMC429 has lost its clock, too.
+/// Called by the clock security system when the crystal stops. The TMC429 has then lost its clock as well.
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
     make_safe();
@@ -82,7 +85,7 @@ unsafe fn NonMaskableInt() -> ! {
     stop()
 }
 
-/// Exceptions and interrupts that nobody expects.
+/// Called for all exceptions and interrupts that have no handler.
 #[exception]
 unsafe fn DefaultHandler(number: i16) -> ! {
     make_safe();
@@ -91,15 +94,16 @@ unsafe fn DefaultHandler(number: i16) -> ! {
     stop()
 }
 
-/// Tells why the firmware has started. True after something went wrong; LED2 says so.
+/// Logs why the firmware has started. True after a fault or a bite of the watchdog, which LED2 shows.
 pub(super) fn report() -> bool {
     let flags = RCC.csr().read();
     RCC.csr().modify(|w| w.set_rmvf(true));
-    // SAFETY: nobody else looks; any bits are a note, and the check tells whether they are one of ours.
+    // SAFETY: no other code accesses the note now. Any bits are a `Note`, and its magic number and check sum say if it
+    // is valid.
     let note = unsafe { core::ptr::read_volatile(NOTE.0.get()).assume_init() };
     // SAFETY: as above.
     unsafe { core::ptr::write_volatile(NOTE.0.get(), MaybeUninit::new(Note { magic: 0, ..note })) };
-    // At power-on the memory holds anything.
+    // At power-on the memory may contain anything, so a note counts only after a restart without power-on.
     let noted = note.magic == MAGIC && note.check == note.check() && !flags.porrstf();
     if noted {
         tell(&note);
@@ -125,14 +129,14 @@ fn tell(note: &Note) {
     }
 }
 
-/// A name in the flash, if that is what address and length give.
+/// The file name at an address in the flash, or "?" if address and length do not lie within the flash.
 fn file_name(address: u32, length: u32) -> &'static str {
     const FLASH: core::ops::Range<u32> = 0x0800_0000..0x0810_0000;
     let there = length <= NAME && FLASH.contains(&address) && FLASH.contains(&address.wrapping_add(length));
     if !there {
         return "?";
     }
-    // SAFETY: it is all in the flash, which does not change.
+    // SAFETY: all these bytes are in the flash, which does not change.
     let bytes = unsafe { core::slice::from_raw_parts(address as *const u8, length as usize) };
     core::str::from_utf8(bytes).unwrap_or("?")
 }
@@ -140,23 +144,24 @@ fn file_name(address: u32, length: u32) -> &'static str {
 fn note(kind: u32, details: [u32; 3]) {
     let mut note = Note { magic: MAGIC, kind, details, check: 0 };
     note.check = note.check();
-    // SAFETY: interrupts are off.
+    // SAFETY: interrupts are off, so no other code accesses the note.
     unsafe { core::ptr::write_volatile(NOTE.0.get(), MaybeUninit::new(note)) };
 }
 
-/// From here on no task and no interrupt handler runs any more, and the motor is without current.
+/// Ends all tasks and interrupt handlers, and takes the current from the motor.
 fn make_safe() {
     static ENTERED: AtomicBool = AtomicBool::new(false);
     cortex_m::interrupt::disable();
     drivers_off();
     show_trouble(true);
-    // Trouble while telling of trouble, as when it began in the middle of a message: say no more.
+    // A second fault, while the first one was being logged, is not logged: the first may have begun within a log
+    // message.
     if ENTERED.swap(true, Ordering::Relaxed) {
         stop();
     }
 }
 
-/// Waits for the watchdog, which leaves a debugger the time to fetch the message.
+/// Waits for the watchdog. That leaves a debugger time to fetch the log message.
 fn stop() -> ! {
     loop {
         asm::wfi();

@@ -1,4 +1,5 @@
-//! The mailboxes between the links, the EEPROM and the owner of the module.
+//! The mailboxes between the owner of the module, which runs in an interrupt, and the links and the EEPROM, which run
+//! in others or in thread mode.
 
 use core::cell::Cell;
 
@@ -11,29 +12,29 @@ use crate::module::{LinkMode, LinkSettings, ReplyAddresses, Request};
 use crate::store::Job;
 use crate::tmcl::Reply;
 
-/// The answer to a request, or an event.
+/// A reply on its way to a link: the end of a request, or an event.
 #[derive(Clone)]
 pub(super) struct Outgoing {
-    /// To be sent; nothing, where a request is not answered.
+    /// The reply to be sent; `None` if the request is not answered.
     pub(super) reply: Option<Reply>,
-    /// The mode the link goes on in, if that is said.
+    /// The mode, binary or ASCII, in which the link goes on; `None` for the mode it has.
     pub(super) mode: Option<LinkMode>,
-    /// The addresses at the head of the reply: those in force when it was made.
+    /// The addresses at the head of the reply, as in force when the reply was made.
     pub(super) addresses: ReplyAddresses,
 }
 
-/// Requests from the USB link to the owner. A host waits for each reply, so a few places do.
+/// Requests from the USB link to the owner of the module. A host waits for each reply, so four are enough.
 pub(super) static USB_REQUESTS: Channel<CriticalSectionRawMutex, Request, 4> = Channel::new();
 
-/// The host on USB is gone; what it has asked and waits for is to be forgotten.
+/// Tells the owner that the USB host is gone: its requests and the replies to them are to be dropped.
 pub(super) static USB_GONE: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Answers to the USB link: a reply and an event, and one more of each. They stay in here until they are sent, so
-/// that "empty" means that all is said.
+/// Replies to the USB link: a reply and an event, and one more of each. Each stays here until it is sent, so that an
+/// empty channel means that all replies are out.
 pub(super) static USB: Channel<CriticalSectionRawMutex, Outgoing, 4> = Channel::new();
 
-/// The link settings in force, for the links' own ends: they run in other interrupts than the module, which has the
-/// settings. `None` before the module is there.
+/// The link settings in force, for the code of the links that runs in other interrupts than the module, which owns the
+/// settings. `None` before the module is started.
 static LINK_SETTINGS: CriticalSectionMutex<Cell<Option<LinkSettings>>> = CriticalSectionMutex::new(Cell::new(None));
 
 /// The link settings in force.
@@ -41,13 +42,13 @@ pub(super) fn link_settings() -> LinkSettings {
     LINK_SETTINGS.lock(Cell::get).unwrap_or_default()
 }
 
-/// Puts other link settings in force; false if they are the same.
+/// Puts link settings in force. False if they are the same as before.
 pub(super) fn put_in_force(settings: &LinkSettings) -> bool {
     LINK_SETTINGS.lock(|shared| shared.replace(Some(*settings)) != Some(*settings))
 }
 
-/// The EEPROM page to be written. The store hands out one at a time.
+/// The EEPROM page to be written, from the owner of the module. The store hands out one at a time.
 pub(super) static PAGE: Signal<CriticalSectionRawMutex, Job> = Signal::new();
 
-/// Whether it was written.
+/// Whether that page was written, to the owner of the module.
 pub(super) static WRITTEN: Signal<CriticalSectionRawMutex, bool> = Signal::new();

@@ -1,7 +1,7 @@
 //! The bus of the motion chips, SPI1, on which each chip has its own clock.
 //!
-//! Bytes are exchanged at the port's registers: four of them go out with each request that asks a chip something, and
-//! in each poll.
+//! Bytes are exchanged at the port's registers, which is faster than Embassy's driver: a datagram of four bytes goes
+//! out with each request that needs a reading, and in each poll.
 
 use core::convert::Infallible;
 
@@ -13,17 +13,17 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
 use super::spi::Bus;
 
-/// Clock of the TMC429: 84 MHz / 64. The chip, itself at 16 MHz, takes 2 MHz at most (eight of its clocks
-/// a bit); 84 MHz / 32 would be too fast.
+/// SPI clock of the TMC429: 84 MHz / 64 = 1.3125 MHz. The chip, which itself runs at 16 MHz, allows 2 MHz at most
+/// (eight of its clocks per bit); 84 MHz / 32 would be too fast.
 const TMC429_CLOCK: Br = Br::DIV64;
-/// Clock of the TMC262: 84 MHz / 32.
+/// SPI clock of the TMC262: 84 MHz / 32 = 2.625 MHz.
 const TMC262_CLOCK: Br = Br::DIV32;
 
-/// Chip select is to be low for three clocks of the TMC429 - 188 ns, 32 cycles - before the first edge. From the end of
-/// this wait to there it takes more than the other half.
+/// Core cycles to wait after chip select. The TMC429 needs it low for three of its clocks, 188 ns or 32 cycles, before
+/// the first edge; from the end of this wait to that edge more than another 16 cycles pass.
 const SETUP_CYCLES: u32 = 16;
 
-/// A chip on the bus. Whoever has one is not interrupted by who has another: all are the owner's.
+/// A chip on the bus. Only the owner of the module uses the chips, so no exchange interrupts another.
 pub(super) struct Chip {
     select: Output<'static>,
     clock: Br,
@@ -31,7 +31,7 @@ pub(super) struct Chip {
 
 /// The TMC429 and the TMC262 on the bus, which is set up for mode 3.
 pub(super) fn chips(bus: Bus, tmc429: Output<'static>, tmc262: Output<'static>) -> (Chip, Chip) {
-    // Dropped, it would switch the port off.
+    // The destructor of `bus` would switch the port off.
     core::mem::forget(bus);
     (Chip { select: tmc429, clock: TMC429_CLOCK }, Chip { select: tmc262, clock: TMC262_CLOCK })
 }
@@ -63,19 +63,19 @@ impl SpiDevice for Chip {
                         exchange(*byte);
                     });
                 }
-                // 168 cycles are a microsecond.
+                // 168 core cycles are a microsecond.
                 Operation::DelayNs(time) => asm::delay((*time / 1_000 + 1).saturating_mul(168)),
             }
         }
-        // The last edge is in the middle of the last bit: the other half of it, 64 cycles, is more than the three clocks
-        // of the TMC429 that chip select is to stay low.
+        // The last edge is in the middle of the last bit. The other half of that bit, 64 cycles, is longer than the
+        // three clocks for which the TMC429 needs chip select low.
         while SPI1.sr().read().bsy() {}
         self.select.set_high();
         Ok(())
     }
 }
 
-/// Sends a byte and gives the one that comes in meanwhile.
+/// Sends a byte and returns the byte that comes in meanwhile.
 fn exchange(byte: u8) -> u8 {
     SPI1.dr().write(|w| w.set_dr(byte.into()));
     while !SPI1.sr().read().rxne() {}

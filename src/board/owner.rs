@@ -1,8 +1,8 @@
-//! The owner of the module: the one place that calls it.
+//! The owner of the module: the only part of the firmware that calls the module.
 //!
-//! It runs in the interrupt of TIM3, which comes when a poll is due, each millisecond, and whenever a link has
-//! something ([`wake`]). It serves what the links have, polls when that is due, and gives a program its slices; between
-//! two of these it looks at the links again. Nothing else touches the module, the motion bus, or the CAN mailboxes.
+//! It runs in the interrupt of TIM3, which comes each millisecond when a poll is due, and whenever a link has a request
+//! ([`wake`]). It serves the requests of the links, polls the module when that is due, and gives a program its slices;
+//! between two of these it serves the links again. No other code uses the module, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
 
@@ -28,7 +28,7 @@ use crate::tmcl::Reply;
 use crate::tmcl::can::decode;
 use crate::units::Micros;
 
-/// This board as a platform.
+/// This board as the platform of the module.
 pub(super) struct Stm32;
 
 impl Board for Stm32 {
@@ -46,11 +46,13 @@ impl Platform for Stm32 {
 /// The module on this board.
 type Core = Module<Stm32, TMCM_1140_AXES>;
 
-/// The longest time that a restart waits for replies to go out: a host that does not fetch its replies must not prevent
-/// it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265 ms.
+/// The longest time that a restart waits for replies to be sent: a host that does not fetch its replies must not
+/// prevent it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265
+/// ms.
 const LAST_WORDS: Micros = Micros::from_millis(300);
 
-/// Builds the module where it stays, with what `load` reads from the EEPROM.
+/// Builds the module in static memory and starts it, with a store that `load` fills from the EEPROM. `seed` starts the
+/// random numbers.
 pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), seed: u32) -> Owner {
     static MODULE: StaticCell<Core> = StaticCell::new();
     static STORE: ConstStaticCell<Store<Tmcm1140>> = ConstStaticCell::new(Store::new());
@@ -64,22 +66,22 @@ pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), see
     Owner { module, signals, desk: Desk::new(), ends: Ends { can: None }, ending: None, trouble: false }
 }
 
-/// The module and what belongs to it.
+/// The module, with the signals and links that the owner exchanges with it.
 pub(super) struct Owner {
     pub(super) module: &'static mut Core,
     signals: Signals,
     desk: Desk,
     ends: Ends,
-    /// The time since which a restart is due.
+    /// The time at which a restart became due; `None` without one.
     ending: Option<Micros>,
-    /// The silence of the motion controller has been logged.
+    /// The log already says that the motion controller does not answer.
     trouble: bool,
 }
 
-/// The owner in static memory. Only its interrupt handler looks at it, and a handler does not interrupt itself.
+/// The owner in static memory. Only its interrupt handler uses it, and a handler does not interrupt itself.
 struct OwnerCell(UnsafeCell<Option<Owner>>);
 
-// SAFETY: the handler of TIM3 is the only user; before that interrupt is enabled, `start` is.
+// SAFETY: the handler of TIM3 is the only user, and `start` before that interrupt is enabled.
 unsafe impl Sync for OwnerCell {}
 
 static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
@@ -95,15 +97,15 @@ pub(super) fn start(owner: Owner) {
 #[interrupt]
 unsafe fn TIM3() {
     wake::acknowledge();
-    // SAFETY: only here, and an interrupt does not interrupt itself.
+    // SAFETY: the owner is used only here, and an interrupt handler does not interrupt itself.
     if let Some(owner) = unsafe { (*OWNER.0.get()).as_mut() } {
         owner.turn();
     }
 }
 
 impl Owner {
-    /// Does all there is to do: serves requests one by one, and looks after each whether a poll of the module is due, so
-    /// that a host that sends all the time does not hold up the motor.
+    /// Serves requests one by one until there is none, and after each checks whether a poll of the module is due, so
+    /// that a host that sends without pause does not delay the motor.
     fn turn(&mut self) {
         loop {
             let idle = !self.desk.serve(self.module, &mut self.ends, now);
@@ -116,8 +118,8 @@ impl Owner {
         }
     }
 
-    /// Lets the module poll, and does what follows from it. Never inlined: the stack frame that it needs would be set up on
-    /// the way to every reply in `turn`.
+    /// Polls the module, exchanges signals with it, and passes on what has become due. Never inlined: the stack frame
+    /// that this function needs would be set up on the way to every reply in `turn`.
     #[inline(never)]
     fn poll(&mut self) {
         let outputs = self.module.poll(now(), &self.signals.read());
@@ -155,15 +157,15 @@ impl Owner {
         self.restart(&outputs);
     }
 
-    /// Forgets what a USB host that is gone has asked. Another host can only be there after a new enumeration, which
-    /// takes longer than the millisecond between two polls.
+    /// Drops the requests of a USB host that is gone, and the replies to them. Another host can be connected only after
+    /// a new enumeration, which takes longer than the millisecond between two polls.
     fn forget_usb(&mut self) {
         USB_REQUESTS.clear();
         self.module.forget(Source::Usb);
         USB.clear();
     }
 
-    /// Starts the firmware anew, if the module wants it: as soon as all replies are out, or [`LAST_WORDS`] later.
+    /// Restarts the firmware, if the module asks for it: as soon as all replies are sent, or [`LAST_WORDS`] later.
     fn restart(&mut self, outputs: &Outputs) {
         if !outputs.restart {
             return;
@@ -177,9 +179,9 @@ impl Owner {
     }
 }
 
-/// The ends of the board's links that the owner of the module serves.
+/// The links of the board, as the owner serves them.
 struct Ends {
-    /// The CAN interface; `None` until it has joined the bus.
+    /// The CAN controller; `None` until it has joined the bus.
     can: Option<Can>,
 }
 
@@ -189,7 +191,7 @@ impl LinkEnds for Ends {
         match source {
             Source::Can => self.can.as_mut()?.read().as_ref().and_then(decode).map(Request::Frame),
             Source::Rs485 => rs485::request(),
-            // As long as the host has not fetched earlier replies there is no room for another one.
+            // While the host has not fetched earlier replies there is no room for the reply to another request.
             Source::Usb if USB.is_full() => None,
             Source::Usb => USB_REQUESTS.try_receive().ok(),
         }

@@ -1,12 +1,12 @@
-//! The RS485 link: bytes to requests, replies and echoes to bytes. The transceiver is half duplex; its direction
-//! is a pin.
+//! The RS485 link on USART3: it makes requests of bytes, and bytes of replies and echoes. The transceiver is half
+//! duplex; a pin is its direction.
 //!
-//! All of it happens in the interrupt of USART3 and in calls from the owner of the module, so that a reply is under way
-//! as soon as it is known: the last byte of a request completes it in the handler, the owner runs next, and the first
-//! byte of its answer goes into the port as soon as the line is free.
+//! All of this happens in the interrupt of USART3 and in calls from the owner of the module, so that a reply is sent as
+//! soon as it is known: the last byte of a request completes the request in the interrupt handler, the owner runs next,
+//! and the first byte of its reply goes into the port as soon as the line is free.
 //!
-//! A byte is there in the middle of its stop bit. The other half of it still belongs to who sent it: TIM2 counts it,
-//! and nothing is sent before it is over.
+//! The port gives a byte out in the middle of its stop bit. During the other half of the stop bit the sender still
+//! drives the line: TIM2 times that half, and nothing is sent before it is over.
 
 use core::cell::RefCell;
 
@@ -25,9 +25,9 @@ use crate::tmcl::Reply;
 use crate::tmcl::ascii::LINE;
 use crate::units::Micros;
 
-/// Bytes that cannot be read before something is answered: a line that is typed ahead.
+/// Number of received bytes that can wait to be decoded while a reply is due: a line that is typed ahead.
 const AHEAD: usize = 128;
-/// Bytes on their way out: a few replies and the echo of a line.
+/// Number of bytes that can wait to be sent: a few replies and the echo of a line.
 const OUT: usize = 128;
 const _: () = assert!(OUT >= LINE + 40);
 
@@ -37,22 +37,24 @@ static LINK: CriticalSectionMutex<RefCell<Option<Rs485>>> = CriticalSectionMutex
 struct Rs485 {
     direction: Output<'static>,
     port: Port,
+    /// Received bytes that wait to be decoded until a reply is out.
     ahead: Deque<u8, AHEAD>,
-    /// When the last byte came.
+    /// The time at which the last byte was received.
     last: Micros,
-    /// Requests that the owner has not taken. A host waits for each reply, so a few places do; they wait here, too, while a
-    /// reply is due.
+    /// Requests that the owner of the module has not taken yet. A host waits for each reply, so eight are enough;
+    /// requests also stay here while a reply is due.
     requests: Deque<Request, 8>,
-    /// What is to be sent, or is being sent.
+    /// The bytes to be sent or being sent.
     out: Vec<u8, OUT>,
-    /// How many bytes of it have gone into the port.
+    /// Number of bytes of `out` that have gone into the port.
     sent: usize,
-    /// The pause after the last byte received that it waits for.
+    /// The pause between the last byte received and the reply in `out`.
     pause: Micros,
+    /// The port is sending, and the transceiver drives the line.
     sending: bool,
 }
 
-/// Starts the link on USART3, which is set up and listens.
+/// Starts the link on USART3, which is set up and receives already.
 pub(super) fn start(direction: Output<'static>, mode: LinkMode) {
     let link = Rs485 {
         direction,
@@ -65,26 +67,27 @@ pub(super) fn start(direction: Output<'static>, mode: LinkMode) {
         pause: Micros(0),
         sending: false,
     };
-    LINK.lock(|place| place.try_borrow_mut().map(|mut place| *place = Some(link)).ok());
-    // TIM2 counts at 84 MHz, the port's divider is the length of a bit at 42 MHz: so many are half a bit.
+    LINK.lock(|cell| cell.try_borrow_mut().map(|mut cell| *cell = Some(link)).ok());
+    // TIM2 counts at 84 MHz, and the port's divider is the length of a bit at 42 MHz: as many counts of TIM2 are half a
+    // bit.
     embassy_stm32::rcc::enable_and_reset::<peripherals::TIM2>();
     TIM2.arr().write_value(USART3.brr().read().0);
     TIM2.cr1().write(|w| w.set_opm(true));
     USART3.cr1().modify(|w| w.set_rxneie(true));
     for handler in [interrupt::USART3, interrupt::TIM2] {
         handler.set_priority(Priority::P4);
-        // SAFETY: the handlers have what they need.
+        // SAFETY: the handlers use only registers and `LINK`, which is filled.
         unsafe { handler.enable() };
     }
 }
 
-/// The next request.
+/// The next request; `None` while there is none.
 pub(super) fn request() -> Option<Request> {
     with(|link| link.requests.pop_front())
 }
 
-/// Takes the answer to a request, or an event in between; false if there are too many. The link goes on in the mode
-/// given, if one is.
+/// Sends the answer to a request, or an event in between. False if there are too many to be sent. The link goes on in
+/// `mode`, if one is given.
 pub(super) fn answer(reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) -> bool {
     with(|link| {
         let taken = link.port.answer(reply, mode, settings.reply_addresses(), &mut link.out).is_ok();
@@ -96,20 +99,21 @@ pub(super) fn answer(reply: Option<&Reply>, mode: Option<LinkMode>, settings: &L
     })
 }
 
-/// Sends what has waited for the end of its pause. To be called every millisecond.
+/// Sends a reply whose pause is over. To be called every millisecond.
 pub(super) fn tick() {
     with(Rs485::send);
 }
 
-/// True when all is said, and also when there is no link.
+/// True when all replies are sent, and also if there is no link.
 pub(super) fn is_idle() -> bool {
     let busy = with(|link| !link.out.is_empty());
     !busy
 }
 
-/// Does something with the link, once it is there; nothing in here calls itself, so it is free.
+/// Calls a function with the link; without a link it returns the default. No function within calls this one again, so
+/// the link can always be borrowed.
 fn with<R: Default>(act: impl FnOnce(&mut Rs485) -> R) -> R {
-    LINK.lock(|place| place.try_borrow_mut().ok()?.as_mut().map(act)).unwrap_or_default()
+    LINK.lock(|cell| cell.try_borrow_mut().ok()?.as_mut().map(act)).unwrap_or_default()
 }
 
 #[interrupt]
@@ -117,7 +121,7 @@ unsafe fn USART3() {
     with(Rs485::interrupt);
 }
 
-/// The stop bit is over.
+/// Called when the stop bit of the last byte received is over.
 #[interrupt]
 unsafe fn TIM2() {
     TIM2.sr().write(|w| w.set_uif(false));
@@ -130,9 +134,9 @@ impl Rs485 {
         let status = USART3.sr().read();
         let control = USART3.cr1().read();
         if status.rxne() || status.ore() {
-            // Reading the data after the status clears the errors, too.
+            // Reading the data after the status also clears the errors.
             let byte = USART3.dr().read().0 as u8;
-            // A break, noise, or a byte was lost: what has come so far is no telegram.
+            // After a break, noise, or a lost byte the bytes received so far are no telegram.
             if status.fe() || status.ne() || status.ore() {
                 self.port.silence();
             } else if status.rxne() {
@@ -165,7 +169,8 @@ impl Rs485 {
     fn read(&mut self, byte: u8) {
         let Taken { echo, request } = self.port.push(byte, self.last, link_settings);
         if !echo.is_empty() {
-            // More than fits has come while a reply was on its way: such a host does not look at echoes.
+            // If an echo does not fit, the host has sent much while a reply was due: such a host does not look at
+            // echoes.
             let _ = self.out.extend_from_slice(echo);
             self.send();
         }
@@ -178,7 +183,8 @@ impl Rs485 {
         }
     }
 
-    /// Sends what there is to send, and reads what has come ahead as far as it is known how to.
+    /// Sends what is waiting to be sent, and decodes the bytes received ahead until a request among them is to be
+    /// answered.
     fn read_on(&mut self) {
         self.send();
         while !self.port.is_waiting()
@@ -188,8 +194,9 @@ impl Rs485 {
         }
     }
 
-    /// Begins to send, if there is something, the line is free, and the pause after the last byte received is over:
-    /// bytes that come in meanwhile start it anew. What comes in while sending is the own echo.
+    /// Begins to send, if there are bytes to be sent, the line is free, and the pause after the last byte received is
+    /// over: a byte that is received meanwhile starts the pause anew. The receiver is off while sending, as it would
+    /// hear the link's own bytes.
     fn send(&mut self) {
         if self.sending || self.out.is_empty() {
             return;
@@ -207,12 +214,12 @@ impl Rs485 {
             w.set_re(false);
             w.set_txeie(true);
         });
-        // Read before the first byte, the status forgets that the last one was complete.
+        // Reading the status before the first byte is written clears the flag that the byte before was complete.
         let _ = USART3.sr().read();
         self.transmit();
     }
 
-    /// Hands the next byte to the port, which is ready for it; behind the last one it is to say when it is out.
+    /// Hands the next byte to the port, which has room for one; after the last byte, enables the interrupt at its end.
     fn transmit(&mut self) {
         if let Some(byte) = self.out.get(self.sent) {
             USART3.dr().write(|w| w.set_dr((*byte).into()));
@@ -225,7 +232,8 @@ impl Rs485 {
         }
     }
 
-    /// The last stop bit is out; what has been added since that byte was handed over follows.
+    /// Ends the sending after the last stop bit, or goes on with bytes that were added since the last byte was handed
+    /// over.
     fn sent(&mut self) {
         if self.sent < self.out.len() {
             USART3.cr1().modify(|w| {

@@ -1,4 +1,4 @@
-//! The SPI ports as they start: those of the motion chips and of the EEPROM.
+//! The two SPI ports as they are set up: that of the motion chips and that of the EEPROM.
 
 use embassy_stm32::gpio::Pull;
 use embassy_stm32::mode::Blocking;
@@ -6,14 +6,15 @@ use embassy_stm32::spi::mode::Master;
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 
-/// SPI clock of the EEPROM: 42 MHz / 16. The sibling divides by 16, too. The motion bus begins with it as well, until its
-/// chips choose their own.
+/// SPI clock of the EEPROM: 42 MHz / 16, as on the sibling module. The motion bus begins with this clock, too, until
+/// its chips choose their own.
 const CLOCK: Hertz = Hertz(2_625_000);
 
-/// An SPI bus whose transfers are waited for.
+/// An SPI bus whose transfers block until they are done.
 pub(super) type Bus = Spi<'static, Blocking, Master>;
 
-/// All parts use mode 3, and a part that is missing reads as all ones.
+/// The set-up of both ports. All parts use mode 3, and with a pull-up resistor at MISO a missing part reads as all
+/// ones.
 pub(super) fn config() -> spi::Config {
     let mut config = spi::Config::default();
     config.mode = spi::MODE_3;

@@ -1,4 +1,5 @@
-//! Who runs where: the owner of the module and the links that hurry in interrupts, the rest in thread mode.
+//! The start of the firmware: the module and the fast links are given to their interrupts, and the tasks of thread mode
+//! are started.
 
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 
@@ -7,8 +8,8 @@ use super::{analog, can, eeprom, encoder, fault, owner, rs485, usb, watchdog};
 use crate::module::{Tmcm1140, factory_reset};
 use crate::store::Store;
 
-/// Starts everything: the module, which stops the motor first and then reads what is stored, then the links. `spawner`
-/// is that of thread mode.
+/// Starts the firmware: first the module, which stops the motor and then reads what is stored, and then the links.
+/// `spawner` is that of thread mode.
 pub fn run(board: Board, spawner: Spawner) {
     let recovering = fault::report();
     let mut keeper = eeprom::keeper(board.eeprom);
@@ -20,7 +21,7 @@ pub fn run(board: Board, spawner: Spawner) {
             factory_reset(store);
         }
     };
-    // The first poll knows the supply: without one, no program starts.
+    // The supply is measured before the first poll, so that without a supply no program starts.
     let sensors = analog::Sensors::new(board.adc, board.analog);
     let owner = owner::build(board.motion, load, seed());
     if recovering {
@@ -29,7 +30,7 @@ pub fn run(board: Board, spawner: Spawner) {
     let (baud, bit_rate) = (owner.module.baud_rate(), owner.module.can_bit_rate());
     defmt::info!("RS485 at {=u32} bit/s", baud);
 
-    // The port before the owner: a byte is fetched in time whatever goes on.
+    // The port starts before the owner of the module, so that the first bytes are fetched in time.
     match board.rs485.open(baud) {
         Ok(direction) => rs485::start(direction, owner.module.link_settings().start),
         Err(error) => defmt::error!("RS485 stays off: {}", error),
@@ -45,7 +46,8 @@ pub fn run(board: Board, spawner: Spawner) {
     spawn(spawner, watchdog::feed(board.watchdog));
 }
 
-/// Starts a task. Each is started once, so there is room for it; the watchdog would miss those that matter.
+/// Starts a task of thread mode. Each task is started once, so there is memory for it. If an important one did not
+/// start, the watchdog would restart the firmware.
 fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     match task {
         Ok(task) => spawner.spawn(task),
@@ -53,7 +55,8 @@ fn spawn<S>(spawner: Spawner, task: Result<SpawnToken<S>, SpawnError>) {
     }
 }
 
-/// Something that differs between modules: the sum of the three words of the microcontroller's serial number.
+/// The seed of the random numbers, which differs between modules: the sum of the three words of the microcontroller's
+/// serial number.
 fn seed() -> u32 {
     let serial = embassy_stm32::uid::uid();
     let (words, _) = serial.as_chunks();

@@ -1,9 +1,9 @@
-//! The TMCM-1140's pins and clocks - as far as they are known.
+//! The pins and clocks of the TMCM-1140, as far as they are known.
 //!
-//! Microcontroller and pin map of the TMCM-1140 are not published. This is the map of its closest published
-//! sibling, whose GD32F425VG is pin and register compatible with the STM32F405VG used here: same motion
-//! controller, driver, EEPROM and interfaces. What the sibling does not have is marked "chosen": those pins
-//! are ours. **All of it is to be checked against the module before flashing.**
+//! Microcontroller and pin map of the TMCM-1140 are not published. This is the map of its closest published sibling,
+//! which has the same motion controller, driver, EEPROM and interfaces, and whose GD32F425VG is pin and register
+//! compatible with the STM32F405VG used here. Pins marked "chosen" have no counterpart on the sibling: they were chosen
+//! for this firmware. **The whole map is to be checked against the module before flashing.**
 //!
 //! | pin | signal | |
 //! |---|---|---|
@@ -67,7 +67,7 @@ bind_interrupts!(struct Irqs {
     OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
 });
 
-/// All that is connected, ready for use; the motor drivers are off.
+/// All parts of the board, ready for use; the motor drivers are off.
 pub struct Board {
     pub(super) motion: Motion,
     pub(super) eeprom: Eeprom,
@@ -77,11 +77,11 @@ pub struct Board {
     pub(super) adc: Adc<'static, peripherals::ADC1>,
     pub(super) analog: Inputs,
     pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
-    /// The pads for it are connected.
+    /// The pads that ask for factory settings are connected.
     pub(super) factory_reset: bool,
 }
 
-/// What the owner of the module has.
+/// The parts that the owner of the module uses.
 pub(super) struct Motion {
     pub(super) bus: Bus,
     pub(super) select_tmc429: Output<'static>,
@@ -90,13 +90,13 @@ pub(super) struct Motion {
     pub(super) signals: Signals,
 }
 
-/// The EEPROM has a bus of its own.
+/// The EEPROM, which has an SPI bus of its own.
 pub(super) struct Eeprom {
     pub(super) bus: Bus,
     pub(super) select: Output<'static>,
 }
 
-/// The RS485 interface, not yet open: the baud rate is a stored setting.
+/// The RS485 interface before it is opened, because its baud rate is a stored setting.
 pub(super) struct Rs485 {
     usart: Peri<'static, peripherals::USART3>,
     rx: Peri<'static, peripherals::PB11>,
@@ -105,24 +105,25 @@ pub(super) struct Rs485 {
 }
 
 impl Board {
-    /// Takes charge of the microcontroller: clocks, then pins. The motor drivers stay off. To be called once.
+    /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
     ///
-    /// LED2 is on until it has gone well; with a crystal that does not start, it stays on, and the watchdog tries again.
+    /// LED2 is on until the set-up has succeeded. If the crystal does not start, LED2 stays on, and the watchdog
+    /// restarts the microcontroller for another attempt.
     pub fn start() -> Self {
         show_trouble(true);
         IWDG.kr().write(|w| w.set_key(Key::START));
         let p = embassy_stm32::init(clocks());
-        // A crystal that stops raises NMI: without the TMC429's clock nothing is known of the motor.
+        // A crystal that stops later raises NMI: without the TMC429's clock nothing is known of the motor.
         RCC.cr().modify(|w| w.set_csson(true));
         for handler in
             [interrupt::CAN1_TX, interrupt::CAN1_RX0, interrupt::CAN1_RX1, interrupt::CAN1_SCE, interrupt::OTG_FS]
         {
             handler.set_priority(Priority::P5);
         }
-        // It runs already; with the first feeding it takes this time.
+        // The watchdog runs already, with its default time of 512 ms; it takes this time when it is fed first.
         let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
         let factory_reset = pads_connected(p.PA13, p.PA14);
-        // The TMC429 has the crystal's clock: all velocities rest on its 16 MHz.
+        // The TMC429's clock is the crystal's: all velocities are multiples of its 16 MHz.
         Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
 
         let signals = Signals {
@@ -134,7 +135,7 @@ impl Board {
             led: Output::new(p.PC5, Level::Low, Speed::Low),
         };
         static USB: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; _]);
-        // The supply pin of the connector is not looked at: the host is there when it talks.
+        // The supply pin of the USB connector is not read: a host that communicates is connected.
         let mut usb_config = usb::Config::default();
         usb_config.vbus_detection = false;
         Board {
@@ -166,27 +167,24 @@ impl Board {
 }
 
 impl Rs485 {
-    /// Sets up the port, which listens from then on, and gives the direction pin. What happens in the port is for its
-    /// interrupt handler. From 42 MHz it makes the rates of parameter 65 within 0.2 %.
-    ///
-    /// # Errors
-    /// The baud rate cannot be made from 42 MHz.
+    /// Sets up the port, which receives from then on, and returns the direction pin. All else about the port is done by
+    /// its interrupt handler. Its clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
     pub(super) fn open(self, baud: u32) -> Result<Output<'static>, usart::ConfigError> {
         let mut config = usart::Config::default();
         config.baudrate = baud;
-        // While sending, the transceiver leaves the line from it to here open.
+        // While the transceiver sends, it does not drive its output to the microcontroller.
         config.rx_pull = Pull::Up;
-        // Dropped, it would switch the port off.
+        // The destructor of `Uart` would switch the port off.
         core::mem::forget(Uart::new_blocking(self.usart, self.rx, self.tx, config)?);
         Ok(self.direction)
     }
 }
 
-/// How often the pads are asked.
+/// Number of pulses with which the pads are tested.
 const PAD_PULSES: usize = 10;
 
-/// True when SWDIO and SWCLK are connected with each other: one follows the other. A debugger that is there is left
-/// alone.
+/// True if the pads of SWDIO and SWCLK are connected with each other, that is, if one follows the level of the other.
+/// With a debugger attached the pins are left alone, and the answer is false.
 fn pads_connected(mut data: Peri<'static, peripherals::PA13>, mut clock: Peri<'static, peripherals::PA14>) -> bool {
     if cortex_m::peripheral::DCB::is_debugger_attached() {
         return false;
@@ -200,34 +198,36 @@ fn pads_connected(mut data: Peri<'static, peripherals::PA13>, mut clock: Peri<'s
         for pulse in 0..2 * PAD_PULSES {
             let high = pulse % 2 != 0;
             out.set_level(high.into());
-            // Time for the pull-up resistor of 40 kOhm to lift the line: 20 us at 168 MHz.
+            // 3360 cycles are 20 us, enough for the pull-up resistor of 40 kOhm to lift the line.
             cortex_m::asm::delay(3_360);
             follows &= input.is_high() == high;
         }
     }
-    // Back to the debug port, as after reset: function 0, SWDIO with a pull-up, SWCLK with a pull-down.
+    // The pins are made the debug port again, as after reset: function 0, SWDIO with a pull-up, SWCLK with a pull-down
+    // resistor.
     Flex::new(data).set_as_af_unchecked(0, AfType::output_pull(OutputType::PushPull, Speed::VeryHigh, Pull::Up));
     Flex::new(clock).set_as_af_unchecked(0, AfType::input(Pull::Down));
     follows
 }
 
-// The very first thing after reset, before RAM is set up and the clock is fast, which takes a millisecond: at
-// reset ENN floats, and only a resistor on the board, if there is one, keeps it high. There is a stack already;
-// statics there are none yet, and `drivers_off` uses none. cortex-m-rt has its name for this from assembler only.
+// `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
+// millisecond: at reset ENN floats, and only a resistor on the board, if there is one, keeps it high. The stack can be
+// used at that time, but no statics, and `drivers_off` uses none. The name that cortex-m-rt has for this function can
+// be defined in assembler only.
 global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
 
-/// Sets ENN: no current in the motor, whatever the chips do. Touches registers only, so that it may be called
-/// at any time, by whatever is left.
+/// Sets ENN high: no current flows in the motor, whatever the chips do. The function uses only registers, so that it
+/// can be called at any time, also by a firmware that has failed.
 pub(super) extern "C" fn drivers_off() {
     RCC.ahb1enr().modify(|w| w.set_gpioeen(true));
-    // The port takes two bus cycles to wake up; a read makes them pass.
+    // The port is usable two bus cycles after its clock is on; this read lets them pass.
     let _ = RCC.ahb1enr().read();
     GPIOE.bsrr().write(|w| w.set_bs(ENN, true));
     GPIOE.pupdr().modify(|w| w.set_pupdr(ENN, Pupdr::PULL_UP));
     GPIOE.moder().modify(|w| w.set_moder(ENN, Moder::OUTPUT));
 }
 
-/// Lights LED2, or puts it out; under the same conditions.
+/// Switches LED2 on or off. The function uses only registers, as `drivers_off` does.
 pub(super) fn show_trouble(on: bool) {
     RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
     let _ = RCC.ahb1enr().read();
@@ -235,8 +235,9 @@ pub(super) fn show_trouble(on: bool) {
     GPIOC.moder().modify(|w| w.set_moder(TROUBLE, Moder::OUTPUT));
 }
 
-/// 16 MHz crystal / 8 = 2 MHz into the PLL, x 168 = 336 MHz, / 2 = 168 MHz for the core; 336 MHz / 7 = 48 MHz
-/// for USB. APB2 168 / 2 = 84 MHz (SPI1), APB1 168 / 4 = 42 MHz (SPI3, USART3; its timers run at 84 MHz).
+/// The clocks: the crystal's 16 MHz / 8 = 2 MHz go into the PLL, x 168 = 336 MHz, / 2 = 168 MHz for the core; 336 MHz /
+/// 7 = 48 MHz for USB. APB2 has 168 / 2 = 84 MHz (SPI1), APB1 168 / 4 = 42 MHz (SPI3, USART3; its timers run at 84
+/// MHz).
 fn clocks() -> embassy_stm32::Config {
     let mut config = embassy_stm32::Config::default();
     let rcc = &mut config.rcc;

@@ -1,4 +1,4 @@
-//! The USB link: a serial port (CDC-ACM), as on the sibling modules.
+//! The USB link: a serial port (CDC-ACM), as on the sibling modules. It runs in thread mode.
 
 use embassy_futures::select::{Either, select};
 use embassy_stm32::peripherals::USB_OTG_FS;
@@ -13,15 +13,17 @@ use super::mail::{USB, USB_GONE, USB_REQUESTS, link_settings};
 use super::{now, wake, watchdog};
 use crate::module::{Message, Port, Source};
 
-/// Vendor and product of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35): hosts look for them.
+/// Vendor and product number of Trinamic's stepper motor modules (manual section 12.1, firmware 1.35), by which hosts
+/// find them.
 const IDS: (u16, u16) = (0x2A3C, 0x0100);
-/// Bytes of a packet.
+/// Length of a full packet, in bytes.
 const PACKET: u16 = 64;
 
 type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
 type Serial = CdcAcmClass<'static, Driver<'static, USB_OTG_FS>>;
 
-/// Builds the device around its driver; `product` is its name, `serial` tells it from other modules.
+/// Builds the USB device on its driver. `product` is the product's name, and `serial` distinguishes the module from
+/// others.
 pub(super) fn build(
     driver: Driver<'static, USB_OTG_FS>,
     product: &'static str,
@@ -41,20 +43,20 @@ pub(super) fn build(
     (builder.build(), serial)
 }
 
-/// The microcontroller's number as text.
+/// The serial number of the microcontroller as text: 24 hexadecimal digits.
 pub(super) fn serial_number() -> &'static str {
     static TEXT: StaticCell<String<24>> = StaticCell::new();
     let text = TEXT.init(String::new());
     for byte in embassy_stm32::uid::uid() {
         for digit in [byte >> 4, byte & 0xF] {
-            // 24 digits fit.
+            // The text has room for 24 digits.
             let _ = text.push(char::from_digit(digit.into(), 16).unwrap_or('0'));
         }
     }
     text
 }
 
-/// Keeps the device going.
+/// Runs the USB device.
 #[embassy_executor::task]
 pub(super) async fn run(mut device: Device) {
     device.run().await;
@@ -68,12 +70,12 @@ pub(super) async fn carry(mut serial: Serial) {
         defmt::info!("USB: host connected");
         let _ = talk(&mut serial).await;
         defmt::info!("USB: host gone");
-        // What was to be said to it is said to nobody, nor what is still to come.
+        // Replies to this host, also those that are still to be made, must not go to the next one.
         USB_GONE.signal(());
     }
 }
 
-/// Until the host is gone.
+/// Carries requests and replies until the host is gone.
 async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
     let mut port = Port::new(Source::Usb, link_settings().start);
     let mut packet = [0; PACKET as usize];
@@ -82,7 +84,8 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
         match watchdog::while_waiting(&watchdog::USB, event).await {
             Either::First(count) => {
                 for byte in packet.iter().take(count?) {
-                    // Replies go out before the next request comes in: a host may send many at once.
+                    // A host may send many requests at once, but the reply to each is sent before the next one is
+                    // decoded.
                     while port.is_waiting() || !USB.is_empty() {
                         send(serial, &mut port).await?;
                     }
@@ -99,19 +102,20 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
     }
 }
 
-/// Sends the next answer; what a module does not answer ends the waiting as well.
+/// Sends the next reply. The end of a request that is not answered also lets the port decode the next one.
 async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError> {
     watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
     let Ok(outgoing) = USB.try_peek() else { return Ok(()) };
     let mut message = Message::new();
-    // It has room for every reply.
+    // A message has room for every reply.
     let _ = port.answer(outgoing.reply.as_ref(), outgoing.mode, outgoing.addresses, &mut message);
     let sent = write(serial, &message).await;
     let _ = USB.try_receive();
     sent
 }
 
-/// A full packet at the end is followed by an empty one, without which a host may wait for more.
+/// Writes bytes in packets. A full packet at the end is followed by an empty one, without which a host may wait for
+/// more.
 async fn write(serial: &mut Serial, bytes: &[u8]) -> Result<(), EndpointError> {
     let full = !bytes.is_empty() && bytes.len().is_multiple_of(PACKET.into());
     for packet in bytes.chunks(PACKET.into()).chain(full.then_some(&[][..])) {

@@ -1,5 +1,5 @@
-//! Waking the owner of the module: it runs in the interrupt of TIM3, which comes at the end of a span of time, and
-//! whenever somebody has something for it.
+//! The waking of the owner of the module, which runs in the interrupt of TIM3: the interrupt comes at the end of a span
+//! of time, and whenever a link has something for the owner.
 
 use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt;
@@ -9,25 +9,25 @@ use embassy_stm32::pac::TIM3;
 
 use crate::units::Micros;
 
-/// Starts the timer; the owner runs at once.
+/// Starts the timer. The owner runs at once.
 pub(super) fn start() {
     embassy_stm32::rcc::enable_and_reset::<embassy_stm32::peripherals::TIM3>();
-    // 84 MHz / 84: microseconds. The prescaler is taken over by an update.
+    // 84 MHz / 84 makes microseconds. The prescaler takes effect at the update event that UG makes.
     TIM3.psc().write_value(83);
     TIM3.egr().write(|w| w.set_ug(true));
     TIM3.dier().write(|w| w.set_uie(true));
     interrupt::TIM3.set_priority(Priority::P6);
-    // SAFETY: the handler has what it needs; it is the owner's, which is at its place.
+    // SAFETY: the handler uses the owner, which is in static memory already.
     unsafe { interrupt::TIM3.enable() };
     pend();
 }
 
-/// Wakes the owner after a span of time, or at most a microsecond later, but not before.
+/// Wakes the owner after a span of time, at most a microsecond later and not before.
 pub(super) fn after(span: Micros) {
-    // Were the timer running, its count could be past the new end before this is in force.
+    // The timer is stopped first: otherwise its count could pass the new end before that is in force.
     TIM3.cr1().write(|_| {});
     TIM3.cnt().write(|w| w.set_cnt(0));
-    // The first of `span + 1` counts may be a short one.
+    // A count from 0 to `span` is `span` whole microseconds and a first one that may be shorter.
     TIM3.arr().write(|w| w.set_arr(span.0 as u16));
     TIM3.cr1().write(|w| {
         w.set_opm(true);
@@ -35,17 +35,17 @@ pub(super) fn after(span: Micros) {
     });
 }
 
-/// The owner has been woken: the timer asks no more.
+/// Clears the timer's interrupt: to be called when the owner has been woken.
 pub(super) fn acknowledge() {
     TIM3.sr().write(|w| w.set_uif(false));
 }
 
-/// A link has something for the owner, which is woken at once.
+/// Wakes the owner at once: to be called when a link has something for it.
 pub(super) fn pend() {
     NVIC::pend(interrupt::TIM3);
 }
 
-/// Wakes the owner when a frame has come on the CAN bus.
+/// An interrupt handler that wakes the owner when a CAN frame has been received.
 pub(super) struct OnFrame;
 
 impl Handler<CAN1_RX0> for OnFrame {

@@ -1,5 +1,5 @@
-//! The independent watchdog. It is fed only while the owner of the module and the tasks all give signs of life: a
-//! firmware in which one part hangs is started anew, with the motor stopped.
+//! The independent watchdog. It is fed only while the owner of the module and the tasks for EEPROM and USB give signs
+//! of life: if one of them hangs, the firmware is restarted, with the motor stopped.
 
 use core::future::Future;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -9,21 +9,22 @@ use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::Timer;
 
-/// Without being fed for so long it bites. The LSI clock is between 17 and 47 kHz in place of 32: 170 to 470 ms.
+/// Time in us after which the watchdog restarts a firmware that does not feed it. Its clock, the LSI, has between 17
+/// and 47 kHz in place of 32 kHz, so the real time is 170 to 470 ms.
 pub(super) const TIMEOUT_US: u32 = 250_000;
-/// It is fed as often, if all are alive.
+/// Time between two feedings, in ms, while all parts are alive.
 const ROUND_MS: u64 = 50;
-/// A task that waits gives a sign of life as often.
+/// Time between two signs of life of a task that waits, in ms.
 const SIGN_MS: u64 = 20;
 
-/// Whether a part has given a sign of life since the last round.
+/// Whether a part of the firmware has given a sign of life since the last feeding.
 pub(super) struct Part(AtomicBool);
 
-/// The owner of the module: motion, interpreter, CAN, RS485's answers.
+/// The owner of the module: motion, programs, CAN, and the replies on RS485.
 pub(super) static MODULE: Part = Part(AtomicBool::new(false));
-/// The EEPROM.
+/// The task that writes the EEPROM.
 pub(super) static EEPROM: Part = Part(AtomicBool::new(false));
-/// The USB link.
+/// The task of the USB link.
 pub(super) static USB: Part = Part(AtomicBool::new(false));
 
 impl Part {
@@ -37,7 +38,7 @@ impl Part {
     }
 }
 
-/// Waits for something and gives signs of life meanwhile: a task may wait as long as it likes, but it has to be run.
+/// Waits for a future and gives signs of life meanwhile: a task may wait for any time, but it has to be run.
 pub(super) async fn while_waiting<F: Future>(part: &Part, future: F) -> F::Output {
     let mut future = core::pin::pin!(future);
     loop {
@@ -49,7 +50,7 @@ pub(super) async fn while_waiting<F: Future>(part: &Part, future: F) -> F::Outpu
     }
 }
 
-/// Feeds the watchdog, for the first time at once: until then it takes twice as long.
+/// Feeds the watchdog, for the first time at once, because until then the watchdog has its default time of 512 ms.
 #[embassy_executor::task]
 pub(super) async fn feed(mut watchdog: IndependentWatchdog<'static, IWDG>) {
     watchdog.pet();

@@ -11,7 +11,7 @@ pub const ANALOG: usize = 5;
 pub struct Inputs<const AXES: usize> {
     /// The sensors of each axis. Which pin is the home switch of which axis is the board's matter.
     pub axes: [Sensors; AXES],
-    /// Levels of the digital inputs, IN0 in bit 0. A pin that is also a switch of an axis appears here as well.
+    /// The levels of the digital inputs, IN0 in bit 0. A pin that is also a switch of an axis appears here as well.
     pub digital: u16,
     /// Values of the analog inputs by port number, in the units of the board's converter: 0..=4095 where it has 12 bits.
     pub analog: [u16; ANALOG],
