@@ -3,26 +3,37 @@
 //!
 //! # Words
 //!
-//! * **Module** - the device as a whole: one to six axes with a microcontroller. The host talks to it.
+//! * **Module** - the product as a whole: one to six axes with a microcontroller. The host talks to it. In the code it
+//!   is also the TMCL firmware, [`module::Module`].
+//! * **Device** - the hardware of a module as every firmware has it, without a language: [`device::Device`].
+//! * **Host** - the computer that sends commands to the module.
 //! * **Command** - number, type, motor or bank, and value, as TMCL has it: `MVP ABS, 0, 51200`. A **telegram** is a
 //!   command or a reply on a byte link, nine bytes with an address in front and a check sum behind; on CAN it is a
-//!   frame.
-//! * **Link** - USB, RS485 or CAN. A byte link is in **binary** or in **ASCII mode**: telegrams, or lines of text.
+//!   frame. A **request** is what a link brings: a telegram, a line of text or a frame.
+//! * **Link** - USB, RS485 or CAN. A byte link, USB or RS485, is in **binary** or in **ASCII mode**: telegrams, or lines
+//!   of text.
 //! * **Parameter** - a numbered setting or reading: axis parameters belong to an axis, global parameters to a bank of
 //!   the module. Setting one changes it until power-off; storing one puts it into its **slot** in the EEPROM.
 //! * **Axis** - a motor with all that moves it: ramp generator, driver, switches, encoders.
-//! * **Ramp generator** - a third of a TMC429: makes step pulses, with speeds and positions that follow a ramp. Its
-//!   **ramp mode** says whether it goes to a position, turns at a velocity, or holds one.
-//! * **Driver** - a TMC262: makes coil currents of step pulses, and measures the motor's load (stallGuard2).
+//! * **Motion controller** - a chip with one or several ramp generators; a TMC429 has three.
+//! * **Ramp generator** - makes the step pulses of one motor, with speeds and positions that follow a ramp. Its **ramp
+//!   mode** says whether it goes to a position, turns at a velocity, or holds one.
+//! * **Driver** - a TMC262: makes coil currents of step pulses, and measures the motor's load (stallGuard2). A source
+//!   file that talks to a chip is a driver, too; the comments say of which chip.
 //! * **Microstep** - the unit of positions; a full step, a 200th of a turn as a rule, has 1 to 256 of them.
-//! * **Internal velocity** - the unit of speeds, -2047..=2047; divisors of the ramp generator make steps per second of
-//!   it.
-//! * **Datagram** - one exchange with a chip over SPI, 24 us for a TMC429. They are counted: a poll affords two or
+//! * **Internal velocity** - the unit of speeds, -2047..=2047 on a TMC429, whose pulse divisor and clock make it
+//!   microsteps per second.
+//! * **Datagram** - one exchange with a chip over SPI, 24 us for a TMC429. They are counted: a poll has time for two or
 //!   three.
-//! * **Poll** - what the module does each millisecond: supervise, look after the axes, give the program its share.
-//! * **Waypoint** - a target that the chip gets on the way to a distant one, as it has only 24 bits for positions.
-//! * **Leg** - one run of a reference search, in one direction until a switch closes or opens.
-//! * **Interrupt** - of a TMCL program: an event that calls a handler. Those of the microcontroller stay in `board`.
+//! * **Turn** - what the device and its firmware do in each millisecond: supervise, **poll** each axis once, give the
+//!   program its share.
+//! * **Goal** - what a motor is to do: go to a position, or turn at a speed. Its **course** is how: speed, acceleration,
+//!   stop switches.
+//! * **Waypoint** - a target that a TMC429 gets on the way to a distant one, as it has only 24 bits for positions.
+//! * **Leg** - one run of a reference search, in one direction until a switch closes or opens. The search ends at its
+//!   **zero point**.
+//! * **Interrupt** - of a TMCL program: an event that calls a handler in the program. In `board` the word means the
+//!   interrupts of the microcontroller.
 //!
 //! # The way of a telegram
 //!

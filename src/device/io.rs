@@ -13,7 +13,7 @@ pub struct Inputs<const AXES: usize> {
     pub axes: [Sensors; AXES],
     /// The levels of the digital inputs, IN0 in bit 0. A pin that is also a switch of an axis appears here as well.
     pub digital: u16,
-    /// Values of the analog inputs by port number, in the units of the board's converter: 0..=4095 where it has 12 bits.
+    /// The analog inputs by port number, in the units of the board's converter: 0..=4095 with 12 bits.
     pub analog: [u16; ANALOG],
     /// Supply voltage in units of 0.1 V; `None` on a board that does not measure it.
     pub supply: Option<u16>,

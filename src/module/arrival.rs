@@ -1,11 +1,12 @@
-//! Command 138: a host asks to be told when axes arrive (manual section 3.7.37).
+//! Command 138: a host asks for an event when axes arrive at their targets (manual section 3.7.37). Only one host at a
+//! time can do so; the last request counts.
 
 use super::origin::{Due, Origin, Source};
 use super::outcome::Outcome;
 use super::{Module, Platform};
 use crate::tmcl::{Command, Opcode, Reply, Status};
 
-/// The bit of an axis in the value of command 138 and in its event.
+/// The bit of an axis in the value of command 138 and in that of its event.
 fn bit(axis: u8) -> i32 {
     1_i32.unbounded_shl(axis.into())
 }
@@ -14,24 +15,26 @@ fn bit(axis: u8) -> i32 {
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Arrivals {
     subscription: Option<Subscription>,
-    /// Number of requests so far, wrapping.
+    /// Number of requests since the start, wrapping at 32 bits.
     count: u32,
 }
 
+/// A request of command 138.
 #[derive(Clone, Copy, Debug)]
 struct Subscription {
-    /// The link that the events go to.
+    /// The link to which the events go.
     origin: Origin,
-    /// Axes whose next move shall be told of, as bits.
+    /// Axes whose next move is to end with an event, as bits.
     mask: i32,
-    /// True for type 0: only the next move of each axis is told of.
+    /// True for type 0: only the next move of each axis ends with an event.
     once: bool,
-    /// Axes on a move whose end will be told, as bits.
+    /// Axes on a move that is to end with an event, as bits.
     armed: i32,
 }
 
 impl Arrivals {
-    /// The end of the move, or search, of an axis that has just begun will be told, if it was asked for.
+    /// Notes that an axis has begun a positioning move or a reference search: its arrival will be an event if one was
+    /// asked for.
     pub(super) fn arm(&mut self, axis: u8) {
         if let Some(subscription) = &mut self.subscription {
             subscription.armed |= subscription.mask & bit(axis);
@@ -41,14 +44,14 @@ impl Arrivals {
         }
     }
 
-    /// The move of an axis has given way to another command, or was stopped: it will not arrive.
+    /// Notes that the move of an axis was replaced by another command, or stopped: no event will follow.
     pub(super) fn disarm(&mut self, axis: u8) {
         if let Some(subscription) = &mut self.subscription {
             subscription.armed &= !bit(axis);
         }
     }
 
-    /// The move of an axis has arrived: the event, if somebody waits for it.
+    /// Notes that the move of an axis has arrived. Returns the event, if one was asked for.
     pub(super) fn arrive(&mut self, axis: u8) -> Option<Due> {
         let Subscription { origin, armed, .. } = self.subscription?;
         self.disarm(axis);
@@ -57,23 +60,23 @@ impl Arrivals {
         (armed & bit(axis) != 0).then_some(Due { to: origin, reply: Some(event) })
     }
 
-    /// Forgets what a link has asked for.
+    /// Forgets the request of a link.
     pub(super) fn forget(&mut self, source: Source) {
         self.subscription = self.subscription.filter(|subscription| subscription.origin.source != source);
     }
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// The link on which somebody waits for the event of command 138, if somebody does. The number is another one
-    /// after each such command that was carried out: it tells those apart who share a link.
+    /// The link of the host that waits for an event of command 138, with a number that changes with each request: it
+    /// distinguishes the hosts that share a link. `None` while no event can follow.
     pub fn subscriber(&self) -> Option<(Source, u32)> {
         let Arrivals { subscription, count } = self.arrivals;
         let waited_for = |subscription: &Subscription| subscription.mask | subscription.armed != 0;
         subscription.filter(waited_for).map(|subscription| (subscription.origin.source, count))
     }
 
-    /// Command 138: asks for a reply when a positioning move arrives, or a reference search has found its place. Bits of
-    /// axes that do not exist are ignored: published hosts set all eight.
+    /// Command 138: the host is to get an event when a positioning move arrives, or a reference search has made its
+    /// zero point. Bits of axes that do not exist are ignored, because published hosts set all eight.
     pub(super) fn subscribe(&mut self, origin: Origin, command: Command) -> Result<Outcome, Status> {
         let Command { kind, value: mask, .. } = command;
         let once = match kind {

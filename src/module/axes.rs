@@ -21,7 +21,8 @@ impl From<motion::Error> for Status {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Heeds the events of an axis: error flags, the program's interrupts, and the event of command 138.
+    /// Passes the events of an axis on: to the error flags, to the interrupts of the program, and to the host of
+    /// command 138.
     pub(super) fn heed(&mut self, axis: u8, events: Events) {
         let Events { reached, at_target, stall, cut_short, deviation, alarm } = events;
         for (event, flag) in
@@ -42,7 +43,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         if reached {
             if let Some(event) = self.arrivals.arrive(axis) {
-                // There is room, unless the host has not fetched the replies before.
+                // The queue has room, unless a host does not fetch its replies.
                 let _ = self.replies.push_back(event);
             }
         } else if cut_short || stall || deviation || alarm {
@@ -50,12 +51,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// While the supply is too low, or a heartbeat is missed, nothing may move.
+    /// Refuses motion commands while no motor may move: the supply is too low, a motion controller is silent, or a
+    /// heartbeat is missed.
     fn unlocked(&self, now: Micros) -> Result<(), Status> {
         if self.device.is_locked() || self.heartbeat_missed(now) { Err(Status::NotAvailable) } else { Ok(()) }
     }
 
-    /// ROR with a positive speed, ROL with a negative one, MST with zero.
+    /// Rotates an axis: ROR with a positive speed, ROL with a negative one, MST with zero; in internal velocity,
+    /// -2047..=2047.
     pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: i32) -> Result<(), Status> {
         if !(-INTERNAL_MAX..=INTERNAL_MAX).contains(&speed) {
             return Err(Status::InvalidValue);
@@ -67,7 +70,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(self.axis(axis)?.rotate(now, speed)?)
     }
 
-    /// RFS.
+    /// RFS: starts a reference search (0), stops it (1), or tells its leg (2).
     pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         if kind == 0 {
             self.unlocked(now)?;
@@ -89,7 +92,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// MVP. The reply carries the absolute target, of the first axis where several move.
+    /// MVP: to a position (0), by a distance (1), or to a coordinate (2). The reply carries the absolute target, that
+    /// of the first axis where several move.
     pub(super) fn move_position(&mut self, now: Micros, command: Command) -> Result<Outcome, Status> {
         let Command { kind, motor, value, .. } = command;
         let target = match (kind, motor) {
@@ -127,13 +131,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(())
     }
 
-    /// GAP.
+    /// GAP: reads an axis parameter.
     pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Outcome, Status> {
         let parameter = self.parameter(number)?;
         Ok(Outcome::Read(self.axis(axis)?.read(parameter.function)?))
     }
 
-    /// SAP, AAP. `echo` is the reply's value.
+    /// SAP and AAP: sets an axis parameter. `echo` is the value of the reply.
     pub(super) fn set_axis(
         &mut self,
         now: Micros,
@@ -166,7 +170,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// STAP.
+    /// STAP: stores an axis parameter in the EEPROM.
     pub(super) fn store_axis(&mut self, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
         let value = self.axis(axis)?.read(parameter.function)?;
@@ -174,7 +178,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::stored(echo))
     }
 
-    /// RSAP.
+    /// RSAP: sets an axis parameter to its stored value.
     pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
         let value = self.recall(slot)?;
@@ -182,12 +186,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// SCO, CCO, ACO to one axis: the value goes to RAM, and to the EEPROM where parameter 84 says so.
+    /// SCO, CCO and ACO: sets a coordinate of one axis, in microsteps, in RAM, and in the EEPROM where parameter 84
+    /// says so.
     pub(super) fn set_coordinate(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
         let number = coordinate(number)?;
         let before = core::mem::replace(self.coordinate_cell(axis, number)?, value);
         if self.global(G::CoordinateStorage) != 0 {
-            // Coordinate 0 is in RAM only.
+            // Coordinate 0 has no slot in the EEPROM.
             if number > 0 {
                 self.keep(self.spec().slots.coordinate(axis, number), value)?;
             }
@@ -197,13 +202,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// GCO from one axis.
+    /// GCO: a coordinate of one axis, in microsteps.
     pub(super) fn coordinate(&mut self, axis: u8, number: u8) -> Result<i32, Status> {
         let number = coordinate(number)?;
         Ok(*self.coordinate_cell(axis, number)?)
     }
 
-    /// SCO with motor 255: coordinates of all axes from RAM to EEPROM, one number or, by 0, all.
+    /// SCO with motor 255: stores one coordinate of each axis, or, with number 0, all of them.
     pub(super) fn store_coordinates(&mut self, number: u8, echo: i32) -> Result<Outcome, Status> {
         for (axis, number) in selection::<AXES>(number)? {
             let value = *self.coordinate_cell(axis, number)?;
@@ -212,7 +217,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::stored(echo))
     }
 
-    /// GCO with motor 255: coordinates of all axes from EEPROM to RAM.
+    /// GCO with motor 255: restores one stored coordinate of each axis, or, with number 0, all of them.
     pub(super) fn restore_coordinates(&mut self, number: u8, echo: i32) -> Result<Outcome, Status> {
         for (axis, number) in selection::<AXES>(number)? {
             let value = self.recall(self.spec().slots.coordinate(axis, number))?;
@@ -221,16 +226,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
-    /// CCO: the position now.
+    /// The actual position of an axis, in microsteps, which CCO makes a coordinate.
     pub(super) fn position(&mut self, axis: u8) -> Result<i32, Status> {
         Ok(self.axis(axis)?.actual_position()?)
     }
 
+    /// The row of an axis parameter in the product's table.
     fn parameter(&self, number: u8) -> Result<&'static Parameter<AxisParameter>, Status> {
         self.spec().axis.find(number).ok_or(Status::WrongType)
     }
 
-    /// A parameter and its slot: only one that has one can be stored or restored.
+    /// The row of an axis parameter and its slot for an axis. A parameter without a slot can be neither stored nor
+    /// restored.
     fn stored_parameter(
         &self,
         number: u8,
@@ -245,17 +252,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.device.axis(number.into()).ok_or(Status::InvalidValue)
     }
 
+    /// A coordinate of an axis in RAM, in microsteps.
     pub(super) fn coordinate_cell(&mut self, axis: u8, number: u8) -> Result<&mut i32, Status> {
-        let places = self.coordinates.get_mut(usize::from(axis)).ok_or(Status::InvalidValue)?;
-        places.get_mut(usize::from(number)).ok_or(Status::InvalidValue)
+        let of_axis = self.coordinates.get_mut(usize::from(axis)).ok_or(Status::InvalidValue)?;
+        of_axis.get_mut(usize::from(number)).ok_or(Status::InvalidValue)
     }
 }
 
+/// Checks the number of a coordinate.
 fn coordinate(number: u8) -> Result<u8, Status> {
     if usize::from(number) < COORDINATES { Ok(number) } else { Err(Status::InvalidValue) }
 }
 
-/// The coordinates that the 255 forms mean: one of 1..=20, or all of them by 0; of every axis.
+/// The coordinates, as axis and number, that a command with motor 255 means: one of 1..=20, or all of them by 0, of
+/// every axis.
 fn selection<const AXES: usize>(number: u8) -> Result<impl Iterator<Item = (u8, u8)>, Status> {
     let (first, last) = match coordinate(number)? {
         0 => (1, (COORDINATES as u8).saturating_sub(1)),

@@ -1,8 +1,8 @@
-//! The desk between a module and its links: it serves the links' requests in turn and hands the replies back. The board
-//! and the simulator have the same desk; they differ in their [`LinkEnds`].
+//! The desk between a module and its links: it serves the requests of the links in turn and hands out the replies.
+//! Board and simulator have the same desk and differ in their [`LinkEnds`].
 //!
-//! A link brings one command at a time: while the module owes a link a reply, further requests of that link wait in
-//! the link's own queue. So all that the desk has to remember is which link was served last.
+//! A link brings one command at a time: while the module owes a link a reply, further requests of that link wait in the
+//! link's own queue. So a desk has to remember only which link was served last.
 
 use core::task::Poll;
 
@@ -13,32 +13,32 @@ use super::{Module, Platform};
 use crate::tmcl::Reply;
 use crate::units::Micros;
 
-/// The links of a module, as its desk sees them.
+/// The links of a module as its desk uses them.
 pub trait LinkEnds {
-    /// The next request over a link, if there is one; `settings` are those in force.
+    /// The next request of a link; `None` while there is none. `settings` are those in force.
     fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request>;
 
-    /// Ends a request of a link, with a reply or, where `reply` is `None`, without one; or brings the link an event,
-    /// which ends no request. `settings` are those under which the reply goes out; a byte link goes on in `mode`, if
-    /// one is given.
+    /// Ends a request of a link, with a reply or, if `reply` is `None`, without; or brings the link an event, which
+    /// ends no request. `settings` are those with which the reply is sent. A byte link goes on in `mode`, if one is
+    /// given.
     fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings);
 }
 
-/// The order in which links are served: CAN, RS485, USB, and from the start again.
+/// The order in which links are served: CAN, RS485, USB, and again from the start.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Desk {
-    /// How many of CAN, RS485 and USB, in this order, have been served in this round.
+    /// Number of links, of CAN, RS485 and USB in this order, that have been passed in this round.
     passed: u8,
 }
 
 impl Desk {
-    /// A desk at which nobody has been served.
+    /// A desk that has not served a link yet.
     pub const fn new() -> Self {
         Desk { passed: 0 }
     }
 
-    /// Serves one request of a link that waits for no reply: each link gets its turn before any gets a second one.
-    /// False if there is no such request.
+    /// Serves one request of a link that waits for no reply. Each link has its turn before any has a second one. False
+    /// if there is no such request.
     #[inline]
     pub fn serve<T: Platform, const AXES: usize>(
         &mut self,
@@ -48,8 +48,8 @@ impl Desk {
     ) -> bool {
         loop {
             let passed = self.passed;
-            // Three calls, not a loop over the links: the compiler makes a version of `serve` for each link, in which
-            // nothing has to be decided by link any more.
+            // Three calls in place of a loop over the links make the compiler produce a version of `serve` for each
+            // link, in which nothing is decided by the link any more.
             if passed < 1 && serve(Source::Can, module, ends, &now) {
                 self.passed = 1;
                 return true;
@@ -68,7 +68,7 @@ impl Desk {
         }
     }
 
-    /// Gives the links the replies that have become due. To be called after each [`Module::poll`].
+    /// Hands the replies that have become due to their links. To be called after each [`Module::poll`].
     pub fn deliver<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) {
         while let Some(Due { to, reply }) = module.next_reply() {
             ends.answer(to, reply.as_ref(), None, module.link_settings());
@@ -76,7 +76,7 @@ impl Desk {
     }
 }
 
-/// Serves one request of a link; false if there is none, or the link waits for a reply.
+/// Serves one request of a link. False if there is none, or if the link waits for a reply.
 #[inline(always)]
 fn serve<T: Platform, const AXES: usize>(
     source: Source,

@@ -1,4 +1,4 @@
-//! From a command to what it does: one exhaustive match over the instruction table.
+//! From a command to what it does: one exhaustive match over the instruction table. Links and programs share it.
 
 use super::outcome::Outcome;
 use super::{Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
@@ -7,8 +7,8 @@ use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, MotorField, Opco
 use crate::units::Micros;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Executes a command that came over a link. Checked in this order: the number, whether it may run
-    /// here, the motor, and what the command itself wants.
+    /// Executes a command that came over a link. Checked in this order are the number, whether the command may be
+    /// executed outside a program, the motor field, and what the command itself demands.
     pub(super) fn dispatch(&mut self, now: Micros, origin: Origin, command: Command) -> Result<Outcome, Status> {
         if let Some(done) = self.download(origin.source, command) {
             return done;
@@ -20,7 +20,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.perform(now, Some(origin), instruction, command)
     }
 
-    /// Executes a command from a link, or from the program where that is `None`.
+    /// Executes a command of a link, or of the program if `origin` is `None`.
     pub(super) fn perform(
         &mut self,
         now: Micros,
@@ -102,10 +102,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 confirmed(value)?;
                 self.restart(now.after(RESTART_DELAY));
             }
-            // There is no boot loader to enter. Update tools take the next reply they hear for that of a later request.
+            // This firmware has no boot loader. The command is not answered, because update tools would take the next
+            // reply that they receive for that to a later request.
             Opcode::EnterBootloader if command == Command::ENTER_BOOTLOADER => return Ok(Outcome::Unanswered),
             Opcode::EnterBootloader => return Err(Status::InvalidValue),
-            // The link changes its mode; CAN has but one.
+            // The link itself changes its mode. CAN has only one mode.
             Opcode::EnterAscii if origin.is_none_or(|origin| origin.source != Source::Can) => {}
             Opcode::Ei | Opcode::Di => {
                 self.check_interrupt(kind, true)?;
@@ -125,7 +126,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             }
             Opcode::ReadMemory => return self.read_memory(value),
             Opcode::ApplicationStatus => return self.application_status(kind),
-            // The last eight are the interpreter's own.
+            // Except `EnterAscii`, these commands are executed by the interpreter alone.
             Opcode::EnterAscii
             | Opcode::Comp
             | Opcode::Jc
@@ -139,7 +140,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(value))
     }
 
-    /// Checks the number of an interrupt; `all` if the one that means all is one, too.
+    /// Checks the number of an interrupt; with `all` the number that stands for all interrupts is valid, too.
     fn check_interrupt(&self, number: u8, all: bool) -> Result<(), Status> {
         let Spec { axes, inputs, .. } = *self.spec();
         let known = (all && number == ALL_INTERRUPTS) || Interrupt::find(number, axes, inputs).is_some();
@@ -147,6 +148,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 }
 
+/// Checks the value 1234, which protects commands 137 and 255.
 fn confirmed(value: i32) -> Result<(), Status> {
     if value == CONFIRMATION { Ok(()) } else { Err(Status::InvalidValue) }
 }

@@ -1,9 +1,9 @@
-//! The TMCL firmware: a [`Device`] and the language, that is all that a telegram can ask for, and programs.
+//! The TMCL firmware: a [`Device`], all that a telegram can ask for, and programs.
 //!
-//! Two entrances: a command comes in by [`Module::execute`], which [`Module::request`] calls for what a link brings, and
-//! time by [`Module::poll`]. A reply may come later: `poll` is followed by [`Module::next_reply`] until there is none
-//! left. There is no clock, no wait and no hardware access but through the device; digital and analog signals are
-//! exchanged as plain values.
+//! A command comes in by [`Module::execute`], which [`Module::request`] calls for what a link brings; time comes in by
+//! [`Module::poll`]. A reply may come later: after each `poll` the caller takes the replies that are due by
+//! [`Module::next_reply`]. There is no clock, no wait, and no access to hardware but through the device; digital and
+//! analog signals are exchanged as plain values.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
@@ -53,21 +53,22 @@ use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
 use crate::vm::{Machine, Signals};
 
-/// What a module runs on, as types: a board, whose product has a [`Spec`], and additions.
+/// The types of which a module is made: a board, whose product has a [`Spec`], and additions.
 pub trait Platform: Board<Product: Product> {
-    /// What is added to the module.
+    /// Additions to the module: user functions, and an observer of the program.
     type Hooks: Hooks;
 }
 
-/// Links that can wait for a reply at the same time.
+/// Number of links that can wait for a reply at the same time.
 const LINKS: usize = 3;
-/// Replies on their way: one per link, and one event.
+/// Number of replies that can be due: one per link, and one event.
 const REPLIES: usize = LINKS + 1;
-/// Commands that can wait for the store: one per link, the program's, and that of a handler within it.
+/// Number of commands that can wait for the store: one per link, that of the program, and that of an interrupt handler
+/// in it.
 const WAITING: usize = LINKS + 2;
 
-/// The pause between the reply to a software reset and the reset: time for it to get through, at 9600
-/// baud (9.4 ms) and with a moderate telegram pause.
+/// The time between the reply to a software reset and the reset, in which the reply is sent: at 9600 bit/s in 9.4 ms,
+/// after a moderate telegram pause.
 const RESTART_DELAY: Micros = Micros::from_millis(100);
 
 /// A module: a device, and the parameters, programs and links of TMCL.
@@ -79,30 +80,34 @@ const RESTART_DELAY: Micros = Micros::from_millis(100);
 #[repr(C)]
 pub struct Module<T: Platform, const AXES: usize> {
     machine: Machine,
-    /// Units that the program may still spend in this millisecond.
+    /// Units that the program may still spend in this millisecond; a command costs 1 or more.
     fuel: u32,
     device: Device<T, AXES>,
     hooks: T::Hooks,
     globals: [i32; G::SETTINGS],
     variables: [i32; USER_VARIABLES],
     coordinates: [[i32; COORDINATES]; AXES],
-    /// The program is to be started if parameter 77 says so.
+    /// The program is still to be started, if global parameter 77 says so.
     starts: bool,
-    /// The link that downloads a program.
+    /// The link over which a program is being downloaded.
     downloader: Option<Source>,
     link_settings: LinkSettings,
-    /// A global parameter has been written since the link settings were taken from the global parameters.
+    /// A global parameter has been written since `link_settings` was made of the global parameters.
     link_settings_stale: bool,
-    /// What was asked of other modules, on RS485 and on CAN.
+    /// The requests to other modules that were overheard, on RS485 and on CAN.
     overheard: [Overheard; 2],
+    /// Commands whose values are not safe in the EEPROM yet.
     waiting: Vec<Waiting, WAITING>,
+    /// Replies and events that are due, oldest first.
     replies: Deque<Due, REPLIES>,
     arrivals: Arrivals,
     supervision: Supervision,
-    /// What the axes have told the program in the turn under way.
+    /// The events of the axes for the interrupts of the program, in the turn under way.
     signals: Signals,
+    /// The state of the random numbers.
     random: u32,
-    /// The tick timer shows the milliseconds since this point, which may lie ahead.
+    /// The time, in milliseconds wrapping at 32 bits, from which the tick timer counts; a write to the timer may put it
+    /// into the future.
     tick_offset: u32,
 }
 
@@ -140,11 +145,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Starts the module: stops whatever the motion controllers were doing, restores what is stored, sets up the chips and
-    /// only then switches the drivers on. `load` fills the store, which takes its time.
+    /// Starts the module: stops all motors, restores the stored settings, sets up the chips, and only then switches the
+    /// drivers on. `load` fills the store from the EEPROM, which takes some time.
     ///
-    /// With a motion controller that does not answer the drivers stay off; the module answers all the same, and
-    /// refuses motion commands.
+    /// If a motion controller does not answer, the drivers stay off; the module answers all the same, and refuses
+    /// motion commands.
     pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<T::Product>)) {
         self.device.halt();
         let store = self.device.store_mut();
@@ -163,13 +168,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.device
     }
 
-    /// What the module is.
+    /// The specification of the product.
     pub const fn spec(&self) -> &'static Spec {
         T::Product::SPEC
     }
 
-    /// Executes a command from a link. What comes after a command that restarts the module is neither executed nor
-    /// answered.
+    /// Executes a command of a link. Commands after one that restarts the module are neither executed nor answered.
     pub fn execute(&mut self, now: Micros, origin: impl Into<Origin>, command: Command) -> Answer {
         let origin = origin.into();
         if self.device.restart().is_some() {
@@ -185,7 +189,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 let waiting = Waiting { from: Waiter::Link(origin), command, need, value, undo, suppressed };
                 return match self.waiting.push(waiting) {
                     Ok(()) => Poll::Pending,
-                    // Only a host that sends on without waiting for its replies can fill the queue.
+                    // The queue is full only if a host sends on without waiting for its replies.
                     Err(_) => Poll::Ready(Some(Reply::echo(Status::NotAvailable, command))),
                 };
             }
@@ -197,11 +201,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if suppressed { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
     }
 
-    /// Lets time pass: once a millisecond, or as soon after [`Module::deadline`] as can be. Takes the
-    /// inputs as they are now and returns the outputs as they shall be.
+    /// Does all that is due at `now`: to be called at [`Module::deadline`], or as soon after it as can be, and as a
+    /// rule once a millisecond. Takes the inputs as they are now, and returns the outputs as they are to be set.
     ///
-    /// A program gets its turn in slices: while it has something to do in this millisecond the deadline is past,
-    /// and the call executes the next few commands.
+    /// A program runs in slices: while it has commands to execute in this millisecond, the deadline is in the past, and
+    /// each call executes the next few of them.
     pub fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Outputs {
         if now >= self.device.deadline() {
             self.take_turn(now, inputs);
@@ -215,8 +219,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         *outputs
     }
 
-    /// A piece of the turn of each millisecond. Never inlined: slices of a program, which come more often, are not to have
-    /// its stack frame.
+    /// Does the next piece of the turn of each millisecond. Never inlined: slices of a program, which come more often,
+    /// are not to have its stack frame.
     #[inline(never)]
     fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
         if !self.device.is_in_turn() {
@@ -235,18 +239,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.device.outputs_mut().led = (now.millis() / io::BLINK_MS).is_multiple_of(2);
     }
 
-    /// Keeps parameter 77 from starting the program until the supply comes back: for a firmware that has had to start
-    /// anew and does not know why it is where it is.
+    /// Keeps global parameter 77 from starting the program until the supply has been lost and has come back. A firmware
+    /// that was restarted by a fault calls this, because its position is lost.
     pub const fn hold_program(&mut self) {
         self.starts = false;
     }
 
-    /// When [`Module::poll`] wants to be called next.
+    /// The time at which [`Module::poll`] is to be called next.
     pub const fn deadline(&self) -> Micros {
         if self.fuel > 0 && self.machine.busy() { self.device.turn() } else { self.device.deadline() }
     }
 
-    /// What has been added to the module.
+    /// The additions to the module.
     pub const fn hooks(&mut self) -> &mut T::Hooks {
         &mut self.hooks
     }
@@ -256,19 +260,21 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.device.axes()
     }
 
-    /// The settings on their way to the EEPROM: take jobs from here, tell how they went.
+    /// The settings and the program on their way to the EEPROM: the caller takes jobs from here and reports how they
+    /// went.
     pub fn store(&mut self) -> &mut Store<T::Product> {
         self.device.store_mut()
     }
 
-    /// From now on requests are neither executed nor answered and the program stands, so nothing new delays the restart
-    /// that is due at `at`.
+    /// Restarts the firmware at `at`. From now on requests are neither executed nor answered and the program stands, so
+    /// that nothing new delays the restart.
     fn restart(&mut self, at: Micros) {
         self.machine.stop();
         self.device.restart_at(at);
     }
 
-    /// Global parameter 255; what reads something is answered always (manual section 5.1).
+    /// True if global parameter 255 suppresses the reply to this command. Commands that read a value are always
+    /// answered (manual section 5.1).
     fn suppressed(&self, opcode: u8) -> bool {
         const READ: [u8; 3] = [Opcode::Gap as u8, Opcode::Ggp as u8, Opcode::Gio as u8];
         self.global(G::SuppressReply) != 0 && !READ.contains(&opcode)

@@ -1,6 +1,6 @@
-//! What stops the motors from outside: a host that falls silent (global parameters 68 and 82) does so here; a supply that
-//! is too low and a motion controller that does not answer have stopped them in the device already, and here they stop
-//! the program and are noted.
+//! The supervision of hosts, supply and motion controllers. A host that falls silent (global parameters 68 and 82) has
+//! the motors stopped here. For a supply that is too low or a silent motion controller the device has stopped them
+//! already; here the program is stopped and the error flags are raised.
 
 use super::{Module, Platform, Source};
 use crate::device::{Supervised, Supply};
@@ -8,15 +8,17 @@ use crate::param::{AxisParameter as P, GlobalParameter as G};
 use crate::units::Micros;
 use crate::vm::ErrorFlag;
 
-/// The time at which each kind of link was last heard.
+/// The time at which each kind of link last brought a command.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Supervision {
-    /// RS485 and USB, which share parameter 68.
+    /// RS485 and USB, which share global parameter 68.
     serial: Micros,
+    /// CAN, which has global parameter 82.
     can: Micros,
 }
 
 impl Supervision {
+    /// The time limits of all links count from `now`.
     pub(super) const fn new(now: Micros) -> Self {
         Supervision { serial: now, can: now }
     }
@@ -29,7 +31,7 @@ impl Supervision {
         }
     }
 
-    /// Notes that a global parameter has been written: the time limit of a heartbeat counts from then on.
+    /// Notes that a global parameter has been written: if it is a time limit, it counts from now on.
     pub(super) fn limit(&mut self, now: Micros, parameter: G) {
         match parameter {
             G::SerialHeartbeat => self.serial = now,
@@ -38,7 +40,8 @@ impl Supervision {
         }
     }
 
-    /// True while nothing has been heard on a link for longer than its limit, in milliseconds; 0 is no limit.
+    /// True while a kind of link has brought no command for longer than its limit, in milliseconds; a limit of 0 is
+    /// none.
     fn heartbeat_missed(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
         let over =
             |heard, limit: i32| limit != 0 && now.since(heard) > Micros::from_millis(limit.unsigned_abs().into());
@@ -47,8 +50,8 @@ impl Supervision {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Stops the motors when a host misses its heartbeat: until the host is heard again they cannot be started. Where the
-    /// device has stopped them, the program stops, too.
+    /// Stops the motors along the ramp when a host misses its heartbeat; until a host is heard again no motor can be
+    /// started. Where the device has stopped the motors in this turn, stops the program, too.
     pub(super) fn supervise(&mut self, now: Micros, supervised: Supervised) {
         let Supervised { supply, silent, ended } = supervised;
         self.note_ended(ended);
@@ -70,7 +73,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Notes that all axes have been stopped; those of these bits were on a positioning move.
+    /// Notes that all axes have been stopped, if `ended` is not `None`. Its bits are the axes that were on a
+    /// positioning move.
     fn note_ended(&mut self, ended: Option<u32>) {
         let Some(moving) = ended else { return };
         if moving != 0 {
@@ -86,7 +90,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.supervision.heartbeat_missed(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat))
     }
 
-    /// True if a motor is on a move or turns, or its motion controller does not say.
+    /// True if a motor is on a move, or turns, or if its motion controller does not answer.
     fn is_under_way(&mut self) -> bool {
         (0..AXES).any(|number| {
             let Some(mut axis) = self.device.axis(number) else { return false };
