@@ -10,8 +10,8 @@
 //! * **Command** - number, type, motor or bank, and value, as TMCL has it: `MVP ABS, 0, 51200`. A **telegram** is a
 //!   command or a reply on a byte link, nine bytes with an address in front and a check sum behind; on CAN it is a
 //!   frame. A **request** is what a link brings: a telegram, a line of text or a frame.
-//! * **Link** - USB, RS485 or CAN. A byte link, USB or RS485, is in **binary** or in **ASCII mode**: telegrams, or lines
-//!   of text.
+//! * **Link** - USB, RS485 or CAN. A byte link, USB or RS485, is in **binary mode** (telegrams) or in **ASCII mode**
+//!   (lines of text).
 //! * **Parameter** - a numbered setting or reading: axis parameters belong to an axis, global parameters to a bank of
 //!   the module. Setting one changes it until power-off; storing one puts it into its **slot** in the EEPROM.
 //! * **Axis** - a motor with all that moves it: ramp generator, driver, switches, encoders.
@@ -27,8 +27,8 @@
 //!   three.
 //! * **Turn** - what the device and its firmware do in each millisecond: supervise, **poll** each axis once, give the
 //!   program its share.
-//! * **Goal** - what a motor is to do: go to a position, or turn at a speed. Its **course** is how: speed, acceleration,
-//!   stop switches.
+//! * **Goal** - what a motor is to do: go to a position, or turn at a speed. Its **course** is how: with which speed,
+//!   acceleration and stop switches.
 //! * **Waypoint** - a target that a TMC429 gets on the way to a distant one, as it has only 24 bits for positions.
 //! * **Leg** - one run of a reference search, in one direction until a switch closes or opens. The search ends at its
 //!   **zero point**.
