@@ -1,124 +1,22 @@
 //! Tests of what a module stores, refuses and finds again, with products that have other numbers of axes, parameters
-//! and EEPROMs than the TMCM-1140. These products exist in this test alone. All axes share the chips of one simulated
-//! board, because no motor is moved here.
+//! and EEPROMs than the TMCM-1140.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use hal_sim::board::{Board, Chip, SharedBoard, SimPin, SimSpi};
+#[path = "common/products.rs"]
+mod definitions;
+
+use definitions::{On, Simulated, Six, THREE_AXIS, Three, parts};
+use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
-use tmcm::chip::tmc429::Tmc429;
-use tmcm::device::{self, Controller, Parts};
-use tmcm::module::{Module, Platform, Product, Slots, Source, Spec, TMCM_1140};
-use tmcm::motion::tmc429::Tmc429Tmc262;
-use tmcm::param::tmcm1140;
-use tmcm::param::{ANY, AxisParameter, COORDINATES, FLAG, GlobalParameter, Parameter, STORED_USER_VARIABLES, Table};
-use tmcm::parameter_rows;
-use tmcm::store::{Layout, Memory, Pair, Store};
+use tmcm::module::{Module, Source};
+use tmcm::param::{COORDINATES, Parameter, STORED_USER_VARIABLES};
 use tmcm::tmcl::{Opcode, Reply, Status, text};
 use tmcm::units::Micros;
 
-/// Axis parameters of the product with three axes. Number 204, the freewheeling time of the TMCM-1140, is the maximum
-/// current here; number 210 is the standby current.
-static THREE_AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(parameter_rows! { AxisParameter;
-    0 TargetPosition "target position" Microsteps ANY, ReadWrite Volatile 0 "",
-    1 ActualPosition "actual position" Microsteps ANY, ReadWrite Volatile 0 "",
-    3 ActualSpeed "actual speed" Internal &[(-2047, 2047)], Read Volatile 0 "",
-    4 MaximumSpeed "maximum speed" Internal &[(1, 2047)], ReadWrite OnCommand(0) 900 "",
-    5 MaximumAcceleration "maximum acceleration" Internal &[(1, 2047)], ReadWrite OnCommand(1) 700 "",
-    12 RightSwitchDisable "right limit switch disable" Flag FLAG, ReadWrite OnCommand(3) 1 "",
-    13 LeftSwitchDisable "left limit switch disable" Flag FLAG, ReadWrite OnCommand(4) 1 "",
-    140 MicrostepResolution "microstep resolution" MicrostepExponent &[(0, 8)], ReadWrite OnCommand(9) 8 "",
-    153 RampDivisor "ramp divisor" Exponent &[(0, 13)], ReadWrite OnCommand(5) 7 "",
-    154 PulseDivisor "pulse divisor" Exponent &[(0, 13)], ReadWrite OnCommand(6) 3 "",
-    204 MaximumCurrent "maximum current" Current &[(0, 255)], ReadWrite OnCommand(7) 100 "",
-    210 StandbyCurrent "standby current" Current &[(0, 255)], ReadWrite OnCommand(8) 16 "",
-});
-
-static THREE_GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(parameter_rows! { GlobalParameter;
-    66 SerialAddress "serial address" Address &[(1, 255)], ReadWrite Automatic(3) 1 "",
-    76 SerialHostAddress "serial host address" Address &[(0, 255)], ReadWrite Automatic(4) 2 "",
-    81 CodeProtection "code protection" Bits &[(0, 3)], ReadWrite Automatic(2) 0 "",
-    84 CoordinateStorage "coordinate storage" Flag FLAG, ReadWrite Automatic(5) 0 "",
-});
-
-static THREE: Spec = Spec {
-    name: *b"3003",
-    number: 3003,
-    axes: 3,
-    inputs: 2,
-    lacks: &[Opcode::Stgp, Opcode::EnterAscii],
-    axis: &THREE_AXIS,
-    global: &THREE_GLOBAL,
-    commands: 6144,
-    slots: THREE_SLOTS,
-    ..TMCM_1140
-};
-
-const THREE_SLOTS: Slots = Slots { variables: 6, axes: 62, each: 30, coordinates: 10 };
-
-/// The product with three axes and an EEPROM of 64 KiB in pages of 128 bytes.
-#[derive(Debug)]
-struct Three;
-
-impl Product for Three {
-    const SPEC: &'static Spec = &THREE;
-}
-
-impl Memory for Three {
-    const SIZE: usize = 65_536;
-    const PAGE: usize = 128;
-    const LAYOUT: Layout = Layout {
-        tag: b"three",
-        defaults: const { &THREE_SLOTS.defaults::<152>(&THREE_AXIS, &THREE_GLOBAL) },
-        after_erasing: 2,
-    };
-    type Program = [u8; 43_008];
-    type Values = [i32; 180];
-    type Pairs = [Pair; 6];
-}
-
-/// A product with six axes and the parameters of the TMCM-1140.
-static SIX: Spec = Spec { name: *b"6006", number: 6006, axes: 6, inputs: 8, outputs: 8, ..TMCM_1140 };
-
-/// The product with six axes and an EEPROM of 32 KiB in pages of 64 bytes.
-#[derive(Debug)]
-struct Six;
-
-impl Product for Six {
-    const SPEC: &'static Spec = &SIX;
-}
-
-impl Memory for Six {
-    const SIZE: usize = 32_768;
-    const PAGE: usize = 64;
-    const LAYOUT: Layout = Layout {
-        tag: b"six",
-        defaults: const { &SIX.slots.defaults::<472>(&tmcm1140::AXIS, &tmcm1140::GLOBAL) },
-        after_erasing: 13,
-    };
-    type Program = [u8; 14_336];
-    type Values = [i32; 476];
-    type Pairs = [Pair; 34];
-}
-
-/// A product on a board with `N` motion controllers.
-struct On<P, const N: usize>(std::marker::PhantomData<P>);
-
-impl<P: Product + 'static, const N: usize> device::Board for On<P, N> {
-    type Product = P;
-    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
-    type Controllers = [Controller<Self::Hardware>; N];
-    type Enable = SimPin;
-    type Store = Box<Store<P>>;
-}
-
-impl<P: Product + 'static, const N: usize> Platform for On<P, N> {
-    type Hooks = ();
-}
-
 /// A module of a product, and its EEPROM, whose writes take no time.
-struct Rig<P: Product + 'static, const AXES: usize, const N: usize> {
+struct Rig<P: Simulated, const AXES: usize, const N: usize> {
     module: Module<On<P, N>, AXES>,
     eeprom: Vec<u8>,
 }
@@ -126,16 +24,10 @@ struct Rig<P: Product + 'static, const AXES: usize, const N: usize> {
 type OfThree = Rig<Three, 3, 1>;
 type OfSix = Rig<Six, 6, 2>;
 
-impl<P: Product + 'static, const AXES: usize, const N: usize> Rig<P, AXES, N> {
+impl<P: Simulated, const AXES: usize, const N: usize> Rig<P, AXES, N> {
     fn on(eeprom: Vec<u8>) -> Self {
-        let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
-        let parts = Parts {
-            controllers: [(); N].map(|()| Controller::new(Tmc429::new(board.spi(Chip::Tmc429(0), 1_000_000)))),
-            axes: Tmc429Tmc262::axes([(); AXES].map(|()| board.spi(Chip::Tmc262(0), 1_000_000))),
-            enable: board.enable_pin(),
-            store: Box::new(Store::new()),
-        };
-        let mut module = Module::new(parts, (), 1);
+        let board = SharedBoard::new(Board::of_kind(P::BOARD, &WorldConfig::default(), 1));
+        let mut module = Module::new(parts(&board), (), 1);
         module.start(Micros(0), |store| {
             let read = |address: u16, page: &mut [u8]| {
                 page.copy_from_slice(&eeprom[address.into()..][..page.len()]);
@@ -188,7 +80,7 @@ fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
 
 /// Changes and stores every value that can be stored, and asserts that each is the same after a power cycle, so that
 /// no two values share a slot.
-fn everything_survives<P: Product + 'static, const AXES: usize, const N: usize>() {
+fn everything_survives<P: Simulated, const AXES: usize, const N: usize>() {
     let mut rig = Rig::<P, AXES, N>::new();
     let spec = P::SPEC;
     let mut expected = Vec::new();

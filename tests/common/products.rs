@@ -1,0 +1,234 @@
+//! Products that exist in tests alone: one with three axes on one TMC429, and one with six axes on two. Their axes,
+//! parameters and EEPROMs are others than those of the TMCM-1140.
+
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use hal_sim::board::{AbnPins, BoardKind, Chip, Input, SharedBoard, SimPin, SimSpi};
+use hal_sim::chip::at25::{AT25256, AT25512};
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::device::{self, Controller, Parts};
+use tmcm::module::{Platform, Product, Slots, Spec, TMCM_1140};
+use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::param::tmcm1140;
+use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
+use tmcm::parameter_rows;
+use tmcm::store::{Layout, Memory, Pair, Store};
+use tmcm::tmcl::Opcode;
+
+/// SPI clock of the TMC429: 84 MHz / 64, as on the TMCM-1140.
+const TMC429_HZ: u32 = 1_312_500;
+/// SPI clock of the TMC262: 84 MHz / 32, as on the TMCM-1140.
+const TMC262_HZ: u32 = 2_625_000;
+
+/// Axis parameters of the product with three axes. Number 204, the freewheeling time of the TMCM-1140, is the maximum
+/// current here; number 210 is the standby current.
+pub static THREE_AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(parameter_rows! { AxisParameter;
+    0 TargetPosition "target position" Microsteps ANY, ReadWrite Volatile 0 "",
+    1 ActualPosition "actual position" Microsteps ANY, ReadWrite Volatile 0 "",
+    2 TargetSpeed "target speed" Internal &[(-2047, 2047)], ReadWrite Volatile 0 "",
+    3 ActualSpeed "actual speed" Internal &[(-2047, 2047)], Read Volatile 0 "",
+    4 MaximumSpeed "maximum speed" Internal &[(1, 2047)], ReadWrite OnCommand(0) 900 "",
+    5 MaximumAcceleration "maximum acceleration" Internal &[(1, 2047)], ReadWrite OnCommand(1) 700 "",
+    8 PositionReached "position reached flag" Flag FLAG, Read Volatile 0 "",
+    9 HomeSwitch "home switch state" Flag FLAG, Read Volatile 0 "",
+    10 RightSwitch "right limit switch state" Flag FLAG, Read Volatile 0 "",
+    11 LeftSwitch "left limit switch state" Flag FLAG, Read Volatile 0 "",
+    12 RightSwitchDisable "right limit switch disable" Flag FLAG, ReadWrite OnCommand(3) 1 "",
+    13 LeftSwitchDisable "left limit switch disable" Flag FLAG, ReadWrite OnCommand(4) 1 "",
+    130 MinimumSpeed "minimum speed" Internal &[(1, 2047)], ReadWrite OnCommand(2) 1 "",
+    138 RampMode "ramp mode" Choice &[(0, 2)], ReadWrite Volatile 0 "",
+    140 MicrostepResolution "microstep resolution" MicrostepExponent &[(0, 8)], ReadWrite OnCommand(9) 8 "",
+    149 SoftStop "soft stop flag" Flag FLAG, ReadWrite OnCommand(10) 0 "",
+    153 RampDivisor "ramp divisor" Exponent &[(0, 13)], ReadWrite OnCommand(5) 7 "",
+    154 PulseDivisor "pulse divisor" Exponent &[(0, 13)], ReadWrite OnCommand(6) 3 "",
+    162 ChopperBlankTime "chopper blank time" Choice &[(0, 3)], ReadWrite OnCommand(11) 2 "",
+    165 ChopperHysteresisEnd "chopper hysteresis end" Chip &[(0, 15)], ReadWrite OnCommand(12) 2 "",
+    166 ChopperHysteresisStart "chopper hysteresis start" Chip &[(0, 8)], ReadWrite OnCommand(13) 3 "",
+    167 ChopperOffTime "chopper off time" Chip &[(0, 15)], ReadWrite OnCommand(14) 5 "",
+    173 StallGuardFilter "stallGuard2 filter enable" Flag FLAG, ReadWrite OnCommand(15) 1 "",
+    174 StallGuardThreshold "stallGuard2 threshold" Chip &[(-64, 63)], ReadWrite OnCommand(16) 5 "",
+    181 StopOnStall "stop on stall" Internal &[(0, 2047)], ReadWrite OnCommand(17) 0 "",
+    193 ReferenceSearchMode "reference search mode" Choice &[(1, 8), (65, 68)], ReadWrite OnCommand(18) 1 "",
+    194 ReferenceSearchSpeed "reference search speed" Internal &[(0, 2047)], ReadWrite OnCommand(19) 500 "",
+    195 ReferenceSwitchSpeed "reference switch speed" Internal &[(0, 2047)], ReadWrite OnCommand(20) 100 "",
+    196 EndSwitchDistance "end switch distance" Microsteps ANY, Read Volatile 0 "",
+    197 LastReferencePosition "last reference position" Microsteps ANY, Read Volatile 0 "",
+    204 MaximumCurrent "maximum current" Current &[(0, 255)], ReadWrite OnCommand(7) 100 "",
+    206 ActualLoad "actual load value" Chip &[(0, 1023)], Read Volatile 0 "",
+    207 ExtendedErrorFlags "extended error flags" Bits &[(0, 3)], Read Volatile 0 "",
+    208 DriverErrorFlags "driver error flags" Bits &[(0, 255)], Read Volatile 0 "",
+    210 StandbyCurrent "standby current" Current &[(0, 255)], ReadWrite OnCommand(8) 16 "",
+    214 PowerDownDelay "power down delay" TenMilliseconds &[(1, 65535)], ReadWrite OnCommand(21) 200 "",
+    216 ExternalEncoderPosition "encoder position" Microsteps ANY, ReadWrite Volatile 0 "",
+    217 ExternalEncoderPrescaler "encoder prescaler" Prescaler &[(0, i32::MAX)], ReadWrite OnCommand(22) 512 "",
+    218 MaximumExternalEncoderDeviation "maximum encoder deviation" EncoderSteps &[(0, i32::MAX)], ReadWrite OnCommand(23) 0 "",
+});
+
+static THREE_GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(parameter_rows! { GlobalParameter;
+    66 SerialAddress "serial address" Address &[(1, 255)], ReadWrite Automatic(3) 1 "",
+    68 SerialHeartbeat "serial heartbeat" Milliseconds &[(0, 65535)], ReadWrite Automatic(6) 0 "",
+    76 SerialHostAddress "serial host address" Address &[(0, 255)], ReadWrite Automatic(4) 2 "",
+    81 CodeProtection "code protection" Bits &[(0, 3)], ReadWrite Automatic(2) 0 "",
+    84 CoordinateStorage "coordinate storage" Flag FLAG, ReadWrite Automatic(5) 0 "",
+    128 ApplicationStatus "application status" Choice &[(0, 3)], Read Volatile 0 "",
+    132 TickTimer "tick timer" Milliseconds &[(0, i32::MAX)], ReadWrite Volatile 0 "",
+});
+
+pub static THREE: Spec = Spec {
+    name: *b"3003",
+    number: 3003,
+    axes: 3,
+    inputs: 2,
+    lacks: &[Opcode::Stgp, Opcode::EnterAscii],
+    axis: &THREE_AXIS,
+    global: &THREE_GLOBAL,
+    commands: 6144,
+    slots: THREE_SLOTS,
+    ..TMCM_1140
+};
+
+const THREE_SLOTS: Slots = Slots { variables: 7, axes: 63, each: 44, coordinates: 24 };
+
+/// The board of the product with three axes. The home switches have pins that are no inputs of the product.
+static THREE_BOARD: BoardKind = BoardKind {
+    name: "board of three axes",
+    controllers: &[3],
+    inputs: &[Input::Free, Input::Free],
+    outputs: 2,
+    pull_ups: 1,
+    magnetic_encoders: false,
+    abn: AbnPins::Own,
+    eeprom: AT25512,
+};
+
+/// The product with three axes, ABN encoders and an EEPROM of 64 KiB in pages of 128 bytes.
+#[derive(Debug)]
+pub struct Three;
+
+impl Product for Three {
+    const SPEC: &'static Spec = &THREE;
+}
+
+impl Memory for Three {
+    const SIZE: usize = 65_536;
+    const PAGE: usize = 128;
+    const LAYOUT: Layout = Layout {
+        tag: b"three",
+        defaults: const { &THREE_SLOTS.defaults::<195>(&THREE_AXIS, &THREE_GLOBAL) },
+        after_erasing: 2,
+    };
+    type Program = [u8; 43_008];
+    type Values = [i32; 210];
+    type Pairs = [Pair; 7];
+}
+
+/// Global parameters of the product with six axes. Numbers 79 and 90 have a bit for each motion controller.
+static SIX_GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(parameter_rows! { GlobalParameter;
+    66 SerialAddress "serial address" Address &[(1, 255)], ReadWrite Automatic(3) 1 "",
+    68 SerialHeartbeat "serial heartbeat" Milliseconds &[(0, 65535)], ReadWrite Automatic(5) 0 "",
+    75 TelegramPause "telegram pause time" Milliseconds &[(0, 255)], ReadWrite Automatic(9) 0 "",
+    76 SerialHostAddress "serial host address" Address &[(0, 255)], ReadWrite Automatic(10) 2 "",
+    77 AutoStart "auto start mode" Flag FLAG, ReadWrite Automatic(11) 0 "",
+    79 EndSwitchPolarity "end switch polarity" Bits &[(0, 3)], ReadWrite Automatic(12) 0 "",
+    81 CodeProtection "code protection" Bits &[(0, 3)], ReadWrite Automatic(13) 0 "",
+    84 CoordinateStorage "coordinate storage" Flag FLAG, ReadWrite Automatic(16) 0 "",
+    85 DoNotRestoreVariables "do not restore user variables" Flag FLAG, ReadWrite Automatic(17) 0 "",
+    90 ReverseShaft "reverse shaft" Bits &[(0, 3)], ReadWrite Automatic(19) 0 "",
+    128 ApplicationStatus "application status" Choice &[(0, 3)], Read Volatile 0 "",
+    132 TickTimer "tick timer" Milliseconds &[(0, i32::MAX)], ReadWrite Volatile 0 "",
+});
+
+/// A product with six axes, the axis parameters of the TMCM-1140, and inputs and outputs as the TMCM-6110 has them.
+pub static SIX: Spec = Spec {
+    name: *b"6006",
+    number: 6006,
+    axes: 6,
+    inputs: 8,
+    outputs: 8,
+    analog: 0b1_0001,
+    pull_ups: 2,
+    global: &SIX_GLOBAL,
+    ..TMCM_1140
+};
+
+/// The board of the product with six axes. IN0 and IN4 are the analog inputs.
+static SIX_BOARD: BoardKind = BoardKind {
+    name: "board of six axes",
+    controllers: &[3, 3],
+    inputs: &[
+        Input::Analog,
+        Input::Free,
+        Input::Free,
+        Input::Free,
+        Input::Analog,
+        Input::Free,
+        Input::Free,
+        Input::Free,
+    ],
+    outputs: 8,
+    pull_ups: 2,
+    magnetic_encoders: false,
+    abn: AbnPins::None,
+    eeprom: AT25256,
+};
+
+/// The product with six axes and an EEPROM of 32 KiB in pages of 64 bytes.
+#[derive(Debug)]
+pub struct Six;
+
+impl Product for Six {
+    const SPEC: &'static Spec = &SIX;
+}
+
+impl Memory for Six {
+    const SIZE: usize = 32_768;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout {
+        tag: b"six",
+        defaults: const { &SIX.slots.defaults::<472>(&tmcm1140::AXIS, &SIX_GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 476];
+    type Pairs = [Pair; 34];
+}
+
+/// A product whose board is simulated.
+pub trait Simulated: Product + 'static {
+    /// What the board consists of.
+    const BOARD: &'static BoardKind;
+}
+
+impl Simulated for Three {
+    const BOARD: &'static BoardKind = &THREE_BOARD;
+}
+
+impl Simulated for Six {
+    const BOARD: &'static BoardKind = &SIX_BOARD;
+}
+
+/// A product on a simulated board with `N` motion controllers.
+pub struct On<P, const N: usize>(std::marker::PhantomData<P>);
+
+impl<P: Simulated, const N: usize> device::Board for On<P, N> {
+    type Product = P;
+    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
+    type Controllers = [Controller<Self::Hardware>; N];
+    type Enable = SimPin;
+    type Store = Box<Store<P>>;
+}
+
+impl<P: Simulated, const N: usize> Platform for On<P, N> {
+    type Hooks = ();
+}
+
+/// The parts of a device on a simulated board.
+pub fn parts<P: Simulated, const AXES: usize, const N: usize>(board: &SharedBoard) -> Parts<On<P, N>, AXES> {
+    let controller = |number| Controller::new(Tmc429::new(board.spi(Chip::Tmc429(number), TMC429_HZ)));
+    Parts {
+        controllers: std::array::from_fn(controller),
+        axes: Tmc429Tmc262::axes(std::array::from_fn(|axis| board.spi(Chip::Tmc262(axis), TMC262_HZ))),
+        enable: board.enable_pin(),
+        store: Box::new(Store::new()),
+    }
+}
