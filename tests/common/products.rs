@@ -151,7 +151,8 @@ pub static SIX: Spec = Spec {
     ..TMCM_1140
 };
 
-/// The board of the product with six axes. IN0 and IN4 are the analog inputs.
+/// The board of the product with six axes. IN0 and IN4 are the analog inputs; the home switches have pins that are no
+/// inputs of the product.
 static SIX_BOARD: BoardKind = BoardKind {
     name: "board of six axes",
     controllers: &[3, 3],
@@ -167,8 +168,8 @@ static SIX_BOARD: BoardKind = BoardKind {
     ],
     outputs: 8,
     pull_ups: 2,
-    magnetic_encoders: false,
-    abn: AbnPins::None,
+    magnetic_encoders: true,
+    abn: AbnPins::Own,
     eeprom: AT25256,
 };
 

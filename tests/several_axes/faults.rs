@@ -1,0 +1,136 @@
+//! Stall, deviation and the driver's alarms: what happens to one axis stops that axis alone.
+
+use crate::Bench;
+use hal_sim::clock::{MILLISECOND, SECOND};
+
+/// Lets all axes turn, and has each in turn met with something; asserts that this axis stops and the others turn on,
+/// that `flag` - an axis parameter and its bits - shows it for this axis alone, and that interrupt `first` + axis tells
+/// a program of it.
+fn each_is_met(bench: &mut Bench, speed: i32, met: &str, over: &str, flag: (u8, i32), first: Option<u8>) {
+    let interrupts: Vec<u8> = bench.axes().filter_map(|axis| Some(first? + axis)).collect();
+    bench.count_interrupts(&interrupts);
+    bench.each(&format!("ROR #, {speed}"));
+    bench.run(SECOND);
+    for axis in bench.axes() {
+        assert_eq!(bench.speeds(), vec![speed; usize::from(bench.spec.axes)]);
+        bench.control(&met.replace('#', &axis.to_string()));
+        bench.run(200 * MILLISECOND);
+        let mut expected = vec![speed; usize::from(bench.spec.axes)];
+        expected[usize::from(axis)] = 0;
+        assert_eq!((bench.speeds(), bench.all(3)), (expected.clone(), expected), "{met}, axis {axis}");
+        let (number, bits) = flag;
+        for other in bench.axes() {
+            let shown = bench.get(number, other) & bits;
+            assert_eq!(shown, if other == axis { bits } else { 0 }, "{met}, axis {axis}: flags of {other}");
+        }
+        for (other, interrupt) in interrupts.iter().enumerate() {
+            let times = i32::from(other <= usize::from(axis));
+            assert_eq!(bench.variable(*interrupt), times, "{met}, axis {axis}: interrupt {interrupt}");
+        }
+        bench.control(&over.replace('#', &axis.to_string()));
+        let (spec, position) = (bench.spec, bench.get(1, axis));
+        // The encoders agree again, those that the product has.
+        for encoder in [209, 216].into_iter().filter(|number| spec.axis.find(*number).is_some()) {
+            bench.ok(&format!("SAP {encoder}, {axis}, {position}"));
+        }
+        bench.ok(&format!("ROR {axis}, {speed}"));
+        bench.run(SECOND);
+    }
+}
+
+#[test]
+fn each_axis_stops_at_a_stall_of_its_own() {
+    for mut bench in Bench::bare() {
+        bench.each("SAP 174, #, 9");
+        bench.each("SAP 181, #, 500");
+        each_is_met(&mut bench, 1_000, "load 1 #", "load 0 #", (207, 1), Some(15));
+    }
+}
+
+/// The speed from which on a stall counts, and the threshold of the measurement, are those of an axis: with all motors
+/// stalled, those stop that have been told to.
+#[test]
+fn each_axis_has_its_own_stall_settings() {
+    for mut bench in Bench::bare() {
+        bench.each("SAP 174, #, 9");
+        bench.each("ROR #, 1000");
+        bench.run(SECOND);
+        let guarded = |axis: u8| axis % 2 == 1;
+        for axis in bench.axes() {
+            bench.ok(&format!("SAP 181, {axis}, {}", if guarded(axis) { 500 } else { 1_100 }));
+        }
+        for axis in bench.axes() {
+            bench.control(&format!("load 1 {axis}"));
+        }
+        bench.run(200 * MILLISECOND);
+        let expected: Vec<i32> = bench.axes().map(|axis| if guarded(axis) { 0 } else { 1_000 }).collect();
+        assert_eq!(bench.all(3), expected);
+    }
+}
+
+/// An ABN encoder on each axis. 8000 counts are a turn of 51 200 microsteps: 6.4 * 512 is the prescaler, but three bits of
+/// it are functions, so that an encoder counts 255 microsteps where there are 256.
+fn encoders() -> impl Iterator<Item = Bench> {
+    Bench::both(|_| "abn.lines = 2000".into()).map(|mut bench| {
+        bench.each("SAP 217, #, 3264");
+        bench
+    })
+}
+
+#[test]
+fn each_axis_stops_when_its_own_encoder_deviates() {
+    for mut bench in encoders() {
+        bench.each("SAP 218, #, 1500");
+        each_is_met(&mut bench, 300, "slip -8 #", "load 0 #", (207, 2), Some(21));
+    }
+    let mut six = Bench::six("");
+    six.each("SAP 212, #, 1000");
+    each_is_met(&mut six, 300, "slip -8 #", "load 0 #", (207, 2), Some(21));
+}
+
+#[test]
+fn each_encoder_counts_the_way_of_its_own_axis() {
+    for mut bench in encoders() {
+        let built_in = bench.spec.axis.find(209).is_some();
+        for axis in bench.axes() {
+            let target = 5_120 * (i32::from(axis) + 1) * if axis % 2 == 0 { 1 } else { -1 };
+            let before = bench.all(216);
+            bench.ok(&format!("MVP ABS, {axis}, {target}"));
+            bench.run(3 * SECOND);
+            for (other, (now, before)) in bench.all(216).into_iter().zip(before).enumerate() {
+                let way = if other == usize::from(axis) { target * 255 / 256 } else { 0 };
+                assert!((now - before - way).abs() <= 10, "axis {axis} moved, encoder {other}: {}", now - before);
+            }
+            // 1024 counts a turn are 50 microsteps a count.
+            assert!(!built_in || (bench.get(209, axis) - target).abs() <= 50, "axis {axis}");
+        }
+    }
+}
+
+#[test]
+fn a_short_and_an_over_temperature_stop_one_axis() {
+    for (fault, bit) in [("short-a", 8), ("short-b", 16), ("overtemperature", 2)] {
+        for mut bench in Bench::bare() {
+            let (on, off) = (format!("fault {fault} on #"), format!("fault {fault} off #"));
+            each_is_met(&mut bench, 500, &on, &off, (208, bit), None);
+        }
+    }
+}
+
+/// A stalled axis is sent on while the others turn; its error flag goes with its own next move only.
+#[test]
+fn an_error_flag_stays_until_its_own_axis_moves() {
+    for mut bench in Bench::bare() {
+        bench.each("SAP 174, #, 9");
+        bench.each("ROR #, 1000");
+        bench.run(SECOND);
+        bench.each("SAP 181, #, 500");
+        let last = bench.axes().end - 1;
+        for axis in [0, last] {
+            bench.control(&format!("load 1 {axis}"));
+        }
+        bench.run(200 * MILLISECOND);
+        bench.ok("ROR 0, 300");
+        assert_eq!((bench.get(207, 0), bench.get(207, last), bench.get(207, last)), (0, 1, 0));
+    }
+}
