@@ -1,16 +1,7 @@
 //! Virtual TMCL modules in virtual time: a host's code is tested against them without a module, a serial port, or waiting.
 //!
 //! ```
-//! use tmcm_sim::{NativeModule, SECOND, Source, VirtualModule, WorldConfig, binary, text};
-//!
-//! // A TMCM-1140 in a world with a motor that nothing hinders; EEPROM fresh, random numbers from seed 1.
-//! let mut module = NativeModule::new(&WorldConfig::default(), None, 1);
-//! let request = binary::encode_command(1, text::parse("MVP ABS, 0, 51200").unwrap());
-//! let reply = module.exchange(Source::Usb, request, SECOND).and_then(|sent| sent.telegram());
-//! assert_eq!(reply, Some([2, 1, 100, 4, 0, 0, 200, 0, 51]));
-//! // Two seconds of virtual time are over at once.
-//! module.run(2 * SECOND);
-//! assert_eq!(module.board().borrow().world().axis(0).motor().rotor(), 51_200);
+#![doc = include_str!("../examples/ten_lines.rs")]
 //! ```
 //!
 //! * [`native`] - a module that runs the firmware's core on the simulated board
