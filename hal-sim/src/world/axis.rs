@@ -1,4 +1,4 @@
-//! What one axis moves: its motor, the stage on it with its switches or encoder, and a recording of both.
+//! The surroundings of one axis: its motor, the stage on it with switches or an encoder, and a recording of the motion.
 
 use super::config::{self, AxisConfig};
 use super::motor::Motor;
@@ -36,39 +36,40 @@ impl Axis {
         &self.stage
     }
 
-    /// Presses or releases a switch by hand.
+    /// Presses or releases a switch by hand, whatever the stage does.
     pub fn press(&mut self, pin: Pin, pressed: bool) {
         self.stage.press(pin, pressed);
     }
 
-    /// Presses or releases a switch by hand so that its pin has this level.
+    /// Presses or releases a switch by hand so that its pin has this level, unless the stage presses it.
     pub fn set_level(&mut self, pin: Pin, high: bool) {
         self.stage.set_level(pin, high);
     }
 
-    /// Sets the load on the motor: 0.0 free, 1.0 stalls it at full current.
+    /// Sets the external load on the motor as a fraction of its torque at full current: 0.0 is none, 1.0 stalls the
+    /// motor.
     pub fn set_load(&mut self, load: f64) {
         self.motor.set_load(config::torque(load));
     }
 
-    /// Moves the rotor by full steps against the counter, see [`Motor::slip`].
+    /// Moves the rotor by full steps without the motor's steps, see [`Motor::slip`].
     pub fn slip(&mut self, full_steps: i64, now: Nanos) {
         self.motor.slip(full_steps);
         self.moved(now);
     }
 
-    /// Starts recording the rotor; see [`Trace::new`] for `interval`.
+    /// Starts a recording of the rotor. `interval` is as in [`Trace::new`], in nanoseconds.
     pub fn start_trace(&mut self, interval: Nanos, now: Nanos) {
         self.trace = Some(Trace::new(interval));
         self.moved(now);
     }
 
-    /// The recording so far.
+    /// The recording so far; `None` if none was started.
     pub fn trace(&self) -> Option<&Trace> {
         self.trace.as_ref()
     }
 
-    /// Ends the recording and hands it out.
+    /// Ends the recording and returns it.
     pub fn take_trace(&mut self) -> Option<Trace> {
         self.trace.take()
     }
@@ -77,14 +78,14 @@ impl Axis {
         &mut self.motor
     }
 
-    /// The driver has moved its field by a step.
+    /// Moves the motor after the driver has moved its field to `field` (1/256 full steps) by a step at `at`.
     #[inline]
     pub(crate) fn follow(&mut self, at: Nanos, field: i64) {
         self.motor.follow(at, field);
         self.moved(at);
     }
 
-    /// Time has passed without steps. Returns whether the rotor moved.
+    /// Moves the motor on to `now` after time without steps. Returns whether the rotor moved.
     #[inline]
     pub(crate) fn settle(&mut self, now: Nanos) -> bool {
         let moved = self.motor.settle(now);
@@ -109,7 +110,7 @@ impl Axis {
         self.stage.pins() & pin.bit() != 0
     }
 
-    /// Whether that level changes with the rotor.
+    /// Whether the level of this pin can change when the rotor moves.
     pub fn moves(&self, pin: Pin) -> bool {
         self.stage.moving_pins() & pin.bit() != 0
     }

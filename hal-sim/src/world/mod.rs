@@ -1,5 +1,5 @@
-//! What is around the module: motor, stage and switches of each axis, supply and temperature, and the levels of its
-//! outputs. Positions are in 1/256 full steps everywhere; a 200-step motor has 51 200 of them in a turn.
+//! The world around a module: motor, stage and switches of each axis, supply and temperature, and the levels of the
+//! module's outputs. Positions are in 1/256 full steps everywhere; a 200-step motor has 51 200 of them in a turn.
 
 mod axis;
 pub mod config;
@@ -15,12 +15,12 @@ use crate::board::{BoardKind, Input, MOST_ANALOG};
 use crate::clock::Nanos;
 use config::WorldConfig;
 
-/// Reading of a 12-bit converter at full scale.
+/// The reading of a 12-bit converter at full scale.
 pub const ANALOG_MAX: u16 = 4095;
-/// From this reading on the analog input counts as high when it is read as a digital one.
+/// The reading from which on an analog input counts as high when it is read as a digital one.
 const ANALOG_HIGH: u16 = 2048;
 
-/// The levels the module puts out: bit n is output or group n, true is on.
+/// The levels that the module puts out: bit n is output n or group n, true is on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
     /// The digital outputs, OUT0 and up.
@@ -45,16 +45,16 @@ pub struct World {
     axes: Vec<Axis>,
     supply: u16,
     temperature: i32,
-    /// Readings of the analog channels in their order, zero where the board has no more.
+    /// The readings of the analog channels in their order, zero where the board has no more channels.
     analog: [u16; MOST_ANALOG],
-    /// The inputs that nothing but a hand sets, by their numbers.
+    /// The levels of the inputs that are set by hand alone, by their numbers.
     free: u32,
     outputs: Outputs,
 }
 
 impl World {
-    /// The world that `config` describes around a board, at rest. The analog input that it tells of is the first one; others
-    /// read zero.
+    /// The world that `config` describes around a board, at rest. The analog reading in `config` is that of the first
+    /// analog channel; the others read zero.
     pub fn new(kind: &'static BoardKind, config: &WorldConfig) -> Self {
         let mut world = Self {
             kind,
@@ -71,17 +71,17 @@ impl World {
         world
     }
 
-    /// What surrounds each axis.
+    /// The surroundings of all axes.
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
 
-    /// What surrounds an axis. The board has to have it.
+    /// The surroundings of an axis, which the board has to have.
     pub fn axis(&self, axis: usize) -> &Axis {
         &self.axes[axis]
     }
 
-    /// What surrounds an axis, to be changed. The board has to have it.
+    /// The surroundings of an axis, to be changed. The board has to have this axis.
     pub fn axis_mut(&mut self, axis: usize) -> &mut Axis {
         &mut self.axes[axis]
     }
@@ -90,7 +90,7 @@ impl World {
         &mut self.axes
     }
 
-    /// Levels of the digital inputs: bit n is INn. An analog input is read as a digital one here.
+    /// The levels of the digital inputs: bit n is INn. An analog input is high from half of full scale on.
     pub fn inputs(&self) -> u32 {
         let mut analog = self.analog.iter();
         self.kind.inputs.iter().enumerate().fold(self.free, |levels, (number, input)| {
@@ -103,7 +103,7 @@ impl World {
         })
     }
 
-    /// Whether the level of digital input `number` changes with a rotor.
+    /// Whether the level of digital input `number` can change when a rotor moves.
     pub fn moves_input(&self, number: usize) -> bool {
         matches!(self.kind.inputs.get(number), Some(Input::Switch(axis, pin)) if self.axes[*axis].moves(*pin))
     }
@@ -129,13 +129,13 @@ impl World {
         self.analog
     }
 
-    /// What the module puts out.
+    /// The levels that the module puts out.
     pub fn outputs(&self) -> Outputs {
         self.outputs
     }
 
-    /// Sets digital input `number` to a level: presses or releases the switch that is connected to it, or brings the analog
-    /// channel to an end of its range.
+    /// Sets digital input `number` to a level: presses or releases the switch that is connected to it, or sets the
+    /// analog channel to an end of its range.
     pub fn set_input(&mut self, number: usize, high: bool) {
         match self.kind.inputs.get(number) {
             None => {}
@@ -147,8 +147,8 @@ impl World {
 
     /// Sets the reading of the analog channel of input `number`, 0..=4095 (higher ones are limited).
     pub fn set_analog(&mut self, number: usize, reading: u16) {
-        let place = self.kind.analog().position(|channel| channel == number);
-        if let Some(channel) = place.and_then(|place| self.analog.get_mut(place)) {
+        let index = self.kind.analog().position(|channel| channel == number);
+        if let Some(channel) = index.and_then(|index| self.analog.get_mut(index)) {
             *channel = reading.min(ANALOG_MAX);
         }
     }
@@ -167,7 +167,7 @@ impl World {
         self.outputs = outputs;
     }
 
-    /// Time has passed without steps. Returns whether a rotor moved.
+    /// Moves all motors on to `now` after time without steps. Returns whether a rotor moved.
     #[inline]
     pub(crate) fn settle(&mut self, now: Nanos) -> bool {
         let mut moved = false;

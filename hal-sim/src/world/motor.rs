@@ -1,28 +1,27 @@
-//! The motor: a rotor that follows the field of the coils, quasi-statically, as long as the torque lasts.
+//! The motor: a rotor that follows the field of the coils, without dynamics, as long as the torque lasts.
 //!
-//! Torques are fractions of what the motor has at full current ([`FULL_TORQUE`]). What the current gives is
-//! available; load, friction and, while the speed changes, inertia demand. While more is available than demanded
-//! the rotor is where the field is (the load angle is reported, but not taken off the position). Otherwise,
-//! or when it meets a hard end, the rotor stays where it is and the field runs away. It falls in again once
-//! the torque suffices and the field moves no faster than the pull-in speed, or stands: at the nearest position
-//! that looks the same to the rotor, a multiple of four full steps away. With the bridges off friction holds the
-//! rotor.
+//! Torques are in fractions of the torque at full current ([`FULL_TORQUE`]). The current makes a torque available;
+//! load, friction and, while the speed changes, inertia demand one. While more torque is available than demanded, the
+//! rotor is where the field is (the load angle is reported, but not subtracted from the position). Otherwise, or when
+//! the rotor meets a hard end, the rotor stays where it is and the field runs away. The rotor falls in again once the
+//! torque suffices and the field moves no faster than the pull-in speed, or stands: at the nearest position that looks
+//! the same to the rotor, a multiple of four full steps away. With the bridges off friction holds the rotor.
 
 use crate::chip::tmc262::{FULL_LOAD, LoadRatio};
 use crate::clock::{Nanos, SECOND};
 
-/// Units of position in a full step.
+/// Number of units of position in a full step.
 pub const FULL_STEP: i64 = 256;
-/// Units of position in an electrical period of four full steps; positions that far apart look the same to
+/// Number of units of position in an electrical period, of four full steps. Positions that far apart look the same to
 /// the rotor.
 pub const PERIOD: i64 = 4 * FULL_STEP;
-/// The torque at full current (and the load that stalls the motor there).
+/// The torque at full current, which is also the load that stalls the motor there.
 pub const FULL_TORQUE: u32 = 65_536;
 
-/// A field that takes longer than this for an electrical period counts as resting, as far as inertia goes.
+/// A field that takes longer than this for an electrical period counts as resting in the measurement of acceleration.
 const REST: Nanos = SECOND / 10;
 
-/// What kind of motor it is. The default has neither friction nor inertia and never loses a step by itself.
+/// The properties of a motor. The default has neither friction nor inertia and never loses a step by itself.
 #[derive(Clone, Debug)]
 pub struct MotorConfig {
     /// Torque that friction demands at any speed, in 1/65536 of the torque at full current.
@@ -31,9 +30,9 @@ pub struct MotorConfig {
     pub inertia: u32,
     /// Speed in full steps per second up to which a rotor that lost the field can fall in again; at least 1.
     pub pull_in: u32,
-    /// The lowest position the rotor can reach (mechanical hard end).
+    /// The lowest position that the rotor can reach, a mechanical hard end, in 1/256 full steps.
     pub lowest: i64,
-    /// The highest position the rotor can reach.
+    /// The highest position that the rotor can reach.
     pub highest: i64,
 }
 
@@ -43,12 +42,15 @@ impl Default for MotorConfig {
     }
 }
 
-/// Speed of the field, for the torque that acceleration takes.
+/// The measurement of the field's acceleration, for the torque that inertia demands.
 #[derive(Clone, Debug, Default)]
 struct Acceleration {
+    /// The time at which the present electrical period began.
     since: Nanos,
+    /// How far the field has moved since then.
     moved: i64,
-    /// Over the last electrical period: signed, in 1/1000 full step per second, and how long it took.
+    /// The mean speed over the last electrical period, with its sign, in 1/1000 full step per second, and the duration
+    /// of that period in nanoseconds.
     speed: Option<(i64, i64)>,
     demand: u32,
 }
@@ -61,15 +63,16 @@ pub struct Motor {
     field: i64,
     /// Rotor minus field while the rotor follows: a multiple of [`PERIOD`].
     offset: i64,
-    /// What the offset is as long as no step is lost.
+    /// The value that the offset has as long as no step is lost.
     origin: i64,
+    /// The rotor follows the field.
     following: bool,
-    /// A rotor that does not follow has not yet had its chance to fall in since the field last moved.
+    /// The rotor does not follow, and the field has not stood long enough since its last step for the rotor to fall in.
     unsettled: bool,
     available: u32,
     load: u32,
     demand: u32,
-    /// None while the field has not moved since the driver was reset.
+    /// The time of the last step; `None` if the field has not moved since the driver was reset.
     last_step: Option<Nanos>,
     acceleration: Acceleration,
 }
@@ -97,20 +100,20 @@ impl Motor {
         motor
     }
 
-    /// Absolute position of the rotor.
+    /// The absolute position of the rotor, in 1/256 full steps.
     #[inline]
     pub fn rotor(&self) -> i64 {
         self.rotor
     }
 
-    /// Absolute position the rotor would have if it had followed every step.
+    /// The absolute position that the rotor would have if it had followed every step, in 1/256 full steps.
     #[inline]
     pub fn field(&self) -> i64 {
         self.field + self.origin
     }
 
-    /// How many full steps the rotor is behind the field since the driver was powered, negative when it is
-    /// ahead. Before the bridges are switched on for the first time it can be up to two off the field.
+    /// How many full steps the rotor is behind the field since the driver was powered; negative if it is ahead. Before
+    /// the bridges are switched on for the first time the rotor can be up to two full steps off the field.
     pub fn lost_steps(&self) -> i64 {
         (self.field() - self.rotor) / FULL_STEP
     }
@@ -120,24 +123,24 @@ impl Motor {
         self.following && self.has_torque()
     }
 
-    /// Torque available from the present current, in 1/65536.
+    /// The torque that the present current makes available, in 1/65536 of the torque at full current.
     pub fn available(&self) -> u32 {
         self.available
     }
 
-    /// Torque demanded, in 1/65536.
+    /// The torque that load, friction and inertia demand, in 1/65536 of the torque at full current.
     pub fn demand(&self) -> u32 {
         self.demand
     }
 
-    /// How far the load turns the rotor back against the field, in 1/256 full steps: 0..=256, where 256
-    /// (90 degrees electrical) is the angle at which it stalls.
+    /// The angle by which the load turns the rotor back against the field, in 1/256 full steps: 0..=256, where 256 (90
+    /// degrees electrical) is the angle at which the rotor stalls.
     pub fn load_angle(&self) -> i64 {
         let ratio = f64::from(self.load_ratio()) / f64::from(FULL_LOAD);
         (ratio.asin() / core::f64::consts::FRAC_PI_2 * FULL_STEP as f64).round() as i64
     }
 
-    /// Demanded to available torque, [`FULL_LOAD`] at the stall and beyond.
+    /// The ratio of the demanded to the available torque; [`FULL_LOAD`] for a motor that stalls or does not follow.
     pub fn load_ratio(&self) -> LoadRatio {
         if !self.following || !self.has_torque() {
             return FULL_LOAD;
@@ -152,12 +155,12 @@ impl Motor {
         self.unsettled = !self.following;
     }
 
-    /// External load in 1/65536.
+    /// The external load in 1/65536 of the torque at full current.
     pub fn load(&self) -> u32 {
         self.load
     }
 
-    /// The driver's torque current in 1/32; 0 is bridges off.
+    /// Sets the current that makes torque, in 1/32 of the full current; 0 is bridges off.
     #[inline]
     pub fn set_current(&mut self, current: u32) {
         let available = current * (FULL_TORQUE / 32);
@@ -167,7 +170,7 @@ impl Motor {
         }
     }
 
-    /// The field has been moved by a step at `at` to `field`, on the driver's scale.
+    /// Moves the motor after a step at `at` has moved the field to `field`, on the driver's scale in 1/256 full steps.
     #[inline]
     pub fn follow(&mut self, at: Nanos, field: i64) {
         if self.unsettled {
@@ -192,14 +195,15 @@ impl Motor {
         }
     }
 
-    /// The field has been set to `field` at `at` other than by a step (coil currents given by SPI).
+    /// Moves the motor after the field was set to `field` at `at` other than by a step, for example by coil currents
+    /// given over SPI.
     pub fn turn_field(&mut self, at: Nanos, field: i64) {
         if field != self.field {
             self.follow(at, field);
         }
     }
 
-    /// Time has passed until `now` without further steps: lets a rotor that lost a standing field fall in.
+    /// Moves the motor on to `now` after time without steps: a rotor that has lost a standing field may fall in.
     /// Returns whether the rotor moved.
     #[inline]
     pub fn settle(&mut self, now: Nanos) -> bool {
@@ -211,7 +215,8 @@ impl Motor {
         before != self.rotor
     }
 
-    /// When a rotor that has lost the field falls in again if the field stands still until then.
+    /// The time at which a rotor that has lost the field falls in, if the field stands until then; `None` if it will
+    /// not fall in by itself.
     #[inline]
     pub fn next_event(&self) -> Option<Nanos> {
         if !self.unsettled || !self.has_torque() {
@@ -221,9 +226,9 @@ impl Motor {
         Some(self.last_step.map_or(0, |last| last + full_step))
     }
 
-    /// A blow moves the rotor by `full_steps` against field and counter. Multiples of four stay; with the
-    /// bridges on, others are drawn to the nearest multiple of four, two up to the next higher. Hard ends
-    /// limit it.
+    /// Moves the rotor by `full_steps` against the field, as a blow does. A multiple of four full steps lasts; with the
+    /// bridges on the rotor is drawn from any other position to the nearest multiple of four, from two full steps to
+    /// the next higher. Hard ends limit the way.
     pub fn slip(&mut self, full_steps: i64) {
         let target = self.rotor.saturating_add(full_steps.saturating_mul(FULL_STEP));
         self.rotor = target.clamp(self.config.lowest, self.config.highest);
@@ -235,8 +240,8 @@ impl Motor {
         }
     }
 
-    /// The driver was reset and its field now stands at `field`: the count of lost steps begins anew and
-    /// the rotor is drawn to the nearest position that fits when the bridges are switched on.
+    /// Notes that the driver was reset and its field now stands at `field`. The count of lost steps begins anew, and
+    /// when the bridges are switched on the rotor is drawn to the nearest position that looks like the field's.
     pub fn restart(&mut self, field: i64) {
         self.field = field;
         self.last_step = None;
@@ -267,7 +272,7 @@ impl Motor {
         self.weigh();
     }
 
-    /// A step of `delta` comes to a rotor that does not follow.
+    /// Lets a rotor that does not follow fall in, if the step of `delta` at `at` is slow enough.
     #[cold]
     fn try_to_fall_in(&mut self, at: Nanos, delta: i64) {
         self.unsettled = true;
@@ -280,7 +285,7 @@ impl Motor {
         }
     }
 
-    /// The offset that puts the rotor at the nearest position which looks like the field's.
+    /// The offset that puts the rotor at the nearest position that looks like the field's.
     fn nearest_offset(&self) -> i64 {
         let apart = self.rotor - self.field;
         (apart + PERIOD / 2).div_euclid(PERIOD) * PERIOD
@@ -292,7 +297,8 @@ impl Motor {
         self.unsettled = false;
     }
 
-    /// Falls in, or stays pressed against a hard end if that is nearest.
+    /// Lets the rotor fall in at a standing field, or leaves it pressed against a hard end if the nearest position is
+    /// beyond.
     fn fall_in_at_rest(&mut self) {
         self.fall_in();
         let rotor = self.field + self.offset;
@@ -304,9 +310,9 @@ impl Motor {
         }
     }
 
-    /// Measures the speed over electrical periods, and the acceleration from one to the next: the change of
-    /// the mean speeds over the time between the middles of the two. The first period after a
-    /// rest only gives a speed to start from.
+    /// Measures the speed of the field over electrical periods, and its acceleration from one period to the next: the
+    /// change of the mean speeds over the time between the middles of the two periods. The first period after a rest
+    /// only gives a speed to start from.
     #[cold]
     fn accelerate(&mut self, at: Nanos, delta: i64) {
         let measured = &mut self.acceleration;
@@ -340,7 +346,7 @@ mod tests {
     use super::*;
     use crate::clock::{MICROSECOND, MILLISECOND};
 
-    /// A motor at full current that has caught the field.
+    /// A motor at full current whose rotor has fallen in.
     fn energised(config: MotorConfig) -> Motor {
         let mut motor = Motor::new(config, 0);
         motor.set_current(32);
@@ -349,7 +355,7 @@ mod tests {
         motor
     }
 
-    /// Moves the field to `to` in steps of `size` every `interval`, returns the time.
+    /// Moves the field by `steps` steps of `size` units, one each `interval`, and returns the time of the last step.
     fn run(motor: &mut Motor, from: Nanos, interval: Nanos, size: i64, steps: i64) -> Nanos {
         let start = motor.field;
         let mut now = from;
@@ -385,16 +391,16 @@ mod tests {
     fn a_stalled_rotor_falls_in_four_full_steps_apart_and_only_when_the_field_is_slow() {
         let mut motor = energised(MotorConfig::default());
         motor.set_load(FULL_TORQUE);
-        // 1/256 full step in 10 us is 390 full steps/s, above the pull-in speed of 200.
+        // A step of 1/256 full step in 10 us is 390 full steps/s, above the pull-in speed of 200.
         let now = run(&mut motor, SECOND, 10 * MICROSECOND, 1, 10_000);
         motor.set_load(0);
         let now = run(&mut motor, now, 10 * MICROSECOND, 1, 40);
         assert_eq!(motor.rotor(), 0);
-        // 256 units at 200 full steps/s: 5 ms after the last step it falls in by itself.
+        // 256 units at 200 full steps/s take 5 ms: so long after the last step the rotor falls in by itself.
         assert_eq!(motor.next_event(), Some(now + 5 * MILLISECOND));
         assert!(!motor.settle(now + 5 * MILLISECOND - 1));
         assert!(motor.settle(now + 5 * MILLISECOND));
-        // The field is at 10 040, the nearest equal position to 0 is 10 040 - 10 x 1024 = -200.
+        // The field is at 10 040; the nearest position to 0 that looks the same is 10 040 - 10 x 1024 = -200.
         assert_eq!((motor.rotor(), motor.lost_steps()), (-200, 40));
         assert_eq!(motor.next_event(), None);
     }
@@ -405,7 +411,7 @@ mod tests {
         motor.set_current(0);
         let now = run(&mut motor, SECOND, 10 * MICROSECOND, 1, 1_000);
         motor.set_current(32);
-        // Nobody looked for 10 ms; the next step is a whole full step.
+        // The motor was not brought up to date for 10 ms; the next step is a whole full step.
         motor.follow(now + 10 * MILLISECOND, 1_256);
         assert_eq!((motor.rotor(), motor.lost_steps()), (232, 4));
     }
@@ -416,7 +422,7 @@ mod tests {
         motor.set_current(0);
         let now = run(&mut motor, SECOND, 10 * MICROSECOND, 1, 1_024);
         motor.set_current(32);
-        // 1/256 full step in 20 us is 195 full steps/s.
+        // A step of 1/256 full step in 20 us is 195 full steps/s.
         run(&mut motor, now, 20 * MICROSECOND, 1, 10);
         assert_eq!((motor.rotor(), motor.lost_steps()), (10, 4));
     }
@@ -457,7 +463,8 @@ mod tests {
         // Turning back before the field is half a period ahead loses nothing.
         let now = run(&mut motor, now, 100 * MICROSECOND, -1, 500);
         assert_eq!((motor.rotor(), motor.lost_steps()), (900, 0));
-        // Half a period ahead of the rotor (1000 + 513) the next equal position back is 489.
+        // With the field half a period ahead of the rotor (1000 + 513) the next position back that looks the same is
+        // 489.
         run(&mut motor, now, 100 * MICROSECOND, 1, 613);
         assert_eq!((motor.rotor(), motor.lost_steps()), (489, 4));
     }
@@ -479,7 +486,7 @@ mod tests {
         let config = MotorConfig { inertia: FULL_TORQUE / 100, ..MotorConfig::default() };
         let ramp = |acceleration: f64| {
             let mut motor = energised(config.clone());
-            // Whole full steps at the times t = sqrt(2 s / a).
+            // The times of whole full steps are t = sqrt(2 s / a).
             for step in 1..=200_i64 {
                 let seconds = (2.0 * step as f64 / acceleration).sqrt();
                 motor.follow(SECOND + (seconds * 1e9) as Nanos, step * FULL_STEP);
@@ -498,13 +505,14 @@ mod tests {
         let mut motor = Motor::new(config, 0);
         motor.set_current(32);
         motor.settle(0);
-        // 500 full steps/s for two electrical periods, then twice as many: within 6 ms, which takes 41 times the torque.
+        // 500 full steps/s for two electrical periods, and then 4000: the change demands far more than the torque of
+        // the motor.
         let now = run(&mut motor, 0, 2 * MILLISECOND, FULL_STEP, 8);
         let now = run(&mut motor, now, MILLISECOND / 4, FULL_STEP, 40);
         assert!(!motor.is_following());
         assert_eq!(motor.demand(), 0, "one that is left behind is not accelerated");
         assert!(motor.lost_steps() >= 20, "{}", motor.lost_steps());
-        // All that is over in less than the 100 ms after which a field would count as resting.
+        // All of this takes less than the 100 ms after which a field counts as resting.
         let now = run(&mut motor, now, MILLISECOND / 8, FULL_STEP / 16, 16);
         assert!(motor.is_following());
         let mut now = now;

@@ -15,7 +15,7 @@ pub enum Pin {
 }
 
 impl Pin {
-    /// Its bit in a set of pins.
+    /// The bit of this pin in a set of pins.
     pub(super) const fn bit(self) -> u8 {
         match self {
             Self::Left => 1,

@@ -1,33 +1,35 @@
-//! What the motor drives: a stage with end and home switches on three input pins, and an encoder with A, B and N tracks.
-//! Some boards have the three pins for either, then the encoder takes the place of the switches.
+//! The stage that a motor drives, with stop and home switches on three input pins, and an encoder with A, B and N
+//! tracks. On some boards the three pins serve either; then the encoder takes the place of the switches.
 //!
-//! Electrically every pin is driven by a push-pull sensor: low when the switch is open or not
-//! there, high when it is pressed. (With the polarity parameter at 0 the TMC429 takes a high pin as an active
-//! switch.) A normally closed switch is the other way round: high unless it is pressed. Pressing by hand is
-//! OR-ed with what the stage does. The module's pull-ups change nothing.
-//! What counts is where the rotor comes to stand: a blow that carries it across a switch leaves the switch as it is.
+//! Each pin is driven by a push-pull sensor: low while its switch is open or does not exist, high while it is pressed.
+//! (With the polarity parameter at 0 the TMC429 takes a high pin for an active switch.) The pin of a normally closed
+//! switch is high unless the switch is pressed. A switch is pressed while the stage or a hand presses it. The module's
+//! pull-up resistors change nothing.
+//!
+//! The switches see only the positions at which the rotor comes to stand after each step: a blow that carries the rotor
+//! across a switch leaves that switch as it is.
 
 use super::config::{AbnConfig, StageConfig};
 use super::pin::Pin;
 use super::switch::{Cam, Window};
 
-/// An ABN encoder's counter: what a quadrature decoder makes of its tracks.
+/// The counter of an ABN encoder: what a quadrature decoder makes of its tracks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Abn {
     /// Quadrature counts since the start of the world, four per line.
     pub count: i64,
-    /// When the null track became high.
+    /// The edges at which the null track N became high.
     pub null_high: Edges,
-    /// When it became low.
+    /// The edges at which the null track N became low.
     pub null_low: Edges,
 }
 
-/// Edges of the null track, one way.
+/// The edges of the null track in one direction of its level.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Edges {
-    /// How many there have been.
+    /// The number of these edges since the start of the world.
     pub times: u64,
-    /// The count right after the last one.
+    /// The count right after the last of them.
     pub count: i64,
 }
 
@@ -42,20 +44,23 @@ impl Edges {
 pub struct Stage {
     cams: Vec<(Pin, Cam)>,
     abn_config: Option<AbnConfig>,
-    /// The encoder's tracks are connected to the pins of the switches.
+    /// The encoder's tracks are connected to the pins of the switches, and the stage has no switches.
     tracks_at_switches: bool,
     units_per_turn: i64,
+    /// The positions around the rotor at which no pin changes.
     window: Window,
+    /// The switches that the stage presses, or the levels of the encoder's tracks, as bits of pins.
     sensed: u8,
+    /// The switches that are pressed by hand, as bits of pins.
     by_hand: u8,
-    /// The pins of normally closed switches.
+    /// The normally closed switches, as bits of pins.
     inverted: u8,
     abn: Abn,
 }
 
 impl Stage {
-    /// A stage on a motor with `units_per_turn` units in a turn, whose rotor is at `rotor`. With `tracks_at_switches` an
-    /// ABN encoder takes the place of the switches.
+    /// A stage on a motor with `units_per_turn` units in a turn and its rotor at position `rotor`. With
+    /// `tracks_at_switches` an ABN encoder takes the place of the switches.
     pub fn new(
         config: &StageConfig,
         abn_config: Option<AbnConfig>,
@@ -82,7 +87,7 @@ impl Stage {
         stage
     }
 
-    /// The rotor is at `rotor` now. Cheap as long as no pin changes.
+    /// Moves the stage to the rotor's position. This takes little time as long as no pin changes.
     #[inline]
     pub fn move_to(&mut self, rotor: i64) {
         if !self.window.contains(rotor) {
@@ -90,13 +95,13 @@ impl Stage {
         }
     }
 
-    /// Levels of the pins: bit 0 left, bit 1 right, bit 2 home.
+    /// The levels of the pins: bit 0 left, bit 1 right, bit 2 home.
     #[inline]
     pub fn pins(&self) -> u8 {
         (self.sensed | self.by_hand) ^ self.inverted
     }
 
-    /// The pins that change with the rotor, in the order of [`pins`](Self::pins).
+    /// The pins whose levels can change when the rotor moves, as bits in the order of [`pins`](Self::pins).
     pub fn moving_pins(&self) -> u8 {
         if self.tracks_at_switches { 0b111 } else { self.cams.iter().fold(0, |pins, (pin, _)| pins | pin.bit()) }
     }
@@ -115,7 +120,7 @@ impl Stage {
         self.press(pin, high != (self.inverted & pin.bit() != 0));
     }
 
-    /// The ABN encoder's counter; all zero without one.
+    /// The counter of the ABN encoder; all zero without an encoder.
     pub fn abn(&self) -> Abn {
         self.abn
     }
@@ -138,7 +143,8 @@ impl Stage {
         }
     }
 
-    /// The pins of the switches that are closed, and where that stays so.
+    /// The switches that are closed at a position, as bits of pins, and the positions around it where the same are
+    /// closed.
     fn sense_switches(&self, rotor: i64) -> (u8, Window) {
         let mut window = Window::ALL;
         let mut sensed = 0;
@@ -152,11 +158,12 @@ impl Stage {
         (sensed, window)
     }
 
-    /// The encoder's tracks on the pins of the switches, and where they stay so.
+    /// Counts the encoder to a position. Returns the levels of its tracks, as bits of the pins of the switches, and the
+    /// positions around it where they are the same.
     fn sense_tracks(&mut self, abn: &AbnConfig, rotor: i64) -> (u8, Window) {
         let per_turn = abn.counts_per_turn();
         let (before, count) = (self.abn.count, self.count(abn, rotor));
-        // N is active for the one count of a turn that begins at the index.
+        // N is high for one count in each turn, that which begins at the index.
         let (from, to) = (before.div_euclid(per_turn), count.div_euclid(per_turn));
         if to > from {
             self.abn.null_high.add(to.abs_diff(from), to * per_turn);
@@ -178,7 +185,7 @@ impl Stage {
             _ => (0, Pin::Right.bit()),
         };
         let n = if count.rem_euclid(per_turn) == 0 { Pin::Home.bit() } else { 0 };
-        // The first position of a count: rounded up.
+        // The first position at which the encoder has this count, rounded up.
         let begin = |count: i64| {
             let units = -i128::from(count) * i128::from(self.units_per_turn);
             -units.div_euclid(i128::from(per_turn)) as i64 + abn.index
@@ -249,8 +256,8 @@ mod tests {
         }
     }
 
-    /// A rotary stage of 3000 units with switches that overlap, over three circles, looked at as the steps
-    /// come: each switch is closed where its remainder says.
+    /// On a rotary stage of 3000 units, with switches that overlap, each switch is closed where the remainder of the
+    /// position says, over three circles and step by step.
     #[test]
     fn a_rotary_stage_repeats_its_switches() {
         let config = StageConfig {

@@ -1,9 +1,10 @@
-//! Where a switch of the stage is closed.
+//! The cams of a stage, which say at which positions a switch is closed. Positions are in 1/256 full steps.
 
 use super::config::StageConfig;
 use super::pin::Pin;
 
-/// Which positions share the levels of the present one, so that most steps need no evaluation.
+/// The positions around the present one at which all levels are the same, so that most steps need no evaluation; both
+/// ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Window {
     pub(super) lowest: i64,
@@ -19,19 +20,21 @@ impl Window {
         at >= self.lowest && at <= self.highest
     }
 
-    /// The positions in both.
+    /// The positions that are in both windows.
     pub(super) fn and(self, other: Self) -> Self {
         Self { lowest: self.lowest.max(other.lowest), highest: self.highest.min(other.highest) }
     }
 }
 
-/// A cam: it closes its switch from the first position to the last, both included; on a rotary stage once a
+/// A cam: it closes its switch from the first position to the last, both included; on a rotary stage once in each
 /// circle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cam {
     first: i64,
     last: i64,
+    /// Length of the circle on a rotary stage.
     circle: Option<i64>,
+    /// How far beyond the ends of the cam the switch opens again.
     hysteresis: i64,
 }
 
@@ -51,14 +54,14 @@ impl Cam {
         [left, right, home].into_iter().flatten().collect()
     }
 
-    /// Whether the switch is closed at `at`, when before it was as `closed` says, and the positions around it
-    /// where that stays so.
+    /// Whether the switch is closed at position `at`, if it was `closed` before, and the positions around `at` for
+    /// which the answer is the same.
     pub(super) fn sense(&self, at: i64, closed: bool) -> (bool, Window) {
         let Some(circle) = self.circle.filter(|circle| *circle > 0) else {
             return self.sense_one(at, closed);
         };
-        // The last cam that does not begin behind `at`, and the one after it: that one's hysteresis may reach
-        // down to here.
+        // `here` is the last cam that begins at or below `at`. The next one begins above `at`, but its hysteresis may
+        // reach down to `at`.
         let here = self.shifted((at - self.first).div_euclid(circle) * circle);
         let next = here.shifted(circle);
         match (here.sense_one(at, closed), next.sense_one(at, closed)) {
@@ -71,7 +74,7 @@ impl Cam {
         Self { first: self.first + by, last: self.last + by, ..self }
     }
 
-    /// As [`Cam::sense`], as if there were no others in the circle.
+    /// As [`Cam::sense`], for this cam alone, without those of other circles.
     fn sense_one(&self, at: i64, closed: bool) -> (bool, Window) {
         let closes = Window { lowest: self.first, highest: self.last };
         let opens = Window {
@@ -92,14 +95,15 @@ impl Cam {
 mod tests {
     use super::*;
 
-    /// The positions where the level changes, on the way up and back down.
+    /// The positions at which the level changes, on the way from the lower end to the upper and back, and the new
+    /// levels.
     fn edges(cam: Cam, from: i64, to: i64) -> Vec<(i64, bool)> {
         let mut closed = cam.sense(from, false).0;
         let mut edges = Vec::new();
         for at in (from..=to).chain((from..=to).rev()) {
             let (now, window) = cam.sense(at, closed);
             assert!(window.contains(at), "at {at}");
-            // What the window promises is what a look at each position would show.
+            // At both ends of the window the level is what the window promises.
             assert_eq!(cam.sense(window.lowest.max(from), now).0, now, "at {at}");
             assert_eq!(cam.sense(window.highest.min(to), now).0, now, "at {at}");
             if now != closed {

@@ -1,30 +1,32 @@
-//! A recorder of what the rotor really did, for tests and plots to measure.
+//! A recording of the real motion of a rotor, which tests and plots measure. Times are in nanoseconds of virtual time.
 
 use super::motor::FULL_STEP;
 use crate::clock::{Nanos, SECOND};
 
-/// Rotor and field at one time.
+/// The positions of rotor and field at one time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sample {
     /// Virtual time.
     pub at: Nanos,
     /// Position of the rotor in 1/256 full steps.
     pub rotor: i64,
-    /// Position the rotor would have without lost steps, in 1/256 full steps.
+    /// Position that the rotor would have without lost steps, in 1/256 full steps.
     pub field: i64,
 }
 
-/// The recording: a sample for each step, or one per interval.
+/// A recording: a sample for each step, or at most one in each interval.
 #[derive(Clone, Debug)]
 pub struct Trace {
+    /// The shortest time between two samples; 0 keeps a sample of each step.
     interval: Nanos,
     samples: Vec<Sample>,
+    /// The lowest and the highest position of the rotor so far.
     range: Option<(i64, i64)>,
 }
 
 impl Trace {
-    /// An empty recording. With an `interval` of zero every step is kept, otherwise no more than one step
-    /// per interval; the range covers all steps in either case.
+    /// An empty recording. With an `interval` of zero each step is a sample; otherwise at most one step per interval
+    /// is. The range covers all steps in either case.
     pub fn new(interval: Nanos) -> Self {
         Self { interval, samples: Vec::new(), range: None }
     }
@@ -34,19 +36,19 @@ impl Trace {
         &self.samples
     }
 
-    /// The lowest and the highest position the rotor has had.
+    /// The lowest and the highest position that the rotor has had; `None` before the first step.
     pub fn range(&self) -> Option<(i64, i64)> {
         self.range
     }
 
-    /// Position of the rotor at `at`: that of the last sample not after it.
+    /// The position of the rotor at a time: that of the last sample not after it.
     pub fn rotor_at(&self, at: Nanos) -> Option<i64> {
         let after = self.samples.partition_point(|sample| sample.at <= at);
         let sample = self.samples.get(after.checked_sub(1)?)?;
         Some(sample.rotor)
     }
 
-    /// Mean speed of the rotor between two times in full steps per second, signed.
+    /// The mean speed of the rotor between two times, in full steps per second; negative speeds go down.
     pub fn speed(&self, from: Nanos, to: Nanos) -> Option<f64> {
         let moved = self.rotor_at(to)? - self.rotor_at(from)?;
         let took = to.checked_sub(from).filter(|&took| took > 0)?;
@@ -64,8 +66,8 @@ impl Trace {
             .fold(0.0, |top, speed| speed.abs().max(top))
     }
 
-    /// When the mean speed over a `window` that begins with a sample first reaches `speed` full steps per second, without
-    /// regard to direction: the end of that window.
+    /// The time at which a mean speed first reaches `speed` (full steps per second, in either direction): the end of
+    /// the first `window` of time, beginning with a sample, over which the mean speed is that high.
     pub fn reaches_speed(&self, speed: f64, window: Nanos) -> Option<Nanos> {
         let last = self.samples.last()?.at;
         self.samples
@@ -76,7 +78,7 @@ impl Trace {
             .map(|(_, to)| to)
     }
 
-    /// How far the rotor went beyond `target` on a way that began at `start`, in 1/256 full steps.
+    /// How far the rotor went beyond `target` on a way that began at position `start`; all in 1/256 full steps.
     pub fn overshoot(&self, start: i64, target: i64) -> i64 {
         let Some((lowest, highest)) = self.range else {
             return 0;
@@ -100,7 +102,7 @@ mod tests {
     use super::*;
     use crate::clock::MILLISECOND;
 
-    /// 1000 full steps/s for a second, after half a second of half that.
+    /// Half a second at 500 full steps per second, and then a second at 1000.
     fn recorded(interval: Nanos) -> Trace {
         let mut trace = Trace::new(interval);
         let mut rotor = 0;
@@ -123,7 +125,7 @@ mod tests {
         assert_eq!(trace.speed(500 * MILLISECOND, SECOND), Some(1000.0));
         assert_eq!(trace.speed(5, 5), None);
         assert_eq!(trace.top_speed(20 * MILLISECOND), 1000.0);
-        // A window of 20 ms is all at the higher speed when it ends at 520 ms.
+        // A window of 20 ms that ends at 520 ms is the first to lie wholly at the higher speed.
         assert_eq!(trace.reaches_speed(1000.0, 20 * MILLISECOND), Some(520 * MILLISECOND));
         assert_eq!(trace.reaches_speed(1001.0, 20 * MILLISECOND), None);
     }

@@ -1,4 +1,5 @@
-//! The tables of a world file that concern an axis: what they hold and what they may say.
+//! The tables of a world file that concern an axis: their entries and the ranges of these. Positions are in 1/256 full
+//! steps.
 
 use super::{torque, within};
 use crate::board::{AbnPins, BoardKind};
@@ -6,30 +7,30 @@ use crate::world::motor::{FULL_STEP, MotorConfig};
 use crate::world::pin::Pin;
 use serde::Deserialize;
 
-/// Positions beyond this make no sense (and are kept away from overflow).
+/// The largest position that a world file may have, so that no sum overflows.
 const FARTHEST: i64 = 1 << 40;
 
-/// What is around an axis. The default is a bare 200-step motor with nothing connected to the inputs.
+/// The surroundings of an axis. The default is a bare 200-step motor with nothing connected to the inputs.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AxisConfig {
     /// The motor.
     pub motor: MotorTable,
-    /// What it drives.
+    /// The stage that the motor drives.
     pub stage: StageConfig,
-    /// An ABN encoder; on some boards it takes the place of the switches.
+    /// The ABN encoder, if there is one; on some boards it takes the place of the switches.
     pub abn: Option<AbnConfig>,
     /// The built-in magnetic encoder, where the board has one.
     pub encoder: EncoderTable,
 }
 
 impl AxisConfig {
-    /// Units of position (1/256 full step) in a turn.
+    /// Number of units of position (1/256 full step) in a turn.
     pub fn units_per_turn(&self) -> i64 {
         i64::from(self.motor.steps_per_turn.max(1)) * FULL_STEP
     }
 
-    /// What the motor needs to know.
+    /// The properties of the motor, with the hard ends of its stage.
     pub fn motor(&self) -> MotorConfig {
         MotorConfig {
             friction: torque(self.motor.friction),
@@ -82,15 +83,15 @@ impl AxisConfig {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MotorTable {
-    /// A name for people to read.
+    /// The name of the motor, only for readers.
     pub name: String,
     /// Full steps in a turn, 4..=10000; 200 by default.
     pub steps_per_turn: u32,
-    /// Rotor position at the start in 1/256 full steps, 0 by default.
+    /// Position of the rotor at the start, in 1/256 full steps, 0 by default.
     pub start: i64,
-    /// Load from outside as a fraction of the torque at full current, 0.0..=1.0, 0 by default.
+    /// External load as a fraction of the torque at full current, 0.0..=1.0, 0 by default.
     pub load: f64,
-    /// Friction, likewise, 0 by default.
+    /// Friction as a fraction of the torque at full current, 0.0..=1.0, 0 by default.
     pub friction: f64,
     /// Fraction of the torque at full current that an acceleration of 1000 full steps/s^2 takes,
     /// 0.0..=1.0, 0 by default.
@@ -117,34 +118,34 @@ impl Default for MotorTable {
     }
 }
 
-/// Table `[stage]`: positions in 1/256 full steps on the rotor's scale; what is left out is not there.
+/// Table `[stage]`: positions in 1/256 full steps on the rotor's scale. A switch or end that is left out does not
+/// exist.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct StageConfig {
-    /// The left stop switch closes at this position on the way down; without a width it is closed from there
-    /// on downwards.
+    /// The position at which the left stop switch closes on the way down; without a width it is closed everywhere
+    /// below.
     pub left: Option<i64>,
-    /// How many positions keep the left switch closed, 1 or more: from `left - left_width + 1` to `left`, both
+    /// Number of positions that keep the left switch closed, 1 or more: from `left - left_width + 1` to `left`, both
     /// included.
     pub left_width: Option<i64>,
-    /// The right stop switch closes at this position on the way up; without a width it is closed from there on
-    /// upwards.
+    /// The position at which the right stop switch closes on the way up; without a width it is closed everywhere above.
     pub right: Option<i64>,
-    /// How many positions keep the right switch closed, 1 or more: from `right` to `right + right_width - 1`,
+    /// Number of positions that keep the right switch closed, 1 or more: from `right` to `right + right_width - 1`,
     /// both included.
     pub right_width: Option<i64>,
     /// The home switch is closed from the first to the second position, both included.
     pub home: Option<[i64; 2]>,
-    /// Switches that are normally closed: their pins are low where others' are high, and the other way round.
+    /// The switches that are normally closed: their pins are low while they are pressed, and high otherwise.
     pub normally_closed: Vec<Pin>,
-    /// How much further than where it closes a switch opens again, on both sides; 0 by default.
+    /// How far beyond the position at which a switch closes it opens again, on both sides; 0 by default.
     pub hysteresis: i64,
-    /// A rotary stage: the switches come again after so many units, in both directions. Every switch needs a
-    /// width then and there are no hard ends.
+    /// Length of the circle of a rotary stage: each switch repeats after so many units, in both directions. Then every
+    /// switch needs a width, and there are no hard ends.
     pub circle: Option<i64>,
-    /// The lowest position the stage can reach; it is blocked there.
+    /// The lowest position that the stage can reach, at which it is blocked.
     pub hard_left: Option<i64>,
-    /// The highest position the stage can reach.
+    /// The highest position that the stage can reach, at which it is blocked.
     pub hard_right: Option<i64>,
 }
 
@@ -212,9 +213,9 @@ impl StageConfig {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AbnConfig {
-    /// Lines per turn, 1..=100000, which have to be given; it counts four times as many.
+    /// Number of lines per turn, 1..=100000, which must be given. The encoder counts four times as many.
     pub lines: u32,
-    /// Rotor position in 1/256 full steps where the null track is active, once a turn.
+    /// Position of the rotor, in 1/256 full steps, at which the null track is high, once a turn.
     pub index: i64,
 }
 
@@ -225,10 +226,10 @@ impl AbnConfig {
     }
 }
 
-/// Table `[encoder]`.
+/// Table `[encoder]`: the built-in magnetic encoder.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct EncoderTable {
-    /// Rotor position in 1/256 full steps where the sensor reads zero.
+    /// Position of the rotor, in 1/256 full steps, at which the sensor reads zero.
     pub offset: i64,
 }

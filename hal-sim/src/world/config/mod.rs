@@ -1,8 +1,9 @@
-//! The world file: what is around the module, in TOML. Every table and every entry may be left out.
-//! `hal-sim/worlds/stage.toml` shows them all.
+//! The world file: a description in TOML of what is around the module. Every table and every entry may be left out;
+//! `hal-sim/worlds/stage.toml` shows all of them.
 //!
-//! The tables `[motor]`, `[stage]`, `[abn]` and `[encoder]` hold for all axes. The n-th `[[axis]]` is that of axis n - 1: an
-//! entry in one of its tables (`[axis.motor]` ...) takes the place of the one that holds for all, and leaves the others.
+//! The tables `[motor]`, `[stage]`, `[abn]` and `[encoder]` hold for all axes. The n-th `[[axis]]` is that of axis n -
+//! 1: an entry in one of its tables (`[axis.motor]` ...) replaces the entry that holds for all axes, and leaves the
+//! others as they are.
 
 mod axis;
 
@@ -13,17 +14,17 @@ use crate::board::{BoardKind, TMCM_1140};
 use serde::Deserialize;
 use toml::{Spanned, Table, Value};
 
-/// A world as its file describes it. The default has a bare 200-step motor on each axis, a 24 V supply and 25 degrees,
-/// with nothing connected to the inputs.
+/// A world as its file describes it. The default has a bare 200-step motor on each axis, a supply of 24 V, 25 degrees
+/// Celsius, and nothing connected to the inputs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WorldConfig {
-    /// Where the random numbers start (noise, torn EEPROM pages).
+    /// The seed of the random numbers, for noise and torn EEPROM pages.
     pub seed: u64,
-    /// What is around those axes that have no entry of their own in `axes`.
+    /// The surroundings of those axes that have no entry of their own in `axes`.
     pub every: AxisConfig,
-    /// What is around the first axes.
+    /// The surroundings of the first axes, as many as the file has tables `[[axis]]`.
     pub axes: Vec<AxisConfig>,
-    /// Supply and surroundings.
+    /// Supply, temperature and analog input.
     pub supply: SupplyTable,
 }
 
@@ -31,7 +32,7 @@ pub struct WorldConfig {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SupplyTable {
-    /// Supply voltage, 0.0..=60.0, 24 by default.
+    /// Supply voltage in volts, 0.0..=60.0, 24 by default.
     pub volts: f64,
     /// Temperature of the board in degrees Celsius, -55..=200, 25 by default.
     pub temperature: i32,
@@ -45,7 +46,7 @@ impl Default for SupplyTable {
     }
 }
 
-/// The file: the tables as they stand there.
+/// The tables of the file as they stand in it.
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 struct File {
@@ -59,12 +60,18 @@ struct File {
 }
 
 impl WorldConfig {
-    /// Reads a world file's text for a TMCM-1140. The error says what is wrong and where.
+    /// Reads the text of a world file for a TMCM-1140.
+    ///
+    /// # Errors
+    /// A text that names the line and the entry that is wrong.
     pub fn parse(text: &str) -> Result<Self, String> {
         Self::parse_for(&TMCM_1140, text)
     }
 
-    /// The same for any kind of board.
+    /// Reads the text of a world file for any kind of board.
+    ///
+    /// # Errors
+    /// As of [`parse`](Self::parse).
     pub fn parse_for(kind: &BoardKind, text: &str) -> Result<Self, String> {
         let File { seed, motor, stage, abn, encoder, supply, axis } =
             toml::from_str(text).map_err(|error| error.to_string())?;
@@ -89,12 +96,12 @@ impl WorldConfig {
         Ok(config)
     }
 
-    /// What is around an axis.
+    /// The surroundings of an axis.
     pub fn axis(&self, axis: usize) -> &AxisConfig {
         self.axes.get(axis).unwrap_or(&self.every)
     }
 
-    /// Checks all ranges. `lines` are those where the tables of the axes begin.
+    /// Checks the ranges of all entries. `lines` are the numbers of the lines in which the tables of the axes begin.
     fn check(&self, kind: &BoardKind, lines: &[usize]) -> Result<(), String> {
         within("supply.volts", self.supply.volts, 0.0, 60.0)?;
         within("supply.temperature", self.supply.temperature, -55, 200)?;
@@ -106,7 +113,8 @@ impl WorldConfig {
     }
 }
 
-/// What is around an axis: entries of its own tables, and those of the common ones for which it has none.
+/// The surroundings of an axis: the entries of its own tables, and those entries of the common tables that it does not
+/// replace.
 fn merged(common: &Table, own: Table) -> Result<AxisConfig, String> {
     let mut whole = common.clone();
     for (name, table) in own {
@@ -118,17 +126,17 @@ fn merged(common: &Table, own: Table) -> Result<AxisConfig, String> {
     whole.try_into().map_err(|error: toml::de::Error| error.to_string())
 }
 
-/// The number, from 1, of the line in which the byte at `place` is.
-fn line_at(text: &str, place: usize) -> usize {
-    text.bytes().take(place).filter(|byte| *byte == b'\n').count() + 1
+/// The number, from 1, of the line that has the byte at offset `offset`.
+fn line_at(text: &str, offset: usize) -> usize {
+    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
 }
 
-/// A fraction of the torque at full current, in the motor's 1/65536.
+/// Converts a fraction of the torque at full current to 1/65536 of it.
 pub(crate) fn torque(fraction: f64) -> u32 {
     (fraction * f64::from(FULL_TORQUE)).round() as u32
 }
 
-/// Checks a value's range (also refuses what is not a number).
+/// Checks the range of a value; NaN is refused.
 fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high: T) -> Result<(), String> {
     if value >= low && value <= high { Ok(()) } else { Err(format!("{name}: {value} is not within {low} to {high}")) }
 }
@@ -243,7 +251,7 @@ mod tests {
             error("[motor]\nload = 0.5\n[[axis]]\n\n[[axis]]\nmotor.load = 1.5"),
             "line 5: axis 1: motor.load: 1.5 is not within 0 to 1"
         );
-        // What holds for all may not go with what an axis has.
+        // An entry that holds for all axes may contradict an entry of one axis.
         assert_eq!(
             error("[motor]\nstart = 5\n[[axis]]\nstage.hard_left = 6"),
             "line 3: axis 0: motor.start: 5 is not within 6 to 1099511627776"
@@ -256,7 +264,7 @@ mod tests {
             WorldConfig::parse("[[axis]]\nmotor.load = 0.5\n[[axis]]").unwrap_err(),
             "line 3: this is [[axis]] number 2, and the TMCM-1140 has one axis"
         );
-        // An error in what holds for all is found where an axis is left that it holds for.
+        // An error in the common tables is found where an axis has no table of its own.
         assert_eq!(error("[motor]\nload = 2.0\n[[axis]]\nmotor.load = 0.5"), "motor.load: 2 is not within 0 to 1");
     }
 
