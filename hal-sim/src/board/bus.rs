@@ -1,23 +1,24 @@
-//! The chip selects of the board and the bytes behind them.
+//! The chip selects of the board, and the bytes that go over its SPI buses.
 
 use super::{Board, BoardKind};
 use crate::chip::SpiSlave;
 
-/// What a bus reads that nobody drives.
+/// The byte that a bus reads if no chip drives it.
 const FLOATING: u8 = 0xFF;
 
 /// The chips that have a chip select.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Chip {
-    /// A motion controller, by its number from 0, on the motion bus.
+    /// A motion controller, by its number from 0; it is on the motion bus.
     Tmc429(usize),
-    /// The driver stage of an axis, on the motion bus.
+    /// The driver of an axis, by the number of the axis; it is on the motion bus.
     Tmc262(usize),
-    /// The EEPROM, on a bus of its own.
+    /// The EEPROM, which has a bus of its own.
     At25,
 }
 
-/// What a chip of the motion bus is sent between the fall and the rise of its chip select, whether it hears it or not.
+/// The bytes that are sent to a chip of the motion bus between the fall and the rise of its chip select, also to a chip
+/// that does not hear it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Datagram {
     /// The chip that is selected.
@@ -26,11 +27,11 @@ pub struct Datagram {
     pub bytes: Vec<u8>,
 }
 
-/// A chip select and what has been said over it.
+/// A chip select, and what has been sent while it was low.
 #[derive(Debug)]
 pub(super) struct Line {
     pub(super) chip: Chip,
-    /// How often it fell.
+    /// Number of times that the chip select fell.
     datagrams: u64,
     pub(super) selected: bool,
 }
@@ -45,10 +46,10 @@ impl Line {
 }
 
 impl Board {
-    /// Chip select of `chip` falls. The owner has advanced the board to the time at which it does.
+    /// The chip select of `chip` falls. The caller has advanced the board to the time of this.
     pub fn select(&mut self, chip: Chip) {
-        let Some(place) = self.line(chip) else { return };
-        let line = &mut self.lines[place];
+        let Some(index) = self.line(chip) else { return };
+        let line = &mut self.lines[index];
         line.selected = true;
         line.datagrams += 1;
         self.due = 0;
@@ -63,9 +64,9 @@ impl Board {
         }
     }
 
-    /// Eight clocks on the bus of `chip`, which is selected. Gives what MISO reads.
+    /// Eight clocks on the bus of `chip`, which is selected. Returns the byte that MISO reads.
     pub fn byte(&mut self, chip: Chip, mosi: u8) -> u8 {
-        // The motion bus has one datagram at a time: the last one is under way.
+        // The motion bus carries one datagram at a time, so the last one is under way.
         if chip != Chip::At25
             && let Some(datagram) = self.recorded.as_mut().and_then(|recorded| recorded.last_mut())
             && datagram.chip == chip
@@ -85,21 +86,20 @@ impl Board {
         self.motion_bus_stuck.unwrap_or(miso)
     }
 
-    /// How many bytes the EEPROM has exchanged since the board was made.
+    /// Number of bytes that have been exchanged with the EEPROM since the board was made.
     pub fn eeprom_bytes(&self) -> u64 {
         self.eeprom_bytes
     }
 
-    /// The power is cut right after that many bytes in all have been exchanged with the EEPROM, whatever is
-    /// going on then.
+    /// Cuts the power as soon as `bytes` bytes in all have been exchanged with the EEPROM, whatever is going on then.
     pub fn cut_power_at_byte(&mut self, bytes: u64) {
         self.cut_at = Some(bytes);
     }
 
-    /// Chip select of `chip` rises; its datagram takes effect.
+    /// The chip select of `chip` rises, and the datagram takes effect.
     pub fn deselect(&mut self, chip: Chip) {
-        let Some(place) = self.line(chip) else { return };
-        self.lines[place].selected = false;
+        let Some(index) = self.line(chip) else { return };
+        self.lines[index].selected = false;
         let now = self.now;
         if let Some(slave) = self.slave(chip) {
             slave.deselect(now);
@@ -110,23 +110,23 @@ impl Board {
         }
     }
 
-    /// How many datagrams `chip` has been sent (times its chip select fell) since the board was made.
+    /// Number of datagrams to `chip`, that is, of times that its chip select fell, since the board was made.
     pub fn datagrams(&self, chip: Chip) -> u64 {
-        self.line(chip).map_or(0, |place| self.lines[place].datagrams)
+        self.line(chip).map_or(0, |index| self.lines[index].datagrams)
     }
 
-    /// The datagrams to the chips of the motion bus since the last call, oldest first; they are recorded from the first
+    /// The datagrams to the chips of the motion bus since the last call, oldest first. They are recorded from the first
     /// call on.
     pub fn take_datagrams(&mut self) -> Vec<Datagram> {
         self.recorded.replace(Vec::new()).unwrap_or_default()
     }
 
-    /// Takes the chip select of `chip` away from it, or gives it back.
+    /// Disconnects a chip from its chip select, or connects it again.
     pub(super) fn set_deaf(&mut self, chip: Chip, deaf: bool) {
-        let selected = self.line(chip).is_some_and(|place| self.lines[place].selected);
+        let selected = self.line(chip).is_some_and(|index| self.lines[index].selected);
         let Some(was) = self.deafness(chip).map(|was| std::mem::replace(was, false)) else { return };
         let now = self.now;
-        // What it hears last is that its select rises, or first that it falls.
+        // A chip that is disconnected while selected sees its select rise; one that is connected then sees it fall.
         if selected
             && was != deaf
             && let Some(slave) = self.slave(chip)
@@ -138,7 +138,7 @@ impl Board {
         }
     }
 
-    /// Whether a chip of the motion bus does not hear its chip select.
+    /// The fault "does not hear its chip select" of a chip of the motion bus.
     fn deafness(&mut self, chip: Chip) -> Option<&mut bool> {
         match chip {
             Chip::Tmc429(number) => self.controllers.get_mut(number).map(|controller| &mut controller.deaf),
@@ -147,7 +147,7 @@ impl Board {
         }
     }
 
-    /// The place of a chip among the lines, if the board has it.
+    /// The index of a chip among the lines; `None` if the board does not have the chip.
     #[inline]
     fn line(&self, chip: Chip) -> Option<usize> {
         let (controllers, axes) = (self.controllers.len(), self.drives.len());
@@ -158,7 +158,7 @@ impl Board {
         }
     }
 
-    /// A chip at the present time, if it hears what it is told.
+    /// A chip, brought to the present time; `None` if it has no power or does not hear its chip select.
     #[inline]
     fn slave(&mut self, chip: Chip) -> Option<&mut dyn SpiSlave> {
         if !self.powered {

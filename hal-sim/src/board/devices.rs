@@ -1,4 +1,4 @@
-//! The board as embedded-hal devices, for drivers that know nothing of a simulation.
+//! The board as devices of embedded-hal, for drivers that do not know of a simulation.
 
 use super::{Board, Chip};
 use crate::clock::{Nanos, SECOND};
@@ -8,11 +8,11 @@ use embedded_hal::digital;
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use std::rc::Rc;
 
-/// Time between chip select and the first clock, and between the last clock and chip select: four
-/// periods of the TMC429's clock, which wants at least three.
+/// Time between chip select and the first clock, and between the last clock and chip select, in nanoseconds: four
+/// periods of the TMC429's clock, which needs at least three.
 pub const SELECT_TIME: Nanos = 250;
 
-/// A handle to a board. Clones are handles to the same board; it is for one thread.
+/// A handle to a board, to be used in one thread. Clones are handles to the same board.
 #[derive(Clone, Debug)]
 pub struct SharedBoard(Rc<RefCell<Board>>);
 
@@ -22,17 +22,17 @@ impl SharedBoard {
         Self(Rc::new(RefCell::new(board)))
     }
 
-    /// The board, to look at. Must be let go before a device or another borrow changes the board.
+    /// The board, to look at. The borrow must end before a device or another borrow changes the board.
     pub fn borrow(&self) -> Ref<'_, Board> {
         self.0.borrow()
     }
 
-    /// The board, to change it. Must be let go before a device or another borrow uses the board.
+    /// The board, to change it. The borrow must end before a device or another borrow uses the board.
     pub fn borrow_mut(&self) -> RefMut<'_, Board> {
         self.0.borrow_mut()
     }
 
-    /// The SPI device `chip`, clocked at `hz` (at least 1).
+    /// The SPI device of a chip, with a clock of `hz` (at least 1).
     pub fn spi(&self, chip: Chip, hz: u32) -> SimSpi {
         SimSpi { board: self.clone(), chip, hz: hz.max(1) }
     }
@@ -43,8 +43,8 @@ impl SharedBoard {
     }
 }
 
-/// An SPI device on the board. A transaction takes its time on the wire - [`SELECT_TIME`], eight clocks a byte,
-/// [`SELECT_TIME`] - and the world moves on meanwhile. Cannot fail.
+/// An SPI device on the board, which cannot fail. A transaction takes its time on the wire - [`SELECT_TIME`], eight
+/// clocks per byte, [`SELECT_TIME`] - and the world moves on meanwhile.
 #[derive(Clone, Debug)]
 pub struct SimSpi {
     board: SharedBoard,
@@ -52,8 +52,7 @@ pub struct SimSpi {
     hz: u32,
 }
 
-/// The clocks of one transaction: where time stands is computed from the number of bytes, so that no
-/// rounding adds up.
+/// The clocks of one transaction. The present time follows from the number of bytes, so that no rounding adds up.
 struct Clocks<'a> {
     board: &'a mut Board,
     chip: Chip,
@@ -95,9 +94,9 @@ impl SpiDevice for SimSpi {
                     clocks.byte(byte);
                 }),
                 Operation::Transfer(read, write) => {
-                    for place in 0..read.len().max(write.len()) {
-                        let miso = clocks.byte(write.get(place).copied().unwrap_or(0));
-                        if let Some(to) = read.get_mut(place) {
+                    for index in 0..read.len().max(write.len()) {
+                        let miso = clocks.byte(write.get(index).copied().unwrap_or(0));
+                        if let Some(to) = read.get_mut(index) {
                             *to = miso;
                         }
                     }
@@ -114,7 +113,7 @@ impl SpiDevice for SimSpi {
     }
 }
 
-/// The pin that enables the driver. Cannot fail.
+/// The pin that enables the drivers while it is low. It cannot fail.
 #[derive(Clone, Debug)]
 pub struct SimPin(SharedBoard);
 

@@ -1,41 +1,41 @@
-//! What a product's board consists of, as data: a further product of these chips is one more value of [`BoardKind`].
+//! The parts of a product's board, as data: a further product of these chips is one more value of [`BoardKind`].
 
 use crate::chip::at25::{AT25128, Part};
 use crate::world::pin::Pin;
 
-/// Most analog channels that a board can have.
+/// The largest number of analog channels that a board can have.
 pub const MOST_ANALOG: usize = 8;
 
-/// A kind of board. Each axis has a TMC262 of its own; the axes are counted through the TMC429s, so that those of the
-/// second one follow those of the first.
+/// A kind of board. Each axis has a TMC262 of its own. The axes of the second TMC429 are numbered after those of the
+/// first.
 #[derive(Debug, PartialEq, Eq)]
 pub struct BoardKind {
     /// The product's name.
     pub name: &'static str,
-    /// The TMC429s, by the number of axes of each: 1..=3.
+    /// The number of axes of each TMC429, 1..=3.
     pub controllers: &'static [usize],
-    /// What is connected to the digital inputs, IN0 first; 32 at most, of which [`MOST_ANALOG`] analog.
+    /// What is connected to the digital inputs, IN0 first; 32 at most, of which at most [`MOST_ANALOG`] are analog.
     pub inputs: &'static [Input],
     /// Number of digital outputs, OUT0 and up; 32 at most.
     pub outputs: u32,
-    /// Number of groups of inputs whose pull-ups can be switched; 32 at most.
+    /// Number of groups of inputs whose pull-up resistors can be switched; 32 at most.
     pub pull_ups: u32,
     /// Each motor has the built-in magnetic encoder on its shaft.
     pub magnetic_encoders: bool,
     /// Where an ABN encoder can be connected.
     pub abn: AbnPins,
-    /// The EEPROM.
+    /// The EEPROM of the board.
     pub eeprom: Part,
 }
 
 /// What a digital input is connected to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
-    /// Nothing but what somebody sets it to.
+    /// Nothing: the level is set by hand.
     Free,
-    /// A terminal that an analog channel of the same number reads as well.
+    /// A terminal that is also read by the analog channel of the same number.
     Analog,
-    /// A switch of an axis.
+    /// A switch of the axis of this number.
     Switch(usize, Pin),
 }
 
@@ -44,7 +44,7 @@ pub enum Input {
 pub enum AbnPins {
     /// Nowhere.
     None,
-    /// To the three inputs that switches are connected to otherwise.
+    /// To the three inputs to which the switches are connected otherwise.
     Switches,
     /// To pins of its own.
     Own,
@@ -63,12 +63,13 @@ pub static TMCM_1140: BoardKind = BoardKind {
 };
 
 impl BoardKind {
-    /// How many axes the board has.
+    /// The number of axes of the board.
     pub fn axes(&self) -> usize {
         self.controllers.iter().sum()
     }
 
-    /// Number of the TMC429 that moves `axis`, and which of its motors that is.
+    /// The number of the TMC429 that moves an axis, and the number of the axis' motor there; `None` if the board has no
+    /// such axis.
     pub fn motor(&self, axis: usize) -> Option<(usize, usize)> {
         let mut first = 0;
         for (controller, &axes) in self.controllers.iter().enumerate() {
@@ -80,13 +81,16 @@ impl BoardKind {
         None
     }
 
-    /// The numbers of the inputs that have an analog channel, in their order.
+    /// The numbers of the inputs that have an analog channel, in the order of the channels.
     pub fn analog(&self) -> impl Iterator<Item = usize> {
         let inputs = self.inputs.iter().enumerate();
         inputs.filter(|(_, input)| **input == Input::Analog).map(|(number, _)| number)
     }
 
-    /// Whether the board has this axis; the error says which ones it has.
+    /// Checks that the board has an axis.
+    ///
+    /// # Errors
+    /// A text that says which axes the board has.
     pub fn check_axis(&self, axis: usize) -> Result<(), String> {
         let name = self.name;
         match self.axes() {

@@ -1,10 +1,10 @@
-//! The native board: the module's chips wired to the world, in virtual time.
+//! The native board: the chips of a module, wired to the world, in virtual time.
 //!
-//! Time passes only through [`Board::advance_to`] and through SPI transfers, which take their time on the
-//! wire. What is on it says its [`BoardKind`]. Wiring: each motor of a TMC429 steps the TMC262 of its axis, whose field
-//! turns the motor; the stop switches of the axis are at the reference inputs of that motor; the TMC429s run on 16 MHz. One
-//! pin enables all drivers, one bus has all chips but the EEPROM. A restart of the firmware does nothing to the
-//! chips: a TMC429 keeps running. Only switching the power off makes them forget.
+//! Time passes only by [`Board::advance_to`] and by SPI transfers, which take their time on the wire. A [`BoardKind`]
+//! says which parts the board has. Wiring: each motor of a TMC429 steps the TMC262 of its axis, whose field turns the
+//! motor; the stop switches of the axis are at the reference inputs of that motor; the TMC429s run on 16 MHz. One pin
+//! enables all drivers; one bus has all chips but the EEPROM. A restart of the firmware changes nothing in the chips,
+//! so a TMC429 keeps running; they forget only when the power is switched off.
 
 mod bus;
 mod devices;
@@ -27,20 +27,20 @@ use crate::world::stage::Abn;
 use crate::world::{Axis, Outputs, World};
 use bus::Line;
 
-/// Clock of the TMC429s in Hz.
+/// Clock of the TMC429s, in Hz.
 pub const TMC429_CLOCK_HZ: u32 = 16_000_000;
-/// The lowest supply voltage at which a TMC262 works, in 0.1 V.
+/// The lowest supply voltage at which a TMC262 works, in units of 0.1 V.
 const DRIVER_SUPPLY: u16 = 50;
-/// Levels of the reference inputs of a TMC429 to which nothing is wired: REFR2 and REFR3 have pull-ups in the chip and read
-/// high, the others low.
+/// The levels of reference inputs of a TMC429 to which nothing is wired: REFR2 and REFR3 have pull-up resistors in the
+/// chip and read high, the others low.
 const UNWIRED: u8 = 0b01_0100;
 
-/// What the microcontroller can read without SPI, no matter how many axes there are.
+/// What the microcontroller can read without SPI of the board as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Inputs {
-    /// Digital inputs: bit n is INn, a switch's is high when it is pressed.
+    /// The digital inputs: bit n is INn. The input of a normally open switch is high while the switch is pressed.
     pub digital: u32,
-    /// Analog channels in their order, 0..=4095; zero where the board has no more.
+    /// The analog channels in their order, 0..=4095; zero where the board has no more channels.
     pub analog: [u16; MOST_ANALOG],
     /// Supply voltage in 0.1 V.
     pub supply: u16,
@@ -51,13 +51,14 @@ pub struct Inputs {
 /// What the microcontroller can read of one axis without SPI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AxisInputs {
-    /// The level of the home switch: high is pressed. The TMC429 has no input for it.
+    /// The level of the home switch, for which the TMC429 has no input; high is pressed, if the switch is normally
+    /// open.
     pub home: bool,
-    /// Built-in encoder, 0..=1023; zero on a board that has none.
+    /// The angle of the built-in encoder, 0..=1023 in a turn; zero on a board without one.
     pub encoder: u16,
-    /// Counter of an ABN encoder, all zero without one.
+    /// The counter of the ABN encoder; all zero without one.
     pub abn: Abn,
-    /// The driver's stallGuard pin SG_TST.
+    /// The level of the driver's pin SG_TST: high while the load value of a moving motor is zero.
     pub stall: bool,
 }
 
@@ -65,48 +66,53 @@ pub struct AxisInputs {
 #[derive(Debug)]
 struct Controller {
     chip: Tmc429,
-    /// The axis of its first motor, and how many it has.
+    /// The number of the axis of the controller's first motor, and the number of its axes.
     first: usize,
     axes: usize,
-    /// Levels of its reference inputs.
+    /// Levels of the controller's reference inputs, in the order of its register REFERENCE_SWITCHES.
     pins: u8,
-    /// It does not hear its chip select.
+    /// Fault: the controller does not hear its chip select.
     deaf: bool,
 }
 
-/// The driver of an axis, and what is fitted at its motor.
+/// The driver of an axis, and the built-in encoder at its motor.
 #[derive(Debug)]
 struct Drive {
     chip: Tmc262,
     encoder: MagneticEncoder,
+    /// Fault: the driver is too hot.
     overtemperature: bool,
-    /// The driver does not hear its chip select.
+    /// Fault: the driver does not hear its chip select.
     deaf: bool,
 }
 
-/// The board.
+/// The board, with the world around it.
 #[derive(Debug)]
 pub struct Board {
     kind: &'static BoardKind,
     now: Nanos,
-    /// Before this time nothing happens by itself: chips and world need not be looked at. 0 after a change from outside.
+    /// Until this time nothing happens by itself, so chips and world need not be looked at; 0 after a change from
+    /// outside.
     due: Nanos,
     powered: bool,
     controllers: Vec<Controller>,
     drives: Vec<Drive>,
     at25: At25,
     world: World,
-    /// In the order of [`Board::line`].
+    /// The chip selects, in the order of [`Board::line`].
     lines: Vec<Line>,
-    /// The datagrams on the motion bus since they were last taken, if they are recorded.
+    /// The datagrams on the motion bus since the last [`take_datagrams`](Board::take_datagrams); `None` before the
+    /// first.
     recorded: Option<Vec<Datagram>>,
-    /// What the motion bus reads, whatever its chips say.
+    /// Fault: the byte that the motion bus reads, whatever its chips send.
     motion_bus_stuck: Option<u8>,
+    /// Number of bytes that have been exchanged with the EEPROM.
     eeprom_bytes: u64,
+    /// The value of `eeprom_bytes` at which the power is cut.
     cut_at: Option<u64>,
 }
 
-/// What a TMC429's step/direction outputs and reference inputs are connected to: the first axis is its motor 0.
+/// The connections of a TMC429's step/direction outputs and reference inputs. The first axis is that of its motor 0.
 struct Wiring<'a> {
     drives: &'a mut [Drive],
     axes: &'a mut [Axis],
@@ -114,7 +120,7 @@ struct Wiring<'a> {
 }
 
 impl Wiring<'_> {
-    /// Brings the stop switches of an axis to the inputs of its motor.
+    /// Sets the two reference inputs of a motor to the levels of its stop switches.
     #[inline]
     fn connect(pins: &mut u8, motor: usize, axis: &Axis) {
         *pins = *pins & !(0b11 << (2 * motor)) | axis.reference_pins() << (2 * motor);
@@ -158,7 +164,7 @@ impl Board {
         Self::of_kind(&TMCM_1140, config, seed)
     }
 
-    /// The same, of any kind.
+    /// A board of any kind, as [`new`](Self::new) makes a TMCM-1140.
     pub fn of_kind(kind: &'static BoardKind, config: &WorldConfig, seed: u64) -> Self {
         let seed = config.seed.wrapping_add(seed);
         let firsts = (0..kind.axes()).filter(|axis| kind.motor(*axis).is_some_and(|(_, motor)| motor == 0));
@@ -191,17 +197,17 @@ impl Board {
         board
     }
 
-    /// What the board consists of.
+    /// The kind of the board, which says what parts it has.
     pub fn kind(&self) -> &'static BoardKind {
         self.kind
     }
 
-    /// Virtual time since the board was made.
+    /// The virtual time since the board was made, in nanoseconds.
     pub fn now(&self) -> Nanos {
         self.now
     }
 
-    /// Lets time pass until `to`; chips and world move on. A time that has passed already does nothing.
+    /// Lets time pass until `to`; chips and world move on. A time in the past changes nothing.
     pub fn advance_to(&mut self, to: Nanos) {
         if to <= self.now {
             return;
@@ -224,14 +230,14 @@ impl Board {
         self.due = self.next_due();
     }
 
-    /// The next time at which something may change without the firmware's doing (it may be early, but
-    /// never late); none while all is at rest.
+    /// The next time at which something may change without the firmware's doing; it may be too early, but is never too
+    /// late. `None` while all is at rest.
     pub fn next_event(&self) -> Option<Nanos> {
         let due = self.next_due();
         (due != Nanos::MAX).then_some(due)
     }
 
-    /// The same; the maximum while all is at rest.
+    /// As [`next_event`](Self::next_event), with the maximum for `None`.
     fn next_due(&self) -> Nanos {
         let due = |event: Option<Nanos>| event.unwrap_or(Nanos::MAX);
         let mut next = Nanos::MAX;
@@ -252,7 +258,7 @@ impl Board {
         self.powered
     }
 
-    /// Cuts the power: TMC429s and TMC262s forget everything, an EEPROM page being written is torn, the
+    /// Cuts the power: TMC429s and TMC262s forget everything, an EEPROM page that is being written is torn, and the
     /// outputs go off. The rotors stay where they are.
     pub fn power_off(&mut self) {
         if self.powered {
@@ -283,19 +289,19 @@ impl Board {
         }
     }
 
-    /// The microcontroller restarts (watchdog, reset command): its outputs and LEDs go off and a datagram
-    /// under way ends. The chips and the drivers' enable pin stay as they are.
+    /// Restarts the microcontroller, as watchdog or reset command do: its outputs and LEDs go off, and a datagram that
+    /// is under way ends. The chips and the drivers' enable pin stay as they are.
     pub fn warm_reset(&mut self) {
         self.world.set_outputs(Outputs::default());
-        for place in 0..self.lines.len() {
-            let Line { chip, selected, .. } = self.lines[place];
+        for index in 0..self.lines.len() {
+            let Line { chip, selected, .. } = self.lines[index];
             if selected {
                 self.deselect(chip);
             }
         }
     }
 
-    /// What the microcontroller can read without SPI, no matter how many axes there are.
+    /// What the microcontroller can read without SPI of the board as a whole.
     pub fn inputs(&self) -> Inputs {
         Inputs {
             digital: self.world.inputs(),
@@ -305,7 +311,7 @@ impl Board {
         }
     }
 
-    /// What it can read of an axis. The board has to have it.
+    /// What the microcontroller can read of an axis, which the board has to have, without SPI.
     pub fn axis_inputs(&self, axis: usize) -> AxisInputs {
         let (drive, world) = (&self.drives[axis], self.world.axis(axis));
         let rotor = world.motor().rotor();
@@ -339,14 +345,15 @@ impl Board {
         self.due = 0;
     }
 
-    /// Changes the world (switches, load, supply ...) and lets the chips see it.
+    /// Changes the world, for example switches, load or supply, and brings the levels at the chips up to date.
     pub fn change_world<R>(&mut self, change: impl FnOnce(&mut World) -> R) -> R {
         let result = change(&mut self.world);
         self.connect();
         result
     }
 
-    /// Injects or removes a fault, of `axis` as far as it is one of an axis. The board has to have it.
+    /// Injects or removes a fault. `axis`, which the board has to have, counts for faults of a driver, an encoder or a
+    /// motion controller.
     pub fn set_fault(&mut self, fault: Fault, axis: usize, on: bool) {
         let drive = &mut self.drives[axis];
         match fault {
@@ -369,12 +376,12 @@ impl Board {
         self.connect();
     }
 
-    /// The motion controller of this number, to look at. The board has to have it.
+    /// The motion controller of a number, which the board has to have, to look at.
     pub fn tmc429(&self, number: usize) -> &Tmc429 {
         &self.controllers[number].chip
     }
 
-    /// The driver stage of an axis, to look at. The board has to have it.
+    /// The driver of an axis, which the board has to have, to look at.
     pub fn tmc262(&self, axis: usize) -> &Tmc262 {
         &self.drives[axis].chip
     }
@@ -402,7 +409,7 @@ impl Board {
         self.settle();
     }
 
-    /// The same for what is between driver and world of one axis.
+    /// Brings the levels between driver and world of one axis up to date.
     fn connect_axis(&mut self, axis: usize) {
         let drive = &mut self.drives[axis];
         drive.chip.set_supplied(self.powered && self.world.supply() >= DRIVER_SUPPLY);
@@ -421,7 +428,7 @@ impl Board {
         self.show_switches();
     }
 
-    /// Brings the levels of the stop switches to the motion controllers.
+    /// Brings the reference inputs of the motion controllers to the levels of the stop switches.
     fn show_switches(&mut self) {
         self.due = 0;
         if !self.powered {

@@ -7,7 +7,7 @@ use embedded_hal::spi::{Operation, SpiDevice};
 
 const MOTION_HZ: u32 = 1_000_000;
 
-/// TMC429 registers of motor 0, first byte of a write (datasheet section 6.2.2).
+/// The first bytes of writes to TMC429 registers of motor 0 (datasheet section 6.2.2).
 const X_ACTUAL: u8 = 0x02;
 const V_MIN: u8 = 0x04;
 const V_MAX: u8 = 0x06;
@@ -35,7 +35,8 @@ fn tmc262(board: &SharedBoard, word: u32) -> u32 {
     u32::from_be_bytes([0, frame[0], frame[1], frame[2]]) >> 4
 }
 
-/// Driver on at full current, 256 microsteps, SGT 13; TMC429 in velocity mode, standing.
+/// A board whose driver is on at full current, with 256 microsteps and SGT 13, and whose TMC429 stands in velocity
+/// mode.
 fn start(config: &str) -> SharedBoard {
     let board = SharedBoard::new(Board::new(&WorldConfig::parse(config).unwrap(), 0));
     set_up(&board);
@@ -50,7 +51,7 @@ fn set_up(board: &SharedBoard) {
     let registers = [
         (INTERFACE, 0x122),
         (GLOBAL, 0x2),
-        // PULSE_DIV 3, RAMP_DIV 7.
+        // The divisors are PULSE_DIV 3 and RAMP_DIV 7.
         (DIVIDERS, 0x3706),
         (V_MIN, 1),
         (V_MAX, 2047),
@@ -181,7 +182,8 @@ fn a_datagram_takes_effect_when_its_select_rises_however_long_it_has_been_low() 
     }
     board.advance_to(start + 5 * SECOND);
     board.deselect(Chip::Tmc429(0));
-    // 16 MHz^2 x 2047 / 2^(3 + 7 + 29) = 953 000 microsteps/s^2: 47.7 in the first ten milliseconds.
+    // The acceleration 2047 is 16 MHz^2 x 2047 / 2^(3 + 7 + 29) = 953 000 microsteps/s^2: 47.7 microsteps in the first
+    // ten milliseconds.
     board.advance_to(start + 5 * SECOND + 10 * MILLISECOND);
     let rotor = board.world().axis(0).motor().rotor();
     assert!((46..=48).contains(&rotor), "{rotor}");
@@ -199,7 +201,7 @@ fn a_load_stalls_the_motor_and_shows_at_the_stall_pin() {
         let board = board.borrow();
         assert_eq!(board.world().axis(0).motor().rotor(), rotor);
         assert!(board.axis_inputs(0).stall);
-        // 2000 is 61 035 microsteps/s: 119 full steps in half a second.
+        // The velocity 2000 is 61 035 microsteps/s: 119 full steps in half a second.
         assert_eq!(board.world().axis(0).motor().lost_steps(), 119);
     }
     board.borrow_mut().change_world(|world| world.axis_mut(0).set_load(0.0));
@@ -237,7 +239,7 @@ fn a_warm_reset_leaves_the_motion_controller_running_and_power_off_stops_it() {
     assert_eq!(board.borrow().tmc262(0).registers(), Default::default());
     assert!(!board.borrow().tmc262(0).bridges_on());
     set_up(&board);
-    // The driver starts at pointer 0 again: the rotor is drawn to the nearest multiple of 1024.
+    // The driver starts at microstep pointer 0 again, so the rotor is drawn to the nearest multiple of 1024.
     let rotor = board.borrow().world().axis(0).motor().rotor();
     assert_eq!(rotor % 1_024, 0);
     assert!((rotor - after).abs() <= 512);

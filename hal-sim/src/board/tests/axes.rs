@@ -88,7 +88,7 @@ fn axes(board: &SharedBoard) -> Vec<AxisState> {
     State::of(&board.borrow()).axes
 }
 
-/// Everything but the axes in `apart`.
+/// The states of all axes but those in `apart`.
 fn others(states: &[AxisState], apart: &[usize]) -> Vec<AxisState> {
     let others = states.iter().enumerate().filter(|(axis, _)| !apart.contains(axis));
     others.map(|(_, state)| state.clone()).collect()
@@ -109,7 +109,7 @@ fn each_axis_turns_at_its_own_speed_and_stands_when_it_is_told_to() {
     let from = axes(&board);
     run(&board, 2 * SECOND);
     for (axis, ((before, after), speed)) in from.iter().zip(axes(&board)).zip(speeds).enumerate() {
-        // 30.5176 microsteps/s are one unit of speed.
+        // One unit of velocity is 30.5176 microsteps/s.
         let way = (after.rotor - before.rotor) as f64;
         assert!((way - 2.0 * 30.517_6 * f64::from(speed)).abs() < 2.0, "axis {axis}: {way}");
         assert_eq!((after.rotor, after.lost_steps), (after.position.into(), 0), "axis {axis}");
@@ -212,14 +212,14 @@ fn one_controller_of_two_is_silent_and_its_motors_run_on() {
     (0..6).for_each(|axis| turn(&board, axis, 1_000));
     run(&board, SECOND);
     control(&board, "fault tmc429 on 4");
-    // The axes of the second controller do not hear that they shall stop.
+    // The deaf second controller does not take the stop of its axes.
     (0..6).for_each(|axis| turn(&board, axis, 0));
     run(&board, SECOND);
     let answers = || [0, 1].map(|number| transfer(&board, Chip::Tmc429(number), SWITCHES | 1, 0));
     assert_eq!(answers(), [0, 0xFF_FFFF]);
     let speeds = || axes(&board).iter().map(|axis| axis.velocity).collect::<Vec<_>>();
     assert_eq!(speeds(), [0, 0, 0, 1_000, 1_000, 1_000]);
-    // Any axis of a controller names it.
+    // The fault of a motion controller can be given by any of its axes.
     control(&board, "fault tmc429 off 3");
     control(&board, "fault tmc429 on 0");
     assert_eq!(answers(), [0xFF_FFFF, 0]);
@@ -252,7 +252,7 @@ fn datagrams_are_counted_and_recorded_chip_by_chip() {
     let before = counted();
     turn(&board, 4, 7);
     driver(&board, 5, 0xE_F050);
-    // A chip that the board does not have: nobody answers, nothing is counted.
+    // A datagram to a chip that the board does not have is not answered and not counted.
     assert_eq!(transfer(&board, Chip::Tmc429(2), SWITCHES | 1, 0), 0xFF_FFFF);
     assert_eq!(driver(&board, 6, 0xE_F050), 0xF_FFFF);
     assert_eq!(counted(), [before[0], before[1] + 1, before[2], before[3] + 1]);
@@ -358,7 +358,7 @@ fn the_next_event_of_the_board_is_that_of_any_axis() {
         assert!(board.borrow().next_event().is_some(), "axis {axis} turns");
         control(&board, &format!("load 1.0 {axis}"));
         run(&board, SECOND);
-        // The chip stands at once and the rotor has lost it: less than five milliseconds later it falls in.
+        // The chip stops at once and the rotor loses the field; less than five milliseconds later it falls in.
         control(&board, &format!("press right {axis}"));
         turn(&board, axis, 0);
         control(&board, &format!("load 0.0 {axis}"));
