@@ -27,17 +27,17 @@ pub struct Part {
 
 /// The part of the TMCM-1140.
 pub const AT25128: Part = Part { size: 16_384, page: 64 };
-/// Twice as large.
+/// A part twice as large as the AT25128.
 pub const AT25256: Part = Part { size: 32_768, page: 64 };
-/// Four times as large, in longer pages.
+/// A part four times as large as the AT25128, with pages of twice the length.
 pub const AT25512: Part = Part { size: 65_536, page: 128 };
 
 /// The largest page of the family in bytes.
 pub const LARGEST_PAGE: usize = 128;
-/// How long the part is busy after a WRITE or WRSR.
+/// Time for which the part is busy after a WRITE or WRSR.
 pub const WRITE_CYCLE: Nanos = 5 * MILLISECOND;
 
-/// What an erased byte reads, and what a bus without driver reads.
+/// The value of an erased byte, and of a byte that is read from a bus without a driver.
 const ERASED: u8 = 0xFF;
 
 const WRSR: u8 = 0x01;
@@ -52,14 +52,14 @@ const STATUS_BP: u8 = 0x0C;
 const STATUS_WPEN: u8 = 0x80;
 const STATUS_STORED: u8 = STATUS_WPEN | STATUS_BP;
 
-/// Where the contents are kept so that they outlive the model, such as a file.
+/// The place, such as a file, where the contents are kept so that they outlive the model.
 pub trait Backing: fmt::Debug + Send + Sync {
     /// Takes the contents as a page write leaves them. False if they cannot be kept: then the page keeps its old bytes,
-    /// as that of a part which is worn out, and whoever reads it back notices.
+    /// as in a part that is worn out, which reading them back shows.
     fn keep(&mut self, contents: &[u8]) -> bool;
 }
 
-/// What the bytes since chip select fell have meant so far.
+/// The meaning of the bytes since the chip select fell.
 #[derive(Clone, Debug)]
 enum Transfer {
     Idle,
@@ -112,31 +112,31 @@ impl At25 {
         }
     }
 
-    /// The contents as a reader would see them now; a page being written still has its old bytes.
+    /// The contents as a reader sees them now: a page that is being written still has its old bytes.
     pub fn contents(&self) -> &[u8] {
         &self.memory
     }
 
-    /// Replaces the contents, starting at address 0. What `bytes` does not cover stays, what exceeds the
-    /// memory is ignored.
+    /// Replaces the contents from address 0 on. Contents beyond the length of `bytes` stay; bytes beyond the memory are
+    /// ignored.
     pub fn load(&mut self, bytes: &[u8]) {
         for (cell, &byte) in self.memory.iter_mut().zip(bytes) {
             *cell = byte;
         }
     }
 
-    /// From now on a page is written when `backing` has taken it, and not otherwise. The contents up to now are its
-    /// owner's business.
+    /// Has the contents kept in `backing`: from now on a page is written only if `backing` has taken it. The present
+    /// contents are not handed over.
     pub fn keep_in(&mut self, backing: Box<dyn Backing>) {
         self.backing = Some(backing);
     }
 
-    /// How often page `page` (from 0) has been written; 0 for a page that does not exist.
+    /// The number of writes to a page, counted from 0; 0 for a page that does not exist.
     pub fn page_writes(&self, page: usize) -> u32 {
         self.page_writes.get(page).copied().unwrap_or(0)
     }
 
-    /// The largest number of writes any page has seen (the part endures a million).
+    /// The number of writes to the page that was written most (the part endures a million).
     pub fn most_page_writes(&self) -> u32 {
         self.page_writes.iter().copied().max().unwrap_or(0)
     }
@@ -146,7 +146,7 @@ impl At25 {
         self.programming.is_some()
     }
 
-    /// When the write cycle under way ends.
+    /// The time at which the write cycle under way ends; `None` without one.
     pub fn next_event(&self) -> Option<Nanos> {
         self.programming.as_ref().map(|&(end, _)| end)
     }
@@ -164,7 +164,7 @@ impl At25 {
         }
     }
 
-    /// The supply fails now. A page being written is left torn; the part comes back write-disabled.
+    /// Cuts the supply now. A page that is being written is left torn; the part comes back write-disabled.
     pub fn power_cut(&mut self) {
         match self.programming.take() {
             Some((_, Programming::Page { page, mut new })) => {
@@ -187,8 +187,7 @@ impl At25 {
         self.transfer = Transfer::Idle;
     }
 
-    /// Fault injection: with `false` the part takes no commands and leaves its output floating, which
-    /// reads as ones.
+    /// Fault injection: with `false` the part takes no commands and leaves its output floating, which reads as ones.
     pub fn set_answering(&mut self, answering: bool) {
         self.answering = answering;
     }
@@ -212,7 +211,8 @@ impl At25 {
         self.stored_status | if self.write_enabled { STATUS_WEN } else { 0 }
     }
 
-    /// The first address that BP1/BP0 protect: nothing, upper quarter, upper half, all.
+    /// The first address of the part that BP1/BP0 protect: nothing, the upper quarter, the upper half, or all of the
+    /// memory.
     fn first_protected(&self) -> usize {
         match (self.stored_status & STATUS_BP) >> 2 {
             0 => self.part.size,
@@ -288,7 +288,7 @@ impl SpiSlave for At25 {
                 given |= 1 << place;
                 Transfer::Write { at: at - place + (place + 1) % self.part.page, data, given }
             }
-            // A byte too many: the chip select does not rise where the command ends.
+            // After a further byte the chip select does not rise where the command ends, so the command is ignored.
             Transfer::Latch(_) | Transfer::Ignored => Transfer::Ignored,
             Transfer::Idle => Transfer::Idle,
         };

@@ -1,10 +1,10 @@
-//! The built-in magnetic encoder (sensOstep): a sensor chip above a magnet on the motor's shaft that
-//! tells the absolute angle within one turn as a number of 0..=1023.
+//! The built-in magnetic encoder (sensOstep): a sensor chip above a magnet on the motor's shaft, which tells the
+//! absolute angle within one turn as a number 0..=1023.
 
-/// Counts per turn of the shaft.
+/// Number of counts in a turn of the shaft.
 pub const COUNTS_PER_TURN: i64 = 1024;
 
-/// The sensor: translates the rotor's angle to counts, unless a fault keeps its output where it is.
+/// The sensor, which makes counts of the rotor's angle, unless a fault keeps its reading as it is.
 #[derive(Clone, Debug)]
 pub struct MagneticEncoder {
     units_per_turn: i64,
@@ -24,7 +24,7 @@ impl MagneticEncoder {
         self.stuck.unwrap_or_else(|| self.angle(rotor))
     }
 
-    /// Fault injection: with `on` the reading stays what it is with the rotor at `rotor`.
+    /// Fault injection: with `on` the reading stays as it is at the position `rotor`, without it follows the rotor.
     pub fn set_stuck(&mut self, on: bool, rotor: i64) {
         self.stuck = on.then(|| self.position(rotor));
     }

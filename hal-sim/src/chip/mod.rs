@@ -1,4 +1,4 @@
-//! The chips of the module as seen from their pins, one model per file, written from the datasheets.
+//! The chips of a module as seen from their pins, one model per file, written from the datasheets.
 
 pub mod at25;
 pub mod encoder;
@@ -7,8 +7,8 @@ pub mod tmc429;
 
 use crate::clock::Nanos;
 
-/// A chip behind a chip-select line on an SPI bus, driven by whoever owns the bus: the native board or
-/// the emulated microcontroller. Before each call the owner has advanced the model to `now`.
+/// A chip with a chip select on an SPI bus. The bus belongs to the native board or to the emulated microcontroller;
+/// before each call its owner has advanced the model to the present time.
 pub trait SpiSlave {
     /// Chip select becomes active (falls).
     fn select(&mut self, now: Nanos);
@@ -18,7 +18,7 @@ pub trait SpiSlave {
     fn deselect(&mut self, now: Nanos);
 }
 
-/// What hangs on the step/direction outputs and the reference switch inputs of the TMC429.
+/// What is connected to the step/direction outputs and the reference switch inputs of the TMC429.
 pub trait StepDir {
     /// Motor `motor` (0..=2) gets one step pulse at `at`; `up` is true when the position counter counts up
     /// (the direction pin's inversion by `inv_dir` is already applied to `dir_pin`).

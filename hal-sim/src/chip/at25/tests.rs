@@ -135,7 +135,7 @@ fn a_power_cut_tears_the_page_reproducibly_and_spares_the_others() {
     assert_ne!(page, torn(4));
 }
 
-/// Takes the contents while page 1 begins with an even byte, and passes on what it is shown.
+/// A backing that takes the contents only while page 1 begins with an even byte, and passes on what it was given.
 #[derive(Debug)]
 struct Choosy(std::sync::mpsc::Sender<Vec<u8>>);
 

@@ -1,31 +1,31 @@
-//! What the TMC262 does about the load on the motor: stallGuard2 measures it, coolStep acts on it.
+//! How the TMC262 reacts to the load on the motor: stallGuard2 measures it, and coolStep sets the current by it.
 
 use super::{FULL_LOAD, LoadRatio, field};
 use crate::clock::{MILLISECOND, Nanos};
 use crate::random::Random;
 
-/// A full step that takes longer than this (50 full steps a second) has too little back-EMF to be
-/// measured; it reads zero.
+/// The longest time of a full step, at 50 full steps a second, in which the back-EMF can be measured; a slower one
+/// reads zero.
 const SLOWEST: Nanos = 20 * MILLISECOND;
-/// What the torque reserve contributes to the reading.
+/// Contribution of the whole torque reserve to the reading.
 const RESERVE_SPAN: i64 = 512;
-/// What a unit of SGT contributes to the reading.
+/// Contribution of one unit of SGT to the reading.
 const SGT_SPAN: i64 = 64;
 /// The SGT at which the reading is zero exactly when the motor stalls.
 const SGT_MATCHED: i64 = 13;
-/// With SFILT there is one reading for this many full steps: for the mean of their loads.
+/// With SFILT there is one reading for this many full steps, of the mean of their loads.
 const FILTERED: u32 = 4;
 
-/// stallGuard2. The reading for a load ratio l (0 free .. 1 stalls) is
-/// `512 x (1 - l) + 64 x (SGT - 13)`, held within 0..=1023: 0 for the free motor at SGT 5, 64 more for each
-/// unit above, and at SGT 13 zero exactly where the motor stalls. The slope and the matched threshold are this model's motor,
-/// not the chip's: the datasheet has the user find both by experiment.
+/// The measurement stallGuard2. For a load ratio l (0 is a free motor, 1 stalls it) the reading is `512 x (1 - l) + 64
+/// x (SGT - 13)`, held within 0..=1023: 0 for the free motor at SGT 5, 64 more for each unit of SGT above, and at SGT
+/// 13 zero exactly where the motor stalls. Slope and matched threshold are properties of this model's motor, not of the
+/// chip: by the datasheet the user finds both by experiment.
 #[derive(Clone, Debug)]
 pub(super) struct StallGuard {
     value: u16,
     last: Nanos,
     full_steps: u32,
-    /// Sum of the loads in these full steps.
+    /// Sum of the loads in the full steps since the last reading.
     loads: LoadRatio,
     noise: u32,
     random: Random,
@@ -46,8 +46,8 @@ impl StallGuard {
         self.value
     }
 
-    /// A full step ended at `at`. Gives the value if that completes a reading. At standstill there are no
-    /// full steps and the last value stays.
+    /// Takes the load in a full step that ended at `at`. Returns the value of a reading that this full step completes.
+    /// At standstill no full step ends, and the last value stays.
     pub(super) fn measure(&mut self, at: Nanos, load: LoadRatio, sgcsconf: u32, driven: bool) -> Option<u16> {
         let took = at.saturating_sub(self.last);
         self.last = at;
@@ -76,7 +76,7 @@ impl StallGuard {
     }
 }
 
-/// SGT, -64..=63.
+/// The threshold SGT, -64..=63.
 fn signed_threshold(sgcsconf: u32) -> i64 {
     let raw = i64::from(field(sgcsconf, 8, 7));
     if raw >= 64 { raw - 128 } else { raw }
@@ -96,12 +96,13 @@ impl CoolStep {
         *self = Self::default();
     }
 
-    /// The current scale in force (SE), 0..=31: one less than 1/32 of the full current.
+    /// The current scale in force (SE), 0..=31: the current is one more than this in 1/32 of the full current.
     pub(super) fn scale(&self) -> u32 {
         self.scale
     }
 
-    /// The configuration has changed: off means CS, on means within its limits.
+    /// Brings the current scale to a changed configuration: to CS with coolStep off, and within its limits with
+    /// coolStep on.
     pub(super) fn limit(&mut self, smarten: u32, sgcsconf: u32) {
         let (lowest, highest) = limits(smarten, sgcsconf);
         self.scale = if field(smarten, 0, 4) == 0 { highest } else { self.scale.clamp(lowest, highest) };

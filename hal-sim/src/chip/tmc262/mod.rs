@@ -53,7 +53,7 @@ pub struct Registers {
     pub drvconf: u32,
 }
 
-/// One of the two bridges (and the coil on it).
+/// One of the two bridges, with the coil at it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bridge {
     /// Coil A.
@@ -73,7 +73,7 @@ pub struct Tmc262 {
     open: [bool; 2],
     shorted: [bool; 2],
     bridges_on: bool,
-    /// Microsteps per active edge, times the edges of a pulse; 0 in SPI mode.
+    /// Microsteps per pulse: those per active edge, times the edges of a pulse; 0 in SPI mode.
     microsteps: i64,
     field: i64,
     pointer: i64,
@@ -93,8 +93,8 @@ fn field(word: u32, low: u32, bits: u32) -> u32 {
 }
 
 impl Tmc262 {
-    /// A chip right after power-on, driver pin ENN high (disabled), at 25 degrees. `noise` (0..=1023) is
-    /// the amplitude of the noise on the stallGuard2 reading, `seed` where its random numbers start.
+    /// A chip right after power-on, with its pin ENN high (disabled), at 25 degrees Celsius. `noise` (0..=1023) is the
+    /// amplitude of the noise on the stallGuard2 reading, and `seed` the start of the random numbers for it.
     pub fn new(noise: u32, seed: u64) -> Self {
         let mut chip = Self {
             registers: Registers::default(),
@@ -119,7 +119,7 @@ impl Tmc262 {
         chip
     }
 
-    /// Power-on reset: registers and microstep pointer are zero again. The field jumps to the nearest
+    /// Resets the chip as at power-on: registers and microstep pointer are zero, and the field jumps to the nearest
     /// angle with pointer zero.
     pub fn reset(&mut self) {
         self.registers = Registers::default();
@@ -133,9 +133,8 @@ impl Tmc262 {
         self.update();
     }
 
-    /// One pulse on the step input at `at` with level `dir` on the direction input (true counts up).
-    /// Returns whether the field passed a full step, after which the owner calls
-    /// [`take_reading`](Self::take_reading).
+    /// Takes one pulse on the step input at `at` with level `dir` on the direction input (true counts up). Returns
+    /// whether the field has passed a full step; if so, the caller calls [`take_reading`](Self::take_reading).
     #[inline]
     pub fn step(&mut self, at: Nanos, dir: bool) -> bool {
         self.last_step = Some(at);
@@ -146,8 +145,7 @@ impl Tmc262 {
         before >> 8 != self.field >> 8
     }
 
-    /// The stallGuard2 measurement at the end of a full step, at `at`, with `load` on the motor; coolStep
-    /// acts on it.
+    /// Measures stallGuard2 at the end of a full step, at `at`, with `load` on the motor, and lets coolStep react.
     pub fn take_reading(&mut self, at: Nanos, load: LoadRatio) {
         let sgcsconf = self.registers.sgcsconf;
         if let Some(reading) = self.stall_guard.measure(at, load, sgcsconf, self.bridges_on) {
@@ -155,8 +153,8 @@ impl Tmc262 {
         }
     }
 
-    /// The angle of the field that the coil currents make, in microsteps of 1/256 full step since the
-    /// first power-on; steps in positive direction count up, 1024 are an electrical period.
+    /// The angle of the field that the coil currents make, in 1/256 full steps since the first power-on. Steps in
+    /// positive direction count up, and 1024 are an electrical period.
     #[inline]
     pub fn field(&self) -> i64 {
         self.field
@@ -167,8 +165,8 @@ impl Tmc262 {
         self.registers
     }
 
-    /// Whether the bridges drive the motor: enabled by ENN and TOFF, and neither shut down by a short or
-    /// by temperature.
+    /// True if the bridges drive the motor: they are enabled by ENN and TOFF, and not shut down by a short or by
+    /// temperature.
     pub fn bridges_on(&self) -> bool {
         self.bridges_on
     }
@@ -180,14 +178,14 @@ impl Tmc262 {
         if self.bridges_on { (self.cool_step.scale() + 1) * self.amplitude / COIL_FULL_SCALE } else { 0 }
     }
 
-    /// The current the motor can make torque of, in 1/32: as [`current`](Self::current), but 0 with a coil
-    /// open, because a motor cannot turn on one coil.
+    /// The current of which the motor can make torque, in 1/32: as [`current`](Self::current), but 0 with an open coil,
+    /// because a motor cannot turn on one coil.
     #[inline]
     pub fn torque_current(&self) -> u32 {
         if self.open == [false; 2] { self.current() } else { 0 }
     }
 
-    /// The stallGuard2 value last measured, 0..=1023.
+    /// The stallGuard2 value that was last measured, 0..=1023.
     pub fn stall_guard(&self) -> u16 {
         self.stall_guard.value()
     }
@@ -197,25 +195,25 @@ impl Tmc262 {
         self.bridges_on && self.stall_guard.value() == 0 && !self.stands_still(now)
     }
 
-    /// The input pin ENN: high switches the bridges off.
+    /// Sets the input pin ENN: high switches the bridges off.
     pub fn set_disable_pin(&mut self, high: bool) {
         self.disabled = high;
         self.update();
     }
 
-    /// Level of the input pin ENN.
+    /// The level of the input pin ENN.
     pub fn disable_pin(&self) -> bool {
         self.disabled
     }
 
-    /// The chip's temperature in degrees Celsius.
+    /// Sets the temperature of the chip, in degrees Celsius.
     pub fn set_temperature(&mut self, celsius: i32) {
         self.temperature = celsius;
         self.update();
     }
 
-    /// Whether the motor supply is high enough for the chip to work (5 V). Without it the chip is held
-    /// in reset and its SPI output reads zero.
+    /// Tells the chip whether its motor supply is high enough for it to work (5 V). Without it the chip is held in
+    /// reset and its SPI output reads zero.
     pub fn set_supplied(&mut self, supplied: bool) {
         if self.supplied && !supplied {
             self.supplied = false;
@@ -268,7 +266,7 @@ impl Tmc262 {
         self.field += if forward > PERIOD / 2 { forward - PERIOD } else { forward };
     }
 
-    /// SPI mode: the coil currents set the field. Coil A is the sine, coil B the cosine of the pointer.
+    /// In SPI mode, sets the field by the coil currents. Coil A is the sine, coil B the cosine of the pointer.
     fn apply_coil_currents(&mut self) {
         let word = self.registers.drvctrl;
         let coil = |sign, low| {
@@ -291,7 +289,7 @@ impl Tmc262 {
             0b101 => self.registers.smarten = word,
             0b110 => self.registers.sgcsconf = word,
             0b111 => self.registers.drvconf = word,
-            _ => {} // 01 in the two highest bits is no register
+            _ => {} // No register has 01 in its two highest bits.
         }
         if !self.step_dir_mode() {
             self.apply_coil_currents();
@@ -309,7 +307,7 @@ impl Tmc262 {
             0 => self.pointer as u32,
             1 => sg,
             2 => sg >> 5 << 5 | self.cool_step.scale(),
-            _ => 0, // not defined for this part
+            _ => 0, // RDSEL 3 is not defined for this part.
         };
         let flags = [
             self.stall_pin(now),

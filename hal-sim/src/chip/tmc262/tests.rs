@@ -22,7 +22,8 @@ fn running(sgcsconf: u32, drvconf: u32) -> Tmc262 {
     chip
 }
 
-/// Steps at `interval` until `full_steps` readings have been taken; returns the time.
+/// Steps the chip, one pulse each `interval`, until `full_steps` readings have been taken. Returns the time of the last
+/// pulse.
 fn turn(chip: &mut Tmc262, from: Nanos, interval: Nanos, full_steps: u32, load: f64) -> Nanos {
     let ratio = (load * f64::from(FULL_LOAD)) as u32;
     let (mut now, mut passed) = (from, 0);
@@ -42,7 +43,7 @@ fn the_registers_are_told_apart_by_their_highest_bits() {
     for word in [0x0_0304, CHOPCONF, 0xA_2345, SGCSCONF, 0xE_F040] {
         send(&mut chip, 0, word);
     }
-    // 01 in bits 19:18 is no register; 20 bits are taken of 24.
+    // No register has 01 in bits 19:18. Of 24 bits the last 20 are taken.
     send(&mut chip, 0, 0x4_FFFF);
     let expected =
         Registers { drvctrl: 0x0_0304, chopconf: CHOPCONF, smarten: 0xA_2345, sgcsconf: SGCSCONF, drvconf: 0xE_F040 };
@@ -76,7 +77,7 @@ fn the_response_has_the_format_of_the_drvconf_written_before() {
 
 #[test]
 fn standstill_is_reported_after_two_to_the_twentieth_clocks() {
-    // 1 048 576 / 15 MHz = 69.905 066 ms.
+    // 2^20 clocks at 15 MHz are 69.905 066 ms.
     assert_eq!(STANDSTILL, 69_905_066);
     let mut chip = running(SGCSCONF, 0xE_F040);
     assert_eq!(send(&mut chip, 0, 0xE_F040) & 0x80, 0x80);
@@ -196,7 +197,7 @@ fn slow_motion_cannot_be_measured_and_standstill_keeps_the_value() {
     assert_eq!(chip.stall_guard(), 320);
     assert!(!chip.stall_pin(now + 2 * STANDSTILL));
     assert_eq!(chip.stall_guard(), 320);
-    // 256 x 80 us = 20.48 ms a full step.
+    // A full step takes 256 x 80 us = 20.48 ms.
     let now = turn(&mut chip, now, 80_000, 2, 0.0);
     assert_eq!(chip.stall_guard(), 0);
     assert!(chip.stall_pin(now));
@@ -220,15 +221,16 @@ fn cool_step_moves_the_current_between_its_limits() {
     let smarten = 0xA_0000 | 2 << 13 | 1 << 8 | 1 << 5 | 2;
     send(&mut chip, 0, smarten);
     assert_eq!(chip.current(), 32);
-    // Free: 320. The first full step began at time 0. Twenty readings are ten decrements.
+    // Without load the reading is 320. The first full step began at time 0. Twenty readings lower the current ten
+    // times.
     let now = turn(&mut chip, 0, 10_000, 20, 0.0);
     assert_eq!(chip.current(), 22);
     let now = turn(&mut chip, now, 10_000, 40, 0.0);
     assert_eq!(chip.current(), 16);
-    // Load 0.45: 512 x 0.55 - 192 = 89 (truncated), between the thresholds.
+    // With a load of 0.45 the reading is 512 x 0.55 - 192 = 89 (truncated), between the thresholds.
     let now = turn(&mut chip, now, 10_000, 4, 0.45);
     assert_eq!((chip.stall_guard(), chip.current()), (89, 16));
-    // Load 0.6: 12, below 64.
+    // With a load of 0.6 the reading is 12, below 64.
     let now = turn(&mut chip, now, 10_000, 3, 0.6);
     assert_eq!(chip.current(), 22);
     let now = turn(&mut chip, now, 10_000, 9, 0.6);
@@ -293,15 +295,15 @@ fn a_reading_below_the_band_and_a_reset_begin_the_count_of_cool_step_anew() {
 #[test]
 fn spi_mode_sets_the_field_by_the_coil_currents() {
     let mut chip = running(0xC_001F, 0xE_F0C0);
-    // Coil A alone, positive: sine 1, a quarter of the period.
+    // Coil A alone with a positive current is sine 1: a quarter of the period.
     send(&mut chip, 0, 248 << 9);
     assert_eq!((chip.field(), chip.current()), (256, 32));
-    // Both negative at 1/sqrt(2) of 248 = 175: 225 degrees = 640; the vector is 247.5 long.
+    // Both currents negative, at 1/sqrt(2) of 248 = 175, are 225 degrees, or 640; the vector is 247.5 long.
     send(&mut chip, 0, 1 << 17 | 175 << 9 | 1 << 8 | 175);
     assert_eq!((chip.field(), chip.current()), (640, 31));
     assert!(!chip.step(0, true), "steps are ignored in SPI mode");
     assert_eq!(chip.field(), 640);
-    // Back in step/direction mode the pointer, still 0, rules: 1024 is nearest.
+    // Back in step/direction mode the pointer, which is still 0, sets the field: 1024 is the nearest.
     send(&mut chip, 0, 0xE_F040);
     assert_eq!(chip.field(), 1024);
 }

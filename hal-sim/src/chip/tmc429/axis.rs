@@ -1,4 +1,4 @@
-//! One of the three axes: its state and registers. What it does with them is in [`motion`].
+//! One of the three axes of the chip: its state and registers. How it moves is in [`motion`].
 
 mod motion;
 
@@ -20,8 +20,8 @@ enum RampMode {
     Hold,
 }
 
-/// An axis. Its motion is evaluated lazily: `velocity` and `phase` are those of tick `synced`, and until
-/// `next` they follow from the number of ticks passed.
+/// An axis. Its motion is evaluated only when necessary: `velocity` and `phase` are those of tick `synced`, and until
+/// tick `next` they follow from the number of ticks that have passed.
 #[derive(Debug)]
 pub(super) struct Axis {
     x_target: i32,
@@ -46,20 +46,21 @@ pub(super) struct Axis {
     /// 12.8 bits, sign and magnitude: "the most significant 11 bits and the sign" go to the pulse generator
     /// (8.1.10.2), so the fraction is cut towards zero.
     velocity: i32,
-    /// What the ramp generator drives `velocity` to.
+    /// The value to which the ramp generator drives `velocity`.
     goal: i32,
     /// Pulse accumulator, below [`PHASE_PERIOD`].
     phase: u32,
-    /// Rate for which `period`, the pulse ticks of a step rounded up, was calculated: saves a division.
+    /// The rate for which `period`, the pulse ticks of a step rounded up, was calculated: remembering it saves a
+    /// division.
     period_rate: u32,
     period: u32,
-    /// Steps that can be made before anything but the counters changes.
+    /// Number of steps that can be made before anything but the counters changes.
     free_steps: u32,
     synced: u64,
     next: u64,
-    /// Tick at which the switch inputs are looked at.
+    /// The next tick at which the switch inputs are sampled.
     sample_at: u64,
-    /// The switches as last sampled, active high.
+    /// The switches as last sampled, true is active.
     left: bool,
     right: bool,
     /// A soft stop is under way and has been reported.
@@ -118,7 +119,7 @@ impl Axis {
         self.next
     }
 
-    /// X_ACTUAL, sign-extended.
+    /// X_ACTUAL, sign-extended, in microsteps.
     pub(super) fn position(&self) -> i32 {
         self.x_actual
     }
@@ -134,7 +135,7 @@ impl Axis {
         self.x_actual == self.x_target
     }
 
-    /// Any interrupt flag set.
+    /// True if any interrupt flag is set.
     pub(super) fn interrupt(&self) -> bool {
         self.interrupt_flags != 0
     }

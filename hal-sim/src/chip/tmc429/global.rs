@@ -1,4 +1,4 @@
-//! The common registers, the on-chip RAM and what little of the SPI driver chain is visible from outside.
+//! The common registers, the on-chip RAM, and the little of the SPI driver chain that can be seen from outside.
 
 use super::registers::{common, global, interface, ram};
 use super::ticks::TickClock;
@@ -26,7 +26,7 @@ pub(super) struct Global {
     cover_datagram: u32,
     cover_waiting: bool,
     words_waiting: bool,
-    /// Tick at which the datagram under way to the driver chain has been sent.
+    /// The tick at which the datagram that is under way to the driver chain has been sent.
     sent_at: Option<u64>,
     ram: [u8; ram::CELLS],
 }
@@ -74,7 +74,7 @@ impl Global {
         }
     }
 
-    /// Step and direction go to the drivers (en_sd).
+    /// True if step and direction go to the drivers (en_sd).
     pub(super) fn step_direction(&self) -> bool {
         self.interface & interface::EN_SD != 0
     }
@@ -84,7 +84,7 @@ impl Global {
         up != (self.interface & interface::INV_DIR != 0)
     }
 
-    /// nINT_SDO_C carries nINT at all times (sdo_int).
+    /// True if nINT_SDO_C carries nINT at all times (sdo_int).
     pub(super) fn interrupt_only(&self) -> bool {
         self.interface & interface::SDO_INT != 0
     }
@@ -115,7 +115,7 @@ impl Global {
         self.compare_matched
     }
 
-    /// The interrupt flag of the position compare function is set.
+    /// True if the interrupt flag of the position compare function is set.
     pub(super) fn interrupt(&self) -> bool {
         self.compare_flag
     }
@@ -125,7 +125,7 @@ impl Global {
         self.cover_waiting || self.words_waiting
     }
 
-    /// When the datagram on its way to the driver chain will have been sent.
+    /// The tick at which the datagram on its way to the driver chain will have been sent; `None` without one.
     pub(super) fn sent_at(&self) -> Option<u64> {
         self.sent_at
     }
@@ -139,7 +139,7 @@ impl Global {
         }
     }
 
-    /// A step wants a datagram sent to the driver chain. Only those that somebody waits for are timed.
+    /// Begins the datagram that a step sends to the driver chain. It is timed only if CDGW shows that data wait for it.
     pub(super) fn send_datagram(&mut self, tick: u64) {
         if !self.step_direction() && self.datagram_waiting() && self.sent_at.is_none() {
             self.sent_at = Some(tick + TickClock::ticks_for(self.datagram_cycles()));
@@ -180,7 +180,7 @@ impl Global {
             common::TYPE_VERSION => common::VERSION,
             common::REFERENCE_SWITCHES => u32::from(self.switches(pins)),
             common::GLOBAL_PARAMETERS => self.parameters,
-            // Both DATAGRAM words too: nothing drives SDI_S, which is pulled down (4).
+            // The two DATAGRAM words read 0 as well, because nothing drives SDI_S, which is pulled down (4).
             _ => 0,
         }
     }

@@ -46,13 +46,13 @@ use global::Global;
 use registers::{axis as axis_register, common};
 use ticks::TickClock;
 
-/// Axes of the chip.
+/// Number of axes of the chip.
 const MOTORS: usize = 3;
 /// Periods of CLK in a tick.
 const CYCLES_PER_TICK: u64 = 32;
-/// The six reference switch inputs.
+/// The bits of the six reference switch inputs.
 const SWITCH_PINS: u8 = 0x3F;
-/// Bytes of a datagram; any other length does nothing (6.2.1).
+/// Number of bytes in a datagram; one of any other length does nothing (6.2.1).
 const DATAGRAM_BYTES: usize = 4;
 /// The register address bits of the first byte, RRS and RW (6.2.2.1).
 const RAM_SELECT: u8 = 0x80;
@@ -71,19 +71,19 @@ pub struct Tmc429 {
     /// The earliest time of an internal event; the maximum when there is none.
     due: Nanos,
     powered_down: bool,
-    /// Whether there is a clock at the pin CLK.
+    /// A clock is at the pin CLK.
     clocked: bool,
     axes: [Axis; MOTORS],
     global: Global,
-    /// Levels of the reference switch inputs.
+    /// The levels of the reference switch inputs.
     pins: u8,
-    /// Tick of the last pulse of each motor that got out.
+    /// The tick of each motor's last pulse that was long enough to get out.
     pulses: [Option<u64>; MOTORS],
     selected: bool,
-    /// Bytes clocked in since select, of which the first four are kept.
+    /// The number of bytes since select, of which the first four are kept.
     received: usize,
     datagram: [u8; DATAGRAM_BYTES],
-    /// What is shifted out.
+    /// The bytes to be shifted out.
     reply: [u8; DATAGRAM_BYTES],
 }
 
@@ -119,10 +119,10 @@ impl Tmc429 {
         }
     }
 
-    /// Brings the chip to time `to` if nothing happens in it by then; false if something does.
+    /// Brings the chip to time `to`, if nothing happens in it by then, and returns true; else returns false.
     #[inline]
     pub fn rest(&mut self, to: Nanos) -> bool {
-        // Due is the maximum in power-down, when no clock runs.
+        // In power-down, when no clock runs, `due` is the maximum.
         let rests = to < self.due;
         if rests {
             self.now = self.now.max(to);
@@ -130,7 +130,7 @@ impl Tmc429 {
         rests
     }
 
-    /// The reference switch inputs changed without a step. `pins` are levels in the order of the register
+    /// Sets the reference switch inputs after a change without a step. `pins` are levels in the order of the register
     /// REFERENCE_SWITCHES: bit 0 REFR1, 1 REFL1, 2 REFR2, 3 REFL2, 4 REFR3, 5 REFL3.
     pub fn set_reference_pins(&mut self, pins: u8) {
         let pins = pins & SWITCH_PINS;
@@ -140,8 +140,8 @@ impl Tmc429 {
         }
     }
 
-    /// Whether there is a clock at the pin CLK from `now` on, to which the chip has been advanced. Without one
-    /// nothing moves, and datagrams are not heard.
+    /// Switches the clock at the pin CLK on or off at `now`, to which the chip has been advanced. Without a clock
+    /// nothing moves, and datagrams have no effect.
     pub fn set_clocked(&mut self, now: Nanos, clocked: bool) {
         if clocked == self.clocked {
             return;
@@ -158,19 +158,19 @@ impl Tmc429 {
         self.reschedule();
     }
 
-    /// The earliest time at which anything may change without traffic on SPI or the pins, None at rest.
-    /// Never late; a ramp may have events that cannot be seen from outside.
+    /// The earliest time at which anything may change without traffic on SPI or a change at the pins; `None` at rest.
+    /// The time is never too late; some events of a ramp cannot be seen from outside.
     pub fn next_event(&self) -> Option<Nanos> {
         (self.due != Nanos::MAX).then_some(self.due)
     }
 
-    /// The output nINT_SDO_C signals an interrupt, i.e. is low for that reason (1.5.3). Unless sdo_int is
-    /// set it is the data output while the chip is selected.
+    /// True if the output nINT_SDO_C signals an interrupt, that is, is low for that reason (1.5.3). Unless sdo_int is
+    /// set, this output is the data output while the chip is selected.
     pub fn interrupt_pin(&self) -> bool {
         self.interrupt() && (self.global.interrupt_only() || !self.selected)
     }
 
-    /// The output POSCMP is active (8.2.4.1).
+    /// True if the output POSCMP is active (8.2.4.1).
     pub fn position_compare_pin(&self) -> bool {
         self.global.compare_matched()
     }
@@ -205,7 +205,7 @@ impl Tmc429 {
         }
     }
 
-    /// A position counter has moved: the outputs follow.
+    /// Makes the outputs follow a position counter that has moved.
     fn step(&mut self, motor: usize, up: bool, tick: u64, load: &mut impl StepDir) {
         if motor == self.global.compare_motor() {
             self.compare_positions();
@@ -229,7 +229,7 @@ impl Tmc429 {
         }
     }
 
-    /// The switches may read differently from the next tick on.
+    /// Notes that the switches may read differently from the next tick on.
     fn inputs_changed(&mut self) {
         let tick = self.clock.tick_at(self.now);
         for axis in &mut self.axes {
@@ -309,7 +309,7 @@ impl Tmc429 {
     }
 }
 
-/// Motor (or [`COMMON`]) and index in the first byte of a register datagram.
+/// The motor (or [`COMMON`]) and the index in the first byte of a register datagram.
 fn register_address(first: u8) -> (usize, u8) {
     (usize::from(first >> 5 & 3), first >> 1 & 0xF)
 }

@@ -63,7 +63,7 @@ impl Proportion {
     }
 }
 
-/// How many ramp ticks the velocity may lag behind the braking law on arrival.
+/// Number of ramp ticks by which the velocity may lag behind the braking law on arrival.
 const LAG: u32 = 5;
 
 /// The greatest velocity (with fraction) at which the motor stops on the target instead of running through.

@@ -14,9 +14,9 @@ pub(super) struct TickClock {
     hz: u64,
     /// Length of a tick where it is a whole number of nanoseconds (2000 ns at 16 MHz): saves divisions.
     whole: Option<Nanos>,
-    /// Time spent in power-down, when no clock runs (8.2.4.3).
+    /// Time spent so far in power-down, when no clock runs (8.2.4.3).
     stopped: Nanos,
-    /// When the clock was stopped, if it is.
+    /// The time at which the clock was stopped; `None` while it runs.
     paused: Option<Nanos>,
 }
 

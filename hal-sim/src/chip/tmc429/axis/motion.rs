@@ -1,11 +1,11 @@
-//! Ramp generator, pulse generator and switch logic of an axis.
+//! The ramp generator, pulse generator and switch logic of an axis.
 
 use super::super::ramp::{self, FRACTION_BITS};
 use super::super::registers::{axis as reg, interrupt, ref_conf};
 use super::{Axis, NEVER, PHASE_PERIOD, RampMode, wrap};
 
 impl Axis {
-    /// The switch inputs, or the way they are read, changed after tick `tick`.
+    /// Notes that the switch inputs, or the way in which they are read, have changed after tick `tick`.
     pub(in crate::chip::tmc429) fn inputs_changed(&mut self, tick: u64) {
         self.sample_at = self.sample_at.min(tick + 1);
         self.next = self.next.min(self.sample_at);
@@ -83,7 +83,7 @@ impl Axis {
         }
     }
 
-    /// The pulse generator's part of tick `tick`.
+    /// Does the pulse generator's part of tick `tick`.
     fn pulse(&mut self, tick: u64) -> Option<bool> {
         if self.stray_step {
             self.stray_step = false;
@@ -156,7 +156,7 @@ impl Axis {
         self.goal = goal;
     }
 
-    /// What follows from position, velocity and switches, after a tick or a write.
+    /// Updates everything that follows from position, velocity and switches, after a tick or a write.
     pub(super) fn settle(&mut self) {
         if self.velocity != 0 && self.stops_here() {
             self.velocity = 0;
@@ -185,7 +185,7 @@ impl Axis {
         self.schedule();
     }
 
-    /// In the positioning modes: on the target and slow enough to stay there.
+    /// True in the positioning modes if the motor is on the target and slow enough to stay there.
     fn stops_here(&self) -> bool {
         self.positioning()
             && self.at_target()
@@ -207,7 +207,7 @@ impl Axis {
         if self.ref_conf & ref_conf::REF_RNL != 0 { self.right } else { self.left }
     }
 
-    /// The stop function that `disable` would switch off is on at this position. "To exclude a motion
+    /// True if the stop function that the bit `disable` would switch off is on at this position. "To exclude a motion
     /// range" (8.1.14) is read so that a tolerance of 0 excludes nothing, not even the origin.
     fn is_stop(&self, disable: u32) -> bool {
         let excluded = self.tolerance != 0 && self.x_actual.unsigned_abs() <= self.tolerance;
@@ -264,8 +264,8 @@ impl Axis {
         ((self.synced >> self.pulse_div) + u64::from(pulses)) << self.pulse_div
     }
 
-    /// How many steps may follow, with the velocity at its goal and both switches open, until a position
-    /// that counts for anything: the target, the origin, the beginning of the ramp down.
+    /// The number of steps that may follow, with the velocity at its goal and both switches open, before a position
+    /// that has an effect: the target, the origin, or the beginning of the ramp down.
     fn count_free_steps(&self) -> u32 {
         let up = self.velocity > 0;
         let steps_to = |position: i32| {
