@@ -57,8 +57,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     pub(super) fn set_global_value(&mut self, parameter: G, value: i32) {
-        if let Some(place) = self.globals.get_mut(parameter.index()) {
-            *place = value;
+        if let Some(cell) = self.globals.get_mut(parameter.index()) {
+            *cell = value;
             self.link_settings_stale = true;
         }
     }
@@ -119,8 +119,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
             }
             Global::Variable(number) => {
-                if let Some(place) = self.variables.get_mut(usize::from(number)) {
-                    *place = value;
+                if let Some(cell) = self.variables.get_mut(usize::from(number)) {
+                    *cell = value;
                 }
             }
             Global::Interrupt(number, row) => {
@@ -143,8 +143,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn restore_global(&mut self, number: u8, bank: u8, echo: i32) -> Result<Outcome, Status> {
         let slot = self.stored_variable(number, bank)?;
         let value = self.recall(Some(slot))?;
-        if let Some(place) = self.variables.get_mut(usize::from(number)) {
-            *place = value;
+        if let Some(cell) = self.variables.get_mut(usize::from(number)) {
+            *cell = value;
         }
         Ok(Outcome::Value(echo))
     }

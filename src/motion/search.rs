@@ -79,7 +79,7 @@ pub(super) enum Act {
 
 /// What the motor is doing in a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Motion {
+enum LegMotion {
     /// The motor has been told to stand, and is braking or standing.
     Resting,
     /// The motor has been told to move, but a datagram of that may not have got through to a chip.
@@ -114,7 +114,7 @@ pub(super) struct Search {
     slow: i32,
     /// Number of legs that are done.
     done: usize,
-    motion: Motion,
+    motion: LegMotion,
     /// The verdict of the last poll on this leg.
     verdict: Verdict,
     /// Number of polls for which the motor has been standing with this verdict.
@@ -143,7 +143,7 @@ impl Search {
             fast,
             slow,
             done: 0,
-            motion: Motion::Resting,
+            motion: LegMotion::Resting,
             verdict: Verdict::Underway,
             stood: 0,
             closed: false,
@@ -223,19 +223,19 @@ impl Search {
             return Act::Arrive;
         }
         match self.motion {
-            Motion::Running if self.verdict == Verdict::Underway => Act::Wait,
-            Motion::Running | Motion::Starting => {
-                self.motion = Motion::Resting;
+            LegMotion::Running if self.verdict == Verdict::Underway => Act::Wait,
+            LegMotion::Running | LegMotion::Starting => {
+                self.motion = LegMotion::Resting;
                 Act::Stand
             }
-            Motion::Resting if self.stood >= SETTLED => {
+            LegMotion::Resting if self.stood >= SETTLED => {
                 if self.proceed(view) {
                     Act::Begin
                 } else {
                     Act::GiveUp
                 }
             }
-            Motion::Resting => Act::Wait,
+            LegMotion::Resting => Act::Wait,
         }
     }
 
@@ -246,7 +246,7 @@ impl Search {
         self.index = false;
         self.verdict = Verdict::Underway;
         self.stood = 0;
-        self.motion = Motion::Starting;
+        self.motion = LegMotion::Starting;
         let goal = if self.leg().until == Until::There {
             Goal::Position { target: self.zero_point(), soft: false }
         } else {
@@ -257,7 +257,7 @@ impl Search {
 
     /// Notes that all datagrams that start the motor have got through.
     pub(super) const fn begun(&mut self) {
-        self.motion = Motion::Running;
+        self.motion = LegMotion::Running;
     }
 
     /// The leg under way.
@@ -292,7 +292,7 @@ impl Search {
             Until::OtherClosed => other,
             Until::OtherOpen => !other,
             Until::Index => self.index,
-            Until::There => self.motion == Motion::Running && known.speed == 0 && way == 0,
+            Until::There => self.motion == LegMotion::Running && known.speed == 0 && way == 0,
         };
         let heading = if leg.until == Until::There { way } else { self.speed() };
         if over {

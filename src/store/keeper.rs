@@ -5,7 +5,7 @@ use embedded_hal::spi::SpiDevice;
 
 use super::memory::LONGEST_PAGE;
 use super::page::Job;
-use super::{Memory, Report, Store};
+use super::{LoadReport, Memory, Store};
 use crate::chip::at25::At25;
 use crate::units::Micros;
 
@@ -30,7 +30,7 @@ impl<SPI: SpiDevice> Keeper<SPI> {
 
     /// Reads the EEPROM into the store, after a page write that a restart has cut off from the firmware has ended. If
     /// the EEPROM does not answer, factory defaults apply and all writes fail until the next restart.
-    pub fn load<M: Memory>(&mut self, store: &mut Store<M>) -> Report {
+    pub fn load<M: Memory>(&mut self, store: &mut Store<M>) -> LoadReport {
         let loaded = match self.part.settle() {
             Ok(true) => store.load(|address, page| self.part.read(address, page)).ok(),
             Ok(false) | Err(_) => None,

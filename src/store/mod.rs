@@ -29,7 +29,7 @@ use settings::Settings;
 
 /// What was found in the EEPROM at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Report {
+pub struct LoadReport {
     /// Page copies that hold settings of this layout.
     pub valid: u8,
     /// Page copies that hold other bytes: another firmware's data, or a write cut short.
@@ -154,7 +154,7 @@ impl<M: Memory> Store<M> {
     ///
     /// # Errors
     /// The first error of `read`.
-    pub fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<Report, E> {
+    pub fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<LoadReport, E> {
         let mut report = self.settings.load(&mut read)?;
         self.program.load(&mut read)?;
         self.activity = Activity::Idle;
@@ -172,10 +172,10 @@ impl<M: Memory> Store<M> {
 
     /// In place of [`Store::load`] with an EEPROM that does not answer: factory defaults, none of which counts as
     /// durable.
-    pub fn unreachable(&mut self) -> Report {
+    pub fn unreachable(&mut self) -> LoadReport {
         self.forget();
         self.settings.unreachable = true;
-        Report { unreachable: true, ..Report::default() }
+        LoadReport { unreachable: true, ..LoadReport::default() }
     }
 
     /// True when the EEPROM did not answer at start-up, so that its contents are unknown.

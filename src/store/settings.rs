@@ -3,7 +3,7 @@
 
 use core::ops::Range;
 
-use super::Report;
+use super::LoadReport;
 use super::memory::{Array, FRAME, LONGEST_PAGE, Memory, Pair};
 use super::page::{self, Job};
 
@@ -48,9 +48,9 @@ impl<M: Memory> Settings<M> {
     }
 
     /// Reads the settings pages from the EEPROM through `read(address, page)`.
-    pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<Report, E> {
+    pub(super) fn load<E>(&mut self, mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>) -> Result<LoadReport, E> {
         self.forget();
-        let mut report = Report::default();
+        let mut report = LoadReport::default();
         let mut space = [0; LONGEST_PAGE];
         let image = space.get_mut(..M::PAGE).unwrap_or_default();
         // Until it is known which copy of each page counts, `durable` holds the first copies and `wanted` the second

@@ -65,7 +65,7 @@ impl<M: Memory> Part<M> {
         Part::of(vec![0xFF; M::SIZE])
     }
 
-    fn load(&self) -> (Store<M>, Report) {
+    fn load(&self) -> (Store<M>, LoadReport) {
         let read = |address: u16, page: &mut [u8]| {
             page.copy_from_slice(&self.0[address.into()..][..page.len()]);
             Ok::<(), ()>(())
@@ -91,7 +91,7 @@ impl<M: Memory> Part<M> {
 #[test]
 fn an_empty_part_reads_as_defaults_and_is_left_alone() {
     let (mut store, report) = Part::<Small>::fresh().load();
-    assert_eq!(report, Report::default());
+    assert_eq!(report, LoadReport::default());
     assert_eq!(store.get(SPEED), Some(1000));
     assert_eq!(store.next_job(), None);
 }
@@ -187,7 +187,7 @@ fn nothing_is_durable_in_a_part_that_does_not_answer() {
 fn foreign_contents_are_reported_and_count_as_defaults() {
     let part = Part::<Small>::of((0..16_384_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect());
     let (store, report) = part.load();
-    assert_eq!(report, Report { foreign: 32, ..Report::default() });
+    assert_eq!(report, LoadReport { foreign: 32, ..LoadReport::default() });
     assert_eq!(store.get(SPEED), Some(1000));
 }
 
@@ -213,7 +213,7 @@ fn the_first_store_formats_foreign_pages() {
     assert!(store.set(SPEED, 2000));
     assert_eq!(part.settle(&mut store), 33, "both copies of 16 pages, and then what is stored");
     let (mut store, report) = part.load();
-    assert_eq!(report, Report { valid: 32, ..Report::default() });
+    assert_eq!(report, LoadReport { valid: 32, ..LoadReport::default() });
     assert_eq!(store.get(SPEED), Some(2000));
     assert!(store.set(SPEED, 1));
     assert!(store.set(SPEED, 2000));

@@ -22,7 +22,7 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// State of the program, as global parameter 128 and command 135 number it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum ProgramState {
+enum RunState {
     Stopped,
     Running,
     Stepping,
@@ -30,14 +30,14 @@ enum ProgramState {
     Unknown(u8),
 }
 
-impl ProgramState {
+impl RunState {
     fn name(self) -> String {
         match self {
-            ProgramState::Stopped => "stopped".into(),
-            ProgramState::Running => "running".into(),
-            ProgramState::Stepping => "step by step".into(),
-            ProgramState::Reset => "reset".into(),
-            ProgramState::Unknown(number) => format!("unknown mode {number}"),
+            RunState::Stopped => "stopped".into(),
+            RunState::Running => "running".into(),
+            RunState::Stepping => "step by step".into(),
+            RunState::Reset => "reset".into(),
+            RunState::Unknown(number) => format!("unknown mode {number}"),
         }
     }
 }
@@ -45,7 +45,7 @@ impl ProgramState {
 /// The reply to command 135, type 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct State {
-    program: ProgramState,
+    program: RunState,
     /// True while the program is in a WAIT.
     waiting: bool,
     /// The program counter.
@@ -56,11 +56,11 @@ impl State {
     fn of(value: i32) -> Self {
         let [mode, waiting, high, low] = value.to_be_bytes();
         let mode = match mode {
-            0 => ProgramState::Stopped,
-            1 => ProgramState::Running,
-            2 => ProgramState::Stepping,
-            3 => ProgramState::Reset,
-            number => ProgramState::Unknown(number),
+            0 => RunState::Stopped,
+            1 => RunState::Running,
+            2 => RunState::Stepping,
+            3 => RunState::Reset,
+            number => RunState::Unknown(number),
         };
         State { program: mode, waiting: waiting != 0, counter: u16::from_be_bytes([high, low]) }
     }
@@ -136,7 +136,7 @@ impl<'a> Debugger<'a> {
     pub(super) fn whereabouts(&mut self) -> Result<String, Error> {
         let state = self.state()?;
         match state.program {
-            ProgramState::Running => Ok("running; stop halts it".into()),
+            RunState::Running => Ok("running; stop halts it".into()),
             _ => Ok(self.line(state.counter, Some(state.counter))),
         }
     }
@@ -145,7 +145,7 @@ impl<'a> Debugger<'a> {
     pub(super) fn farewell(&mut self) -> Result<String, Error> {
         let state = self.state()?;
         let mut text = match state.program {
-            ProgramState::Running => "the program goes on running in the module; command 128 stops it".into(),
+            RunState::Running => "the program goes on running in the module; command 128 stops it".into(),
             _ => format!("the program is stopped at address {}", state.counter),
         };
         for axis in 0..self.module.axes()? {
@@ -164,7 +164,7 @@ impl<'a> Debugger<'a> {
     /// Steps to a breakpoint or the end of the program, at most `most` steps.
     fn advance(&mut self, most: Option<u32>, signal: &mut EndSignal) -> Result<String, Error> {
         let state = self.state()?;
-        if state.program == ProgramState::Running {
+        if state.program == RunState::Running {
             return Ok(RUNS.into());
         }
         let (mut at, mut done) = (state.counter, 0);
@@ -200,7 +200,7 @@ impl<'a> Debugger<'a> {
         loop {
             let state = self.state()?;
             if !state.waiting {
-                let ended = state.program == ProgramState::Stopped;
+                let ended = state.program == RunState::Stopped;
                 return Ok(if ended { Step::Ended } else { Step::Done(state.counter) });
             }
             if signal.within(LOOK) {

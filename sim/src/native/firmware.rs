@@ -7,7 +7,7 @@ use hal_sim::clock::{MICROSECOND, Nanos};
 use tmcm::chip::at25::At25;
 use tmcm::device::Outputs;
 use tmcm::module::{Desk, LinkSettings, Module, Product, Source};
-use tmcm::store::{Integrity, Keeper, Report};
+use tmcm::store::{Integrity, Keeper, LoadReport};
 use tmcm::tmcl::{Command, Reply, Status};
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
@@ -101,7 +101,7 @@ pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
     Start { board, clock, seed, tracing }: Start<'_>,
 ) -> (Box<dyn Firmware>, Vec<String>) {
     let mut keeper = Keeper::new(At25::new(board.spi(hal_sim::board::Chip::At25, AT25_HZ)));
-    let mut report = Report::default();
+    let mut report = LoadReport::default();
     let mut module = Module::<Simulated<Tracer, P, N>, AXES>::new(parts(board), Tracer::new(tracing), seed);
     module.start(clock, |store| report = keeper.load(store));
     let firmware = Tmcl {
@@ -121,8 +121,8 @@ pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
 }
 
 /// What a person should know of the contents of the EEPROM.
-fn messages(report: &Report) -> Vec<String> {
-    let Report { foreign, valid, .. } = *report;
+fn messages(report: &LoadReport) -> Vec<String> {
+    let LoadReport { foreign, valid, .. } = *report;
     let mut messages = Vec::new();
     if report.unreachable {
         messages.push("EEPROM does not answer: defaults apply, nothing can be stored".into());
