@@ -164,9 +164,9 @@ fn places(bench: &LooseBench) -> (i64, i32) {
     (board.world().axis(0).motor().rotor(), board.tmc429(0).position(0))
 }
 
-/// Datagrams that are lost while a leg begins: it begins all the same, a little later, and the search finds its place.
+/// If datagrams are lost while a leg begins, the leg begins a little later, and the search finds its zero point.
 #[test]
-fn a_search_finds_its_place_though_the_beginning_of_a_leg_was_not_heard() {
+fn a_search_finds_its_zero_point_though_the_beginning_of_a_leg_was_not_heard() {
     for mode in [1, 3, 4, 66] {
         let (bench, changes) = searched(mode, Disturbed::default());
         let (place, _) = places(&bench);
@@ -185,8 +185,8 @@ fn a_search_finds_its_place_though_the_beginning_of_a_leg_was_not_heard() {
     }
 }
 
-/// Datagrams that are lost where the position becomes zero: the search has not found its place, and says so. The stop
-/// switches act as they did before.
+/// If datagrams are lost when the position is to become zero, the search gives up and reports that. The stop switches
+/// then act as they did before.
 #[test]
 fn a_search_that_cannot_make_the_position_zero_has_given_up() {
     for mode in [1, 4] {
