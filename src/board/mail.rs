@@ -47,8 +47,9 @@ pub(super) fn put_in_force(settings: &LinkSettings) -> bool {
     LINK_SETTINGS.lock(|shared| shared.replace(Some(*settings)) != Some(*settings))
 }
 
-/// The EEPROM page to be written, from the owner of the module. The store hands out one at a time.
+/// The EEPROM page to be written, from the owner of the module to the task of the EEPROM. The store hands out one at a
+/// time.
 pub(super) static PAGE: Signal<CriticalSectionRawMutex, Job> = Signal::new();
 
-/// Whether that page was written, to the owner of the module.
+/// Whether the page of [`PAGE`] was written, from the task of the EEPROM to the owner of the module.
 pub(super) static WRITTEN: Signal<CriticalSectionRawMutex, bool> = Signal::new();

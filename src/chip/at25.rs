@@ -48,7 +48,7 @@ impl<SPI: SpiDevice> At25<SPI> {
     /// Reads bytes from `address` on.
     ///
     /// # Errors
-    /// That of the SPI bus.
+    /// The error of the SPI bus.
     pub fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), SPI::Error> {
         let [high, low] = address.to_be_bytes();
         self.spi.transaction(&mut [Operation::Write(&[READ, high, low]), Operation::Read(bytes)])
@@ -74,7 +74,7 @@ impl<SPI: SpiDevice> At25<SPI> {
     /// if the part is still busy after about 20 ms, four times the duration of a write: then no part answers.
     ///
     /// # Errors
-    /// That of the SPI bus.
+    /// The error of the SPI bus.
     pub fn settle(&mut self) -> Result<bool, SPI::Error> {
         for _ in 0..SETTLE_READS {
             if !self.busy()? {
@@ -87,7 +87,7 @@ impl<SPI: SpiDevice> At25<SPI> {
     /// True while the part is writing.
     ///
     /// # Errors
-    /// That of the SPI bus.
+    /// The error of the SPI bus.
     pub fn busy(&mut self) -> Result<bool, SPI::Error> {
         Ok(self.status()? & BUSY != 0)
     }

@@ -142,7 +142,7 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
     /// Brings the chip to a configuration. Only registers that differ are written.
     ///
     /// # Errors
-    /// That of the SPI bus; the register concerned is written by the next call.
+    /// The error of the SPI bus; the register concerned is written by the next call.
     pub fn apply(&mut self, configuration: &Configuration) -> Result<(), SPI::Error> {
         self.words = words(configuration);
         for register in
@@ -165,7 +165,7 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
     /// lost its supply has all registers again.
     ///
     /// # Errors
-    /// That of the SPI bus.
+    /// The error of the SPI bus.
     pub fn refresh(&mut self) -> Result<(), SPI::Error> {
         let register = TURNS[self.turn % TURNS.len()];
         self.turn = (self.turn + 1) % TURNS.len();

@@ -181,7 +181,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// masked: another firmware may have left them on, and a pending interrupt looks like a chip that does not answer.
     ///
     /// # Errors
-    /// That of the first datagram that did not get through; the others are sent all the same.
+    /// The error of the first datagram that did not get through; the others are sent all the same.
     pub fn halt(&mut self) -> Result<(), Error<SPI::Error>> {
         let disabled = reference::DISABLE_STOP_L | reference::DISABLE_STOP_R;
         let words = [

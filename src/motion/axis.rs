@@ -119,7 +119,7 @@ impl<'a, H: Hardware> Joined<'a, H> {
         act(hardware, self.controller, &course(values, search.as_ref(), *pace))
     }
 
-    /// The motion controller of the axis, to look at what was read last.
+    /// The motion controller of the axis, with its last readings.
     pub(super) fn controller(&self) -> &H::Controller {
         self.controller
     }

@@ -1,5 +1,5 @@
-//! What an axis runs on: a ramp generator, which makes step pulses, and a driver, which makes coil currents of them.
-//! They may be two chips or one.
+//! The hardware of an axis: a ramp generator, which makes step pulses, and a driver, which makes coil currents of them.
+//! The two may be two chips or one.
 //!
 //! An axis reaches its chips by [`Hardware`] alone and so knows none of them. What a chip demands - how wide its
 //! positions are, in which order its registers are written - is known in one file for each kind of hardware.

@@ -84,7 +84,7 @@ enum LegMotion {
     Resting,
     /// The motor has been told to move, but a datagram of that may not have got through to a chip.
     Starting,
-    /// The motor moves as the leg wants it.
+    /// The motor moves as the leg demands.
     Running,
 }
 

@@ -1,4 +1,5 @@
-//! The values of those parameters of an axis that are settings. The chips are told of them elsewhere.
+//! The values of those parameters of an axis that are settings, without the chips: `parameters.rs` writes settings to
+//! them.
 
 use crate::param::{AxisParameter as P, Table};
 
