@@ -182,8 +182,8 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(())
     }
 
-    /// Takes one datagram to the TMC429 for the position of a motor that does not stand, one for the reading, to the
-    /// TMC429 or to the driver, and one more when a waypoint is moved on.
+    /// Takes one datagram to the TMC429 for the position of a motor that does not stand, and one for the reading, to the
+    /// TMC429 or to the driver. A waypoint is moved on in place of a reading.
     fn refresh(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<(), Error> {
         // The known speed may be some milliseconds old, from before the last step. So the position of a motor that has
         // come to a stand is read once more; its speed is still read in rotation.
@@ -192,20 +192,20 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
             self.position(chip)?;
         }
         self.rests = stands;
-        match reading.map(|reading| reading % READINGS) {
-            None => {}
-            Some(CONFIRMATION) => chip.confirm()?,
-            Some(reading) => match reading % 4 {
+        let Some(reading) = reading else { return Ok(()) };
+        let Known { mode, position, target, .. } = self.known;
+        if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {
+            let before = core::mem::replace(&mut self.waypoint, next);
+            // A waypoint that did not get through to the chip is written again with the axis' next reading.
+            return self.write_waypoint(chip).inspect_err(|_| self.waypoint = before);
+        }
+        match reading % READINGS {
+            CONFIRMATION => chip.confirm()?,
+            reading => match reading % 4 {
                 1 => self.driver.refresh()?,
                 3 => drop(self.switches(chip)?),
                 _ => drop(self.speed(chip)?),
             },
-        }
-        let Known { mode, position, target, .. } = self.known;
-        if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {
-            let before = core::mem::replace(&mut self.waypoint, next);
-            // A waypoint that did not get through to the chip is written again in the next millisecond.
-            self.write_waypoint(chip).inspect_err(|_| self.waypoint = before)?;
         }
         Ok(())
     }
