@@ -6,7 +6,7 @@
 #[path = "common/products.rs"]
 mod definitions;
 
-use definitions::{On, Simulated, Six, THREE_AXIS, Three, parts};
+use definitions::{OnBoard, Six, THREE_AXIS, Three};
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
@@ -14,17 +14,18 @@ use tmcm::module::{Module, Source};
 use tmcm::param::{COORDINATES, Parameter, STORED_USER_VARIABLES};
 use tmcm::tmcl::{Opcode, Reply, Status, text};
 use tmcm::units::Micros;
+use tmcm_sim::native::{Simulated, parts};
 
 /// A module of a product, and its EEPROM, whose writes take no time.
-struct Rig<P: Simulated, const AXES: usize, const N: usize> {
-    module: Module<On<P, N>, AXES>,
+struct Rig<P: OnBoard, const AXES: usize, const N: usize> {
+    module: Module<Simulated<(), P, N>, AXES>,
     eeprom: Vec<u8>,
 }
 
 type OfThree = Rig<Three, 3, 1>;
 type OfSix = Rig<Six, 6, 2>;
 
-impl<P: Simulated, const AXES: usize, const N: usize> Rig<P, AXES, N> {
+impl<P: OnBoard, const AXES: usize, const N: usize> Rig<P, AXES, N> {
     fn on(eeprom: Vec<u8>) -> Self {
         let board = SharedBoard::new(Board::of_kind(P::BOARD, &WorldConfig::default(), 1));
         let mut module = Module::new(parts(&board), (), 1);
@@ -80,7 +81,7 @@ fn another<F>(parameter: &Parameter<F>, axis: u8) -> i32 {
 
 /// Changes and stores every value that can be stored, and asserts that each is the same after a power cycle, so that
 /// no two values share a slot.
-fn everything_survives<P: Simulated, const AXES: usize, const N: usize>() {
+fn everything_survives<P: OnBoard, const AXES: usize, const N: usize>() {
     let mut rig = Rig::<P, AXES, N>::new();
     let spec = P::SPEC;
     let mut expected = Vec::new();

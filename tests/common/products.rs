@@ -3,22 +3,14 @@
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use hal_sim::board::{AbnPins, BoardKind, Chip, Input, SharedBoard, SimPin, SimSpi};
+use hal_sim::board::{AbnPins, BoardKind, Input};
 use hal_sim::chip::at25::{AT25256, AT25512};
-use tmcm::chip::tmc429::Tmc429;
-use tmcm::device::{self, Controller, Parts};
-use tmcm::module::{Platform, Product, Slots, Spec, TMCM_1140};
-use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::module::{Product, Slots, Spec, TMCM_1140};
 use tmcm::param::tmcm1140;
 use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
-use tmcm::store::{Layout, Memory, Pair, Store};
+use tmcm::store::{Layout, Memory, Pair};
 use tmcm::tmcl::Opcode;
-
-/// SPI clock of the TMC429: 84 MHz / 64, as on the TMCM-1140.
-const TMC429_HZ: u32 = 1_312_500;
-/// SPI clock of the TMC262: 84 MHz / 32, as on the TMCM-1140.
-const TMC262_HZ: u32 = 2_625_000;
 
 /// Axis parameters of the product with three axes. Number 204, the freewheeling time of the TMCM-1140, is the maximum
 /// current here; number 210 is the standby current.
@@ -194,42 +186,16 @@ impl Memory for Six {
     type Pairs = [Pair; 34];
 }
 
-/// A product whose board is simulated.
-pub trait Simulated: Product + 'static {
+/// A product that has a simulated board.
+pub trait OnBoard: Product + 'static {
     /// What the board consists of.
     const BOARD: &'static BoardKind;
 }
 
-impl Simulated for Three {
+impl OnBoard for Three {
     const BOARD: &'static BoardKind = &THREE_BOARD;
 }
 
-impl Simulated for Six {
+impl OnBoard for Six {
     const BOARD: &'static BoardKind = &SIX_BOARD;
-}
-
-/// A product on a simulated board with `N` motion controllers.
-pub struct On<P, const N: usize>(std::marker::PhantomData<P>);
-
-impl<P: Simulated, const N: usize> device::Board for On<P, N> {
-    type Product = P;
-    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
-    type Controllers = [Controller<Self::Hardware>; N];
-    type Enable = SimPin;
-    type Store = Box<Store<P>>;
-}
-
-impl<P: Simulated, const N: usize> Platform for On<P, N> {
-    type Hooks = ();
-}
-
-/// The parts of a device on a simulated board.
-pub fn parts<P: Simulated, const AXES: usize, const N: usize>(board: &SharedBoard) -> Parts<On<P, N>, AXES> {
-    let controller = |number| Controller::new(Tmc429::new(board.spi(Chip::Tmc429(number), TMC429_HZ)));
-    Parts {
-        controllers: std::array::from_fn(controller),
-        axes: Tmc429Tmc262::axes(std::array::from_fn(|axis| board.spi(Chip::Tmc262(axis), TMC262_HZ))),
-        enable: board.enable_pin(),
-        store: Box::new(Store::new()),
-    }
 }

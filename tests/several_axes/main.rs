@@ -15,7 +15,7 @@ mod storage;
 mod switches;
 mod traffic;
 
-use definitions::{On, Simulated, Six, Three, parts};
+use definitions::{OnBoard, Six, Three};
 use hal_sim::board::{Board, Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{AxisState, Line, State};
@@ -30,6 +30,7 @@ use tmcm::motion::Sensors;
 use tmcm::store::Keeper;
 use tmcm::tmcl::{Command, Opcode, Reply, Status, text};
 use tmcm::units::Micros;
+use tmcm_sim::native::{Simulated, parts};
 
 /// Status of a reply: the command was executed.
 const OK: u8 = Status::Ok as u8;
@@ -55,14 +56,14 @@ fn time(board: &SharedBoard) -> Micros {
     Micros(board.borrow().now() / MICROSECOND)
 }
 
-struct Running<P: Simulated, const AXES: usize, const N: usize> {
-    module: Module<On<P, N>, AXES>,
+struct Running<P: OnBoard, const AXES: usize, const N: usize> {
+    module: Module<Simulated<(), P, N>, AXES>,
     keeper: Keeper<SimSpi>,
     /// When the EEPROM is looked after next.
     keep: Micros,
 }
 
-impl<P: Simulated, const AXES: usize, const N: usize> Running<P, AXES, N> {
+impl<P: OnBoard, const AXES: usize, const N: usize> Running<P, AXES, N> {
     fn start(board: &SharedBoard) -> Box<dyn Firmware> {
         let mut keeper = Keeper::new(At25::new(board.spi(Chip::At25, AT25_HZ)));
         let mut module = Module::new(parts(board), (), 1);
@@ -86,7 +87,7 @@ impl<P: Simulated, const AXES: usize, const N: usize> Running<P, AXES, N> {
     }
 }
 
-impl<P: Simulated, const AXES: usize, const N: usize> Firmware for Running<P, AXES, N> {
+impl<P: OnBoard, const AXES: usize, const N: usize> Firmware for Running<P, AXES, N> {
     fn execute(&mut self, now: Micros, command: Command) -> Answer {
         self.module.execute(now, Source::Usb, command)
     }
@@ -128,7 +129,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn of<P: Simulated, const AXES: usize, const N: usize>(world: &str) -> Self {
+    fn of<P: OnBoard, const AXES: usize, const N: usize>(world: &str) -> Self {
         let config = WorldConfig::parse_for(P::BOARD, world).unwrap();
         let board = SharedBoard::new(Board::of_kind(P::BOARD, &config, 1));
         let start = Running::<P, AXES, N>::start;
