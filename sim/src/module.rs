@@ -10,31 +10,34 @@ use tmcm::module::Source;
 
 use crate::client::{Client, Sent};
 
-/// A module with its board, in virtual time. Bytes and frames go in at the present time, which is that to which it has
-/// been [run](Self::run_until): what it does may take it further, but what it says then is not said before that time.
+/// A module with its board, in virtual time.
+///
+/// Its owner [runs](Self::run_until) it up to a time, which is then the present; bytes and frames arrive at the present.
+/// A request may take the module's own clock further than that; the reply is not handed out before the owner has come
+/// to its time.
 pub trait VirtualModule {
-    /// Access to the board.
+    /// A reference to the board, of the kind that the module can give.
     type Board<'a>: DerefMut<Target = Board>
     where
         Self: 'a;
 
-    /// The board, to look at and to change; but for its power see [`set_power`](Self::set_power).
+    /// The board, to look at and to change; its power is switched by [`set_power`](Self::set_power) alone.
     fn board_mut(&mut self) -> Self::Board<'_>;
 
-    /// Virtual time since the board was first switched on.
+    /// Virtual time since the board was first switched on, in nanoseconds, by the module's own clock.
     fn now(&self) -> Nanos;
 
     /// Lets time pass until `to`.
     fn run_until(&mut self, to: Nanos);
 
-    /// When something happens next that others may want to see.
+    /// The time of the next event that the owner may want to see: a reply, or a poll of the firmware.
     fn next_event(&self) -> Option<Nanos>;
 
-    /// Switches the supply off or on. What was on its way is lost.
+    /// Switches the supply off or on. Bytes and frames on their way are lost; the EEPROM keeps its contents.
     fn set_power(&mut self, on: bool);
 
-    /// Pulls the USB cable out or plugs it in. What was half received is forgotten; while it is out nothing arrives, and
-    /// what the module says goes to nobody.
+    /// Pulls the USB cable out or plugs it in. A telegram that was received in part is forgotten; while the cable is out
+    /// nothing arrives over USB, and what the module sends there is lost.
     fn plug_usb(&mut self, on: bool);
 
     /// Bytes from a host arrive.
@@ -43,31 +46,31 @@ pub trait VirtualModule {
     /// A byte from another module arrives on the RS485 bus.
     fn overhear(&mut self, byte: u8);
 
-    /// Nothing has come from a host for so long that an unfinished telegram is given up.
+    /// Ends an unfinished telegram of a client: the client has been silent for too long.
     fn silence(&mut self, source: Source, client: Client);
 
-    /// Bytes that are on the wire by now, oldest first.
+    /// The next bytes that are on the wire by the present, oldest first.
     fn sent(&mut self) -> Option<Sent>;
 
     /// A frame arrives on the CAN bus.
     fn receive_frame(&mut self, frame: &Frame);
 
-    /// Frames that the module wants on the CAN bus by now, oldest first.
+    /// The next frame that the module wants on the CAN bus by the present, oldest first.
     fn frame(&mut self) -> Option<Frame>;
 
-    /// Its port on the RS485 bus; `None` while that is off.
+    /// The module's port on the RS485 bus; `None` while the port is off.
     fn rs485(&self) -> Option<Rs485>;
 
-    /// How many bytes of a client wait because the module is not ready for them.
+    /// Number of a client's bytes that wait because the module is not ready for them.
     fn unread(&self, source: Source, client: Client) -> usize;
 
-    /// How many frames to it wait for that.
+    /// Number of frames to the module that wait because it is not ready for them.
     fn unread_frames(&self) -> usize;
 
-    /// True while a request of this client has not been answered as it will be.
+    /// True while a request of this client waits for its answer.
     fn owes(&self, client: Client) -> bool;
 
-    /// A client has gone: it gets no event any more. Requests it has sent are carried out all the same.
+    /// Forgets a client that has gone: it gets no event any more. Requests that it has sent are carried out all the same.
     fn forget(&mut self, client: Client);
 
     /// Clients whose sessions the module's USB link has ended in favour of others since the last call.
@@ -75,22 +78,22 @@ pub trait VirtualModule {
         Vec::new()
     }
 
-    /// True while somebody may hear from the module without a further request.
+    /// True while a reply or an event may still come without a further request.
     fn is_busy(&self) -> bool;
 
     /// Messages for a person since the last call.
     fn take_log(&mut self) -> Vec<String>;
 
-    /// Why the module cannot go on, if so.
+    /// The reason for which the module cannot go on; `None` while it can.
     fn stopped(&self) -> Option<String>;
 }
 
 /// A port on the RS485 bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rs485 {
-    /// Its bit rate.
+    /// The bit rate of the port, in bit/s.
     pub baud: u64,
-    /// For how long the module has to have heard nothing before it sends. `None` if the module sees to that itself: its
-    /// bytes are on the wire already.
+    /// Silence on the bus, in nanoseconds, that the module waits for before it sends. `None` for a module that waits by
+    /// itself: its bytes are on the wire already.
     pub pause: Option<Nanos>,
 }
