@@ -8,25 +8,27 @@ use tmcm::units::Micros;
 
 use crate::client::Client;
 
-/// Whoever brings bytes knows silences and says so; for the ports all bytes arrive at one time.
+/// The time of arrival of all bytes, as the ports are told it. Silences, which end unfinished telegrams, are announced by
+/// those who bring the bytes.
 const AT: Micros = Micros(0);
 
 struct Entry {
     source: Source,
     client: Client,
     port: Port,
-    /// Bytes, and `None` for a silence, that have not been read.
+    /// Bytes that have not been read; `None` stands for a silence between them.
     ahead: VecDeque<Option<u8>>,
 }
 
-/// The ports. That of a new client starts in the mode that global parameter 67 had at the start of the module.
+/// The ports of all clients. The port of a new client starts in the mode that global parameter 67 had at the start of the
+/// module.
 pub(crate) struct Ports {
     entries: Vec<Entry>,
-    /// Whose turn it is to be read, for each link.
+    /// For each link, the index of the client that is read next.
     turns: [usize; 3],
 }
 
-/// What came of a byte.
+/// The request that a client's bytes have led to, or their echo.
 pub(crate) struct Arrived {
     pub(crate) client: Client,
     pub(crate) echo: Vec<u8>,
