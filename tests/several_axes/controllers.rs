@@ -90,6 +90,13 @@ fn a_short_silence_of_one_controller_after_the_other_stops_nothing() {
         bench.run(2 * MILLISECOND);
         bench.control(&format!("fault tmc429 off {silent}"));
     }
+    bench.run(5 * MILLISECOND);
+    // Both at once for two turns are no more.
+    for state in ["on", "off"] {
+        bench.control(&format!("fault tmc429 {state} 0"));
+        bench.control(&format!("fault tmc429 {state} 3"));
+        bench.run(2 * MILLISECOND);
+    }
     bench.run(10 * MILLISECOND);
     assert!(bench.states().iter().all(|state| state.bridges_on && state.velocity != 0));
     assert_eq!(bench.ask("ROR 5, 500").0, OK);
@@ -122,6 +129,14 @@ fn a_missed_heartbeat_stops_all_axes() {
         bench.run(500 * MILLISECOND);
         assert!(bench.speeds().iter().all(|speed| *speed == 0), "{:?}", bench.speeds());
         assert!(bench.states().iter().all(|state| state.bridges_on));
+        // The same with one axis on the way, whichever.
+        for axis in bench.axes() {
+            bench.ok(&format!("ROR {axis}, 500"));
+            bench.run(150 * MILLISECOND);
+            assert_eq!(bench.speeds()[usize::from(axis)], 500);
+            bench.run(200 * MILLISECOND);
+            assert_eq!(bench.speeds()[usize::from(axis)], 0);
+        }
         bench.ok("SGP 68, 0, 0");
         turning(&mut bench);
         assert!(bench.arrivals().is_empty(), "no move has arrived");
