@@ -2,12 +2,15 @@
 //! task in thread mode only joins the bus at the start.
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
-use embassy_stm32::can::{self, CanRx, CanTx, Fifo};
+use embassy_stm32::can::{self, CanRx, CanTx, Fifo, RxPin, TxPin};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::pac::CAN1;
 use embassy_stm32::pac::can::vals::{Ide, Rtr};
+use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 
+use super::wake::OnFrame;
 use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use crate::module::LinkSettings;
 
@@ -15,6 +18,25 @@ use crate::module::LinkSettings;
 const FIFO: usize = 0;
 /// Number of mailboxes, in each of which a frame can wait to be sent.
 const MAILBOXES: usize = 3;
+
+bind_interrupts!(struct Irqs {
+    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
+    CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, OnFrame;
+    CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
+    CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
+});
+
+/// The driver of the CAN controller with its pins.
+pub(super) fn driver(
+    controller: Peri<'static, peripherals::CAN1>,
+    rx: Peri<'static, impl RxPin<peripherals::CAN1>>,
+    tx: Peri<'static, impl TxPin<peripherals::CAN1>>,
+) -> can::Can<'static> {
+    for handler in [interrupt::CAN1_TX, interrupt::CAN1_RX0, interrupt::CAN1_RX1, interrupt::CAN1_SCE] {
+        handler.set_priority(Priority::P5);
+    }
+    can::Can::new(controller, rx, tx, Irqs)
+}
 
 /// Both halves of the driver of the CAN controller.
 pub(super) struct Can {

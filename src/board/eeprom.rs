@@ -7,12 +7,17 @@ use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 
 use super::mail::{PAGE, WRITTEN};
 use super::spi::Bus;
-use super::tmcm1140::Eeprom;
 use super::{now, watchdog};
 use crate::chip::at25::At25;
 use crate::store::{Integrity, Keeper, Memory, Store};
 
 type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
+
+/// The EEPROM, which has an SPI bus of its own.
+pub(super) struct Eeprom {
+    pub(super) bus: Bus,
+    pub(super) select: Output<'static>,
+}
 
 /// Makes the keeper of the EEPROM, which reads and writes it for the store.
 pub(super) fn keeper(eeprom: Eeprom) -> Keeper<Device> {

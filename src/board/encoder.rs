@@ -1,49 +1,63 @@
-//! The external ABN encoder: A and B at IN1 and IN2 are counted by TIM4, and the interrupt of IN3, which is N, notes
-//! the count at each edge.
+//! External ABN encoders: a timer counts A and B, and an interrupt of N notes the count at each edge.
 
 use core::cell::Cell;
 
-use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::{EXTI, GPIOD, SYSCFG, TIM4};
+use embassy_stm32::pac::timer::TimGp16;
+use embassy_stm32::pac::{EXTI, Interrupt, SYSCFG};
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 
-/// Number in port D of the pin of N, PD14.
-const NULL: usize = 14;
-/// Number of port D in SYSCFG_EXTICR.
-const PORT_D: u8 = 3;
+use super::line::Line;
 
-/// The counts at the last edge of N to low and at that to high, since they were last read.
-static EDGES: CriticalSectionMutex<Cell<[Option<u16>; 2]>> = CriticalSectionMutex::new(Cell::new([None; 2]));
-
-/// Enables the interrupt of N. TIM4 is counting already.
-pub(super) fn start() {
-    SYSCFG.exticr(NULL / 4).modify(|w| w.set_exti(NULL % 4, PORT_D));
-    EXTI.rtsr(0).modify(|w| w.set_line(NULL, true));
-    EXTI.ftsr(0).modify(|w| w.set_line(NULL, true));
-    EXTI.imr(0).modify(|w| w.set_line(NULL, true));
-    interrupt::EXTI15_10.set_priority(Priority::P3);
-    // SAFETY: the handler uses only registers and `EDGES`, which exist.
-    unsafe { interrupt::EXTI15_10.enable() };
+/// An encoder, in static memory, because its interrupt uses it.
+pub(super) struct Encoder {
+    /// The timer, which counts in quadrature.
+    timer: TimGp16,
+    null: Line,
+    /// The interrupt of N: its handler calls [`Encoder::edge`].
+    interrupt: Interrupt,
+    /// The counts at the last edge of N to low and at that to high, since they were last read.
+    edges: CriticalSectionMutex<Cell<[Option<u16>; 2]>>,
 }
 
-#[interrupt]
-unsafe fn EXTI15_10() {
-    EXTI.pr(0).write(|w| w.set_line(NULL, true));
-    let count = count();
-    let high = GPIOD.idr().read().idr(NULL) == embassy_stm32::pac::gpio::vals::Idr::HIGH;
-    EDGES.lock(|edges| {
-        let [low_at, high_at] = edges.get();
-        edges.set(if high { [low_at, Some(count)] } else { [Some(count), high_at] });
-    });
-}
+impl Encoder {
+    /// The encoder that `timer` counts, with N at the pin `null`; the handler of `interrupt`, which is that of this
+    /// pin's number, is to call [`Encoder::edge`].
+    pub(super) const fn new(timer: TimGp16, null: Line, interrupt: Interrupt) -> Self {
+        Encoder { timer, null, interrupt, edges: CriticalSectionMutex::new(Cell::new([None; 2])) }
+    }
 
-/// The count of A and B, which wraps at 65 536.
-pub(super) fn count() -> u16 {
-    TIM4.cnt().read().cnt()
-}
+    /// Enables the interrupt of N. The timer is counting already.
+    pub(super) fn start(&self) {
+        let line = self.null.pin();
+        SYSCFG.exticr(line / 4).modify(|w| w.set_exti(line % 4, self.null.port() as u8));
+        EXTI.rtsr(0).modify(|w| w.set_line(line, true));
+        EXTI.ftsr(0).modify(|w| w.set_line(line, true));
+        EXTI.imr(0).modify(|w| w.set_line(line, true));
+        self.interrupt.set_priority(Priority::P3);
+        // SAFETY: the handler uses only registers and this encoder, which is static.
+        unsafe { self.interrupt.enable() };
+    }
 
-/// The counts at the last edge of N to low and at that to high since the last call; `None` without such an edge.
-pub(super) fn edges() -> [Option<u16>; 2] {
-    EDGES.lock(|edges| edges.replace([None; 2]))
+    /// Notes the count at an edge of N: to be called by the interrupt handler.
+    #[inline(always)]
+    pub(super) fn edge(&self) {
+        EXTI.pr(0).write(|w| w.set_line(self.null.pin(), true));
+        let count = self.count();
+        let high = self.null.is_high();
+        self.edges.lock(|edges| {
+            let [low_at, high_at] = edges.get();
+            edges.set(if high { [low_at, Some(count)] } else { [Some(count), high_at] });
+        });
+    }
+
+    /// The count of A and B, which wraps at 65 536.
+    pub(super) fn count(&self) -> u16 {
+        self.timer.cnt().read().cnt()
+    }
+
+    /// The counts at the last edge of N to low and at that to high since the last call; `None` without such an edge.
+    pub(super) fn edges(&self) -> [Option<u16>; 2] {
+        self.edges.lock(|edges| edges.replace([None; 2]))
+    }
 }

@@ -4,7 +4,7 @@
 //! | part | runs in | priority | owns |
 //! |---|---|---|---|
 //! | timers of Embassy | interrupt of TIM5 | 0 | the queue of tasks that wait for a time |
-//! | `encoder` | interrupt of PD14 | 3 | the counts at the edges of N |
+//! | `encoder` | interrupt of the pin of N | 3 | the counts at the edges of N |
 //! | `rs485` | interrupts of USART3, and of TIM2 at the end of a stop bit | 4 | the port, framing, direction |
 //! | CAN and USB drivers of Embassy | interrupts of CAN1 and OTG_FS | 5 | the frames and packets that come and go |
 //! | `owner` | interrupt of TIM3, each millisecond and when a link asks for it | 6 | the module with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
@@ -21,9 +21,11 @@ mod can;
 mod eeprom;
 mod encoder;
 mod fault;
+mod line;
 mod mail;
 mod motion_bus;
 mod owner;
+mod pads;
 mod rs485;
 mod signals;
 mod spi;
@@ -33,9 +35,12 @@ mod usb;
 mod wake;
 mod watchdog;
 
+pub use chosen::Board;
 pub use fault::panicked;
 pub use tasks::run;
-pub use tmcm1140::Board;
+
+// The board of this image.
+use tmcm1140 as chosen;
 
 use defmt_rtt as _;
 

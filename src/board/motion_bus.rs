@@ -23,17 +23,32 @@ const TMC262_CLOCK: Br = Br::DIV32;
 /// the first edge; from the end of this wait to that edge more than another 16 cycles pass.
 const SETUP_CYCLES: u32 = 16;
 
-/// A chip on the bus. Only the owner of the module uses the chips, so no exchange interrupts another.
+/// The bus of the motion chips, which is set up for mode 3.
+pub(super) struct MotionBus(());
+
+/// A chip on the bus. Only the owner of the firmware uses the chips, so no exchange interrupts another.
 pub(super) struct Chip {
     select: Output<'static>,
     clock: Br,
 }
 
-/// The TMC429 and the TMC262 on the bus, which is set up for mode 3.
-pub(super) fn chips(bus: Bus, tmc429: Output<'static>, tmc262: Output<'static>) -> (Chip, Chip) {
-    // The destructor of `bus` would switch the port off.
-    core::mem::forget(bus);
-    (Chip { select: tmc429, clock: TMC429_CLOCK }, Chip { select: tmc262, clock: TMC262_CLOCK })
+impl MotionBus {
+    /// Takes the port over. From now on it is used at its registers.
+    pub(super) fn new(bus: Bus) -> Self {
+        // The destructor of `bus` would switch the port off.
+        core::mem::forget(bus);
+        MotionBus(())
+    }
+
+    /// A TMC429 with its chip select, which is high.
+    pub(super) fn tmc429(&self, select: Output<'static>) -> Chip {
+        Chip { select, clock: TMC429_CLOCK }
+    }
+
+    /// A TMC262 with its chip select, which is high.
+    pub(super) fn tmc262(&self, select: Output<'static>) -> Chip {
+        Chip { select, clock: TMC262_CLOCK }
+    }
 }
 
 impl ErrorType for Chip {

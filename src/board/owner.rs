@@ -7,44 +7,22 @@
 use core::cell::UnsafeCell;
 
 use cortex_m::peripheral::SCB;
-use embassy_stm32::gpio::Output;
 use embassy_stm32::interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::can::{self, Can};
+use super::chosen::{AXES, Chips, Motion, Signals, drivers_off, show_trouble};
 use super::mail::{Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
-use super::motion_bus::Chip;
-use super::signals::Signals;
-use super::tmcm1140::{Motion, drivers_off, show_trouble};
-use super::{motion_bus, now, rs485, wake, watchdog};
-use crate::chip::tmc429::Tmc429;
-use crate::device::{Board, Controller, Outputs, Parts};
-use crate::module::{
-    Desk, LinkEnds, LinkMode, LinkSettings, Module, Origin, Platform, Request, Source, TMCM_1140_AXES, Tmcm1140,
-};
-use crate::motion::tmc429::Tmc429Tmc262;
+use super::{now, rs485, wake, watchdog};
+use crate::device::Outputs;
+use crate::module::{Desk, LinkEnds, LinkMode, LinkSettings, Module, Origin, Request, Source, Tmcm1140};
 use crate::store::Store;
 use crate::tmcl::Reply;
 use crate::tmcl::can::decode;
 use crate::units::Micros;
 
-/// This board as the platform of the module.
-pub(super) struct Stm32;
-
-impl Board for Stm32 {
-    type Product = Tmcm1140;
-    type Hardware = Tmc429Tmc262<Chip, Chip>;
-    type Controllers = [Controller<Self::Hardware>; 1];
-    type Enable = Output<'static>;
-    type Store = &'static mut Store<Tmcm1140>;
-}
-
-impl Platform for Stm32 {
-    type Hooks = ();
-}
-
 /// The module on this board.
-type Core = Module<Stm32, TMCM_1140_AXES>;
+type Core = Module<Chips<Tmcm1140>, AXES>;
 
 /// The longest time that a restart waits for replies to be sent: a host that does not fetch its replies must not
 /// prevent it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265
@@ -53,13 +31,10 @@ const LAST_WORDS: Micros = Micros::from_millis(300);
 
 /// Builds the module in static memory and starts it, with a store that `load` fills from the EEPROM. `seed` starts the
 /// random numbers.
-pub(super) fn build(motion: Motion, load: impl FnOnce(&mut Store<Tmcm1140>), seed: u32) -> Owner {
+pub(super) fn build(motion: Motion, signals: Signals, load: impl FnOnce(&mut Store<Tmcm1140>), seed: u32) -> Owner {
     static MODULE: StaticCell<Core> = StaticCell::new();
     static STORE: ConstStaticCell<Store<Tmcm1140>> = ConstStaticCell::new(Store::new());
-    let Motion { bus, select_tmc429, select_tmc262, enable, signals } = motion;
-    let (tmc429, tmc262) = motion_bus::chips(bus, select_tmc429, select_tmc262);
-    let controllers = [Controller::new(Tmc429::new(tmc429))];
-    let parts = Parts { controllers, axes: Tmc429Tmc262::axes([tmc262]), enable, store: STORE.take() };
+    let parts = motion.parts(STORE.take());
     let module = MODULE.init_with(|| Module::new(parts, (), seed));
     module.start(now(), load);
     defmt::info!("module runs at address {=u8}", module.link_settings().address);
@@ -89,6 +64,7 @@ static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 /// Puts the owner into static memory and starts its timer.
 pub(super) fn start(owner: Owner) {
     put_in_force(owner.module.link_settings());
+    owner.signals.start();
     // SAFETY: the interrupt is not enabled yet.
     unsafe { *OWNER.0.get() = Some(owner) };
     wake::start();

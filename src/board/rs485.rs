@@ -10,11 +10,13 @@
 
 use core::cell::RefCell;
 
-use embassy_stm32::gpio::Output;
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{Output, Pull};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::{TIM2, USART3};
 use embassy_stm32::peripherals;
+use embassy_stm32::usart::{self, RxPin, TxPin, Uart};
 use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use heapless::{Deque, Vec};
 
@@ -54,8 +56,31 @@ struct Rs485 {
     sending: bool,
 }
 
-/// Starts the link on USART3, which is set up and receives already.
-pub(super) fn start(direction: Output<'static>, mode: LinkMode) {
+/// The port and its pins before the link is started, because its baud rate is a stored setting.
+pub(super) struct Pins<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> {
+    pub(super) port: Peri<'static, peripherals::USART3>,
+    pub(super) rx: Peri<'static, Rx>,
+    pub(super) tx: Peri<'static, Tx>,
+    /// The direction of the transceiver: high sends.
+    pub(super) direction: Output<'static>,
+}
+
+impl<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> Pins<Rx, Tx> {
+    /// Sets up the port and starts the link. The port's clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
+    pub(super) fn start(self, baud: u32, mode: LinkMode) -> Result<(), usart::ConfigError> {
+        let mut config = usart::Config::default();
+        config.baudrate = baud;
+        // While the transceiver sends, it does not drive its output to the microcontroller.
+        config.rx_pull = Pull::Up;
+        // The destructor of `Uart` would switch the port off.
+        core::mem::forget(Uart::new_blocking(self.port, self.rx, self.tx, config)?);
+        start(self.direction, mode);
+        Ok(())
+    }
+}
+
+/// Starts the link on USART3, which is set up and receives already. All else is done by interrupt handlers.
+fn start(direction: Output<'static>, mode: LinkMode) {
     let link = Rs485 {
         direction,
         port: Port::new(Source::Rs485, mode),

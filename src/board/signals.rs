@@ -1,63 +1,73 @@
-//! The signals that the module exchanges with the board in each poll: stall output and switches, the outputs, and what
-//! `analog` and `encoder` have read.
+//! The signals that the firmware exchanges with the board in each poll. Which pins they are is the table that the board
+//! makes of [`Signals`]; the analog ones come from `analog`, counts of encoders from `encoder`.
 
-use embassy_stm32::gpio::{Input, Output};
-use embassy_stm32::pac::GPIOD;
-use embassy_stm32::peripherals;
-use embassy_stm32::timer::qei::Qei;
+use core::array::from_fn;
 
-use super::{analog, encoder};
-use crate::device::{ANALOG, Inputs, Outputs};
-use crate::module::TMCM_1140_AXES;
+use embassy_stm32::gpio::Output;
+
+use super::analog;
+use super::encoder::Encoder;
+use super::line::Line;
+use crate::device::{Inputs, Outputs};
 use crate::motion::Sensors;
 
-/// Number of the first of the four pins of port D that are IN0 to IN3.
-const FIRST_INPUT: usize = 11;
-/// The bits of the digital inputs, IN0 in bit 0 to IN3 in bit 3.
-const INPUTS: u16 = 0b1111;
-/// The bit of IN3, which is the home switch of the axis.
-const HOME: u16 = 1 << 3;
-
-/// The pins of the signals.
-pub(super) struct Signals {
-    /// SG_TST of the TMC262, high while the load value is 0.
-    pub(super) stall: Input<'static>,
-    /// IN0 and IN3. IN1 and IN2 are inputs of the encoder's timer, where their levels can still be read.
-    pub(super) _inputs: [Input<'static>; 2],
-    /// The timer that counts the external encoder, kept so that it stays on.
-    pub(super) _encoder: Qei<'static, peripherals::TIM4>,
-    /// OUT0 and OUT1.
-    pub(super) outputs: [Output<'static>; 2],
-    /// The pull-up resistors of IN1 to IN3; high is on.
-    pub(super) pull_ups: Output<'static>,
-    /// LED1, the status LED.
+/// The pins of the signals of a board with `AXES` axes, `INPUTS` digital inputs, `OUTPUTS` digital outputs, and pull-up
+/// resistors that are switched in `GROUPS` groups.
+pub(super) struct Signals<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS: usize> {
+    /// The signals of each axis.
+    pub(super) axes: [Axis; AXES],
+    /// IN0 and the others. An input may be something else as well: a switch of an axis, a track of an encoder.
+    pub(super) inputs: [Line; INPUTS],
+    /// OUT0 and the others; high is on.
+    pub(super) outputs: [Output<'static>; OUTPUTS],
+    /// The pull-up resistors of inputs; high is on.
+    pub(super) pull_ups: [Output<'static>; GROUPS],
+    /// LED1, the status LED; high is on.
     pub(super) led: Output<'static>,
 }
 
-impl Signals {
-    /// Reads all inputs of the module.
-    pub(super) fn read(&self) -> Inputs<TMCM_1140_AXES> {
-        let digital = (GPIOD.idr().read().0 >> FIRST_INPUT) as u16 & INPUTS;
-        let axis = Sensors {
-            stall: self.stall.is_high(),
-            home: digital & HOME != 0,
-            // The built-in encoder is not read, because its pins are not known.
-            encoder: 0,
-            external: encoder::count(),
-            null: encoder::edges(),
-        };
-        let mut analog = [0; ANALOG];
-        analog[0] = analog::in0();
-        let (supply, temperature) = (Some(analog::supply()), analog::temperature());
-        Inputs { axes: [axis], digital, analog, supply, temperature }
+/// The signals of an axis.
+pub(super) struct Axis {
+    /// SG_TST of the driver, high while the load value is 0.
+    pub(super) stall: Line,
+    /// The home switch.
+    pub(super) home: Line,
+    /// The external encoder; `None` on a board that does not count it.
+    pub(super) encoder: Option<&'static Encoder>,
+}
+
+impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS: usize>
+    Signals<AXES, INPUTS, OUTPUTS, GROUPS>
+{
+    /// Lets the encoders note their null edges from now on.
+    pub(super) fn start(&self) {
+        self.axes.iter().filter_map(|axis| axis.encoder).for_each(Encoder::start);
     }
 
-    /// Sets all outputs of the module. LED2 is `fault`'s.
+    /// Reads all inputs.
+    pub(super) fn read(&self) -> Inputs<AXES> {
+        let axes = from_fn(|number| {
+            let Axis { stall, home, encoder } = &self.axes[number];
+            let (external, null) = encoder.map_or((0, [None; 2]), |encoder| (encoder.count(), encoder.edges()));
+            // The built-in encoder is not read, because its pins are not known.
+            Sensors { stall: stall.is_high(), home: home.is_high(), encoder: 0, external, null }
+        });
+        let digital = (0..).zip(&self.inputs).fold(0, |bits, (n, line)| bits | u16::from(line.is_high()) << n);
+        let (supply, temperature) = (Some(analog::supply()), analog::temperature());
+        Inputs { axes, digital, analog: analog::ports(), supply, temperature }
+    }
+
+    /// Sets all outputs. LED2 is `fault`'s.
     pub(super) fn write(&mut self, outputs: &Outputs) {
-        for (bit, pin) in self.outputs.iter_mut().enumerate() {
-            pin.set_level((outputs.digital >> bit & 1 != 0).into());
-        }
-        self.pull_ups.set_level((outputs.pull_ups & 1 != 0).into());
+        set(&mut self.outputs, outputs.digital);
+        set(&mut self.pull_ups, outputs.pull_ups);
         self.led.set_level(outputs.led.into());
+    }
+}
+
+/// Sets pins to the levels in `bits`, the first pin in bit 0.
+fn set(pins: &mut [Output<'static>], bits: u8) {
+    for (bit, pin) in pins.iter_mut().enumerate() {
+        pin.set_level((bits >> bit & 1 != 0).into());
     }
 }

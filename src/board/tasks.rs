@@ -1,12 +1,20 @@
 //! The start of the firmware: the module and the fast links are given to their interrupts, and the tasks of thread mode
 //! are started.
 
+use core::arch::global_asm;
+
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 
-use super::tmcm1140::Board;
-use super::{analog, can, eeprom, encoder, fault, owner, rs485, usb, watchdog};
+use super::chosen::{Board, drivers_off};
+use super::{analog, can, eeprom, fault, owner, usb, watchdog};
 use crate::module::{Tmcm1140, factory_reset};
 use crate::store::Store;
+
+// `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
+// millisecond: at reset ENN floats, and only a resistor on the board, if there is one, keeps it high. The stack can be
+// used at that time, but no statics, and `drivers_off` uses none. The name that cortex-m-rt has for this function can
+// be defined in assembler only.
+global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
 
 /// Starts the firmware: first the module, which stops the motor and then reads what is stored, and then the links.
 /// `spawner` is that of thread mode.
@@ -23,7 +31,7 @@ pub fn run(board: Board, spawner: Spawner) {
     };
     // The supply is measured before the first poll, so that without a supply no program starts.
     let sensors = analog::Sensors::new(board.adc, board.analog);
-    let owner = owner::build(board.motion, load, seed());
+    let owner = owner::build(board.motion, board.signals, load, seed());
     if recovering {
         owner.module.hold_program();
     }
@@ -31,11 +39,9 @@ pub fn run(board: Board, spawner: Spawner) {
     defmt::info!("RS485 at {=u32} bit/s", baud);
 
     // The port starts before the owner of the module, so that the first bytes are fetched in time.
-    match board.rs485.open(baud) {
-        Ok(direction) => rs485::start(direction, owner.module.link_settings().start),
-        Err(error) => defmt::error!("RS485 stays off: {}", error),
+    if let Err(error) = board.rs485.start(baud, owner.module.link_settings().start) {
+        defmt::error!("RS485 stays off: {}", error);
     }
-    encoder::start();
     let (device, serial) = usb::build(board.usb, owner.module.spec().usb, usb::serial_number());
     owner::start(owner);
     spawn(spawner, eeprom::keep(keeper));

@@ -26,15 +26,15 @@
 //! | PE1 | ENN of the TMC262 | low switches the bridges on |
 //! | PE15 | RS485 direction | high sends |
 
-use core::arch::global_asm;
+use core::mem::forget;
 
-use embassy_stm32::adc::Adc;
-use embassy_stm32::can::{self, Can};
-use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::interrupt::{InterruptExt, Priority};
-use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
+use embassy_stm32::adc::{Adc, AdcChannel};
+use embassy_stm32::can::Can;
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::interrupt;
 use embassy_stm32::pac::iwdg::vals::Key;
-use embassy_stm32::pac::{GPIOC, GPIOE, IWDG, RCC};
+use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, IWDG, Interrupt, RCC, TIM4};
+use embassy_stm32::peripherals::{self, PB10, PB11};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
     PllSource, Sysclk,
@@ -42,66 +42,95 @@ use embassy_stm32::rcc::{
 use embassy_stm32::spi::Spi;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::{self, Qei};
-use embassy_stm32::usart::{self, Uart};
 use embassy_stm32::usb;
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Peri, bind_interrupts, interrupt, peripherals};
-use static_cell::ConstStaticCell;
 
-use super::analog::Inputs;
-use super::signals::Signals;
-use super::spi::{self, Bus};
-use super::wake::OnFrame;
-use super::watchdog;
+use super::eeprom::Eeprom;
+use super::encoder::Encoder;
+use super::line::Line;
+use super::motion_bus::{Chip, MotionBus};
+use super::signals::{self, Axis};
+use super::{analog, can, pads, rs485, spi, watchdog};
+use crate::chip::tmc429::Tmc429;
+use crate::device::{self, Controller, Parts};
+use crate::module::{Platform, Product};
+use crate::motion::tmc429::Tmc429Tmc262;
+use crate::store::{Memory, Store};
 
-/// Bit of ENN in port E.
-const ENN: usize = 1;
-/// Bit of LED2 in port C.
-const TROUBLE: usize = 4;
+/// Number of axes on the board.
+pub(super) const AXES: usize = 1;
 
-bind_interrupts!(struct Irqs {
-    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
-    CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, OnFrame;
-    CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
-    CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
-    OTG_FS => usb::InterruptHandler<peripherals::USB_OTG_FS>;
-});
+/// ENN of the TMC262: high switches the bridges off.
+const ENN: Line = Line::new(GPIOE, 1);
+/// LED2, high is on.
+const TROUBLE: Line = Line::new(GPIOC, 4);
+/// SG_TST of the TMC262.
+const STALL: Line = Line::new(GPIOE, 0);
+/// IN0 to IN3. IN1 and IN2 are inputs of the encoder's timer, where their levels can still be read.
+const INPUTS: [Line; 4] = [Line::new(GPIOD, 11), Line::new(GPIOD, 12), Line::new(GPIOD, 13), IN3];
+/// IN3, which is also the home switch and N of the encoder.
+const IN3: Line = Line::new(GPIOD, 14);
+/// Supply voltage for which the converter reads full scale: 36.3 V, in units of 0.1 V. The divider is 10 kOhm to 1
+/// kOhm.
+const SUPPLY: u32 = 363;
+
+/// The external encoder.
+static ENCODER: Encoder = Encoder::new(TIM4, IN3, Interrupt::EXTI15_10);
+
+/// The interrupt of IN3.
+#[interrupt]
+unsafe fn EXTI15_10() {
+    ENCODER.edge();
+}
 
 /// All parts of the board, ready for use; the motor drivers are off.
 pub struct Board {
     pub(super) motion: Motion,
+    pub(super) signals: Signals,
     pub(super) eeprom: Eeprom,
-    pub(super) rs485: Rs485,
+    pub(super) rs485: rs485::Pins<PB11, PB10>,
     pub(super) can: Can<'static>,
     pub(super) usb: usb::Driver<'static, peripherals::USB_OTG_FS>,
     pub(super) adc: Adc<'static, peripherals::ADC1>,
-    pub(super) analog: Inputs,
+    pub(super) analog: analog::Inputs,
     pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
     /// The pads that ask for factory settings are connected.
     pub(super) factory_reset: bool,
 }
 
-/// The parts that the owner of the module uses.
+/// One axis, four inputs, two outputs, one group of pull-up resistors.
+pub(super) type Signals = signals::Signals<AXES, 4, 2, 1>;
+
+/// The chips that move the motor.
 pub(super) struct Motion {
-    pub(super) bus: Bus,
-    pub(super) select_tmc429: Output<'static>,
-    pub(super) select_tmc262: Output<'static>,
-    pub(super) enable: Output<'static>,
-    pub(super) signals: Signals,
+    tmc429: Chip,
+    tmc262: Chip,
+    enable: Output<'static>,
 }
 
-/// The EEPROM, which has an SPI bus of its own.
-pub(super) struct Eeprom {
-    pub(super) bus: Bus,
-    pub(super) select: Output<'static>,
+/// The chips of this board, with an EEPROM that is divided as `P` says.
+#[derive(Debug)]
+pub(super) struct Chips<P>(core::marker::PhantomData<P>);
+
+impl<P: Memory + 'static> device::Board for Chips<P> {
+    type Product = P;
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = Output<'static>;
+    type Store = &'static mut Store<P>;
 }
 
-/// The RS485 interface before it is opened, because its baud rate is a stored setting.
-pub(super) struct Rs485 {
-    usart: Peri<'static, peripherals::USART3>,
-    rx: Peri<'static, peripherals::PB11>,
-    tx: Peri<'static, peripherals::PB10>,
-    direction: Output<'static>,
+impl<P: Product + 'static> Platform for Chips<P> {
+    type Hooks = ();
+}
+
+impl Motion {
+    /// The parts of a device.
+    pub(super) fn parts<P: Memory>(self, store: &'static mut Store<P>) -> Parts<Chips<P>, AXES> {
+        let Motion { tmc429, tmc262, enable } = self;
+        let controllers = [Controller::new(Tmc429::new(tmc429))];
+        Parts { controllers, axes: Tmc429Tmc262::axes([tmc262]), enable, store }
+    }
 }
 
 impl Board {
@@ -115,124 +144,63 @@ impl Board {
         let p = embassy_stm32::init(clocks());
         // A crystal that stops later raises NMI: without the TMC429's clock nothing is known of the motor.
         RCC.cr().modify(|w| w.set_csson(true));
-        for handler in
-            [interrupt::CAN1_TX, interrupt::CAN1_RX0, interrupt::CAN1_RX1, interrupt::CAN1_SCE, interrupt::OTG_FS]
-        {
-            handler.set_priority(Priority::P5);
-        }
         // The watchdog runs already, with its default time of 512 ms; it takes this time when it is fed first.
         let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
-        let factory_reset = pads_connected(p.PA13, p.PA14);
+        let factory_reset = pads::connected(p.PA13, p.PA14);
         // The TMC429's clock is the crystal's: all velocities are multiples of its 16 MHz.
         Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
 
+        // These pins are only read; a destructor would disconnect them.
+        forget([Input::new(p.PE0, Pull::Down), Input::new(p.PD11, Pull::None), Input::new(p.PD14, Pull::None)]);
+        forget(Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()));
         let signals = Signals {
-            stall: Input::new(p.PE0, Pull::Down),
-            _inputs: [Input::new(p.PD11, Pull::None), Input::new(p.PD14, Pull::None)],
-            _encoder: Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()),
+            axes: [Axis { stall: STALL, home: IN3, encoder: Some(&ENCODER) }],
+            inputs: INPUTS,
             outputs: [Output::new(p.PD8, Level::Low, Speed::Low), Output::new(p.PD9, Level::Low, Speed::Low)],
-            pull_ups: Output::new(p.PD10, Level::High, Speed::Low),
+            pull_ups: [Output::new(p.PD10, Level::High, Speed::Low)],
             led: Output::new(p.PC5, Level::Low, Speed::Low),
         };
-        static USB: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; _]);
-        // The supply pin of the USB connector is not read: a host that communicates is connected.
-        let mut usb_config = usb::Config::default();
-        usb_config.vbus_detection = false;
+        let bus = MotionBus::new(Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()));
         Board {
-            can: Can::new(p.CAN1, p.PD0, p.PD1, Irqs),
-            usb: usb::Driver::new_fs(p.USB_OTG_FS, Irqs, p.PA12, p.PA11, USB.take(), usb_config),
-            adc: Adc::new(p.ADC1),
-            analog: Inputs { in0: p.PC0, supply: p.PC1 },
-            watchdog,
-            factory_reset,
             motion: Motion {
-                bus: Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()),
-                select_tmc429: Output::new(p.PA4, Level::High, Speed::Medium),
-                select_tmc262: Output::new(p.PC3, Level::High, Speed::Medium),
+                tmc429: bus.tmc429(Output::new(p.PA4, Level::High, Speed::Medium)),
+                tmc262: bus.tmc262(Output::new(p.PC3, Level::High, Speed::Medium)),
                 enable: Output::new(p.PE1, Level::High, Speed::Low),
-                signals,
             },
+            signals,
             eeprom: Eeprom {
                 bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
                 select: Output::new(p.PA15, Level::High, Speed::Medium),
             },
-            rs485: Rs485 {
-                usart: p.USART3,
+            rs485: rs485::Pins {
+                port: p.USART3,
                 rx: p.PB11,
                 tx: p.PB10,
                 direction: Output::new(p.PE15, Level::Low, Speed::Medium),
             },
+            can: can::driver(p.CAN1, p.PD0, p.PD1),
+            usb: super::usb::driver(p.USB_OTG_FS, p.PA12, p.PA11),
+            adc: Adc::new(p.ADC1),
+            analog: analog::Inputs {
+                ports: [Some(p.PC0.degrade_adc()), None, None, None, None],
+                supply: p.PC1.degrade_adc(),
+                full_scale: SUPPLY,
+            },
+            watchdog,
+            factory_reset,
         }
     }
 }
 
-impl Rs485 {
-    /// Sets up the port, which receives from then on, and returns the direction pin. All else about the port is done by
-    /// its interrupt handler. Its clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
-    pub(super) fn open(self, baud: u32) -> Result<Output<'static>, usart::ConfigError> {
-        let mut config = usart::Config::default();
-        config.baudrate = baud;
-        // While the transceiver sends, it does not drive its output to the microcontroller.
-        config.rx_pull = Pull::Up;
-        // The destructor of `Uart` would switch the port off.
-        core::mem::forget(Uart::new_blocking(self.usart, self.rx, self.tx, config)?);
-        Ok(self.direction)
-    }
-}
-
-/// Number of pulses with which the pads are tested.
-const PAD_PULSES: usize = 10;
-
-/// True if the pads of SWDIO and SWCLK are connected with each other, that is, if one follows the level of the other.
-/// With a debugger attached the pins are left alone, and the answer is false.
-fn pads_connected(mut data: Peri<'static, peripherals::PA13>, mut clock: Peri<'static, peripherals::PA14>) -> bool {
-    if cortex_m::peripheral::DCB::is_debugger_attached() {
-        return false;
-    }
-    let mut follows = true;
-    {
-        let mut out = Flex::new(data.reborrow());
-        let mut input = Flex::new(clock.reborrow());
-        input.set_as_input(Pull::Up);
-        out.set_as_output(Speed::Low);
-        for pulse in 0..2 * PAD_PULSES {
-            let high = pulse % 2 != 0;
-            out.set_level(high.into());
-            // 3360 cycles are 20 us, enough for the pull-up resistor of 40 kOhm to lift the line.
-            cortex_m::asm::delay(3_360);
-            follows &= input.is_high() == high;
-        }
-    }
-    // The pins are made the debug port again, as after reset: function 0, SWDIO with a pull-up, SWCLK with a pull-down
-    // resistor.
-    Flex::new(data).set_as_af_unchecked(0, AfType::output_pull(OutputType::PushPull, Speed::VeryHigh, Pull::Up));
-    Flex::new(clock).set_as_af_unchecked(0, AfType::input(Pull::Down));
-    follows
-}
-
-// `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
-// millisecond: at reset ENN floats, and only a resistor on the board, if there is one, keeps it high. The stack can be
-// used at that time, but no statics, and `drivers_off` uses none. The name that cortex-m-rt has for this function can
-// be defined in assembler only.
-global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
-
-/// Sets ENN high: no current flows in the motor, whatever the chips do. The function uses only registers, so that it
+/// The safe state: no current flows in the motor, whatever the chips do. The function uses only registers, so that it
 /// can be called at any time, also by a firmware that has failed.
 pub(super) extern "C" fn drivers_off() {
-    RCC.ahb1enr().modify(|w| w.set_gpioeen(true));
-    // The port is usable two bus cycles after its clock is on; this read lets them pass.
-    let _ = RCC.ahb1enr().read();
-    GPIOE.bsrr().write(|w| w.set_bs(ENN, true));
-    GPIOE.pupdr().modify(|w| w.set_pupdr(ENN, Pupdr::PULL_UP));
-    GPIOE.moder().modify(|w| w.set_moder(ENN, Moder::OUTPUT));
+    ENN.drive(true);
 }
 
 /// Switches LED2 on or off. The function uses only registers, as `drivers_off` does.
 pub(super) fn show_trouble(on: bool) {
-    RCC.ahb1enr().modify(|w| w.set_gpiocen(true));
-    let _ = RCC.ahb1enr().read();
-    GPIOC.bsrr().write(|w| if on { w.set_bs(TROUBLE, true) } else { w.set_br(TROUBLE, true) });
-    GPIOC.moder().modify(|w| w.set_moder(TROUBLE, Moder::OUTPUT));
+    TROUBLE.drive(on);
 }
 
 /// The clocks: the crystal's 16 MHz / 8 = 2 MHz go into the PLL, x 168 = 336 MHz, / 2 = 168 MHz for the core; 336 MHz /

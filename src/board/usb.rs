@@ -1,8 +1,10 @@
 //! The USB link: a serial port (CDC-ACM), as on the sibling modules. It runs in thread mode.
 
 use embassy_futures::select::{Either, select};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use embassy_stm32::peripherals::USB_OTG_FS;
-use embassy_stm32::usb::Driver;
+use embassy_stm32::usb::{self, DmPin, DpPin, Driver};
+use embassy_stm32::{Peri, bind_interrupts};
 use embassy_usb::class::cdc_acm::{CdcAcmClass, State};
 use embassy_usb::driver::EndpointError;
 use embassy_usb::{Builder, Config, UsbDevice};
@@ -21,6 +23,24 @@ const PACKET: u16 = 64;
 
 type Device = UsbDevice<'static, Driver<'static, USB_OTG_FS>>;
 type Serial = CdcAcmClass<'static, Driver<'static, USB_OTG_FS>>;
+
+bind_interrupts!(struct Irqs {
+    OTG_FS => usb::InterruptHandler<USB_OTG_FS>;
+});
+
+/// The driver of the USB port with its data pins.
+pub(super) fn driver(
+    port: Peri<'static, USB_OTG_FS>,
+    plus: Peri<'static, impl DpPin<USB_OTG_FS>>,
+    minus: Peri<'static, impl DmPin<USB_OTG_FS>>,
+) -> Driver<'static, USB_OTG_FS> {
+    static OUT: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; _]);
+    interrupt::OTG_FS.set_priority(Priority::P5);
+    // The supply pin of the USB connector is not read: a host that communicates is connected.
+    let mut config = usb::Config::default();
+    config.vbus_detection = false;
+    Driver::new_fs(port, Irqs, plus, minus, OUT.take(), config)
+}
 
 /// Builds the USB device on its driver. `product` is the product's name, and `serial` distinguishes the module from
 /// others.

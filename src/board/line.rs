@@ -1,0 +1,53 @@
+//! A pin at the registers of its port: read where its level is wanted at once, and driven where nothing is set up yet or
+//! nothing works any more.
+
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
+use embassy_stm32::pac::{GPIOA, GPIOB, RCC};
+
+/// A pin of a port, whatever it is used for.
+#[derive(Clone, Copy)]
+pub(super) struct Line {
+    port: Gpio,
+    pin: usize,
+}
+
+impl Line {
+    /// Pin `pin`, 0..=15, of a port.
+    pub(super) const fn new(port: Gpio, pin: usize) -> Self {
+        Line { port, pin }
+    }
+
+    /// The number of the pin in its port.
+    pub(super) const fn pin(self) -> usize {
+        self.pin
+    }
+
+    /// The number of the port, 0 for port A: the registers of the ports follow each other in memory.
+    pub(super) fn port(self) -> usize {
+        let first = GPIOA.as_ptr() as usize;
+        (self.port.as_ptr() as usize - first) / (GPIOB.as_ptr() as usize - first)
+    }
+
+    /// The level at the pin. The clock of its port has to be on.
+    #[inline]
+    pub(super) fn is_high(self) -> bool {
+        self.port.idr().read().0 >> self.pin & 1 != 0
+    }
+
+    /// Makes the pin an output with this level, and with a pull-up resistor that keeps a high level while the mode
+    /// changes. The function uses only registers, so that it can be called at any time, also by a firmware that has
+    /// failed.
+    #[inline(always)]
+    pub(super) fn drive(self, high: bool) {
+        let Line { port, pin } = self;
+        RCC.ahb1enr().modify(|w| w.0 |= 1 << self.port());
+        // The port is usable two bus cycles after its clock is on; this read lets them pass.
+        let _ = RCC.ahb1enr().read();
+        port.bsrr().write(|w| if high { w.set_bs(pin, true) } else { w.set_br(pin, true) });
+        if high {
+            port.pupdr().modify(|w| w.set_pupdr(pin, Pupdr::PULL_UP));
+        }
+        port.moder().modify(|w| w.set_moder(pin, Moder::OUTPUT));
+    }
+}
