@@ -61,6 +61,18 @@ impl Settings {
     }
 }
 
+/// Whether the position of a motor has to be read. Its known speed may be some milliseconds old; since then the motor may
+/// have been set going and told to stop again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rest {
+    /// The motor may move.
+    Moves,
+    /// Its speed has been read as zero after it was sent to where it is, so its position is read once more.
+    Stands,
+    /// The known position is that at which the motor stands.
+    Rests,
+}
+
 /// What one axis has of the two chips. `M` is the SPI device of the TMC429, `D` that of the TMC262.
 #[derive(Debug)]
 pub struct Tmc429Tmc262<M, D> {
@@ -72,8 +84,7 @@ pub struct Tmc429Tmc262<M, D> {
     waypoint: i32,
     /// The right stop switch as read last; the left one comes in the status byte of each datagram.
     right: bool,
-    /// The motor stood at the last refresh already, so the known position is that at which it stands.
-    rests: bool,
+    rest: Rest,
     /// The settings that the chip has; `None` if not all datagrams of the last settings have got through.
     settled: Option<Settings>,
     braking: ramp::BrakingMemo,
@@ -91,7 +102,7 @@ impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
             known: Known::default(),
             waypoint: 0,
             right: false,
-            rests: false,
+            rest: Rest::Moves,
             settled: None,
             braking: ramp::BrakingMemo::default(),
             controller: PhantomData,
@@ -131,6 +142,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
     }
 
     fn head(&mut self, chip: &mut Tmc429<M>, goal: Goal, course: &Course<'_>) -> Result<(), Error> {
+        self.rest = Rest::Moves;
         match goal {
             Goal::Speed(speed) => {
                 self.set_mode(chip, Mode::Velocity, course.stops)?;
@@ -185,13 +197,12 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
     /// Takes one datagram to the TMC429 for the position of a motor that does not stand, and one for the reading, to the
     /// TMC429 or to the driver. A waypoint is moved on in place of a reading.
     fn refresh(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<(), Error> {
-        // The known speed may be some milliseconds old, from before the last step. So the position of a motor that has
-        // come to a stand is read once more; its speed is still read in rotation.
-        let stands = self.known.speed == 0 && self.known.ahead() == 0;
-        if !(stands && self.rests) {
+        if self.rest != Rest::Rests {
             self.position(chip)?;
         }
-        self.rests = stands;
+        if self.rest == Rest::Stands {
+            self.rest = Rest::Rests;
+        }
         let Some(reading) = reading else { return Ok(()) };
         let Known { mode, position, target, .. } = self.known;
         if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {
@@ -222,6 +233,12 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     fn speed(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
         self.known.speed = signed(chip.read(self.generator, Register::VActual)?, 12);
+        self.rest = match self.rest {
+            // A motor with a way ahead may be about to start, or be held by a switch.
+            _ if self.known.speed != 0 || self.known.ahead() != 0 => Rest::Moves,
+            Rest::Moves => Rest::Stands,
+            rest => rest,
+        };
         Ok(self.known.speed)
     }
 

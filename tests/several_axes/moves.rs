@@ -197,3 +197,28 @@ fn a_program_waits_for_the_axis_that_it_names() {
         assert_eq!(bench.variable(101), 60_000);
     }
 }
+
+/// Set going and stopped again before the next turn, a motor makes some steps all the same. The arrival back at its
+/// target is told when it is there.
+#[test]
+fn the_steps_of_a_motor_that_turns_for_a_moment_count() {
+    for mut bench in Bench::bare() {
+        // From 0 to full speed, 500 000 microsteps a second, in a millisecond.
+        for line in ["SAP 153, #, 0", "SAP 154, #, 0", "SAP 5, #, 2047", "138, 1, 0, 255"] {
+            bench.each(line);
+        }
+        bench.run(SECOND);
+        for axis in bench.axes() {
+            bench.ok(&format!("ROR {axis}, 2047"));
+            bench.ok(&format!("MST {axis}"));
+            bench.run(SECOND);
+            let steps = bench.states()[usize::from(axis)].position;
+            assert!(steps > 1, "{steps}");
+            // 244 microsteps a second.
+            bench.ok(&format!("SAP 4, {axis}, 1"));
+            bench.ok(&format!("MVP ABS, {axis}, 0"));
+            bench.run_until(SECOND, |bench| !bench.late.is_empty());
+            assert_eq!((bench.arrivals(), bench.states()[usize::from(axis)].position), (vec![axis], 0));
+        }
+    }
+}
