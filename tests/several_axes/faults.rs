@@ -93,7 +93,7 @@ fn each_encoder_counts_the_way_of_its_own_axis() {
     for mut bench in encoders() {
         let built_in = bench.spec.axis.find(209).is_some();
         for axis in bench.axes() {
-            let target = 5_120 * (i32::from(axis) + 1) * if axis % 2 == 0 { 1 } else { -1 };
+            let target = 5_120 * (i32::from(axis) + 1) * if axis.is_multiple_of(2) { 1 } else { -1 };
             let before = bench.all(216);
             bench.ok(&format!("MVP ABS, {axis}, {target}"));
             bench.run(3 * SECOND);

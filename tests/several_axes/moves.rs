@@ -6,7 +6,7 @@ use hal_sim::clock::{MILLISECOND, SECOND};
 /// Speed, acceleration and target of an axis: other ones for each axis, and every second axis to the left.
 fn journey(axis: u8) -> (i32, i32, i32) {
     let n = i32::from(axis);
-    (600 + 150 * n, 300 + 100 * n, (8_000 + 4_000 * n) * if axis % 2 == 0 { 1 } else { -1 })
+    (600 + 150 * n, 300 + 100 * n, (8_000 + 4_000 * n) * if axis.is_multiple_of(2) { 1 } else { -1 })
 }
 
 #[test]
@@ -117,7 +117,7 @@ fn all_axes_go_further_than_the_counter_of_the_motion_controller() {
         bench.each("SAP 4, #, 2047");
         // Without this divisor the way would take five minutes; and the ramp is that of the larger speed then.
         bench.each("SAP 154, #, 0");
-        let target = |axis: u8| (9_000_000 + i32::from(axis) * 10_000) * if axis % 2 == 0 { -1 } else { 1 };
+        let target = |axis: u8| (9_000_000 + i32::from(axis) * 10_000) * if axis.is_multiple_of(2) { -1 } else { 1 };
         for axis in bench.axes() {
             bench.ok(&format!("MVP ABS, {axis}, {}", target(axis)));
         }
