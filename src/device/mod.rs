@@ -118,6 +118,7 @@ impl<T: Board, const AXES: usize> fmt::Debug for Device<T, AXES> {
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// A device before its [start](Self::start). `table` has the axis parameters of the product.
+    #[inline(always)]
     pub fn new(parts: Parts<T, AXES>, table: &'static Table<AxisParameter>) -> Self {
         const {
             let each = T::Hardware::AXES;

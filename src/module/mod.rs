@@ -112,7 +112,9 @@ pub struct Module<T: Platform, const AXES: usize> {
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// A module before its [start](Self::start). `seed` starts the random numbers.
+    /// A module before its [start](Self::start). `seed` starts the random numbers. Inlined, as [`Device::new`] is, so
+    /// that on the way to its place the module is on the stack once, not three times.
+    #[inline(always)]
     pub fn new(parts: Parts<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
         Self::with_device(Device::new(parts, T::Product::SPEC.axis), hooks, seed)
     }
@@ -120,6 +122,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// A module that takes over the device of another firmware as it is, with its motors where they are and its axis
     /// parameters as they were set. It needs no [`start`](Self::start); global parameters, coordinates and variables
     /// have their defaults.
+    #[inline(always)]
     pub fn with_device(device: Device<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
@@ -200,6 +203,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Err(status) => Reply::echo(status, command),
         };
         if suppressed { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
+    }
+
+    /// True if a poll at `now` takes the inputs over, as the first of each millisecond does; slices of a program do not
+    /// look at them. What inputs note until they are read, as edges of an encoder, is to be read for such a poll only.
+    pub const fn takes_inputs(&self, now: Micros) -> bool {
+        now.0 >= self.device.deadline().0 && !self.device.is_in_turn()
     }
 
     /// Does all that is due at `now`: to be called at [`Module::deadline`], or as soon after it as can be, and as a

@@ -500,7 +500,7 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     any(&mut module);
     module.stored(any(true));
     any(&mut module);
-    any((module.deadline(), module.subscriber(), module.awaits(any(Source::Usb))));
+    any((module.deadline(), module.takes_inputs(now()), module.subscriber(), module.awaits(any(Source::Usb))));
     any((module.spec().number, *module.link_settings(), module.machine().state(), module.axes().len()));
     any((module.baud_rate(), module.can_bit_rate()));
     any(module.store().next_job());
