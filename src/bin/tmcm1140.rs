@@ -8,11 +8,13 @@ mod image {
     use core::panic::PanicInfo;
 
     use embassy_executor::Spawner;
-    use tmcm::board::{self, Board};
+    use tmcm::board::{self, AXES, Board, Chips, Room, Tmcl};
+    use tmcm::module::Tmcm1140;
 
     #[embassy_executor::main]
     async fn main(spawner: Spawner) {
-        board::run(Board::start(), spawner);
+        static ROOM: Room<Tmcl<Chips<Tmcm1140>, AXES>> = Room::new();
+        board::run(Board::start(), &ROOM, spawner);
     }
 
     #[panic_handler]

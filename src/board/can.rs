@@ -1,6 +1,8 @@
 //! The CAN link: the bxCAN controller and its filters. The owner of the module reads and writes frames by itself; a
 //! task in thread mode only joins the bus at the start.
 
+use core::array::from_fn;
+
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
 use embassy_stm32::can::{self, CanRx, CanTx, Fifo, RxPin, TxPin};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
@@ -9,13 +11,15 @@ use embassy_stm32::pac::can::vals::{Ide, Rtr};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
+use heapless::Vec;
 
 use super::wake::OnFrame;
 use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
-use crate::module::LinkSettings;
 
 /// The receive queue to which the filters lead.
 const FIFO: usize = 0;
+/// Number of filter banks in use, each with room for four identifiers.
+const BANKS: u8 = 3;
 /// Number of mailboxes, in each of which a frame can wait to be sent.
 const MAILBOXES: usize = 3;
 
@@ -45,6 +49,9 @@ pub(super) struct Can {
     /// The receiving half, by which filters are set; frames are read at the controller's registers.
     rx: CanRx<'static>,
 }
+
+/// The identifiers of the frames that a firmware is to receive; `None` is all.
+pub type Identifiers = Option<Vec<StandardId, { 4 * BANKS as usize }>>;
 
 /// The CAN controller for the owner of the module, once the controller has joined the bus.
 pub(super) static JOINED: Signal<CriticalSectionRawMutex, Can> = Signal::new();
@@ -115,18 +122,26 @@ impl Can {
         });
     }
 
-    /// Sets the filters to the identifiers of the module. A module whose own identifier is that of replies receives
-    /// everything, as it must know the requests to other modules to tell their replies from requests.
-    pub(super) fn listen_to(&mut self, settings: &LinkSettings) {
-        let LinkSettings { can_id, can_secondary, can_reply, .. } = *settings;
-        let own = [can_id, can_secondary.unwrap_or(can_id)];
+    /// Has the filters let data frames with these identifiers pass, or all frames.
+    pub(super) fn listen_to(&mut self, identifiers: &Identifiers) {
         let mut filters = self.rx.modify_filters();
-        if own.contains(&can_reply) {
-            filters.enable_bank(0, Fifo::Fifo0, BankConfig::Mask16([Mask16::accept_all(); 2]));
-            return;
+        let mut rest = match identifiers {
+            None => {
+                filters.enable_bank(0, Fifo::Fifo0, BankConfig::Mask16([Mask16::accept_all(); 2]));
+                &[]
+            }
+            Some(identifiers) => identifiers.as_slice(),
+        };
+        for bank in u8::from(identifiers.is_none())..BANKS {
+            let (four, others) = rest.split_at_checked(4).unwrap_or((rest, &[]));
+            rest = others;
+            let Some(first) = four.first() else {
+                filters.disable_bank(bank);
+                continue;
+            };
+            let listed = from_fn(|n| ListEntry16::data_frames_with_id(*four.get(n).unwrap_or(first)));
+            filters.enable_bank(bank, Fifo::Fifo0, BankConfig::List16(listed));
         }
-        let [first, second] = own.map(ListEntry16::data_frames_with_id);
-        filters.enable_bank(0, Fifo::Fifo0, BankConfig::List16([first, second, first, second]));
     }
 }
 

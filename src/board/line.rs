@@ -18,9 +18,9 @@ impl Line {
         Line { port, pin }
     }
 
-    /// The number of the pin in its port.
+    /// The number of the pin in its port. The remainder shows the compiler that no bit beyond a register is meant.
     pub(super) const fn pin(self) -> usize {
-        self.pin
+        self.pin % 16
     }
 
     /// The number of the port, 0 for port A: the registers of the ports follow each other in memory.

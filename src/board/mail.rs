@@ -42,9 +42,9 @@ pub(super) fn link_settings() -> LinkSettings {
     LINK_SETTINGS.lock(Cell::get).unwrap_or_default()
 }
 
-/// Puts link settings in force. False if they are the same as before.
-pub(super) fn put_in_force(settings: &LinkSettings) -> bool {
-    LINK_SETTINGS.lock(|shared| shared.replace(Some(*settings)) != Some(*settings))
+/// Puts link settings in force.
+pub(super) fn put_in_force(settings: &LinkSettings) {
+    LINK_SETTINGS.lock(|shared| shared.set(Some(*settings)));
 }
 
 /// The EEPROM page to be written, from the owner of the module to the task of the EEPROM. The store hands out one at a

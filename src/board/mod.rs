@@ -7,7 +7,7 @@
 //! | `encoder` | interrupt of the pin of N | 3 | the counts at the edges of N |
 //! | `rs485` | interrupts of USART3, and of TIM2 at the end of a stop bit | 4 | the port, framing, direction |
 //! | CAN and USB drivers of Embassy | interrupts of CAN1 and OTG_FS | 5 | the frames and packets that come and go |
-//! | `owner` | interrupt of TIM3, each millisecond and when a link asks for it | 6 | the module with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
+//! | `owner` | interrupt of TIM3, each millisecond and when a link asks for it | 6 | the firmware's logic with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
 //! | `usb` | thread mode | - | the USB device; its requests go to the owner by a mailbox |
 //! | `eeprom` | thread mode | - | the EEPROM with SPI3 |
 //! | `analog` | thread mode | - | the ADC |
@@ -20,7 +20,9 @@ mod analog;
 mod can;
 mod eeprom;
 mod encoder;
+mod ends;
 mod fault;
+mod firmware;
 mod line;
 mod mail;
 mod motion_bus;
@@ -30,16 +32,24 @@ mod rs485;
 mod signals;
 mod spi;
 mod tasks;
+mod tmcl;
+#[cfg(feature = "tmcm1140")]
 mod tmcm1140;
 mod usb;
 mod wake;
 mod watchdog;
 
-pub use chosen::Board;
+pub use can::Identifiers;
+pub use chosen::{AXES, Board, Chips};
+pub use ends::Ends;
 pub use fault::panicked;
+pub use firmware::Firmware;
+pub use owner::Room;
 pub use tasks::run;
+pub use tmcl::Tmcl;
 
-// The board of this image.
+// The board of this image. Another one is another file, and another line here and above.
+#[cfg(feature = "tmcm1140")]
 use tmcm1140 as chosen;
 
 use defmt_rtt as _;

@@ -27,7 +27,7 @@ const SETUP_CYCLES: u32 = 16;
 pub(super) struct MotionBus(());
 
 /// A chip on the bus. Only the owner of the firmware uses the chips, so no exchange interrupts another.
-pub(super) struct Chip {
+pub struct Chip {
     select: Output<'static>,
     clock: Br,
 }

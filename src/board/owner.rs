@@ -1,8 +1,8 @@
-//! The owner of the module: the only part of the firmware that calls the module.
+//! The owner of the firmware's logic, be it TMCL or another [`Firmware`]: the only part that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes each millisecond when a poll is due, and whenever a link has a request
-//! ([`wake`]). It serves the requests of the links, polls the module when that is due, and gives a program its slices;
-//! between two of these it serves the links again. No other code uses the module, the motion bus, or the CAN mailboxes.
+//! ([`wake`]). It serves the requests of the links, polls the firmware when that is due, and gives a program its slices;
+//! between two of these it serves the links again. No other code uses the firmware, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
 
@@ -10,42 +10,44 @@ use cortex_m::peripheral::SCB;
 use embassy_stm32::interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::can::{self, Can};
 use super::chosen::{AXES, Chips, Motion, Signals, drivers_off, show_trouble};
-use super::mail::{Outgoing, PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
-use super::{now, rs485, wake, watchdog};
-use crate::device::Outputs;
-use crate::module::{Desk, LinkEnds, LinkMode, LinkSettings, Module, Origin, Request, Source, Tmcm1140};
-use crate::store::Store;
-use crate::tmcl::Reply;
-use crate::tmcl::can::decode;
+use super::ends::Ends;
+use super::firmware::Firmware;
+use super::mail::{PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
+use super::{can, now, rs485, wake, watchdog};
+use crate::device::{self, Inputs, Outputs};
+use crate::module::Source;
+use crate::store::{Memory, Store};
 use crate::units::Micros;
-
-/// The module on this board.
-type Core = Module<Chips<Tmcm1140>, AXES>;
 
 /// The longest time that a restart waits for replies to be sent: a host that does not fetch its replies must not
 /// prevent it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265
 /// ms.
 const LAST_WORDS: Micros = Micros::from_millis(300);
 
-/// Builds the module in static memory and starts it, with a store that `load` fills from the EEPROM. `seed` starts the
-/// random numbers.
-pub(super) fn build(motion: Motion, signals: Signals, load: impl FnOnce(&mut Store<Tmcm1140>), seed: u32) -> Owner {
-    static MODULE: StaticCell<Core> = StaticCell::new();
-    static STORE: ConstStaticCell<Store<Tmcm1140>> = ConstStaticCell::new(Store::new());
-    let parts = motion.parts(STORE.take());
-    let module = MODULE.init_with(|| Module::new(parts, (), seed));
-    module.start(now(), load);
-    defmt::info!("module runs at address {=u8}", module.link_settings().address);
-    Owner { module, signals, desk: Desk::new(), ends: Ends { can: None }, ending: None, trouble: false }
+/// The static memory of an image for its firmware, and the EEPROM's contents.
+pub struct Room<F: Firmware<AXES>> {
+    owner: StaticCell<Owner<F>>,
+    store: ConstStaticCell<Store<<F::Board as device::Board>::Product>>,
 }
 
-/// The module, with the signals and links that the owner exchanges with it.
-pub(super) struct Owner {
-    pub(super) module: &'static mut Core,
+impl<F: Firmware<AXES>> Room<F> {
+    /// Room for a firmware.
+    #[expect(clippy::new_without_default, reason = "only a static has use for it")]
+    pub const fn new() -> Self {
+        Room { owner: StaticCell::new(), store: ConstStaticCell::new(Store::new()) }
+    }
+}
+
+/// A firmware, with the signals and links that the owner exchanges with it.
+///
+/// The firmware comes first, hence `repr(C)`: load and store instructions reach only so far.
+#[repr(C)]
+pub(super) struct Owner<F> {
+    pub(super) firmware: F,
     signals: Signals,
-    desk: Desk,
+    /// The inputs as they were read last.
+    inputs: Inputs<AXES>,
     ends: Ends,
     /// The time at which a restart became due; `None` without one.
     ending: Option<Micros>,
@@ -53,17 +55,36 @@ pub(super) struct Owner {
     trouble: bool,
 }
 
-/// The owner in static memory. Only its interrupt handler uses it, and a handler does not interrupt itself.
-struct OwnerCell(UnsafeCell<Option<Owner>>);
+/// Builds a firmware in its static memory; `seed` starts its random numbers. Never inlined: what it takes of the stack
+/// is free again before anything else starts.
+#[inline(never)]
+pub(super) fn build<F, P>(room: &'static Room<F>, motion: Motion, signals: Signals, seed: u32) -> &'static mut Owner<F>
+where
+    F: Firmware<AXES, Board = Chips<P>>,
+    P: Memory + 'static,
+{
+    let store = room.store.take();
+    let firmware = F::new(motion.parts(store), seed);
+    let (inputs, ends) = (Inputs::default(), Ends { can: None });
+    room.owner.init(Owner { firmware, signals, inputs, ends, ending: None, trouble: false })
+}
+
+/// What the interrupt handler calls, whatever the firmware.
+trait Turn {
+    fn turn(&mut self);
+}
+
+/// The owner, for its interrupt handler, which alone uses it, and which does not interrupt itself.
+struct OwnerCell(UnsafeCell<Option<&'static mut dyn Turn>>);
 
 // SAFETY: the handler of TIM3 is the only user, and `start` before that interrupt is enabled.
 unsafe impl Sync for OwnerCell {}
 
 static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 
-/// Puts the owner into static memory and starts its timer.
-pub(super) fn start(owner: Owner) {
-    put_in_force(owner.module.link_settings());
+/// Hands the owner to its interrupt handler and starts its timer.
+pub(super) fn start<F: Firmware<AXES>>(owner: &'static mut Owner<F>) {
+    put_in_force(owner.firmware.link_settings());
     owner.signals.start();
     // SAFETY: the interrupt is not enabled yet.
     unsafe { *OWNER.0.get() = Some(owner) };
@@ -79,13 +100,13 @@ unsafe fn TIM3() {
     }
 }
 
-impl Owner {
-    /// Serves requests one by one until there is none, and after each checks whether a poll of the module is due, so
+impl<F: Firmware<AXES>> Turn for Owner<F> {
+    /// Serves requests one by one until there is none, and after each checks whether a poll of the firmware is due, so
     /// that a host that sends without pause does not delay the motor.
     fn turn(&mut self) {
         loop {
-            let idle = !self.desk.serve(self.module, &mut self.ends, now);
-            let (now, deadline) = (now(), self.module.deadline());
+            let idle = !self.firmware.serve(&mut self.ends, now);
+            let (now, deadline) = (now(), self.firmware.deadline());
             if now >= deadline {
                 self.poll();
             } else if idle {
@@ -93,12 +114,18 @@ impl Owner {
             }
         }
     }
+}
 
-    /// Polls the module, exchanges signals with it, and passes on what has become due. Never inlined: the stack frame
+impl<F: Firmware<AXES>> Owner<F> {
+    /// Polls the firmware, exchanges signals with it, and passes on what has become due. Never inlined: the stack frame
     /// that this function needs would be set up on the way to every reply in `turn`.
     #[inline(never)]
     fn poll(&mut self) {
-        let outputs = self.module.poll(now(), &self.signals.read());
+        let now = now();
+        if self.firmware.takes_inputs(now) {
+            self.inputs = self.signals.read();
+        }
+        let outputs = self.firmware.poll(now, &self.inputs);
         self.signals.write(&outputs);
         watchdog::MODULE.alive();
         if outputs.trouble && !core::mem::replace(&mut self.trouble, true) {
@@ -109,25 +136,23 @@ impl Owner {
             if !written {
                 defmt::warn!("EEPROM: a page could not be written");
             }
-            self.module.stored(written);
+            self.firmware.stored(written);
         }
-        if let Some(job) = self.module.store().next_job() {
+        if let Some(job) = self.firmware.next_job() {
             PAGE.signal(job);
         }
         if self.ends.can.is_none() {
             self.ends.can = can::JOINED.try_take();
-            if let Some(can) = &mut self.ends.can {
-                can.listen_to(self.module.link_settings());
-            }
         }
         if USB_GONE.try_take().is_some() {
             self.forget_usb();
         }
-        Desk::deliver(self.module, &mut self.ends);
-        if put_in_force(self.module.link_settings())
-            && let Some(can) = &mut self.ends.can
+        self.firmware.deliver(&mut self.ends);
+        put_in_force(self.firmware.link_settings());
+        if let Some(can) = &mut self.ends.can
+            && let Some(identifiers) = self.firmware.new_identifiers()
         {
-            can.listen_to(self.module.link_settings());
+            can.listen_to(&identifiers);
         }
         rs485::tick();
         self.restart(&outputs);
@@ -137,11 +162,11 @@ impl Owner {
     /// a new enumeration, which takes longer than the millisecond between two polls.
     fn forget_usb(&mut self) {
         USB_REQUESTS.clear();
-        self.module.forget(Source::Usb);
+        self.firmware.forget(Source::Usb);
         USB.clear();
     }
 
-    /// Restarts the firmware, if the module asks for it: as soon as all replies are sent, or [`LAST_WORDS`] later.
+    /// Restarts the firmware, if the firmware asks for it: as soon as all replies are sent, or [`LAST_WORDS`] later.
     fn restart(&mut self, outputs: &Outputs) {
         if !outputs.restart {
             return;
@@ -151,45 +176,6 @@ impl Owner {
             defmt::info!("restart");
             drivers_off();
             SCB::sys_reset();
-        }
-    }
-}
-
-/// The links of the board, as the owner serves them.
-struct Ends {
-    /// The CAN controller; `None` until it has joined the bus.
-    can: Option<Can>,
-}
-
-impl LinkEnds for Ends {
-    #[inline(always)]
-    fn request(&mut self, source: Source, _: &LinkSettings) -> Option<Request> {
-        match source {
-            Source::Can => self.can.as_mut()?.read().as_ref().and_then(decode).map(Request::Frame),
-            Source::Rs485 => rs485::request(),
-            // While the host has not fetched earlier replies there is no room for the reply to another request.
-            Source::Usb if USB.is_full() => None,
-            Source::Usb => USB_REQUESTS.try_receive().ok(),
-        }
-    }
-
-    #[inline(always)]
-    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
-        let room = match to.source {
-            Source::Rs485 => rs485::answer(reply, mode, settings),
-            Source::Usb => {
-                let addresses = settings.reply_addresses();
-                USB.try_send(Outgoing { reply: reply.copied(), mode, addresses }).is_ok()
-            }
-            Source::Can => {
-                if let (Some(can), Some(reply)) = (&mut self.can, reply) {
-                    can.write(&settings.frame(to, reply));
-                }
-                true
-            }
-        };
-        if !room {
-            defmt::warn!("more replies than fit, one dropped");
         }
     }
 }

@@ -44,7 +44,8 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
         self.axes.iter().filter_map(|axis| axis.encoder).for_each(Encoder::start);
     }
 
-    /// Reads all inputs.
+    /// Reads all inputs. Never inlined: slices of a program, for which nothing is read, are not to have its registers.
+    #[inline(never)]
     pub(super) fn read(&self) -> Inputs<AXES> {
         let axes = from_fn(|number| {
             let Axis { stall, home, encoder } = &self.axes[number];

@@ -1,14 +1,15 @@
-//! The start of the firmware: the module and the fast links are given to their interrupts, and the tasks of thread mode
+//! The start of the firmware: its owner and the fast links are given to their interrupts, and the tasks of thread mode
 //! are started.
 
 use core::arch::global_asm;
 
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 
-use super::chosen::{Board, drivers_off};
-use super::{analog, can, eeprom, fault, owner, usb, watchdog};
-use crate::module::{Tmcm1140, factory_reset};
-use crate::store::Store;
+use super::chosen::{AXES, Board, Chips, drivers_off};
+use super::firmware::Firmware;
+use super::owner::Room;
+use super::{analog, can, eeprom, fault, now, owner, usb, watchdog};
+use crate::store::Memory;
 
 // `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
 // millisecond: at reset ENN floats, and only a resistor on the board, if there is one, keeps it high. The stack can be
@@ -16,33 +17,38 @@ use crate::store::Store;
 // be defined in assembler only.
 global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
 
-/// Starts the firmware: first the module, which stops the motor and then reads what is stored, and then the links.
+/// Starts a firmware in its `room`: first its motors are stopped and what is stored is read, then come the links.
 /// `spawner` is that of thread mode.
-pub fn run(board: Board, spawner: Spawner) {
+pub fn run<F, P>(board: Board, room: &'static Room<F>, spawner: Spawner)
+where
+    F: Firmware<AXES, Board = Chips<P>>,
+    P: Memory + 'static,
+{
     let recovering = fault::report();
     let mut keeper = eeprom::keeper(board.eeprom);
-    let reset = board.factory_reset;
-    let load = |store: &mut Store<Tmcm1140>| {
-        eeprom::load(&mut keeper, store);
-        if reset {
-            defmt::warn!("pads connected: factory settings");
-            factory_reset(store);
-        }
-    };
     // The supply is measured before the first poll, so that without a supply no program starts.
     let sensors = analog::Sensors::new(board.adc, board.analog);
-    let owner = owner::build(board.motion, board.signals, load, seed());
+    let owner = owner::build(room, board.motion, board.signals, seed());
+    let firmware = &mut owner.firmware;
+    firmware.start(now(), |store| {
+        eeprom::load(&mut keeper, store);
+        if board.factory_reset {
+            defmt::warn!("pads connected: factory settings");
+            F::factory_reset(store);
+        }
+    });
     if recovering {
-        owner.module.hold_program();
+        firmware.recover();
     }
-    let (baud, bit_rate) = (owner.module.baud_rate(), owner.module.can_bit_rate());
-    defmt::info!("RS485 at {=u32} bit/s", baud);
-
-    // The port starts before the owner of the module, so that the first bytes are fetched in time.
-    if let Err(error) = board.rs485.start(baud, owner.module.link_settings().start) {
-        defmt::error!("RS485 stays off: {}", error);
+    // The port starts before the owner, so that the first bytes are fetched in time.
+    if let Some(baud) = firmware.baud_rate() {
+        defmt::info!("RS485 at {=u32} bit/s", baud);
+        if let Err(error) = board.rs485.start(baud, firmware.link_settings().start) {
+            defmt::error!("RS485 stays off: {}", error);
+        }
     }
-    let (device, serial) = usb::build(board.usb, owner.module.spec().usb, usb::serial_number());
+    let bit_rate = firmware.can_bit_rate();
+    let (device, serial) = usb::build(board.usb, firmware.usb_name(), usb::serial_number());
     owner::start(owner);
     spawn(spawner, eeprom::keep(keeper));
     spawn(spawner, usb::run(device));

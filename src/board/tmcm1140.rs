@@ -58,7 +58,7 @@ use crate::motion::tmc429::Tmc429Tmc262;
 use crate::store::{Memory, Store};
 
 /// Number of axes on the board.
-pub(super) const AXES: usize = 1;
+pub const AXES: usize = 1;
 
 /// ENN of the TMC262: high switches the bridges off.
 const ENN: Line = Line::new(GPIOE, 1);
@@ -110,7 +110,7 @@ pub(super) struct Motion {
 
 /// The chips of this board, with an EEPROM that is divided as `P` says.
 #[derive(Debug)]
-pub(super) struct Chips<P>(core::marker::PhantomData<P>);
+pub struct Chips<P>(core::marker::PhantomData<P>);
 
 impl<P: Memory + 'static> device::Board for Chips<P> {
     type Product = P;

@@ -1,0 +1,47 @@
+//! The links of the board as a firmware uses them.
+
+use super::can::Can;
+use super::mail::{Outgoing, USB, USB_REQUESTS};
+use super::rs485;
+use crate::module::{LinkEnds, LinkMode, LinkSettings, Origin, Request, Source};
+use crate::tmcl::Reply;
+use crate::tmcl::can::decode;
+
+/// The links of the board.
+pub struct Ends {
+    /// The CAN controller; `None` until it has joined the bus.
+    pub(super) can: Option<Can>,
+}
+
+impl LinkEnds for Ends {
+    #[inline(always)]
+    fn request(&mut self, source: Source, _: &LinkSettings) -> Option<Request> {
+        match source {
+            Source::Can => self.can.as_mut()?.read().as_ref().and_then(decode).map(Request::Frame),
+            Source::Rs485 => rs485::request(),
+            // While the host has not fetched earlier replies there is no room for the reply to another request.
+            Source::Usb if USB.is_full() => None,
+            Source::Usb => USB_REQUESTS.try_receive().ok(),
+        }
+    }
+
+    #[inline(always)]
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
+        let room = match to.source {
+            Source::Rs485 => rs485::answer(reply, mode, settings),
+            Source::Usb => {
+                let addresses = settings.reply_addresses();
+                USB.try_send(Outgoing { reply: reply.copied(), mode, addresses }).is_ok()
+            }
+            Source::Can => {
+                if let (Some(can), Some(reply)) = (&mut self.can, reply) {
+                    can.write(&settings.frame(to, reply));
+                }
+                true
+            }
+        };
+        if !room {
+            defmt::warn!("more replies than fit, one dropped");
+        }
+    }
+}
