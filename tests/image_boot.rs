@@ -13,7 +13,7 @@ use image_host::{BAUD, CYCLES_PER_MICROSECOND, Host, INVALID_COMMAND, LOADED};
 fn boots_and_answers() {
     let mut host = Host::new("");
     assert_eq!(host.machine.core_clock(), 168_000_000);
-    let log = host.machine.take_log();
+    let log = host.machine.log().take();
     assert!(log.iter().any(|line| line.level == "info" && line.text == "module runs at address 1"), "{log:?}");
     assert_eq!(host.machine.board().world().outputs().pull_ups, 1);
     // GAP 4: the default speed, GGP 66: the address, and a command that there is none of.

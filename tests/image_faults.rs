@@ -73,12 +73,12 @@ fn an_eeprom_that_falls_silent_during_a_store_is_told_and_what_was_stored_stays(
     host.ok("ROR 0, 500");
     host.log();
     // It falls silent when the first datagram for it begins.
-    host.machine.send(host.machine.now(), &telegram("STAP 4, 0"), host.baud);
+    host.machine.rs485().send(&telegram("STAP 4, 0"), host.baud);
     let before = host.machine.board().datagrams(Chip::At25);
     host.wait(10 * MICROSECOND, SECOND, |host| host.machine.board().datagrams(Chip::At25) > before);
     host.fault(Fault::Eeprom, true);
     host.run(100 * MILLISECOND);
-    let reply: Vec<u8> = host.machine.take_sent().iter().map(|character| character.value).collect();
+    let reply: Vec<u8> = host.machine.rs485().take_sent().iter().map(|character| character.value).collect();
     assert_eq!(image_host::decoded("STAP 4, 0", &reply), (EEPROM_LOCKED, 0));
     assert_logged(&host.log(), &["warn: EEPROM: a page could not be written"]);
     // All else goes on.
@@ -157,16 +157,16 @@ fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_of
 fn a_can_bus_that_is_shorted_for_a_while_is_left_and_joined_again() {
     let mut host = moving();
     assert_eq!(host.ask_can("GAP 4, 0"), (OK, 1_000));
-    host.machine.send_frame(request(1, "GAP 5, 0"));
+    host.machine.can().send(request(1, "GAP 5, 0"));
     // The request has arrived; the reply meets shorted wires.
     host.run(120 * MICROSECOND);
-    host.machine.set_can_bus(CanBus { shorted: true, ..CanBus::default() });
+    host.machine.can().set_bus(CanBus { shorted: true, ..CanBus::default() });
     host.run(100 * MILLISECOND);
-    assert_eq!(host.machine.take_frames(), []);
+    assert_eq!(host.machine.can().take_sent(), []);
     assert_eq!((host.ok("GAP 3, 0"), host.speed()), (500, 500), "the other links do not notice");
-    host.machine.set_can_bus(CanBus::default());
+    host.machine.can().set_bus(CanBus::default());
     host.run(20 * MILLISECOND);
-    host.machine.take_frames();
+    host.machine.can().take_sent();
     assert_eq!(host.ask_can("GAP 6, 0").0, OK);
     assert_eq!(host.ask_can("MST 0").0, OK);
     host.run(100 * MILLISECOND);
@@ -179,17 +179,17 @@ fn a_usb_cable_pulled_in_the_middle_of_a_telegram_leaves_nothing_behind() {
     host.plug_usb();
     assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_000));
     for sent in 1..9 {
-        host.machine.send_usb(&telegram("GAP 4, 0")[..sent]);
+        host.machine.usb().send(&telegram("GAP 4, 0")[..sent]);
         host.run(5 * MILLISECOND);
-        host.machine.plug_usb(false);
+        host.machine.usb().plug(false);
         host.run(20 * MILLISECOND);
         assert_eq!(host.ok("GAP 3, 0"), 500, "the other links do not notice");
         host.plug_usb();
         assert_eq!(host.ask_usb("GAP 5, 0"), (OK, 1_000), "after {sent} bytes");
     }
     // With a reply on its way.
-    host.machine.send_usb(&telegram("GAP 4, 0"));
-    host.machine.plug_usb(false);
+    host.machine.usb().send(&telegram("GAP 4, 0"));
+    host.machine.usb().plug(false);
     host.run(20 * MILLISECOND);
     host.plug_usb();
     assert_eq!(host.ask_usb("GAP 6, 0"), (OK, 128));
@@ -201,13 +201,13 @@ fn a_usb_cable_pulled_in_the_middle_of_a_telegram_leaves_nothing_behind() {
 #[test]
 fn a_debug_probe_that_is_pulled_off_does_not_stop_the_firmware() {
     let mut host = moving();
-    host.machine.pull_probe();
+    host.machine.log().pull_probe();
     // Two messages each time, of 5 bytes and more; the buffer has 1024.
     for _ in 0..120 {
-        host.machine.plug_usb(true);
+        host.machine.usb().plug(true);
         host.run(400 * MILLISECOND);
-        assert!(host.machine.usb_device().open);
-        host.machine.plug_usb(false);
+        assert!(host.machine.usb().device().open);
+        host.machine.usb().plug(false);
         host.run(10 * MILLISECOND);
     }
     assert_eq!((host.ok("GAP 3, 0"), host.speed(), host.machine.counters().starts), (500, 500, 1));
@@ -218,8 +218,8 @@ fn a_debug_probe_that_is_pulled_off_does_not_stop_the_firmware() {
 fn a_usb_host_that_does_not_read_does_not_keep_the_module_from_its_reset() {
     let mut host = moving();
     host.plug_usb();
-    host.machine.read_usb(false);
-    host.machine.send_usb(&[telegram("GAP 4, 0"); 4].concat());
+    host.machine.usb().set_reading(false);
+    host.machine.usb().send(&[telegram("GAP 4, 0"); 4].concat());
     host.run(20 * MILLISECOND);
     assert_eq!((host.ok("GAP 3, 0"), host.ok("255, 0, 0, 1234")), (500, 1_234), "the other links do not notice");
     host.run(SECOND);
@@ -240,12 +240,12 @@ fn a_break_or_noise_on_rs485_ends_a_telegram_and_the_next_one_is_answered() {
     for (levels, bits, baud) in disturbances {
         for sent in [0, 1, 4, 8] {
             let now = host.machine.now();
-            host.machine.send(now, &whole[..sent], host.baud);
-            let end = host.machine.send_levels(now, levels, bits, baud);
+            host.machine.rs485().send_at(now, &whole[..sent], host.baud);
+            let end = host.machine.rs485().send_levels(now, levels, bits, baud);
             // A bit of silence, and the next one follows.
-            let next = host.machine.send(end + SECOND / 9_600, &whole, host.baud);
+            let next = host.machine.rs485().send_at(end + SECOND / 9_600, &whole, host.baud);
             host.machine.run_until(next + 50 * MILLISECOND).unwrap();
-            let said: Vec<u8> = host.machine.take_sent().iter().map(|character| character.value).collect();
+            let said: Vec<u8> = host.machine.rs485().take_sent().iter().map(|character| character.value).collect();
             assert_eq!(said, answer, "{bits} levels {levels:x} after {sent} bytes");
         }
     }
@@ -340,14 +340,14 @@ fn power_cuts_at_any_time_leave_a_module_that_starts_and_stands() {
     host.run(START);
     host.ok("SAP 4, 0, 1234");
     host.ok("ROR 0, 500");
-    host.machine.send(host.machine.now(), &telegram("STAP 4, 0"), host.baud);
+    host.machine.rs485().send(&telegram("STAP 4, 0"), host.baud);
     host.run(13 * MILLISECOND);
     assert_eq!((host.speed() > 0, host.machine.board().at25().is_writing()), (true, true));
     host.machine.set_power(false);
     host.run(MILLISECOND);
     host.machine.set_power(true);
     host.run(START);
-    host.machine.take_sent();
+    host.machine.rs485().take_sent();
     host.assert_rest();
     assert_eq!(host.ok("GAP 4, 0"), 1_000);
     assert_logged(&host.log(), &["info: power on"]);
@@ -373,7 +373,7 @@ fn a_crystal_that_stops_switches_the_driver_off_and_one_that_does_not_start_leav
     host.reset_within(SECOND);
     host.run(START);
     assert_logged(&host.log(), &["error: restarted after the crystal had stopped"]);
-    host.machine.take_sent();
+    host.machine.rs485().take_sent();
     host.ok("ROR 0, 500");
     host.run(200 * MILLISECOND);
     assert_eq!((host.speed(), host.bridges_on()), (500, true));
@@ -397,20 +397,20 @@ fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
     type Reset = fn(&mut Host);
     let resets: [(&str, Reset); 3] = [
         ("by command", |host| {
-            host.machine.send(host.machine.now(), &telegram("255, 0, 0, 1234"), host.baud);
+            host.machine.rs485().send(&telegram("255, 0, 0, 1234"), host.baud);
             host.reset_within(RECOVERY);
         }),
         ("by the watchdog", |host| {
             let place = code(symbol("TIM3"));
-            let before = host.machine.program(place, &HANG).unwrap();
+            let before = host.machine.cpu_mut().program(place, &HANG).unwrap();
             host.reset_within(BITES);
-            host.machine.program(place, &before).unwrap();
+            host.machine.cpu_mut().program(place, &before).unwrap();
         }),
         ("by a dip", |host| host.machine.brown_out()),
     ];
     for (name, reset) in resets {
         let mut host = moving();
-        host.machine.fit_enable_pull_up(false);
+        host.machine.wiring().fit_enable_pull_up(false);
         reset(&mut host);
         assert!(host.bridges_on() || name == "by command", "{name}: nobody has switched it off before");
         let (off, stop) = stopped_after(&mut host, 2);
@@ -419,7 +419,7 @@ fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
         assert!(off <= 10 && stop <= 10_000, "{name}: {off} us, {stop} us");
         host.run(START);
         host.assert_rest();
-        host.machine.take_sent();
+        host.machine.rs485().take_sent();
         assert_eq!((host.ok("GAP 3, 0"), host.bridges_on()), (0, true), "{name}");
     }
 }
@@ -439,7 +439,7 @@ fn assert_recovers(noticed: bool, fault: impl FnOnce(&mut Host) -> (u32, Vec<u8>
     let rotor = noticed.then(|| host.rotor());
     host.reset_within(BITES);
     let rotor = rotor.unwrap_or_else(|| host.rotor());
-    host.machine.program(undo.0, &undo.1).unwrap();
+    host.machine.cpu_mut().program(undo.0, &undo.1).unwrap();
     host.run(START);
     let log = host.log();
     assert_eq!(host.machine.counters().starts, 2);
@@ -460,7 +460,7 @@ fn assert_recovers(noticed: bool, fault: impl FnOnce(&mut Host) -> (u32, Vec<u8>
 fn the_watchdog_restarts_a_module_whose_owner_hangs() {
     let hang = |host: &mut Host| {
         let place = code(symbol("TIM3"));
-        (place, host.machine.program(place, &HANG).unwrap())
+        (place, host.machine.cpu_mut().program(place, &HANG).unwrap())
     };
     let log = assert_recovers(false, hang);
     assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
@@ -470,9 +470,9 @@ fn the_watchdog_restarts_a_module_whose_owner_hangs() {
 #[test]
 fn the_watchdog_restarts_a_module_whose_thread_mode_hangs() {
     let hang = |host: &mut Host| {
-        host.wait(MICROSECOND, SECOND, |host| host.machine.is_asleep());
-        let place = host.machine.pc();
-        (place, host.machine.program(place, &HANG).unwrap())
+        host.wait(MICROSECOND, SECOND, |host| host.machine.cpu().is_asleep());
+        let place = host.machine.cpu().pc();
+        (place, host.machine.cpu_mut().program(place, &HANG).unwrap())
     };
     let log = assert_recovers(false, hang);
     assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
@@ -487,9 +487,9 @@ fn the_watchdog_restarts_a_module_of_which_one_task_stands_still() {
             let [pool] = *pool else { panic!("{task}: {pool:x?}") };
             // The head of a task holds the address of the code that runs it.
             let polls = symbols(&["TaskStorage", "poll"]);
-            let words = (0..16).filter_map(|n| host.machine.peek(pool + 4 * n));
+            let words = (0..16).filter_map(|n| host.machine.cpu().peek(pool + 4 * n));
             let place = code(words.into_iter().find(|word| polls.contains(word)).unwrap());
-            (place, host.machine.program(place, &RETURN).unwrap())
+            (place, host.machine.cpu_mut().program(place, &RETURN).unwrap())
         };
         let log = assert_recovers(false, stop);
         assert_logged(&log, &["error: no sign of life: module, EEPROM, USB", "error: restarted by the watchdog"]);
@@ -499,7 +499,7 @@ fn the_watchdog_restarts_a_module_of_which_one_task_stands_still() {
 #[test]
 fn a_hard_fault_switches_the_driver_off_and_is_told_after_the_restart() {
     let place = code(symbol("TIM3"));
-    let fault = |host: &mut Host| (place, host.machine.program(place, &UNDEFINED).unwrap());
+    let fault = |host: &mut Host| (place, host.machine.cpu_mut().program(place, &UNDEFINED).unwrap());
     let log = assert_recovers(true, fault);
     let place = format!("hard fault at {place:#x}");
     assert_logged(&log, &[&format!("error: {place}"), &format!("error: restarted after a {place}")]);
@@ -513,15 +513,15 @@ fn a_stack_overflow_ends_in_a_restart_and_overwrites_nothing() {
     let place = code(symbol("TIM3"));
     let stack = symbol("_stack_start");
     let overflow = |host: &mut Host| {
-        let before = host.machine.program(place, &PUSH).unwrap();
+        let before = host.machine.cpu_mut().program(place, &PUSH).unwrap();
         // The program memory, where there is no program, and all else that does not change.
         let statics =
-            |host: &Host| (stack..stack + 0x4000).step_by(4).map(|at| host.machine.peek(at)).collect::<Vec<_>>();
-        let (then, bottom) = (statics(host), host.machine.peek(stack - 0x4000));
+            |host: &Host| (stack..stack + 0x4000).step_by(4).map(|at| host.machine.cpu().peek(at)).collect::<Vec<_>>();
+        let (then, bottom) = (statics(host), host.machine.cpu().peek(stack - 0x4000));
         host.run(1_010 * MICROSECOND);
         let changed = then.iter().zip(statics(host)).filter(|(then, now)| **then != *now).count();
         assert!(changed < 20, "{changed} words of the statics");
-        assert_ne!(host.machine.peek(stack - 0x4000), bottom, "filled to the end");
+        assert_ne!(host.machine.cpu().peek(stack - 0x4000), bottom, "filled to the end");
         (place, before)
     };
     let log = assert_recovers(false, overflow);
@@ -544,7 +544,7 @@ fn call(place: u32, function: u32, value: u32) -> Vec<u8> {
 /// A place in the source that the image holds for a panic: its address, and its text.
 fn some_location(host: &Host) -> (u32, String) {
     const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0802_0000;
-    let peek = |at| host.machine.peek(at).unwrap_or(0);
+    let peek = |at| host.machine.cpu().peek(at).unwrap_or(0);
     let location = |at| {
         let [name, length, line, column] = [0, 4, 8, 12].map(|offset| peek(at + offset));
         let plausible = FLASH.contains(&name) && (5..100).contains(&length) && line < 10_000 && column < 200;
@@ -565,7 +565,7 @@ fn a_panic_switches_the_driver_off_and_is_told_with_its_place_after_the_restart(
         let [function] = *function else { panic!("{function:x?}") };
         let place = code(symbol("TIM3"));
         let calls = call(place, code(function), location);
-        (place, host.machine.program(place, &calls).unwrap())
+        (place, host.machine.cpu_mut().program(place, &calls).unwrap())
     };
     let log = assert_recovers(true, panic);
     let [now, after] = ["panicked", "restarted after a panic"].map(|what| format!("error: {what} at {text}"));

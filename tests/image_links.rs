@@ -26,13 +26,14 @@ fn reset(host: &mut Host) {
 fn a_usb_host_finds_a_serial_port_of_a_tmcm_1140() {
     let mut host = Host::new("");
     host.plug_usb();
-    let found = host.machine.usb_device();
+    let usb = host.machine.usb();
+    let found = usb.device();
     assert_eq!(found.failed, None);
     // Length, kind; 64 bytes of packet; VID 2A3C, PID 0100, release 1.00; strings; one configuration.
     assert_eq!((&found.device[..2], found.device[7]), (&[18, 1][..], 64));
     assert_eq!(found.device[8..14], [0x3C, 0x2A, 0x00, 0x01, 0x00, 0x01]);
     assert_eq!(found.device[17], 1);
-    let [manufacturer, product, serial] = found.strings.map(Option::unwrap);
+    let [manufacturer, product, serial] = found.strings.clone().map(Option::unwrap);
     assert_eq!((manufacturer.as_str(), product.as_str(), serial.len()), ("open firmware", "TMCM-1140", 24));
     let mut rest = &found.configuration[..];
     // Two interfaces, bus powered, 100 mA.
@@ -60,9 +61,9 @@ fn telegrams_over_usb_may_come_in_pieces_and_together() {
     assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_000));
     let whole = telegram("GAP 5, 0");
     for cut in 1..9 {
-        host.machine.send_usb(&whole[..cut]);
+        host.machine.usb().send(&whole[..cut]);
         assert!(host.hear_usb(2 * MILLISECOND).is_empty());
-        host.machine.send_usb(&whole[cut..]);
+        host.machine.usb().send(&whole[cut..]);
         assert_eq!(decoded("GAP 5, 0", &host.hear_usb(5 * MILLISECOND)), (OK, 1_000), "cut at {cut}");
     }
     // Fifteen telegrams are two packets and a bit; the border of a packet is within one of them.
@@ -71,7 +72,7 @@ fn telegrams_over_usb_may_come_in_pieces_and_together() {
         assert_eq!(host.ask_usb(&line.replace("GGP", "SGP").replace(", 2", &format!(", 2, {}", 100 + n))).0, OK);
     }
     let all: Vec<u8> = lines.iter().flat_map(|line| telegram(line)).collect();
-    host.machine.send_usb(&all);
+    host.machine.usb().send(&all);
     let heard = host.hear_usb(50 * MILLISECOND);
     let values: Vec<(u8, i32)> = heard.chunks(9).zip(&lines).map(|(reply, line)| decoded(line, reply)).collect();
     assert_eq!(values, (0..15).map(|n| (OK, 100 + n)).collect::<Vec<_>>());
@@ -84,7 +85,7 @@ fn ascii_mode_over_usb_and_over_rs485() {
     type Enter = fn(&mut Host, &str) -> (u8, i32);
     type Say = fn(&mut Host, &[u8]) -> String;
     let usb: Say = |host, text| {
-        host.machine.send_usb(text);
+        host.machine.usb().send(text);
         host.hear_usb(20 * MILLISECOND).escape_ascii().to_string()
     };
     // The bus is half duplex: whoever types waits for the echo of each character.
@@ -120,7 +121,7 @@ fn a_message_of_a_full_packet_is_followed_by_an_empty_one() {
     for length in [63, 64, 65] {
         let line = format!("ASAP 4, 0, {:0>1$}\r", 1_000, length - 12);
         assert_eq!(line.len(), length);
-        host.machine.send_usb(line.as_bytes());
+        host.machine.usb().send(line.as_bytes());
         assert_eq!(host.hear_usb(20 * MILLISECOND), line.as_bytes());
     }
 }
@@ -133,11 +134,11 @@ fn can_frames_for_others_are_not_heard() {
     let foreign = |host: &mut Host| {
         let sound = request(3, "GAP 4, 0");
         for id in (0..0x800).step_by(7).filter(|id| *id != 1) {
-            host.machine.send_frame(CanFrame { id, ..sound });
+            host.machine.can().send(CanFrame { id, ..sound });
         }
-        host.machine.send_frame(CanFrame { id: 1, remote: true, ..sound });
-        host.machine.send_frame(CanFrame { id: 1, extended: true, ..sound });
-        host.machine.send_frame(CanFrame { id: 1 << 18, extended: true, ..sound });
+        host.machine.can().send(CanFrame { id: 1, remote: true, ..sound });
+        host.machine.can().send(CanFrame { id: 1, extended: true, ..sound });
+        host.machine.can().send(CanFrame { id: 1 << 18, extended: true, ..sound });
     };
     let executed = |with: bool| {
         let mut host = Host::new("");
@@ -146,7 +147,7 @@ fn can_frames_for_others_are_not_heard() {
             foreign(&mut host);
         }
         host.run(100 * MILLISECOND);
-        assert_eq!(host.machine.take_frames(), []);
+        assert_eq!(host.machine.can().take_sent(), []);
         let instructions = host.machine.counters().instructions - before;
         assert_eq!(host.ask_can("GAP 4, 0"), (OK, 1_000));
         instructions
@@ -168,9 +169,9 @@ fn can_identifiers_are_those_of_the_parameters() {
         }
     }
     // Seven bytes are answered by seven.
-    host.machine.send_frame(CanFrame { length: 7, ..request(0x123, "GAP 4, 0") });
+    host.machine.can().send(CanFrame { length: 7, ..request(0x123, "GAP 4, 0") });
     host.run(20 * MILLISECOND);
-    let [(_, frame)] = host.machine.take_frames()[..] else { panic!("one reply") };
+    let [(_, frame)] = host.machine.can().take_sent()[..] else { panic!("one reply") };
     assert_eq!((frame.length, frame.data), (7, [0x23, 100, 6, 0, 0, 0x03, 0xE8, 0]));
 }
 
@@ -182,7 +183,7 @@ fn can_at_all_bit_rates() {
     for (value, bit_rate) in (2..).zip(rates) {
         host.ok(&format!("SGP 69, 0, {value}"));
         reset(&mut host);
-        host.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
+        host.machine.can().set_bus(CanBus { bit_rate, ..CanBus::default() });
         assert_eq!(host.ask_can("GAP 4, 0"), (OK, 1_000), "{bit_rate} bit/s");
     }
 }
@@ -200,13 +201,13 @@ fn rs485_is_released_right_after_the_last_stop_bit_at_all_baud_rates() {
         assert_eq!(host.ok("GAP 4, 0"), 1_000, "the new rate is for after the restart");
         reset(&mut host);
         host.baud = baud;
-        host.machine.take_turns();
+        host.machine.rs485().take_turns();
         let mut longest = 0;
         for n in 0..10 {
             host.run(n * 137 * MICROSECOND);
             let (end, reply) = host.exchange("GAP 1, 0");
             host.run(MILLISECOND);
-            let [(on, true), (off, false)] = host.machine.take_turns()[..] else { panic!("{baud}") };
+            let [(on, true), (off, false)] = host.machine.rs485().take_turns()[..] else { panic!("{baud}") };
             let (first, last) = (reply[0].start, reply[8].end);
             assert!(on <= first && off >= last, "{baud}: {on} {first} {last} {off}");
             assert!(on >= end, "{baud}: the stop bit of the request belongs to the host: {end} {on}");
@@ -258,13 +259,13 @@ fn all_requests_over_can_are_answered() {
         let mut host = Host::new("");
         host.ok(&format!("SGP 69, 0, {value}"));
         reset(&mut host);
-        host.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
+        host.machine.can().set_bus(CanBus { bit_rate, ..CanBus::default() });
         for number in [1, 2, 3, 5, 6] {
             for _ in 0..number {
-                host.machine.send_frame(request(1, "GAP 4, 0"));
+                host.machine.can().send(request(1, "GAP 4, 0"));
             }
             host.run(number * 20 * MILLISECOND);
-            assert_eq!(host.machine.take_frames().len() as u64, number, "{bit_rate} bit/s");
+            assert_eq!(host.machine.can().take_sent().len() as u64, number, "{bit_rate} bit/s");
         }
         assert_eq!(host.ask_can("138, 1, 0, 1").0, OK);
         let position = host.ask_can("GAP 1, 0").1;
@@ -402,7 +403,7 @@ fn the_pads_bring_back_the_factory_settings() {
     let mut host = Host::new("");
     let cycle = |host: &mut Host, connected: bool| {
         host.machine.set_power(false);
-        host.machine.connect_pads(connected);
+        host.machine.wiring().connect_pads(connected);
         host.run(10 * MILLISECOND);
         host.machine.set_power(true);
         host.run(2 * START);

@@ -20,7 +20,7 @@ const STORED: Nanos = 30 * MILLISECOND;
 
 /// What comes back over USB when this is typed.
 fn type_usb(host: &mut Host, text: &str) -> String {
-    host.machine.send_usb(text.as_bytes());
+    host.machine.usb().send(text.as_bytes());
     host.hear_usb(STORED).escape_ascii().to_string()
 }
 
@@ -41,14 +41,15 @@ fn a_reply_to_another_module_is_not_executed_where_replies_have_the_own_identifi
     host.ok("SGP 100, 2, 7");
     // What module 9 answers to ROL 0, 0 is, as a request, SGP 100, 2, 0.
     let reply = CanFrame { data: [9, 100, 2, 0, 0, 0, 0, 0], ..request(5, "ROL 0, 0") };
-    host.machine.send_frame(request(9, "ROL 0, 0"));
-    host.machine.send_frame(reply);
+    host.machine.can().send(request(9, "ROL 0, 0"));
+    host.machine.can().send(reply);
     host.run(20 * MILLISECOND);
-    assert_eq!((host.machine.take_frames(), host.ok("GGP 100, 2")), (vec![], 7));
+    assert_eq!(host.machine.can().take_sent(), []);
+    assert_eq!(host.ok("GGP 100, 2"), 7);
     // Nobody has been asked: this one is a request.
-    host.machine.send_frame(reply);
+    host.machine.can().send(reply);
     host.run(20 * MILLISECOND);
-    let [(_, answer)] = host.machine.take_frames()[..] else { panic!("one reply") };
+    let [(_, answer)] = host.machine.can().take_sent()[..] else { panic!("one reply") };
     assert_eq!((answer.id, answer.data, host.ok("GGP 100, 2")), (5, [5, 100, 9, 0, 0, 0, 0, 0], 0));
 }
 
@@ -104,7 +105,7 @@ fn what_is_asked_behind_a_late_reply_is_answered_behind_it() {
     for value in [1_234, 777] {
         assert_eq!(host.ask_usb(&format!("SAP 4, 0, {value}")).0, OK);
         let lines = ["STAP 4, 0", "GAP 4, 0", "GAP 5, 0"];
-        host.machine.send_usb(&lines.map(telegram).concat());
+        host.machine.usb().send(&lines.map(telegram).concat());
         let heard = host.hear_usb(2 * STORED);
         let replies: Vec<_> = heard.chunks(9).zip(lines).map(|(reply, line)| decoded(line, reply)).collect();
         assert_eq!(replies, [(OK, 0), (OK, value), (OK, 1_000)]);
@@ -117,7 +118,7 @@ fn what_is_asked_behind_a_late_reply_is_answered_behind_it() {
 fn a_late_reply_that_is_suppressed_does_not_block_the_link() {
     type Say = fn(&mut Host, &[u8]) -> Vec<u8>;
     let usb: Say = |host, bytes| {
-        host.machine.send_usb(bytes);
+        host.machine.usb().send(bytes);
         host.hear_usb(STORED)
     };
     let rs485: Say = |host, bytes| host.said_to(bytes, STORED);
@@ -152,10 +153,10 @@ fn replies_of_one_usb_connection_do_not_come_on_the_next() {
     let mut host = Host::new("");
     host.plug_usb();
     assert_eq!(host.ask_usb("SAP 4, 0, 1234").0, OK);
-    host.machine.read_usb(false);
-    host.machine.send_usb(&["GAP 5, 0", "STAP 4, 0", "GAP 4, 0"].map(telegram).concat());
+    host.machine.usb().set_reading(false);
+    host.machine.usb().send(&["GAP 5, 0", "STAP 4, 0", "GAP 4, 0"].map(telegram).concat());
     host.run(STORED);
-    host.machine.plug_usb(false);
+    host.machine.usb().plug(false);
     host.run(20 * MILLISECOND);
     host.plug_usb();
     assert!(host.hear_usb(100 * MILLISECOND).is_empty());
@@ -173,12 +174,12 @@ fn a_reply_that_becomes_due_after_its_usb_connection_does_not_come_on_the_next()
         assert_eq!(host.ask_usb("SIO 0, 2, 1").0, LOADED);
     }
     assert_eq!((host.ask_usb("133").0, host.ask_usb("SGP 81, 0, 1").0), (OK, OK));
-    host.machine.send_usb(&telegram("SGP 81, 0, 0"));
+    host.machine.usb().send(&telegram("SGP 81, 0, 0"));
     host.run(10 * MILLISECOND);
-    host.machine.plug_usb(false);
+    host.machine.usb().plug(false);
     host.run(10 * MILLISECOND);
     host.plug_usb();
-    assert!(host.machine.take_usb().is_empty());
+    assert!(host.machine.usb().take().is_empty());
     assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_000));
     assert!(host.hear_usb(SECOND).is_empty());
 }

@@ -32,7 +32,7 @@ fn owner() -> u32 {
 
 /// Puts other code in the place of the owner's; gives what was there.
 fn patch(host: &mut Host, code: &[u8]) -> Vec<u8> {
-    host.machine.program(owner(), code).unwrap()
+    host.machine.cpu_mut().program(owner(), code).unwrap()
 }
 
 /// The watchdog bites because the owner runs into this code, which is taken back.
@@ -143,8 +143,8 @@ fn a_damaged_note_is_not_believed() {
     let after = |damaged: Option<u32>| {
         let mut host = faulty();
         if let Some(place) = damaged {
-            let word = host.machine.peek(place).unwrap();
-            host.machine.disturb(place, word ^ 0x100).unwrap();
+            let word = host.machine.cpu().peek(place).unwrap();
+            host.machine.cpu_mut().disturb(place, word ^ 0x100).unwrap();
         }
         host.reset_within(BITES);
         let (log, trouble) = started(&mut host);
@@ -168,28 +168,29 @@ fn enn_is_driven_high_from_the_first_moment_of_each_start_and_in_a_fault() {
         |host| host.machine.brown_out(),
         |host| bitten(host, &HANG),
         |host| {
-            host.machine.send(host.machine.now(), &telegram("255, 0, 0, 1234"), host.baud);
+            host.machine.rs485().send(&telegram("255, 0, 0, 1234"), host.baud);
             host.reset_within(ASKED);
         },
         |host| {
             host.machine.set_power(false);
             host.run(10 * MILLISECOND);
-            assert_eq!(host.machine.enable_pin(), None);
+            assert_eq!(host.machine.wiring().enable_pin(), None);
             host.machine.set_power(true);
         },
     ];
     for (n, reset) in resets.into_iter().enumerate() {
         let mut host = Host::new("");
-        assert_eq!(host.machine.enable_pin(), Some(false));
+        assert_eq!(host.machine.wiring().enable_pin(), Some(false));
         reset(&mut host);
-        assert_eq!((host.machine.enable_pin(), host.machine.counters().starts), (None, 2), "{n}");
-        let took = host.wait(MICROSECOND, MILLISECOND, |host| host.machine.enable_pin() == Some(true));
+        assert_eq!(host.machine.wiring().enable_pin(), None, "{n}");
+        assert_eq!(host.machine.counters().starts, 2, "{n}");
+        let took = host.wait(MICROSECOND, MILLISECOND, |host| host.machine.wiring().enable_pin() == Some(true));
         assert!(took <= 10 * MICROSECOND, "{n}: {took}");
-        let on = host.wait(20 * MICROSECOND, START, |host| host.machine.enable_pin() != Some(true));
-        assert_eq!(host.machine.enable_pin(), Some(false), "{n}: from driven to driven");
+        let on = host.wait(20 * MICROSECOND, START, |host| host.machine.wiring().enable_pin() != Some(true));
+        assert_eq!(host.machine.wiring().enable_pin(), Some(false), "{n}: from driven to driven");
         assert!(on >= 10 * MILLISECOND, "{n}: the EEPROM has been read: {on}");
     }
-    assert_eq!(faulty().machine.enable_pin(), Some(true));
+    assert_eq!(faulty().machine.wiring().enable_pin(), Some(true));
 }
 
 /// A reset by command finds the driver off already, here without a resistor that would keep it so.
@@ -197,8 +198,8 @@ fn enn_is_driven_high_from_the_first_moment_of_each_start_and_in_a_fault() {
 fn the_driver_is_off_before_a_reset_by_command() {
     let mut host = Host::new("");
     host.ok("ROR 0, 500");
-    host.machine.fit_enable_pull_up(false);
-    host.machine.send(host.machine.now(), &telegram("255, 0, 0, 1234"), host.baud);
+    host.machine.wiring().fit_enable_pull_up(false);
+    host.machine.rs485().send(&telegram("255, 0, 0, 1234"), host.baud);
     host.run(20 * MILLISECOND);
     assert!(host.bridges_on(), "not before the reply is through");
     host.reset_within(ASKED);
@@ -214,9 +215,9 @@ fn a_reset_by_command_waits_for_its_reply() {
         let mut host = Host::new("");
         host.ok(&format!("SGP 75, 0, {pause}"));
         let line = "255, 0, 0, 1234";
-        let end = host.machine.send(host.machine.now(), &telegram(line), host.baud);
+        let end = host.machine.rs485().send(&telegram(line), host.baud);
         host.reset_within(ASKED);
-        let reply = host.machine.take_sent();
+        let reply = host.machine.rs485().take_sent();
         let bytes: Vec<u8> = reply.iter().map(|character| character.value).collect();
         assert_eq!(decoded(line, &bytes), (OK, 1_234), "{pause}");
         assert!(reply[0].start + MILLISECOND >= end + pause * MILLISECOND, "{pause}");

@@ -33,7 +33,7 @@ fn who_is_watched_does_the_same_and_all_of_it_is_seen() {
     alone.run_until(end).unwrap();
     let after = watched.counters();
     assert_eq!(after, alone.counters());
-    assert_eq!(watched.pc(), alone.pc());
+    assert_eq!(watched.cpu().pc(), alone.cpu().pc());
 
     assert!(steps.is_sorted_by(|before, after| before.at + before.cycles == after.at), "no cycle is left out");
     let cycles = |wanted: &dyn Fn(&Step) -> bool| -> u64 {

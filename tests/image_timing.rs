@@ -41,12 +41,13 @@ fn polls_come_each_millisecond() {
     let quiet = poll_periods(&mut host, 100 * MILLISECOND);
     // None of these asks the motion controller.
     for n in 0..4 {
-        host.machine.send(host.machine.now() + n * 23 * MILLISECOND, &telegram("GAP 5, 0"), host.baud);
+        let at = host.machine.now() + n * 23 * MILLISECOND;
+        host.machine.rs485().send_at(at, &telegram("GAP 5, 0"), host.baud);
     }
     for _ in 0..200 {
-        host.machine.send_frame(request(1, "GAP 4, 0"));
+        host.machine.can().send(request(1, "GAP 4, 0"));
     }
-    host.machine.send_usb(&[telegram("STAP 4, 0"), telegram("GAP 5, 0"), telegram("GGP 66, 0")].concat());
+    host.machine.usb().send(&[telegram("STAP 4, 0"), telegram("GAP 5, 0"), telegram("GGP 66, 0")].concat());
     let busy = poll_periods(&mut host, 100 * MILLISECOND);
     for (name, periods, spread) in [("quiet", quiet, 50), ("busy", busy, 400)] {
         let (shortest, longest) = (*periods.iter().min().unwrap(), *periods.iter().max().unwrap());

@@ -113,9 +113,10 @@ impl Host {
 
     /// Connects a USB host and lets it open the port.
     pub(crate) fn plug_usb(&mut self) -> Result<(), Failure> {
-        self.machine.plug_usb(true);
+        self.machine.usb().plug(true);
         self.run(ENUMERATION)?;
-        let device = self.machine.usb_device();
+        let usb = self.machine.usb();
+        let device = usb.device();
         let why = device.failed.unwrap_or("no device shows itself");
         if device.open { Ok(()) } else { Err(format!("the image offers no serial port on USB: {why}").into()) }
     }
@@ -134,9 +135,9 @@ impl Host {
     pub(crate) fn send(&mut self, link: Link, command: Command) {
         let telegram = binary::encode_command(1, command);
         match link {
-            Link::Rs485 => _ = self.machine.send(self.machine.now(), &telegram, self.baud),
-            Link::Can => self.machine.send_frame(frame(command)),
-            Link::Usb => self.machine.send_usb(&telegram),
+            Link::Rs485 => _ = self.machine.rs485().send(&telegram, self.baud),
+            Link::Can => self.machine.can().send(frame(command)),
+            Link::Usb => self.machine.usb().send(&telegram),
         }
     }
 
@@ -162,9 +163,9 @@ impl Host {
         run: &mut dyn FnMut(&mut Machine, Nanos) -> Result<(), hal_sim::mcu::Stop>,
     ) -> Result<Exchange, Failure> {
         // What is left of replies that nobody has waited for.
-        self.machine.take_sent();
-        self.machine.take_frames();
-        self.machine.take_usb();
+        self.machine.rs485().take_sent();
+        self.machine.can().take_sent();
+        self.machine.usb().take();
         let begin = self.machine.now();
         let size = binary::TELEGRAM;
         // Ten bits a byte, less half a bit.
@@ -182,23 +183,23 @@ impl Host {
             run(&mut self.machine, now + LOOK)?;
             match link {
                 Link::Rs485 => {
-                    characters.extend(self.machine.take_sent());
+                    characters.extend(self.machine.rs485().take_sent());
                     if let (Some(first), true) = (characters.first(), characters.len() >= size) {
                         let bytes: Vec<u8> = characters.iter().map(|character| character.value).collect();
                         break (asked_rs485, first.start, decode(&bytes));
                     }
                 }
                 Link::Can => {
-                    frames.extend(self.machine.take_frames());
+                    frames.extend(self.machine.can().take_sent());
                     if let Some((end, reply)) = frames.first() {
                         let asked = begin + duration(&frame(command));
                         break (asked, end - duration(reply), decode_frame(reply));
                     }
                 }
                 Link::Usb => {
-                    bytes.extend(self.machine.take_usb().into_iter().flat_map(|(_, packet)| packet));
+                    bytes.extend(self.machine.usb().take().into_iter().flat_map(|(_, packet)| packet));
                     if bytes.len() >= size {
-                        let times = self.machine.usb_times();
+                        let times = self.machine.usb().times();
                         break (times.taken, times.ready, decode(&bytes));
                     }
                 }
@@ -213,7 +214,7 @@ impl Host {
     /// That there is no reply, and what the module has logged.
     fn silence(&mut self, command: Command) -> String {
         let mut text = format!("{command}: no reply within {} s; ", PATIENCE / SECOND);
-        let log = self.machine.take_log();
+        let log = self.machine.log().take();
         text += if log.is_empty() { "the module has logged nothing" } else { "the module's log:" };
         for LogLine { timestamp, level, text: line } in log {
             text += &format!("\n    {timestamp} {level}: {line}");

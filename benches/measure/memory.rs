@@ -102,14 +102,14 @@ fn search(host: &mut Host) -> Result<(), Failure> {
 
 fn ascii(host: &mut Host) -> Result<(), Failure> {
     host.tell(Link::Rs485, "139, 0, 0, 0")?;
-    host.machine.take_sent();
+    host.machine.rs485().take_sent();
     // Somebody types, and sees each character come back before the next: the bus is half duplex.
     for character in b"AGAP 4, 0\rABIN\r" {
         let now = host.machine.now();
-        host.machine.send(now, &[*character], SLOW);
+        host.machine.rs485().send_at(now, &[*character], SLOW);
         host.run(if *character == b'\r' { LINE } else { CHARACTER })?;
     }
-    let said: Vec<u8> = host.machine.take_sent().iter().map(|character| character.value).collect();
+    let said: Vec<u8> = host.machine.rs485().take_sent().iter().map(|character| character.value).collect();
     let said = String::from_utf8_lossy(&said);
     if said.contains("BA 100 ") { Ok(()) } else { Err(format!("ASCII: {said:?}").into()) }
 }

@@ -73,7 +73,7 @@ fn reply(host: &mut Host, line: &str, link: Link) -> Result<Vec<Step>, Failure> 
     for n in 0..SAMPLES {
         // The USB host's frames keep their distance from the poll while it is plugged in.
         if link == Link::Usb {
-            host.machine.plug_usb(false);
+            host.machine.usb().plug(false);
             host.run(MILLISECOND + n * SHIFT)?;
             host.plug_usb()?;
         }

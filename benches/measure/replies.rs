@@ -131,7 +131,7 @@ fn ask(host: &mut Host, link: Link, samples: usize) -> Result<Vec<Samples>, Fail
     let mut all: Vec<Samples> = (0..COMMANDS).map(|_| Samples::default()).collect();
     for n in 0..samples {
         if link == Link::Usb && n % samples.div_ceil(FRAMES) == 0 {
-            host.machine.plug_usb(false);
+            host.machine.usb().plug(false);
             host.run(10 * MILLISECOND + n as u64 * SHIFT)?;
             host.plug_usb()?;
         }

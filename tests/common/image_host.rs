@@ -78,7 +78,7 @@ impl Host {
 
     /// Lets virtual time pass.
     pub fn run(&mut self, span: Nanos) {
-        self.machine.run(span).unwrap_or_else(|stop| panic!("{stop}\n{:?}", self.machine.take_log()));
+        self.machine.run(span).unwrap_or_else(|stop| panic!("{stop}\n{:?}", self.machine.log().take()));
     }
 
     /// Lets virtual time pass until the microcontroller is reset; panics if no reset comes before `limit`.
@@ -91,7 +91,7 @@ impl Host {
     pub fn wait(&mut self, step: Nanos, limit: Nanos, mut done: impl FnMut(&mut Self) -> bool) -> Nanos {
         let start = self.machine.now();
         while !done(self) {
-            assert!(self.machine.now() < start + limit, "not in time: {:?}", self.machine.take_log());
+            assert!(self.machine.now() < start + limit, "not in time: {:?}", self.machine.log().take());
             self.run(step);
         }
         self.machine.now() - start
@@ -100,12 +100,12 @@ impl Host {
     /// Sends a request over RS485 and waits for the reply; returns the time at which the request ended, and the reply.
     pub fn exchange(&mut self, line: &str) -> (Nanos, Vec<Character>) {
         let telegram = telegram(line);
-        let end = self.machine.send(self.machine.now(), &telegram, self.baud);
+        let end = self.machine.rs485().send(&telegram, self.baud);
         let mut reply = Vec::new();
         while reply.len() < telegram.len() {
-            assert!(self.machine.now() < end + PATIENCE, "no reply to {line}: {:?}", self.machine.take_log());
+            assert!(self.machine.now() < end + PATIENCE, "no reply to {line}: {:?}", self.machine.log().take());
             self.run(MILLISECOND);
-            reply.extend(self.machine.take_sent());
+            reply.extend(self.machine.rs485().take_sent());
         }
         (end, reply)
     }
@@ -128,29 +128,29 @@ impl Host {
     /// Sends bytes over RS485 and gives those that come back within a time.
     pub fn said_to(&mut self, bytes: &[u8], span: Nanos) -> Vec<u8> {
         let now = self.machine.now();
-        let end = self.machine.send(now, bytes, self.baud).max(now);
+        let end = self.machine.rs485().send_at(now, bytes, self.baud).max(now);
         self.machine.run_until(end + span).unwrap();
-        self.machine.take_sent().iter().map(|character| character.value).collect()
+        self.machine.rs485().take_sent().iter().map(|character| character.value).collect()
     }
 
     /// Plugs the USB cable in and waits until the port is open.
     pub fn plug_usb(&mut self) {
-        self.machine.plug_usb(true);
-        self.wait(10 * MILLISECOND, 2 * SECOND, |host| host.machine.usb_device().open);
+        self.machine.usb().plug(true);
+        self.wait(10 * MILLISECOND, 2 * SECOND, |host| host.machine.usb().device().open);
     }
 
     /// Bytes that come over USB within a time.
     pub fn hear_usb(&mut self, span: Nanos) -> Vec<u8> {
         self.run(span);
-        self.machine.take_usb().into_iter().flat_map(|(_, packet)| packet).collect()
+        self.machine.usb().take().into_iter().flat_map(|(_, packet)| packet).collect()
     }
 
     /// Sends a request over USB and gives status and value of the reply.
     pub fn ask_usb(&mut self, line: &str) -> (u8, i32) {
-        self.machine.send_usb(&telegram(line));
+        self.machine.usb().send(&telegram(line));
         let mut reply = Vec::new();
         self.wait(MILLISECOND, PATIENCE, |host| {
-            reply.extend(host.machine.take_usb().into_iter().flat_map(|(_, packet)| packet));
+            reply.extend(host.machine.usb().take().into_iter().flat_map(|(_, packet)| packet));
             reply.len() >= 9
         });
         decoded(line, &reply)
@@ -158,16 +158,16 @@ impl Host {
 
     /// Sends a request under a CAN identifier and gives the frames that come back within a time.
     pub fn said_on_can(&mut self, id: u32, line: &str, span: Nanos) -> Vec<CanFrame> {
-        self.machine.send_frame(request(id, line));
+        self.machine.can().send(request(id, line));
         self.run(span);
-        self.machine.take_frames().into_iter().map(|(_, frame)| frame).collect()
+        self.machine.can().take_sent().into_iter().map(|(_, frame)| frame).collect()
     }
 
     /// Sends a request over CAN to identifier 1 and gives status and value of the reply.
     pub fn ask_can(&mut self, line: &str) -> (u8, i32) {
         let said = self.said_on_can(1, line, 20 * MILLISECOND);
         let [CanFrame { id: 2, extended: false, remote: false, length: 8, data }] = *said else {
-            panic!("{line}: {said:?}, {:?}", self.machine.take_log())
+            panic!("{line}: {said:?}, {:?}", self.machine.log().take())
         };
         let [1, status, _, a, b, c, d, 0] = data else { panic!("{line}: {data:?}") };
         (status, i32::from_be_bytes([a, b, c, d]))
@@ -180,7 +180,7 @@ impl Host {
 
     /// Texts of the log since the last call, with their levels.
     pub fn log(&mut self) -> Vec<String> {
-        self.machine.take_log().into_iter().map(|line| format!("{}: {}", line.level, line.text)).collect()
+        self.machine.log().take().into_iter().map(|line| format!("{}: {}", line.level, line.text)).collect()
     }
 
     /// Position of the rotor in 1/256 full steps.

@@ -131,9 +131,9 @@ impl Sram {
 /// What decides how a program goes on, as far as registers tell.
 pub(super) type Registers = Regs;
 
-/// The core.
+/// The core with its memories. From outside it is to be seen and changed as with a debug probe.
 #[derive(Debug)]
-pub(super) struct Cpu {
+pub struct Cpu {
     core: ArmV7m,
     space: Arc<AddressSpace>,
     sram: Sram,
@@ -206,7 +206,7 @@ impl Cpu {
     }
 
     /// Whether the core waits for an interrupt or an event.
-    pub(super) fn is_asleep(&self) -> bool {
+    pub fn is_asleep(&self) -> bool {
         self.core.is_asleep()
     }
 
@@ -221,7 +221,7 @@ impl Cpu {
     }
 
     /// Where the program stands.
-    pub(super) fn pc(&self) -> u32 {
+    pub fn pc(&self) -> u32 {
         self.core.pc()
     }
 
@@ -273,7 +273,7 @@ impl Cpu {
     }
 
     /// Programs the flash memory from `address` on. Gives what was there; none if it is not all flash memory.
-    pub(super) fn program(&mut self, address: u32, bytes: &[u8]) -> Option<Vec<u8>> {
+    pub fn program(&mut self, address: u32, bytes: &[u8]) -> Option<Vec<u8>> {
         let start = address.checked_sub(FLASH)? as usize;
         let mut contents = self.flash.as_bytes().to_vec();
         let cells = contents.get_mut(start..start.checked_add(bytes.len())?)?;
@@ -287,8 +287,15 @@ impl Cpu {
         Some(before)
     }
 
-    /// Reads memory as a debugger does.
-    pub(super) fn peek(&self, address: u32) -> Option<u32> {
+    /// Puts another word at `address` in RAM, as a disturbance does. Gives what was there; none where there is no RAM.
+    pub fn disturb(&mut self, address: u32, word: u32) -> Option<u32> {
+        let before = self.sram.word(address)?;
+        self.sram.write(address, &word.to_le_bytes())?;
+        Some(before)
+    }
+
+    /// The word at `address` in memory; none where there is no memory.
+    pub fn peek(&self, address: u32) -> Option<u32> {
         self.space.read(address.into(), Width::U32, MemAttrs::DEBUG).ok().map(|word| word as u32)
     }
 }

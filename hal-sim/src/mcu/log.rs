@@ -29,8 +29,9 @@ const LONGEST: u32 = 0x1_0000;
 /// Ends a message.
 const END: u8 = 0;
 
-/// The reader of the log.
-pub(super) struct Log {
+/// The firmware's log, as a debug probe reads it.
+pub struct Log {
+    memory: Sram,
     block: Option<u32>,
     table: Option<Table>,
     pending: Vec<u8>,
@@ -39,34 +40,35 @@ pub(super) struct Log {
 }
 
 impl Log {
-    /// A reader for the image `elf`, whose control block is at `block`.
-    pub(super) fn new(elf: &[u8], block: Option<u32>) -> Self {
+    /// A reader for the image `elf`, whose control block is at `block` of `memory`.
+    pub(super) fn new(elf: &[u8], block: Option<u32>, memory: Sram) -> Self {
         // Without a table nothing can be read; an image may be built without a log.
         let table = Table::parse(elf).ok().flatten();
-        Self { block, table, pending: Vec::new(), left: false }
+        Self { memory, block, table, pending: Vec::new(), left: false }
     }
 
-    /// Whether there is a buffer, and a table of the messages.
-    pub(super) fn is_readable(&self) -> bool {
+    /// Whether the image has a log that can be read: there is a buffer, and a table of the messages.
+    pub fn is_readable(&self) -> bool {
         self.block.is_some() && self.table.is_some()
     }
 
     /// Fetches what is in the buffer.
-    pub(super) fn drain(&mut self, memory: &Sram) {
+    pub(super) fn drain(&mut self) {
         if let Some(block) = self.block.filter(|_| !self.left) {
-            let _ = self.fetch(memory, block);
+            let _ = self.fetch(block);
         }
     }
 
-    /// Asks the program to wait for the reader, who is gone from then on.
-    pub(super) fn leave(&mut self, memory: &Sram) {
+    /// The debug probe is pulled off: it had asked the firmware to wait for it, and fetches no more.
+    pub fn pull_probe(&mut self) {
         if let Some(block) = self.block {
-            let _ = memory.write(block + FLAGS, &BLOCKING.to_le_bytes());
+            let _ = self.memory.write(block + FLAGS, &BLOCKING.to_le_bytes());
         }
         self.left = true;
     }
 
-    fn fetch(&mut self, memory: &Sram, block: u32) -> Option<()> {
+    fn fetch(&mut self, block: u32) -> Option<()> {
+        let memory = &self.memory;
         let [buffer, size, write, mut read] =
             [BUFFER, SIZE, WRITE, READ].map(|offset| memory.word(block + offset).unwrap_or(0));
         if size == 0 || size > LONGEST || write >= size || read >= size || read == write {
@@ -82,8 +84,9 @@ impl Log {
         memory.write(block + READ, &read.to_le_bytes())
     }
 
-    /// The messages that are complete.
-    pub(super) fn take(&mut self) -> Vec<LogLine> {
+    /// The messages that have been completed since the last call.
+    pub fn take(&mut self) -> Vec<LogLine> {
+        self.drain();
         let Some(end) = self.pending.iter().rposition(|&byte| byte == END) else { return Vec::new() };
         let bytes: Vec<u8> = self.pending.drain(..=end).collect();
         let Some(table) = &self.table else { return Vec::new() };

@@ -14,7 +14,7 @@
 //! | the core and its memories | `cpu`, `elf` |
 //! | addresses, clocks, interrupts, DMA requests between the peripherals | `soc`, `unit`, `timebase` |
 //! | the peripherals | `rcc`, `gpio`, `timer`, `usart`, `spi` ... |
-//! | what the pins are connected to | `pinout`, `wiring` |
+//! | what the pins are connected to | `pinout`, `wiring`, `rs485` |
 
 mod adc;
 mod can;
@@ -32,6 +32,7 @@ mod peripheral;
 mod pinout;
 mod pwr;
 mod rcc;
+mod rs485;
 mod select;
 mod serial;
 mod soc;
@@ -46,12 +47,14 @@ mod usart;
 mod usb;
 mod wiring;
 
-pub use can::{CanBus, CanFrame};
-pub use log::LogLine;
-pub use machine::{BoardAccess, Counters, Machine};
+pub use can::{Can, CanBus, CanFrame};
+pub use cpu::Cpu;
+pub use log::{Log, LogLine};
+pub use machine::{BitRates, Counters, Machine, Part, Waiting};
 pub use pinout::{Pin, Pinout};
+pub use rs485::Rs485;
 pub use serial::Character;
-pub use soc::Waiting;
 pub use step::{Act, Step};
 pub use stop::Stop;
-pub use usb::{UsbDevice, UsbTimes};
+pub use usb::{UsbDevice, UsbHost, UsbTimes};
+pub use wiring::Wiring;

@@ -29,6 +29,24 @@ pub enum Stop {
     },
 }
 
+/// An access that ends the run, before it is known where the program stands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fault {
+    pub(super) peripheral: &'static str,
+    pub(super) offset: u32,
+    pub(super) address: u32,
+    pub(super) written: Option<u32>,
+    pub(super) reason: &'static str,
+}
+
+impl Fault {
+    /// The end of the run, when the program stands at `pc`.
+    pub(super) fn stop(self, pc: u32) -> Stop {
+        let Self { peripheral, offset, address, written, reason } = self;
+        Stop::Access { peripheral, offset, address, written, pc, reason }
+    }
+}
+
 impl fmt::Display for Stop {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

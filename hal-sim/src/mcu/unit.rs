@@ -95,6 +95,56 @@ impl Unit {
             _ => None,
         }
     }
+
+    /// Whether its registers change only with events: not so counters, and pins that the board drives.
+    #[inline]
+    pub(super) fn changes_by_events(self) -> bool {
+        self.port().is_none() && !matches!(self, Unit::Tim2 | Unit::Tim3 | Unit::Tim4 | Unit::Tim5)
+    }
+
+    /// Whether an access to it may change the levels that the external interrupt lines see: by what it drives, selects
+    /// on the board, or chooses to look at. What others do to a pin takes an event of the board.
+    #[inline]
+    pub(super) fn decides_on_pins(self) -> bool {
+        self.port().is_some() || matches!(self, Unit::Exti | Unit::Rcc | Unit::Syscfg)
+    }
+}
+
+/// A set of peripherals, taken out one by one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Units(u64);
+
+impl Units {
+    /// All there are.
+    pub(super) const ALL: Self = Self((1 << Unit::ALL.len()) - 1);
+
+    /// Puts a peripheral in.
+    #[inline]
+    pub(super) fn insert(&mut self, unit: Unit) {
+        self.0 |= 1 << unit as u32;
+    }
+
+    /// Puts all in but one, which stays as it is.
+    pub(super) fn insert_all_but(&mut self, unit: Unit) {
+        self.0 |= Self::ALL.0 & !(1 << unit as u32);
+    }
+
+    /// Whether there is none in it.
+    #[inline]
+    pub(super) fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl Iterator for Units {
+    type Item = Unit;
+
+    #[inline]
+    fn next(&mut self) -> Option<Unit> {
+        let unit = Unit::ALL.get(self.0.trailing_zeros() as usize).copied()?;
+        self.0 &= self.0 - 1;
+        Some(unit)
+    }
 }
 
 /// Bytes of address space of OTG_FS, with its FIFOs.

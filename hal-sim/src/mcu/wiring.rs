@@ -1,17 +1,14 @@
-//! The board at the microcontroller's pins, as a [`Pinout`] says: its chips, its inputs and outputs, the RS485 transceiver.
-
-use std::collections::VecDeque;
+//! The board at the microcontroller's pins, as a [`Pinout`] says: its chips, its inputs and outputs, its transceivers.
 
 use super::gpio::Gpio;
 use super::peripheral::Cycles;
 use super::pinout::{Pin, Pinout};
+use super::rs485::Rs485;
 use super::select::Select;
-use super::serial::{Character, Incoming};
 use super::spi::Word;
 use super::timebase::Timebase;
-use super::usart::{Edge, Frame};
+use super::usart::Frame;
 use crate::board::{Board, Chip, TMC429_CLOCK_HZ};
-use crate::clock::Nanos;
 use crate::world::{ANALOG_MAX, Outputs};
 
 /// Alternate functions: MCO, TIM4, SPI1, SPI3, USART3, CAN1.
@@ -60,29 +57,23 @@ const SPI_MODE: u32 = 3;
 /// What a bus reads that nobody drives.
 const FLOATING: u16 = 0xFF;
 
-/// The pins' connections.
+/// What the microcontroller's pins are connected to.
 #[derive(Debug)]
-pub(super) struct Wiring {
+pub struct Wiring {
     pub(super) board: Board,
+    pub(super) rs485: Rs485,
     pinout: &'static Pinout,
     /// The ports that the board drives pins of, one bit each.
     driven: u32,
-    /// ENN has its pull-up resistor; without it the pin keeps its level while nobody drives it.
-    pub(super) disable_pulled_up: bool,
+    /// ENN has its pull-up resistor.
+    disable_pulled_up: bool,
     /// The pads are connected with each other.
-    pub(super) pads_connected: bool,
+    pads_connected: bool,
     /// In the order of the pinout's.
     selects: Vec<Select>,
     disabled: bool,
     outputs: Outputs,
     clocked: bool,
-    /// Since when the transceiver sends.
-    sending: Option<Cycles>,
-    /// When it has begun and ended to.
-    turns: Vec<(Nanos, bool)>,
-    /// What others send on the bus, in order.
-    incoming: VecDeque<Incoming>,
-    sent: Vec<Character>,
 }
 
 fn selects(pinout: &Pinout) -> Vec<Select> {
@@ -102,6 +93,7 @@ impl Wiring {
     pub(super) fn new(board: Board, pinout: &'static Pinout) -> Self {
         Self {
             board,
+            rs485: Rs485::default(),
             pinout,
             driven: pinout.driven_ports(),
             disable_pulled_up: true,
@@ -110,11 +102,18 @@ impl Wiring {
             disabled: true,
             outputs: Outputs::default(),
             clocked: true,
-            sending: None,
-            turns: Vec::new(),
-            incoming: VecDeque::new(),
-            sent: Vec::new(),
         }
+    }
+
+    /// Fits the resistor on the board that pulls ENN up, or takes it off. Without it - nobody knows whether the
+    /// module has one - the pin keeps its level while nobody drives it.
+    pub fn fit_enable_pull_up(&mut self, fitted: bool) {
+        self.disable_pulled_up = fitted;
+    }
+
+    /// Connects the pads for a factory reset with each other, or not.
+    pub fn connect_pads(&mut self, on: bool) {
+        self.pads_connected = on;
     }
 
     /// The board has been switched off: what has been said to it is forgotten.
@@ -123,8 +122,7 @@ impl Wiring {
         self.disabled = true;
         self.outputs = Outputs::default();
         self.clocked = true;
-        self.sending = None;
-        self.incoming.clear();
+        self.rs485.forget();
     }
 
     /// Brings the pins' levels to the board, which has been advanced to `now`. `mco` is the frequency of MCO1.
@@ -162,11 +160,7 @@ impl Wiring {
             self.board.set_outputs(outputs);
         }
         let [_, _, direction] = pinout.rs485;
-        let sends = on(direction);
-        if sends != self.sending.is_some() {
-            self.turns.push((self.board.now(), sends));
-        }
-        self.sending = if sends { self.sending.or(Some(now)) } else { None };
+        self.rs485.direct(on(direction), now, self.board.now());
         let mco = if alternate(ports, pinout.motion_clock) == Some(AF_MCO) { mco } else { 0 };
         let clocked = mco != 0;
         if clocked && mco != u64::from(TMC429_CLOCK_HZ) {
@@ -180,7 +174,7 @@ impl Wiring {
     }
 
     /// The level to which a port drives ENN; none where it leaves the pin to a resistor.
-    pub(super) fn disable_pin(&self, ports: &[Gpio]) -> Option<bool> {
+    pub(super) fn enable_pin(&self, ports: &[Gpio]) -> Option<bool> {
         let (port, pin) = self.pinout.disable;
         ports.get(port)?.output(pin)
     }
@@ -295,59 +289,17 @@ impl Wiring {
         Ok(if word.wide { byte((word.mosi >> 8) as u8) << 8 | byte(word.mosi as u8) } else { byte(word.mosi as u8) })
     }
 
-    /// Others send on the RS485 bus. What begins before something else has ended follows it.
-    pub(super) fn send(&mut self, mut character: Incoming) {
-        if let Some(last) = self.incoming.back() {
-            character.start = character.start.max(last.end());
-        }
-        self.incoming.push_back(character);
-    }
-
-    /// When others send next.
-    pub(super) fn next_start(&self) -> Option<Nanos> {
-        self.incoming.front().map(|character| character.start)
-    }
-
-    /// When all that others send has been sent.
-    pub(super) fn last_end(&self) -> Option<Nanos> {
-        self.incoming.back().map(Incoming::end)
-    }
-
-    /// How many characters others still want to send.
-    pub(super) fn waiting(&self) -> usize {
-        self.incoming.len()
-    }
-
-    /// What others begin to send at `now`, if the port hears it.
-    pub(super) fn hear(&mut self, now: Nanos, ports: &[Gpio], time: &Timebase) -> Option<Edge> {
-        let character = self.incoming.pop_front_if(|character| character.start <= now)?;
+    /// Whether the RS485 transceiver's receiver is connected to USART3.
+    pub(super) fn hears_rs485(&self, ports: &[Gpio]) -> bool {
         let [_, receives, _] = self.pinout.rs485;
-        let connected = self.sending.is_none() && alternate(ports, receives) == Some(AF_USART3);
-        connected.then(|| Edge {
-            start: time.cycles(character.start),
-            end: time.cycles(character.end()),
-            levels: character.levels,
-            bits: character.bits,
-        })
+        alternate(ports, receives) == Some(AF_USART3)
     }
 
-    /// The port has sent a frame.
+    /// USART3 has sent a frame.
     pub(super) fn transmit(&mut self, frame: Frame, ports: &[Gpio], time: &Timebase) {
         let [sends, _, _] = self.pinout.rs485;
         if alternate(ports, sends) == Some(AF_USART3) {
-            let driven = self.sending.is_some_and(|since| since <= frame.start);
-            let (start, end) = (time.nanos(frame.start), time.nanos(frame.end));
-            self.sent.push(Character { start, end, value: frame.value, driven });
+            self.rs485.transmit(frame, time);
         }
-    }
-
-    /// When the transceiver has begun (true) and ended to send since the last call.
-    pub(super) fn take_turns(&mut self) -> Vec<(Nanos, bool)> {
-        std::mem::take(&mut self.turns)
-    }
-
-    /// What has been sent since the last call.
-    pub(super) fn take_sent(&mut self) -> Vec<Character> {
-        std::mem::take(&mut self.sent)
     }
 }

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 
 use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
-use hal_sim::mcu::{self, BoardAccess, CanBus, LogLine, Machine, Stop, Waiting};
+use hal_sim::mcu::{self, CanBus, LogLine, Machine, Part, Stop, Waiting};
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 use tmcm::module::Source;
@@ -71,20 +71,21 @@ impl ImageModule {
             board.at25_mut().load(contents);
         }
         let mut machine = Machine::new(elf, board)?;
-        machine.plug_usb(setup.usb);
+        machine.usb().plug(setup.usb);
         machine.run(START)?;
         let mut log = Vec::new();
         if setup.usb {
-            while !machine.usb_device().open && machine.now() < USB_START {
+            while !machine.usb().device().open && machine.now() < USB_START {
                 machine.run(MILLISECOND)?;
             }
-            let device = machine.usb_device();
+            let usb = machine.usb();
+            let device = usb.device();
             if !device.open {
                 let why = device.failed.unwrap_or("no device shows itself");
                 log.push(format!("the image offers no serial port on USB: {why}"));
             }
         }
-        if setup.log && !machine.has_log() {
+        if setup.log && !machine.log().is_readable() {
             log.push("the image has no log that can be read: it is to be built with defmt and defmt-rtt".into());
         }
         let mut module = ImageModule {
@@ -126,25 +127,25 @@ impl ImageModule {
     /// Sends waiting bytes of the hosts over USB, and resets the cable if that is due.
     fn feed(&mut self) {
         let now = self.machine.now();
-        if !self.cable.has_unread() || !self.machine.usb_device().open || self.machine.waiting().usb > 0 {
+        if !self.cable.has_unread() || !self.machine.usb().device().open || self.machine.waiting().usb > 0 {
             return;
         }
         if self.machine.board().at25().is_writing() {
             self.cable.wait(now);
         }
         if self.cable.must_be_reset(now) {
-            self.machine.reset_usb();
+            self.machine.usb().reset();
         } else if let Some(bytes) = self.cable.next(now) {
-            self.machine.send_usb(&bytes);
+            self.machine.usb().send(&bytes);
             self.last_traffic = now;
         }
     }
 
     /// Sends bytes to the module on the RS485 bus, at the module's own bit rate.
     fn send_rs485(&mut self, bytes: &[u8], gap: bool) {
-        let Some(baud) = self.machine.rs485_bit_rate() else { return };
+        let Some(baud) = self.machine.bit_rates().rs485 else { return };
         let now = self.machine.now();
-        let end = self.machine.send(now.max(self.silent_until), bytes, baud);
+        let end = self.machine.rs485().send_at(now.max(self.silent_until), bytes, baud);
         self.silent_until = if gap { end.max(now) + GAP } else { 0 };
         self.last_traffic = now;
     }
@@ -153,28 +154,28 @@ impl ImageModule {
     fn collect(&mut self) {
         let now = self.machine.now();
         let waiting = self.sent.len() + self.frames.len();
-        for character in self.machine.take_sent().into_iter().filter(|character| character.driven) {
+        for character in self.machine.rs485().take_sent().into_iter().filter(|character| character.driven) {
             let (at, source, client) = (character.end, Source::Rs485, Client::default());
             self.sent.push_back(Sent { at, source, client, bytes: vec![character.value] });
         }
-        for (at, bytes) in self.machine.take_usb() {
+        for (at, bytes) in self.machine.usb().take() {
             let client = self.cable.hear(now, bytes.len());
             self.sent.push_back(Sent { at, source: Source::Usb, client, bytes });
         }
-        self.frames.extend(self.machine.take_frames().into_iter().filter_map(|(_, frame)| from_bus(&frame)));
+        self.frames.extend(self.machine.can().take_sent().into_iter().filter_map(|(_, frame)| from_bus(&frame)));
         if self.sent.len() + self.frames.len() > waiting {
             self.last_traffic = now;
         }
         let told = |line: &LogLine| self.setup.log || matches!(line.level.as_str(), "warn" | "error");
-        let lines = self.machine.take_log().into_iter().filter(told);
+        let lines = self.machine.log().take().into_iter().filter(told);
         self.log.extend(lines.map(|LogLine { timestamp, level, text }| format!("{timestamp} {level}: {text}")));
     }
 }
 
 impl VirtualModule for ImageModule {
-    type Board<'a> = BoardAccess<'a>;
+    type Board<'a> = Part<'a, Board>;
 
-    fn board_mut(&mut self) -> BoardAccess<'_> {
+    fn board_mut(&mut self) -> Part<'_, Board> {
         self.machine.board()
     }
 
@@ -205,7 +206,7 @@ impl VirtualModule for ImageModule {
     fn plug_usb(&mut self, on: bool) {
         if on != self.plugged {
             self.plugged = on;
-            self.machine.plug_usb(on);
+            self.machine.usb().plug(on);
             self.cable.cut();
             self.sent.retain(|sent| sent.source != Source::Usb);
         }
@@ -246,10 +247,10 @@ impl VirtualModule for ImageModule {
 
     fn receive_frame(&mut self, frame: &Frame) {
         // The bus takes on the module's bit rate. A module whose CAN controller is not running misses the frame.
-        if let Some(bit_rate) = self.machine.can_bit_rate() {
-            self.machine.set_can_bus(CanBus { bit_rate, ..CanBus::default() });
+        if let Some(bit_rate) = self.machine.bit_rates().can {
+            self.machine.can().set_bus(CanBus { bit_rate, ..CanBus::default() });
         }
-        self.machine.send_frame(to_bus(frame));
+        self.machine.can().send(to_bus(frame));
         self.last_traffic = self.machine.now();
     }
 
@@ -258,7 +259,7 @@ impl VirtualModule for ImageModule {
     }
 
     fn rs485(&self) -> Option<Rs485> {
-        self.machine.rs485_bit_rate().map(|baud| Rs485 { baud: baud.into(), pause: None })
+        self.machine.bit_rates().rs485.map(|baud| Rs485 { baud: baud.into(), pause: None })
     }
 
     fn unread(&self, source: Source, client: Client) -> usize {
@@ -271,7 +272,7 @@ impl VirtualModule for ImageModule {
 
     fn unread_frames(&self) -> usize {
         // Frames do not wait for a module whose CAN controller is not running.
-        self.machine.can_bit_rate().map_or(0, |_| self.machine.waiting().can)
+        self.machine.bit_rates().can.map_or(0, |_| self.machine.waiting().can)
     }
 
     fn owes(&self, client: Client) -> bool {

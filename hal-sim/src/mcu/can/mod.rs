@@ -148,7 +148,7 @@ enum Traffic {
 
 /// The controller.
 #[derive(Debug)]
-pub(super) struct Can {
+pub struct Can {
     now: Cycles,
     divider: Cycles,
     /// The core clock, to compare bit rates.
@@ -209,7 +209,7 @@ impl Can {
     }
 
     /// Connects the controller to another bus.
-    pub(super) fn set_bus(&mut self, bus: CanBus) {
+    pub fn set_bus(&mut self, bus: CanBus) {
         self.bus = bus;
     }
 
@@ -229,8 +229,8 @@ impl Can {
         self.hz = hz;
     }
 
-    /// Others want to send a frame.
-    pub(super) fn send(&mut self, frame: CanFrame) {
+    /// Others send a frame, as soon as the bus is free.
+    pub fn send(&mut self, frame: CanFrame) {
         self.others.push_back(frame);
         self.arbitrate(self.now);
     }
@@ -246,7 +246,7 @@ impl Can {
     }
 
     /// Frames of the controller that have been on the bus since the last call, with the cycles of their ends.
-    pub(super) fn take_sent(&mut self) -> Vec<(CanFrame, Cycles)> {
+    pub(super) fn take_ended(&mut self) -> Vec<(CanFrame, Cycles)> {
         std::mem::take(&mut self.sent)
     }
 

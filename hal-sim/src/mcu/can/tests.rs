@@ -39,7 +39,7 @@ fn a_frame_goes_out_in_the_time_of_its_bits() {
     let end = 103 * BIT;
     assert_eq!((can.next_event(), can.read(TSR).unwrap() >> 26), (end, 6));
     can.advance(end);
-    assert_eq!(can.take_sent(), [(short(2), end)]);
+    assert_eq!(can.take_ended(), [(short(2), end)]);
     assert_eq!((can.read(TSR), can.interrupts()), (Ok(IDLE | RQCP | TXOK), 1));
     can.write(TSR, RQCP).unwrap();
     assert_eq!((can.read(TSR), can.interrupts()), (Ok(IDLE), 0));
@@ -53,7 +53,7 @@ fn the_lowest_identifier_wins_ours_or_others() {
     request(&mut can, 2, 9);
     can.send(short(7));
     can.advance(1_000 * BIT);
-    let ids: Vec<u32> = can.take_sent().iter().map(|(frame, _)| frame.id).collect();
+    let ids: Vec<u32> = can.take_ended().iter().map(|(frame, _)| frame.id).collect();
     assert_eq!(ids, [5, 4, 9]);
     assert_eq!(can.fifos[0].len(), 1);
 }
@@ -107,7 +107,7 @@ fn alone_on_the_bus_it_becomes_passive_and_stays_on() {
     assert_eq!(can.read(ESR), Ok(EWGF | EPVF | ACKNOWLEDGEMENT << 4 | 128 << 16));
     can.set_bus(CanBus::default());
     can.advance(11_000 * BIT);
-    assert_eq!((can.take_sent().len(), can.read(ESR).unwrap() >> 16), (1, 127));
+    assert_eq!((can.take_ended().len(), can.read(ESR).unwrap() >> 16), (1, 127));
 }
 
 #[test]
@@ -126,7 +126,7 @@ fn at_the_wrong_rate_it_goes_bus_off_and_recovers() {
     assert_eq!(can.read(ESR).unwrap() & !0x70, 0);
     request(&mut can, 0, 1);
     can.advance(12_000 * BIT);
-    assert_eq!(can.take_sent().len(), 1);
+    assert_eq!(can.take_ended().len(), 1);
 }
 
 #[test]
@@ -147,5 +147,5 @@ fn on_shorted_wires_it_goes_bus_off_after_32_tries_and_others_wait() {
     can.advance(off + RECOVERY_BITS * BIT);
     request(&mut can, 1, 3);
     can.advance(off + RECOVERY_BITS * BIT + 300 * BIT);
-    assert_eq!((can.take_sent().len(), can.fifos[0].len()), (1, 1));
+    assert_eq!((can.take_ended().len(), can.fifos[0].len()), (1, 1));
 }

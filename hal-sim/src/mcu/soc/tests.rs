@@ -28,7 +28,7 @@ fn write(soc: &mut Soc, registers: &[(u32, u32)]) {
         soc.write(soc.now, address, 4, value);
         soc.settle(soc.now);
     }
-    assert!(soc.fault().is_none(), "{:?}", soc.fault());
+    assert!(soc.fault.is_none(), "{:?}", soc.fault);
 }
 
 fn run(soc: &mut Soc, to: Cycles) {
@@ -43,16 +43,16 @@ fn what_is_not_modelled_is_a_fault() {
     let reason = |address| {
         let mut soc = soc("");
         soc.read(1, address, 4);
-        let fault = soc.fault().unwrap();
+        let fault = soc.fault.unwrap();
         (fault.peripheral, fault.offset, fault.reason)
     };
     assert_eq!(reason(0x4001_0004).2, "this peripheral is not modelled");
     assert_eq!(reason(GPIOD + 0x30), ("GPIOD", 0x30, "this register is not modelled"));
 
     let mut soc = soc("");
-    assert_eq!((soc.read(1, USART3_SR, 4), soc.fault().is_none()), (0, true));
+    assert_eq!((soc.read(1, USART3_SR, 4), soc.fault.is_none()), (0, true));
     soc.write(1, USART3_SR, 4, 0);
-    assert_eq!(soc.fault().unwrap().reason, "its clock is off");
+    assert_eq!(soc.fault.unwrap().reason, "its clock is off");
 }
 
 #[test]
@@ -61,11 +61,11 @@ fn a_repeated_read_of_a_status_is_noticed_and_one_of_a_counter_is_not() {
     for _ in 0..3 {
         soc.read(1, RCC, 4);
     }
-    assert!(soc.is_spinning());
+    assert!(soc.watched.is_spinning());
     for _ in 0..3 {
         soc.read(1, TIM4 + 0x24, 4);
     }
-    assert!(!soc.is_spinning());
+    assert!(!soc.watched.is_spinning());
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn the_converter_fills_a_ring_in_memory() {
     );
     let end = soc.now + 10_000;
     run(&mut soc, end);
-    assert!(soc.fault().is_none(), "{:?}", soc.fault());
+    assert!(soc.fault.is_none(), "{:?}", soc.fault);
     let sram = soc.sram.clone().unwrap();
     let supply = 240 * 4095 / 363;
     let temperature = 760_000 * 4095 / 3_300_000;

@@ -11,13 +11,14 @@ impl Soc {
         let controllers = [Unit::Dma1, Unit::Dma2];
         for (index, controller) in controllers.into_iter().enumerate() {
             loop {
-                let item = self.dmas[index].items().find(|item| self.asks(item));
+                let item = self.peripherals.dmas[index].items().find(|item| self.asks(item));
                 let Some(item) = item else { break };
                 if !self.carry(item) {
                     return;
                 }
-                self.dmas[index].step(item.stream);
-                self.touched |= 1 << item.unit as u32 | 1 << controller as u32;
+                self.peripherals.dmas[index].step(item.stream);
+                self.agenda.touch(item.unit);
+                self.agenda.touch(controller);
             }
         }
     }
@@ -25,13 +26,13 @@ impl Soc {
     /// Whether the peripheral of an item asks for it.
     fn asks(&self, item: &Item) -> bool {
         let requests = match item.unit {
-            Unit::Spi1 => self.spis[0].requests(),
-            Unit::Spi2 => self.spis[1].requests(),
-            Unit::Spi3 => self.spis[2].requests(),
-            Unit::Usart1 => self.usarts[0].requests(),
-            Unit::Usart2 => self.usarts[1].requests(),
-            Unit::Usart3 => self.usarts[2].requests(),
-            Unit::Adc1 => self.adc.requests(),
+            Unit::Spi1 => self.peripherals.spis[0].requests(),
+            Unit::Spi2 => self.peripherals.spis[1].requests(),
+            Unit::Spi3 => self.peripherals.spis[2].requests(),
+            Unit::Usart1 => self.peripherals.usarts[0].requests(),
+            Unit::Usart2 => self.peripherals.usarts[1].requests(),
+            Unit::Usart3 => self.peripherals.usarts[2].requests(),
+            Unit::Adc1 => self.peripherals.adc.requests(),
             _ => return false,
         };
         if item.transmit { requests.transmit } else { requests.receive }
@@ -47,10 +48,10 @@ impl Soc {
         let moved = if item.transmit {
             let loaded = sram.read(item.memory, cells);
             let value = u32::from_le_bytes(bytes);
-            loaded.and_then(|()| self.peripheral(item.unit).write(offset, value).ok())
+            loaded.and_then(|()| self.peripherals.of(item.unit).write(offset, value).ok())
         } else {
             let sram = sram.clone();
-            let value = self.peripheral(item.unit).read(offset);
+            let value = self.peripherals.of(item.unit).read(offset);
             let bytes = value.unwrap_or(0).to_le_bytes();
             value.ok().and_then(|_| sram.write(item.memory, bytes.get(..item.bytes)?))
         };

@@ -108,7 +108,7 @@ enum State {
 
 /// The host.
 #[derive(Debug)]
-pub(in crate::mcu) struct Host {
+pub struct UsbHost {
     state: State,
     /// When it does something next.
     due: Nanos,
@@ -129,7 +129,7 @@ pub(in crate::mcu) struct Host {
     ready: bool,
 }
 
-impl Host {
+impl UsbHost {
     pub(in crate::mcu) fn new() -> Self {
         Self {
             state: State::Unplugged,
@@ -149,7 +149,7 @@ impl Host {
     }
 
     /// Plugs the cable in or out.
-    pub(in crate::mcu) fn plug(&mut self, now: Nanos, on: bool, otg: &mut Otg) {
+    pub(in crate::mcu) fn set_plugged(&mut self, now: Nanos, on: bool, otg: &mut Otg) {
         if on == (self.state != State::Unplugged) {
             return;
         }
@@ -174,7 +174,7 @@ impl Host {
     }
 
     /// Resets the bus and enumerates the device anew, as a host does that starts anew with the cable in.
-    pub(in crate::mcu) fn reset(&mut self, now: Nanos, otg: &mut Otg) {
+    pub(in crate::mcu) fn start_anew(&mut self, now: Nanos, otg: &mut Otg) {
         if matches!(self.state, State::Reset(_) | State::Talking) {
             let (incoming, frame) = (std::mem::take(&mut self.incoming), self.frame);
             *self = Self { state: State::Reset(now), due: now, frame, incoming, ..Self::new() };
@@ -183,12 +183,12 @@ impl Host {
     }
 
     /// What is known of the device.
-    pub(in crate::mcu) fn device(&self) -> &UsbDevice {
+    pub fn device(&self) -> &UsbDevice {
         &self.device
     }
 
-    /// Bytes for the port, sent as soon as it is open.
-    pub(in crate::mcu) fn send(&mut self, bytes: &[u8]) {
+    /// Sends bytes to the port, as soon as it is open.
+    pub fn send(&mut self, bytes: &[u8]) {
         self.outgoing.extend(bytes);
     }
 
@@ -197,18 +197,19 @@ impl Host {
         self.outgoing.len()
     }
 
-    /// Leaves the port's packets where they are, as a host does whose program does not read, or fetches them again.
-    pub(in crate::mcu) fn set_deaf(&mut self, deaf: bool) {
-        self.deaf = deaf;
+    /// Fetches what the port has, or leaves it there, as a host does whose program does not read. When it is plugged in
+    /// anew it fetches.
+    pub fn set_reading(&mut self, on: bool) {
+        self.deaf = !on;
     }
 
-    /// What has come from the port since the last call, each with the short packet that ends it.
-    pub(in crate::mcu) fn take(&mut self) -> Vec<(Nanos, Vec<u8>)> {
+    /// What has come from the port since the last call, each with the short packet that ends it, and when.
+    pub fn take(&mut self) -> Vec<(Nanos, Vec<u8>)> {
         std::mem::take(&mut self.incoming)
     }
 
     /// When the port took and had packets.
-    pub(in crate::mcu) fn times(&self) -> UsbTimes {
+    pub fn times(&self) -> UsbTimes {
         self.times
     }
 

@@ -3,6 +3,5 @@
 mod host;
 mod otg;
 
-pub(super) use host::Host;
-pub use host::{UsbDevice, UsbTimes};
+pub use host::{UsbDevice, UsbHost, UsbTimes};
 pub(super) use otg::Otg;

@@ -1,0 +1,89 @@
+//! What the chip has to look at: peripherals that have been accessed, and those that have an event; and the interrupts
+//! they want.
+
+use crate::mcu::peripheral::{Cycles, NEVER, Peripheral, bit};
+use crate::mcu::step::LINES;
+use crate::mcu::unit::{Unit, Units};
+
+/// When each peripheral is to be looked at, and what it was seen to want.
+#[derive(Debug)]
+pub(in crate::mcu) struct Agenda {
+    /// When each peripheral has its next event.
+    due: [Cycles; Unit::ALL.len()],
+    /// Interrupt lines of each peripheral.
+    lines: [u32; Unit::ALL.len()],
+    /// Peripherals that have been accessed, or had an event.
+    touched: Units,
+    /// All interrupt lines.
+    interrupts: [u32; LINES],
+}
+
+impl Agenda {
+    /// Nothing is due.
+    pub(super) fn new() -> Self {
+        Self {
+            due: [NEVER; Unit::ALL.len()],
+            lines: [0; Unit::ALL.len()],
+            touched: Units::default(),
+            interrupts: [0; LINES],
+        }
+    }
+
+    /// A peripheral is to be looked at.
+    #[inline]
+    pub(in crate::mcu) fn touch(&mut self, unit: Unit) {
+        self.touched.insert(unit);
+    }
+
+    /// All peripherals are to be looked at.
+    pub(super) fn touch_all(&mut self) {
+        self.touched = Units::ALL;
+    }
+
+    /// All peripherals but one are to be looked at.
+    pub(super) fn touch_all_but(&mut self, unit: Unit) {
+        self.touched.insert_all_but(unit);
+    }
+
+    /// The peripherals that are to be looked at now.
+    #[inline]
+    pub(super) fn take_touched(&mut self) -> Units {
+        std::mem::take(&mut self.touched)
+    }
+
+    /// Whether the event of a peripheral has come by `now`.
+    #[inline]
+    pub(super) fn is_due(&self, unit: Unit, now: Cycles) -> bool {
+        self.due[unit as usize] <= now
+    }
+
+    /// The next event of any peripheral.
+    #[inline]
+    pub(super) fn next_event(&self) -> Cycles {
+        self.due.into_iter().fold(NEVER, Cycles::min)
+    }
+
+    /// Levels of all interrupt lines, one bit each.
+    #[inline]
+    pub(in crate::mcu) fn interrupts(&self) -> [u32; LINES] {
+        self.interrupts
+    }
+
+    /// Asks a peripheral for its next event and its interrupts.
+    pub(super) fn refresh(&mut self, unit: Unit, peripheral: &dyn Peripheral) {
+        let (due, lines) = (peripheral.next_event(), peripheral.interrupts());
+        self.due[unit as usize] = due;
+        if lines == self.lines[unit as usize] {
+            return;
+        }
+        self.lines[unit as usize] = lines;
+        for (index, &number) in unit.description().interrupts.iter().enumerate() {
+            let (word, mask) = (usize::from(number / 32), 1 << (number % 32));
+            if bit(lines, index as u32) {
+                self.interrupts[word] |= mask;
+            } else {
+                self.interrupts[word] &= !mask;
+            }
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! All peripherals of the chip.
+
+use crate::mcu::adc::Adc;
+use crate::mcu::can::Can;
+use crate::mcu::dbgmcu::Dbgmcu;
+use crate::mcu::dma::Dma;
+use crate::mcu::exti::Exti;
+use crate::mcu::flash::Flash;
+use crate::mcu::gpio::Gpio;
+use crate::mcu::iwdg::Iwdg;
+use crate::mcu::peripheral::{Cycles, Peripheral};
+use crate::mcu::pwr::Pwr;
+use crate::mcu::rcc::{Cause, Rcc};
+use crate::mcu::spi::Spi;
+use crate::mcu::syscfg::Syscfg;
+use crate::mcu::timer::Timer;
+use crate::mcu::unit::Unit;
+use crate::mcu::usart::Usart;
+use crate::mcu::usb::Otg;
+
+/// Ports A to E.
+const PORTS: usize = 5;
+
+/// The peripherals, each of its own type. By its name [`of`](Self::of) finds one.
+#[derive(Debug)]
+pub(in crate::mcu) struct Peripherals {
+    pub(in crate::mcu) ports: [Gpio; PORTS],
+    pub(in crate::mcu) rcc: Rcc,
+    pub(in crate::mcu) flash: Flash,
+    pub(in crate::mcu) pwr: Pwr,
+    pub(in crate::mcu) syscfg: Syscfg,
+    pub(in crate::mcu) exti: Exti,
+    pub(in crate::mcu) dbgmcu: Dbgmcu,
+    pub(in crate::mcu) timers: [Timer; 4],
+    pub(in crate::mcu) usarts: [Usart; 3],
+    pub(in crate::mcu) spis: [Spi; 3],
+    pub(in crate::mcu) dmas: [Dma; 2],
+    pub(in crate::mcu) adc: Adc,
+    pub(in crate::mcu) iwdg: Iwdg,
+    pub(in crate::mcu) can: Can,
+    pub(in crate::mcu) otg: Otg,
+}
+
+impl Peripherals {
+    /// All of them as after power-on, when the core has counted `now` cycles.
+    pub(super) fn new(now: Cycles) -> Self {
+        Self {
+            ports: std::array::from_fn(Gpio::new),
+            rcc: Rcc::new(now, Cause::Power, 0),
+            flash: Flash::default(),
+            pwr: Pwr::new(),
+            syscfg: Syscfg::default(),
+            exti: Exti::default(),
+            dbgmcu: Dbgmcu::default(),
+            timers: [Timer::new(true), Timer::new(false), Timer::new(false), Timer::new(true)],
+            usarts: std::array::from_fn(|_| Usart::new()),
+            spis: std::array::from_fn(|_| Spi::new()),
+            dmas: std::array::from_fn(Dma::new),
+            adc: Adc::new(),
+            iwdg: Iwdg::new(),
+            can: Can::new(),
+            otg: Otg::new(),
+        }
+    }
+
+    /// The peripheral of this name.
+    #[inline]
+    pub(super) fn of(&mut self, unit: Unit) -> &mut dyn Peripheral {
+        match unit {
+            Unit::GpioA => &mut self.ports[0],
+            Unit::GpioB => &mut self.ports[1],
+            Unit::GpioC => &mut self.ports[2],
+            Unit::GpioD => &mut self.ports[3],
+            Unit::GpioE => &mut self.ports[4],
+            Unit::Rcc => &mut self.rcc,
+            Unit::Flash => &mut self.flash,
+            Unit::Pwr => &mut self.pwr,
+            Unit::Syscfg => &mut self.syscfg,
+            Unit::Exti => &mut self.exti,
+            Unit::Dbgmcu => &mut self.dbgmcu,
+            Unit::Tim2 => &mut self.timers[0],
+            Unit::Tim3 => &mut self.timers[1],
+            Unit::Tim4 => &mut self.timers[2],
+            Unit::Tim5 => &mut self.timers[3],
+            Unit::Usart1 => &mut self.usarts[0],
+            Unit::Usart2 => &mut self.usarts[1],
+            Unit::Usart3 => &mut self.usarts[2],
+            Unit::Spi1 => &mut self.spis[0],
+            Unit::Spi2 => &mut self.spis[1],
+            Unit::Spi3 => &mut self.spis[2],
+            Unit::Dma1 => &mut self.dmas[0],
+            Unit::Dma2 => &mut self.dmas[1],
+            Unit::Adc1 => &mut self.adc,
+            Unit::Iwdg => &mut self.iwdg,
+            Unit::Can1 => &mut self.can,
+            Unit::OtgFs => &mut self.otg,
+        }
+    }
+}

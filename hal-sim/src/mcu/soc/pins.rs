@@ -1,0 +1,83 @@
+//! Between the peripherals and what the pins are connected to: levels, words on SPI, start bits, conversions.
+
+use super::Soc;
+use crate::clock::{MICROSECOND, Nanos};
+use crate::mcu::peripheral::{Cycles, NEVER, Peripheral, bit};
+use crate::mcu::unit::Unit;
+use crate::mcu::wiring::SpiBus;
+
+/// How long the channels inside the chip have to be sampled (table 70 of the datasheet).
+const INNER_SAMPLING: Nanos = 10 * MICROSECOND;
+
+impl Soc {
+    /// When a pin may change next that an external interrupt line looks at.
+    pub(super) fn pins_change(&self) -> Cycles {
+        let watched = self.peripherals.exti.watched();
+        let moves = |line| bit(watched, line) && self.wiring.moves((self.peripherals.syscfg.port(line as usize), line));
+        let change = if (0..16).any(moves) { self.wiring.board.next_event() } else { None };
+        change.map_or(NEVER, |at| self.time.cycles(at))
+    }
+
+    /// Brings the levels of the pins to the board.
+    pub(super) fn connect(&mut self, unit: Unit) {
+        self.sync();
+        if let Err(reason) = self.wiring.connect(self.now, &self.peripherals.ports, self.clocks.mco1, &self.time) {
+            let description = unit.description();
+            self.refuse(description.name, 0, description.base, None, reason);
+        }
+    }
+
+    /// A word has been clocked out on a bus.
+    pub(super) fn exchange(&mut self, bus: SpiBus, index: usize) {
+        let Some(word) = self.peripherals.spis[index].take_done() else { return };
+        self.wiring.board.advance_to(self.time.nanos(word.at));
+        let mode = self.peripherals.spis[index].mode();
+        match self.wiring.exchange(bus, &self.peripherals.ports, mode, word, &self.time) {
+            Ok(miso) => self.peripherals.spis[index].complete(miso),
+            Err(reason) => {
+                let base = if index == 0 { Unit::Spi1 } else { Unit::Spi3 }.description();
+                self.refuse(base.name, 0, base.base, None, reason);
+            }
+        }
+    }
+
+    /// Start bits on the RS485 bus that are due.
+    pub(super) fn hear(&mut self) {
+        let now = self.time.nanos(self.now);
+        while let Some(start) = self.wiring.rs485.next_start()
+            && self.time.cycles(start) <= self.now
+        {
+            let connected = self.wiring.hears_rs485(&self.peripherals.ports);
+            if let Some(edge) = self.wiring.rs485.hear(now.max(start), connected, &self.time) {
+                self.peripherals.usarts[2].advance(self.now);
+                self.peripherals.usarts[2].receive(edge);
+                self.agenda.touch(Unit::Usart3);
+            }
+        }
+    }
+
+    /// Shows the external interrupt lines the pins they look at.
+    pub(super) fn watch_pins(&mut self) {
+        self.sync();
+        self.wiring.drive(&mut self.peripherals.ports);
+        let levels = (0..16).fold(0, |levels, line| {
+            let port = self.peripherals.ports.get(self.peripherals.syscfg.port(line));
+            levels | u32::from(port.is_some_and(|port| bit(port.levels(), line as u32))) << line
+        });
+        self.peripherals.exti.set_levels(levels);
+        self.refresh(Unit::Exti);
+    }
+
+    /// The converter has sampled a channel.
+    pub(super) fn convert(&mut self) {
+        let Some(channel) = self.peripherals.adc.take_done() else { return };
+        self.sync();
+        if channel >= 16 && self.peripherals.adc.sampling(channel) < self.time.span(INNER_SAMPLING) {
+            let base = Unit::Adc1.description().base;
+            self.refuse("ADC1", 0, base, None, "the channels inside the chip want 10 us to be sampled");
+        }
+        let connected = channel < 16 || self.peripherals.adc.inner_channels();
+        let value = if connected { self.wiring.convert(channel) } else { 0 };
+        self.peripherals.adc.complete(value);
+    }
+}
