@@ -11,7 +11,7 @@
 //! | `profile` | where the cycles of one reply go |
 //!
 //! `arguments` reads what is asked for; `host` talks to the module; `symbols` names addresses; `statistics` and `report`
-//! make tables; `parallel` runs several machines at a time. `tests/measure.rs` tests how it is used.
+//! make tables; `parallel` runs several machines at a time. `tests/image/measure.rs` tests how it is used.
 
 #[path = "../../tests/common/image.rs"]
 mod build;

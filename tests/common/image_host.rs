@@ -2,11 +2,9 @@
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-#[path = "image.rs"]
-mod build;
-
 use std::sync::OnceLock;
 
+use super::image as build;
 use hal_sim::board::Board;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::fault::Fault;

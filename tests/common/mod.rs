@@ -3,6 +3,8 @@
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 pub mod bombardment;
+pub mod image;
+pub mod image_host;
 pub mod loose;
 pub mod program;
 pub mod random;
@@ -36,7 +38,7 @@ pub const EEPROM_LOCKED: u8 = 5;
 pub const NOT_AVAILABLE: u8 = 6;
 
 /// Number of random inputs that a test takes: `usual`, or the value of the environment variable RANDOM_INPUTS, as in
-/// `RANDOM_INPUTS=1000000 cargo test --test bad_input --test ascii`.
+/// `RANDOM_INPUTS=1000000 cargo test --test module -- bad_input ascii`.
 pub fn random_inputs(usual: u64) -> u64 {
     std::env::var("RANDOM_INPUTS").map_or(usual, |text| text.parse().expect("RANDOM_INPUTS is not a number"))
 }

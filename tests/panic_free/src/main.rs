@@ -1,5 +1,5 @@
 //! An image that links only if nothing in the core can panic: its panic handler calls a function that does not exist,
-//! and everything public of the core is called with values that the compiler cannot know. `tests/panic_free.rs`
+//! and everything public of the core is called with values that the compiler cannot know. `tests/image/panic_free.rs`
 //! builds it, with the settings of the flash image. It is not meant to be run.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
@@ -33,6 +33,8 @@ mod image {
 
 #[cfg(not(target_os = "none"))]
 fn main() -> std::process::ExitCode {
-    eprintln!("This is to be linked for a microcontroller, not to be run. `cargo test --test panic_free` does it.");
+    eprintln!(
+        "This is to be linked for a microcontroller, not to be run. `cargo test --test image panic_free` does it."
+    );
     std::process::ExitCode::FAILURE
 }

@@ -1,0 +1,19 @@
+//! The flash image: its size, what can panic in it, and what it does on the emulated microcontroller, links, faults and
+//! restarts included. The first test that needs the image builds it.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+// The bench `measure`, which is tested here, has the file that builds the image as a module of its own.
+#![allow(clippy::duplicate_mod)]
+
+mod boot;
+#[path = "../common/mod.rs"]
+mod common;
+mod faults;
+mod links;
+mod measure;
+mod panic_free;
+mod replies;
+mod restart;
+mod size;
+mod steps;
+mod timing;

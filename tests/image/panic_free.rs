@@ -1,0 +1,103 @@
+//! Nothing in the core can panic: an image of it links although its panic handler calls what does not exist
+//! (`tests/panic_free`). In the flash image the libraries for the microcontroller can; `tests/panic_free/known.txt`
+//! is the list of these places, and it does not grow.
+
+mod callers;
+mod places;
+
+use crate::common::image;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use callers::{callers, is_there_to_panic};
+use places::{places, texts};
+
+/// The image of the core, and what it lacks.
+const CORE: &str = "panic-free";
+const MISSING: &str = "undefined symbol: a_panic_is_possible";
+/// Lets it link all the same.
+const ANYTHING: &str = "-Clink-arg=--defsym=a_panic_is_possible=0";
+
+/// Builds the image of the core. If it does not link: the places that can panic, and the calls that lead to a panic.
+fn core(features: &[&str]) -> Result<(), [Vec<String>; 2]> {
+    let arguments = [&["--package", CORE], features].concat();
+    let Err(messages) = image::build(CORE, &arguments) else { return Ok(()) };
+    assert!(messages.contains(MISSING), "the core does not build\n{messages}");
+    let built = image::build(CORE, &[&arguments, &["--", ANYTHING][..]].concat());
+    let contents = fs::read(built.unwrap_or_else(|error| panic!("{error}")).path).unwrap();
+    let image = object::File::parse(&*contents).unwrap();
+    let calls = callers(&image, |name| ["tmcm::", "panic_free::"].iter().any(|ours| name.contains(ours)));
+    Err([places(&image).iter().map(ToString::to_string).collect(), calls.into_iter().collect()])
+}
+
+/// Both in one test: the two images have the same name.
+#[test]
+fn nothing_in_the_core_can_panic_and_a_panic_would_be_found() {
+    if let Err([places, calls]) = core(&[]) {
+        panic!("the core can panic\nat {}\nin {}", places.join("\nat "), calls.join("\nin "));
+    }
+    let [places, calls] = core(&["--features", "deliberate"]).unwrap_err();
+    assert!(matches!(&places[..], [place] if place.starts_with("tests/panic_free/src/calls.rs:")), "{places:?}");
+    let way = "panic_free::calls::all > core::panicking::panic_bounds_check > core::panicking::panic_fmt";
+    assert!(calls.iter().all(|call| call.starts_with(way)) && calls.len() == 1, "{calls:?}");
+}
+
+/// Every public function of the core is called in its image, by its name at least.
+#[test]
+fn everything_public_is_called() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let calls = fs::read_to_string(root.join("tests/panic_free/src/calls.rs")).unwrap();
+    let word = |c: char| c.is_alphanumeric() || c == '_';
+    let called: Vec<_> = calls.split(|c| !word(c)).collect();
+    let mut open = vec![root.join("src")];
+    let (mut functions, mut missing) = (0, Vec::new());
+    while let Some(path) = open.pop() {
+        if path.ends_with("board") || path.ends_with("bin") {
+            continue;
+        }
+        if path.is_dir() {
+            open.extend(fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
+            continue;
+        }
+        for line in fs::read_to_string(&path).unwrap().lines() {
+            let Some(rest) = line.trim_start().strip_prefix("pub ") else { continue };
+            let Some(name) = rest.trim_start_matches("const ").strip_prefix("fn ") else { continue };
+            let name = name.split(|c| !word(c)).next().unwrap();
+            if called.contains(&name) {
+                functions += 1;
+            } else {
+                missing.push(format!("{}: {name}", path.display()));
+            }
+        }
+    }
+    assert!(missing.is_empty(), "nobody looks whether these can panic: {missing:#?}");
+    assert!(functions > 100, "{functions} functions");
+}
+
+/// A line of the list is a file and how many of its places can panic, or the text of one of defmt's panics.
+#[test]
+fn what_can_panic_in_the_image_is_known() {
+    let contents = fs::read(image::image()).unwrap();
+    let image = object::File::parse(&*contents).unwrap();
+
+    let mut found = BTreeMap::new();
+    for place in places(&image) {
+        println!("{place}");
+        found.entry(place.file).or_insert_with(Vec::new).push(place.at);
+    }
+    let calls = callers(&image, |name| !is_there_to_panic(name));
+    for call in &calls {
+        println!("{call}");
+    }
+    assert!(calls.len() > 50, "{calls:?}");
+
+    let counted = found.iter().map(|(file, places)| format!("{file} {}", places.len()));
+    let found: Vec<_> = counted.chain(texts(&image)).collect();
+    let list = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/panic_free/known.txt")).unwrap();
+    let known: Vec<_> = list.lines().filter(|line| !line.is_empty() && !line.starts_with('#')).collect();
+    let new: Vec<_> = found.iter().filter(|line| !known.contains(&line.as_str())).collect();
+    let gone: Vec<_> = known.iter().filter(|line| !found.iter().any(|found| found == *line)).collect();
+    assert!(new.is_empty() && gone.is_empty(), "known.txt: new are {new:#?}, gone are {gone:#?}");
+    assert!(found.len() > 50, "{found:?}");
+}

@@ -1,0 +1,67 @@
+//! The flash image: it builds without a warning, starts where the microcontroller looks, and keeps within its
+//! budget of flash and RAM.
+
+use crate::common::image;
+use std::ops::Range;
+
+use object::{Object, ObjectSection, SectionFlags, elf};
+
+/// Budgets of the design, in bytes: flash, and RAM without the stack.
+const FLASH_MAX: u64 = 128 * 1024;
+const RAM_MAX: u64 = 48 * 1024;
+
+/// Where they are in the STM32F405VG (RM0090 section 2.3); of the RAM, the first 16 KiB are the stack's.
+const FLASH: Range<u64> = 0x0800_0000..0x0810_0000;
+const STACK: Range<u64> = 0x2000_0000..0x2000_4000;
+const RAM: Range<u64> = STACK.end..0x2002_0000;
+
+/// Bytes of a memory section that the image takes up.
+#[derive(Debug, Default, PartialEq)]
+struct Size {
+    flash: u64,
+    ram: u64,
+}
+
+/// Adds up the sections that end up in memory. Initialised data count twice: in RAM, and in flash, where they
+/// are copied from.
+fn measure(file: &object::File) -> Size {
+    let mut size = Size::default();
+    for section in file.sections() {
+        let SectionFlags::Elf { sh_flags, .. } = section.flags() else { continue };
+        if sh_flags & u64::from(elf::SHF_ALLOC) == 0 || section.size() == 0 {
+            continue;
+        }
+        let name = section.name().unwrap_or_default();
+        println!("{name:16} {:#010x} {:6}", section.address(), section.size());
+        if FLASH.contains(&section.address()) {
+            size.flash += section.size();
+        } else {
+            assert!(RAM.contains(&section.address()), "{name} lies at {:#x}", section.address());
+            size.ram += section.size();
+            if name == ".data" {
+                size.flash += section.size();
+            }
+        }
+    }
+    size
+}
+
+#[test]
+fn image_keeps_within_its_budget() {
+    let image::Built { path, messages } = image::try_image().unwrap_or_else(|error| panic!("{error}"));
+    assert!(!messages.lines().any(|line| line.starts_with("warning")), "{messages}");
+
+    let contents = std::fs::read(path).unwrap();
+    let file = object::File::parse(&*contents).unwrap();
+
+    let vectors = file.section_by_name(".vector_table").unwrap();
+    assert_eq!(vectors.address(), FLASH.start, "the vector table is where the microcontroller looks after reset");
+    let [stack, reset] = [0, 4].map(|at| u32::from_le_bytes(*vectors.data().unwrap()[at..].first_chunk().unwrap()));
+    assert_eq!(u64::from(stack), STACK.end, "the stack lies below the statics");
+    assert_eq!(u64::from(reset), file.entry(), "the reset vector is the entry point");
+
+    let size = measure(&file);
+    println!("flash {} of {FLASH_MAX}, static RAM {} of {RAM_MAX}", size.flash, size.ram);
+    assert!(size.flash <= FLASH_MAX, "{size:?}");
+    assert!(size.ram <= RAM_MAX, "{size:?}");
+}

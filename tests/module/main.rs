@@ -1,0 +1,19 @@
+//! The module as its hosts see it: telegrams, frames and text on its links, the commands of direct mode, and the
+//! scenarios of `tests/scenarios`, which say in files what the module must do.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod ascii;
+mod bad_input;
+mod can;
+mod commands;
+#[path = "../common/mod.rs"]
+mod common;
+mod doors;
+mod events;
+mod hosts;
+mod restart;
+mod rs485;
+mod scenario;
+mod scenarios;
+mod telegrams;

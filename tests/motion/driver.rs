@@ -1,0 +1,317 @@
+//! The driver stage: currents over time, chopper settings, microsteps, stop on stall, and the traffic on the
+//! motion bus. Seen at the TMC262's registers and at the rotor.
+
+use crate::common::Bench;
+use hal_sim::board::Chip;
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+
+/// Effective motor current in 1/32 of full scale; 0 with the bridges off.
+fn current(bench: &Bench) -> u32 {
+    bench.module.board().borrow().tmc262(0).current()
+}
+
+fn configure(bench: &mut Bench, lines: &[&str]) {
+    for line in lines {
+        bench.ok(line);
+    }
+}
+
+/// Full current of a parameter value: CS = value / 8, and (CS + 1)/32 of full scale.
+fn scale(value: u32) -> u32 {
+    value / 8 + 1
+}
+
+#[test]
+fn standby_after_the_power_down_delay() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 6, 0, 200", "SAP 7, 0, 40", "SAP 214, 0, 50", "ROR 0, 500"]);
+    // The reply is there and the motor has full current, although it has hardly begun to move.
+    assert_eq!(current(&bench), scale(200));
+    bench.run(SECOND);
+    assert_eq!(current(&bench), scale(200));
+    bench.ok("MST 0");
+    bench.run_until(SECOND, |b| b.ok("GAP 3, 0") == 0);
+    bench.run(480 * MILLISECOND);
+    assert_eq!(current(&bench), scale(200));
+    bench.run(40 * MILLISECOND);
+    assert_eq!(current(&bench), scale(40));
+    bench.ok("MVP REL, 0, 10");
+    assert_eq!(current(&bench), scale(200));
+}
+
+#[test]
+fn boost_current_while_the_speed_changes() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 6, 0, 100", "SAP 200, 0, 255", "SAP 5, 0, 100", "ROR 0, 1000"]);
+    // From 0 to 1000 at acceleration 100: 655 ms.
+    for _ in 0..6 {
+        assert_eq!(current(&bench), scale(255));
+        bench.run(100 * MILLISECOND);
+    }
+    bench.run(100 * MILLISECOND);
+    assert_eq!(current(&bench), scale(100));
+    bench.ok("MVP REL, 0, 50000");
+    bench.run(800 * MILLISECOND);
+    assert_eq!(current(&bench), scale(100));
+    bench.run_until(3 * SECOND, |b| b.ok("GAP 3, 0") < 900);
+    assert_eq!(current(&bench), scale(255));
+    // Without a boost current the run current stays.
+    configure(&mut bench, &["SAP 200, 0, 0", "ROL 0, 1000"]);
+    bench.run(100 * MILLISECOND);
+    assert_eq!(current(&bench), scale(100));
+}
+
+#[test]
+fn slow_current_below_the_threshold_speed() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 6, 0, 160", "SAP 183, 0, 48", "SAP 182, 0, 300", "ROR 0, 200"]);
+    bench.run(SECOND);
+    assert_eq!(current(&bench), scale(48));
+    bench.ok("ROR 0, 400");
+    bench.run(SECOND);
+    assert_eq!(current(&bench), scale(160));
+}
+
+#[test]
+fn freewheeling_switches_the_bridges_off_until_the_next_move() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 204, 0, 30", "MVP ABS, 0, 1000"]);
+    bench.run_until(SECOND, |b| b.rotor() == 1000);
+    bench.run(250 * MILLISECOND);
+    assert!(current(&bench) > 0);
+    bench.run(100 * MILLISECOND);
+    assert_eq!(current(&bench), 0);
+    bench.ok("MVP ABS, 0, 3000");
+    bench.run(SECOND / 5);
+    assert_eq!((bench.rotor(), bench.lost_steps()), (3000, 0));
+    // Chopper off time 0 does the same for good.
+    bench.ok("SAP 167, 0, 0");
+    assert_eq!(current(&bench), 0);
+}
+
+/// Parameter 150: a motor that stands at an end switch keeps its run current, or powers down.
+#[test]
+fn end_switch_power_down() {
+    for (mode, at_the_switch) in [(0, scale(128)), (1, scale(8))] {
+        let mut bench = Bench::in_world("[stage]\nleft = -5000\n");
+        configure(&mut bench, &["SAP 13, 0, 0", "SAP 214, 0, 10", &format!("SAP 150, 0, {mode}"), "ROL 0, 500"]);
+        bench.run(2 * SECOND);
+        assert_eq!((bench.ok("GAP 11, 0"), current(&bench)), (1, at_the_switch));
+        bench.ok("ROR 0, 500");
+        assert_eq!(current(&bench), scale(128));
+    }
+}
+
+/// Every driver parameter, the value it is set to, and the bits that must then stand in which register
+/// (bit positions of the 20-bit words: AN016, table 4.1).
+#[test]
+fn every_driver_parameter_reaches_its_field() {
+    const DRVCTRL: usize = 0;
+    const CHOPCONF: usize = 1;
+    const SMARTEN: usize = 2;
+    const SGCSCONF: usize = 3;
+    const DRVCONF: usize = 4;
+    let table: &[(u8, i32, usize, u32, u32, u32)] = &[
+        // parameter, value, register, lowest bit, width, field
+        (140, 4, DRVCTRL, 0, 4, 4),
+        (140, 0, DRVCTRL, 0, 4, 8),
+        (160, 1, DRVCTRL, 9, 1, 1),
+        (161, 1, DRVCTRL, 8, 1, 1),
+        (162, 3, CHOPCONF, 15, 2, 3),
+        (163, 1, CHOPCONF, 14, 1, 1),
+        (165, 9, CHOPCONF, 7, 4, 9),
+        (166, 6, CHOPCONF, 4, 3, 6),
+        (166, 8, CHOPCONF, 4, 3, 7),
+        (167, 11, CHOPCONF, 0, 4, 11),
+        (184, 1, CHOPCONF, 13, 1, 1),
+        (168, 1, SMARTEN, 15, 1, 1),
+        (169, 2, SMARTEN, 13, 2, 2),
+        (170, 13, SMARTEN, 8, 4, 13),
+        (171, 3, SMARTEN, 5, 2, 3),
+        (172, 7, SMARTEN, 0, 4, 7),
+        (173, 0, SGCSCONF, 16, 1, 0),
+        (174, -3, SGCSCONF, 8, 7, 0x7D),
+        (175, 1, DRVCONF, 14, 2, 1),
+        (176, 2, DRVCONF, 12, 2, 2),
+        (177, 1, DRVCONF, 10, 1, 1),
+        (178, 3, DRVCONF, 8, 2, 3),
+    ];
+    for &(parameter, value, register, lowest, width, field) in table {
+        let mut bench = Bench::new();
+        bench.ok(&format!("SAP {parameter}, 0, {value}"));
+        let r = bench.module.board().borrow().tmc262(0).registers();
+        let word = [r.drvctrl, r.chopconf, r.smarten, r.sgcsconf, r.drvconf][register];
+        assert_eq!(word >> lowest & ((1 << width) - 1), field, "parameter {parameter}: {word:05X}");
+    }
+    // VSENSE (parameter 179) is always set.
+    let bench = Bench::new();
+    assert_eq!(bench.module.board().borrow().tmc262(0).registers().drvconf >> 6 & 1, 1);
+}
+
+/// 100 microsteps at 2^n per full step turn the rotor by 100 * 256 / 2^n units.
+#[test]
+fn microstep_resolution() {
+    for resolution in 0..=8 {
+        let mut bench = Bench::new();
+        configure(&mut bench, &[&format!("SAP 140, 0, {resolution}"), "SAP 4, 0, 20", "MVP ABS, 0, 100"]);
+        bench.run(SECOND);
+        assert_eq!(bench.rotor(), (100 * 256) >> resolution, "resolution {resolution}");
+    }
+}
+
+/// Changing the pulse divisor makes no stray step, in velocity mode either (datasheet section 8.1.13).
+#[test]
+fn the_pulse_divisor_changes_without_a_step() {
+    for steps in 1..40 {
+        let mut bench = Bench::new();
+        bench.ok("ROR 0, 300");
+        bench.run(steps * 7 * MILLISECOND);
+        bench.ok("MST 0");
+        bench.run(SECOND);
+        let (rotor, position) = (bench.rotor(), bench.ok("GAP 1, 0"));
+        for divisor in [4, 5, 6, 5, 4, 3, 2] {
+            bench.ok(&format!("SAP 154, 0, {divisor}"));
+            bench.run(10 * MILLISECOND);
+            assert_eq!((bench.rotor(), bench.ok("GAP 1, 0")), (rotor, position), "after {steps}, divisor {divisor}");
+        }
+        assert_eq!(bench.ok("GAP 138, 0"), 2);
+    }
+}
+
+#[test]
+fn stop_on_stall() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 174, 0, 9", "ROR 0, 1000"]);
+    bench.run(SECOND);
+    assert!(bench.ok("GAP 206, 0") > 0);
+    bench.ok("SAP 181, 0, 500");
+    bench.run(SECOND);
+    assert!(bench.ok("GAP 3, 0") == 1000);
+    bench.control("load 1");
+    bench.run(SECOND / 5);
+    assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 2, 0")), (0, 0));
+    // Reading the error flag clears it.
+    assert_eq!((bench.ok("GAP 207, 0"), bench.ok("GAP 207, 0")), (1, 0));
+    // So does the next motion command; below the speed of parameter 181 nothing stops the motor.
+    bench.control("load 0");
+    configure(&mut bench, &["ROR 0, 1000"]);
+    bench.run(SECOND / 2);
+    bench.control("load 1");
+    bench.run(SECOND / 5);
+    configure(&mut bench, &["ROR 0, 400"]);
+    bench.run(SECOND);
+    assert_eq!((bench.ok("GAP 207, 0"), bench.ok("GAP 3, 0")), (0, 400));
+}
+
+/// The stop is a hard one: from full speed to none between two polls.
+#[test]
+fn stop_on_stall_is_immediate() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 174, 0, 9", "ROR 0, 1000"]);
+    bench.run(SECOND);
+    bench.ok("SAP 181, 0, 500");
+    bench.control("load 1");
+    let speed = |bench: &Bench| bench.module.board().borrow().tmc429(0).velocity(0);
+    while speed(&bench) == 1000 {
+        bench.run(MILLISECOND);
+    }
+    assert_eq!(speed(&bench), 0);
+}
+
+/// The status LED is on for a second, then off for a second.
+#[test]
+fn the_led_blinks() {
+    let mut bench = Bench::new();
+    bench.run(SECOND / 2);
+    for second in 0..6 {
+        let lit = bench.module.board().borrow().world().outputs().leds[0];
+        assert_eq!(lit, second % 2 == 0, "second {second}");
+        bench.run(SECOND);
+    }
+}
+
+/// Divisors that were stored one by one may not fit together: then both are the defaults, and the motor moves.
+#[test]
+fn stored_divisors_that_admit_no_ramp() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 153, 0, 0", "STAP 153, 0", "SAP 153, 0, 13", "SAP 154, 0, 13", "STAP 154, 0"]);
+    bench.power_cycle();
+    assert_eq!((bench.ok("GAP 153, 0"), bench.ok("GAP 154, 0")), (7, 3));
+    bench.ok("MVP ABS, 0, 1000");
+    bench.run(SECOND);
+    assert_eq!(bench.rotor(), 1000);
+}
+
+/// A driver that lost its supply for less than it takes to notice has its settings back within the eight turns of the
+/// refresh, 4 ms each.
+#[test]
+fn the_driver_recovers_from_a_supply_dip() {
+    let mut bench = Bench::new();
+    configure(&mut bench, &["SAP 140, 0, 6", "SAP 174, 0, -5", "SAP 172, 0, 3", "SAP 177, 0, 1", "ROR 0, 100"]);
+    bench.run(SECOND);
+    let before = bench.module.board().borrow().tmc262(0).registers();
+    bench.control("supply 3");
+    bench.run(1);
+    bench.control("supply 24");
+    assert_ne!(bench.module.board().borrow().tmc262(0).registers(), before);
+    bench.run(33 * MILLISECOND);
+    let after = bench.module.board().borrow().tmc262(0).registers();
+    // RDSEL, bits 5 and 4 of DRVCONF, changes with every refresh.
+    assert_eq!(after.drvconf & !0x30, before.drvconf & !0x30);
+    assert_eq!((after.chopconf, after.sgcsconf), (before.chopconf, before.sgcsconf));
+    assert_eq!((after.drvctrl, after.smarten), (before.drvctrl, before.smarten));
+    assert_eq!(bench.ok("GAP 3, 0"), 100);
+}
+
+fn datagrams(bench: &mut Bench, act: impl FnOnce(&mut Bench)) -> (u64, u64) {
+    let count = |bench: &Bench| {
+        let board = bench.module.board().borrow();
+        (board.datagrams(Chip::Tmc429(0)), board.datagrams(Chip::Tmc262(0)))
+    };
+    let before = count(bench);
+    act(bench);
+    let after = count(bench);
+    (after.0 - before.0, after.1 - before.1)
+}
+
+/// The poll spends one datagram a millisecond on the rotating readings, every fourth time on the driver; and, while the motor
+/// moves, one on its position.
+#[test]
+fn the_poll_keeps_to_its_datagrams() {
+    const SPAN: Nanos = SECOND;
+    let mut bench = Bench::new();
+    bench.run(5 * SECOND);
+    for (line, moving) in [("MST 0", 0), ("ROR 0, 1000", 1000), ("MVP ABS, 0, 2000000000", 1000)] {
+        bench.ok(line);
+        bench.run(SECOND);
+        let (motion, driver) = datagrams(&mut bench, |b| b.run(SPAN));
+        assert!((749 + moving..=753 + moving).contains(&motion), "{line}: {motion} datagrams to the TMC429");
+        assert!((249..=251).contains(&driver), "{line}: {driver} datagrams to the TMC262");
+    }
+}
+
+/// What a command costs on the bus: nothing without the chips, nor a target speed in a positioning mode, one datagram for a
+/// position, one for a new target while positioning.
+#[test]
+fn commands_cost_few_datagrams() {
+    use tmcm::module::Source;
+    use tmcm::tmcl::{binary, text};
+    let mut bench = Bench::new();
+    bench.ok("MVP ABS, 0, 100000");
+    bench.run(SECOND);
+    for (line, expected) in [
+        ("GAP 5, 0", 0),
+        ("GGP 66, 0", 0),
+        ("SAP 2, 0, 500", 0),
+        ("SGP 132, 0, 5", 0),
+        ("GAP 1, 0", 1),
+        ("GAP 3, 0", 1),
+        ("MVP ABS, 0, 90000", 1),
+    ] {
+        let telegram = binary::encode_command(1, text::parse(line).unwrap());
+        let (motion, driver) = datagrams(&mut bench, |b| b.module.receive(Source::Usb, telegram));
+        assert_eq!((motion, driver), (expected, 0), "{line}");
+        bench.run(10 * MILLISECOND);
+        while bench.module.sent().is_some() {}
+    }
+}

@@ -1,0 +1,13 @@
+//! The motor and what moves, drives and supervises it: ramps, driver stage, encoders, the axis at the limits of its
+//! rules, and heartbeats, supply and faults.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod axis;
+#[path = "../common/mod.rs"]
+mod common;
+mod driver;
+mod encoders;
+mod motion;
+mod soak;
+mod supervision;

@@ -1,0 +1,124 @@
+//! `docs/parameters.md` is made from the parameter tables. This test compares it; with `UPDATE_DOCS=1` in the
+//! environment it writes it anew.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use tmcm::module::TMCM_1140;
+use tmcm::param::{Interrupt, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES, Unit};
+
+const HEAD: &str = "\
+# Parameters
+
+Generated from the tables in `src/param` - do not edit. After a change there:
+
+    UPDATE_DOCS=1 cargo test --test tables parameter_docs
+
+*Access*: R can be read, RW also written. *Stored*: *yes* by STAP (user variables: STGP) and restored at start-up,
+*at once* by the command that sets it, nothing: lost with the power. A value outside the range is answered with
+status 4, a write to a parameter that can only be read with status 3, and nothing changes. Internal units (*int*)
+of velocity and acceleration are those of the TMC429.
+";
+
+/// What stands above each table.
+const AXIS: &str = "Read by GAP, written by SAP and AAP, stored by STAP, restored by RSAP.";
+const GLOBAL: &str = "Read by GGP, written by SGP and AGP.";
+const INTERRUPT: &str = "Read by GGP, written by SGP and AGP; the timers are unsigned.";
+
+fn range(row: &Row, (low, high): (i32, i32)) -> String {
+    match (low, high) {
+        (i32::MIN, i32::MAX) if row.unit == Unit::Milliseconds => "0..4294967295".into(),
+        (i32::MIN, i32::MAX) => "any".into(),
+        (low, high) if high.checked_sub(low) == Some(1) => format!("{low}, {high}"),
+        (low, high) => format!("{low}..{high}"),
+    }
+}
+
+fn line((number, name, row): &Named) -> String {
+    let ranges: Vec<_> = row.ranges.iter().map(|limits| range(row, *limits)).collect();
+    let stored = match row.storage {
+        Storage::Volatile => "",
+        Storage::OnCommand(_) => "yes",
+        Storage::Automatic(_) => "at once",
+    };
+    let (access, default) = if row.writable() { ("RW", row.default.to_string()) } else { ("R", String::new()) };
+    let cells: [&str; 8] =
+        [&number.to_string(), name, &ranges.join(", "), row.unit.symbol(), access, stored, &default, row.note];
+    let cells = cells.map(|cell| if cell.is_empty() { "| ".into() } else { format!("| {cell} ") });
+    cells.concat() + "|\n"
+}
+
+fn table(title: &str, about: &str, rows: &[Named]) -> String {
+    let mut text = format!("\n## {title}\n\n{about}\n\n");
+    text += "| number | name | range | unit | access | stored | default | note |\n";
+    text += "|---:|---|---|---|---|---|---:|---|\n";
+    rows.iter().for_each(|row| text += &line(row));
+    text
+}
+
+/// A row with its number and name.
+type Named = (u8, String, &'static Row);
+
+fn named(row: &'static Row) -> Named {
+    (row.number, row.name.into(), row)
+}
+
+fn interrupts() -> Vec<Named> {
+    let named = |number| {
+        let (numbered, index) = Interrupt::find(number, TMCM_1140.axes, TMCM_1140.inputs)?;
+        Some((number, numbered.parameter_name(index)?.to_string(), numbered.row.as_ref()?))
+    };
+    (0..=u8::MAX).filter_map(named).collect()
+}
+
+fn render() -> String {
+    let mut text = String::from(HEAD);
+    text += &table("Axis parameters", AXIS, &TMCM_1140.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+    text += &table(
+        "Global parameters, bank 0",
+        GLOBAL,
+        &TMCM_1140.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>(),
+    );
+    let (all, stored) = (USER_VARIABLES - 1, STORED_USER_VARIABLES - 1);
+    write!(
+        text,
+        "\n## User variables, bank 2\n\n\
+         0..{all}, any value, 0 at the start. 0..{stored} can be stored by STGP and are restored by RSGP, and at\n\
+         start-up unless global parameter 85 is 1.\n"
+    )
+    .unwrap();
+    text + &table("Interrupt parameters, bank 3", INTERRUPT, &interrupts())
+}
+
+#[test]
+fn the_page_is_what_the_tables_say() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/parameters.md");
+    let expected = render();
+    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(&path, expected).unwrap();
+        return;
+    }
+    // A checkout may have brought other line ends along.
+    let found = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
+    let difference = expected.lines().zip(found.lines().chain(std::iter::repeat(""))).find(|(a, b)| a != b);
+    if let Some((expected, found)) = difference {
+        panic!(
+            "{} is stale: UPDATE_DOCS=1 cargo test --test tables parameter_docs\n- {found}\n+ {expected}",
+            path.display()
+        );
+    }
+    assert!(found == expected, "{} has lines too many", path.display());
+}
+
+/// A pipe or a line break in a note would break the table.
+#[test]
+fn every_row_has_its_eight_cells() {
+    let text = render();
+    let rows: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
+    let parameters = TMCM_1140.axis.rows.len() + TMCM_1140.global.rows.len() + interrupts().len();
+    assert_eq!(rows.len(), parameters + 3 * 2);
+    for row in rows {
+        assert_eq!(row.matches('|').count(), 9, "{row}");
+    }
+}
