@@ -178,22 +178,3 @@ fn a_reply_that_becomes_due_after_its_usb_connection_does_not_come_on_the_next()
     assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_000));
     assert!(host.hear_usb(SECOND).is_empty());
 }
-
-// ---- A stall ----
-
-/// The driver tells of a stall by its pin SG_TST.
-#[test]
-fn a_stall_stops_the_motor() {
-    let mut host = Host::new("");
-    for line in ["SAP 174, 0, 9", "ROR 0, 1000"] {
-        host.ok(line);
-    }
-    host.run(SECOND / 2);
-    host.ok("SAP 181, 0, 500");
-    host.run(SECOND / 10);
-    assert_eq!((host.speed(), host.ok("GAP 207, 0")), (1_000, 0));
-    host.machine.board().change_world(|world| world.axis_mut(0).set_load(1.0));
-    host.run(SECOND / 5);
-    assert_eq!((host.speed(), host.ok("GAP 207, 0")), (0, 1));
-    host.assert_rest();
-}

@@ -260,16 +260,6 @@ fn sio_refusals() {
 }
 
 #[test]
-fn pull_ups_are_port_0_of_bank_0() {
-    let mut bench = Bench::new();
-    for (line, on) in [("SIO 0, 0, 0", false), ("SIO 0, 0, 1", true)] {
-        bench.ok(line);
-        bench.run(2 * MILLISECOND);
-        assert_eq!(bench.module.board().borrow().world().outputs().pull_ups, u32::from(on), "{line}");
-    }
-}
-
-#[test]
 fn digital_inputs() {
     let mut bench = Bench::new();
     for port in 0..4 {

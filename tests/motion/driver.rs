@@ -21,85 +21,25 @@ fn scale(value: u32) -> u32 {
     value / 8 + 1
 }
 
+/// The ramp that ends a move is a change of speed as well.
 #[test]
-fn standby_after_the_power_down_delay() {
+fn boost_current_while_a_move_brakes() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 6, 0, 200", "SAP 7, 0, 40", "SAP 214, 0, 50", "ROR 0, 500"]);
-    // The reply is there and the motor has full current, although it has hardly begun to move.
-    assert_eq!(current(&bench), scale(200));
+    configure(&mut bench, &["SAP 6, 0, 100", "SAP 200, 0, 255", "SAP 5, 0, 100", "MVP ABS, 0, 80000"]);
     bench.run(SECOND);
-    assert_eq!(current(&bench), scale(200));
-    bench.ok("MST 0");
-    bench.run_until(SECOND, |b| b.ok("GAP 3, 0") == 0);
-    bench.run(480 * MILLISECOND);
-    assert_eq!(current(&bench), scale(200));
-    bench.run(40 * MILLISECOND);
-    assert_eq!(current(&bench), scale(40));
-    bench.ok("MVP REL, 0, 10");
-    assert_eq!(current(&bench), scale(200));
-}
-
-#[test]
-fn boost_current_while_the_speed_changes() {
-    let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 6, 0, 100", "SAP 200, 0, 255", "SAP 5, 0, 100", "ROR 0, 1000"]);
-    // From 0 to 1000 at acceleration 100: 655 ms.
-    for _ in 0..6 {
-        assert_eq!(current(&bench), scale(255));
-        bench.run(100 * MILLISECOND);
-    }
-    bench.run(100 * MILLISECOND);
-    assert_eq!(current(&bench), scale(100));
-    bench.ok("MVP REL, 0, 50000");
-    bench.run(800 * MILLISECOND);
     assert_eq!(current(&bench), scale(100));
     bench.run_until(3 * SECOND, |b| b.ok("GAP 3, 0") < 900);
     assert_eq!(current(&bench), scale(255));
-    // Without a boost current the run current stays.
-    configure(&mut bench, &["SAP 200, 0, 0", "ROL 0, 1000"]);
-    bench.run(100 * MILLISECOND);
-    assert_eq!(current(&bench), scale(100));
 }
 
+/// Chopper off time 0 (parameter 167) switches the bridges off, whatever else is set.
 #[test]
-fn slow_current_below_the_threshold_speed() {
+fn without_a_chopper_off_time_there_is_no_current() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 6, 0, 160", "SAP 183, 0, 48", "SAP 182, 0, 300", "ROR 0, 200"]);
-    bench.run(SECOND);
-    assert_eq!(current(&bench), scale(48));
-    bench.ok("ROR 0, 400");
-    bench.run(SECOND);
-    assert_eq!(current(&bench), scale(160));
-}
-
-#[test]
-fn freewheeling_switches_the_bridges_off_until_the_next_move() {
-    let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 204, 0, 30", "MVP ABS, 0, 1000"]);
-    bench.run_until(SECOND, |b| b.rotor() == 1000);
-    bench.run(250 * MILLISECOND);
-    assert!(current(&bench) > 0);
-    bench.run(100 * MILLISECOND);
-    assert_eq!(current(&bench), 0);
     bench.ok("MVP ABS, 0, 3000");
-    bench.run(SECOND / 5);
-    assert_eq!((bench.rotor(), bench.lost_steps()), (3000, 0));
-    // Chopper off time 0 does the same for good.
+    assert!(current(&bench) > 0);
     bench.ok("SAP 167, 0, 0");
     assert_eq!(current(&bench), 0);
-}
-
-/// Parameter 150: a motor that stands at an end switch keeps its run current, or powers down.
-#[test]
-fn end_switch_power_down() {
-    for (mode, at_the_switch) in [(0, scale(128)), (1, scale(8))] {
-        let mut bench = Bench::in_world("[stage]\nleft = -5000\n");
-        configure(&mut bench, &["SAP 13, 0, 0", "SAP 214, 0, 10", &format!("SAP 150, 0, {mode}"), "ROL 0, 500"]);
-        bench.run(2 * SECOND);
-        assert_eq!((bench.ok("GAP 11, 0"), current(&bench)), (1, at_the_switch));
-        bench.ok("ROR 0, 500");
-        assert_eq!(current(&bench), scale(128));
-    }
 }
 
 /// Every driver parameter, the value it is set to, and the bits that must then stand in which register
@@ -148,17 +88,6 @@ fn every_driver_parameter_reaches_its_field() {
     assert_eq!(bench.module.board().borrow().tmc262(0).registers().drvconf >> 6 & 1, 1);
 }
 
-/// 100 microsteps at 2^n per full step turn the rotor by 100 * 256 / 2^n units.
-#[test]
-fn microstep_resolution() {
-    for resolution in 0..=8 {
-        let mut bench = Bench::new();
-        configure(&mut bench, &[&format!("SAP 140, 0, {resolution}"), "SAP 4, 0, 20", "MVP ABS, 0, 100"]);
-        bench.run(SECOND);
-        assert_eq!(bench.rotor(), (100 * 256) >> resolution, "resolution {resolution}");
-    }
-}
-
 /// Changing the pulse divisor makes no stray step, in velocity mode either (datasheet section 8.1.13).
 #[test]
 fn the_pulse_divisor_changes_without_a_step() {
@@ -176,31 +105,6 @@ fn the_pulse_divisor_changes_without_a_step() {
         }
         assert_eq!(bench.ok("GAP 138, 0"), 2);
     }
-}
-
-#[test]
-fn stop_on_stall() {
-    let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 174, 0, 9", "ROR 0, 1000"]);
-    bench.run(SECOND);
-    assert!(bench.ok("GAP 206, 0") > 0);
-    bench.ok("SAP 181, 0, 500");
-    bench.run(SECOND);
-    assert!(bench.ok("GAP 3, 0") == 1000);
-    bench.control("load 1");
-    bench.run(SECOND / 5);
-    assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 2, 0")), (0, 0));
-    // Reading the error flag clears it.
-    assert_eq!((bench.ok("GAP 207, 0"), bench.ok("GAP 207, 0")), (1, 0));
-    // So does the next motion command; below the speed of parameter 181 nothing stops the motor.
-    bench.control("load 0");
-    configure(&mut bench, &["ROR 0, 1000"]);
-    bench.run(SECOND / 2);
-    bench.control("load 1");
-    bench.run(SECOND / 5);
-    configure(&mut bench, &["ROR 0, 400"]);
-    bench.run(SECOND);
-    assert_eq!((bench.ok("GAP 207, 0"), bench.ok("GAP 3, 0")), (0, 400));
 }
 
 /// The stop is a hard one: from full speed to none between two polls.

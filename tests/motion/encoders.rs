@@ -51,21 +51,6 @@ fn near_the_absolute_zero_point() {
     }
 }
 
-/// Function bit 4 of parameter 210: at the absolute zero point the counter becomes zero, each time, whichever
-/// way it is passed.
-#[test]
-fn the_built_in_encoder_clears_on_null() {
-    let mut bench = Bench::in_world("[encoder]\noffset = 10240\n");
-    configure(&mut bench, &["SAP 210, 0, 25604", "SAP 209, 0, 777000"]);
-    go(&mut bench, 10_000);
-    assert_near("before", bench.ok("GAP 209, 0"), 787_000, 50);
-    go(&mut bench, 20_000);
-    assert_near("after", bench.ok("GAP 209, 0"), 20_000 - 10_240, 50);
-    bench.ok("SAP 209, 0, 777000");
-    go(&mut bench, 5_000);
-    assert_near("backwards", bench.ok("GAP 209, 0"), 5_000 - 10_240, 50);
-}
-
 #[test]
 fn the_external_encoder_counts_microsteps() {
     let mut bench = Bench::in_world(ABN);
@@ -104,43 +89,6 @@ fn the_external_encoder_is_zeroed_by_its_null_track() {
         assert_near("a turn later", bench.ok("GAP 216, 0"), expected, 14);
         assert_eq!(bench.ok("GAP 217, 0"), 3264 + bits);
     }
-}
-
-/// A slip of eight full steps, 2 048 microsteps, is more than parameter 212 or 218 allows: the motor stops, and
-/// parameter 207 says so until it is read or the next motion command comes.
-#[test]
-fn a_deviation_stops_the_motor() {
-    for (world, limit) in [("", "SAP 212, 0, 1000"), (ABN, "SAP 218, 0, 1000")] {
-        let mut bench = Bench::in_world(world);
-        configure(&mut bench, &["SAP 217, 0, 3264", "ROR 0, 300"]);
-        bench.run(SECOND / 2);
-        bench.ok(limit);
-        bench.run(SECOND);
-        assert_eq!(bench.ok("GAP 3, 0"), 300, "{limit}");
-        bench.control("slip -8");
-        bench.run(10 * MILLISECOND);
-        assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 2, 0")), (0, 0), "{limit}");
-        assert_eq!(bench.ok("GAP 207, 0"), 2, "{limit}");
-        // The next move stops as well, until the encoder agrees again.
-        bench.ok("ROR 0, 300");
-        bench.run(SECOND / 10);
-        assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 207, 0")), (0, 2), "{limit}");
-        let position = bench.ok("GAP 1, 0");
-        configure(&mut bench, &[&format!("SAP 209, 0, {position}"), &format!("SAP 216, 0, {position}"), "ROR 0, 300"]);
-        bench.run(SECOND);
-        assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 207, 0")), (300, 0), "{limit}");
-    }
-}
-
-/// Without a limit a slip is nobody's business.
-#[test]
-fn no_supervision_without_a_limit() {
-    let mut bench = Bench::new();
-    bench.ok("ROR 0, 300");
-    bench.run(SECOND);
-    bench.control("slip -40");
-    bench.run(SECOND);
-    assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 207, 0")), (300, 0));
 }
 
 /// Global parameter 90: the motor turns the other way, and both encoders count along with the position.

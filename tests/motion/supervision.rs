@@ -1,4 +1,4 @@
-//! What stops the motor from outside: heartbeats, a low supply, a driver that has shut down; and coolStep.
+//! What stops the motor from outside: heartbeats, a low supply, a driver that has shut down.
 
 use crate::common::loose::{BROKEN, LooseBench};
 use crate::common::table::GLOBAL;
@@ -194,9 +194,6 @@ fn the_driver_is_set_up_when_its_supply_comes() {
     bench.run(3 * MILLISECOND);
     let registers = bench.module.board().borrow().tmc262(0).registers();
     assert_eq!((registers.chopconf, registers.drvctrl), (0x9_0135, 2));
-    bench.ok("MVP ABS, 0, 640");
-    bench.run(SECOND);
-    assert_eq!((bench.rotor(), bench.lost_steps()), (640 * 4, 0));
 }
 
 /// Over-temperature (bit 1) and shorts (bits 3 and 4 of parameter 208) stop the motor and stay readable until
@@ -223,37 +220,6 @@ fn a_driver_that_shuts_down_stops_the_motor() {
         bench.run(3 * SECOND);
         assert_eq!((bench.ok("GAP 1, 0") - start, bench.ok("GAP 208, 0") & flag), (51_200, 0), "{fault}");
         assert!(bench.module.board().borrow().tmc262(0).bridges_on(), "{fault}");
-    }
-}
-
-/// coolStep (parameters 168 to 172): without load the current falls to half or a quarter of CS, under load it
-/// rises to CS again; only above the speed of parameter 182.
-#[test]
-fn coolstep_follows_the_load() {
-    // CS 31: half of it is 15, a quarter 7.
-    for (minimum, floor) in [(0, 15), (1, 7)] {
-        let mut bench = Bench::new();
-        configure(&mut bench, &["SAP 6, 0, 255", "SAP 174, 0, 13", "SAP 173, 0, 0", "SAP 169, 0, 3", "SAP 171, 0, 1"]);
-        configure(&mut bench, &[&format!("SAP 168, 0, {minimum}"), "SAP 172, 0, 2", "SAP 170, 0, 2"]);
-        configure(&mut bench, &["SAP 182, 0, 600", "SAP 183, 0, 200", "ROR 0, 500"]);
-        bench.run(2 * SECOND);
-        // Below the threshold speed: the slow run current of 200 / 8 = 25, and no coolStep.
-        assert_eq!(bench.ok("GAP 180, 0"), 25);
-        bench.ok("ROR 0, 1000");
-        bench.run(3 * SECOND);
-        assert_eq!(bench.ok("GAP 180, 0"), floor);
-        // A load that grows faster than the current would stall the motor.
-        for load in 1..=9 {
-            bench.control(&format!("load 0.{load}"));
-            bench.run(SECOND);
-            let current = bench.ok("GAP 180, 0");
-            // Enough for the load, and no more than CS.
-            assert!(32 * load < 10 * (current + 1) && current <= 31, "load 0.{load}: {current}");
-        }
-        assert_eq!((bench.ok("GAP 180, 0"), bench.lost_steps()), (31, 0));
-        bench.control("load 0");
-        bench.run(3 * SECOND);
-        assert_eq!(bench.ok("GAP 180, 0"), floor);
     }
 }
 

@@ -141,22 +141,6 @@ fn code_protection_is_kept() {
     }
 }
 
-/// Parameter 85: with 1 the user variables start at zero; they are still in the EEPROM.
-#[test]
-fn user_variables_need_not_be_restored() {
-    let mut bench = Bench::new();
-    for line in ["SGP 0, 2, 42", "STGP 0, 2", "SGP 85, 0, 1"] {
-        bench.ok(line);
-    }
-    bench.power_cycle();
-    assert_eq!(bench.ok("GGP 0, 2"), 0);
-    bench.ok("RSGP 0, 2");
-    assert_eq!(bench.ok("GGP 0, 2"), 42);
-    bench.ok("SGP 85, 0, 0");
-    bench.power_cycle();
-    assert_eq!(bench.ok("GGP 0, 2"), 42);
-}
-
 fn coordinates(bench: &mut Bench) -> Vec<i32> {
     (0..=20).map(|n| bench.ok(&format!("GCO {n}, 0"))).collect()
 }

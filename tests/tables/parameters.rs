@@ -326,21 +326,6 @@ fn actual_load_value() {
     assert!(readings[0] >= 0 && readings[2] <= 1023);
 }
 
-/// Parameter 207 is cleared by reading it.
-#[test]
-fn extended_error_flags() {
-    let mut bench = Bench::new();
-    bench.ok("SAP 174, 0, 9");
-    bench.ok("ROR 0, 1000");
-    bench.run(SECOND);
-    bench.ok("SAP 181, 0, 300");
-    bench.run(SECOND);
-    assert_eq!(bench.ok("GAP 207, 0"), 0);
-    bench.control("load 1");
-    bench.run(SECOND / 2);
-    assert_eq!((bench.ok("GAP 207, 0"), bench.ok("GAP 207, 0")), (1, 0));
-}
-
 /// Parameter 208: one bit a fault, and one for standstill.
 #[test]
 fn driver_error_flags() {
@@ -628,16 +613,6 @@ fn a_later_event_goes_to_the_new_host_address() {
     }
     let events = bench.listen(3 * SECOND);
     assert_eq!(events.iter().map(|event| (event.host, event.status)).collect::<Vec<_>>(), [(50, 128)]);
-}
-
-/// Parameter 90 turns motor and encoder round together.
-#[test]
-fn reverse_shaft() {
-    let mut bench = Bench::new();
-    bench.ok("SGP 90, 0, 1");
-    bench.ok("MVP ABS, 0, 12800");
-    bench.run(3 * SECOND);
-    assert_eq!((bench.ok("GAP 1, 0"), bench.rotor(), bench.ok("GAP 209, 0")), (12_800, -12_800, 12_800));
 }
 
 /// An axis takes from the store what may stand there, and nothing else.
