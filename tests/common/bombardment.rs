@@ -2,7 +2,7 @@
 
 use super::random::Random;
 use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
-use super::{Bench, OK};
+use super::{Bench, OK, telegram};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::can::{CanFrame, Frame};
 use tmcm::module::Source;
@@ -11,10 +11,6 @@ use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Status, text};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Sent;
-
-fn telegram(line: &str) -> Telegram {
-    binary::encode_command(1, text::parse(line).unwrap())
-}
 
 /// Commands that are not sent, because they leave the binary protocol (download, ASCII mode, boot loader) or restart
 /// the module. Other tests cover them.

@@ -4,7 +4,7 @@
 
 use std::sync::OnceLock;
 
-use super::image as build;
+use super::{image as build, telegram};
 use hal_sim::board::Board;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::fault::Fault;
@@ -22,6 +22,15 @@ pub const CYCLES_PER_MICROSECOND: u64 = 168;
 const PATIENCE: Nanos = 2 * SECOND;
 /// Time from power-on after which the module answers for certain.
 pub const START: Nanos = 100 * MILLISECOND;
+
+/// The watchdog takes 250 ms on its clock of nominally 32 kHz; with the last round before, and the time to start
+/// anew, all is well after this.
+pub const RECOVERY: Nanos = 500 * MILLISECOND;
+
+/// `b .`: an instruction that goes on for ever.
+pub const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
+/// `udf #0`: there is no such instruction.
+pub const UNDEFINED: [u8; 2] = 0xDE00_u16.to_le_bytes();
 
 /// Status of a reply: the command was executed.
 pub const OK: u8 = 100;
@@ -53,6 +62,20 @@ pub fn symbol(name: &str) -> u32 {
     elf.symbols().find(|symbol| symbol.name() == Ok(name)).unwrap_or_else(|| panic!("no {name}")).address() as u32
 }
 
+/// Address of the code of a function; that of its symbol says that it is Thumb code.
+pub fn code(symbol: u32) -> u32 {
+    symbol & !1
+}
+
+/// Asserts that the log says all this, in this order, whatever else.
+#[track_caller]
+pub fn assert_logged(log: &[String], expected: &[&str]) {
+    let mut rest = log.iter();
+    for text in expected {
+        assert!(rest.any(|line| line.contains(text)), "'{text}' is not in the log: {log:#?}");
+    }
+}
+
 /// A module that runs the image, and the hosts on its links.
 pub struct Host {
     pub machine: Machine,
@@ -72,6 +95,16 @@ impl Host {
     pub fn just_on(world: &str) -> Self {
         let board = Board::new(&WorldConfig::parse(world).unwrap(), 0);
         Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD }
+    }
+
+    /// A module whose motor is on its way, at 500, and whose log has been read.
+    pub fn moving() -> Self {
+        let mut host = Self::new("");
+        host.ok("ROR 0, 500");
+        host.run(200 * MILLISECOND);
+        assert_eq!(host.speed(), 500);
+        host.log();
+        host
     }
 
     /// Lets virtual time pass.
@@ -203,11 +236,6 @@ impl Host {
         self.run(100 * MILLISECOND);
         assert_eq!((self.rotor(), self.speed()), (rotor, 0));
     }
-}
-
-/// The telegram of a request to module 1.
-pub fn telegram(line: &str) -> [u8; 9] {
-    binary::encode_command(1, text::parse(line).unwrap())
 }
 
 /// The frame of a request to the module with an identifier.

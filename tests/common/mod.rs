@@ -43,6 +43,11 @@ pub fn random_inputs(usual: u64) -> u64 {
     std::env::var("RANDOM_INPUTS").map_or(usual, |text| text.parse().expect("RANDOM_INPUTS is not a number"))
 }
 
+/// The telegram of a command, in mnemonic form, to module 1.
+pub fn telegram(line: &str) -> Telegram {
+    binary::encode_command(1, text::parse(line).unwrap())
+}
+
 pub struct Bench {
     pub module: NativeModule,
 }
@@ -62,6 +67,14 @@ impl Bench {
     /// A module in the default world whose EEPROM has these contents.
     pub fn with_eeprom(contents: &[u8]) -> Self {
         Bench { module: NativeModule::new(&WorldConfig::default(), Some(contents), 1) }
+    }
+
+    /// A module whose EEPROM has these contents, and which does the same at random as any other with this seed; it has
+    /// started.
+    pub fn resumed(eeprom: &[u8], seed: u32) -> Self {
+        let mut bench = Bench { module: NativeModule::new(&WorldConfig::default(), Some(eeprom), seed) };
+        bench.run(MILLISECOND);
+        bench
     }
 
     /// Sends a telegram over a link and waits for the reply; `None` if no reply comes.
@@ -87,6 +100,18 @@ impl Bench {
         let (status, value) = self.ask(line);
         assert_eq!(status, OK, "{line}");
         value
+    }
+
+    /// Sends commands that must all succeed.
+    pub fn configure(&mut self, lines: &[&str]) {
+        for line in lines {
+            self.ok(line);
+        }
+    }
+
+    /// Sends a command to module 1 over a link and does not wait for the reply.
+    pub fn post(&mut self, source: Source, line: &str) {
+        self.module.receive(source, telegram(line));
     }
 
     /// Sends a command that must be refused with this status, and checks that the reply echoes it.
@@ -115,6 +140,12 @@ impl Bench {
     /// The contents that the EEPROM would have after a power cut at this moment.
     pub fn eeprom(&self) -> Vec<u8> {
         self.module.board().borrow().at25().contents().to_vec()
+    }
+
+    /// Number of pages that the EEPROM has written since it was made.
+    pub fn page_writes(&self) -> u32 {
+        let board = self.module.board().borrow();
+        (0..256).map(|page| board.at25().page_writes(page)).sum()
     }
 
     /// Lets virtual time pass.
@@ -148,6 +179,17 @@ impl Bench {
     /// Position of the rotor in 1/256 full steps.
     pub fn rotor(&self) -> i64 {
         self.module.board().borrow().world().axis(0).motor().rotor()
+    }
+
+    /// The motor's speed in internal units, read from the model of the motion controller instead of asked for by a
+    /// telegram.
+    pub fn speed(&self) -> i32 {
+        self.module.board().borrow().tmc429(0).velocity(0)
+    }
+
+    /// The current in the motor in 1/32 of full scale; 0 with the bridges off.
+    pub fn current(&self) -> u32 {
+        self.module.board().borrow().tmc262(0).current()
     }
 
     /// Full steps that the rotor has lost against the field of the windings.

@@ -42,6 +42,11 @@ impl Status {
     }
 }
 
+/// The command that a line says in mnemonic form.
+pub fn command(line: &str) -> Command {
+    text::parse(line).unwrap()
+}
+
 impl Bench {
     /// A fresh module with this program downloaded to address 0.
     pub fn with_program(lines: &[&str]) -> Self {
@@ -131,6 +136,11 @@ impl Bench {
         Command::new(opcode, kind, motor, i32::from_be_bytes([a, b, c, d]))
     }
 
+    /// The commands from an address of program memory on.
+    pub fn listing(&mut self, from: i32, count: i32) -> Vec<Command> {
+        (from..from + count).map(|address| self.memory(address)).collect()
+    }
+
     /// The levels of the two general purpose outputs in the world.
     pub fn outputs(&self) -> [bool; 2] {
         let outputs = self.module.board().borrow().world().outputs();
@@ -163,7 +173,7 @@ impl Bench {
 
     /// Sends a command over RS485, which is not the link of the download, and gives the status.
     pub fn ask_beside(&mut self, line: &str) -> u8 {
-        self.module.receive(Source::Rs485, binary::encode_command(1, text::parse(line).unwrap()));
+        self.post(Source::Rs485, line);
         loop {
             let next = self.module.next_event().expect("a reply");
             self.module.run_until(next);
@@ -173,12 +183,6 @@ impl Bench {
                 return binary::decode_reply(&sent.telegram().unwrap()).unwrap().status;
             }
         }
-    }
-
-    /// The motor's speed in internal units, read from the model of the motion controller instead of asked for by a
-    /// telegram.
-    pub fn speed(&self) -> i32 {
-        self.module.board().borrow().tmc429(0).velocity(0)
     }
 }
 

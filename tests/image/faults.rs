@@ -2,47 +2,13 @@
 //! without a firmware that watches it, and the firmware says what has happened.
 
 use crate::common::image_host::{
-    EEPROM_LOCKED, Host, NOT_AVAILABLE, OK, START, decoded, request, symbol, symbols, telegram,
+    EEPROM_LOCKED, Host, NOT_AVAILABLE, OK, RECOVERY, START, assert_logged, decoded, request,
 };
+use crate::common::telegram;
 use hal_sim::board::Chip;
-use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use hal_sim::fault::Fault;
 use hal_sim::mcu::CanBus;
-
-/// The watchdog takes 250 ms on its clock of nominally 32 kHz; with the last round before, and the time to start
-/// anew, all is well after this.
-const RECOVERY: Nanos = 500 * MILLISECOND;
-
-/// `b .`: an instruction that goes on for ever.
-const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
-/// `udf #0`: there is no such instruction.
-const UNDEFINED: [u8; 2] = 0xDE00_u16.to_le_bytes();
-/// `bx lr`: back to where it was called from.
-const RETURN: [u8; 2] = 0x4770_u16.to_le_bytes();
-
-/// Asserts that the log says all this, in this order, whatever else.
-#[track_caller]
-fn assert_logged(log: &[String], expected: &[&str]) {
-    let mut rest = log.iter();
-    for text in expected {
-        assert!(rest.any(|line| line.contains(text)), "'{text}' is not in the log: {log:#?}");
-    }
-}
-
-/// A motor on its way, at 500.
-fn moving() -> Host {
-    let mut host = Host::new("");
-    host.ok("ROR 0, 500");
-    host.run(200 * MILLISECOND);
-    assert_eq!(host.speed(), 500);
-    host.log();
-    host
-}
-
-/// Address of the code of a function; that of a symbol says that it is Thumb code.
-fn code(address: u32) -> u32 {
-    address & !1
-}
 
 // ---- Chips that do not answer ----
 
@@ -107,7 +73,7 @@ fn without_a_motion_controller_the_driver_stays_off_and_the_module_answers() {
 /// A driver that does not answer while the motor runs: it is stopped, and, repaired, goes on when it is told to.
 #[test]
 fn a_driver_that_does_not_answer_stops_the_motor() {
-    let mut host = moving();
+    let mut host = Host::moving();
     host.fault(Fault::Tmc262, true);
     let took = host.wait(MILLISECOND, SECOND, |host| host.speed() == 0);
     assert!(took <= 50 * MILLISECOND, "{took}");
@@ -124,7 +90,7 @@ fn a_driver_that_does_not_answer_stops_the_motor() {
 #[test]
 fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_off() {
     for (fault, limit) in [(Fault::Spi, 6), (Fault::Tmc429, 6), (Fault::SpiLow, 70)] {
-        let mut host = moving();
+        let mut host = Host::moving();
         host.fault(fault, true);
         let took = host.wait(MICROSECOND, SECOND, |host| !host.bridges_on());
         println!("{fault:?}: driver off after {} us", took / MICROSECOND);
@@ -152,7 +118,7 @@ fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_of
 
 #[test]
 fn a_can_bus_that_is_shorted_for_a_while_is_left_and_joined_again() {
-    let mut host = moving();
+    let mut host = Host::moving();
     assert_eq!(host.ask_can("GAP 4, 0"), (OK, 1_000));
     host.machine.can().send(request(1, "GAP 5, 0"));
     // The request has arrived; the reply meets shorted wires.
@@ -172,7 +138,7 @@ fn a_can_bus_that_is_shorted_for_a_while_is_left_and_joined_again() {
 
 #[test]
 fn a_usb_cable_pulled_in_the_middle_of_a_telegram_leaves_nothing_behind() {
-    let mut host = moving();
+    let mut host = Host::moving();
     host.plug_usb();
     assert_eq!(host.ask_usb("GAP 4, 0"), (OK, 1_000));
     for sent in 1..9 {
@@ -197,7 +163,7 @@ fn a_usb_cable_pulled_in_the_middle_of_a_telegram_leaves_nothing_behind() {
 /// Messages that nobody fetches do not stop the firmware, though a debug probe had asked it to wait for that.
 #[test]
 fn a_debug_probe_that_is_pulled_off_does_not_stop_the_firmware() {
-    let mut host = moving();
+    let mut host = Host::moving();
     host.machine.log().pull_probe();
     // Two messages each time, of 5 bytes and more; the buffer has 1024.
     for _ in 0..120 {
@@ -213,7 +179,7 @@ fn a_debug_probe_that_is_pulled_off_does_not_stop_the_firmware() {
 /// A reset that is asked for comes, though a program on a USB host does not read the replies that are there for it.
 #[test]
 fn a_usb_host_that_does_not_read_does_not_keep_the_module_from_its_reset() {
-    let mut host = moving();
+    let mut host = Host::moving();
     host.plug_usb();
     host.machine.usb().set_reading(false);
     host.machine.usb().send(&[telegram("GAP 4, 0"); 4].concat());
@@ -253,7 +219,7 @@ fn a_break_or_noise_on_rs485_ends_a_telegram_and_the_next_one_is_answered() {
 /// Manual section 12.1, firmware 1.35: below 8.5 V the motor is stopped and locked, above 9.5 V released.
 #[test]
 fn a_supply_dip_stops_and_locks_the_motor_until_the_supply_is_back() {
-    let mut host = moving();
+    let mut host = Host::moving();
     let supply = |host: &mut Host, volts: f64| host.machine.board().change_world(|world| world.set_supply(volts));
     // What the converter makes of 8.5 V is within 0.1 V of it.
     for volts in [12.0, 8.7] {
@@ -312,7 +278,7 @@ fn a_program_does_not_start_before_there_is_a_supply() {
 /// A dip that is over at the next look is none: the chopper makes such.
 #[test]
 fn a_dip_of_microseconds_is_no_loss_of_supply() {
-    let mut host = moving();
+    let mut host = Host::moving();
     for n in 0..500 {
         for (volts, span) in [(7.0, 20 * MICROSECOND), (24.0, (2_900 + n * 37 % 211) * MICROSECOND)] {
             host.machine.board().change_world(|world| world.set_supply(volts));
@@ -353,7 +319,7 @@ fn power_cuts_at_any_time_leave_a_module_that_starts_and_stands() {
 /// The crystal gives the TMC429 its clock and the microcontroller its time: without it nothing is known of the motor.
 #[test]
 fn a_crystal_that_stops_switches_the_driver_off_and_one_that_does_not_start_leaves_it_off() {
-    let mut host = moving();
+    let mut host = Host::moving();
     host.machine.set_crystal(false);
     host.run(10 * MICROSECOND);
     assert!(!host.bridges_on());
@@ -374,197 +340,4 @@ fn a_crystal_that_stops_switches_the_driver_off_and_one_that_does_not_start_leav
     host.ok("ROR 0, 500");
     host.run(200 * MILLISECOND);
     assert_eq!((host.speed(), host.bridges_on()), (500, true));
-}
-
-// ---- The firmware itself ----
-
-/// How long after a reset, in microseconds, the driver is off and the motion controller has been stopped.
-fn stopped_after(host: &mut Host, starts: u64) -> (u64, u64) {
-    assert_eq!(host.machine.counters().starts, starts);
-    let off = host.wait(MICROSECOND, SECOND, |host| !host.bridges_on());
-    let stop = host.wait(MICROSECOND, SECOND, |host| host.speed() == 0);
-    (off / MICROSECOND, (off + stop) / MICROSECOND)
-}
-
-/// The motion controller keeps its registers through a reset of the microcontroller and would run on. Whatever
-/// the reset - by the watchdog, after a panic, by command, by a dip of the microcontroller's supply - the first thing
-/// is to switch the driver off, here without a resistor that would do that by itself, and then to stop the controller.
-#[test]
-fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
-    type Reset = fn(&mut Host);
-    let resets: [(&str, Reset); 3] = [
-        ("by command", |host| {
-            host.machine.rs485().send(&telegram("255, 0, 0, 1234"), host.baud);
-            host.reset_within(RECOVERY);
-        }),
-        ("by the watchdog", |host| {
-            let place = code(symbol("TIM3"));
-            let before = host.machine.cpu_mut().program(place, &HANG).unwrap();
-            host.reset_within(BITES);
-            host.machine.cpu_mut().program(place, &before).unwrap();
-        }),
-        ("by a dip", |host| host.machine.brown_out()),
-    ];
-    for (name, reset) in resets {
-        let mut host = moving();
-        host.machine.wiring().fit_enable_pull_up(false);
-        reset(&mut host);
-        assert!(host.bridges_on() || name == "by command", "{name}: nobody has switched it off before");
-        let (off, stop) = stopped_after(&mut host, 2);
-        println!("reset {name}: driver off after {off} us, motion controller stopped after {stop} us");
-        // Some instructions at 16 MHz; and what it takes to set up RAM and clocks.
-        assert!(off <= 10 && stop <= 10_000, "{name}: {off} us, {stop} us");
-        host.run(START);
-        host.assert_rest();
-        host.machine.rs485().take_sent();
-        assert_eq!((host.ok("GAP 3, 0"), host.bridges_on()), (0, true), "{name}");
-    }
-}
-
-/// The watchdog is fed for the last time at most 50 ms before, and bites 250 ms later.
-const BITES: Nanos = 301 * MILLISECOND;
-
-/// A fault in the firmware while the motor runs, made by a patch that is taken back after the restart. If the
-/// firmware notices it, the driver is off at once; at the latest it is with the watchdog's reset. From then on the motor
-/// stands, and runs again when told to; LED2 is lit until the next good start. Gives the log.
-fn assert_recovers(noticed: bool, fault: impl FnOnce(&mut Host) -> (u32, Vec<u8>)) -> Vec<String> {
-    let mut host = moving();
-    let undo = fault(&mut host);
-    // TIM3, where the faults are, comes each millisecond.
-    host.run(1_100 * MICROSECOND);
-    assert_eq!((host.bridges_on(), host.machine.counters().starts), (!noticed, 1));
-    let rotor = noticed.then(|| host.rotor());
-    host.reset_within(BITES);
-    let rotor = rotor.unwrap_or_else(|| host.rotor());
-    host.machine.cpu_mut().program(undo.0, &undo.1).unwrap();
-    host.run(START);
-    let log = host.log();
-    assert_eq!(host.machine.counters().starts, 2);
-    assert!((host.rotor() - rotor).abs() <= 512, "it has been drawn to a full step at most");
-    host.assert_rest();
-    assert!(host.machine.board().world().outputs().leds[1]);
-    host.ok("ROR 0, 500");
-    host.run(200 * MILLISECOND);
-    assert_eq!(host.speed(), 500);
-    host.ok("255, 0, 0, 1234");
-    host.run(RECOVERY);
-    assert!(!host.machine.board().world().outputs().leds[1]);
-    assert_logged(&host.log(), &["info: restarted by command"]);
-    log
-}
-
-#[test]
-fn the_watchdog_restarts_a_module_whose_owner_hangs() {
-    let hang = |host: &mut Host| {
-        let place = code(symbol("TIM3"));
-        (place, host.machine.cpu_mut().program(place, &HANG).unwrap())
-    };
-    let log = assert_recovers(false, hang);
-    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
-}
-
-/// What thread mode does next, it does for ever: interrupts are served, but no task is run.
-#[test]
-fn the_watchdog_restarts_a_module_whose_thread_mode_hangs() {
-    let hang = |host: &mut Host| {
-        host.wait(MICROSECOND, SECOND, |host| host.machine.cpu().is_asleep());
-        let place = host.machine.cpu().pc();
-        (place, host.machine.cpu_mut().program(place, &HANG).unwrap())
-    };
-    let log = assert_recovers(false, hang);
-    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
-}
-
-/// A task that is never run again, while all others are: the code that runs it does nothing.
-#[test]
-fn the_watchdog_restarts_a_module_of_which_one_task_stands_still() {
-    for (task, word) in [("usb", "carry"), ("eeprom", "keep")] {
-        let stop = |host: &mut Host| {
-            let pool = symbols(&["board", task, word, "POOL"]);
-            let [pool] = *pool else { panic!("{task}: {pool:x?}") };
-            // The head of a task holds the address of the code that runs it.
-            let polls = symbols(&["TaskStorage", "poll"]);
-            let words = (0..16).filter_map(|n| host.machine.cpu().peek(pool + 4 * n));
-            let place = code(words.into_iter().find(|word| polls.contains(word)).unwrap());
-            (place, host.machine.cpu_mut().program(place, &RETURN).unwrap())
-        };
-        let log = assert_recovers(false, stop);
-        assert_logged(&log, &["error: no sign of life: module, EEPROM, USB", "error: restarted by the watchdog"]);
-    }
-}
-
-#[test]
-fn a_hard_fault_switches_the_driver_off_and_is_told_after_the_restart() {
-    let place = code(symbol("TIM3"));
-    let fault = |host: &mut Host| (place, host.machine.cpu_mut().program(place, &UNDEFINED).unwrap());
-    let log = assert_recovers(true, fault);
-    let place = format!("hard fault at {place:#x}");
-    assert_logged(&log, &[&format!("error: {place}"), &format!("error: restarted after a {place}")]);
-}
-
-/// A stack that overflows leaves the RAM below it, in which the core stops for the watchdog; no static is overwritten.
-#[test]
-fn a_stack_overflow_ends_in_a_restart_and_overwrites_nothing() {
-    // PUSH {R0-R7}, again and again.
-    const PUSH: [u8; 4] = 0xE7FD_B4FF_u32.to_le_bytes();
-    let place = code(symbol("TIM3"));
-    let stack = symbol("_stack_start");
-    let overflow = |host: &mut Host| {
-        let before = host.machine.cpu_mut().program(place, &PUSH).unwrap();
-        // The program memory, where there is no program, and all else that does not change.
-        let statics =
-            |host: &Host| (stack..stack + 0x4000).step_by(4).map(|at| host.machine.cpu().peek(at)).collect::<Vec<_>>();
-        let (then, bottom) = (statics(host), host.machine.cpu().peek(stack - 0x4000));
-        host.run(1_010 * MICROSECOND);
-        let changed = then.iter().zip(statics(host)).filter(|(then, now)| **then != *now).count();
-        assert!(changed < 20, "{changed} words of the statics");
-        assert_ne!(host.machine.cpu().peek(stack - 0x4000), bottom, "filled to the end");
-        (place, before)
-    };
-    let log = assert_recovers(false, overflow);
-    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
-}
-
-/// Code for this place that calls a function with a value and does not return: MOVW, MOVT to R0, then B.
-fn call(place: u32, function: u32, value: u32) -> Vec<u8> {
-    let wide = |opcode: u32, half: u32| [opcode | half >> 1 & 0x400 | half >> 12, half << 4 & 0x7000 | half & 0xFF];
-    let offset = function.wrapping_sub(place + 12);
-    let [sign, i1, i2] = [31, 23, 22].map(|bit| offset >> bit & 1);
-    let branch = [
-        0xF000 | sign << 10 | offset >> 12 & 0x3FF,
-        0x9000 | (1 ^ i1 ^ sign) << 13 | (1 ^ i2 ^ sign) << 11 | offset >> 1 & 0x7FF,
-    ];
-    let halves = [wide(0xF240, value & 0xFFFF), wide(0xF2C0, value >> 16), branch];
-    halves.concat().into_iter().flat_map(|half| (half as u16).to_le_bytes()).collect()
-}
-
-/// A place in the source that the image holds for a panic: its address, and its text.
-fn some_location(host: &Host) -> (u32, String) {
-    const FLASH: std::ops::Range<u32> = 0x0800_0000..0x0802_0000;
-    let peek = |at| host.machine.cpu().peek(at).unwrap_or(0);
-    let location = |at| {
-        let [name, length, line, column] = [0, 4, 8, 12].map(|offset| peek(at + offset));
-        let plausible = FLASH.contains(&name) && (5..100).contains(&length) && line < 10_000 && column < 200;
-        let byte = |n| peek((name + n) & !3).to_le_bytes()[((name + n) & 3) as usize];
-        let name = plausible.then(|| String::from_utf8((0..length).map(byte).collect()).ok()).flatten()?;
-        name.ends_with(".rs").then(|| (at, format!("{name}:{line}")))
-    };
-    FLASH.step_by(4).find_map(location).unwrap()
-}
-
-#[test]
-fn a_panic_switches_the_driver_off_and_is_told_with_its_place_after_the_restart() {
-    let mut text = String::new();
-    let panic = |host: &mut Host| {
-        let (location, name) = some_location(host);
-        text = name;
-        let function = symbols(&["core", "option", "unwrap_failed"]);
-        let [function] = *function else { panic!("{function:x?}") };
-        let place = code(symbol("TIM3"));
-        let calls = call(place, code(function), location);
-        (place, host.machine.cpu_mut().program(place, &calls).unwrap())
-    };
-    let log = assert_recovers(true, panic);
-    let [now, after] = ["panicked", "restarted after a panic"].map(|what| format!("error: {what} at {text}"));
-    assert_logged(&log, &[&now, &after]);
 }

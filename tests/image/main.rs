@@ -9,6 +9,7 @@ mod boot;
 #[path = "../common/mod.rs"]
 mod common;
 mod faults;
+mod firmware_faults;
 mod links;
 mod measure;
 mod panic_free;

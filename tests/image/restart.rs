@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::common::image_host::{Host, LOADED, OK, START, decoded, image, symbol, telegram};
+use crate::common::image_host::{HANG, Host, LOADED, OK, START, UNDEFINED, code, decoded, image, symbol};
+use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
@@ -15,14 +16,9 @@ const ASKED: Nanos = 500 * MILLISECOND;
 /// In this time the firmware has told why it has started.
 const TOLD: Nanos = 10 * MILLISECOND;
 
-/// `b .`: an instruction that goes on for ever.
-const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
-/// `udf #0`: there is no such instruction.
-const UNDEFINED: [u8; 2] = 0xDE00_u16.to_le_bytes();
-
 /// Address of the code of the handler that is the owner's.
 fn owner() -> u32 {
-    symbol("TIM3") & !1
+    code(symbol("TIM3"))
 }
 
 /// Puts other code in the place of the owner's; gives what was there.

@@ -1,6 +1,6 @@
 //! ASCII mode (manual section 3.4), typed at a virtual module in virtual time.
 
-use crate::common::{Bench, random_inputs};
+use crate::common::{Bench, random_inputs, telegram};
 use hal_sim::clock::MILLISECOND;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Instruction, binary, text};
@@ -35,10 +35,6 @@ fn hear(bench: &mut Bench, terminal: Terminal, milliseconds: u64) -> String {
 fn say(bench: &mut Bench, terminal: Terminal, text: &[u8]) -> String {
     bench.module.hear(terminal.source, terminal.client, text);
     hear(bench, terminal, PATIENCE_MS)
-}
-
-fn telegram(line: &str) -> [u8; 9] {
-    binary::encode_command(1, text::parse(line).unwrap())
 }
 
 /// A module whose USB link is in ASCII mode with this echo.

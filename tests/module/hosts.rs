@@ -1,15 +1,15 @@
 //! Hosts that go: what they have asked for is done, and whoever comes next hears nothing of it.
 
-use crate::common::{Bench, OK};
+use crate::common::{Bench, OK, telegram};
 use hal_sim::clock::MILLISECOND;
 use tmcm::module::Source;
-use tmcm::tmcl::{binary, text};
+use tmcm::tmcl::binary;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Client;
 
 /// Sends a command as one of those who share a link.
 fn post(bench: &mut Bench, source: Source, client: Client, line: &str) {
-    bench.module.hear(source, client, &binary::encode_command(1, text::parse(line).unwrap()));
+    bench.module.hear(source, client, &telegram(line));
 }
 
 /// What is said within a time: to whom, status, number of the command, value.

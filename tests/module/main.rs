@@ -12,6 +12,7 @@ mod common;
 mod doors;
 mod events;
 mod hosts;
+mod inputs_outputs;
 mod restart;
 mod rs485;
 mod scenario;

@@ -1,9 +1,9 @@
 //! Commands that end what the module does: 137 and 255, and 242, which would enter a boot loader.
 
-use crate::common::{Bench, INVALID_VALUE, OK};
+use crate::common::{Bench, INVALID_VALUE, OK, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
-use tmcm::tmcl::{Command, binary, text};
+use tmcm::tmcl::{Command, binary};
 
 /// 137 and 255 want 1234; anything else changes nothing.
 #[test]
@@ -70,11 +70,10 @@ fn what_comes_after_255_is_lost() {
         bench.ask(line);
     }
     // A store takes two page writes of 5 ms; the reply to it comes after the reply to 255.
-    let request = |line: &str| binary::encode_command(1, text::parse(line).unwrap());
-    bench.module.receive(Source::Rs485, request("STGP 7, 2"));
-    bench.module.receive(Source::Usb, request("255, 0, 0, 1234"));
-    bench.module.receive(Source::Usb, request("ROR 0, 500"));
-    let mut wrong = request("GAP 1, 0");
+    bench.post(Source::Rs485, "STGP 7, 2");
+    bench.post(Source::Usb, "255, 0, 0, 1234");
+    bench.post(Source::Usb, "ROR 0, 500");
+    let mut wrong = telegram("GAP 1, 0");
     wrong[8] ^= 1;
     bench.module.receive(Source::Usb, wrong);
     bench.run(2 * MILLISECOND);
@@ -84,7 +83,7 @@ fn what_comes_after_255_is_lost() {
     bench.run(50 * MILLISECOND);
     assert_eq!(bench.module.machine().unwrap().registers.accumulator, steps, "the program stands");
     for source in [Source::Usb, Source::Rs485] {
-        bench.module.receive(source, request("GAP 1, 0"));
+        bench.post(source, "GAP 1, 0");
     }
     bench.run(40 * MILLISECOND);
     let said = std::iter::from_fn(|| bench.module.sent()).map(|sent| (sent.source, sent.bytes[3]));

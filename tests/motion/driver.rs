@@ -4,17 +4,7 @@
 use crate::common::Bench;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-
-/// Effective motor current in 1/32 of full scale; 0 with the bridges off.
-fn current(bench: &Bench) -> u32 {
-    bench.module.board().borrow().tmc262(0).current()
-}
-
-fn configure(bench: &mut Bench, lines: &[&str]) {
-    for line in lines {
-        bench.ok(line);
-    }
-}
+use tmcm::module::Source;
 
 /// Full current of a parameter value: CS = value / 8, and (CS + 1)/32 of full scale.
 fn scale(value: u32) -> u32 {
@@ -25,11 +15,11 @@ fn scale(value: u32) -> u32 {
 #[test]
 fn boost_current_while_a_move_brakes() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 6, 0, 100", "SAP 200, 0, 255", "SAP 5, 0, 100", "MVP ABS, 0, 80000"]);
+    bench.configure(&["SAP 6, 0, 100", "SAP 200, 0, 255", "SAP 5, 0, 100", "MVP ABS, 0, 80000"]);
     bench.run(SECOND);
-    assert_eq!(current(&bench), scale(100));
+    assert_eq!(bench.current(), scale(100));
     bench.run_until(3 * SECOND, |b| b.ok("GAP 3, 0") < 900);
-    assert_eq!(current(&bench), scale(255));
+    assert_eq!(bench.current(), scale(255));
 }
 
 /// Chopper off time 0 (parameter 167) switches the bridges off, whatever else is set.
@@ -37,9 +27,9 @@ fn boost_current_while_a_move_brakes() {
 fn without_a_chopper_off_time_there_is_no_current() {
     let mut bench = Bench::new();
     bench.ok("MVP ABS, 0, 3000");
-    assert!(current(&bench) > 0);
+    assert!(bench.current() > 0);
     bench.ok("SAP 167, 0, 0");
-    assert_eq!(current(&bench), 0);
+    assert_eq!(bench.current(), 0);
 }
 
 /// Every driver parameter, the value it is set to, and the bits that must then stand in which register
@@ -111,15 +101,14 @@ fn the_pulse_divisor_changes_without_a_step() {
 #[test]
 fn stop_on_stall_is_immediate() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 174, 0, 9", "ROR 0, 1000"]);
+    bench.configure(&["SAP 174, 0, 9", "ROR 0, 1000"]);
     bench.run(SECOND);
     bench.ok("SAP 181, 0, 500");
     bench.control("load 1");
-    let speed = |bench: &Bench| bench.module.board().borrow().tmc429(0).velocity(0);
-    while speed(&bench) == 1000 {
+    while bench.speed() == 1000 {
         bench.run(MILLISECOND);
     }
-    assert_eq!(speed(&bench), 0);
+    assert_eq!(bench.speed(), 0);
 }
 
 /// The status LED is on for a second, then off for a second.
@@ -138,7 +127,7 @@ fn the_led_blinks() {
 #[test]
 fn stored_divisors_that_admit_no_ramp() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 153, 0, 0", "STAP 153, 0", "SAP 153, 0, 13", "SAP 154, 0, 13", "STAP 154, 0"]);
+    bench.configure(&["SAP 153, 0, 0", "STAP 153, 0", "SAP 153, 0, 13", "SAP 154, 0, 13", "STAP 154, 0"]);
     bench.power_cycle();
     assert_eq!((bench.ok("GAP 153, 0"), bench.ok("GAP 154, 0")), (7, 3));
     bench.ok("MVP ABS, 0, 1000");
@@ -151,7 +140,7 @@ fn stored_divisors_that_admit_no_ramp() {
 #[test]
 fn the_driver_recovers_from_a_supply_dip() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SAP 140, 0, 6", "SAP 174, 0, -5", "SAP 172, 0, 3", "SAP 177, 0, 1", "ROR 0, 100"]);
+    bench.configure(&["SAP 140, 0, 6", "SAP 174, 0, -5", "SAP 172, 0, 3", "SAP 177, 0, 1", "ROR 0, 100"]);
     bench.run(SECOND);
     let before = bench.module.board().borrow().tmc262(0).registers();
     bench.control("supply 3");
@@ -198,8 +187,6 @@ fn the_poll_keeps_to_its_datagrams() {
 /// position, one for a new target while positioning.
 #[test]
 fn commands_cost_few_datagrams() {
-    use tmcm::module::Source;
-    use tmcm::tmcl::{binary, text};
     let mut bench = Bench::new();
     bench.ok("MVP ABS, 0, 100000");
     bench.run(SECOND);
@@ -212,8 +199,7 @@ fn commands_cost_few_datagrams() {
         ("GAP 3, 0", 1),
         ("MVP ABS, 0, 90000", 1),
     ] {
-        let telegram = binary::encode_command(1, text::parse(line).unwrap());
-        let (motion, driver) = datagrams(&mut bench, |b| b.module.receive(Source::Usb, telegram));
+        let (motion, driver) = datagrams(&mut bench, |b| b.post(Source::Usb, line));
         assert_eq!((motion, driver), (expected, 0), "{line}");
         bench.run(10 * MILLISECOND);
         while bench.module.sent().is_some() {}

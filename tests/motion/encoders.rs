@@ -8,12 +8,6 @@ use hal_sim::clock::{MILLISECOND, SECOND};
 /// prescaler of 6.4 * 512 = 3277 (3276.8) makes it count microsteps; its index is where the rotor starts.
 const ABN: &str = "[abn]\nlines = 2000\n";
 
-fn configure(bench: &mut Bench, lines: &[&str]) {
-    for line in lines {
-        bench.ok(line);
-    }
-}
-
 fn go(bench: &mut Bench, target: i32) {
     bench.ok(&format!("MVP ABS, 0, {target}"));
     bench.run_until(20 * SECOND, |b| b.ok("GAP 8, 0") == 1);
@@ -34,7 +28,7 @@ fn the_built_in_encoder_follows_the_motor() {
         assert_near("resolver", bench.ok("GAP 215, 0"), target.rem_euclid(51_200) / 50, 1);
     }
     // Half the prescaler counts half as fast from where the counter stands.
-    configure(&mut bench, &["SAP 210, 0, 12800", "SAP 209, 0, 1000000"]);
+    bench.configure(&["SAP 210, 0, 12800", "SAP 209, 0, 1000000"]);
     go(&mut bench, 50_000);
     assert_near("encoder at half the prescaler", bench.ok("GAP 209, 0"), 1_025_000, 50);
 }
@@ -54,14 +48,14 @@ fn near_the_absolute_zero_point() {
 #[test]
 fn the_external_encoder_counts_microsteps() {
     let mut bench = Bench::in_world(ABN);
-    configure(&mut bench, &["SAP 217, 0, 3264"]);
+    bench.configure(&["SAP 217, 0, 3264"]);
     // 3264 / 512 = 6.375 per count, 8 000 counts a turn; bits 2 to 4 are not prescaler.
     for turns in [1, -2] {
         go(&mut bench, turns * 51_200);
         assert_near("external encoder", bench.ok("GAP 216, 0"), turns * 51_000, 10);
     }
     // A thousand full-speed turns of the 16-bit counter: 8 million counts.
-    configure(&mut bench, &["SAP 4, 0, 2047", "SAP 216, 0, 0"]);
+    bench.configure(&["SAP 4, 0, 2047", "SAP 216, 0, 0"]);
     let start = bench.ok("GAP 1, 0");
     bench.ok("MVP REL, 0, 5120000");
     bench.run_until(200 * SECOND, |b| b.ok("GAP 8, 0") == 1);
@@ -75,9 +69,9 @@ fn the_external_encoder_counts_microsteps() {
 fn the_external_encoder_is_zeroed_by_its_null_track() {
     for (bits, zero_at, again) in [(4 + 16, 51_200, false), (4 + 8 + 16, 51_200, true), (4, 51_206, false)] {
         let mut bench = Bench::in_world(ABN);
-        configure(&mut bench, &["MVP ABS, 0, 20000"]);
+        bench.configure(&["MVP ABS, 0, 20000"]);
         bench.run(2 * SECOND);
-        configure(&mut bench, &[&format!("SAP 217, 0, {}", 3264 + bits), "SAP 216, 0, 500000"]);
+        bench.configure(&[&format!("SAP 217, 0, {}", 3264 + bits), "SAP 216, 0, 500000"]);
         go(&mut bench, 45_000);
         assert_near("before", bench.ok("GAP 216, 0"), 500_000 + 25_000 * 255 / 256, 14);
         go(&mut bench, 80_000);
@@ -96,7 +90,7 @@ fn the_external_encoder_is_zeroed_by_its_null_track() {
 fn the_reversed_shaft() {
     for world in ["", ABN] {
         let mut bench = Bench::in_world(world);
-        configure(&mut bench, &["SGP 90, 0, 1", "SAP 217, 0, 3264", "SAP 212, 0, 2000"]);
+        bench.configure(&["SGP 90, 0, 1", "SAP 217, 0, 3264", "SAP 212, 0, 2000"]);
         go(&mut bench, 40_000);
         assert_eq!(bench.rotor(), -40_000);
         assert_near("built-in", bench.ok("GAP 209, 0"), 40_000, 50);
@@ -116,8 +110,8 @@ fn the_reversed_shaft() {
 fn zeroing_is_exact_at_speed() {
     for reverse in [0, 1] {
         let mut bench = Bench::in_world(ABN);
-        configure(&mut bench, &[&format!("SGP 90, 0, {reverse}"), "SAP 154, 0, 0", "SAP 4, 0, 2047"]);
-        configure(&mut bench, &["SAP 210, 0, 25604", "SAP 217, 0, 3292"]);
+        bench.configure(&[&format!("SGP 90, 0, {reverse}"), "SAP 154, 0, 0", "SAP 4, 0, 2047"]);
+        bench.configure(&["SAP 210, 0, 25604", "SAP 217, 0, 3292"]);
         for target in [123_456, -234_567, 345_678] {
             go(&mut bench, target);
             assert_eq!(bench.lost_steps(), 0);

@@ -2,7 +2,7 @@
 
 use crate::common::loose::{BROKEN, LooseBench};
 use crate::common::table::GLOBAL;
-use crate::common::{Bench, NOT_AVAILABLE, OK};
+use crate::common::{Bench, NOT_AVAILABLE, OK, telegram};
 use embedded_hal::spi::SpiDevice;
 use hal_sim::board::{Board, Chip, SharedBoard};
 use hal_sim::clock::{MILLISECOND, SECOND};
@@ -15,46 +15,34 @@ use tmcm::tmcl::{Reply, Status, binary, text};
 use tmcm::vm::ErrorFlag;
 use tmcm_sim::VirtualModule;
 
-fn configure(bench: &mut Bench, lines: &[&str]) {
-    for line in lines {
-        bench.ok(line);
-    }
-}
-
-/// The motor's speed as the chip has it, asked of nobody.
-fn speed(bench: &Bench) -> i32 {
-    bench.module.board().borrow().tmc429(0).velocity(0)
-}
-
 /// Global parameter 68: the motor runs as long as commands come, over RS485 or USB, and stops along its ramp
 /// when none has come for that long.
 #[test]
 fn the_serial_heartbeat() {
     let mut bench = Bench::new();
-    configure(&mut bench, &["SGP 68, 0, 200", "ROR 0, 500"]);
+    bench.configure(&["SGP 68, 0, 200", "ROR 0, 500"]);
     for source in [Source::Usb, Source::Rs485].into_iter().cycle().take(10) {
         bench.run(190 * MILLISECOND);
-        let telegram = binary::encode_command(1, text::parse("GAP 1, 0").unwrap());
-        assert!(bench.exchange(source, telegram).is_some());
-        assert_eq!(speed(&bench), 500);
+        assert!(bench.exchange(source, telegram("GAP 1, 0")).is_some());
+        assert_eq!(bench.speed(), 500);
     }
     bench.run(195 * MILLISECOND);
-    assert_eq!(speed(&bench), 500);
+    assert_eq!(bench.speed(), 500);
     // 500 at acceleration 1000: 33 ms.
     bench.run(50 * MILLISECOND);
-    assert_eq!(speed(&bench), 0);
+    assert_eq!(bench.speed(), 0);
     // The next command is heard; nothing starts by itself.
     assert_eq!((bench.ok("GAP 2, 0"), bench.ok("GAP 207, 0")), (0, 0));
     // Telegrams for somebody else, or broken ones, are no sign of life.
-    configure(&mut bench, &["ROR 0, 500"]);
+    bench.configure(&["ROR 0, 500"]);
     for _ in 0..20 {
         bench.run(15 * MILLISECOND);
         bench.module.receive(Source::Rs485, binary::encode_command(77, text::parse("GAP 1, 0").unwrap()));
     }
-    assert_eq!(speed(&bench), 0);
-    configure(&mut bench, &["SGP 68, 0, 0", "ROR 0, 500"]);
+    assert_eq!(bench.speed(), 0);
+    bench.configure(&["SGP 68, 0, 0", "ROR 0, 500"]);
     bench.run(5 * SECOND);
-    assert_eq!(speed(&bench), 500);
+    assert_eq!(bench.speed(), 500);
 }
 
 /// A command over CAN, which is carried out.
@@ -85,18 +73,18 @@ fn the_can_heartbeat() {
         other(&mut bench, "ROR 0, 500");
         other(&mut bench, &format!("SGP {parameter}, 0, 200"));
         bench.run(190 * MILLISECOND);
-        assert_eq!(speed(&bench), 500, "{parameter}");
+        assert_eq!(bench.speed(), 500, "{parameter}");
         for _ in 0..10 {
             source(&mut bench, "GAP 1, 0");
             bench.run(190 * MILLISECOND);
-            assert_eq!(speed(&bench), 500, "{parameter}");
+            assert_eq!(bench.speed(), 500, "{parameter}");
         }
         other(&mut bench, "GAP 1, 0");
         bench.run(15 * MILLISECOND);
         // It stops along the ramp.
-        assert!((1..500).contains(&speed(&bench)), "{parameter}: {}", speed(&bench));
+        assert!((1..500).contains(&bench.speed()), "{parameter}: {}", bench.speed());
         bench.run(50 * MILLISECOND);
-        assert_eq!(speed(&bench), 0, "{parameter}");
+        assert_eq!(bench.speed(), 0, "{parameter}");
     }
 }
 
@@ -112,21 +100,21 @@ fn a_lost_heartbeat_stops_every_move() {
     for line in ["132, 0, 0, 0", "ROR 0, 500", "WAIT TICKS, 0, 1", "JA 0", "133"] {
         assert!(bench.ask(line).0 >= OK, "{line}");
     }
-    configure(&mut bench, &["SGP 68, 0, 200"]);
+    bench.configure(&["SGP 68, 0, 200"]);
     bench.run(300 * MILLISECOND);
     for line in ["ROR 0, 500", "MVP REL, 0, 100000", "RFS START, 0", "SAP 0, 0, 77777", "SAP 138, 0, 2"] {
         assert_eq!(over_can(&mut bench, line), NOT_AVAILABLE, "{line}");
         bench.run(100 * MILLISECOND);
-        assert_eq!(speed(&bench), 0, "{line}");
+        assert_eq!(bench.speed(), 0, "{line}");
     }
     can(&mut bench, "129");
     for _ in 0..50 {
         bench.run(10 * MILLISECOND);
-        assert!(speed(&bench) < 100, "{}", speed(&bench));
+        assert!(bench.speed() < 100, "{}", bench.speed());
     }
     can(&mut bench, "128");
     // What does not move is left as it is, in ramp mode.
-    configure(&mut bench, &["SGP 68, 0, 1000", "MVP REL, 0, 100"]);
+    bench.configure(&["SGP 68, 0, 1000", "MVP REL, 0, 100"]);
     bench.run(1300 * MILLISECOND);
     // There parameter 2 has no effect, so there is nothing to refuse.
     assert_eq!((over_can(&mut bench, "ROR 0, 500"), over_can(&mut bench, "SAP 2, 0, 500")), (NOT_AVAILABLE, OK));
@@ -137,9 +125,9 @@ fn a_lost_heartbeat_stops_every_move() {
         can(&mut bench, &format!("SGP 68, 0, {limit}"));
         can(&mut bench, "ROR 0, 500");
         bench.run(90 * MILLISECOND);
-        assert_eq!(speed(&bench), 500);
+        assert_eq!(bench.speed(), 500);
         bench.run(200 * MILLISECOND);
-        assert_eq!(speed(&bench), 0);
+        assert_eq!(bench.speed(), 0);
     }
 }
 
@@ -152,12 +140,12 @@ fn a_low_supply_locks_the_motor() {
     for volts in ["20", "10", "9.0", "8.6", "8.5"] {
         bench.control(&format!("supply {volts}"));
         bench.run(20 * MILLISECOND);
-        assert_eq!(speed(&bench), 500, "{volts}");
+        assert_eq!(bench.speed(), 500, "{volts}");
     }
     for volts in ["8.4", "5", "8.6", "9.5"] {
         bench.control(&format!("supply {volts}"));
         bench.run(2 * MILLISECOND);
-        assert_eq!(speed(&bench), 0, "{volts}");
+        assert_eq!(bench.speed(), 0, "{volts}");
         for line in [
             "ROR 0, 500",
             "ROL 0, 1",
@@ -177,10 +165,10 @@ fn a_low_supply_locks_the_motor() {
     }
     bench.control("supply 9.6");
     bench.run(2 * MILLISECOND);
-    assert_eq!(speed(&bench), 0);
+    assert_eq!(bench.speed(), 0);
     bench.ok("ROR 0, 500");
     bench.run(SECOND);
-    assert_eq!(speed(&bench), 500);
+    assert_eq!(bench.speed(), 500);
 }
 
 /// A module that runs on USB power alone has no driver supply; once that comes the driver is set up.
@@ -189,7 +177,7 @@ fn the_driver_is_set_up_when_its_supply_comes() {
     let mut bench = Bench::in_world("[supply]\nvolts = 0\n");
     bench.run(SECOND);
     assert_eq!(bench.ask("ROR 0, 500").0, NOT_AVAILABLE);
-    configure(&mut bench, &["SAP 140, 0, 6"]);
+    bench.configure(&["SAP 140, 0, 6"]);
     bench.control("supply 24");
     bench.run(3 * MILLISECOND);
     let registers = bench.module.board().borrow().tmc262(0).registers();
@@ -206,12 +194,12 @@ fn a_driver_that_shuts_down_stops_the_motor() {
         bench.run(SECOND);
         bench.control(&format!("fault {fault} on"));
         bench.run(10 * MILLISECOND);
-        assert_eq!(speed(&bench), 0, "{fault}");
+        assert_eq!(bench.speed(), 0, "{fault}");
         assert_eq!(bench.ok("GAP 208, 0") & flag, flag, "{fault}");
         // As long as it is there the motor does not get far.
         bench.ok("ROR 0, 500");
         bench.run(20 * MILLISECOND);
-        assert_eq!(speed(&bench), 0, "{fault}");
+        assert_eq!(bench.speed(), 0, "{fault}");
         bench.control(&format!("fault {fault} off"));
         bench.run(SECOND);
         assert_eq!(bench.ok("GAP 208, 0") & flag, flag, "{fault}: gone, but still readable");
@@ -283,7 +271,7 @@ fn a_motion_bus_that_reads_zeros_is_noticed_while_a_program_and_a_host_read() {
         assert!(matches!(bench.ask(line).0, OK | 101), "{line}");
     }
     bench.run(100 * MILLISECOND);
-    assert_eq!((speed(&bench), bench.ok("GGP 128, 0")), (300, 1));
+    assert_eq!((bench.speed(), bench.ok("GGP 128, 0")), (300, 1));
     bench.control("fault spi-low on");
     for _ in 0..70 {
         bench.ask("GAP 1, 0");

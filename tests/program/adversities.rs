@@ -5,11 +5,7 @@ use crate::common::program::STORED;
 use crate::common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
-use tmcm::tmcl::{Command, binary, text};
-
-fn post(bench: &mut Bench, source: Source, line: &str) {
-    bench.module.receive(source, binary::encode_command(1, text::parse(line).unwrap()));
-}
+use tmcm::tmcl::{Command, binary};
 
 /// What command 134 shows of the first command; nothing while the module does not answer.
 fn shown(bench: &mut Bench) -> Option<Command> {
@@ -32,9 +28,9 @@ fn a_protected_program_is_not_seen_after_a_factory_reset() {
         let mut bench = Bench::with_program(&["SGP 1, 2, 77", "STOP"]);
         bench.ok("SGP 81, 0, 1");
         bench.ok("132, 0, 0, 2000");
-        post(&mut bench, Source::Usb, "137, 0, 0, 1234");
+        bench.post(Source::Usb, "137, 0, 0, 1234");
         bench.run(delay * MILLISECOND);
-        post(&mut bench, Source::Usb, "133");
+        bench.post(Source::Usb, "133");
         for _ in 0..200 {
             bench.run(500 * MICROSECOND);
             assert!(shown(&mut bench).is_none_or(|command| command == Command::default()), "133 after {delay} ms");
@@ -52,9 +48,9 @@ fn a_protected_program_is_not_seen_while_the_reset_waits() {
         let mut bench = Bench::with_program(&["SGP 1, 2, 77", "STOP"]);
         bench.ok("SGP 81, 0, 3");
         bench.control(&format!("fault eeprom {fault}"));
-        post(&mut bench, Source::Usb, "137, 0, 0, 1234");
+        bench.post(Source::Usb, "137, 0, 0, 1234");
         for n in 0..200 {
-            post(&mut bench, Source::Usb, &format!("SGP 68, 0, {}", 60_000 + n));
+            bench.post(Source::Usb, &format!("SGP 68, 0, {}", 60_000 + n));
             bench.run(500 * MICROSECOND);
             assert!(shown(&mut bench).is_none_or(|command| command == Command::default()), "fault {fault}, {n}");
         }
@@ -129,7 +125,7 @@ fn a_download_over_a_damaged_program() {
         let mut bench = Bench::with_eeprom(&eeprom);
         bench.ok("132");
         assert_eq!(bench.ask("SGP 1, 2, 6").0, STORED);
-        post(&mut bench, Source::Usb, "133");
+        bench.post(Source::Usb, "133");
         bench.run(moment * MILLISECOND);
         bench.control("fault eeprom on");
         bench.run(SECOND);

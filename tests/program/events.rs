@@ -42,11 +42,7 @@ fn a_store_that_a_handler_interrupts_is_carried_out_once() {
                 bench.download(0, &["STGP 1, 2", "GGP 3, 2", "CALC ADD, 1", "AGP 3, 2", "STOP"]);
                 bench.ok("SGP 1, 2, 5");
                 bench.run(2 * MILLISECOND);
-                let written = |bench: &Bench| {
-                    let board = bench.module.board().borrow();
-                    (0..256).map(|page| board.at25().page_writes(page)).sum::<u32>()
-                };
-                let before = written(&bench);
+                let before = bench.page_writes();
                 bench.set_off(0);
                 // Within the millisecond in which it is started the program comes to its first command.
                 bench.run(900 * MICROSECOND);
@@ -62,7 +58,7 @@ fn a_store_that_a_handler_interrupts_is_carried_out_once() {
                 assert_eq!(bench.variable(3), 1, "{what}");
                 let kept = Bench::with_eeprom(&bench.eeprom()).variable(1);
                 assert!(kept == 5 || kept == 0 && fails, "{what}: {kept}");
-                assert!(written(&bench) - before <= 1, "{what}");
+                assert!(bench.page_writes() - before <= 1, "{what}");
                 interrupted += bench.variable(2);
             }
             assert!(interrupted > 12, "{wait}, fails: {fails}: {interrupted}");

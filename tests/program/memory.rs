@@ -170,7 +170,7 @@ fn a_power_cut_during_a_download() {
         let mut bench = Bench::with_program(&["SGP 1, 2, 1", "SGP 2, 2, 1", "STOP"]);
         let end = bench.module.now() + cut * 500 * MICROSECOND;
         for line in ["132", "SGP 1, 2, 2", "SGP 2, 2, 2", "STOP", "133"] {
-            bench.module.receive(Source::Usb, binary::encode_command(1, text::parse(line).unwrap()));
+            bench.post(Source::Usb, line);
         }
         bench.module.run_until(end);
         bench.power_cycle();

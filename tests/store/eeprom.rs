@@ -3,29 +3,17 @@
 
 use crate::common::program::STORED;
 use crate::common::{Bench, EEPROM_LOCKED, NOT_AVAILABLE, OK};
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::pages::{PAGE, SETTINGS, seal};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, text};
 use tmcm_sim::VirtualModule;
 
-/// Bytes of a page.
-const PAGE: usize = 64;
-/// Where the settings begin: 16 pages, each of them twice.
-const SETTINGS: usize = 14_336;
 /// Copies of pages of settings.
 const COPIES: u32 = 32;
 /// All that is foreign is ours by then: 32 pages of 5 ms, each of them waited for in steps of a millisecond.
 const FORMATTED: Nanos = 250 * MILLISECOND;
-
-fn post(bench: &mut Bench, line: &str) {
-    post_over(bench, Source::Usb, line);
-}
-
-fn post_over(bench: &mut Bench, source: Source, line: &str) {
-    bench.module.receive(source, binary::encode_command(1, text::parse(line).unwrap()));
-}
 
 /// Waits for the reply, in steps between which something may be done to the module.
 fn reply(bench: &mut Bench, step: Nanos, mut between: impl FnMut(&mut Bench)) -> Received {
@@ -42,7 +30,7 @@ fn reply(bench: &mut Bench, step: Nanos, mut between: impl FnMut(&mut Bench)) ->
 /// Carries a command out while the EEPROM acknowledges what it is given and keeps one bit of each page otherwise; its
 /// status.
 fn on_worn_cells(bench: &mut Bench, line: &str) -> u8 {
-    post(bench, line);
+    bench.post(Source::Usb, line);
     let mut before = bench.eeprom();
     let worn = |bench: &mut Bench| {
         let mut now = bench.eeprom();
@@ -70,19 +58,8 @@ fn set_epoch(page: &mut [u8], epoch: u16) {
     if page.iter().all(|byte| *byte == 0xFF) {
         return;
     }
-    let (body, sum) = page.split_last_chunk_mut::<4>().unwrap();
-    // It comes first, and behind the name of the layout in the check sum.
-    body[..2].copy_from_slice(&epoch.to_be_bytes());
-    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-    let mut digest = crc.digest();
-    digest.update(b"tmcm settings 2");
-    digest.update(body);
-    *sum = digest.finalize().to_be_bytes();
-}
-
-fn page_writes(bench: &Bench) -> u32 {
-    let board = bench.module.board().borrow();
-    (0..256).map(|page| board.at25().page_writes(page)).sum()
+    page[..2].copy_from_slice(&epoch.to_be_bytes());
+    seal(page);
 }
 
 // ---- what the part does with what it is given
@@ -129,12 +106,12 @@ fn a_silent_part_is_not_waited_for() {
     for n in 0..10 {
         // At another moment of the millisecond each time.
         bench.run(n * 100 * MICROSECOND);
-        post(&mut bench, "SGP 68, 0, 5");
+        bench.post(Source::Usb, "SGP 68, 0, 5");
         let asked = bench.module.now();
         assert_eq!(reply(&mut bench, 100 * MICROSECOND, |_| {}).status, EEPROM_LOCKED);
         assert!(bench.module.now() - asked <= 2 * MILLISECOND, "{n}");
     }
-    assert_eq!(page_writes(&bench), 0);
+    assert_eq!(bench.page_writes(), 0);
 }
 
 // ---- what was in it before
@@ -151,7 +128,7 @@ fn the_numbers_of_factory_resets_start_anew() {
     let found = |bench: &mut Bench| ["GAP 4, 0", "GGP 68, 0", "GGP 1, 2"].map(|line| bench.ok(line));
     let mut bench = Bench::with_eeprom(&eeprom);
     assert_eq!((found(&mut bench), told(&bench)), ([5; 3], vec![]));
-    post(&mut bench, "137, 0, 0, 1234");
+    bench.post(Source::Usb, "137, 0, 0, 1234");
     bench.run(FORMATTED);
     assert_eq!(found(&mut bench), [1000, 0, 0]);
     for value in [6, 7, 8] {
@@ -170,7 +147,7 @@ fn settings_from_before_a_factory_reset_do_not_come_back() {
     for line in ["SAP 4, 0, 5", "STAP 4, 0", "SGP 55, 2, 5", "STGP 55, 2"] {
         bench.ok(line);
     }
-    post(&mut bench, "137, 0, 0, 1234");
+    bench.post(Source::Usb, "137, 0, 0, 1234");
     bench.run(FORMATTED);
     let after = bench.eeprom();
     for resets in [1, 2, 0x7FFF, 0x8000, 0x8001, 0xFFFE, 0xFFFF] {
@@ -232,7 +209,7 @@ fn a_page_with_one_good_copy_is_no_stranger() {
         let mut bench = Bench::with_eeprom(&eeprom);
         bench.ok("SGP 1, 2, 7");
         bench.ok("STGP 1, 2");
-        assert_eq!(page_writes(&bench), 1);
+        assert_eq!(bench.page_writes(), 1);
         bench.power_cycle();
         assert_eq!((bench.variable(1), bench.ok("GAP 4, 0")), (7, [5, 6][damaged]));
     }
@@ -245,7 +222,7 @@ fn a_write_fails_while_foreign_pages_are_made_ours() {
     let mut failed = 0;
     for moment in (0..FORMATTED / MILLISECOND).step_by(5) {
         let mut bench = Bench::with_eeprom(&foreign());
-        post(&mut bench, "SGP 68, 0, 5");
+        bench.post(Source::Usb, "SGP 68, 0, 5");
         bench.run(moment * MILLISECOND);
         bench.control("fault eeprom on");
         let status = reply(&mut bench, MILLISECOND, |_| {}).status;
@@ -254,9 +231,9 @@ fn a_write_fails_while_foreign_pages_are_made_ours() {
         let kept = if status == OK { 5 } else { 0 };
         assert_eq!(bench.ok("GGP 68, 0"), kept, "after {moment} ms");
         bench.control("fault eeprom off");
-        let writes = page_writes(&bench);
+        let writes = bench.page_writes();
         bench.run(50 * MILLISECOND);
-        assert_eq!(page_writes(&bench), writes, "after {moment} ms: nobody waits for more");
+        assert_eq!(bench.page_writes(), writes, "after {moment} ms: nobody waits for more");
         bench.ok("SGP 75, 0, 6");
         assert_eq!(told(&bench), [""; 0], "after {moment} ms");
         bench.power_cycle();
@@ -273,10 +250,10 @@ fn a_factory_reset_while_foreign_pages_are_made_ours() {
     for moment in (0..FORMATTED / MILLISECOND).step_by(7) {
         let mut bench = Bench::with_eeprom(&foreign());
         if moment > 0 {
-            post(&mut bench, "SGP 68, 0, 5");
+            bench.post(Source::Usb, "SGP 68, 0, 5");
             bench.run(moment * MILLISECOND);
         }
-        post_over(&mut bench, Source::Rs485, "137, 0, 0, 1234");
+        bench.post(Source::Rs485, "137, 0, 0, 1234");
         bench.run(2 * FORMATTED);
         while bench.module.sent().is_some() {}
         assert_eq!((bench.ok("GGP 68, 0"), bench.ok("GAP 4, 0")), (0, 1000), "after {moment} ms");
@@ -286,9 +263,9 @@ fn a_factory_reset_while_foreign_pages_are_made_ours() {
         assert_eq!((bench.ok("GGP 68, 0"), bench.ok("GAP 4, 0")), (6, 1000), "after {moment} ms");
     }
     let mut bench = Bench::with_eeprom(&foreign());
-    post(&mut bench, "137, 0, 0, 1234");
+    bench.post(Source::Usb, "137, 0, 0, 1234");
     bench.run(FORMATTED);
-    assert_eq!(page_writes(&bench), COPIES, "each once");
+    assert_eq!(bench.page_writes(), COPIES, "each once");
 }
 
 /// Erasing a program that was protected against being read fails half way. What is left of it gives way to no download:
@@ -299,7 +276,7 @@ fn an_erasure_that_fails_is_ended_before_a_download_begins() {
     for moment in 0..60 {
         let mut bench = Bench::with_program(&["SGP 1, 2, 1"; 30]);
         bench.ok("SGP 81, 0, 1");
-        post(&mut bench, "SGP 81, 0, 0");
+        bench.post(Source::Usb, "SGP 81, 0, 0");
         bench.run(moment * MILLISECOND);
         bench.control("fault eeprom on");
         let status = reply(&mut bench, MILLISECOND, |_| {}).status;

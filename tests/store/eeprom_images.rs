@@ -9,16 +9,10 @@ use crate::common::bombardment::{ask, assert_sane, bombard};
 use crate::common::program::STORED;
 use crate::common::random::Random;
 use crate::common::{Bench, OK, random_inputs};
-use crc::{CRC_32_ISO_HDLC, Crc};
+use crate::pages::{FIRST_OF_SETTINGS, PAGE, PAGES, seal};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm_sim::client::Client;
-
-/// Bytes of a page.
-const PAGE: usize = 64;
-/// Pages of the part; from the first of settings on, each page of settings twice.
-const PAGES: usize = 256;
-const FIRST_OF_SETTINGS: usize = 224;
 
 /// What a user leaves behind, of whom nobody knows where he was when the power went: settings, a program, one that is
 /// protected, a download and an erasure cut short, another firmware's data, nothing.
@@ -50,16 +44,6 @@ fn left_behind() -> Vec<Vec<u8>> {
     }
     images.push(bench.eeprom());
     images
-}
-
-/// The check sum that makes a page of settings valid, whatever is in it.
-fn seal(page: &mut [u8]) {
-    let (body, sum) = page.split_last_chunk_mut::<4>().unwrap();
-    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC);
-    let mut digest = crc.digest();
-    digest.update(b"tmcm settings 2");
-    digest.update(body);
-    *sum = digest.finalize().to_be_bytes();
 }
 
 impl Random {

@@ -6,6 +6,8 @@
 mod common;
 mod eeprom;
 mod eeprom_images;
+mod pages;
 mod power_cuts;
 mod program_power_cuts;
+mod silent_eeprom;
 mod storage;

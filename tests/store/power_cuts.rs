@@ -4,12 +4,11 @@
 
 use crate::common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
-use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::module::TMCM_1140;
 use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};
 use tmcm::tmcl::{binary, text};
-use tmcm_sim::{NativeModule, VirtualModule};
+use tmcm_sim::VirtualModule;
 
 /// What is stored by whom: the lines that make a change, the last of which stores it, and the settings it
 /// changes.
@@ -39,7 +38,7 @@ fn settings() -> Vec<String> {
 /// Sends a line over RS485 and waits for the answer; `None` if the power goes before that, at `cut` at the
 /// latest.
 fn send_until(bench: &mut Bench, line: &str, cut: Nanos) -> Option<i32> {
-    bench.module.receive(Source::Rs485, binary::encode_command(1, text::parse(line).unwrap()));
+    bench.post(Source::Rs485, line);
     let end = bench.module.now() + 100 * MILLISECOND;
     while bench.module.now() < end {
         bench.run(100 * MICROSECOND);
@@ -74,12 +73,6 @@ fn prepared() -> Vec<u8> {
     bench.eeprom()
 }
 
-fn module(eeprom: &[u8], seed: u32) -> Bench {
-    let mut bench = Bench { module: NativeModule::new(&WorldConfig::default(), Some(eeprom), seed) };
-    bench.run(MILLISECOND);
-    bench
-}
-
 /// Runs the script until the power goes, at `cut` at the latest, switches it on again and checks every setting.
 fn check(mut bench: Bench, cut: Nanos, before: &[i32], after: &[Vec<i32>], what: &str) {
     let mut answered = 0;
@@ -104,9 +97,9 @@ fn check(mut bench: Bench, cut: Nanos, before: &[i32], after: &[Vec<i32>], what:
 
 /// The settings after each step, and how many bytes and how much time the script takes.
 fn rehearse(eeprom: &[u8]) -> (Vec<i32>, Vec<Vec<i32>>, std::ops::Range<u64>, std::ops::Range<Nanos>) {
-    let mut bench = module(eeprom, 1);
+    let mut bench = Bench::resumed(eeprom, 1);
     let before = read_all(&mut bench);
-    let mut bench = module(eeprom, 1);
+    let mut bench = Bench::resumed(eeprom, 1);
     let bytes = |bench: &Bench| bench.module.board().borrow().eeprom_bytes();
     let (first, start) = (bytes(&bench), bench.module.now());
     let mut expected = before.clone();
@@ -134,7 +127,7 @@ fn at_every_byte_the_eeprom_receives() {
     let cuts = bytes.end - bytes.start;
     assert!(cuts > 1000, "{cuts}");
     for byte in bytes.clone() {
-        let bench = module(&eeprom, 1);
+        let bench = Bench::resumed(&eeprom, 1);
         bench.module.board().borrow_mut().cut_power_at_byte(byte + 1);
         check(bench, Nanos::MAX, &before, &after, &format!("cut after byte {}", byte - bytes.start));
     }
@@ -150,7 +143,7 @@ fn all_through_the_write_cycles() {
     for seed in 1..=4 {
         for at in time.clone().step_by(250_000) {
             cuts += 1;
-            check(module(&eeprom, seed), at, &before, &after, &format!("cut at {at} ns, seed {seed}"));
+            check(Bench::resumed(&eeprom, seed), at, &before, &after, &format!("cut at {at} ns, seed {seed}"));
         }
     }
     println!("{cuts} power cuts, every 250 us");
@@ -160,21 +153,21 @@ fn all_through_the_write_cycles() {
 /// nothing is written before the first store.
 #[test]
 fn a_flipped_bit_in_each_page() {
-    let mut bench = module(&prepared(), 1);
+    let mut bench = Bench::resumed(&prepared(), 1);
     for (lines, _) in SCRIPT {
         for line in *lines {
             assert!(send(&mut bench, line).is_some());
         }
     }
     let eeprom = bench.eeprom();
-    let mut fresh = module(&vec![0xFF; eeprom.len()], 1);
-    let (whole, defaults) = (read_all(&mut module(&eeprom, 1)), read_all(&mut fresh));
-    let older = read_all(&mut module(&prepared(), 1));
+    let mut fresh = Bench::resumed(&vec![0xFF; eeprom.len()], 1);
+    let (whole, defaults) = (read_all(&mut Bench::resumed(&eeprom, 1)), read_all(&mut fresh));
+    let older = read_all(&mut Bench::resumed(&prepared(), 1));
     let mut damaged_pages = 0;
     for page in (14_336..16_384).step_by(64) {
         let mut damaged = eeprom.clone();
         damaged[page + 17] ^= 4;
-        let mut bench = module(&damaged, 1);
+        let mut bench = Bench::resumed(&damaged, 1);
         let written = eeprom[page..page + 64].iter().any(|byte| *byte != 0xFF);
         assert_eq!(!bench.module.take_log().is_empty(), written || damaged[page + 17] != 0xFF, "page at {page}");
         damaged_pages += usize::from(written);

@@ -4,11 +4,10 @@
 
 use crate::common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
-use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::{Command, Opcode, text};
-use tmcm_sim::{NativeModule, VirtualModule};
+use tmcm_sim::VirtualModule;
 
 /// Commands of each program: 224 bytes, so that they end within their fourth page.
 const LENGTH: u16 = 32;
@@ -58,15 +57,9 @@ fn send(bench: &mut Bench, line: &str) -> (u8, i32) {
     (reply.status, reply.value)
 }
 
-fn module(eeprom: &[u8], seed: u32) -> Bench {
-    let mut bench = Bench { module: NativeModule::new(&WorldConfig::default(), Some(eeprom), seed) };
-    bench.run(MILLISECOND);
-    bench
-}
-
 /// An EEPROM with a program that starts by itself, after these lines.
 fn prepared(lines: &[&str]) -> Vec<u8> {
-    let mut bench = module(&[0xFF; 16_384], 1);
+    let mut bench = Bench::resumed(&[0xFF; 16_384], 1);
     for command in download(1) {
         assert!(exchange(&mut bench, command).is_some());
     }
@@ -86,7 +79,7 @@ fn cut_everywhere(
 ) -> usize {
     let mut cuts = 0;
     let bytes = |bench: &Bench| bench.module.board().borrow().eeprom_bytes();
-    let mut rehearsal = module(eeprom, 1);
+    let mut rehearsal = Bench::resumed(eeprom, 1);
     let first = bytes(&rehearsal);
     for command in script {
         exchange(&mut rehearsal, *command);
@@ -96,7 +89,7 @@ fn cut_everywhere(
         cuts += 1;
         let what = format!("cut after byte {} of {}", byte - first, last - first);
         // Each seed tears a page in another way.
-        let mut bench = module(eeprom, byte as u32);
+        let mut bench = Bench::resumed(eeprom, byte as u32);
         bench.module.board().borrow_mut().cut_power_at_byte(byte + 1);
         let answered = script.iter().take_while(|command| exchange(&mut bench, **command).is_some()).count();
         bench.module.set_power(false);

@@ -2,10 +2,10 @@
 //! reply, power cuts in between.
 
 use crate::common::table::{AXIS, GLOBAL, INTERRUPT};
-use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
+use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE, telegram};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use tmcm::module::Source;
-use tmcm::tmcl::{Command, binary, text};
+use tmcm::tmcl::Command;
 use tmcm_sim::VirtualModule;
 
 const STAP: u8 = 7;
@@ -234,7 +234,7 @@ impl Storing {
     }
 
     fn start(&self, bench: &mut Bench) {
-        bench.module.receive(Source::Usb, binary::encode_command(1, text::parse(self.command).unwrap()));
+        bench.post(Source::Usb, self.command);
     }
 }
 
@@ -292,10 +292,9 @@ fn a_power_cut_before_the_reply_leaves_old_or_new() {
 fn a_second_thought_from_another_link_is_durable_as_well() {
     for tick in 0..200 {
         let mut bench = Bench::new();
-        let command = |line: &str| binary::encode_command(1, text::parse(line).unwrap());
-        bench.module.receive(Source::Usb, command("SGP 77, 0, 1"));
+        bench.post(Source::Usb, "SGP 77, 0, 1");
         bench.run(3 * MILLISECOND);
-        bench.module.receive(Source::Rs485, command("SGP 77, 0, 0"));
+        bench.post(Source::Rs485, "SGP 77, 0, 0");
         bench.run(tick * 100 * MICROSECOND);
         let replies = std::iter::from_fn(|| bench.module.sent()).filter(|sent| sent.source == Source::Rs485).count();
         bench.module.set_power(false);
@@ -312,15 +311,11 @@ fn a_second_thought_from_another_link_is_durable_as_well() {
 fn an_unchanged_value_costs_no_write() {
     let mut bench = Bench::new();
     bench.ok("SGP 77, 0, 1");
-    let writes = |bench: &Bench| {
-        let board = bench.module.board().borrow();
-        (0..256).map(|page| board.at25().page_writes(page)).sum::<u32>()
-    };
-    let before = writes(&bench);
+    let before = bench.page_writes();
     for line in ["SGP 77, 0, 1", "STAP 4, 0", "STGP 1, 2", "SCO 0, 255, 0"] {
         bench.ok(line);
     }
-    assert_eq!(writes(&bench), before);
+    assert_eq!(bench.page_writes(), before);
 }
 
 /// Storing one thing over and over does not wear out one page: its two copies take turns.
@@ -339,7 +334,7 @@ fn two_copies_take_turns() {
 #[test]
 fn a_write_holds_up_nobody_else() {
     let mut bench = Bench::new();
-    bench.module.receive(Source::Usb, binary::encode_command(1, text::parse("SGP 77, 0, 1").unwrap()));
+    bench.post(Source::Usb, "SGP 77, 0, 1");
     for _ in 0..4 {
         let asked = bench.module.now();
         assert_eq!(bench.ask_over(Source::Rs485, 1, "GGP 66, 0").map(|reply| reply.value), Some(1));
@@ -352,7 +347,7 @@ fn a_write_holds_up_nobody_else() {
 // ---- factory reset
 
 fn factory_reset(bench: &mut Bench) {
-    let reset = binary::encode_command(1, text::parse("137, 0, 0, 1234").unwrap());
+    let reset = telegram("137, 0, 0, 1234");
     assert_eq!(bench.exchange(Source::Usb, reset), None, "it is not answered");
 }
 
@@ -416,7 +411,7 @@ fn a_power_cut_during_a_factory_reset() {
         for line in ["SAP 4, 0, 5", "STAP 4, 0", "SGP 68, 0, 5", "SGP 1, 2, 5", "STGP 1, 2"] {
             bench.ok(line);
         }
-        bench.module.receive(Source::Usb, binary::encode_command(1, text::parse("137, 0, 0, 1234").unwrap()));
+        bench.post(Source::Usb, "137, 0, 0, 1234");
         bench.run(tick * 100 * MICROSECOND);
         bench.power_cycle();
         let found = ["GAP 4, 0", "GGP 68, 0", "GGP 1, 2"].map(|line| bench.ok(line));

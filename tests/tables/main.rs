@@ -4,5 +4,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod live_values;
 mod parameter_docs;
 mod parameters;
+mod rules;

@@ -8,14 +8,14 @@ mod search;
 use crate::common::{Bench, OK};
 use hal_sim::board::Chip;
 use tmcm::module::Source;
-use tmcm::tmcl::{binary, text};
+use tmcm::tmcl::binary;
 use tmcm::vm::ErrorFlag;
 use tmcm_sim::VirtualModule;
 
 impl Bench {
     /// A command that is carried out at once, over RS485, which has no frames to wait for: no poll passes.
     fn tell(&mut self, line: &str) {
-        self.module.receive(Source::Rs485, binary::encode_command(1, text::parse(line).unwrap()));
+        self.post(Source::Rs485, line);
         let sent = self.module.sent().unwrap_or_else(|| panic!("no reply to {line}"));
         assert_eq!(binary::decode_reply(&sent.telegram().unwrap()).unwrap().status, OK, "{line}");
     }
@@ -36,11 +36,6 @@ impl Bench {
     /// Datagrams that the motion controller has had.
     fn datagrams(&self) -> u64 {
         self.module.board().borrow().datagrams(Chip::Tmc429(0))
-    }
-
-    /// The current in the motor in 1/32, 0 with the bridges off.
-    fn current(&self) -> u32 {
-        self.module.board().borrow().tmc262(0).current()
     }
 
     /// The current that the driver is told, in 1/32: what coolStep makes of it left out.
