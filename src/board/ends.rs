@@ -29,6 +29,8 @@ impl LinkEnds for Ends {
     fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
         let room = match to.source {
             Source::Rs485 => rs485::answer(reply, mode, settings),
+            // The last free place is for the reply of a request: the host waits for that one.
+            Source::Usb if reply.is_some_and(Reply::is_event) && USB.free_capacity() < 2 => false,
             Source::Usb => {
                 let addresses = settings.reply_addresses();
                 USB.try_send(Outgoing { reply: reply.copied(), mode, addresses }).is_ok()

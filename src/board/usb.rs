@@ -112,7 +112,11 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
                     let heard = port.push(*byte, now(), link_settings);
                     write(serial, heard.echo).await?;
                     if let Some(request) = heard.request {
-                        USB_REQUESTS.send(request).await;
+                        // The owner takes no request while it owes the reply to the one before, so without room for this
+                        // one there is a reply to come. It is to be fetched: nobody else does.
+                        while USB_REQUESTS.try_send(request).is_err() {
+                            send(serial, &mut port).await?;
+                        }
                         wake::pend();
                     }
                 }

@@ -153,11 +153,13 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// Sets up all chips, with the motors standing at position 0; the first turn is due at `now`. If a motion
     /// controller does not answer, the motors stay locked and the drivers off until the next start.
     pub fn start(&mut self, now: Micros, inversion: Inversion) {
+        self.safety = safety::Safety::default();
+        self.outputs.trouble = false;
         self.next = now;
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
             // Each fourth reading goes to a driver. With two readings between them, two controllers do not read drivers
             // in the same millisecond.
-            controller.rotation = n.wrapping_mul(2);
+            (controller.unanswered, controller.turn, controller.rotation) = (0, 0, n.wrapping_mul(2));
         }
         if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion).is_ok()) {
             self.give_up();

@@ -126,17 +126,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub fn with_device(device: Device<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
+        let globals = spec.global.defaults();
         Module {
             device,
             hooks,
-            globals: spec.global.defaults(),
+            globals,
             variables: [0; USER_VARIABLES],
             coordinates: [[0; COORDINATES]; AXES],
             machine: Machine::new(spec.commands),
             starts: true,
             downloader: None,
             fuel: 0,
-            link_settings: LinkSettings::default(),
+            link_settings: LinkSettings::of(&globals),
             link_settings_stale: false,
             overheard: Default::default(),
             waiting: Vec::new(),

@@ -18,3 +18,4 @@ mod restart;
 mod size;
 mod steps;
 mod timing;
+mod usb;

@@ -125,3 +125,33 @@ fn zeroing_is_exact_at_speed() {
         }
     }
 }
+
+/// Each N event clears the position of the external encoder, also while a program is busy: between the polls that look at
+/// the inputs its slices must not use up what the encoder has noted. A lost event would show as a second turn.
+#[test]
+fn no_null_event_is_lost_while_a_program_is_busy() {
+    const TURN: i32 = 51_200;
+    let mut bench = Bench::in_world(ABN);
+    bench.ok("132, 0, 0, 0");
+    for line in ["GAP 1, 0", "JA 0"] {
+        assert_eq!(bench.ask(line).0, 101);
+    }
+    bench.ok("133");
+    bench.ok("129, 1, 0, 0");
+    // Prescaler of 2000 lines; bits 2 and 3: clear at each N event.
+    bench.ok("SAP 217, 0, 3276");
+    bench.ok("SAP 154, 0, 0");
+    bench.ok("SAP 5, 0, 2047");
+    bench.ok("ROR 0, 300");
+    bench.run(SECOND);
+    let mut turns = 0;
+    let mut before = bench.ok("GAP 216, 0");
+    for _ in 0..10_000 {
+        bench.run(MILLISECOND);
+        let position = bench.ok("GAP 216, 0");
+        assert!(position < TURN * 11 / 10, "{position} after {turns} turns");
+        turns += i32::from(position < before);
+        before = position;
+    }
+    assert!(turns > 25, "{turns}");
+}

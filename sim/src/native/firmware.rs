@@ -5,7 +5,7 @@ use std::task::Poll;
 use hal_sim::board::{SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, Nanos};
 use tmcm::chip::at25::At25;
-use tmcm::device::Outputs;
+use tmcm::device::{Inputs, Outputs};
 use tmcm::module::{Desk, LinkSettings, Module, Product, Source};
 use tmcm::store::{Integrity, Keeper, LoadReport};
 use tmcm::tmcl::{Command, Reply, Status};
@@ -85,6 +85,8 @@ struct Tmcl<P: Product + 'static, const AXES: usize, const N: usize> {
     board: SharedBoard,
     module: Module<Simulated<Tracer, P, N>, AXES>,
     signals: Signals<AXES>,
+    /// The inputs as they were read last.
+    inputs: Inputs<AXES>,
     desk: Desk,
     keeper: Keeper<SimSpi>,
     ports: Ports,
@@ -107,6 +109,7 @@ pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
     let firmware = Tmcl {
         board: board.clone(),
         signals: Signals::new(board),
+        inputs: Inputs::default(),
         desk: Desk::new(),
         keeper,
         ports: Ports::new(module.link_settings().start),
@@ -152,8 +155,11 @@ impl<P: Product + 'static, const AXES: usize, const N: usize> Firmware for Tmcl<
 
     fn poll(&mut self, traffic: &mut Traffic) -> bool {
         let now = self.now();
-        let inputs = self.signals.read();
-        let outputs: Outputs = self.module.poll(now, &inputs);
+        // The edges of an encoder that have been read are gone: so the inputs are read for the polls that look at them.
+        if self.module.takes_inputs(now) {
+            self.inputs = self.signals.read();
+        }
+        let outputs: Outputs = self.module.poll(now, &self.inputs);
         // The EEPROM has its turn once a millisecond; the slices of a program come in between.
         if now >= self.keep {
             self.keep = now.after(Micros::from_millis(1));

@@ -173,6 +173,20 @@ fn drivers_are_off_until_the_firmware_switches_them_on() {
     }
 }
 
+/// A device that was given up because its motion controller was silent is as good as new after another start.
+#[test]
+fn another_start_forgets_that_a_motion_controller_was_silent() {
+    let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
+    let mut device = Device::<Simulated<()>, 1>::new(parts(&board), TMCM_1140.axis);
+    for silent in [true, false] {
+        board.borrow_mut().set_fault(Fault::Tmc429, 0, silent);
+        device.start(Micros(0), Inversion::default());
+        device.enable_drivers(true);
+        assert_eq!((device.is_given_up(), device.outputs().trouble), (silent, silent));
+        assert_eq!(board.borrow().tmc262(0).disable_pin(), silent);
+    }
+}
+
 /// Searches for a zero point by a list of legs, and gives where on the rotor's scale it is, unless the search gives up.
 fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
     let mut bare = Bare::in_world(world);
@@ -264,6 +278,8 @@ fn a_device_goes_from_one_firmware_to_another() {
     bare.polls_until(|_, events| events.reached);
     let Bare { board, device } = bare;
     let mut module = Module::with_device(device, (), 1);
+    let settings = module.link_settings();
+    assert_eq!((settings.address, settings.host), (1, 2), "the defaults of parameters 66 and 76");
     let mut ask = |line: &str| {
         let now = Micros(board.borrow().now() / MICROSECOND);
         match module.execute(now, Source::Usb, text::parse(line).unwrap()) {
