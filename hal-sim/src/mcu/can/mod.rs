@@ -5,12 +5,22 @@
 //! bus destroys frames, and goes bus-off. Silent and loopback mode are refused. Received
 //! frames have a time stamp; none are sent with one.
 
+mod bus;
+mod errors;
+mod fifo;
 mod filter;
+mod frame;
 
 use std::collections::VecDeque;
 
 use super::peripheral::{Access, Cycles, NEVER, Peripheral, Refusal, bit, field};
+use errors::Errors;
+use fifo::{FOVR, FULL, Fifo};
 use filter::Filters;
+use frame::{Mailbox, frame};
+
+pub use bus::CanBus;
+pub use frame::CanFrame;
 
 const MCR: u32 = 0x00;
 const MSR: u32 = 0x04;
@@ -44,98 +54,15 @@ const TXOK: u32 = 1 << 1;
 const TERR: u32 = 1 << 3;
 const ABRQ: u32 = 1 << 7;
 
-const FULL: u32 = 1 << 3;
-const FOVR: u32 = 1 << 4;
-const RFOM: u32 = 1 << 5;
-const DEPTH: usize = 3;
-
-const EWGF: u32 = 1;
-const EPVF: u32 = 1 << 1;
-const BOFF: u32 = 1 << 2;
 /// Last error codes: stuff, acknowledgement, a dominant bit that is not seen.
 const STUFF: u32 = 1;
 const ACKNOWLEDGEMENT: u32 = 3;
 const DOMINANT: u32 = 5;
 
-/// Bits of a data frame besides its data, and of the pause after it: with a short and with a long identifier.
-const BITS: [u64; 2] = [47, 67];
 /// Bits of an error frame with the pause after it.
 const ERROR_BITS: u64 = 20;
 /// Recessive bits that end bus-off.
 const RECOVERY_BITS: u64 = 128 * 11;
-
-/// A frame on the bus.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CanFrame {
-    /// Identifier, 11 or 29 bits.
-    pub id: u32,
-    /// Whether it has 29 bits.
-    pub extended: bool,
-    /// Whether it is a remote request.
-    pub remote: bool,
-    /// How many bytes of data it has, 0..=8.
-    pub length: u8,
-    /// The data; zero beyond the length.
-    pub data: [u8; 8],
-}
-
-impl CanFrame {
-    fn bits(&self) -> u64 {
-        let data = if self.remote { 0 } else { 8 * u64::from(self.length) };
-        BITS[usize::from(self.extended)] + data
-    }
-
-    /// Which one wins when two begin at the same time: the lower.
-    fn rank(&self) -> u32 {
-        let base = if self.extended { self.id } else { self.id << 18 };
-        base << 1 | u32::from(self.extended)
-    }
-
-    /// The identifier register of a mailbox.
-    fn identifier(&self) -> u32 {
-        let id = if self.extended { self.id << 3 | 4 } else { self.id << 21 };
-        id | u32::from(self.remote) << 1
-    }
-
-    fn words(&self) -> [u32; 2] {
-        let (low, high) = self.data.split_at(4);
-        [low, high].map(|half| half.iter().rev().fold(0, |word, &byte| word << 8 | u32::from(byte)))
-    }
-}
-
-/// The registers of a transmit mailbox: TIxR, TDTxR, TDLxR, TDHxR.
-type Mailbox = [u32; 4];
-
-fn frame(mailbox: &Mailbox) -> CanFrame {
-    let [identifier, length, low, high] = *mailbox;
-    let extended = bit(identifier, 2);
-    let remote = bit(identifier, 1);
-    let length = field(length, 0, 4).min(8) as u8;
-    let mut data = [0; 8];
-    let all = low.to_le_bytes().into_iter().chain(high.to_le_bytes());
-    for (to, byte) in data.iter_mut().zip(all).take(if remote { 0 } else { length.into() }) {
-        *to = byte;
-    }
-    CanFrame { id: if extended { identifier >> 3 } else { identifier >> 21 }, extended, remote, length, data }
-}
-
-/// The bus beyond the controller.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CanBus {
-    /// Its bit rate.
-    pub bit_rate: u32,
-    /// Whether others are on it, who acknowledge frames.
-    pub inhabited: bool,
-    /// Whether its two wires touch each other: it is recessive whatever is sent.
-    pub shorted: bool,
-}
-
-impl Default for CanBus {
-    /// A sound bus of 1 Mbit/s with others on it.
-    fn default() -> Self {
-        Self { bit_rate: 1_000_000, inhabited: true, shorted: false }
-    }
-}
 
 /// What is on the bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,19 +85,14 @@ pub struct Can {
     tsr: u32,
     ier: u32,
     btr: u32,
-    lec: u32,
-    tec: u32,
-    rec: u32,
-    bus_off: bool,
+    errors: Errors,
     /// When bus-off ends, once it may.
     recovers: Cycles,
     mailboxes: [Mailbox; 3],
     /// Order of the requests of the mailboxes; zero where there is none.
     requested: [u64; 3],
     requests: u64,
-    /// Frames with the high half of their registers RDTxR: time stamp and filter.
-    fifos: [VecDeque<(CanFrame, u32)>; 2],
-    overruns: [bool; 2],
+    fifos: [Fifo; 2],
     filters: Filters,
     bus: CanBus,
     traffic: Option<(Traffic, Cycles)>,
@@ -190,16 +112,12 @@ impl Can {
             tsr: 0x1C00_0000,
             ier: 0,
             btr: 0x0123_0000,
-            lec: 0,
-            tec: 0,
-            rec: 0,
-            bus_off: false,
+            errors: Errors::default(),
             recovers: NEVER,
             mailboxes: [[0; 4]; 3],
             requested: [0; 3],
             requests: 0,
-            fifos: [VecDeque::with_capacity(DEPTH), VecDeque::with_capacity(DEPTH)],
-            overruns: [false; 2],
+            fifos: Default::default(),
             filters: Filters::new(),
             bus: CanBus::default(),
             traffic: None,
@@ -264,7 +182,7 @@ impl Can {
 
     /// Whether it takes part in the traffic.
     fn is_on(&self) -> bool {
-        self.mcr & 3 == 0 && self.msr & 3 == 0 && !self.bus_off
+        self.mcr & 3 == 0 && self.msr & 3 == 0 && !self.errors.bus_off
     }
 
     /// Whether it is on a bus whose others do without it.
@@ -315,20 +233,18 @@ impl Can {
             Traffic::Ours(index) if !self.in_step() => self.fail(index, STUFF),
             Traffic::Ours(index) if !self.bus.inhabited => self.fail(index, ACKNOWLEDGEMENT),
             Traffic::Ours(index) => {
-                self.tec = self.tec.saturating_sub(1);
-                self.lec = 0;
+                self.errors.sent();
                 self.sent.push((frame(&self.mailboxes[index]), at));
                 self.finish(index, RQCP | TXOK);
             }
             Traffic::Theirs(frame) => {
                 self.others.pop_front();
                 if self.hears() {
-                    self.rec = self.rec.saturating_sub(1);
-                    self.lec = 0;
+                    self.errors.received();
                     self.accept(frame, at);
                 } else if self.is_on() {
                     // At another rate it is nothing but errors.
-                    self.rec = (self.rec + 1).min(128);
+                    self.errors.count_receive();
                     self.error(STUFF);
                 }
             }
@@ -337,23 +253,22 @@ impl Can {
 
     fn fail(&mut self, index: usize, code: u32) {
         // An error passive sender that misses an acknowledgement counts no further.
-        if code != ACKNOWLEDGEMENT || self.tec < 128 {
-            self.tec += 8;
+        if code != ACKNOWLEDGEMENT || !self.errors.is_transmitter_passive() {
+            self.errors.count_transmit();
         }
         self.error(code);
-        if self.tec > 255 {
-            self.bus_off = true;
+        if self.errors.bus_off {
             self.recovers = if bit(self.mcr, ABOM) { self.now + RECOVERY_BITS * self.bit() } else { NEVER };
             self.msr |= if self.ier & (1 << 15 | 1 << 10) == 1 << 15 | 1 << 10 { ERRI } else { 0 };
         }
-        if bit(self.mcr, NART) || self.bus_off {
+        if bit(self.mcr, NART) || self.errors.bus_off {
             self.finish(index, RQCP | TERR);
         }
     }
 
     fn error(&mut self, code: u32) {
-        self.lec = code;
-        let enables = [(11, true), (8, self.tec >= 96 || self.rec >= 96), (9, self.tec > 127 || self.rec > 127)];
+        self.errors.last = code;
+        let enables = [(11, true), (8, self.errors.is_warning()), (9, self.errors.is_passive())];
         if bit(self.ier, 15) && enables.into_iter().any(|(enable, present)| present && bit(self.ier, enable)) {
             self.msr |= ERRI;
         }
@@ -370,15 +285,7 @@ impl Can {
         let Some((fifo, number)) = self.filters.matches(frame.identifier()) else { return };
         // The time of its start, in bits.
         let stamp = (at / self.bit()).saturating_sub(frame.bits()) as u16;
-        let queue = &mut self.fifos[fifo];
-        if queue.len() == DEPTH {
-            self.overruns[fifo] = true;
-            if bit(self.mcr, RFLM) {
-                return;
-            }
-            queue.pop_back();
-        }
-        queue.push_back((frame, u32::from(stamp) << 16 | number << 8));
+        self.fifos[fifo].push(frame, u32::from(stamp) << 16 | number << 8, bit(self.mcr, RFLM));
     }
 
     fn write_mcr(&mut self, value: u32) -> Access {
@@ -405,7 +312,7 @@ impl Can {
         {
             self.traffic = None;
         }
-        if initialised && self.bus_off && self.recovers == NEVER {
+        if initialised && self.errors.bus_off && self.recovers == NEVER {
             self.recovers = self.now + RECOVERY_BITS * self.bit();
         }
         self.arbitrate(self.now);
@@ -424,30 +331,6 @@ impl Can {
             }
         }
     }
-
-    fn fifo(&self, index: usize) -> u32 {
-        let pending = self.fifos[index].len();
-        let full = if pending == DEPTH { FULL } else { 0 };
-        let overrun = if self.overruns[index] { FOVR } else { 0 };
-        pending as u32 | full | overrun
-    }
-
-    fn write_fifo(&mut self, index: usize, value: u32) {
-        if value & FOVR != 0 {
-            self.overruns[index] = false;
-        }
-        if value & RFOM != 0 {
-            self.fifos[index].pop_front();
-        }
-    }
-
-    fn esr(&self) -> u32 {
-        let warning = self.tec >= 96 || self.rec >= 96;
-        let passive = self.tec > 127 || self.rec > 127;
-        let flag = |on: bool, mask: u32| if on { mask } else { 0 };
-        let flags = flag(warning, EWGF) | flag(passive, EPVF) | flag(self.bus_off, BOFF);
-        flags | self.lec << 4 | self.tec.min(255) << 16 | self.rec << 24
-    }
 }
 
 impl Peripheral for Can {
@@ -459,20 +342,17 @@ impl Peripheral for Can {
                 let code = (0..3).find(|index| bit(self.tsr, 26 + index)).unwrap_or(0);
                 Ok(self.tsr | code << 24)
             }
-            RF0R => Ok(self.fifo(0)),
-            RF1R => Ok(self.fifo(1)),
+            RF0R => Ok(self.fifos[0].state()),
+            RF1R => Ok(self.fifos[1].state()),
             IER => Ok(self.ier),
-            ESR => Ok(self.esr()),
+            ESR => Ok(self.errors.status()),
             BTR => Ok(self.btr),
             _ if TX.contains(&offset) => {
                 Ok(self.mailboxes[(offset - TX.start) as usize / 16][offset as usize % 16 / 4])
             }
             _ if RX.contains(&offset) => {
-                let queue = &self.fifos[(offset - RX.start) as usize / 16];
-                let Some((frame, origin)) = queue.front() else { return Ok(0) };
-                let [low, high] = frame.words();
-                let words = [frame.identifier(), u32::from(frame.length) | origin, low, high];
-                Ok(words[(offset - RX.start) as usize % 16 / 4])
+                let registers = self.fifos[(offset - RX.start) as usize / 16].first();
+                Ok(registers[(offset - RX.start) as usize % 16 / 4])
             }
             _ => self.filters.read(offset.checked_sub(FILTERS).ok_or(Refusal::Register)?),
         }
@@ -483,10 +363,10 @@ impl Peripheral for Can {
             MCR => self.write_mcr(value)?,
             MSR => self.msr &= !(value & (ERRI | WKUI | SLAKI)),
             TSR => self.write_tsr(value),
-            RF0R => self.write_fifo(0, value),
-            RF1R => self.write_fifo(1, value),
+            RF0R => self.fifos[0].write(value),
+            RF1R => self.fifos[1].write(value),
             IER => self.ier = value,
-            ESR => self.lec = field(value, 4, 3),
+            ESR => self.errors.last = field(value, 4, 3),
             BTR if !bit(self.mcr, INRQ) => return Err(Refusal::Use("BTR is written outside initialisation")),
             BTR if value >> 30 != 0 => return Err(Refusal::Use("silent and loopback mode are not modelled")),
             BTR => self.btr = value,
@@ -509,8 +389,7 @@ impl Peripheral for Can {
         self.now = to;
         if self.recovers <= to {
             self.recovers = NEVER;
-            self.bus_off = false;
-            (self.tec, self.rec) = (0, 0);
+            self.errors.recover();
             self.arbitrate(to);
         }
         while let Some((traffic, at)) = self.traffic
@@ -531,7 +410,7 @@ impl Peripheral for Can {
         let transmitted = bit(self.ier, 0) && self.tsr & (RQCP | RQCP << 8 | RQCP << 16) != 0;
         let received = |fifo: usize| {
             let enables = self.ier >> (1 + 3 * fifo);
-            let state = self.fifo(fifo);
+            let state = self.fifos[fifo].state();
             bit(enables, 0) && state & 3 != 0
                 || bit(enables, 1) && state & FULL != 0
                 || bit(enables, 2) && state & FOVR != 0

@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use super::device::{Port, UsbDevice};
 use super::otg::{Handshake, Otg};
 use crate::clock::{MICROSECOND, MILLISECOND, Nanos};
 
@@ -29,30 +30,11 @@ const TO_INTERFACE: u8 = 0x21;
 const DEVICE: u8 = 1;
 const CONFIGURATION: u8 = 2;
 const STRING: u8 = 3;
-const INTERFACE: u8 = 4;
-const ENDPOINT: u8 = 5;
-const COMMUNICATION: u8 = 2;
-const BULK: u8 = 2;
 const ENGLISH: u16 = 0x409;
 /// The address the device gets.
 const ADDRESS: u8 = 7;
 /// 115 200 bit/s, one stop bit, no parity, eight bits.
 const LINE_CODING: [u8; 7] = [0x00, 0xC2, 0x01, 0, 0, 0, 8];
-
-/// What the host has learnt of the device.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct UsbDevice {
-    /// The device descriptor.
-    pub device: Vec<u8>,
-    /// The configuration descriptor with all that belongs to it.
-    pub configuration: Vec<u8>,
-    /// Manufacturer, product and serial number, as far as there are any.
-    pub strings: [Option<String>; 3],
-    /// Whether it is configured and its port open.
-    pub open: bool,
-    /// What went wrong, if something did.
-    pub failed: Option<&'static str>,
-}
 
 /// When the module could do something for the host, as against when the host got round to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -115,9 +97,8 @@ pub struct UsbHost {
     frame: Nanos,
     transfer: Option<Transfer>,
     device: UsbDevice,
-    /// Endpoints of the port: to the device, to the host; interface of its control.
-    pipes: [usize; 2],
-    control: u8,
+    /// The port, once it has been found.
+    port: Port,
     outgoing: VecDeque<u8>,
     /// The program on the host does not read what comes.
     deaf: bool,
@@ -137,8 +118,7 @@ impl UsbHost {
             frame: 0,
             transfer: None,
             device: UsbDevice::default(),
-            pipes: [0; 2],
-            control: 0,
+            port: Port::default(),
             outgoing: VecDeque::new(),
             deaf: false,
             unfinished: Vec::new(),
@@ -215,8 +195,7 @@ impl UsbHost {
 
     /// Something has happened to the device at `now`.
     pub(in crate::mcu) fn notice(&mut self, now: Nanos, otg: &Otg) {
-        let [_, input] = self.pipes;
-        let ready = self.device.open && otg.has_packet(input);
+        let ready = self.device.open && otg.has_packet(self.port.input);
         if ready && !self.ready {
             self.times.ready = now;
         }
@@ -284,23 +263,20 @@ impl UsbHost {
             Purpose::Device => get(DEVICE, 0, 0, 18),
             Purpose::Address => (0, SET_ADDRESS, ADDRESS.into(), 0, 0),
             Purpose::Header => get(CONFIGURATION, 0, 0, 9),
-            Purpose::Configuration => get(CONFIGURATION, 0, 0, total(&self.device.configuration)),
-            Purpose::String(place) => get(STRING, self.string_index(place), ENGLISH, 255),
+            Purpose::Configuration => get(CONFIGURATION, 0, 0, self.device.configuration_length()),
+            Purpose::String(place) => get(STRING, self.device.string_index(place), ENGLISH, 255),
             Purpose::Configure => {
                 (0, SET_CONFIGURATION, self.device.configuration.get(5).copied().unwrap_or(1).into(), 0, 0)
             }
-            Purpose::LineCoding => (TO_INTERFACE, SET_LINE_CODING, 0, self.control.into(), LINE_CODING.len() as u16),
-            Purpose::Open => (TO_INTERFACE, SET_CONTROL_LINE_STATE, 3, self.control.into(), 0),
+            Purpose::LineCoding => {
+                (TO_INTERFACE, SET_LINE_CODING, 0, self.port.control.into(), LINE_CODING.len() as u16)
+            }
+            Purpose::Open => (TO_INTERFACE, SET_CONTROL_LINE_STATE, 3, self.port.control.into(), 0),
         };
         let [[v0, v1], [i0, i1], [l0, l1]] = [value, index, length].map(u16::to_le_bytes);
         let data = if purpose == Purpose::LineCoding { LINE_CODING.to_vec() } else { Vec::new() };
         let setup = [kind, request, v0, v1, i0, i1, l0, l1];
         self.transfer = Some(Transfer { purpose, setup, data, stage: Stage::Setup, until: now + PATIENCE });
-    }
-
-    /// Index of the string descriptor of manufacturer, product or serial number; 0 where there is none.
-    fn string_index(&self, place: usize) -> u8 {
-        self.device.device.get(14 + place).copied().unwrap_or(0)
     }
 
     /// Goes on with the control transfer by one transaction; false if the device was not ready.
@@ -325,7 +301,7 @@ impl UsbHost {
             Handshake::Stall => self.refused(now),
             Handshake::Ack(packet) => match transfer.stage {
                 Stage::Data if to_host => {
-                    let short = packet.len() < packet_size(&self.device.device);
+                    let short = packet.len() < self.device.packet_size();
                     transfer.data.extend(packet);
                     if short || transfer.data.len() >= length {
                         transfer.stage = Stage::Status;
@@ -384,7 +360,8 @@ impl UsbHost {
                 self.ask_string(now, place + 1);
             }
             Purpose::Configure => {
-                if self.find_pipes() {
+                if let Some(port) = self.device.port() {
+                    self.port = port;
                     self.request(now, Purpose::LineCoding);
                 } else {
                     self.fail("the device has no serial port");
@@ -397,29 +374,10 @@ impl UsbHost {
 
     /// Asks for the next string that there is from `place` on, then goes on.
     fn ask_string(&mut self, now: Nanos, place: usize) {
-        match (place..3).find(|&place| self.string_index(place) != 0) {
+        match (place..3).find(|&place| self.device.string_index(place) != 0) {
             Some(place) => self.request(now, Purpose::String(place)),
             None => self.request(now, Purpose::Configure),
         }
-    }
-
-    /// Finds the port's endpoints in the configuration.
-    fn find_pipes(&mut self) -> bool {
-        let mut rest = self.device.configuration.as_slice();
-        let mut pipes = [0; 2];
-        while let [length, kind, ..] = *rest {
-            let (descriptor, next) = rest.split_at(usize::from(length).clamp(2, rest.len()));
-            match (kind, descriptor) {
-                (INTERFACE, [_, _, number, _, _, COMMUNICATION, ..]) => self.control = *number,
-                (ENDPOINT, [_, _, address, BULK, ..]) => {
-                    pipes[usize::from(address >> 7)] = usize::from(address & 0xF);
-                }
-                _ => {}
-            }
-            rest = next;
-        }
-        self.pipes = pipes;
-        !pipes.contains(&0)
     }
 
     /// Bytes out and in; false if nothing moved.
@@ -427,7 +385,7 @@ impl UsbHost {
         if !self.device.open {
             return false;
         }
-        let [output, input] = self.pipes;
+        let Port { output, input, .. } = self.port;
         let mut moved = false;
         if !self.outgoing.is_empty() {
             let packet: Vec<u8> = self.outgoing.iter().take(PACKET).copied().collect();
@@ -448,18 +406,5 @@ impl UsbHost {
             }
         }
         moved
-    }
-}
-
-/// Packet size of endpoint 0: in the device descriptor, once it is known.
-fn packet_size(device: &[u8]) -> usize {
-    device.get(7).map_or(64, |&size| size.into())
-}
-
-/// Length of a configuration with all that belongs to it.
-fn total(configuration: &[u8]) -> u16 {
-    match configuration {
-        [_, _, low, high, ..] => u16::from_le_bytes([*low, *high]),
-        _ => 9,
     }
 }

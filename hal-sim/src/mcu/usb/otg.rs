@@ -6,6 +6,7 @@
 
 use std::collections::VecDeque;
 
+use super::endpoint::{EPENA, Endpoint, NAKSTS, STALL, STUP, TXFE, USBAEP, XFRC};
 use crate::mcu::peripheral::{Access, Peripheral, Refusal, bit, field};
 
 const GOTGCTL: u32 = 0x000;
@@ -67,22 +68,6 @@ const AHBIDL: u32 = 1 << 31;
 const RXFFLSH: u32 = 1 << 4;
 const TXFFLSH: u32 = 1 << 5;
 
-const USBAEP: u32 = 1 << 15;
-const NAKSTS: u32 = 1 << 17;
-const STALL: u32 = 1 << 21;
-const CNAK: u32 = 1 << 26;
-const SNAK: u32 = 1 << 27;
-const EPDIS: u32 = 1 << 30;
-const EPENA: u32 = 1 << 31;
-/// Bits of a control register that act and read zero: CNAK, SNAK, SD0PID, SODDFRM, EPDIS.
-const ACTIONS: u32 = 0x7C00_0000;
-
-const XFRC: u32 = 1;
-const EPDISD: u32 = 1 << 1;
-const STUP: u32 = 1 << 3;
-const INEPNE: u32 = 1 << 6;
-const TXFE: u32 = 1 << 7;
-
 /// Status of an entry of the receive FIFO.
 const OUT_DATA: u32 = 2;
 const OUT_DONE: u32 = 3;
@@ -98,60 +83,6 @@ pub(super) enum Handshake {
     Nak,
     /// Never.
     Stall,
-}
-
-/// An endpoint in one direction.
-#[derive(Debug, Default)]
-struct Endpoint {
-    ctl: u32,
-    int: u32,
-    tsiz: u32,
-    /// What is to be sent.
-    fifo: VecDeque<u32>,
-}
-
-impl Endpoint {
-    fn packet_size(&self, index: usize) -> usize {
-        if index == 0 { 64 >> (self.ctl & 3) } else { field(self.ctl, 0, 11) as usize }
-    }
-
-    fn packets(&self) -> u32 {
-        field(self.tsiz, 19, 10)
-    }
-
-    fn bytes(&self) -> u32 {
-        field(self.tsiz, 0, 19)
-    }
-
-    fn set_size(&mut self, packets: u32, bytes: u32) {
-        self.tsiz = self.tsiz & 0xE000_0000 | packets << 19 | bytes;
-    }
-
-    /// Length of the packet that the host can fetch, if there is one.
-    fn ready(&self, index: usize) -> Option<usize> {
-        let length = (self.bytes() as usize).min(self.packet_size(index));
-        let on = self.ctl & (EPENA | NAKSTS | USBAEP) == EPENA | USBAEP;
-        (on && self.packets() != 0 && self.fifo.len() >= length.div_ceil(4)).then_some(length)
-    }
-
-    fn control(&mut self, index: usize, value: u32) {
-        let kept = self.ctl & (NAKSTS | EPENA) | if index == 0 { USBAEP } else { 0 };
-        self.ctl = value & !(ACTIONS | NAKSTS | EPENA) | kept;
-        if value & SNAK != 0 {
-            self.ctl |= NAKSTS;
-            self.int |= INEPNE;
-        }
-        if value & CNAK != 0 {
-            self.ctl &= !NAKSTS;
-            self.int &= !INEPNE;
-        }
-        if value & EPDIS != 0 && self.ctl & EPENA != 0 {
-            self.ctl &= !EPENA;
-            self.int |= EPDISD;
-        } else if value & EPENA != 0 {
-            self.ctl |= EPENA;
-        }
-    }
 }
 
 /// The controller.
@@ -482,6 +413,7 @@ impl Peripheral for Otg {
 
 #[cfg(test)]
 mod tests {
+    use super::super::endpoint::{CNAK, SNAK};
     use super::*;
 
     const GET_DEVICE: [u8; 8] = [0x80, 6, 0, 1, 0, 0, 18, 0];
