@@ -485,7 +485,7 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
         any(store);
     });
     any(&mut module);
-    any(module.execute(now(), any(Source::Usb), command()));
+    let _ = any(module.execute(now(), any(Source::Usb), command()));
     any(&mut module);
     any(module.poll(now(), &any(Inputs::default())));
     any(&mut module);
@@ -493,7 +493,7 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     any(desk.serve(&mut module, &mut Nobody, now));
     Desk::deliver(&mut module, &mut Nobody);
     any(&mut module);
-    any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
+    let _ = any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
     let due = any(module.next_reply());
     any(due.and_then(|due| Some(module.link_settings().frame(due.to, &due.reply?))));
