@@ -8,7 +8,7 @@
 
 mod bus;
 mod devices;
-mod kind;
+pub(crate) mod kind;
 
 pub use bus::{Chip, Datagram};
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};

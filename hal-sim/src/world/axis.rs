@@ -5,7 +5,7 @@ use super::motor::Motor;
 use super::pin::Pin;
 use super::stage::Stage;
 use super::trace::Trace;
-use crate::board::{AbnPins, BoardKind};
+use crate::board::kind::{AbnPins, BoardKind};
 use crate::clock::Nanos;
 
 /// The surroundings of one axis.

@@ -11,7 +11,7 @@ pub mod trace;
 
 pub use axis::Axis;
 
-use crate::board::{BoardKind, Input, MOST_ANALOG};
+use crate::board::kind::{BoardKind, Input, MOST_ANALOG};
 use crate::clock::Nanos;
 use config::WorldConfig;
 
@@ -186,7 +186,7 @@ fn tenths(volts: f64) -> u16 {
 mod tests {
     use super::pin::Pin;
     use super::*;
-    use crate::board::TMCM_1140;
+    use crate::board::kind::TMCM_1140;
 
     #[test]
     fn the_pins_and_the_analog_channel_reach_the_inputs() {

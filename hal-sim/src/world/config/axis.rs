@@ -2,7 +2,7 @@
 //! steps.
 
 use super::{torque, within};
-use crate::board::{AbnPins, BoardKind};
+use crate::board::kind::{AbnPins, BoardKind};
 use crate::world::motor::{FULL_STEP, MotorConfig};
 use crate::world::pin::Pin;
 use serde::Deserialize;

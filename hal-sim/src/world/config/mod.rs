@@ -10,7 +10,7 @@ mod axis;
 pub use axis::{AbnConfig, AxisConfig, EncoderTable, MotorTable, StageConfig};
 
 use super::motor::FULL_TORQUE;
-use crate::board::{BoardKind, TMCM_1140};
+use crate::board::kind::{BoardKind, TMCM_1140};
 use serde::Deserialize;
 use toml::{Spanned, Table, Value};
 
@@ -144,7 +144,7 @@ fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::AbnPins;
+    use crate::board::kind::AbnPins;
 
     #[test]
     fn an_empty_file_is_the_default_world() {
