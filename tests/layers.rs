@@ -1,8 +1,8 @@
 //! Tests of the dependencies between modules, files and crates.
 //!
 //! * Each module of the firmware uses only modules declared above it in `src/lib.rs`.
-//! * Chip drivers, motion and the store do not use the language TMCL, and chip drivers use no parameter table
-//!   ([`APART`]).
+//! * Chip drivers, motion, the store and the device do not use the language TMCL, and neither chip drivers nor the store
+//!   use a parameter table ([`APART`]).
 //! * What a motion chip demands is known by its driver and by one file in `motion`: no other file names its registers
 //!   ([`AT_CHIPS`]).
 //! * Chip drivers and the store do not name a parameter by its number, not even in comments ([`NUMBERED`]).
@@ -146,7 +146,7 @@ const APART: [(&str, &[&str]); 4] = [
     ("device", &["tmcl", "vm", "module"]),
 ];
 #[test]
-fn drivers_motion_and_store_know_no_language() {
+fn chip_drivers_motion_store_and_device_know_no_language() {
     let mut found = BTreeSet::new();
     for (module, forbidden) in APART {
         for (_, source, depth) in files_of(module) {

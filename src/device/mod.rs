@@ -155,7 +155,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub fn start(&mut self, now: Micros, inversion: Inversion) {
         self.safety = safety::Safety::default();
         self.outputs.trouble = false;
-        self.next = now;
+        (self.restart, self.next, self.upcoming) = (None, now, AXES);
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
             // Each fourth reading goes to a driver. With two readings between them, two controllers do not read drivers
             // in the same millisecond.

@@ -173,7 +173,8 @@ fn drivers_are_off_until_the_firmware_switches_them_on() {
     }
 }
 
-/// A device that was given up because its motion controller was silent is as good as new after another start.
+/// A device that was given up because its motion controller was silent, and was to be restarted, is as good as new after
+/// another start.
 #[test]
 fn another_start_forgets_that_a_motion_controller_was_silent() {
     let board = SharedBoard::new(Board::new(&WorldConfig::default(), 1));
@@ -183,6 +184,9 @@ fn another_start_forgets_that_a_motion_controller_was_silent() {
         device.start(Micros(0), Inversion::default());
         device.enable_drivers(true);
         assert_eq!((device.is_given_up(), device.outputs().trouble), (silent, silent));
+        assert_eq!((device.restart(), device.is_in_turn()), (None, false));
+        device.restart_at(Micros(1));
+        device.begin(Micros(0), &Inputs::default());
         assert_eq!(board.borrow().tmc262(0).disable_pin(), silent);
     }
 }
