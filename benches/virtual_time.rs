@@ -1,4 +1,8 @@
-//! How much faster than real time the virtual module runs: `cargo bench --bench virtual_time`.
+//! How much faster than real time the virtual module runs, and the flash image on the emulated microcontroller:
+//! `cargo bench --bench virtual_time`.
+
+#[path = "../tests/common/image.rs"]
+mod build;
 
 use std::time::Instant;
 
@@ -6,11 +10,12 @@ use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, binary};
-use tmcm_sim::NativeModule;
-use tmcm_sim::VirtualModule;
+use tmcm_sim::image::Setup;
+use tmcm_sim::{Client, ImageModule, NativeModule, VirtualModule};
 
-/// Virtual time of each row, in seconds.
+/// Virtual time of each row, in seconds: of the virtual module, and of the flash image.
 const HOUR: u64 = 3600;
+const IMAGE: u64 = 4;
 
 /// Commands around a program: what comes in between is stored.
 const LOAD: Command = Command::new(Opcode::EnterDownload as u8, 0, 0, 0);
@@ -49,22 +54,58 @@ const ROWS: &[(&str, &[Command])] = &[
     ),
 ];
 
+/// The rows that the flash image is measured with.
+const IMAGE_ROWS: [usize; 3] = [0, 3, 4];
+
 fn main() {
+    native();
+    image();
+}
+
+/// Rows of the firmware's core, compiled for the host.
+fn native() {
     println!("{:<52} {:>10} {:>10} {:>8}", "the motor for an hour", "virtual", "host", "ratio");
     for (name, commands) in ROWS {
         let mut module = NativeModule::new(&WorldConfig::default(), None, 1);
-        for command in *commands {
-            module.receive(Source::Usb, binary::encode_command(1, *command));
-            // Until the reply: the end of a download takes a while.
-            while module.is_busy() {
-                module.run(MILLISECOND);
-                while module.sent().is_some() {}
-            }
-        }
+        prepare(&mut module, Source::Usb, commands);
         let start = Instant::now();
-        module.run(HOUR * SECOND);
+        module.run_until(module.now() + HOUR * SECOND);
         let host = start.elapsed().as_secs_f64();
         println!("{name:<52} {HOUR:>8} s {host:>8.2} s {:>7.0}x", HOUR as f64 / host);
         assert_eq!(module.machine().is_some_and(|machine| machine.runs()), commands.contains(&RUN), "{name}");
+    }
+}
+
+/// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
+fn image() {
+    println!("{:<52} {:>10} {:>10} {:>8} {:>16}", "the flash image", "virtual", "host", "ratio", "instructions/s");
+    let elf = std::fs::read(build::image()).expect("the image has just been built");
+    for (name, commands) in IMAGE_ROWS.iter().filter_map(|&row| ROWS.get(row)) {
+        let module = ImageModule::new(&elf, &WorldConfig::default(), None, 1, Setup::default());
+        let mut module = module.expect("the image starts");
+        prepare(&mut module, Source::Rs485, commands);
+        let done = |module: &mut ImageModule| {
+            let counters = module.machine().counters();
+            counters.instructions - counters.skipped
+        };
+        let before = done(&mut module);
+        let start = Instant::now();
+        module.run_until(module.now() + IMAGE * SECOND);
+        let host = start.elapsed().as_secs_f64();
+        assert_eq!(module.stopped(), None, "{name}");
+        let speed = (done(&mut module) - before) as f64 / host / 1e6;
+        println!("{name:<52} {IMAGE:>8} s {host:>8.2} s {:>7.2}x {speed:>8.1} million", IMAGE as f64 / host);
+    }
+}
+
+/// Has the module do what these commands say.
+fn prepare(module: &mut impl VirtualModule, source: Source, commands: &[Command]) {
+    for command in commands {
+        module.hear(source, Client::default(), &binary::encode_command(1, *command));
+        // Until the reply: the end of a download takes a while.
+        while module.is_busy() {
+            module.run_until(module.now() + MILLISECOND);
+            while module.sent().is_some() {}
+        }
     }
 }
