@@ -24,7 +24,11 @@ impl Frame {
 
     /// A frame from the registers of a CAN controller: bytes behind `length` are ignored, and a length above 8 counts
     /// as 8.
+    #[inline(always)]
     pub fn received(id: Id, remote: bool, length: u8, bytes: [u8; MOST]) -> Self {
+        if length >= MOST as u8 && !remote {
+            return Frame { id, remote, length: MOST as u8, bytes };
+        }
         let length = length.min(MOST as u8);
         let data = if remote { 0 } else { length };
         let unused = u64::MAX.checked_shl(u32::from(data).saturating_mul(8)).unwrap_or_default();

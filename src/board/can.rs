@@ -1,19 +1,22 @@
 //! The CAN link: the bxCAN controller and its filters. The owner of the module reads and writes frames by itself; a
 //! task in thread mode only joins the bus at the start.
+//!
+//! Embassy sets the controller up. Its interrupts are handled here and by the owner, at the owner's priority: so nothing
+//! that touches the controller interrupts anything else that does.
 
 use core::array::from_fn;
+use core::cell::UnsafeCell;
 
 use embassy_stm32::can::filter::{BankConfig, ListEntry16, Mask16};
-use embassy_stm32::can::{self, CanRx, CanTx, Fifo, RxPin, TxPin};
-use embassy_stm32::interrupt::{self, InterruptExt, Priority};
+use embassy_stm32::can::{self, Fifo, RxPin, TxPin};
+use embassy_stm32::interrupt::{self, InterruptExt, Priority, typelevel};
 use embassy_stm32::pac::CAN1;
 use embassy_stm32::pac::can::vals::{Ide, Rtr};
-use embassy_stm32::{Peri, bind_interrupts, peripherals};
+use embassy_stm32::{Peri, peripherals};
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
-use heapless::Vec;
+use heapless::{Deque, Vec};
 
-use super::wake::OnFrame;
 use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 
 /// The receive queue to which the filters lead.
@@ -23,12 +26,21 @@ const BANKS: u8 = 3;
 /// Number of mailboxes, in each of which a frame can wait to be sent.
 const MAILBOXES: usize = 3;
 
-bind_interrupts!(struct Irqs {
-    CAN1_TX => can::TxInterruptHandler<peripherals::CAN1>;
-    CAN1_RX0 => can::Rx0InterruptHandler<peripherals::CAN1>, OnFrame;
-    CAN1_RX1 => can::Rx1InterruptHandler<peripherals::CAN1>;
-    CAN1_SCE => can::SceInterruptHandler<peripherals::CAN1>;
-});
+/// Number of frames that can wait for a mailbox: a late reply, and events.
+const WAITING: usize = 4;
+
+/// Stands for Embassy's handlers, which are not in use.
+#[derive(Clone, Copy)]
+struct Unhandled;
+
+// SAFETY: the handlers wake those who wait in Embassy's driver for a frame, a mailbox or an error; nobody does.
+unsafe impl typelevel::Binding<typelevel::CAN1_TX, can::TxInterruptHandler<peripherals::CAN1>> for Unhandled {}
+// SAFETY: as above.
+unsafe impl typelevel::Binding<typelevel::CAN1_RX0, can::Rx0InterruptHandler<peripherals::CAN1>> for Unhandled {}
+// SAFETY: as above.
+unsafe impl typelevel::Binding<typelevel::CAN1_RX1, can::Rx1InterruptHandler<peripherals::CAN1>> for Unhandled {}
+// SAFETY: as above.
+unsafe impl typelevel::Binding<typelevel::CAN1_SCE, can::SceInterruptHandler<peripherals::CAN1>> for Unhandled {}
 
 /// The driver of the CAN controller with its pins.
 pub(super) fn driver(
@@ -36,18 +48,21 @@ pub(super) fn driver(
     rx: Peri<'static, impl RxPin<peripherals::CAN1>>,
     tx: Peri<'static, impl TxPin<peripherals::CAN1>>,
 ) -> can::Can<'static> {
-    for handler in [interrupt::CAN1_TX, interrupt::CAN1_RX0, interrupt::CAN1_RX1, interrupt::CAN1_SCE] {
-        handler.set_priority(Priority::P5);
+    let driver = can::Can::new(controller, rx, tx, Unhandled);
+    // The driver has enabled all interrupts. The second queue is not in use, and the controller leaves bus-off by itself.
+    CAN1.ier().write(|_| {});
+    interrupt::CAN1_RX1.disable();
+    interrupt::CAN1_SCE.disable();
+    for handler in [interrupt::CAN1_TX, interrupt::CAN1_RX0] {
+        handler.set_priority(Priority::P6);
     }
-    can::Can::new(controller, rx, tx, Irqs)
+    driver
 }
 
-/// Both halves of the driver of the CAN controller.
+/// The CAN controller on the bus.
 pub(super) struct Can {
-    /// The sending half, only kept: frames are sent at the controller's registers.
-    _tx: CanTx<'static>,
-    /// The receiving half, by which filters are set; frames are read at the controller's registers.
-    rx: CanRx<'static>,
+    /// The driver, by which filters are set; frames are read and written at the controller's registers.
+    driver: can::Can<'static>,
 }
 
 /// The identifiers of the frames that a firmware is to receive; `None` is all.
@@ -64,28 +79,30 @@ pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32) {
     // of identifiers only one of them could wait.
     can.set_tx_fifo_scheduling(true);
     can.enable().await;
-    let (tx, rx) = can.split();
-    // The destructor of `can` would reset the controller.
-    core::mem::forget(can);
     defmt::info!("CAN at {=u32} bit/s", bit_rate);
-    JOINED.signal(Can { _tx: tx, rx });
+    // Until the owner has set the filters no frame passes them.
+    CAN1.ier().write(|w| w.set_fmpie(FIFO, true));
+    JOINED.signal(Can { driver: can });
 }
 
 impl Can {
     /// The oldest frame that has been received; `None` while there is none, or while no reply could be sent.
+    #[inline(always)]
     pub(super) fn read(&mut self) -> Option<Frame> {
-        // The registers are read here, because Embassy's driver would look at both queues and at the clock, and for
-        // errors, although the controller leaves bus-off by itself. A request stays in the queue while no mailbox is
-        // free for its reply; only a host that does not wait for replies fills all three.
-        if CAN1.rfr(FIFO).read().fmp() == 0 || !has_room() {
+        if CAN1.rfr(FIFO).read().fmp() == 0 {
+            return None;
+        }
+        // A request stays in the queue while no mailbox is free for its reply; only a host that does not wait for replies
+        // fills all three.
+        if !has_room() {
+            wait_for_room();
             return None;
         }
         let queued = CAN1.rx(FIFO);
         let (identity, size) = (queued.rir().read(), queued.rdtr().read());
         let [low, high] = [queued.rdlr().read().0, queued.rdhr().read().0];
         CAN1.rfr(FIFO).write(|w| w.set_rfom(true));
-        // Embassy's interrupt handler has switched its own interrupt off until this frame is read.
-        cortex_m::interrupt::free(|_| CAN1.ier().modify(|w| w.set_fmpie(FIFO, true)));
+        CAN1.ier().write(|w| w.set_fmpie(FIFO, true));
         let id = if identity.ide() == Ide::STANDARD {
             StandardId::new(identity.stid())?.into()
         } else {
@@ -96,35 +113,20 @@ impl Can {
         Some(Frame::received(id, remote, size.dlc(), bytes))
     }
 
-    /// Sends a frame. If all three mailboxes are full, no node on the bus has acknowledged the last three replies, and
-    /// this frame is dropped.
+    /// Sends a frame, behind those that wait. If as many as there is room for wait, no node on the bus has acknowledged
+    /// the last replies, and this frame is dropped.
+    #[inline(always)]
     pub(super) fn write(&mut self, frame: &Frame) {
-        if !has_room() {
-            return defmt::debug!("CAN: nobody listens, reply dropped");
+        if has_room() {
+            send(frame);
+        } else {
+            wait(frame);
         }
-        let [a, b, c, d, high @ ..] = frame.bytes();
-        let mailbox = CAN1.tx(CAN1.tsr().read().code().into());
-        mailbox.tdtr().write(|w| w.set_dlc(frame.dlc() as u8));
-        mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
-        mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes(high));
-        mailbox.tir().write(|w| {
-            match frame.id() {
-                Id::Standard(id) => w.set_stid(id.as_raw()),
-                Id::Extended(id) => {
-                    w.set_ide(Ide::EXTENDED);
-                    w.set_stid(id.standard_id().as_raw());
-                    // EXID has the lower 18 of the identifier's 29 bits.
-                    w.set_exid(id.as_raw() & 0x3_FFFF);
-                }
-            }
-            w.set_rtr(if frame.is_remote_frame() { Rtr::REMOTE } else { Rtr::DATA });
-            w.set_txrq(true);
-        });
     }
 
     /// Has the filters let data frames with these identifiers pass, or all frames.
     pub(super) fn listen_to(&mut self, identifiers: &Identifiers) {
-        let mut filters = self.rx.modify_filters();
+        let mut filters = self.driver.modify_filters();
         let mut rest = match identifiers {
             None => {
                 filters.enable_bank(0, Fifo::Fifo0, BankConfig::Mask16([Mask16::accept_all(); 2]));
@@ -145,8 +147,93 @@ impl Can {
     }
 }
 
-/// True if a frame can be sent now.
+/// Keeps the interrupt of received frames from coming again and again while the owner cannot read them: until it has read
+/// one. To be called at the end of the handler.
+pub(super) fn hold() {
+    if CAN1.rfr(FIFO).read().fmp() != 0 {
+        CAN1.ier().modify(|w| w.set_fmpie(FIFO, false));
+    }
+}
+
+/// The frames that wait for a mailbox, oldest first.
+struct Queue(UnsafeCell<Deque<Frame, WAITING>>);
+
+// SAFETY: only the owner and the handler of CAN1_TX use it; they have the same priority, so neither interrupts the other.
+unsafe impl Sync for Queue {}
+
+static QUEUE: Queue = Queue(UnsafeCell::new(Deque::new()));
+
+impl Queue {
+    /// Calls a function with the queue. To be called at the owner's priority only, and not within such a function.
+    fn with<R>(&self, act: impl FnOnce(&mut Deque<Frame, WAITING>) -> R) -> R {
+        // SAFETY: see above.
+        act(unsafe { &mut *self.0.get() })
+    }
+}
+
+/// A mailbox has become free: frames that wait are sent, and then requests are read again.
+#[embassy_stm32::interrupt]
+unsafe fn CAN1_TX() {
+    CAN1.tsr().write(|w| (0..MAILBOXES).for_each(|mailbox| w.set_rqcp(mailbox, true)));
+    let room = QUEUE.with(|queue| {
+        while is_free() {
+            let Some(frame) = queue.pop_front() else { return true };
+            send(&frame);
+        }
+        false
+    });
+    if room {
+        CAN1.ier().write(|w| w.set_fmpie(FIFO, true));
+    }
+}
+
+/// Has the interrupt of the mailboxes come when one is free, and that of the queue of received frames only after it.
+#[cold]
+fn wait_for_room() {
+    CAN1.ier().write(|w| w.set_tmeie(true));
+}
+
+/// Puts a frame behind those that wait for a mailbox.
+#[cold]
+fn wait(frame: &Frame) {
+    wait_for_room();
+    if QUEUE.with(|queue| queue.push_back(*frame)).is_err() {
+        defmt::debug!("CAN: nobody listens, reply dropped");
+    }
+}
+
+/// True if a frame can be sent now, and none waits to be sent before it: while one does, the interrupt of the mailboxes is
+/// enabled.
+#[inline(always)]
 fn has_room() -> bool {
+    is_free() && !CAN1.ier().read().tmeie()
+}
+
+/// True if a mailbox is free.
+fn is_free() -> bool {
     let status = CAN1.tsr().read();
     (0..MAILBOXES).any(|mailbox| status.tme(mailbox))
+}
+
+/// Hands a frame to a mailbox, of which one is free.
+#[inline(always)]
+fn send(frame: &Frame) {
+    let [a, b, c, d, high @ ..] = frame.bytes();
+    let mailbox = CAN1.tx(CAN1.tsr().read().code().into());
+    mailbox.tdtr().write(|w| w.set_dlc(frame.dlc() as u8));
+    mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
+    mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes(high));
+    mailbox.tir().write(|w| {
+        match frame.id() {
+            Id::Standard(id) => w.set_stid(id.as_raw()),
+            Id::Extended(id) => {
+                w.set_ide(Ide::EXTENDED);
+                w.set_stid(id.standard_id().as_raw());
+                // EXID has the lower 18 of the identifier's 29 bits.
+                w.set_exid(id.as_raw() & 0x3_FFFF);
+            }
+        }
+        w.set_rtr(if frame.is_remote_frame() { Rtr::REMOTE } else { Rtr::DATA });
+        w.set_txrq(true);
+    });
 }

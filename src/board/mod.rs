@@ -6,8 +6,9 @@
 //! | timers of Embassy | interrupt of TIM5 | 0 | the queue of tasks that wait for a time |
 //! | `encoder` | interrupt of the pin of N | 3 | the counts at the edges of N |
 //! | `rs485` | interrupts of USART3, and of TIM2 at the end of a stop bit | 4 | the port, framing, direction |
-//! | CAN and USB drivers of Embassy | interrupts of CAN1 and OTG_FS | 5 | the frames and packets that come and go |
-//! | `owner` | interrupt of TIM3, each millisecond and when a link asks for it | 6 | the firmware's logic with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
+//! | USB driver of Embassy | interrupt of OTG_FS | 5 | the packets that come and go |
+//! | `owner` | interrupts of TIM3, each millisecond and when a link asks for it, and of received CAN frames | 6 | the firmware's logic with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
+//! | `can` | interrupt of CAN's mailboxes | 6 | the frames that wait for a mailbox |
 //! | `usb` | thread mode | - | the USB device; its requests go to the owner by a mailbox |
 //! | `eeprom` | thread mode | - | the EEPROM with SPI3 |
 //! | `analog` | thread mode | - | the ADC |

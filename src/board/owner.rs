@@ -1,7 +1,7 @@
 //! The owner of the firmware's logic, be it TMCL or another [`Firmware`]: the only part that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes each millisecond when a poll is due, and whenever a link has a request
-//! ([`wake`]). It serves the requests of the links, polls the firmware when that is due, and gives a program its slices;
+//! ([`wake`]), and in that of received CAN frames. It serves the requests of the links, polls the firmware when that is due, and gives a program its slices;
 //! between two of these it serves the links again. No other code uses the firmware, the motion bus, or the CAN mailboxes.
 
 use core::cell::UnsafeCell;
@@ -74,10 +74,10 @@ trait Turn {
     fn turn(&mut self);
 }
 
-/// The owner, for its interrupt handler, which alone uses it, and which does not interrupt itself.
+/// The owner, for its interrupt handlers, which alone use it, and which do not interrupt each other.
 struct OwnerCell(UnsafeCell<Option<&'static mut dyn Turn>>);
 
-// SAFETY: the handler of TIM3 is the only user, and `start` before that interrupt is enabled.
+// SAFETY: the handlers of TIM3 and CAN1_RX0 are the only users, and `start` before these interrupts come.
 unsafe impl Sync for OwnerCell {}
 
 static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
@@ -94,7 +94,20 @@ pub(super) fn start<F: Firmware<AXES>>(owner: &'static mut Owner<F>) {
 #[interrupt]
 unsafe fn TIM3() {
     wake::acknowledge();
-    // SAFETY: the owner is used only here, and an interrupt handler does not interrupt itself.
+    turn();
+}
+
+/// A CAN frame has been received.
+#[interrupt]
+unsafe fn CAN1_RX0() {
+    turn();
+    can::hold();
+}
+
+/// To be called only by handlers of the owner's priority.
+#[inline(always)]
+fn turn() {
+    // SAFETY: the owner is used only here, and interrupt handlers of the same priority do not interrupt each other.
     if let Some(owner) = unsafe { (*OWNER.0.get()).as_mut() } {
         owner.turn();
     }

@@ -3,7 +3,6 @@
 
 use cortex_m::peripheral::NVIC;
 use embassy_stm32::interrupt;
-use embassy_stm32::interrupt::typelevel::{CAN1_RX0, Handler};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::TIM3;
 
@@ -43,13 +42,4 @@ pub(super) fn acknowledge() {
 /// Wakes the owner at once: to be called when a link has something for it.
 pub(super) fn pend() {
     NVIC::pend(interrupt::TIM3);
-}
-
-/// An interrupt handler that wakes the owner when a CAN frame has been received.
-pub(super) struct OnFrame;
-
-impl Handler<CAN1_RX0> for OnFrame {
-    unsafe fn on_interrupt() {
-        pend();
-    }
 }

@@ -132,9 +132,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// GAP: reads an axis parameter.
-    pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<Outcome, Status> {
+    pub(super) fn get_axis(&mut self, number: u8, axis: u8) -> Result<i32, Status> {
         let parameter = self.parameter(number)?;
-        Ok(Outcome::Read(self.axis(axis)?.read(parameter.function)?))
+        Ok(self.axis(axis)?.read(parameter.function)?)
     }
 
     /// SAP and AAP: sets an axis parameter. `echo` is the value of the reply.

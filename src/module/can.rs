@@ -13,6 +13,7 @@ use crate::units::Micros;
 impl LinkSettings {
     /// A reply as a frame: it has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it,
     /// whichever identifier the request came under.
+    #[inline]
     pub fn frame(&self, to: Origin, reply: &Reply) -> Frame {
         can::reply_frame(self.can_id, self.can_reply, to.length, reply)
     }
@@ -25,6 +26,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Where parameter 70, the identifier of replies, is one of the module's own identifiers, the module receives the replies
     /// of other modules, too. It recognises them by the requests to those modules, so it has to be given all frames; else
     /// frames with other identifiers may be kept from it.
+    #[inline(always)]
     pub(super) fn frame(&mut self, now: Micros, frame: can::Request) -> Answer {
         let can::Request { id, command, length } = frame;
         let LinkSettings { can_id, can_secondary, can_reply, .. } = self.link_settings;
@@ -40,6 +42,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if id != can_id && Some(id) != can_secondary {
             return Poll::Ready(None);
         }
-        self.execute(now, Origin { source: Source::Can, length }, command)
+        self.obey(now, Origin { source: Source::Can, length }, command)
     }
 }

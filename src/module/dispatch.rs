@@ -7,49 +7,64 @@ use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, MotorField, Opco
 use crate::units::Micros;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Executes a command that came over a link. Checked in this order are the number, whether the command may be
-    /// executed outside a program, the motor field, and what the command itself demands.
-    pub(super) fn dispatch(&mut self, now: Micros, origin: Origin, command: Command) -> Result<Outcome, Status> {
-        if let Some(done) = self.download(origin.source, command) {
-            return done;
+    /// Admits a command of a link: `None` is one to be stored in program memory by a [download](Self::download). Checked
+    /// in this order are the number, whether the command may be executed outside a program, the motor field, and, by
+    /// [`Module::act`], what the command itself demands.
+    pub(super) fn admit(&self, source: Source, command: Command) -> Result<Option<Opcode>, Status> {
+        if command.opcode < Command::FIRST_CONTROL && self.downloads_here(source) {
+            return Ok(None);
         }
         let instruction = Instruction::numbered(command.opcode).ok_or(Status::InvalidCommand)?;
         if !instruction.direct {
             return Err(Status::NotAvailable);
         }
-        self.perform(now, Some(origin), instruction, command)
+        self.check_motor(instruction, command.motor).map(|()| Some(instruction.opcode))
     }
 
-    /// Executes a command of a link, or of the program if `origin` is `None`.
+    /// Executes a command of the program.
     pub(super) fn perform(
         &mut self,
         now: Micros,
-        origin: Option<Origin>,
         instruction: &Instruction,
         command: Command,
     ) -> Result<Outcome, Status> {
-        let Command { kind, motor, value, .. } = command;
+        self.check_motor(instruction, command.motor)?;
+        self.act(now, None, instruction.opcode, command)
+    }
+
+    /// Whether the product has the command, and the motor that its motor field names.
+    fn check_motor(&self, instruction: &Instruction, motor: u8) -> Result<(), Status> {
         let known = usize::from(motor) < AXES;
-        let Instruction { opcode, motor: number, .. } = *instruction;
-        if self.spec().lacks.contains(&opcode) {
+        if self.spec().lacks.contains(&instruction.opcode) {
             return Err(Status::InvalidCommand);
         }
-        match number {
-            MotorField::Axis if !known => return Err(Status::InvalidValue),
-            MotorField::AxisOrAll if !known && motor != ALL_AXES => return Err(Status::InvalidValue),
-            MotorField::Axis | MotorField::AxisOrAll | MotorField::Other => {}
+        match instruction.motor {
+            MotorField::Axis if !known => Err(Status::InvalidValue),
+            MotorField::AxisOrAll if !known && motor != ALL_AXES => Err(Status::InvalidValue),
+            MotorField::Axis | MotorField::AxisOrAll | MotorField::Other => Ok(()),
         }
+    }
+
+    /// Executes a command of a link, or of the program if `origin` is `None`, whose number and motor field are checked.
+    pub(super) fn act(
+        &mut self,
+        now: Micros,
+        origin: Option<Origin>,
+        opcode: Opcode,
+        command: Command,
+    ) -> Result<Outcome, Status> {
+        let Command { kind, motor, value, .. } = command;
         match opcode {
             Opcode::Ror => self.rotate(now, motor, value)?,
             Opcode::Rol => self.rotate(now, motor, value.checked_neg().ok_or(Status::InvalidValue)?)?,
             Opcode::Mst => self.rotate(now, motor, 0)?,
             Opcode::Mvp => return self.move_position(now, command),
             Opcode::Sap => return self.set_axis(now, kind, motor, value, value),
-            Opcode::Gap => return self.get_axis(kind, motor),
+            Opcode::Gap => return self.get_axis(kind, motor).map(Outcome::Read),
             Opcode::Stap => return self.store_axis(kind, motor, value),
             Opcode::Rsap => return self.restore_axis(now, kind, motor, value),
             Opcode::Sgp => return self.set_global(now, kind, motor, value, value),
-            Opcode::Ggp => return self.get_global(now, kind, motor),
+            Opcode::Ggp => return self.get_global(now, kind, motor).map(Outcome::Read),
             Opcode::Stgp => return self.store_global(kind, motor, value),
             Opcode::Rsgp => return self.restore_global(kind, motor, value),
             Opcode::Rfs => return self.reference_search(now, kind, motor, value),

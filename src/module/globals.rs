@@ -64,8 +64,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// GGP.
-    pub(super) fn get_global(&mut self, now: Micros, number: u8, bank: u8) -> Result<Outcome, Status> {
-        let value = match self.find_global(number, bank)? {
+    pub(super) fn get_global(&mut self, now: Micros, number: u8, bank: u8) -> Result<i32, Status> {
+        Ok(match self.find_global(number, bank)? {
             Global::Bank0(parameter) => match parameter.function {
                 G::TickTimer => self.tick_timer(now).cast_signed(),
                 G::RandomNumber => self.random().cast_signed(),
@@ -76,8 +76,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             },
             Global::Variable(number) => self.variables.get(usize::from(number)).copied().unwrap_or_default(),
             Global::Interrupt(number, _) => self.machine.interrupts.setting(number),
-        };
-        Ok(Outcome::Read(value))
+        })
     }
 
     /// SGP, AGP. `echo` is the reply's value.

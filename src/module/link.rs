@@ -45,6 +45,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// True while a command of this link waits for its reply: the link is not to bring another one.
     pub fn awaits(&self, source: Source) -> bool {
+        !self.waiting.is_empty() && self.owes(source)
+    }
+
+    /// A function of its own, marked as cold: it is asked for each link before each request, and seldom something waits.
+    #[cold]
+    #[inline(never)]
+    fn owes(&self, source: Source) -> bool {
         self.waiting.iter().any(|waiting| waiting.from.is_on(source))
     }
 
@@ -65,6 +72,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Executes a request from a link; returns the answer, and the mode in which a byte link goes on. The link's own end
     /// encodes the reply, with the [`Module::link_settings`] as they are right after this call.
+    #[inline(always)]
     pub fn request(&mut self, now: Micros, source: Source, request: &Request) -> (Answer, LinkMode) {
         self.update_link_settings();
         let restarts = self.device.restart().is_some();
@@ -91,6 +99,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// between one host and the module accepts any. The addressed module answers a wrong checksum with status 1. A module
     /// whose own address is the host's hears the replies of other modules as if they were requests; it recognises
     /// them by the requests before and does not answer.
+    #[inline(always)]
     fn telegram(&mut self, now: Micros, source: Source, telegram: Addressed) -> (Answer, LinkMode) {
         let Addressed { address: to, command, intact } = telegram;
         if source == Source::Rs485 {
@@ -111,13 +120,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             return (Poll::Ready(Some(Reply::WRONG_CHECKSUM)), LinkMode::Binary);
         }
         let mode = if command.opcode == Opcode::EnterAscii as u8 { LinkMode::Ascii } else { LinkMode::Binary };
-        (self.execute(now, source, command), mode)
+        (self.obey(now, source.into(), command), mode)
     }
 
     /// Executes a line of ASCII mode (manual section 3.4). The answer to BIN is still text; binary mode begins after it.
+    #[inline(never)]
     fn line(&mut self, now: Micros, source: Source, line: Line) -> (Answer, LinkMode) {
         let (status, opcode, mode) = match line {
-            Line::Command(command) => return (self.execute(now, source, command), LinkMode::Ascii),
+            Line::Command(command) => return (self.obey(now, source.into(), command), LinkMode::Ascii),
             Line::Leave => (Status::Ok, 0, LinkMode::Binary),
             Line::Wrong { status, opcode } => (status, opcode, LinkMode::Ascii),
         };

@@ -180,13 +180,36 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Executes a command of a link. Commands after one that restarts the module are neither executed nor answered.
     pub fn execute(&mut self, now: Micros, origin: impl Into<Origin>, command: Command) -> Answer {
-        let origin = origin.into();
-        if self.device.restart().is_some() {
-            return Poll::Ready(None);
-        }
+        if self.device.restart().is_some() { Poll::Ready(None) } else { self.obey(now, origin.into(), command) }
+    }
+
+    /// [`Module::execute`] while no restart is due. What hosts ask most often, GAP and GGP, and what is refused goes a
+    /// short way here; all else is executed by [`Module::carry_out`].
+    fn obey(&mut self, now: Micros, origin: Origin, command: Command) -> Answer {
         self.supervision.hear(now, origin.source);
+        let Command { opcode, kind, motor, .. } = command;
+        let read = match self.admit(origin.source, command) {
+            Ok(Some(Opcode::Gap)) => self.get_axis(kind, motor),
+            Ok(Some(Opcode::Ggp)) => self.get_global(now, kind, motor),
+            Ok(admitted) => return self.carry_out(now, origin, admitted, command),
+            Err(status) => Err(status),
+        };
+        let reply = match read {
+            Ok(value) => Reply::Plain { status: Status::Ok, opcode, value },
+            Err(status) => Reply::echo(status, command),
+        };
+        if self.suppressed(opcode) { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
+    }
+
+    /// Carries out a command of a link: one that was admitted, or one of a download. Never inlined: reading a parameter
+    /// is not to have its stack frame.
+    #[inline(never)]
+    fn carry_out(&mut self, now: Micros, origin: Origin, admitted: Option<Opcode>, command: Command) -> Answer {
         let suppressed = self.suppressed(command.opcode);
-        let outcome = self.dispatch(now, origin, command);
+        let outcome = match admitted {
+            Some(opcode) => self.act(now, Some(origin), opcode, command),
+            None => self.download(command),
+        };
         let reply = match outcome {
             Ok(Outcome::Unanswered) => return Poll::Ready(None),
             Ok(Outcome::Special(reply)) => reply,

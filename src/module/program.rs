@@ -106,19 +106,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::stored(value))
     }
 
-    /// During a download: stores a command in place of executing it. `None` for a command that is to be executed.
-    pub(super) fn download(&mut self, source: Source, command: Command) -> Option<Result<Outcome, Status>> {
-        let downloads = self.device.store().downloading().is_some() && !self.downloads_elsewhere(source);
-        if !downloads || command.opcode >= Command::FIRST_CONTROL {
-            return None;
-        }
-        Some(if self.protected(AGAINST_WRITING) {
+    /// During a download: stores a command in place of executing it.
+    pub(super) fn download(&mut self, command: Command) -> Result<Outcome, Status> {
+        if self.protected(AGAINST_WRITING) {
             Err(Status::EepromLocked)
         } else if self.device.store_mut().download(&command.to_bytes()) {
             Ok(Outcome::Special(Reply::echo(Status::Loaded, command)))
         } else {
             Err(Status::InvalidValue)
-        })
+        }
+    }
+
+    /// True while this link downloads.
+    pub(super) fn downloads_here(&self, source: Source) -> bool {
+        self.device.store().downloading().is_some() && !self.downloads_elsewhere(source)
     }
 
     /// Command 133. Only the link that downloads can end the download: it alone knows that all commands have come.
@@ -228,7 +229,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let done = match instruction {
             Some(instruction) => match self.machine.execute(turn, instruction.opcode, command) {
                 Some(done) => return done,
-                None if instruction.program => self.perform(now, None, instruction, command),
+                None if instruction.program => self.perform(now, instruction, command),
                 None => Err(Status::NotAvailable),
             },
             None => Err(Status::InvalidCommand),

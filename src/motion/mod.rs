@@ -29,8 +29,10 @@ pub use sensors::Sensors;
 pub use switch::{Side, Stops};
 pub use values::Values;
 
-/// The reason for which an axis has refused a command.
+/// The reason for which an axis has refused a command. It is as wide as a value, so that the compiler returns either of
+/// them in registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
 pub enum Error {
     /// The parameter cannot be written.
     ReadOnly,

@@ -50,6 +50,7 @@ pub fn encode_reply(id: StandardId, length: usize, reply: &Reply) -> Data {
 }
 
 /// The frame of a reply as [`encode_reply`] makes it, with identifier `to`.
+#[inline(always)]
 pub fn reply_frame(id: StandardId, to: StandardId, length: u8, reply: &Reply) -> Frame {
     Frame::received(Id::Standard(to), false, length, reply_bytes(id, reply))
 }

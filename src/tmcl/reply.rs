@@ -2,9 +2,10 @@
 
 use super::Command;
 
-/// Status of a reply (manual section 3.2.1).
+/// Status of a reply (manual section 3.2.1). It is as wide as a value, so that the compiler returns either of them in
+/// registers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
+#[repr(u32)]
 pub enum Status {
     /// Successfully executed.
     Ok = 100,

@@ -274,6 +274,30 @@ fn all_requests_over_can_are_answered() {
     }
 }
 
+/// A host that sends on and on does not let the module speak: three replies wait in the controller, and the event that
+/// comes meanwhile is sent behind them.
+#[test]
+fn an_event_that_comes_while_three_replies_wait_on_can_is_sent_behind_them() {
+    let mut host = Host::new("");
+    host.ok("SGP 69, 0, 5");
+    reset(&mut host);
+    host.machine.can().set_bus(CanBus { bit_rate: 125_000, ..CanBus::default() });
+    for _ in 0..3 {
+        assert_eq!(host.ask_can("138, 1, 0, 1").0, OK);
+        host.machine.can().send(request(1, "MVP REL, 0, 20"));
+        for _ in 0..40 {
+            host.machine.can().send(request(1, "GAP 4, 0"));
+        }
+        host.run(100 * MILLISECOND);
+        let told: Vec<(u8, u8)> = host.machine.can().take_sent().iter().map(|(_, f)| (f.data[1], f.data[2])).collect();
+        // What the controller has no room for is lost, but nothing that was read.
+        let event = told.iter().position(|told| *told == (128, 138));
+        assert!(event.is_some_and(|place| place >= 3), "{told:?}");
+        assert_eq!(told.iter().filter(|told| **told == (OK, 4)).count(), 1, "{told:?}");
+        assert_eq!(host.ask_can("GAP 4, 0"), (OK, 1_000));
+    }
+}
+
 // ---- Heartbeats ----
 
 /// Parameters 68 and 82: the motor stops when its host falls silent.

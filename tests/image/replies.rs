@@ -106,6 +106,16 @@ fn what_is_asked_behind_a_late_reply_is_answered_behind_it() {
         let replies: Vec<_> = heard.chunks(9).zip(lines).map(|(reply, line)| decoded(line, reply)).collect();
         assert_eq!(replies, [(OK, 0), (OK, value), (OK, 1_000)]);
     }
+    for value in [1_234, 777] {
+        assert_eq!(host.ask_can(&format!("SAP 4, 0, {value}")).0, OK);
+        let lines = ["STAP 4, 0", "GAP 4, 0", "GAP 5, 0"];
+        lines.map(|line| host.machine.can().send(request(1, line)));
+        host.run(2 * STORED);
+        let replies: Vec<_> =
+            host.machine.can().take_sent().iter().map(|(_, frame)| frame.data[..7].to_vec()).collect();
+        let [high, low] = (value as u16).to_be_bytes();
+        assert_eq!(replies, [[1, OK, 7, 0, 0, 0, 0], [1, OK, 6, 0, 0, high, low], [1, OK, 6, 0, 0, 0x03, 0xE8]]);
+    }
 }
 
 /// With parameter 255 a store is not answered, and does not keep the link waiting for that: neither a telegram behind
