@@ -2,7 +2,7 @@
 
 use defmt_decoder::{DecodeError, Table};
 
-use super::cpu::Sram;
+use super::cpu::Ram;
 
 /// A message of the firmware.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -31,7 +31,7 @@ const END: u8 = 0;
 
 /// The firmware's log, as a debug probe reads it.
 pub struct Log {
-    memory: Sram,
+    memory: Ram,
     block: Option<u32>,
     table: Option<Table>,
     pending: Vec<u8>,
@@ -41,7 +41,7 @@ pub struct Log {
 
 impl Log {
     /// A reader for the image `elf`, whose control block is at `block` of `memory`.
-    pub(super) fn new(elf: &[u8], block: Option<u32>, memory: Sram) -> Self {
+    pub(super) fn new(elf: &[u8], block: Option<u32>, memory: Ram) -> Self {
         // Without a table nothing can be read; an image may be built without a log.
         let table = Table::parse(elf).ok().flatten();
         Self { memory, block, table, pending: Vec::new(), left: false }

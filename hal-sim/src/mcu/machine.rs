@@ -2,11 +2,8 @@
 
 mod execution;
 mod part;
-mod shared;
 
-use std::sync::Arc;
-
-use super::cpu::{Bus, Cpu};
+use super::cpu::Cpu;
 use super::elf::Image;
 use super::log::Log;
 use super::peripheral::Cycles;
@@ -18,7 +15,6 @@ use super::stop::Stop;
 use crate::board::Board;
 use crate::clock::Nanos;
 use execution::Execution;
-use shared::Shared;
 
 pub use execution::Counters;
 pub use part::{BitRates, Part, Waiting};
@@ -33,7 +29,7 @@ const LOG_EVERY: Cycles = 84_000;
 /// [`wiring`](Self::wiring), [`cpu`](Self::cpu), [`log`](Self::log). When the board loses its power, the core stands
 /// still until it is [switched on](Self::set_power) again.
 pub struct Machine {
-    shared: Arc<Shared>,
+    soc: Soc,
     execution: Execution,
     powered: bool,
     stack: core::ops::Range<u32>,
@@ -59,14 +55,13 @@ impl Machine {
     pub fn wired(elf: &[u8], board: Board, pinout: &'static Pinout) -> Result<Self, Stop> {
         let image = Image::parse(elf)?;
         let powered = board.is_powered();
-        let shared = Arc::new(Shared::new(Soc::new(board, pinout, 0)));
-        let bus: Arc<dyn Bus> = shared.clone();
-        let cpu = Cpu::new(image.flash, &bus)?;
+        let cpu = Cpu::new(image.flash);
         let sram = cpu.sram().clone();
-        shared.lock().attach(sram.clone());
+        let mut soc = Soc::new(board, pinout, 0);
+        soc.attach(sram.clone());
         Ok(Self {
-            execution: Execution::new(cpu, shared.clone(), powered),
-            shared,
+            execution: Execution::new(cpu, powered),
+            soc,
             powered,
             stack: image.stack,
             log: Log::new(elf, image.rtt, sram),
@@ -78,7 +73,7 @@ impl Machine {
 
     /// Virtual time.
     pub fn now(&self) -> Nanos {
-        self.shared.lock().present()
+        self.soc.present()
     }
 
     /// Lets time pass until `to`.
@@ -130,20 +125,18 @@ impl Machine {
 
     /// Switches the supply off or on. RAM is lost, the EEPROM keeps its contents.
     pub fn set_power(&mut self, on: bool) {
-        let shared = self.shared.clone();
-        let mut soc = shared.lock();
-        if on == soc.board().is_powered() {
+        if on == self.soc.board().is_powered() {
             return;
         }
         if on {
-            soc.power_on();
+            self.soc.power_on();
             self.execution.cpu.sram().forget();
-            self.restart(&mut soc, Cause::Power);
+            self.restart(Cause::Power);
             self.powered = true;
         } else {
-            soc.settle(self.execution.now);
-            soc.sync();
-            soc.board_mut().power_off();
+            self.soc.settle(self.execution.now);
+            self.soc.sync();
+            self.soc.board_mut().power_off();
             self.powered = false;
         }
     }
@@ -151,19 +144,16 @@ impl Machine {
     /// Lets the supply of the microcontroller dip: it starts anew as after power-on, while the other chips keep their
     /// registers. RAM stays as it is, the worst case for a firmware that believes what it finds there.
     pub fn brown_out(&mut self) {
-        let shared = self.shared.clone();
-        let mut soc = shared.lock();
         if self.powered {
-            soc.settle(self.execution.now);
-            self.restart(&mut soc, Cause::Power);
+            self.soc.settle(self.execution.now);
+            self.restart(Cause::Power);
         }
     }
 
     /// Lets the microcontroller's crystal stop, or swing when it is switched on.
     pub fn set_crystal(&mut self, swings: bool) {
-        let mut soc = self.shared.lock();
-        soc.settle(self.execution.now);
-        if soc.set_crystal(swings) {
+        self.soc.settle(self.execution.now);
+        if self.soc.set_crystal(swings) {
             self.execution.cpu.raise_nmi();
         }
     }
@@ -190,7 +180,7 @@ impl Machine {
 
     /// The core clock in Hz.
     pub fn core_clock(&self) -> u64 {
-        self.shared.lock().time.hz()
+        self.soc.time.hz()
     }
 
     /// The most bytes of stack that have been in use since power-on.
@@ -199,61 +189,58 @@ impl Machine {
     }
 
     fn run_on(&mut self, to: Nanos, mut observer: Observer<'_>) -> Result<(), Stop> {
-        let shared = self.shared.clone();
         loop {
-            let due = {
-                let mut soc = shared.lock();
-                if !self.powered {
-                    soc.board_mut().advance_to(to);
+            if !self.powered {
+                self.soc.board_mut().advance_to(to);
+                return Ok(());
+            }
+            let due = self.soc.settle(self.execution.now);
+            let cpu = &self.execution.cpu;
+            if let Some(fault) = self.soc.fault {
+                return Err(fault.stop(cpu.pc()));
+            }
+            if let Some((pc, reason)) = cpu.refused() {
+                return Err(Stop::Instruction { pc, reason });
+            }
+            if !self.soc.board().is_powered() {
+                self.powered = false;
+                continue;
+            }
+            // A core that is locked up waits for a reset, which may come.
+            if cpu.is_locked_up() && !self.soc.peripherals.iwdg.is_running() {
+                return Err(Stop::LockedUp { pc: cpu.pc() });
+            }
+            let bites = self.soc.peripherals.iwdg.has_expired();
+            if bites || cpu.wants_reset() {
+                self.restart(if bites { Cause::Watchdog } else { Cause::Software });
+                if self.stops_at_reset {
                     return Ok(());
                 }
-                let due = soc.settle(self.execution.now);
-                if let Some(fault) = soc.fault {
-                    return Err(fault.stop(self.execution.cpu.pc()));
-                }
-                if !soc.board().is_powered() {
-                    self.powered = false;
-                    continue;
-                }
-                // A core that is locked up waits for a reset, which may come.
-                if self.execution.cpu.is_locked_up() && !soc.peripherals.iwdg.is_running() {
-                    return Err(Stop::LockedUp { pc: self.execution.cpu.pc() });
-                }
-                let bites = soc.peripherals.iwdg.has_expired();
-                if bites || self.execution.cpu.wants_reset() {
-                    self.restart(&mut soc, if bites { Cause::Watchdog } else { Cause::Software });
-                    if self.stops_at_reset {
-                        return Ok(());
-                    }
-                    continue;
-                }
-                self.execution.interrupt(soc.agenda.interrupts());
-                if self.execution.now >= self.log_due {
-                    self.log_due = self.execution.now + LOG_EVERY;
-                    self.log.drain();
-                }
-                let end = soc.time.cycles(to);
-                if self.execution.now >= end {
-                    soc.sync();
-                    return Ok(());
-                }
-                let due = due.min(end);
-                if soc.watched.is_spinning() {
-                    let bus = soc.motion_bus();
-                    self.execution.skip(due, bus, &mut observer);
-                } else {
-                    self.execution.forget_round();
-                }
-                due
-            };
-            shared.set_due(due);
-            self.execution.execute(due, &mut observer);
+                continue;
+            }
+            self.execution.cpu.set_interrupts(self.soc.agenda.interrupts());
+            if self.execution.now >= self.log_due {
+                self.log_due = self.execution.now + LOG_EVERY;
+                self.log.drain();
+            }
+            let end = self.soc.time.cycles(to);
+            if self.execution.now >= end {
+                self.soc.sync();
+                return Ok(());
+            }
+            let due = due.min(end);
+            if self.soc.watched.is_spinning() {
+                self.execution.skip(&self.soc, due, &mut observer);
+            } else {
+                self.execution.forget_round();
+            }
+            self.execution.execute(&mut self.soc, due, &mut observer);
         }
     }
 
     /// The chip and its core start anew.
-    fn restart(&mut self, soc: &mut Soc, cause: Cause) {
-        soc.reset(self.execution.now, cause);
+    fn restart(&mut self, cause: Cause) {
+        self.soc.reset(self.execution.now, cause);
         self.execution.restart();
     }
 }

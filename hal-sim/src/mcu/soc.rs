@@ -18,7 +18,7 @@ mod pins;
 mod transfer;
 mod watched;
 
-use super::cpu::Sram;
+use super::cpu::Ram;
 use super::peripheral::{Cycles, NEVER};
 use super::pinout::Pinout;
 use super::rcc::{Cause, Clocks};
@@ -44,7 +44,7 @@ pub(super) struct Soc {
     /// The other end of the USB cable.
     pub(super) host: UsbHost,
     /// What DMA reaches, once the core is there.
-    sram: Option<Sram>,
+    sram: Option<Ram>,
     pub(super) agenda: Agenda,
     pub(super) watched: Watched,
     /// What the pins are connected to. The board is to be changed by [`board_mut`](Self::board_mut).
@@ -125,7 +125,7 @@ impl Soc {
     }
 
     /// DMA works on this memory.
-    pub(super) fn attach(&mut self, sram: Sram) {
+    pub(super) fn attach(&mut self, sram: Ram) {
         self.sram = Some(sram);
     }
 

@@ -47,45 +47,14 @@ pub struct Step {
 /// Takes steps as they are done.
 pub(super) type Observer<'a> = Option<&'a mut dyn FnMut(Step)>;
 
-/// The core between two steps.
+/// The core after a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
-    pub(super) pc: u32,
+    /// The exception that has been entered in it.
+    pub(super) entered: Option<u16>,
     pub(super) exception: u16,
     pub(super) masked: bool,
     /// Interrupts that are enabled, and that the program or their line has asked for, one bit each.
     pub(super) enabled: [u32; LINES],
-    pub(super) pending: [u32; LINES],
-    /// Exceptions whose handlers have begun, one bit each.
-    pub(super) active: [u32; LINES + 1],
-    /// Chip selected on the motion bus, and whether a word is on the wire.
-    pub(super) bus: (Option<Chip>, bool),
-}
-
-impl View {
-    /// The exception that has been entered since `before`, if one has. `handler` tells where the handler of an exception
-    /// begins.
-    pub(super) fn entered(&self, before: &Self, handler: impl Fn(u16) -> Option<u32>) -> Option<u16> {
-        let number = self.exception;
-        if number == 0 || number == before.exception && self.follows(before) {
-            return None;
-        }
-        let entered = match (before.is_active(number), self.is_active(number)) {
-            // At the return from its handler it was wanted again already, and is entered without going back.
-            (true, true) => number == before.exception && handler(number) == Some(self.pc),
-            (false, true) => true,
-            _ => false,
-        };
-        entered.then_some(number)
-    }
-
-    /// Whether this can be the next instruction.
-    fn follows(&self, before: &Self) -> bool {
-        matches!(self.pc.wrapping_sub(before.pc), 2 | 4)
-    }
-
-    fn is_active(&self, exception: u16) -> bool {
-        let word = self.active.get(usize::from(exception / 32));
-        word.is_some_and(|word| word >> (exception % 32) & 1 != 0)
-    }
+    pub(super) wanted: [u32; LINES],
 }

@@ -22,6 +22,13 @@ pub enum Stop {
         /// What is wrong.
         reason: &'static str,
     },
+    /// The firmware executes something that the core does not model.
+    Instruction {
+        /// Where.
+        pc: u32,
+        /// What is wrong.
+        reason: &'static str,
+    },
     /// The core has locked up: a fault in the handler of a fault.
     LockedUp {
         /// Where.
@@ -61,6 +68,7 @@ impl fmt::Display for Stop {
                     " {peripheral} register {offset:#x} (address {address:#010x}, before pc {pc:#010x}): {reason}"
                 )
             }
+            Self::Instruction { pc, reason } => write!(f, "instruction at pc {pc:#010x}: {reason}"),
             Self::LockedUp { pc } => write!(f, "the core is locked up at pc {pc:#010x}"),
         }
     }

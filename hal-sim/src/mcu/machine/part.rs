@@ -2,7 +2,6 @@
 
 use std::fmt;
 use std::ops::{Deref, DerefMut};
-use std::sync::MutexGuard;
 
 use super::Machine;
 use crate::board::Board;
@@ -18,7 +17,7 @@ use crate::mcu::wiring::Wiring;
 
 /// A part of a [`Machine`] at the present time: to look at, and to change.
 pub struct Part<'a, T> {
-    soc: MutexGuard<'a, Soc>,
+    soc: &'a mut Soc,
     of: fn(&Soc) -> &T,
     /// Sees to it that the rest of the machine notices the change.
     of_mut: fn(&mut Soc) -> &mut T,
@@ -28,13 +27,13 @@ impl<T> Deref for Part<'_, T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        (self.of)(&self.soc)
+        (self.of)(self.soc)
     }
 }
 
 impl<T> DerefMut for Part<'_, T> {
     fn deref_mut(&mut self) -> &mut T {
-        (self.of_mut)(&mut self.soc)
+        (self.of_mut)(self.soc)
     }
 }
 
@@ -67,22 +66,21 @@ pub struct BitRates {
 impl Machine {
     /// The board.
     pub fn board(&mut self) -> Part<'_, Board> {
-        let mut soc = self.shared.lock();
         if self.powered {
-            soc.settle(self.execution.now);
-            soc.sync();
+            self.soc.settle(self.execution.now);
+            self.soc.sync();
         }
-        Part { soc, of: Soc::board, of_mut: Soc::board_mut }
+        Part { soc: &mut self.soc, of: Soc::board, of_mut: Soc::board_mut }
     }
 
     /// What the microcontroller's pins are connected to.
     pub fn wiring(&mut self) -> Part<'_, Wiring> {
-        Part { soc: self.shared.lock(), of: |soc| &soc.wiring, of_mut: |soc| &mut soc.wiring }
+        Part { soc: &mut self.soc, of: |soc| &soc.wiring, of_mut: |soc| &mut soc.wiring }
     }
 
     /// The RS485 bus.
     pub fn rs485(&mut self) -> Part<'_, Rs485> {
-        Part { soc: self.shared.lock(), of: |soc| &soc.wiring.rs485, of_mut: |soc| &mut soc.wiring.rs485 }
+        Part { soc: &mut self.soc, of: |soc| &soc.wiring.rs485, of_mut: |soc| &mut soc.wiring.rs485 }
     }
 
     /// The CAN bus with the module's controller.
@@ -92,23 +90,23 @@ impl Machine {
             soc.agenda.touch(Unit::Can1);
             &mut soc.peripherals.can
         };
-        Part { soc: self.shared.lock(), of: |soc| &soc.peripherals.can, of_mut }
+        Part { soc: &mut self.soc, of: |soc| &soc.peripherals.can, of_mut }
     }
 
     /// The USB cable with the host at its other end.
     pub fn usb(&mut self) -> Part<'_, UsbHost> {
-        Part { soc: self.shared.lock(), of: |soc| &soc.host, of_mut: |soc| &mut soc.host }
+        Part { soc: &mut self.soc, of: |soc| &soc.host, of_mut: |soc| &mut soc.host }
     }
 
     /// How much of what others send has not begun to arrive yet.
     pub fn waiting(&self) -> Waiting {
-        let soc = self.shared.lock();
+        let soc = &self.soc;
         Waiting { rs485: soc.wiring.rs485.waiting(), usb: soc.host.waiting(), can: soc.peripherals.can.waiting() }
     }
 
     /// Bit rates that the module has set.
     pub fn bit_rates(&self) -> BitRates {
-        let soc = self.shared.lock();
+        let soc = &self.soc;
         let hz = soc.time.hz();
         let rate = |bit: Option<u64>| bit.filter(|_| self.powered).map(|bit| (hz / bit.max(1)) as u32);
         let [_, _, rs485] = &soc.peripherals.usarts;

@@ -2,12 +2,12 @@
 
 use super::Soc;
 use super::watched::Watched;
+use crate::mcu::cpu::Bus;
 use crate::mcu::peripheral::{Cycles, Refusal};
 use crate::mcu::unit::{SIZE, Unit};
 
-impl Soc {
-    /// The core reads.
-    pub(in crate::mcu) fn read(&mut self, now: Cycles, address: u32, bytes: usize) -> u32 {
+impl Bus for Soc {
+    fn read(&mut self, now: Cycles, address: u32, bytes: u32) -> u32 {
         self.now = now;
         let word = address & !3;
         let Some((unit, offset)) = self.enter(word, None) else { return 0 };
@@ -18,8 +18,7 @@ impl Soc {
         if bytes < 4 { shifted & ((1 << (8 * bytes)) - 1) } else { shifted }
     }
 
-    /// The core writes.
-    pub(in crate::mcu) fn write(&mut self, now: Cycles, address: u32, _bytes: usize, value: u32) {
+    fn write(&mut self, now: Cycles, address: u32, _bytes: u32, value: u32) {
         self.now = now;
         self.watched = Watched::default();
         if let Some((unit, offset)) = self.enter(address, Some(value)) {
@@ -32,7 +31,9 @@ impl Soc {
             self.agenda.touch(unit);
         }
     }
+}
 
+impl Soc {
     /// Finds the peripheral of an access and brings it up to date.
     fn enter(&mut self, address: u32, written: Option<u32>) -> Option<(Unit, u32)> {
         let Some((unit, offset)) = self.decoder.find(address) else {

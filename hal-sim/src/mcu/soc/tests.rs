@@ -1,5 +1,6 @@
 use super::*;
 use crate::board::{BoardKind, Input, TMCM_1140};
+use crate::mcu::cpu::Bus;
 use crate::world::config::WorldConfig;
 use crate::world::pin::Pin;
 
@@ -17,7 +18,7 @@ fn soc(world: &str) -> Soc {
 
 fn wired(board: Board, pinout: &'static Pinout) -> Soc {
     let mut soc = Soc::new(board, pinout, 0);
-    soc.attach(Sram::new());
+    soc.attach(Ram::sram());
     // Clocks of the ports, DMA2; TIM4; ADC1.
     write(&mut soc, &[(RCC + 0x30, 0x0040_001F), (RCC + 0x40, 4), (RCC + 0x44, 0x100)]);
     soc
