@@ -14,10 +14,11 @@ use tmcm::chip::tmc429::Tmc429;
 use tmcm::device::{Board, Controller, Inputs, Parts};
 use tmcm::module::{Executed, Hooks, Module, Platform, Source, TMCM_1140, Tmcm1140};
 use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::param::USER_VARIABLES;
 use tmcm::store::Store;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::units::Micros;
-use tmcm::vm::Machine;
+use tmcm::vm::{Errors, Machine, Registers};
 
 /// How long each row takes.
 const SPAN: Duration = Duration::from_secs(2);
@@ -82,14 +83,8 @@ fn machine(program: &[Command]) -> (u64, Duration) {
     let mut commands = 0;
     let start = Instant::now();
     while start.elapsed() < SPAN {
-        for _ in 0..BATCH {
-            let (commands, _) = store.program().as_chunks();
-            let command = commands
-                .get(usize::from(machine.counter()))
-                .map_or_else(Command::default, |bytes| Command::from_bytes(*bytes));
-            let opcode = Opcode::from_number(command.opcode);
-            assert!(opcode.is_some_and(|opcode| machine.execute(Micros(0), opcode, command) == Some(Ok(()))));
-        }
+        let (bytes, _) = store.program().as_chunks();
+        assert_eq!(machine.burst(bytes, &mut [0; USER_VARIABLES], BATCH, |_, _, _, _| {}), BATCH);
         commands += u64::from(BATCH);
     }
     assert!(machine.runs());
@@ -101,7 +96,7 @@ fn machine(program: &[Command]) -> (u64, Duration) {
 struct Counter(u64);
 
 impl Hooks for Counter {
-    fn executed(&mut self, _: &Executed, _: &Machine) {
+    fn executed(&mut self, _: &Executed, _: &Registers, _: Errors) {
         self.0 += 1;
     }
 }
@@ -176,8 +171,7 @@ fn module(program: &[Command]) -> (u64, Duration) {
     let start = Instant::now();
     while start.elapsed() < SPAN {
         for _ in 0..BATCH {
-            module.poll(now, &inputs);
-            // The rest of the millisecond's fuel.
+            // All pieces of the millisecond.
             while module.deadline() <= now {
                 module.poll(now, &inputs);
             }

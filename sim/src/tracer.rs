@@ -2,7 +2,7 @@
 
 use hal_sim::clock::{MICROSECOND, Nanos};
 use tmcm::module::{Executed, Hooks};
-use tmcm::vm::{Errors, Machine, Registers};
+use tmcm::vm::{Errors, Registers};
 
 /// An executed command and the state of the program after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,10 +42,10 @@ impl Tracer {
 }
 
 impl Hooks for Tracer {
-    fn executed(&mut self, executed: &Executed, machine: &Machine) {
+    fn executed(&mut self, executed: &Executed, registers: &Registers, errors: Errors) {
         if self.on {
             let at = executed.at.0 * MICROSECOND;
-            self.steps.push(Step { at, executed: *executed, registers: machine.registers, errors: machine.errors });
+            self.steps.push(Step { at, executed: *executed, registers: *registers, errors });
         }
     }
 }

@@ -2,10 +2,14 @@
 
 use crate::tmcl::{Command, Status};
 use crate::units::Micros;
-use crate::vm::Machine;
+use crate::vm::{Errors, Registers};
 
 /// Additions to the module. Each method has an empty default, so `()` adds nothing.
 pub trait Hooks {
+    /// True where the commands of a program that need the interpreter alone are executed in bursts. A test that has it
+    /// false sees how the same program runs command by command.
+    const BURSTS: bool = true;
+
     /// Executes user function `number`, 0..=7: commands UF0..UF7, to which an image may give a meaning (manual
     /// section 3.7.36). The value is returned in the reply.
     ///
@@ -16,9 +20,10 @@ pub trait Hooks {
         Err(Status::NotAvailable)
     }
 
-    /// Is told of each command that a program has executed, right after it.
-    fn executed(&mut self, executed: &Executed, machine: &Machine) {
-        let _ = (executed, machine);
+    /// Is told of each command that a program has executed, right after it: with accumulator, X register and flags as
+    /// they are then.
+    fn executed(&mut self, executed: &Executed, registers: &Registers, errors: Errors) {
+        let _ = (executed, registers, errors);
     }
 }
 

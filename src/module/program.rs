@@ -2,14 +2,15 @@
 //! sections 3.3, 3.7.38).
 //!
 //! In each millisecond a program may spend 128 units: 16 on a command that talks to the chips, one on any other. So the
-//! speed of a program is the same on every host and on the image, and leaves time for the axes and the links. It spends
-//! its units in slices of 16; between two slices the owner of the module looks at the links.
+//! speed of a program is the same on every host and on the image, and leaves time for the axes and the links. It runs in
+//! slices, between which the owner of the module looks at the links: a slice is one command that talks to the chips, or
+//! others that take no longer together.
 
 use super::origin::Source;
 use super::outcome::Outcome;
 use super::waiting::{Waiter, Waiting};
 use super::{Executed, Hooks, Module, Platform};
-use crate::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter as G};
+use crate::param::{AGAINST_READING, AGAINST_WRITING, AxisParameter, GlobalParameter as G, Parameter};
 use crate::store::Integrity;
 use crate::tmcl::{Command, Instruction, Opcode, Reply, Status};
 use crate::units::Micros;
@@ -19,8 +20,10 @@ use crate::vm::{self, Awaited, Machine, ProgramState, Wait};
 pub(super) const FUEL: u32 = 128;
 /// What a command costs that talks to the chips.
 const CHIP_COST: u32 = 16;
-/// Units spent before the links are looked at again.
-const SLICE: u32 = 16;
+/// The length of a slice: this many commands that need the interpreter alone.
+const SLICE: u32 = 32;
+/// What any other command takes of a slice, if it does not talk to the chips.
+const LONGER: u32 = 4;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The interpreter, to look at.
@@ -182,10 +185,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     }
 
     /// Executes commands until the slice is used up, or the program has nothing more to do in this
-    /// millisecond.
+    /// millisecond. Never inlined: pieces of a turn are not to have its stack frame.
+    #[inline(never)]
     pub(super) fn run_slice(&mut self, now: Micros) {
         let (turn, mut slice) = (self.device.turn(), SLICE);
-        while self.machine.busy() && self.fuel > 0 {
+        while self.machine.busy() && self.fuel > 0 && slice > 0 {
             if self.machine.waits() && self.is_over() || self.machine.enter_handler(turn) {
                 continue;
             }
@@ -196,12 +200,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             }
             let counter = self.machine.counter();
             let Some(command) = self.program_command(counter) else { return self.machine.end() };
+            if vm::is_brief(command.opcode) {
+                let executed = self.burst(now, slice);
+                slice = slice.saturating_sub(executed);
+                if executed > 0 {
+                    continue;
+                }
+            }
             let instruction = Instruction::numbered(command.opcode);
             let cost = if instruction.is_some_and(|instruction| instruction.chip) { CHIP_COST } else { 1 };
-            if cost > slice {
+            let length = if cost > 1 && !self.is_known(command) { SLICE } else { LONGER };
+            if length > slice {
                 return;
             }
-            slice = slice.saturating_sub(cost);
+            slice = slice.saturating_sub(length);
             let Some(left) = self.fuel.checked_sub(cost) else {
                 self.fuel = 0;
                 return;
@@ -210,8 +222,30 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             let handler = self.machine.handles();
             let refused = self.run_command(now, turn, instruction, command).err();
             let executed = Executed { at: now, address: counter, command, handler, refused };
-            self.hooks.executed(&executed, &self.machine);
+            self.hooks.executed(&executed, &self.machine.registers, self.machine.errors);
         }
+    }
+
+    /// True for a GAP that reads a value that was set, so that no chip has to be asked.
+    fn is_known(&self, command: Command) -> bool {
+        let is_setting = |found: &Parameter<AxisParameter>| found.function.index() < AxisParameter::SETTINGS;
+        command.opcode == Opcode::Gap as u8 && self.spec().axis.find(command.kind).is_some_and(is_setting)
+    }
+
+    /// Executes commands that need the interpreter and the user variables alone, as far as the slice and the fuel of
+    /// this millisecond go. Returns how many there were, each of which costs one unit. Never inlined: the registers of
+    /// the processor are to be the interpreter's alone.
+    #[inline(never)]
+    fn burst(&mut self, now: Micros, slice: u32) -> u32 {
+        let Module { machine, device, variables, hooks, fuel, .. } = self;
+        let (program, _) = device.store().program().as_chunks();
+        let most = if T::Hooks::BURSTS { slice.min(*fuel) } else { 1 };
+        let (handler, errors) = (machine.handles(), machine.errors);
+        let done = machine.burst(program, variables, most, |address, command, refused, registers| {
+            hooks.executed(&Executed { at: now, address, command, handler, refused }, registers, errors);
+        });
+        *fuel = fuel.saturating_sub(done);
+        done
     }
 
     /// Executes a command of the program. One that is refused has no effect, and the program goes on.
@@ -227,11 +261,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             return Ok(());
         }
         let done = match instruction {
-            Some(instruction) => match self.machine.execute(turn, instruction.opcode, command) {
-                Some(done) => return done,
-                None if instruction.program => self.perform(now, instruction, command),
-                None => Err(Status::NotAvailable),
-            },
+            Some(instruction) if self.machine.execute(turn, instruction.opcode, command) => return Ok(()),
+            Some(instruction) if instruction.program => self.perform(now, instruction, command),
+            Some(_) => Err(Status::NotAvailable),
             None => Err(Status::InvalidCommand),
         };
         match done {
@@ -257,7 +289,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         done.map(|_| ())
     }
 
-    /// Ends the program's wait if its event has come or its time is over; true if so.
+    /// Ends the program's wait if its event has come or its time is over; true if so. Never inlined: most programs do
+    /// not wait most of the time.
+    #[inline(never)]
     fn is_over(&mut self) -> bool {
         let Some(Wait::For { awaited, motor, until }) = self.machine.wait() else { return false };
         let axis = self.device.axes().get(usize::from(motor));

@@ -69,6 +69,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
 
     /// Answers the commands whose part of the EEPROM is up to date.
     pub(super) fn settle(&mut self) {
+        if self.waiting.is_empty() {
+            return;
+        }
         for need in [Need::Settings, Need::Program] {
             if self.device.store().settled(need) {
                 self.release(Status::Ok, |waiting| waiting.need == need);

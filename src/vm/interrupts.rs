@@ -157,14 +157,16 @@ impl Interrupts {
         self.timers = [None; _];
     }
 
+    /// True while an interrupt is pending and interrupts are globally enabled, whether or not it has a handler.
+    pub(super) const fn wanted(&self) -> bool {
+        self.global && self.pending != 0
+    }
+
     /// The address of the handler to run next, and ends the pending state of its interrupt. Of several pending
     /// interrupts the lowest number goes first. `None` if no interrupt with a handler is pending, or interrupts are
     /// globally disabled.
     pub fn take(&mut self) -> Option<u16> {
-        if !self.global {
-            return None;
-        }
-        let mut candidates = self.pending;
+        let mut candidates = if self.global { self.pending } else { 0 };
         while candidates != 0 {
             let number = candidates.trailing_zeros();
             let vector = self.vectors.get(usize::try_from(number).ok()?).copied()?;

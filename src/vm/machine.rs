@@ -1,10 +1,10 @@
-//! The interpreter's state, and the commands that only need this state: arithmetic, jumps, calls, WAIT, STOP and RETI
-//! (manual sections 3.7.16 to 3.7.23, 3.7.35). Run, step, stop and reset of the program are here, too.
+//! The interpreter's state, and the commands that change the course of the program: WAIT, STOP and RETI (manual sections
+//! 3.7.22, 3.7.23, 3.7.35). Run, step, stop and reset of the program are here, too.
 
 use heapless::Vec;
 
-use super::{Condition, ErrorFlag, Errors, Interrupts, Registers};
-use crate::tmcl::{Command, Opcode, Status};
+use super::{ErrorFlag, Errors, Interrupts, Registers};
+use crate::tmcl::{Command, Opcode};
 use crate::units::Micros;
 
 /// Largest depth of nested subroutine calls (manual section 3.7.20).
@@ -82,8 +82,8 @@ pub struct Machine {
     /// Size of program memory, in commands.
     size: u16,
     state: ProgramState,
-    counter: u16,
-    stack: Vec<u16, STACK>,
+    pub(super) counter: u16,
+    pub(super) stack: Vec<u16, STACK>,
     wait: Option<Wait>,
     /// The state to which RETI returns; `None` while no handler runs.
     interrupted: Option<Interrupted>,
@@ -147,6 +147,12 @@ impl Machine {
         self.interrupted.is_some()
     }
 
+    /// True if another command may not follow the present one at once: a host steps through the program, or an interrupt
+    /// is pending and no handler runs. While this is false only a new millisecond or a command can make it true.
+    pub(super) const fn may_be_interrupted(&self) -> bool {
+        self.stepping || self.interrupted.is_none() && self.interrupts.wanted()
+    }
+
     /// Command 129, type 0: starts the program, or goes on where the program was stopped.
     pub fn run(&mut self) {
         self.state = ProgramState::Run;
@@ -205,7 +211,14 @@ impl Machine {
     /// Goes to the handler of a pending interrupt if a handler may begin: between two commands, in a WAIT, or while a
     /// value is being stored. Going to the handler counts as a step of its own, so that a user who steps through the
     /// program sees where the handler begins. True if a handler has begun.
+    #[inline(always)]
     pub fn enter_handler(&mut self, now: Micros) -> bool {
+        self.interrupts.wanted() && self.begin_handler(now)
+    }
+
+    /// A function of its own, marked as cold: it is asked before every command whether a handler is to begin.
+    #[cold]
+    fn begin_handler(&mut self, now: Micros) -> bool {
         let command_first = self.returned && self.wait.is_none();
         if command_first || self.interrupted.is_some() {
             return false;
@@ -260,44 +273,10 @@ impl Machine {
         self.next();
     }
 
-    /// Executes a command that needs no more than the interpreter's own state. `None` for any other command.
-    ///
-    /// # Errors
-    /// The status with which the command is refused; the program goes on with the next command.
-    pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> Option<Result<(), Status>> {
+    /// Executes WAIT, STOP or RETI. False for any other command.
+    pub fn execute(&mut self, now: Micros, opcode: Opcode, command: Command) -> bool {
         let Command { kind, motor, value, .. } = command;
         match opcode {
-            Opcode::Calc => {
-                let done = self.registers.calc(kind, value);
-                self.next();
-                return Some(done);
-            }
-            Opcode::Calcx => {
-                let done = self.registers.calcx(kind);
-                self.next();
-                return Some(done);
-            }
-            Opcode::Comp => {
-                self.registers.compare(value);
-                self.next();
-            }
-            Opcode::Jc => match Condition::from_number(kind) {
-                Some(condition) if self.registers.meets(condition, self.errors) => self.jump(value),
-                _ => self.next(),
-            },
-            Opcode::Ja => self.jump(value),
-            Opcode::Csub if self.stack.is_full() => self.next(),
-            Opcode::Csub => {
-                if address(value, self.size).is_some() {
-                    // The push cannot fail: a full stack has its own arm above.
-                    let _ = self.stack.push(self.counter.saturating_add(1));
-                }
-                self.jump(value);
-            }
-            Opcode::Rsub => match self.stack.pop() {
-                Some(back) => self.go_to(back),
-                None => self.next(),
-            },
             Opcode::Wait => match self.wait_of(now, kind, motor, value) {
                 Some(wait) => self.wait = Some(wait),
                 None => self.next(),
@@ -307,21 +286,13 @@ impl Machine {
                 Some(interrupted) => self.return_to(now, interrupted),
                 None => self.next(),
             },
-            _ => return None,
+            _ => return false,
         }
-        Some(Ok(()))
-    }
-
-    /// Goes on at an address, which a command has as its operand. An address outside program memory ends the program.
-    fn jump(&mut self, to: i32) {
-        match address(to, self.size) {
-            Some(to) => self.arrive(to),
-            None => self.end(),
-        }
+        true
     }
 
     /// Goes on at an address. The program ends if the address lies behind program memory.
-    fn go_to(&mut self, address: u16) {
+    pub(super) fn go_to(&mut self, address: u16) {
         self.arrive(address);
         if address >= self.size {
             self.end();

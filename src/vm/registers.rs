@@ -34,6 +34,7 @@ enum Operation {
 }
 
 impl Operation {
+    #[inline(always)]
     const fn from_number(number: u8) -> Result<Self, Status> {
         Ok(match number {
             0 => Operation::Add,
@@ -125,6 +126,7 @@ pub enum Condition {
 
 impl Condition {
     /// The condition with this type number, 0..=12.
+    #[inline(always)]
     pub const fn from_number(number: u8) -> Option<Self> {
         Some(match number {
             0 => Condition::Zero,
@@ -161,6 +163,7 @@ pub struct Registers {
 
 impl Registers {
     /// Loads the accumulator and sets the zero flag accordingly.
+    #[inline(always)]
     pub fn load(&mut self, value: i32) {
         self.accumulator = value;
         self.zero = value == 0;
@@ -170,6 +173,7 @@ impl Registers {
     ///
     /// # Errors
     /// [`Status::WrongType`] if there is no such operation, or for SWAP, which only CALCX has.
+    #[inline(always)]
     pub fn calc(&mut self, kind: u8, operand: i32) -> Result<(), Status> {
         let a = self.accumulator;
         self.load(match Operation::from_number(kind)? {
@@ -185,6 +189,7 @@ impl Registers {
     ///
     /// # Errors
     /// [`Status::WrongType`] if there is no such operation.
+    #[inline(always)]
     pub fn calcx(&mut self, kind: u8) -> Result<(), Status> {
         match Operation::from_number(kind)? {
             Operation::Not => self.x = !self.x,
@@ -199,6 +204,7 @@ impl Registers {
     }
 
     /// COMP: compares the accumulator with the operand.
+    #[inline(always)]
     pub fn compare(&mut self, operand: i32) {
         let ordering = self.accumulator.cmp(&operand);
         self.zero = ordering.is_eq();
@@ -207,6 +213,7 @@ impl Registers {
 
     /// True when a condition of JC holds. Before the first COMP of a program EQ, GT, GE, LT and LE do not hold, and NE
     /// does.
+    #[inline(always)]
     pub fn meets(&self, condition: Condition, errors: Errors) -> bool {
         match condition {
             Condition::Zero => self.zero,
@@ -229,6 +236,7 @@ const fn bit(number: u8) -> u8 {
 /// The result of an operation on two operands. Results wrap at 32 bits, and division by zero has a result, too,
 /// because no program may stop the firmware.
 #[expect(clippy::arithmetic_side_effects, reason = "division by zero has arms of its own")]
+#[inline(always)]
 fn binary(operation: Operation, a: i32, b: i32) -> i32 {
     match operation {
         Operation::Add => a.wrapping_add(b),

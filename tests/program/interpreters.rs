@@ -100,8 +100,15 @@ impl Pair {
 
     fn millisecond(&mut self) {
         self.now = self.now.after(Micros::from_millis(1));
-        self.module.poll(self.now, &self.inputs);
-        self.store();
+        self.poll();
+    }
+
+    /// Has the module do all that is due.
+    fn poll(&mut self) {
+        while self.module.deadline() <= self.now {
+            self.module.poll(self.now, &self.inputs);
+            self.store();
+        }
     }
 
     /// Loads a program at the start of the memory; what was behind it stays. Both begin at its first command, with
@@ -129,8 +136,7 @@ impl Pair {
 
     fn step_module(&mut self) {
         self.send(Command::new(130, 0, 0, 0)).unwrap();
-        self.module.poll(self.now, &self.inputs);
-        self.store();
+        self.poll();
         self.millisecond();
     }
 

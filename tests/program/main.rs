@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod adversities;
+mod bursts;
 mod commands;
 #[path = "../common/mod.rs"]
 mod common;

@@ -20,7 +20,7 @@ const LENGTH: usize = 40;
 const REPLY: Nanos = MILLISECOND;
 
 /// Any bytes at all, or a command whose fields mean something. 128 and up control the module and cannot be in a program.
-fn command(random: &mut Random) -> Command {
+pub(crate) fn command(random: &mut Random) -> Command {
     let line = |text: String| text::parse(&text).unwrap();
     let (number, address) = (random.below(40), random.below(LENGTH as u64 + 2));
     let value = random.below(4096) as i32 - 2048;

@@ -20,7 +20,7 @@ use tmcm::module::{
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::{Axis, Hardware, Known, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
-use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
+use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row, USER_VARIABLES};
 use tmcm::store::{Keeper, Layout, Memory, Need, Pair, Store};
 use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
 use tmcm::tmcl::binary::{self, Addressed, Framer, Telegram};
@@ -404,6 +404,11 @@ fn machine() {
     if let Some(opcode) = Opcode::from_number(any(0)) {
         any(machine.execute(now(), opcode, command()));
     }
+    let (program, mut variables) = (any([[0; Command::SIZE]; 8]), any([0; USER_VARIABLES]));
+    any(machine.burst(&program, &mut variables, any(0), |address, command, refused, registers| {
+        any((address, command, refused, registers));
+    }));
+    any((&variables, vm::is_brief(any(0))));
     any(&mut machine);
     machine.enter_handler(now());
     machine.waited(any(Awaited::Ticks), any(true));
