@@ -39,6 +39,10 @@ pub(super) struct Gpio {
     /// Pins that are driven from outside, and their levels.
     driven: u32,
     outside: u32,
+    /// Pins that are outputs, are not analog, and have a pull-up resistor of their own, as the registers say.
+    outputs: u32,
+    digital: u32,
+    pulled_up: u32,
 }
 
 impl Gpio {
@@ -49,8 +53,20 @@ impl Gpio {
             1 => Reset { moder: 0x0000_0280, ospeedr: 0x0000_00C0, pupdr: 0x0000_0100 },
             _ => Reset { moder: 0, ospeedr: 0, pupdr: 0 },
         };
-        let mut port =
-            Self { reset, moder: 0, otyper: 0, ospeedr: 0, pupdr: 0, odr: 0, afr: [0; 2], driven: 0, outside: 0 };
+        let mut port = Self {
+            reset,
+            moder: 0,
+            otyper: 0,
+            ospeedr: 0,
+            pupdr: 0,
+            odr: 0,
+            afr: [0; 2],
+            driven: 0,
+            outside: 0,
+            outputs: 0,
+            digital: 0,
+            pulled_up: 0,
+        };
         port.reset();
         port
     }
@@ -68,14 +84,12 @@ impl Gpio {
 
     /// The level that the port drives pin `pin` to; none where it leaves it to others.
     pub(super) fn output(&self, pin: u32) -> Option<bool> {
-        let high = bit(self.odr, pin);
-        let open = bit(self.otyper, pin) && high;
-        (self.mode(pin) == OUTPUT && !open).then_some(high)
+        bit(self.drives(), pin).then(|| bit(self.odr, pin))
     }
 
     /// Whether the pin's own resistor pulls it up.
     pub(super) fn is_pulled_up(&self, pin: u32) -> bool {
-        field(self.pupdr, 2 * pin, 2) == PULL_UP
+        bit(self.pulled_up, pin)
     }
 
     /// The number of the alternate function the pin has, if it has one.
@@ -86,19 +100,26 @@ impl Gpio {
 
     /// The levels of the pins: what IDR reads.
     pub(super) fn levels(&self) -> u32 {
-        (0..16).fold(0, |levels, pin| {
-            let outside = if bit(self.driven, pin) { bit(self.outside, pin) } else { self.is_pulled_up(pin) };
-            levels | u32::from(self.output(pin).unwrap_or(outside)) << pin
-        })
+        let drives = self.drives();
+        let left = self.outside & self.driven | self.pulled_up & !self.driven;
+        self.odr & drives | left & !drives
+    }
+
+    /// The pins that the port drives.
+    fn drives(&self) -> u32 {
+        self.outputs & !(self.otyper & self.odr)
     }
 
     fn mode(&self, pin: u32) -> u32 {
         field(self.moder, 2 * pin, 2)
     }
 
-    /// Pins in analog mode read zero.
-    fn digital(&self) -> u32 {
-        (0..16).filter(|&pin| matches!(self.mode(pin), INPUT..=ALTERNATE)).fold(0, |mask, pin| mask | 1 << pin)
+    /// Finds out what the registers say of all pins.
+    fn sort_pins(&mut self) {
+        let pins = |is: &dyn Fn(u32) -> bool| (0..16).filter(|&pin| is(pin)).fold(0, |mask, pin| mask | 1 << pin);
+        self.outputs = pins(&|pin| self.mode(pin) == OUTPUT);
+        self.digital = pins(&|pin| matches!(self.mode(pin), INPUT..=ALTERNATE));
+        self.pulled_up = pins(&|pin| field(self.pupdr, 2 * pin, 2) == PULL_UP);
     }
 }
 
@@ -109,7 +130,8 @@ impl Peripheral for Gpio {
             OTYPER => Ok(self.otyper),
             OSPEEDR => Ok(self.ospeedr),
             PUPDR => Ok(self.pupdr),
-            IDR => Ok(self.levels() & self.digital()),
+            // Pins in analog mode read zero.
+            IDR => Ok(self.levels() & self.digital),
             ODR => Ok(self.odr),
             BSRR | LCKR => Ok(0),
             AFRL => Ok(self.afr[0]),
@@ -132,6 +154,9 @@ impl Peripheral for Gpio {
             LCKR => return Err(Refusal::Use("locking pins is not modelled")),
             _ => return Err(Refusal::Register),
         }
+        if matches!(offset, MODER | PUPDR) {
+            self.sort_pins();
+        }
         Ok(())
     }
 
@@ -142,6 +167,7 @@ impl Peripheral for Gpio {
         self.otyper = 0;
         self.odr = 0;
         self.afr = [0; 2];
+        self.sort_pins();
     }
 }
 

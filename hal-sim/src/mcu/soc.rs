@@ -151,8 +151,9 @@ impl Soc {
     pub(super) fn settle(&mut self, now: Cycles) -> Cycles {
         self.now = now;
         loop {
-            for unit in Unit::ALL {
-                if self.agenda.is_due(unit, now) {
+            if self.agenda.next_event() <= now {
+                let due = Unit::ALL.map(|unit| self.agenda.is_due(unit, now));
+                for (unit, _) in Unit::ALL.into_iter().zip(due).filter(|(_, due)| *due) {
                     self.peripherals.of(unit).advance(now);
                     self.agenda.touch(unit);
                     // What was read may have changed since: nobody knows yet that it is waited for on.
@@ -163,11 +164,7 @@ impl Soc {
             if self.pins_change() <= now {
                 self.watch_pins();
             }
-            let time = self.time.nanos(now);
-            if self.host.next_event() <= time {
-                self.host.advance(time, &mut self.peripherals.otg);
-                self.agenda.touch(Unit::OtgFs);
-            }
+            self.hear_host();
             let touched = self.agenda.take_touched();
             if touched.is_empty() {
                 break;
@@ -179,6 +176,19 @@ impl Soc {
             self.transfer();
         }
         self.next_event()
+    }
+
+    /// Lets the USB host do what is due.
+    fn hear_host(&mut self) {
+        // Without a cable nothing ever is.
+        if self.host.next_event() == Nanos::MAX {
+            return;
+        }
+        let time = self.time.nanos(self.now);
+        if self.host.next_event() <= time {
+            self.host.advance(time, &mut self.peripherals.otg);
+            self.agenda.touch(Unit::OtgFs);
+        }
     }
 
     /// When something happens next, the core apart.

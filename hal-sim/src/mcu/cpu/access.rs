@@ -2,8 +2,8 @@
 
 use rsemu::cpu::arm::v7m::sys::{DWT_PCSR, in_ppb, in_vendor_ppb};
 
-use super::Cpu;
 use super::bus::Bus;
+use super::core::Core;
 use super::memory::mask;
 use super::registers::PC;
 use super::trap::{Outcome, Trap};
@@ -14,7 +14,7 @@ use crate::mcu::peripheral::bit;
 const ON_BUS: [core::ops::Range<u32>; 3] =
     [0x2200_0000..0x2400_0000, 0x4000_0000..0x6000_0000, 0xE004_2000..0xE004_2400];
 
-impl Cpu {
+impl Core {
     /// Reads 1, 2 or 4 bytes.
     #[inline]
     pub(super) fn read<B: Bus>(&mut self, bus: &mut B, address: u32, bytes: u32) -> Outcome<u32> {

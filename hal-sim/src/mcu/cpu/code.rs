@@ -32,8 +32,8 @@ pub(super) struct Code(Vec<Decoded>);
 impl Code {
     /// The instruction at an offset in flash memory, if it has been decoded.
     #[inline]
-    pub(super) fn find(&self, offset: usize) -> Option<Decoded> {
-        self.0.get(offset / 2).copied().filter(|decoded| decoded.bytes != 0)
+    pub(super) fn find(&self, offset: usize) -> Option<&Decoded> {
+        self.0.get(offset / 2).filter(|decoded| decoded.bytes != 0)
     }
 
     /// Keeps the instruction at an offset.

@@ -4,11 +4,11 @@ use rsemu::cpu::arm::v7m::isa::{BitfieldOp, DpOp, ExtendOp, Insn, MiscOp, Operan
 use rsemu::cpu::arm::v7m::sys::ccr;
 use rsemu::cpu::arm::v7m::xpsr;
 
-use super::Cpu;
+use super::core::Core;
 use super::registers::PC;
 use super::trap::{Outcome, Trap};
 
-impl Cpu {
+impl Core {
     /// Adds, subtracts, moves, compares, or works bit by bit.
     #[inline]
     pub(super) fn process(&mut self, op: DpOp, s: bool, rd: u8, rn: u8, operand: Operand) {
@@ -120,8 +120,8 @@ impl Cpu {
     }
 
     /// Multiplies to 64 bits.
-    pub(super) fn multiply_long(&mut self, insn: Insn) {
-        let Insn::MulLong { signed, accumulate, rdlo, rdhi, rn, rm, umaal } = insn else { return };
+    pub(super) fn multiply_long(&mut self, insn: &Insn) {
+        let Insn::MulLong { signed, accumulate, rdlo, rdhi, rn, rm, umaal } = *insn else { return };
         let registers = &mut self.registers;
         let [a, b, low, high] = [rn, rm, rdlo, rdhi].map(|register| registers.get(register));
         let product =

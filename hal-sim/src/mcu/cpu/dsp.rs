@@ -3,14 +3,14 @@
 use rsemu::cpu::arm::v7m::isa::{DualMulOp, HalfMulOp, Insn, SatQOp, Shift, SimdMode, SimdShape};
 use rsemu::cpu::arm::v7m::xpsr;
 
-use super::Cpu;
+use super::core::Core;
 use super::data::shift_by_constant;
 use super::registers::PC;
 
-impl Cpu {
+impl Core {
     /// Multiplies half words, or a word by a half word.
-    pub(super) fn multiply_halves(&mut self, insn: Insn) {
-        let Insn::HalfMul { op, rd, rn, rm, ra, x, y } = insn else { return };
+    pub(super) fn multiply_halves(&mut self, insn: &Insn) {
+        let Insn::HalfMul { op, rd, rn, rm, ra, x, y } = *insn else { return };
         self.used += 1;
         let [n, m, a] = [rn, rm, ra].map(|register| self.registers.get(register));
         let halves = half(n, x) * half(m, y);
@@ -27,8 +27,8 @@ impl Cpu {
     }
 
     /// Multiplies two half words at a time, or takes the upper half of a product.
-    pub(super) fn multiply_dual(&mut self, insn: Insn) {
-        let Insn::DualMul { op, rd, rn, rm, ra, x } = insn else { return };
+    pub(super) fn multiply_dual(&mut self, insn: &Insn) {
+        let Insn::DualMul { op, rd, rn, rm, ra, x } = *insn else { return };
         self.used += 1;
         let [n, m, a] = [rn, rm, ra].map(|register| self.registers.get(register));
         let (first, second) = (half(n, false) * half(m, x), half(n, true) * half(m, !x));
@@ -64,8 +64,8 @@ impl Cpu {
     }
 
     /// Limits a word or two half words to fewer bits.
-    pub(super) fn saturate(&mut self, insn: Insn) {
-        let Insn::Sat { unsigned, halves, rd, rn, imm, shift } = insn else { return };
+    pub(super) fn saturate(&mut self, insn: &Insn) {
+        let Insn::Sat { unsigned, halves, rd, rn, imm, shift } = *insn else { return };
         let from = self.registers.get(rn);
         let range = if unsigned { 0..=(1_i64 << imm) - 1 } else { -(1_i64 << (imm - 1))..=(1_i64 << (imm - 1)) - 1 };
         let mut limit = |number: i64| {

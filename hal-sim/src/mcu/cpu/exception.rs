@@ -3,8 +3,8 @@
 use rsemu::cpu::arm::v7m::sys::{Exception, ccr, control, exc_return, fsr};
 use rsemu::cpu::arm::v7m::xpsr;
 
-use super::Cpu;
 use super::bus::Bus;
+use super::core::Core;
 use super::registers::{LR, PC, SP};
 use super::trap::{Outcome, Trap};
 use crate::mcu::peripheral::Cycles;
@@ -24,7 +24,7 @@ const SAVED: [u8; 6] = [0, 1, 2, 3, 12, LR];
 /// The first interrupt among the exceptions.
 const FIRST_INTERRUPT: u16 = 16;
 
-impl Cpu {
+impl Core {
     /// Looks after what is more urgent than the next instruction. True if that is to be executed nevertheless.
     #[inline(never)]
     pub(super) fn attend<B: Bus>(&mut self, bus: &mut B) -> bool {
@@ -55,8 +55,7 @@ impl Cpu {
         self.attention = false;
         if !self.registers.has(xpsr::T) {
             self.used += 1;
-            self.take_trap(bus, Trap::State, pc);
-            self.registers.set(PC, self.next);
+            self.fault(bus, Trap::State);
             return false;
         }
         true
@@ -81,9 +80,10 @@ impl Cpu {
         }
     }
 
-    /// The instruction at `pc` cannot be executed.
+    /// The instruction at the PC cannot be executed.
     #[inline(never)]
-    pub(super) fn take_trap<B: Bus>(&mut self, bus: &mut B, trap: Trap, pc: u32) {
+    pub(super) fn fault<B: Bus>(&mut self, bus: &mut B, trap: Trap) {
+        let pc = self.registers.get(PC);
         let (mut exception, status) = trap.exception();
         self.sys.cfsr |= status;
         if trap == Trap::Access {
@@ -99,6 +99,7 @@ impl Cpu {
         } else {
             self.enter_exception(bus, exception, pc);
         }
+        self.registers.set(PC, self.next);
     }
 
     fn lock_up(&mut self) {

@@ -5,66 +5,30 @@
 
 use rsemu::cpu::arm::v7m::isa::Insn;
 
-use super::Cpu;
 use super::bus::Bus;
 use super::code::Decoded;
-use super::memory::{FLASH, FLASH_SIZE};
+use super::core::Core;
 use super::registers::{LR, PC};
 use super::trap::{Outcome, Trap};
 
 /// Cycles that filling the pipeline takes after a branch.
 const REFILL: u64 = 2;
 
-impl Cpu {
-    /// Executes the instruction at the PC.
+impl Core {
+    /// Executes an instruction, which is at the PC; on a fault, the PC is there still.
     #[inline]
-    pub(super) fn execute_one<B: Bus>(&mut self, bus: &mut B) {
+    pub(super) fn perform<B: Bus>(&mut self, bus: &mut B, decoded: &Decoded) -> Outcome {
         let pc = self.registers.get(PC);
-        self.used += 1;
-        let outcome = match self.fetch(pc) {
-            Ok(decoded) => {
-                self.next = pc.wrapping_add(decoded.bytes);
-                self.registers.set(PC, pc.wrapping_add(4));
-                if self.registers.it == 0 {
-                    self.execute(bus, decoded.insn)
-                } else {
-                    self.execute_in_block(bus, decoded)
-                }
-            }
-            Err(trap) => Err(trap),
-        };
-        if let Err(trap) = outcome {
-            self.registers.set(PC, pc);
-            self.take_trap(bus, trap, pc);
-        }
-        self.registers.set(PC, self.next);
-    }
-
-    /// The instruction at an address.
-    #[inline]
-    fn fetch(&mut self, pc: u32) -> Outcome<Decoded> {
-        let offset = pc.wrapping_sub(FLASH) as usize;
-        match self.code.find(offset) {
-            Some(decoded) => Ok(decoded),
-            None => self.decode(pc),
-        }
-    }
-
-    /// Decodes the instruction at an address, and keeps it if it is in the flash memory, where nothing changes it.
-    #[inline(never)]
-    fn decode(&mut self, pc: u32) -> Outcome<Decoded> {
-        let half = |at| self.memory.load(at, 2);
-        let decoded = half(pc).and_then(|first| Decoded::decode(first, || half(pc.wrapping_add(2))));
-        let decoded = decoded.ok_or(Trap::Fetch)?;
-        if let Some(offset) = pc.checked_sub(FLASH).map(|offset| offset as usize).filter(|&offset| offset < FLASH_SIZE)
-        {
-            self.code.keep(offset, decoded);
-        }
-        Ok(decoded)
+        self.next = pc.wrapping_add(decoded.bytes);
+        self.registers.set(PC, pc.wrapping_add(4));
+        let outcome =
+            if self.registers.it == 0 { self.execute(bus, &decoded.insn) } else { self.execute_in_block(bus, decoded) };
+        self.registers.set(PC, if outcome.is_ok() { self.next } else { pc });
+        outcome
     }
 
     /// Executes an instruction of an IT block, if its condition holds.
-    fn execute_in_block<B: Bus>(&mut self, bus: &mut B, decoded: Decoded) -> Outcome {
+    fn execute_in_block<B: Bus>(&mut self, bus: &mut B, decoded: &Decoded) -> Outcome {
         let before = self.registers.it;
         let holds = self.registers.holds_in_block();
         self.registers.advance_block();
@@ -72,8 +36,11 @@ impl Cpu {
             return Ok(());
         }
         // Short instructions set the flags outside a block only (DDI 0403 A7.7.76).
-        let insn = if decoded.bytes == 2 { without_flags(decoded.insn) } else { decoded.insn };
-        let outcome = self.execute(bus, insn);
+        let outcome = if decoded.bytes == 2 {
+            self.execute(bus, &without_flags(decoded.insn))
+        } else {
+            self.execute(bus, &decoded.insn)
+        };
         if outcome.is_err() {
             self.registers.it = before;
         }
@@ -81,8 +48,8 @@ impl Cpu {
     }
 
     #[inline]
-    fn execute<B: Bus>(&mut self, bus: &mut B, insn: Insn) -> Outcome {
-        match insn {
+    fn execute<B: Bus>(&mut self, bus: &mut B, insn: &Insn) -> Outcome {
+        match *insn {
             Insn::DataProc { op, s, rd, rn, operand } => self.process(op, s, rd, rn, operand),
             Insn::LoadStore { load: true, .. } => return self.load(bus, insn),
             Insn::LoadStore { .. } => return self.store(bus, insn),

@@ -4,8 +4,8 @@ use rsemu::cpu::arm::v7m::isa::HintOp;
 use rsemu::cpu::arm::v7m::sys::{Exception, control, fsr};
 use rsemu::cpu::arm::v7m::xpsr;
 
-use super::Cpu;
 use super::bus::Bus;
+use super::core::Core;
 use super::registers::PC;
 
 /// Numbers of the special registers (DDI 0403 B5.1.1). The first four are APSR and its combinations; in those with an odd
@@ -18,7 +18,7 @@ const BASEPRI_MAX: u8 = 18;
 const FAULTMASK: u8 = 19;
 const CONTROL: u8 = 20;
 
-impl Cpu {
+impl Core {
     /// Reads a special register.
     pub(super) fn read_special(&mut self, register: u8) -> u32 {
         let privileged = self.registers.privileged();

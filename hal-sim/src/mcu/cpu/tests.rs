@@ -7,6 +7,10 @@ mod exceptions;
 mod instructions;
 mod oracle;
 
+use rsemu::cpu::arm::v7m::Config;
+use rsemu::cpu::arm::v7m::sys::{Exception, Sys};
+
+use super::core::PRIORITY_BITS;
 use super::*;
 use crate::random::Random;
 

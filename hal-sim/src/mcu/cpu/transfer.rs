@@ -3,8 +3,8 @@
 use rsemu::cpu::arm::v7m::isa::{Insn, MemOffset, Size};
 use rsemu::cpu::arm::v7m::sys::ccr;
 
-use super::Cpu;
 use super::bus::Bus;
+use super::core::Core;
 use super::execute::moved;
 use super::registers::PC;
 use super::trap::{Outcome, Trap};
@@ -12,11 +12,11 @@ use super::trap::{Outcome, Trap};
 /// The most registers of a transfer.
 const REGISTERS: u8 = 16;
 
-impl Cpu {
+impl Core {
     /// Loads a register.
     #[inline]
-    pub(super) fn load<B: Bus>(&mut self, bus: &mut B, insn: Insn) -> Outcome {
-        let Insn::LoadStore { size, signed, rt, rn, offset, index, add, wback, .. } = insn else { return Ok(()) };
+    pub(super) fn load<B: Bus>(&mut self, bus: &mut B, insn: &Insn) -> Outcome {
+        let Insn::LoadStore { size, signed, rt, rn, offset, index, add, wback, .. } = *insn else { return Ok(()) };
         let (address, after) = self.place(rn, offset, index, add);
         self.check_access(address, size)?;
         let value = extended(self.read(bus, address, size.bytes())?, size, signed);
@@ -28,8 +28,8 @@ impl Cpu {
 
     /// Stores a register.
     #[inline]
-    pub(super) fn store<B: Bus>(&mut self, bus: &mut B, insn: Insn) -> Outcome {
-        let Insn::LoadStore { size, rt, rn, offset, index, add, wback, .. } = insn else { return Ok(()) };
+    pub(super) fn store<B: Bus>(&mut self, bus: &mut B, insn: &Insn) -> Outcome {
+        let Insn::LoadStore { size, rt, rn, offset, index, add, wback, .. } = *insn else { return Ok(()) };
         let (address, after) = self.place(rn, offset, index, add);
         self.check_access(address, size)?;
         self.write(bus, address, size.bytes(), self.registers.get(rt))?;
@@ -57,8 +57,8 @@ impl Cpu {
     }
 
     /// Loads two registers.
-    pub(super) fn load_pair<B: Bus>(&mut self, bus: &mut B, insn: Insn) -> Outcome {
-        let Insn::LoadStoreDual { rt, rt2, rn, imm, index, add, wback, .. } = insn else { return Ok(()) };
+    pub(super) fn load_pair<B: Bus>(&mut self, bus: &mut B, insn: &Insn) -> Outcome {
+        let Insn::LoadStoreDual { rt, rt2, rn, imm, index, add, wback, .. } = *insn else { return Ok(()) };
         let (address, after) = self.place_of_pair(rn, imm, index, add)?;
         let first = self.read(bus, address, 4)?;
         let second = self.read(bus, address.wrapping_add(4), 4)?;
@@ -71,8 +71,8 @@ impl Cpu {
     }
 
     /// Stores two registers.
-    pub(super) fn store_pair<B: Bus>(&mut self, bus: &mut B, insn: Insn) -> Outcome {
-        let Insn::LoadStoreDual { rt, rt2, rn, imm, index, add, wback, .. } = insn else { return Ok(()) };
+    pub(super) fn store_pair<B: Bus>(&mut self, bus: &mut B, insn: &Insn) -> Outcome {
+        let Insn::LoadStoreDual { rt, rt2, rn, imm, index, add, wback, .. } = *insn else { return Ok(()) };
         let (address, after) = self.place_of_pair(rn, imm, index, add)?;
         self.write(bus, address, 4, self.registers.get(rt))?;
         self.write(bus, address.wrapping_add(4), 4, self.registers.get(rt2))?;

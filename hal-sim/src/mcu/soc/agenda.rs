@@ -10,6 +10,8 @@ use crate::mcu::unit::{Unit, Units};
 pub(in crate::mcu) struct Agenda {
     /// When each peripheral has its next event.
     due: [Cycles; Unit::ALL.len()],
+    /// The first of these.
+    next: Cycles,
     /// Interrupt lines of each peripheral.
     lines: [u32; Unit::ALL.len()],
     /// Peripherals that have been accessed, or had an event.
@@ -23,6 +25,7 @@ impl Agenda {
     pub(super) fn new() -> Self {
         Self {
             due: [NEVER; Unit::ALL.len()],
+            next: NEVER,
             lines: [0; Unit::ALL.len()],
             touched: Units::default(),
             interrupts: [0; LINES],
@@ -60,7 +63,7 @@ impl Agenda {
     /// The next event of any peripheral.
     #[inline]
     pub(super) fn next_event(&self) -> Cycles {
-        self.due.into_iter().fold(NEVER, Cycles::min)
+        self.next
     }
 
     /// Levels of all interrupt lines, one bit each.
@@ -72,7 +75,12 @@ impl Agenda {
     /// Asks a peripheral for its next event and its interrupts.
     pub(super) fn refresh(&mut self, unit: Unit, peripheral: &dyn Peripheral) {
         let (due, lines) = (peripheral.next_event(), peripheral.interrupts());
-        self.due[unit as usize] = due;
+        let before = std::mem::replace(&mut self.due[unit as usize], due);
+        if due <= self.next {
+            self.next = due;
+        } else if before == self.next {
+            self.next = self.due.into_iter().fold(NEVER, Cycles::min);
+        }
         if lines == self.lines[unit as usize] {
             return;
         }

@@ -2,7 +2,8 @@
 
 use super::Soc;
 use crate::clock::{MICROSECOND, Nanos};
-use crate::mcu::peripheral::{Cycles, NEVER, Peripheral, bit};
+use crate::mcu::gpio::Gpio;
+use crate::mcu::peripheral::{Cycles, NEVER, Peripheral};
 use crate::mcu::unit::Unit;
 use crate::mcu::wiring::SpiBus;
 
@@ -13,8 +14,8 @@ impl Soc {
     /// When a pin may change next that an external interrupt line looks at.
     pub(super) fn pins_change(&self) -> Cycles {
         let watched = self.peripherals.exti.watched();
-        let moves = |line| bit(watched, line) && self.wiring.moves((self.peripherals.syscfg.port(line as usize), line));
-        let change = if (0..16).any(moves) { self.wiring.board.next_event() } else { None };
+        let moves = |line| self.wiring.moves((self.peripherals.syscfg.port(line as usize), line));
+        let change = if lines_of(watched).any(moves) { self.wiring.board.next_event() } else { None };
         change.map_or(NEVER, |at| self.time.cycles(at))
     }
 
@@ -60,9 +61,10 @@ impl Soc {
     pub(super) fn watch_pins(&mut self) {
         self.sync();
         self.wiring.drive(&mut self.peripherals.ports);
+        let ports = self.peripherals.ports.each_ref().map(Gpio::levels);
         let levels = (0..16).fold(0, |levels, line| {
-            let port = self.peripherals.ports.get(self.peripherals.syscfg.port(line));
-            levels | u32::from(port.is_some_and(|port| bit(port.levels(), line as u32))) << line
+            let port = ports.get(self.peripherals.syscfg.port(line)).copied().unwrap_or(0);
+            levels | port & 1 << line
         });
         self.peripherals.exti.set_levels(levels);
         self.refresh(Unit::Exti);
@@ -80,4 +82,13 @@ impl Soc {
         let value = if connected { self.wiring.convert(channel) } else { 0 };
         self.peripherals.adc.complete(value);
     }
+}
+
+/// The lines in a set, from the lowest on.
+fn lines_of(mut set: u32) -> impl Iterator<Item = u32> {
+    std::iter::from_fn(move || {
+        let line = (set != 0).then(|| set.trailing_zeros())?;
+        set &= set - 1;
+        Some(line)
+    })
 }

@@ -86,7 +86,7 @@ fn exceptions_come_and_go_as_in_the_library() {
             sys.dwt_ctrl |= 1;
             (sys.syst_csr, sys.syst_rvr) = (if seed < 3 { 7 } else { 0 }, 700);
         });
-        pair.cpu.plan_tick();
+        pair.cpu.core.plan_tick();
         let mut lines = [0; LINES];
         for step in 0..STEPS {
             if random.below(12) == 0 {
@@ -109,7 +109,7 @@ fn exceptions_come_and_go_as_in_the_library() {
                 _ => {}
             }
             pair.step(&format!("step {step} of run {seed}")).unwrap();
-            seen[usize::from(pair.cpu.entered)] += 1;
+            seen[usize::from(pair.cpu.core.entered)] += 1;
         }
         pair.compare_memory("exceptions");
     }
@@ -154,16 +154,16 @@ fn an_it_block_goes_on_after_an_exception_within_it() {
     while cpu.pc() != FLASH + 0x46 {
         cpu.step(&mut bus, 0);
     }
-    cpu.registers.set(1, 0);
-    cpu.sys.set_pending(Exception::PEND_SV, true);
-    cpu.attention = true;
+    cpu.core.registers.set(1, 0);
+    cpu.core.sys.set_pending(Exception::PEND_SV, true);
+    cpu.core.attention = true;
     let mut handled = false;
     while cpu.pc() != FLASH + 0x4A {
         cpu.step(&mut bus, 0);
         handled |= cpu.pc() == FLASH + 0x50;
     }
     assert!(handled);
-    assert_eq!(cpu.registers.get(1), 0, "0 is not 1: neither is executed");
+    assert_eq!(cpu.core.registers.get(1), 0, "0 is not 1: neither is executed");
 }
 
 #[test]
@@ -175,9 +175,9 @@ fn what_is_not_modelled_ends_the_run() {
         }
         let (mut cpu, mut bus) = (Cpu::new(flash), Peripherals::new());
         cpu.step(&mut bus, 0);
-        cpu.registers.set(8, 0xE000_ED88);
-        cpu.registers.set(9, 0xE000_ED94);
-        cpu.registers.set(0, 0xF << 20 | 1);
+        cpu.core.registers.set(8, 0xE000_ED88);
+        cpu.core.registers.set(9, 0xE000_ED94);
+        cpu.core.registers.set(0, 0xF << 20 | 1);
         cpu.run(&mut bus, 0, 100);
         cpu.refused()
     };

@@ -52,7 +52,7 @@ impl Pair {
     pub(super) fn reset(&mut self) {
         self.library = library(&self.space);
         self.cpu.reset();
-        self.cpu.refused = None;
+        self.cpu.core.refused = None;
         self.bus.missed = false;
         self.step("reset");
     }
@@ -66,7 +66,7 @@ impl Pair {
     /// Sets all registers of both.
     pub(super) fn set(&mut self, regs: Regs) {
         self.library.set_regs(regs);
-        let registers = &mut self.cpu.registers;
+        let registers = &mut self.cpu.core.registers;
         *registers = Registers::new();
         for register in 0..16 {
             registers.set(register, regs.r[usize::from(register)]);
@@ -79,14 +79,14 @@ impl Pair {
         registers.choose_stack();
         *registers.stack(false) = regs.msp;
         *registers.stack(true) = regs.psp;
-        self.cpu.attention = true;
+        self.cpu.core.attention = true;
     }
 
     /// Changes the system control space of both.
     pub(super) fn change(&mut self, change: impl Fn(&mut Sys)) {
         self.library.with_sys(&change);
-        change(&mut self.cpu.sys);
-        self.cpu.attention = true;
+        change(&mut self.cpu.core.sys);
+        self.cpu.core.attention = true;
     }
 
     /// Lets both do a step, and compares them. None if ours refuses it, or something has been accessed that the other does
@@ -96,11 +96,11 @@ impl Pair {
         let used = self.cpu.step(&mut self.bus, self.now);
         self.now += used;
         let theirs = self.library.step();
-        if self.bus.missed || self.cpu.refused.is_some() {
+        if self.bus.missed || self.cpu.core.refused.is_some() {
             return None;
         }
         self.keep_block(&before, what);
-        self.cpu.tick();
+        self.cpu.core.tick();
         assert_eq!(self.ours(), self.theirs(), "{what}, with {before:x?}");
         assert_eq!(used, theirs, "cycles of {what}, with {before:x?}");
         Some(())
@@ -109,7 +109,8 @@ impl Pair {
     /// The library saves no state of an IT block at an exception, and the rest of the block would be executed whatever
     /// its condition says (DDI 0403 B1.5.6). An instruction that has called an exception is over.
     fn keep_block(&mut self, before: &Regs, what: &str) {
-        let entered = self.cpu.entered != 0 && self.library.reg(LR) >= exc_return::HANDLER_MSP & !exc_return::FP_FRAME;
+        let entered =
+            self.cpu.core.entered != 0 && self.library.reg(LR) >= exc_return::HANDLER_MSP & !exc_return::FP_FRAME;
         if before.xpsr & xpsr::IT_MASK == 0 || !entered {
             return;
         }
@@ -131,13 +132,13 @@ impl Pair {
     }
 
     fn ours(&mut self) -> State {
-        let mut registers = self.cpu.registers;
+        let mut registers = self.cpu.core.registers;
         let (msp, psp) = (*registers.stack(false), *registers.stack(true));
         let r = std::array::from_fn(|register| registers.get(register as u8));
         let masks = (registers.primask, registers.faultmask, registers.basepri, registers.control);
-        let flow = (self.cpu.asleep, self.cpu.locked_up);
+        let flow = (self.cpu.core.asleep, self.cpu.core.locked_up);
         let memory = near(registers.get(SP), |place| self.cpu.sram().word(place));
-        State { r, msp, psp, xpsr: registers.xpsr(), masks, flow, sys: control(&self.cpu.sys), memory }
+        State { r, msp, psp, xpsr: registers.xpsr(), masks, flow, sys: control(&self.cpu.core.sys), memory }
     }
 
     fn theirs(&self) -> State {
