@@ -48,8 +48,9 @@ pub trait Firmware<const AXES: usize>: Sized + 'static {
     /// True if the next poll looks at the inputs: what they have noted since they were read last is then its alone.
     fn takes_inputs(&self, now: Micros) -> bool;
 
-    /// Does all that is due; takes the inputs as they were read last, and returns the outputs as they are to be set.
-    fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Outputs;
+    /// Does a piece of what is due; takes the inputs as they were read last. Returns the outputs as they are to be set, at
+    /// least once a millisecond; `None` if outputs, replies, jobs and settings are as they were.
+    fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Option<Outputs>;
 
     /// Hands out what a poll has made for the links.
     fn deliver(&mut self, ends: &mut Ends);

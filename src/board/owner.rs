@@ -121,7 +121,7 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
             let idle = !self.firmware.serve(&mut self.ends, now);
             let (now, deadline) = (now(), self.firmware.deadline());
             if now >= deadline {
-                self.poll();
+                self.poll(now);
             } else if idle {
                 return wake::after(deadline.since(now));
             }
@@ -130,16 +130,23 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
 }
 
 impl<F: Firmware<AXES>> Owner<F> {
-    /// Polls the firmware, exchanges signals with it, and passes on what has become due. Never inlined: the stack frame
-    /// that this function needs would be set up on the way to every reply in `turn`.
+    /// Polls the firmware. Never inlined: the stack frame that this function needs would be set up on the way to every
+    /// reply in `turn`.
     #[inline(never)]
-    fn poll(&mut self) {
-        let now = now();
+    fn poll(&mut self, now: Micros) {
         if self.firmware.takes_inputs(now) {
             self.inputs = self.signals.read();
         }
-        let outputs = self.firmware.poll(now, &self.inputs);
-        self.signals.write(&outputs);
+        if let Some(outputs) = self.firmware.poll(now, &self.inputs) {
+            self.pass_on(&outputs);
+        }
+    }
+
+    /// Sets the outputs, passes on what has become due, and takes what others have left for the owner. Never inlined:
+    /// most slices of a program have no use for its stack frame.
+    #[inline(never)]
+    fn pass_on(&mut self, outputs: &Outputs) {
+        self.signals.write(outputs);
         watchdog::MODULE.alive();
         if outputs.trouble && !core::mem::replace(&mut self.trouble, true) {
             defmt::error!("motion controller does not answer: motor drivers off until the next start");
@@ -168,7 +175,7 @@ impl<F: Firmware<AXES>> Owner<F> {
             can.listen_to(&identifiers);
         }
         rs485::tick();
-        self.restart(&outputs);
+        self.restart(outputs);
     }
 
     /// Drops the requests of a USB host that is gone, and the replies to them. Another host can be connected only after

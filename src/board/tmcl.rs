@@ -85,7 +85,7 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
     }
 
     #[inline(always)]
-    fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Outputs {
+    fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Option<Outputs> {
         self.module.poll(now, inputs)
     }
 

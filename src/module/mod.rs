@@ -82,6 +82,8 @@ pub struct Module<T: Platform, const AXES: usize> {
     machine: Machine,
     /// Units that the program may still spend in this millisecond; a command costs 1 or more.
     fuel: u32,
+    /// Something has happened since the last poll that returned outputs, so the next one returns them.
+    changed: bool,
     device: Device<T, AXES>,
     hooks: T::Hooks,
     globals: [i32; G::SETTINGS],
@@ -137,6 +139,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             starts: true,
             downloader: None,
             fuel: 0,
+            changed: false,
             link_settings: LinkSettings::of(&globals),
             link_settings_stale: false,
             overheard: Default::default(),
@@ -235,18 +238,28 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         now.0 >= self.device.deadline().0 && !self.device.is_in_turn()
     }
 
-    /// Does all that is due at `now`: to be called at [`Module::deadline`], or as soon after it as can be, and as a
-    /// rule once a millisecond. Takes the inputs as they are now, and returns the outputs as they are to be set.
+    /// Does the next piece of what is due at `now`: to be called at [`Module::deadline`], or as soon after it as can be.
+    /// Takes the inputs as they are now.
     ///
-    /// A program runs in slices: while it has commands to execute in this millisecond, the deadline is in the past, and
-    /// each call executes the next few of them.
-    pub fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Outputs {
+    /// A piece is one of the turn of each millisecond, or a slice of the program: while the program has commands to
+    /// execute in this millisecond, the deadline is in the past, and each call executes the next few of them. So that
+    /// nobody waits for long, the owner looks at the links between two pieces.
+    ///
+    /// Returns the outputs as they are to be set, at least once a millisecond, and whenever the program has executed a
+    /// command that does more than read: then there may be replies, jobs of the store, and new link settings, too.
+    #[inline(always)]
+    pub fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Option<Outputs> {
         if now >= self.device.deadline() {
             self.take_turn(now, inputs);
-        }
-        if !self.device.is_in_turn() {
+        } else {
             self.run_slice(now);
         }
+        if core::mem::take(&mut self.changed) { Some(self.outputs(now)) } else { None }
+    }
+
+    /// The outputs as they are to be set. The restart is asked for when all is done that was begun before.
+    #[inline(never)]
+    fn outputs(&mut self, now: Micros) -> Outputs {
         let due = self.device.restart().is_some_and(|at| now >= at) && self.is_done();
         let outputs = self.device.outputs_mut();
         outputs.restart = due;
@@ -271,6 +284,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.autostart();
         self.begin_turn();
         self.device.outputs_mut().led = (now.millis() / io::BLINK_MS).is_multiple_of(2);
+        self.changed = true;
     }
 
     /// Keeps global parameter 77 from starting the program until the supply has been lost and has come back. A firmware

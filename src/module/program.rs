@@ -266,6 +266,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Some(_) => Err(Status::NotAvailable),
             None => Err(Status::InvalidCommand),
         };
+        self.changed |= !matches!(done, Ok(Outcome::Read(_)));
         match done {
             Ok(Outcome::Read(value)) => self.machine.registers.load(value),
             Ok(Outcome::Stored { need, undo, .. }) if !self.device.store().settled(need) => {

@@ -132,7 +132,7 @@ impl LooseBench {
         assert!(done, "{line}: {outcome:?}");
     }
 
-    /// Lets virtual time pass, with one poll of the module per millisecond.
+    /// Lets virtual time pass, and looks at the module once per millisecond.
     pub fn run(&mut self, milliseconds: u64) {
         for _ in 0..milliseconds {
             let next = self.board.borrow().now() + MILLISECOND;
@@ -145,7 +145,9 @@ impl LooseBench {
                 ..Inputs::default()
             };
             let now = self.now();
-            self.module.poll(now, &inputs);
+            while self.module.deadline() <= now {
+                self.module.poll(now, &inputs);
+            }
         }
     }
 

@@ -35,10 +35,12 @@ impl Core {
         Micros(self.board.borrow().now() / MICROSECOND)
     }
 
-    /// Lets time pass until `at`, in microseconds, without a poll, and then polls.
+    /// Lets time pass until `at`, in microseconds, without a poll, and then does all that is due.
     fn poll(&mut self, at: u64) {
         self.board.borrow_mut().advance_to(at * MICROSECOND);
-        self.module.poll(self.now(), &Inputs { supply: Some(240), ..Inputs::default() });
+        while self.module.deadline() <= self.now() {
+            self.module.poll(self.now(), &Inputs { supply: Some(240), ..Inputs::default() });
+        }
     }
 
     /// Polls whenever the core asks for it, until `at`; how often that was.

@@ -99,7 +99,7 @@ impl<P: OnBoard, const AXES: usize, const N: usize> Firmware for Running<P, AXES
     fn poll(&mut self, board: &SharedBoard) {
         let now = time(board);
         let inputs = Self::inputs(&board.borrow());
-        let outputs = self.module.poll(now, &inputs);
+        let Some(outputs) = self.module.poll(now, &inputs) else { return };
         if now >= self.keep {
             self.keep = now.after(Micros::from_millis(1));
             if let Some(written) = self.keeper.poll(now, || self.module.store().next_job()) {

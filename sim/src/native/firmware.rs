@@ -5,7 +5,7 @@ use std::task::Poll;
 use hal_sim::board::{SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, Nanos};
 use tmcm::chip::at25::At25;
-use tmcm::device::{Inputs, Outputs};
+use tmcm::device::Inputs;
 use tmcm::module::{Desk, LinkSettings, Module, Product, Source};
 use tmcm::store::{Integrity, Keeper, LoadReport};
 use tmcm::tmcl::{Command, Reply, Status};
@@ -159,7 +159,7 @@ impl<P: Product + 'static, const AXES: usize, const N: usize> Firmware for Tmcl<
         if self.module.takes_inputs(now) {
             self.inputs = self.signals.read();
         }
-        let outputs: Outputs = self.module.poll(now, &self.inputs);
+        let Some(outputs) = self.module.poll(now, &self.inputs) else { return false };
         // The EEPROM has its turn once a millisecond; the slices of a program come in between.
         if now >= self.keep {
             self.keep = now.after(Micros::from_millis(1));

@@ -171,8 +171,10 @@ impl NativeModule {
         let (firmware, messages) = self.product.start(start);
         self.log.extend(messages);
         self.firmware = Some(firmware);
-        // The first poll is due at once: only then the firmware knows its inputs.
-        self.poll();
+        // What is due at once comes before all requests: only then the firmware knows its inputs.
+        while self.firmware.as_ref().is_some_and(|firmware| firmware.deadline() <= self.now()) {
+            self.poll();
+        }
     }
 
     fn poll(&mut self) {
