@@ -6,23 +6,25 @@
 //! and the first byte of its reply goes into the port as soon as the line is free.
 //!
 //! The port gives a byte out in the middle of its stop bit. During the other half of the stop bit the sender still
-//! drives the line: TIM2 times that half, and nothing is sent before it is over.
+//! drives the line: TIM2 times that half, and its handler begins to send; nothing is sent before that half is over.
 
-use core::cell::RefCell;
+use core::cell::UnsafeCell;
+use core::ops::{Deref, DerefMut};
 
+use cortex_m::register::primask::{self, Primask};
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Output, Pull};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::pac::usart::regs::Sr;
 use embassy_stm32::pac::{TIM2, USART3};
 use embassy_stm32::peripherals;
 use embassy_stm32::usart::{self, RxPin, TxPin, Uart};
-use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use heapless::{Deque, Vec};
 
 use super::mail::link_settings;
 use super::{now, wake};
-use crate::module::{LinkMode, LinkSettings, Port, Request, Source, Taken};
+use crate::module::{LinkMode, LinkSettings, Port, Request, Source};
 use crate::tmcl::Reply;
 use crate::tmcl::ascii::LINE;
 use crate::units::Micros;
@@ -33,19 +35,35 @@ const AHEAD: usize = 128;
 const OUT: usize = 128;
 const _: () = assert!(OUT >= LINE + 40);
 
-static LINK: CriticalSectionMutex<RefCell<Option<Rs485>>> = CriticalSectionMutex::new(RefCell::new(None));
+/// Counts of TIM2 by which it ends before the stop bit, because its end becomes an effect at a pin only later: 31 cycles
+/// pass at least between the byte and the start of the timer, and 37 between its end and the direction of the transceiver.
+/// Each is the 6 cycles that the core needs to go from one handler to the next and a cycle for each instruction. A count
+/// is two cycles.
+const LEAD: u32 = (31 + 37) / 2;
+
+/// The link, which the handlers of USART3 and TIM2 use, and the owner while interrupts are off.
+struct Link(UnsafeCell<Rs485>);
+
+// SAFETY: the two handlers have the same priority, so neither interrupts the other, and nothing else that uses the link
+// interrupts them.
+unsafe impl Sync for Link {}
+
+static LINK: Link = Link(UnsafeCell::new(Rs485::OFF));
 
 /// The state of the link.
 struct Rs485 {
-    direction: Output<'static>,
+    /// `None` until the link is started.
+    direction: Option<Output<'static>>,
     port: Port,
     /// Received bytes that wait to be decoded until a reply is out.
     ahead: Deque<u8, AHEAD>,
     /// The time at which the last byte was received.
     last: Micros,
-    /// Requests that the owner of the module has not taken yet. A host waits for each reply, so eight are enough;
-    /// requests also stay here while a reply is due.
+    /// Requests that the owner of the module has not taken out of the port before the next byte came. A host waits for
+    /// each reply, so eight are enough.
     requests: Deque<Request, 8>,
+    /// Something is in `ahead` or `requests`.
+    behind: bool,
     /// The bytes to be sent or being sent.
     out: Vec<u8, OUT>,
     /// Number of bytes of `out` that have gone into the port.
@@ -81,167 +99,272 @@ impl<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> Pins<Rx, Tx
 
 /// Starts the link on USART3, which is set up and receives already. All else is done by interrupt handlers.
 fn start(direction: Output<'static>, mode: LinkMode) {
-    let link = Rs485 {
-        direction,
-        port: Port::new(Source::Rs485, mode),
-        ahead: Deque::new(),
-        last: now(),
-        requests: Deque::new(),
-        out: Vec::new(),
-        sent: 0,
-        pause: Micros(0),
-        sending: false,
-    };
-    LINK.lock(|cell| cell.try_borrow_mut().map(|mut cell| *cell = Some(link)).ok());
+    let mut link = lock();
+    link.direction = Some(direction);
+    link.port = Port::new(Source::Rs485, mode);
+    link.last = now();
+    drop(link);
     // TIM2 counts at 84 MHz, and the port's divider is the length of a bit at 42 MHz: as many counts of TIM2 are half a
-    // bit.
+    // bit. An update now makes the flag that there is no stop bit to be waited for.
     embassy_stm32::rcc::enable_and_reset::<peripherals::TIM2>();
-    TIM2.arr().write_value(USART3.brr().read().0);
-    TIM2.cr1().write(|w| w.set_opm(true));
+    TIM2.arr().write_value(USART3.brr().read().0.saturating_sub(LEAD));
+    TIM2.egr().write(|w| w.set_ug(true));
     USART3.cr1().modify(|w| w.set_rxneie(true));
     for handler in [interrupt::USART3, interrupt::TIM2] {
         handler.set_priority(Priority::P4);
-        // SAFETY: the handlers use only registers and `LINK`, which is filled.
+        // SAFETY: the handlers use only registers and `LINK`.
         unsafe { handler.enable() };
     }
 }
 
 /// The next request; `None` while there is none.
+#[inline(always)]
 pub(super) fn request() -> Option<Request> {
-    with(|link| link.requests.pop_front())
+    let mut link = lock();
+    if !link.behind && link.port.is_binary() {
+        return link.port.take();
+    }
+    // Without this barrier the compiler would build both requests at the same place in memory, where that of a telegram is
+    // better kept in registers.
+    core::hint::black_box(link.oldest())
 }
 
 /// Sends the answer to a request, or an event in between. False if there are too many to be sent. The link goes on in
 /// `mode`, if one is given.
+#[inline(always)]
 pub(super) fn answer(reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) -> bool {
-    with(|link| {
-        let taken = link.port.answer(reply, mode, settings.reply_addresses(), &mut link.out).is_ok();
-        if reply.is_some() {
-            link.pause = Micros::from_millis(settings.pause.into());
-        }
-        link.read_on();
-        taken
-    })
+    let mut link = lock();
+    let link = &mut *link;
+    let taken = link.port.answer(reply, mode, settings.reply_addresses(), &mut link.out).is_ok();
+    if reply.is_some() {
+        link.pause = Micros::from_millis(settings.pause.into());
+    }
+    link.read_on();
+    taken
 }
 
 /// Sends a reply whose pause is over. To be called every millisecond.
 pub(super) fn tick() {
-    with(Rs485::send);
+    lock().send();
 }
 
 /// True when all replies are sent, and also if there is no link.
 pub(super) fn is_idle() -> bool {
-    let busy = with(|link| !link.out.is_empty());
-    !busy
+    lock().out.is_empty()
 }
 
-/// Calls a function with the link; without a link it returns the default. No function within calls this one again, so
-/// the link can always be borrowed.
-fn with<R: Default>(act: impl FnOnce(&mut Rs485) -> R) -> R {
-    LINK.lock(|cell| cell.try_borrow_mut().ok()?.as_mut().map(act)).unwrap_or_default()
+/// The link for others than its handlers: interrupts are off as long as this lives.
+struct Lock {
+    masked: Primask,
+}
+
+/// Switches interrupts off. To be called by the owner, and before the handlers are enabled, which both have one lock at a
+/// time.
+#[inline(always)]
+fn lock() -> Lock {
+    let masked = primask::read();
+    cortex_m::interrupt::disable();
+    Lock { masked }
+}
+
+impl Deref for Lock {
+    type Target = Rs485;
+
+    #[inline(always)]
+    fn deref(&self) -> &Rs485 {
+        // SAFETY: no handler runs meanwhile.
+        unsafe { &*LINK.0.get() }
+    }
+}
+
+impl DerefMut for Lock {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut Rs485 {
+        // SAFETY: no handler runs meanwhile.
+        unsafe { &mut *LINK.0.get() }
+    }
+}
+
+impl Drop for Lock {
+    #[inline(always)]
+    fn drop(&mut self) {
+        if self.masked.is_active() {
+            // SAFETY: they were on before.
+            unsafe { cortex_m::interrupt::enable() };
+        }
+    }
 }
 
 #[interrupt]
 unsafe fn USART3() {
-    with(Rs485::interrupt);
+    // SAFETY: see `Link`.
+    unsafe { &mut *LINK.0.get() }.interrupt();
 }
 
-/// Called when the stop bit of the last byte received is over.
+/// Called when the stop bit of the last byte received is over, if something waits for that.
 #[interrupt]
 unsafe fn TIM2() {
-    TIM2.sr().write(|w| w.set_uif(false));
-    TIM2.dier().write(|w| w.set_uie(false));
-    with(Rs485::send);
+    // A byte that has come at the same time begins a new stop bit.
+    if TIM2.sr().read().uif() {
+        // SAFETY: see `Link`.
+        unsafe { &mut *LINK.0.get() }.begin();
+    }
 }
 
 impl Rs485 {
+    /// A link that has not been started.
+    const OFF: Rs485 = Rs485 {
+        direction: None,
+        port: Port::new(Source::Rs485, LinkMode::Binary),
+        ahead: Deque::new(),
+        last: Micros(0),
+        requests: Deque::new(),
+        behind: false,
+        out: Vec::new(),
+        sent: 0,
+        pause: Micros(0),
+        sending: false,
+    };
+
+    #[inline(always)]
     fn interrupt(&mut self) {
         let status = USART3.sr().read();
-        let control = USART3.cr1().read();
         if status.rxne() || status.ore() {
+            TIM2.cnt().write_value(0);
+            TIM2.sr().write(|w| w.set_uif(false));
+            TIM2.cr1().write(|w| {
+                w.set_opm(true);
+                w.set_cen(true);
+            });
             // Reading the data after the status also clears the errors.
             let byte = USART3.dr().read().0 as u8;
             // After a break, noise, or a lost byte the bytes received so far are no telegram.
             if status.fe() || status.ne() || status.ore() {
                 self.port.silence();
-            } else if status.rxne() {
+            } else {
                 self.receive(byte);
             }
         }
-        if control.txeie() && status.txe() {
-            self.transmit();
-        } else if control.tcie() && status.tc() {
-            self.sent();
+        if self.sending {
+            self.go_on(status);
         }
     }
 
+    #[inline(always)]
     fn receive(&mut self, byte: u8) {
         self.last = now();
-        TIM2.sr().write(|w| w.set_uif(false));
-        TIM2.cnt().write_value(0);
-        TIM2.cr1().write(|w| {
-            w.set_opm(true);
-            w.set_cen(true);
-        });
-        if self.ahead.is_empty() && !self.port.is_waiting() {
+        if self.behind || self.port.is_ready() || self.port.is_waiting() {
+            self.receive_ahead(byte);
+        } else {
             self.read(byte);
+        }
+    }
+
+    /// Takes a byte that comes before the request before it is taken, or answered.
+    #[cold]
+    #[inline(never)]
+    fn receive_ahead(&mut self, byte: u8) {
+        self.behind = true;
+        if !self.port.is_waiting() && self.ahead.is_empty() {
+            self.read_behind(byte);
         } else if self.ahead.push_back(byte).is_err() {
             defmt::warn!("RS485: a host does not wait for its replies: bytes dropped");
             self.port.give_up();
         }
     }
 
+    /// Reads a byte behind a request that may still be in the port.
+    #[inline(never)]
+    fn read_behind(&mut self, byte: u8) {
+        if let Some(request) = self.port.take()
+            && self.requests.push_back(request).is_err()
+        {
+            defmt::warn!("RS485: a host does not wait for its replies: request dropped");
+            self.port.give_up();
+        }
+        self.read(byte);
+    }
+
+    /// The oldest request, where some were put off.
+    #[cold]
+    #[inline(never)]
+    fn oldest(&mut self) -> Option<Request> {
+        let oldest = self.requests.pop_front().or_else(|| self.port.take());
+        self.behind = !self.ahead.is_empty() || !self.requests.is_empty();
+        oldest
+    }
+
+    #[inline(always)]
     fn read(&mut self, byte: u8) {
-        let Taken { echo, request } = self.port.push(byte, self.last, link_settings);
+        let echo = self.port.push(byte, self.last, link_settings);
         if !echo.is_empty() {
             // If an echo does not fit, the host has sent much while a reply was due: such a host does not look at
             // echoes.
             let _ = self.out.extend_from_slice(echo);
-            self.send();
+            self.send_echo();
         }
-        if let Some(request) = request {
-            if self.requests.push_back(request).is_err() {
-                defmt::warn!("RS485: a host does not wait for its replies: request dropped");
-                self.port.give_up();
-            }
+        if self.port.is_ready() {
             wake::pend();
         }
     }
 
     /// Sends what is waiting to be sent, and decodes the bytes received ahead until a request among them is to be
     /// answered.
+    #[inline(always)]
     fn read_on(&mut self) {
         self.send();
-        while !self.port.is_waiting()
-            && let Some(byte) = self.ahead.pop_front()
-        {
-            self.read(byte);
+        if self.behind {
+            self.catch_up();
         }
     }
 
-    /// Begins to send, if there are bytes to be sent, the line is free, and the pause after the last byte received is
-    /// over: a byte that is received meanwhile starts the pause anew. The receiver is off while sending, as it would
-    /// hear the link's own bytes.
+    #[cold]
+    #[inline(never)]
+    fn catch_up(&mut self) {
+        while !self.port.is_waiting()
+            && let Some(byte) = self.ahead.pop_front()
+        {
+            self.read_behind(byte);
+        }
+    }
+
+    /// Has the sending begun as soon as the line is free, if there are bytes to be sent, and the pause after the last byte
+    /// received is over: a byte that is received meanwhile starts the pause anew.
+    #[inline(always)]
     fn send(&mut self) {
-        if self.sending || self.out.is_empty() {
-            return;
-        }
-        if self.pause > Micros(0) && now().since(self.last) < self.pause {
-            return;
-        }
-        if TIM2.cr1().read().cen() {
+        if self.is_to_send() {
             TIM2.dier().write(|w| w.set_uie(true));
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn send_echo(&mut self) {
+        self.send();
+    }
+
+    #[inline(always)]
+    fn is_to_send(&self) -> bool {
+        !self.sending && !self.out.is_empty() && (self.pause == Micros(0) || now().since(self.last) >= self.pause)
+    }
+
+    /// Begins to send. The receiver is off meanwhile, as it would hear the link's own bytes.
+    #[inline(always)]
+    fn begin(&mut self) {
+        TIM2.dier().write(|_| {});
+        if !self.is_to_send() {
             return;
         }
-        self.sending = true;
-        self.direction.set_high();
+        let (Some(direction), Some(first)) = (&mut self.direction, self.out.first()) else { return };
+        direction.set_high();
+        // Reading the status before the first byte is written clears the flag that the byte before was complete.
+        let _ = USART3.sr().read();
+        USART3.dr().write(|w| w.set_dr((*first).into()));
+        (self.sent, self.sending) = (1, true);
         USART3.cr1().modify(|w| {
             w.set_re(false);
             w.set_txeie(true);
         });
-        // Reading the status before the first byte is written clears the flag that the byte before was complete.
-        let _ = USART3.sr().read();
-        self.transmit();
     }
 
     /// Hands the next byte to the port, which has room for one; after the last byte, enables the interrupt at its end.
@@ -254,6 +377,17 @@ impl Rs485 {
                 w.set_txeie(false);
                 w.set_tcie(true);
             });
+        }
+    }
+
+    /// Goes on with sending: the port has room for a byte, or the last one is out.
+    #[inline(never)]
+    fn go_on(&mut self, status: Sr) {
+        let control = USART3.cr1().read();
+        if control.txeie() && status.txe() {
+            self.transmit();
+        } else if control.tcie() && status.tc() {
+            self.sent();
         }
     }
 
@@ -271,7 +405,9 @@ impl Rs485 {
             w.set_tcie(false);
             w.set_re(true);
         });
-        self.direction.set_low();
+        if let Some(direction) = &mut self.direction {
+            direction.set_low();
+        }
         self.out.clear();
         (self.sent, self.sending, self.pause) = (0, false, Micros(0));
         self.port.silence();

@@ -103,15 +103,18 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
         let event = select(serial.read_packet(&mut packet), USB.ready_to_receive());
         match watchdog::while_waiting(&watchdog::USB, event).await {
             Either::First(count) => {
+                let at = now();
                 for byte in packet.iter().take(count?) {
                     // A host may send many requests at once, but the reply to each is sent before the next one is
                     // decoded.
                     while port.is_waiting() || !USB.is_empty() {
                         send(serial, &mut port).await?;
                     }
-                    let heard = port.push(*byte, now(), link_settings);
-                    write(serial, heard.echo).await?;
-                    if let Some(request) = heard.request {
+                    let echo = port.push(*byte, at, link_settings);
+                    if !echo.is_empty() {
+                        write(serial, echo).await?;
+                    }
+                    if let Some(request) = port.take() {
                         // The owner takes no request while it owes the reply to the one before, so without room for this
                         // one there is a reply to come. It is to be fetched: nobody else does.
                         while USB_REQUESTS.try_send(request).is_err() {

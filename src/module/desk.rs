@@ -11,6 +11,7 @@ use super::origin::{Due, Origin, Source};
 use super::port::Request;
 use super::{Module, Platform};
 use crate::tmcl::Reply;
+use crate::tmcl::ascii::Line;
 use crate::units::Micros;
 
 /// The links of a module as its desk uses them.
@@ -71,7 +72,7 @@ impl Desk {
     /// Hands the replies that have become due to their links. To be called after each [`Module::poll`].
     pub fn deliver<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) {
         while let Some(Due { to, reply }) = module.next_reply() {
-            ends.answer(to, reply.as_ref(), None, module.link_settings());
+            answer(ends, to, reply.as_ref(), None, module.link_settings());
         }
     }
 }
@@ -88,12 +89,49 @@ fn serve<T: Platform, const AXES: usize>(
         return false;
     }
     let Some(request) = ends.request(source, module.link_settings()) else { return false };
-    let (answer, mode) = module.request(now(), source, &request);
-    let reply = match &answer {
+    match request {
+        Request::Line(line) => return serve_line(source, module, ends, now(), line),
+        // Frames come over CAN, and nothing else does.
+        Request::Frame(_) if source != Source::Can => return true,
+        Request::Telegram(_) if source == Source::Can => return true,
+        Request::Frame(_) | Request::Telegram(_) => {}
+    }
+    let (done, mode) = module.request(now(), source, &request);
+    let reply = match &done {
         Poll::Ready(Some(reply)) => Some(reply),
         Poll::Ready(None) => None,
         Poll::Pending => return true,
     };
     ends.answer(request.origin(source), reply, Some(mode), module.link_settings());
     true
+}
+
+/// Serves a line, which somebody types and for which nobody is in a hurry. A function of its own, so that other requests
+/// stay in registers on their way.
+#[cold]
+#[inline(never)]
+fn serve_line<T: Platform, const AXES: usize>(
+    source: Source,
+    module: &mut Module<T, AXES>,
+    ends: &mut impl LinkEnds,
+    now: Micros,
+    line: Line,
+) -> bool {
+    let (done, mode) = module.request(now, source, &Request::Line(line));
+    if let Poll::Ready(reply) = done {
+        answer(ends, source.into(), reply.as_ref(), Some(mode), module.link_settings());
+    }
+    true
+}
+
+/// As [`LinkEnds::answer`], which is inlined where time is short.
+#[inline(never)]
+fn answer(
+    ends: &mut impl LinkEnds,
+    to: Origin,
+    reply: Option<&Reply>,
+    mode: Option<LinkMode>,
+    settings: &LinkSettings,
+) {
+    ends.answer(to, reply, mode, settings);
 }

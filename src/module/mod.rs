@@ -31,7 +31,7 @@ pub use desk::{Desk, LinkEnds};
 pub use hooks::{Executed, Hooks};
 pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
 pub use origin::{Answer, Due, Origin, Source};
-pub use port::{Message, Port, Request, Taken};
+pub use port::{Message, Port, Request};
 pub use slots::Slots;
 pub use spec::{Product, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset};
 

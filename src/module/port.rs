@@ -28,15 +28,6 @@ impl Request {
     }
 }
 
-/// What a byte of a link has led to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Taken<'a> {
-    /// Characters to be sent back at once: the echo of ASCII mode.
-    pub echo: &'a [u8],
-    /// The request that the byte completes, if it completes one.
-    pub request: Option<Request>,
-}
-
 /// A buffer for a reply as it goes over a byte link, in either mode.
 pub type Message = Vec<u8, { ascii::REPLY }>;
 
@@ -46,62 +37,110 @@ pub type Message = Vec<u8, { ascii::REPLY }>;
 /// long as [`Port::is_waiting`], the caller keeps further bytes.
 #[derive(Clone, Debug)]
 pub struct Port {
+    framer: Framer,
+    mode: LinkMode,
+    /// A request is complete, in the framer or in `line`.
+    ready: bool,
     /// The link is a bus on which other modules and their hosts are heard, too.
     shared: bool,
-    mode: LinkMode,
-    framer: Framer,
-    editor: Editor,
     /// True until the first telegram after ASCII mode was left.
     after_text: bool,
     /// Number of requests that have not been answered.
     open: u8,
     /// The answer to the last of them decides in which mode the next byte is read.
     decides: bool,
+    line: Option<Line>,
+    editor: Editor,
 }
 
 impl Port {
     /// The port of a link that starts in `mode`.
     pub const fn new(source: Source, mode: LinkMode) -> Self {
         let shared = matches!(source, Source::Rs485);
-        Port { shared, mode, framer: Framer::new(), editor: Editor::new(), after_text: false, open: 0, decides: false }
+        Port {
+            framer: Framer::new(),
+            mode,
+            ready: false,
+            shared,
+            after_text: false,
+            open: 0,
+            decides: false,
+            line: None,
+            editor: Editor::new(),
+        }
     }
 
-    /// Takes one byte that arrived at `at`. Each request is to be followed by [`Port::answer`]. ASCII mode asks for the
-    /// `settings` in force; binary mode needs none, and time is short there.
-    pub fn push(&mut self, byte: u8, at: Micros, settings: impl FnOnce() -> LinkSettings) -> Taken<'_> {
-        let (echo, request): (&[u8], _) = match self.mode {
-            LinkMode::Binary => (&[], self.frame(byte, at).map(Request::Telegram)),
-            LinkMode::Ascii => {
-                let LinkSettings { address, secondary, host, echo, .. } = settings();
-                let own = [address, secondary];
-                let echo = if self.shared { echo.among_others(own, host) } else { echo };
-                let typed = self.editor.push(byte, own, echo);
-                (typed.echo, typed.line.map(Request::Line))
-            }
-        };
-        if let Some(request) = request {
+    /// Takes one byte that arrived at `at`, and returns the characters to be sent back at once: the echo of ASCII mode.
+    /// ASCII mode asks for the `settings` in force; binary mode needs none, and time is short there. If the byte completes
+    /// a request, this stays here until [`Port::take`], which has to come before the next byte.
+    #[inline(always)]
+    pub fn push(&mut self, byte: u8, at: Micros, settings: impl FnOnce() -> LinkSettings) -> &[u8] {
+        if self.mode == LinkMode::Ascii {
+            return self.type_in(byte, settings);
+        }
+        if self.framer.push(byte, at) && !(core::mem::take(&mut self.after_text) && self.lacks_a_byte()) {
+            self.ready = true;
             self.open = self.open.saturating_add(1);
-            self.decides = match request {
-                Request::Telegram(telegram) => telegram.command.opcode == Opcode::EnterAscii as u8,
-                Request::Line(_) | Request::Frame(_) => true,
-            };
+            self.decides = self.framer.opcode() == Opcode::EnterAscii as u8;
         }
-        Taken { echo, request }
+        &[]
     }
 
-    /// Makes telegrams out of bytes. A terminal may have ended the last line of ASCII mode with CR and LF: the line ends at
-    /// CR, and LF, which would be address 10, is not part of the telegram behind it.
-    fn frame(&mut self, byte: u8, at: Micros) -> Option<Addressed> {
-        let bytes = self.framer.push(byte, at)?;
-        let telegram = binary::decode(&bytes);
-        let after_text = core::mem::take(&mut self.after_text);
-        match bytes {
-            [b'\n', rest @ ..] if after_text && !telegram.intact => {
-                // Without LF the telegram lacks its ninth byte, which is still to come.
-                rest.into_iter().find_map(|byte| self.framer.push(byte, at)).as_ref().map(binary::decode)
-            }
-            _ => Some(telegram),
+    /// Whether the first telegram after ASCII mode lacks its ninth byte. A terminal may have ended the last line with CR
+    /// and LF: the line ends at CR, and LF, which would be address 10, is not part of the telegram behind it.
+    #[cold]
+    #[inline(never)]
+    fn lacks_a_byte(&mut self) -> bool {
+        let Addressed { address, intact, .. } = self.framer.decode();
+        let lacks = address == b'\n' && !intact;
+        if lacks {
+            self.framer.drop_first();
         }
+        lacks
+    }
+
+    /// Takes a character of ASCII mode.
+    #[cold]
+    #[inline(never)]
+    fn type_in(&mut self, byte: u8, settings: impl FnOnce() -> LinkSettings) -> &[u8] {
+        let LinkSettings { address, secondary, host, echo, .. } = settings();
+        let own = [address, secondary];
+        let echo = if self.shared { echo.among_others(own, host) } else { echo };
+        let typed = self.editor.push(byte, own, echo);
+        if typed.line.is_some() {
+            (self.line, self.ready, self.decides) = (typed.line, true, true);
+            self.open = self.open.saturating_add(1);
+        }
+        typed.echo
+    }
+
+    /// True while the link speaks in telegrams.
+    #[inline(always)]
+    pub fn is_binary(&self) -> bool {
+        self.mode == LinkMode::Binary
+    }
+
+    /// True while a request waits to be taken.
+    pub const fn is_ready(&self) -> bool {
+        self.ready
+    }
+
+    /// Takes the request that the last byte has completed, if it has. It is to be followed by [`Port::answer`].
+    #[inline(always)]
+    pub fn take(&mut self) -> Option<Request> {
+        if !core::mem::take(&mut self.ready) {
+            return None;
+        }
+        if self.mode == LinkMode::Ascii {
+            return self.take_line();
+        }
+        Some(Request::Telegram(self.framer.decode()))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn take_line(&mut self) -> Option<Request> {
+        self.line.take().map(Request::Line)
     }
 
     /// True while an outstanding answer decides in which mode the next byte is to be read.
@@ -114,6 +153,7 @@ impl Port {
     ///
     /// # Errors
     /// `out` has no room for the reply, which is lost.
+    #[inline(always)]
     pub fn answer(
         &mut self,
         reply: Option<&Reply>,
@@ -126,13 +166,38 @@ impl Port {
             self.open = self.open.saturating_sub(1);
         }
         if let Some(mode) = mode.filter(|mode| *mode != self.mode) {
-            (self.mode, self.after_text) = (mode, mode == LinkMode::Binary);
-            (self.framer, self.editor) = (Framer::new(), Editor::new());
+            self.change_to(mode);
         }
         encoded
     }
 
+    #[cold]
+    #[inline(never)]
+    fn change_to(&mut self, mode: LinkMode) {
+        (self.mode, self.after_text) = (mode, mode == LinkMode::Binary);
+        (self.framer, self.editor) = (Framer::new(), Editor::new());
+    }
+
+    #[inline(always)]
     fn encode(&self, reply: &Reply, addresses: ReplyAddresses, out: &mut VecView<u8>) -> Result<(), CapacityError> {
+        match *reply {
+            Reply::Plain { status, opcode, value } if self.mode == LinkMode::Binary => {
+                let ReplyAddresses { host, module } = addresses;
+                out.extend_from_slice(&binary::encode_plain(host, module, status, opcode, value))
+            }
+            _ => self.encode_other(reply, addresses, out),
+        }
+    }
+
+    /// Any other reply than the one for which time is short.
+    #[cold]
+    #[inline(never)]
+    fn encode_other(
+        &self,
+        reply: &Reply,
+        addresses: ReplyAddresses,
+        out: &mut VecView<u8>,
+    ) -> Result<(), CapacityError> {
         let ReplyAddresses { host, module } = addresses;
         match self.mode {
             LinkMode::Binary => out.extend_from_slice(&binary::encode_reply(host, module, reply)),
@@ -147,7 +212,9 @@ impl Port {
 
     /// Gives up an unfinished telegram, after a silence on the link. An unfinished line stays: a person may type slowly.
     pub fn silence(&mut self) {
-        self.framer.reset();
+        if !self.ready {
+            self.framer.reset();
+        }
         self.after_text = false;
     }
 }
@@ -165,9 +232,8 @@ mod tests {
     fn push(port: &mut Port, bytes: &[u8]) -> (std::vec::Vec<u8>, std::vec::Vec<Request>) {
         let (mut echo, mut requests) = (std::vec::Vec::new(), std::vec::Vec::new());
         for byte in bytes {
-            let heard = port.push(*byte, Micros(0), settings);
-            echo.extend_from_slice(heard.echo);
-            requests.extend(heard.request);
+            echo.extend_from_slice(port.push(*byte, Micros(0), settings));
+            requests.extend(port.take());
         }
         (echo, requests)
     }

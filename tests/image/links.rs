@@ -1,6 +1,6 @@
 //! The links and the inputs and outputs of the very flash image: what a host at the other end sees.
 
-use crate::common::image_host::{BAUD, Host, OK, START, decoded, request};
+use crate::common::image_host::{BAUD, Host, LOADED, OK, START, decoded, request};
 use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::{CanBus, CanFrame};
@@ -213,6 +213,55 @@ fn rs485_is_released_right_after_the_last_stop_bit_at_all_baud_rates() {
         }
         println!("{baud}: released {} us after the last stop bit", longest as f64 / 1_000.0);
         assert!(longest < 10 * SECOND / u64::from(baud), "{baud}");
+    }
+}
+
+/// What the core is busy with, whatever its phase to the request, the reply begins after the request's stop bit; and at
+/// once if nothing else goes on.
+#[test]
+fn rs485_replies_begin_when_the_stop_bit_of_the_request_is_over() {
+    let mut host = Host::new("");
+    host.plug_usb();
+    host.ok("132, 0, 0, 0");
+    for line in ["CALC ADD, 1", "GAP 1, 0", "JA 0"] {
+        assert_eq!(host.ask(line).0, LOADED);
+    }
+    host.ok("133, 0, 0, 0");
+    host.ok("SGP 77, 0, 1");
+    let rates = [(0, 9_600), (5, 57_600), (7, 115_200), (8, 230_400)];
+    for (value, baud) in rates {
+        host.ok("128, 0, 0, 0");
+        host.ok(&format!("SGP 65, 0, {value}"));
+        reset(&mut host);
+        host.baud = baud;
+        for busy in [true, false] {
+            host.ok(if busy { "129, 0, 0, 0" } else { "128, 0, 0, 0" });
+            host.ok(if busy { "ROR 0, 500" } else { "MST 0" });
+            let (mut soonest, mut begun) = (Nanos::MAX, Vec::new());
+            for n in 0..40 {
+                host.run(300 * MICROSECOND + n * 17_011);
+                if busy {
+                    for _ in 0..8 {
+                        host.machine.can().send(request(1, "GAP 5, 0"));
+                    }
+                    host.machine.usb().send(&telegram("GAP 5, 0"));
+                }
+                host.machine.rs485().take_turns();
+                let (end, reply) = host.exchange("GAP 5, 0");
+                let [(on, true), ..] = host.machine.rs485().take_turns()[..] else { panic!("{baud}") };
+                assert!(on >= end && reply[0].start >= on, "{baud}, busy {busy}: {end} {on} {}", reply[0].start);
+                soonest = soonest.min(on - end);
+                begun.push(reply[0].start - end);
+            }
+            begun.sort_unstable();
+            let usual = begun[begun.len() / 2];
+            println!("{baud}, busy {busy}: {soonest} ns after the stop bit at the soonest, as a rule {usual} ns");
+            // 80 cycles, and at the highest rate, where half a stop bit is shorter than what a reply takes, 450.
+            let most = if baud == 230_400 { 2_680 } else { 476 };
+            assert!(busy || usual <= most, "{baud}: {usual} ns");
+            host.machine.can().take_sent();
+            host.machine.usb().take();
+        }
     }
 }
 

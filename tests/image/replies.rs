@@ -109,7 +109,9 @@ fn what_is_asked_behind_a_late_reply_is_answered_behind_it() {
     for value in [1_234, 777] {
         assert_eq!(host.ask_can(&format!("SAP 4, 0, {value}")).0, OK);
         let lines = ["STAP 4, 0", "GAP 4, 0", "GAP 5, 0"];
-        lines.iter().for_each(|line| host.machine.can().send(request(1, line)));
+        for line in lines {
+            host.machine.can().send(request(1, line));
+        }
         host.run(2 * STORED);
         let replies: Vec<_> =
             host.machine.can().take_sent().iter().map(|(_, frame)| frame.data[..7].to_vec()).collect();

@@ -94,10 +94,11 @@ impl Ports {
                     port.silence();
                     continue;
                 };
-                let taken = port.push(byte, AT, || *settings);
-                if taken.request.is_some() || !taken.echo.is_empty() {
+                let echo = port.push(byte, AT, || *settings).to_vec();
+                let request = port.take();
+                if request.is_some() || !echo.is_empty() {
                     *turn = index + 1;
-                    return Some(Arrived { client: *client, echo: taken.echo.to_vec(), request: taken.request });
+                    return Some(Arrived { client: *client, echo, request });
                 }
             }
         }

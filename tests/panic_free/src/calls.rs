@@ -176,11 +176,15 @@ fn language() {
     any(binary::encode_command(any(0), command()));
     any(binary::decode_command(&telegram));
     any(binary::decode(&telegram));
+    any(binary::encode_plain(any(0), any(0), any(Status::Ok), any(0), any(0)));
     any(binary::encode_reply(any(0), any(0), &reply));
     any(binary::decode_reply(&telegram).and_then(|reply| reply.status()));
     let mut framer = Framer::new();
     any(&mut framer);
     any(framer.push(any(0), now()));
+    any(framer.opcode());
+    any(framer.decode());
+    framer.drop_first();
     framer.reset();
     any(&framer);
 
@@ -433,6 +437,10 @@ fn port() {
     any(&mut port);
     let settings = any(LinkSettings::default());
     any(port.push(any(0), now(), || settings));
+    any(&mut port);
+    any(port.is_ready());
+    any(port.is_binary());
+    any(port.take());
     any(&mut port);
     any(port.is_waiting());
     let mut message = Message::new();
