@@ -4,11 +4,15 @@
 use core::arch::global_asm;
 
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
+use embassy_stm32::adc::Adc;
+use embassy_stm32::peripherals::{ADC1, PB10, PB11, USB_OTG_FS};
+use embassy_stm32::usb::Driver;
 
 use super::chosen::{AXES, Board, Chips, drivers_off};
+use super::eeprom::Eeprom;
 use super::firmware::Firmware;
 use super::owner::Room;
-use super::{analog, can, eeprom, fault, now, owner, usb, watchdog};
+use super::{analog, can, eeprom, fault, now, owner, rs485, usb, watchdog};
 use crate::store::Memory;
 
 // `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
@@ -19,43 +23,67 @@ global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first 
 
 /// Starts a firmware in its `room`: first its motors are stopped and what is stored is read, then come the links.
 /// `spawner` is that of thread mode.
+///
+/// Each step is a function of its own that is not inlined: what it takes of the stack is free again for the next one.
+#[inline(always)]
 pub fn run<F, P>(board: Board, room: &'static Room<F>, spawner: Spawner)
 where
     F: Firmware<AXES, Board = Chips<P>>,
     P: Memory + 'static,
 {
     let recovering = fault::report();
-    let mut keeper = eeprom::keeper(board.eeprom);
     // The supply is measured before the first poll, so that without a supply no program starts.
-    let sensors = analog::Sensors::new(board.adc, board.analog);
+    start_sensors(board.adc, board.analog, spawner);
     let owner = owner::build(room, board.motion, board.signals, seed());
-    let firmware = &mut owner.firmware;
+    start_store(&mut owner.firmware, board.eeprom, board.factory_reset, spawner);
+    if recovering {
+        owner.firmware.recover();
+    }
+    // The port starts before the owner, so that the first bytes are fetched in time.
+    start_rs485(&owner.firmware, board.rs485);
+    start_usb(board.usb, owner.firmware.usb_name(), spawner);
+    spawn(spawner, can::join(board.can, owner.firmware.can_bit_rate()));
+    spawn(spawner, watchdog::feed(board.watchdog));
+    owner::start(owner);
+}
+
+#[inline(never)]
+fn start_sensors(adc: Adc<'static, ADC1>, inputs: analog::Inputs, spawner: Spawner) {
+    spawn(spawner, analog::watch(analog::Sensors::new(adc, inputs)));
+}
+
+/// Reads what is stored, and starts the task that will write it.
+#[inline(never)]
+fn start_store<F, P>(firmware: &mut F, eeprom: Eeprom, factory_reset: bool, spawner: Spawner)
+where
+    F: Firmware<AXES, Board = Chips<P>>,
+    P: Memory + 'static,
+{
+    let mut keeper = eeprom::keeper(eeprom);
     firmware.start(now(), |store| {
         eeprom::load(&mut keeper, store);
-        if board.factory_reset {
+        if factory_reset {
             defmt::warn!("pads connected: factory settings");
             F::factory_reset(store);
         }
     });
-    if recovering {
-        firmware.recover();
-    }
-    // The port starts before the owner, so that the first bytes are fetched in time.
-    if let Some(baud) = firmware.baud_rate() {
-        defmt::info!("RS485 at {=u32} bit/s", baud);
-        if let Err(error) = board.rs485.start(baud, firmware.link_settings().start) {
-            defmt::error!("RS485 stays off: {}", error);
-        }
-    }
-    let bit_rate = firmware.can_bit_rate();
-    let (device, serial) = usb::build(board.usb, firmware.usb_name(), usb::serial_number());
-    owner::start(owner);
     spawn(spawner, eeprom::keep(keeper));
+}
+
+#[inline(never)]
+fn start_rs485<F: Firmware<AXES>>(firmware: &F, pins: rs485::Pins<PB11, PB10>) {
+    let Some(baud) = firmware.baud_rate() else { return };
+    defmt::info!("RS485 at {=u32} bit/s", baud);
+    if let Err(error) = pins.start(baud, firmware.link_settings().start) {
+        defmt::error!("RS485 stays off: {}", error);
+    }
+}
+
+#[inline(never)]
+fn start_usb(driver: Driver<'static, USB_OTG_FS>, product: &'static str, spawner: Spawner) {
+    let (device, serial) = usb::build(driver, product, usb::serial_number());
     spawn(spawner, usb::run(device));
     spawn(spawner, usb::carry(serial));
-    spawn(spawner, can::join(board.can, bit_rate));
-    spawn(spawner, analog::watch(sensors));
-    spawn(spawner, watchdog::feed(board.watchdog));
 }
 
 /// Starts a task of thread mode. Each task is started once, so there is memory for it. If an important one did not
