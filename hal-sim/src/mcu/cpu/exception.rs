@@ -1,4 +1,9 @@
 //! Exceptions: taken, entered, left (DDI 0403 B1.5).
+//!
+//! Their cycles are those of the Cortex-M4's manual for memory without wait states (DDI 0439 3.9.1, which TI repeats in
+//! SLAU356 1.5.8): twelve from the request to the first instruction of the handler, with what is saved; six if that
+//! begins where another ends; twelve for a return, with what is restored, besides the cycles of the instruction that
+//! returns. An exception that arrives while another one is being entered is not let in before that, as the chip would.
 
 use rsemu::cpu::arm::v7m::sys::{Exception, ccr, control, exc_return, fsr};
 use rsemu::cpu::arm::v7m::xpsr;
@@ -10,9 +15,9 @@ use super::trap::{Outcome, Trap};
 use crate::mcu::peripheral::Cycles;
 use crate::mcu::step::LINES;
 
-/// Cycles of an entry and of a return besides those of their eight accesses, and of an entry right after a return.
+/// Cycles of an entry and of a return, and of an entry right after a return.
 const ENTRY: Cycles = 12;
-const RETURN: Cycles = 10;
+const RETURN: Cycles = 12;
 const CHAINED: Cycles = 6;
 
 /// Where a core that is locked up stands.
@@ -112,6 +117,7 @@ impl Core {
     #[inline(never)]
     pub(super) fn enter_exception<B: Bus>(&mut self, bus: &mut B, exception: Exception, back: u32) {
         self.asleep = false;
+        let begun = self.used;
         let xpsr = self.registers.xpsr();
         let stack = self.registers.get(SP);
         let aligned = self.sys.ccr & ccr::STKALIGN != 0 && stack & 4 != 0;
@@ -136,7 +142,7 @@ impl Core {
             exc_return::THREAD_MSP
         };
         self.begin_handler(exception, link);
-        self.used += ENTRY;
+        self.used = begun + ENTRY;
     }
 
     /// The handler of an exception begins, with `link` to return by.
@@ -208,9 +214,10 @@ impl Core {
         self.registers.control &= !control::SPSEL;
         self.registers.control |= if process { control::SPSEL } else { 0 };
         self.registers.choose_stack();
+        let begun = self.used;
         self.restore(bus);
         self.exclusive = None;
-        self.used += RETURN;
+        self.used = begun + RETURN;
         Ok(())
     }
 

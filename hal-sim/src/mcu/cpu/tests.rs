@@ -1,7 +1,7 @@
 //! The core beside that of the library, which executes the same in its own way.
 //!
-//! They differ on purpose: the library forgets the state of an IT block when an exception comes within it. See
-//! [`oracle`].
+//! They differ on purpose: the library forgets the state of an IT block when an exception comes within it, and it counts
+//! more cycles for exceptions than the chip takes. See [`oracle`].
 
 mod exceptions;
 mod instructions;

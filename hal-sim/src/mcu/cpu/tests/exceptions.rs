@@ -29,7 +29,8 @@ const MAIN: &[u16] = &[
 const RETURNS: &[u16] = &[0x4770];
 const CALLS: &[u16] = &[0xB510, 0x3401, 0xDF01, 0xBD10]; // PUSH {R4, LR}; ADDS R4, #1; SVC #1; POP {R4, PC}
 const PENDS: &[u16] = &[0xF04F, 0x5380, 0xF8C9, 0x3000, 0x3001, 0x4770]; // MOV R3, #1 << 28; STR R3, [R9]; ADDS R0, #1; BX LR
-const MENDS: &[u16] = &[0x9806, 0x3002, 0x9006, 0x4770]; // LDR R0, [SP, #24]; ADDS R0, #2; STR R0, [SP, #24]; BX LR
+// TST LR, #4; ITE EQ; MRSEQ R1, MSP; MRSNE R1, PSP; LDR R0, [R1, #24]; ADDS R0, #2; STR R0, [R1, #24]; BX LR
+const MENDS: &[u16] = &[0xF01E, 0x0F04, 0xBF0C, 0xF3EF, 0x8108, 0xF3EF, 0x8109, 0x6988, 0x3002, 0x6188, 0x4770];
 
 /// A flash memory with these handlers, as often as they are there, and what is done in a fault.
 fn flash(handlers: &[&[u16]], fault: &[u16]) -> Vec<u8> {
@@ -76,9 +77,9 @@ fn exceptions_come_and_go_as_in_the_library() {
         let priorities: Vec<u8> = (0..16 + INTERRUPTS).map(|_| (random.below(16) << 4) as u8).collect();
         pair.change(|sys| {
             sys.enable = [!0; 8];
-            // The supervisor can be called from everywhere but where it is masked.
+            // The supervisor can be called from all handlers, however priorities are grouped.
             for (to, &priority) in sys.priority.iter_mut().zip(&priorities) {
-                *to = priority.max(0x10);
+                *to = priority.max(0x40);
             }
             sys.priority[11] = 0;
             sys.prigroup = 3 + (seed % 3) as u8;
