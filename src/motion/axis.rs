@@ -189,6 +189,11 @@ impl<H: Hardware> Axis<H> {
         self.hardware.known().position
     }
 
+    /// The actual speed, as last read, in the unit of parameter 3.
+    pub fn last_speed(&self) -> i32 {
+        self.hardware.known().speed
+    }
+
     /// The target position in microsteps; `None` in velocity mode, in which the motor goes to no position.
     pub fn target_position(&self) -> Option<i32> {
         let known = self.hardware.known();
