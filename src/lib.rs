@@ -34,6 +34,9 @@
 //!   **zero point**.
 //! * **Interrupt** - of a TMCL program: an event that calls a handler in the program. In `board` the word means the
 //!   interrupts of the microcontroller.
+//! * **Node** - a module with the CANopen firmware: [`canopen::Node`]. Its **objects** have an index and a sub-index; the
+//!   **master** reads and writes them by **SDO**, and exchanges some of them in **PDOs**, which are not confirmed. An
+//!   **emergency** is a message about an error.
 //!
 //! # The way of a telegram
 //!
@@ -59,6 +62,7 @@
 //! * [`device`] - the hardware of a module as every firmware has it: axes, inputs and outputs, supply, restart
 //! * [`vm`] - TMCL programs: registers, program counter, interrupts
 //! * [`module`] - the TMCL firmware, a device and the language: `execute(command)`, `poll(now)`
+//! * [`canopen`] - the CANopen firmware, a device and CiA 301: `receive(frame)`, `next_frame()`, `poll(now)`
 //! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
 //!
 //! The core has no clock, no executor and no heap: time is passed in, a call returns what to do next.
@@ -85,6 +89,8 @@ pub mod device;
 pub mod vm;
 
 pub mod module;
+
+pub mod canopen;
 
 #[cfg(all(target_os = "none", feature = "board"))]
 #[allow(unsafe_code)]

@@ -1,7 +1,7 @@
 //! Tests of the dependencies between modules, files and crates.
 //!
 //! * Each module of the firmware uses only modules declared above it in `src/lib.rs`.
-//! * Chip drivers, motion, the store and the device do not use the language TMCL, and neither chip drivers nor the store
+//! * Chip drivers, motion, the store, the device and the CANopen firmware do not use the language TMCL, and neither chip drivers nor the store
 //!   use a parameter table ([`APART`]).
 //! * What a motion chip demands is known by its driver and by one file in `motion`: no other file names its registers
 //!   ([`AT_CHIPS`]).
@@ -139,14 +139,15 @@ fn modules_use_only_those_above() {
 }
 
 /// Modules, each with the modules above it that it must not use.
-const APART: [(&str, &[&str]); 4] = [
+const APART: [(&str, &[&str]); 5] = [
     ("chip", &["tmcl", "param", "vm", "module"]),
     ("motion", &["tmcl", "vm", "module"]),
     ("store", &["tmcl", "vm", "module", "param"]),
     ("device", &["tmcl", "vm", "module"]),
+    ("canopen", &["tmcl", "vm", "module"]),
 ];
 #[test]
-fn chip_drivers_motion_store_and_device_know_no_language() {
+fn what_is_below_or_beside_the_language_does_not_know_it() {
     let mut found = BTreeSet::new();
     for (module, forbidden) in APART {
         for (_, source, depth) in files_of(module) {

@@ -8,6 +8,7 @@ use core::marker::PhantomData;
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use tmcm::can::{CanFrame, Frame, Id, StandardId};
+use tmcm::canopen::{self, BusState, Emergency, Entry, Node, Object, Overflow, ROWS};
 use tmcm::chip::at25::At25;
 use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
@@ -93,6 +94,17 @@ impl<P: Product + 'static, const N: usize> Board for Bare<P, N> {
     type Store = &'static mut Store<P>;
 }
 
+/// The board of a CANopen node.
+struct BareNode;
+
+impl Board for BareNode {
+    type Product = canopen::Tmcm1140;
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = Pin;
+    type Store = &'static mut Store<canopen::Tmcm1140>;
+}
+
 impl<P: Product + 'static, const N: usize> Platform for Bare<P, N> {
     type Hooks = Added;
 }
@@ -134,6 +146,7 @@ pub(crate) fn all() {
     module::<SixAxes, 6, 2>();
     device::<Tmcm1140, TMCM_1140_AXES, 1>();
     device::<SixAxes, 6, 2>();
+    node();
     #[cfg(feature = "deliberate")]
     any(text()[any(0)]);
 }
@@ -304,6 +317,7 @@ fn motion() {
         axis.takes_speed(),
         axis.at_target(),
         axis.last_position(),
+        axis.last_speed(),
         axis.target_position(),
     ));
     any((axis.home_switch(), axis.travelling(), axis.stop_switches(&chip)));
@@ -521,6 +535,50 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     module.forget(any(Source::Usb));
     module.hold_program();
     any(&mut Module::<Bare<P, N>, AXES>::with_device(module.into_device(), Added, any(0)));
+}
+
+#[inline(never)]
+fn node() {
+    let store: Option<&'static mut Store<canopen::Tmcm1140>> = any(None);
+    let Some(store) = store else { return };
+    let controllers = [Controller::new(Tmc429::new(Chip))];
+    let parts = Parts { controllers, axes: Tmc429Tmc262::axes([Chip]), enable: Pin, store };
+    let mut node: Node<BareNode> = Node::new(parts);
+    any(&mut node);
+    node.start(now(), |store| {
+        any(store);
+    });
+    any(&mut node);
+    if let Some(frame) = any(Frame::standard(any(0), text())) {
+        node.receive(now(), &any(frame));
+    }
+    any(&mut node);
+    any(node.next_frame());
+    any(&mut node);
+    any(node.poll(now(), &any(Inputs::default())));
+    any(&mut node);
+    node.bus(now(), any(BusState::Off));
+    node.lost(now(), any(Overflow::Receive));
+    any(&mut node);
+    any(node.filters());
+    node.stored(any(true));
+    any(&mut node);
+    any((node.deadline(), node.takes_inputs(now()), node.node_id(), node.bit_rate(), node.state(), node.axes().len()));
+    any(node.store().next_job());
+    if let Ok(entry) = any(Entry::find(any(0), any(0))) {
+        let row = entry.row();
+        any((
+            row.accepts(any(0)),
+            row.default_number(any(0), any(0)),
+            row.count(),
+            row.slot(any(0)),
+            row.follows_node(),
+        ));
+        any((row.data.number(), row.data.size(), row.data.range(), row.data.extend(any(0)), row.data.value(any(0))));
+    }
+    any((Entry::of(any(Object::DeviceType)).row().sub, ROWS.len()));
+    any((any(Emergency::Reset).data(), any(canopen::Abort::Toggle).code()));
+    any(&mut Node::<BareNode>::with_device(node.into_device()));
 }
 
 /// Links that bring anything.

@@ -1,0 +1,387 @@
+//! The CANopen firmware (manual 001 of the CANopen firmware, V3.20): a [`Device`] with one axis, and the communication
+//! of CiA 301.
+//!
+//! Frames come in by [`Node::receive`] and go out by [`Node::next_frame`]; time and inputs come in by [`Node::poll`].
+//! After each `receive` and `poll` the caller takes frames until there is none: so a PDO that a frame has caused leaves
+//! before the reply to a later one. The objects are rows of one table ([`ROWS`]); what reading and writing one does
+//! stands in `read.rs` and `write.rs`.
+
+#![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
+
+mod abort;
+mod cob;
+mod emcy;
+mod guard;
+mod live;
+mod map;
+mod nmt;
+mod object;
+mod pdo;
+mod read;
+mod row;
+mod sdo;
+mod store;
+mod unit;
+mod values;
+mod write;
+
+pub use abort::Abort;
+pub use emcy::Emergency;
+pub use object::{Entry, Object, ROWS};
+pub use row::{ANY, Access, Initial, Kind, Mapping, Row, Storage, Type, When};
+pub use store::Tmcm1140;
+
+use core::fmt;
+
+use heapless::Vec;
+
+use emcy::Errors;
+use guard::{Guarded, Heartbeat, Watch};
+use live::Live;
+use map::PDOS;
+use pdo::{Receive, Transmit};
+use sdo::Server;
+use values::Values;
+
+use crate::can::{CanFrame, Frame, Id};
+use crate::device::{Board, Device, Inputs, Inversion, Outputs, Parts};
+use crate::motion::Axis;
+use crate::param::tmcm1140::AXIS;
+use crate::store::Store;
+use crate::units::Micros;
+
+/// Identifier of the commands of the master.
+const COMMAND: u16 = 0x000;
+/// Identifier of SDO replies, without the node ID.
+const SDO_REPLY: u16 = 0x580;
+/// Identifier of SDO requests, without the node ID.
+const SDO_REQUEST: u16 = 0x600;
+/// Identifier of boot-up, heartbeat and guarding, without the node ID.
+const CONTROL: u16 = 0x700;
+
+/// Half the period in which the status LED blinks, in milliseconds.
+const BLINK_MS: u64 = 1000;
+
+/// State of a node in network management, by the numbers of a heartbeat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Nmt {
+    /// Only commands of the master and error control.
+    Stopped = 4,
+    /// All services.
+    Operational = 5,
+    /// All services but PDOs.
+    PreOperational = 127,
+}
+
+/// State of the CAN controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusState {
+    /// The controller takes part in the bus.
+    Active,
+    /// It takes part, but has met so many errors that it does not tell others of errors any more.
+    Passive,
+    /// It takes no part.
+    Off,
+}
+
+/// Where frames have been lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overflow {
+    /// In the CAN controller, on their way in.
+    Controller,
+    /// In the queue of frames that are to be sent.
+    Transmit,
+    /// In a queue of frames that have been received.
+    Receive,
+}
+
+/// A frame that the node wants to receive; all others may be kept from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Filter {
+    /// The identifier, of 11 bits.
+    pub id: u16,
+    /// Remote frames with this identifier, not data frames.
+    pub remote: bool,
+}
+
+/// The frames that the node wants to receive: commands, SYNC, SDO requests, guarding, the heartbeat of the master, and
+/// four PDOs.
+pub type Filters = Vec<Filter, 9>;
+
+/// A CANopen node.
+pub struct Node<T: Board<Product = Tmcm1140>> {
+    device: Device<T, 1>,
+    /// The time of the last frame or poll.
+    now: Micros,
+    /// The node ID in force.
+    node: u8,
+    state: Nmt,
+    /// Something has been written or read that an event-driven PDO may carry.
+    touched: bool,
+    /// The filters have changed since they were asked for.
+    filters_changed: bool,
+    /// PDOs can be changed while they are valid (2701h).
+    manufacturer_mode: bool,
+    bus: BusState,
+    /// The byte of a message of error control that is to be sent.
+    control: Option<u8>,
+    /// The bit rate in force, in kbit/s.
+    bit_rate: u16,
+    values: Values,
+    live: Live,
+    /// The motor's way in both directions, in microsteps.
+    way: u64,
+    server: Server,
+    receive: [Receive; PDOS as usize],
+    transmit: [Transmit; PDOS as usize],
+    errors: Errors,
+    heartbeat: Heartbeat,
+    guarded: Guarded,
+    /// The watch over the master by its guarding, and by its heartbeat.
+    guarding: Watch,
+    master: Watch,
+}
+
+impl<T: Board<Product = Tmcm1140>> fmt::Debug for Node<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Node { device, node, state, .. } = self;
+        f.debug_struct("Node").field("device", device).field("node", node).field("state", state).finish()
+    }
+}
+
+impl<T: Board<Product = Tmcm1140>> Node<T> {
+    /// A node before its [start](Self::start). Inlined, as [`Device::new`] is, so that on the way to its place the node
+    /// is on the stack once.
+    #[inline(always)]
+    pub fn new(parts: Parts<T, 1>) -> Self {
+        Self::with_device(Device::new(parts, &AXIS))
+    }
+
+    /// A node that takes over the device of another firmware, before its [start](Self::start).
+    #[inline(always)]
+    pub fn with_device(device: Device<T, 1>) -> Self {
+        Node {
+            device,
+            now: Micros(0),
+            node: 1,
+            state: Nmt::PreOperational,
+            touched: false,
+            filters_changed: true,
+            manufacturer_mode: false,
+            bus: BusState::Active,
+            control: None,
+            bit_rate: 1000,
+            values: Values::of(1),
+            live: Live::default(),
+            way: 0,
+            server: Server::default(),
+            receive: [Receive::OFF; _],
+            transmit: [Transmit::OFF; _],
+            errors: Errors::default(),
+            heartbeat: Heartbeat::default(),
+            guarded: Guarded::default(),
+            guarding: Watch::default(),
+            master: Watch::default(),
+        }
+    }
+
+    /// Starts the node: stops the motor, restores the saved objects, sets up the chips, and boots up. The drivers stay
+    /// off. `load` fills the store from the EEPROM, which takes some time.
+    pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<Tmcm1140>)) {
+        self.device.halt();
+        let store = self.device.store_mut();
+        store.forget();
+        load(store);
+        (self.now, self.bus, self.way) = (now, BusState::Active, 0);
+        self.take_addresses();
+        self.restore(|_| true);
+        self.device.start(now, Inversion::default());
+        self.device.outputs_mut().digital = 0;
+        self.switch_pull_ups();
+        self.live = Live::of(&mut self.device);
+        self.reset_communication();
+    }
+
+    /// The device, for another firmware to take over as it is.
+    pub fn into_device(self) -> Device<T, 1> {
+        self.device
+    }
+
+    /// The node ID in force since the start.
+    pub const fn node_id(&self) -> u8 {
+        self.node
+    }
+
+    /// The bit rate in force since the start, in kbit/s.
+    pub const fn bit_rate(&self) -> u16 {
+        self.bit_rate
+    }
+
+    /// The state in network management.
+    pub const fn state(&self) -> Nmt {
+        self.state
+    }
+
+    /// The axis, to look at.
+    pub const fn axes(&self) -> &[Axis<T::Hardware>; 1] {
+        self.device.axes()
+    }
+
+    /// Takes a frame from the bus. Frames after one that restarts the node are ignored.
+    pub fn receive(&mut self, now: Micros, frame: &Frame) {
+        self.now = now;
+        let Id::Standard(id) = frame.id() else { return };
+        if self.device.restart().is_some() {
+            return;
+        }
+        self.take(id.as_raw(), frame);
+        if self.touched {
+            self.look_for_events();
+        }
+    }
+
+    fn take(&mut self, id: u16, frame: &Frame) {
+        let node = u16::from(self.node);
+        if frame.is_remote_frame() {
+            if id == CONTROL | node {
+                self.guard();
+            }
+        } else if id == SDO_REQUEST | node {
+            if self.state != Nmt::Stopped && !self.request(frame.data()) {
+                self.raise(Emergency::TransmitOverflow);
+            }
+        } else if id == cob::can_id(self.values.of_object(Object::SyncCobId)) {
+            self.synchronise();
+        } else if id == COMMAND {
+            self.command(frame.data());
+        } else if id & !0x7F == CONTROL {
+            if self.watched() == Some(id & 0x7F) {
+                self.master.hear(self.now);
+            }
+        } else {
+            self.receive_pdo(id, frame);
+        }
+    }
+
+    /// The next frame to be sent. Boot-up and emergencies go first; PDOs go before SDO replies.
+    pub fn next_frame(&mut self) -> Option<Frame> {
+        if self.control == Some(nmt::BOOT_UP) {
+            return self.next_control();
+        }
+        let frame = self.next_emergency();
+        let frame = frame.or_else(|| self.next_pdo()).or_else(|| self.next_reply());
+        frame.or_else(|| self.next_control())
+    }
+
+    fn next_reply(&mut self) -> Option<Frame> {
+        let reply = self.server.next()?;
+        Frame::standard(SDO_REPLY | u16::from(self.node), &reply)
+    }
+
+    fn next_emergency(&mut self) -> Option<Frame> {
+        if self.errors.is_empty() {
+            return None;
+        }
+        let cob_id = self.values.of_object(Object::EmergencyCobId);
+        let inhibit = u64::from(self.values.of_object(Object::EmergencyInhibitTime)).saturating_mul(100);
+        let message = self.errors.take(self.now, Micros(inhibit))?;
+        Frame::standard(cob::can_id(cob_id), &message)
+    }
+
+    /// Notes an emergency, and has it told unless emergencies are off or the node is stopped.
+    fn raise(&mut self, emergency: Emergency) {
+        let off = self.values.of_object(Object::EmergencyCobId) & cob::OFF != 0;
+        self.errors.raise(emergency, self.state != Nmt::Stopped && !off);
+    }
+
+    /// Tells the node the state of the CAN controller, as often as it is looked at.
+    pub fn bus(&mut self, now: Micros, state: BusState) {
+        self.now = now;
+        let before = core::mem::replace(&mut self.bus, state);
+        match (before, state) {
+            (BusState::Off, BusState::Active | BusState::Passive) => self.raise(Emergency::BusOff),
+            (BusState::Active, BusState::Passive) => self.raise(Emergency::ErrorPassive),
+            _ => {}
+        }
+    }
+
+    /// Tells the node that frames have been lost.
+    pub fn lost(&mut self, now: Micros, place: Overflow) {
+        self.now = now;
+        self.raise(match place {
+            Overflow::Controller => Emergency::ControllerOverflow,
+            Overflow::Transmit => Emergency::TransmitOverflow,
+            Overflow::Receive => Emergency::ReceiveOverflow,
+        });
+    }
+
+    /// The frames that the node wants to receive, if they have changed since the last call.
+    pub fn filters(&mut self) -> Option<Filters> {
+        if !core::mem::take(&mut self.filters_changed) {
+            return None;
+        }
+        let node = u16::from(self.node);
+        let sync = cob::can_id(self.values.of_object(Object::SyncCobId));
+        let mut filters = Filters::new();
+        // There is room for all of them.
+        let mut add = |id, remote| _ = filters.push(Filter { id, remote });
+        for id in [COMMAND, sync, SDO_REQUEST | node] {
+            add(id, false);
+        }
+        let watched = self.watched().map(|node| CONTROL | node);
+        for id in self.receive.iter().filter_map(|pdo| pdo.id).chain(watched) {
+            add(id, false);
+        }
+        add(CONTROL | node, true);
+        Some(filters)
+    }
+
+    /// True if a poll at `now` takes the inputs over, as the first of each millisecond does. What inputs note until they
+    /// are read, as edges of an encoder, is to be read for such a poll only.
+    pub const fn takes_inputs(&self, now: Micros) -> bool {
+        now.0 >= self.device.deadline().0 && !self.device.is_in_turn()
+    }
+
+    /// The time at which [`Node::poll`] is to be called next.
+    pub fn deadline(&self) -> Micros {
+        if self.has_released() { self.device.turn() } else { self.device.deadline() }
+    }
+
+    /// Does all that is due at `now`: to be called at [`Node::deadline`], or as soon after it as can be. Takes the inputs
+    /// as they are now, and returns the outputs as they are to be set.
+    pub fn poll(&mut self, now: Micros, inputs: &Inputs<1>) -> Outputs {
+        self.now = now;
+        self.act();
+        if now >= self.device.deadline() {
+            self.take_turn(inputs);
+        }
+        if self.touched {
+            self.look_for_events();
+        }
+        let due = self.device.restart().is_some_and(|at| now >= at) && self.is_settled() && self.server.is_empty();
+        let outputs = self.device.outputs_mut();
+        outputs.restart = due;
+        *outputs
+    }
+
+    /// Does the next piece of the turn of each millisecond.
+    #[inline(never)]
+    fn take_turn(&mut self, inputs: &Inputs<1>) {
+        if !self.device.is_in_turn() {
+            self.device.begin(self.now, inputs);
+        }
+        self.device.next_axis(self.now);
+        if self.device.is_in_turn() {
+            return;
+        }
+        let live = Live::of(&mut self.device);
+        let way = live.position.wrapping_sub(self.live.position).unsigned_abs();
+        self.way = self.way.wrapping_add(way.into());
+        self.touched |= live != self.live;
+        self.live = live;
+        self.control_errors();
+        self.look_at_timers();
+        self.device.outputs_mut().led = (self.now.millis() / BLINK_MS).is_multiple_of(2);
+    }
+}

@@ -1,0 +1,250 @@
+//! What reading an object gives.
+
+use super::object::{Entry, Object};
+use super::row::Initial;
+use super::store::Tmcm1140;
+use super::unit::Dimension;
+use super::{Nmt, Node};
+use crate::device::Board;
+
+/// The value of an object that is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Value {
+    /// A number of up to 32 bits; a signed one is extended to them.
+    Number(u32),
+    /// A number of 64 bits.
+    Long(u64),
+    /// A text.
+    Text(&'static str),
+    /// The bytes of an octet string.
+    Octets([u8; 7]),
+}
+
+/// The general purpose pins stand from this bit on in 2702h, 2703h and 60FDh.
+pub(super) const PINS: u32 = 16;
+/// Status word: the drive is in the state SWITCH ON DISABLED.
+const SWITCH_ON_DISABLED: u32 = 1 << 6;
+/// Status word: the supply is there.
+const VOLTAGE: u32 = 1 << 4;
+/// Status word: the drive takes controlwords from the bus.
+const REMOTE: u32 = 1 << 9;
+
+impl<T: Board<Product = Tmcm1140>> Node<T> {
+    /// Reads an object. What is measured is as the last turn has read it.
+    pub(super) fn read(&self, entry: Entry) -> Value {
+        let live = &self.live;
+        Value::Number(match entry.object {
+            Object::DeviceName | Object::HardwareVersion | Object::SoftwareVersion => {
+                return match entry.row().default {
+                    Initial::Text(text) => Value::Text(text),
+                    _ => Value::Text(""),
+                };
+            }
+            Object::ErrorRegister => self.errors.register.into(),
+            Object::SaveAll
+            | Object::SaveCommunication
+            | Object::SaveMotor
+            | Object::RestoreAll
+            | Object::RestoreCommunication
+            | Object::RestoreMotor => u32::from(!self.device.store().is_unreachable()),
+            Object::OsCommand | Object::OsReply => return Value::Octets([0; 7]),
+            Object::ManufacturerMode => self.manufacturer_mode.into(),
+            Object::BitRateInUse => self.bit_rate.into(),
+            Object::NodeIdInUse => self.node.into(),
+            Object::AccelerationDimension => self.dimension().of_acceleration(),
+            Object::ActualLoad => live.load.into(),
+            Object::DriverErrorFlags => driver_errors(live.flags, self.device.lacks_supply()),
+            Object::MicrostepResolutionDisplay => self.values.of_object(Object::MicrostepResolution),
+            Object::StepCounterLow => self.way as u32,
+            Object::StepCounterHigh => (self.way >> 32) as u32,
+            Object::StepCounter => return Value::Long(self.way),
+            Object::DeviceInputs => u32::from(live.inputs) << PINS,
+            Object::AnalogInput => live.analog.into(),
+            Object::Statusword => self.statusword(),
+            Object::VelocityDemandVl => self.values.of_object(Object::TargetVelocityVl),
+            Object::VelocityActualVl => i32::from(live.speed as i16) as u32,
+            Object::MaximumVelocityAmount => self.largest_target(),
+            Object::DecelerationDeltaSpeed => self.values.of_object(Object::AccelerationDeltaSpeed),
+            Object::ModeDisplay => self.values.of_object(Object::ModeOfOperation),
+            Object::PositionDemand => live.position as u32,
+            Object::PositionActualInternal | Object::PositionActual => {
+                let encoder = self.values.of_object(Object::SensorSelection) == 0;
+                (if encoder { live.encoder } else { live.position }) as u32
+            }
+            Object::VelocityActual => live.speed as u32,
+            Object::ProfileDeceleration => self.values.of_object(Object::ProfileAcceleration),
+            Object::DigitalInputs => self.switches() | u32::from(live.inputs) << PINS,
+            Object::DeviceType
+            | Object::SaveCount
+            | Object::RestoreCount
+            | Object::ConsumerHeartbeatCount
+            | Object::IdentityCount
+            | Object::VendorId
+            | Object::ProductCode
+            | Object::RevisionNumber
+            | Object::OsCommandCount
+            | Object::OsStatus
+            | Object::ErrorBehaviourCount
+            | Object::ReceiveCount
+            | Object::TransmitCount
+            | Object::TransmitCompatibility
+            | Object::BrakeDelayCount
+            | Object::EncoderCount
+            | Object::BrakeCurrentCount
+            | Object::HomeOffsetDisplay
+            | Object::StepCounterCount
+            | Object::DirectCommunication
+            | Object::OutputCount
+            | Object::StoreCount
+            | Object::StoreCommunication
+            | Object::AnalogCount
+            | Object::VelocityAmountCount
+            | Object::MinimumVelocityAmount
+            | Object::AccelerationVlCount
+            | Object::AccelerationDeltaTime
+            | Object::DecelerationVlCount
+            | Object::DecelerationDeltaTime
+            | Object::PositionLimitCount
+            | Object::HomingSpeedCount
+            | Object::SupportedModes => entry.row().default_number(entry.nth, self.node),
+            Object::SyncCobId
+            | Object::GuardTime
+            | Object::LifeTimeFactor
+            | Object::EmergencyCobId
+            | Object::EmergencyInhibitTime
+            | Object::ConsumerHeartbeatTime
+            | Object::ProducerHeartbeatTime
+            | Object::CommunicationErrorBehaviour
+            | Object::ApplicationErrorBehaviour
+            | Object::ReceiveCobId
+            | Object::ReceiveType
+            | Object::ReceiveMapped
+            | Object::ReceiveEntry1
+            | Object::ReceiveEntry2
+            | Object::ReceiveEntry3
+            | Object::TransmitCobId
+            | Object::TransmitType
+            | Object::TransmitInhibitTime
+            | Object::TransmitEventTimer
+            | Object::TransmitMapped
+            | Object::TransmitEntry1
+            | Object::TransmitEntry2
+            | Object::TransmitEntry3
+            | Object::MicrostepResolution
+            | Object::FullStepResolution
+            | Object::BrakeApplyDelay
+            | Object::BrakeReleaseDelay
+            | Object::MaximumCurrent
+            | Object::StandbyCurrent
+            | Object::LimitSwitches
+            | Object::EnableDelay
+            | Object::EncoderPolarity
+            | Object::EncoderDirection
+            | Object::EncoderInitialise
+            | Object::BrakeApplyCurrent
+            | Object::BrakeReleaseCurrent
+            | Object::RampDivisor
+            | Object::PulseDivisor
+            | Object::MaximumVelocity
+            | Object::MaximumAcceleration
+            | Object::StandbyDelay
+            | Object::VelocityDimension
+            | Object::ChopperBlankTime
+            | Object::ChopperMode
+            | Object::ChopperHysteresisDecrement
+            | Object::ChopperHysteresisEnd
+            | Object::ChopperHysteresisStart
+            | Object::ChopperOffTime
+            | Object::SmartEnergyCurrentMinimum
+            | Object::SmartEnergyDownStep
+            | Object::SmartEnergyHysteresis
+            | Object::SmartEnergyUpStep
+            | Object::SmartEnergyHysteresisStart
+            | Object::StallGuardFilter
+            | Object::StallGuardThreshold
+            | Object::ShortProtectionDisable
+            | Object::StopOnStall
+            | Object::SmartEnergyThresholdSpeed
+            | Object::SmartEnergySlowRunCurrent
+            | Object::PhysicalOutputs
+            | Object::OutputMask
+            | Object::BitRate
+            | Object::NodeId
+            | Object::PullUps
+            | Object::Controlword
+            | Object::TargetVelocityVl
+            | Object::AccelerationDeltaSpeed
+            | Object::QuickStopOption
+            | Object::ShutdownOption
+            | Object::DisableOperationOption
+            | Object::HaltOption
+            | Object::FaultReactionOption
+            | Object::ModeOfOperation
+            | Object::FollowingErrorWindow
+            | Object::PositionWindow
+            | Object::PositionWindowTime
+            | Object::SensorSelection
+            | Object::TargetPosition
+            | Object::HomeOffset
+            | Object::MinimumPositionLimit
+            | Object::MaximumPositionLimit
+            | Object::ProfileVelocity
+            | Object::ProfileAcceleration
+            | Object::QuickStopDeceleration
+            | Object::HomingMethod
+            | Object::HomingFastSpeed
+            | Object::HomingSlowSpeed
+            | Object::HomingAcceleration
+            | Object::TargetVelocity => self.values.get(entry),
+        })
+    }
+
+    /// The number that an object of up to 32 bits has; 0 for any other.
+    pub(super) fn number(&self, entry: Entry) -> u32 {
+        match self.read(entry) {
+            Value::Number(number) => number,
+            Value::Long(_) | Value::Text(_) | Value::Octets(_) => 0,
+        }
+    }
+
+    pub(super) fn dimension(&self) -> Dimension {
+        Dimension::numbered(self.values.of_object(Object::VelocityDimension))
+    }
+
+    /// Number of microsteps in a turn of the motor.
+    pub(super) fn turn(&self) -> u32 {
+        let resolution = self.values.of_object(Object::MicrostepResolution);
+        self.values.of_object(Object::FullStepResolution).saturating_mul(1_u32.unbounded_shl(resolution))
+    }
+
+    /// The largest magnitude of a target velocity in velocity mode.
+    fn largest_target(&self) -> u32 {
+        self.values.of_object(Object::MaximumVelocity)
+    }
+
+    /// The status word. The drive is in the state SWITCH ON DISABLED.
+    fn statusword(&self) -> u32 {
+        let voltage = if self.device.lacks_supply() { 0 } else { VOLTAGE };
+        let remote = if self.state == Nmt::Operational { REMOTE } else { 0 };
+        SWITCH_ON_DISABLED | voltage | remote
+    }
+
+    /// The switches as 60FDh has them: left in bit 0, right in bit 1, home in bit 2; inverted and switched off as 2005h
+    /// says.
+    fn switches(&self) -> u32 {
+        let settings = self.values.of_object(Object::LimitSwitches);
+        let [left, right, home] = self.live.switches.map(u32::from);
+        let pins = left | right << 1 | home << 2;
+        let off = settings & 0b11 | settings >> 2 & 0b100;
+        let inverted = settings >> 2 & 0b11 | settings >> 3 & 0b100;
+        (pins ^ inverted) & !off
+    }
+}
+
+/// The driver's errors as 2102h has them, from the bits of axis parameter 208.
+fn driver_errors(flags: u8, lacks_supply: bool) -> u32 {
+    // Bits of 208: OT, OTPW, S2GA, S2GB, OLA, OLB; each with its bit of 2102h.
+    const BITS: [(u8, u32); 6] = [(1, 7), (2, 6), (3, 0), (4, 1), (5, 2), (6, 3)];
+    let bit = |(from, to): (u8, u32)| u32::from(flags.unbounded_shr(from.into()) & 1).unbounded_shl(to);
+    BITS.into_iter().map(bit).fold(u32::from(lacks_supply) << 5, |all, bit| all | bit)
+}

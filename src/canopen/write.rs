@@ -1,0 +1,316 @@
+//! What writing an object does.
+
+use core::task::Poll;
+
+use super::Node;
+use super::abort::Abort;
+use super::cob;
+use super::map::Way;
+use super::object::{Entry, Object};
+use super::read::PINS;
+use super::row::Access;
+use super::store::{Group, Tmcm1140};
+use super::unit::{Dimension, INTERNAL};
+use crate::device::Board;
+
+/// `save`, written to 1010h and 2706h.
+const SAVE: u32 = u32::from_le_bytes(*b"save");
+/// `load`, written to 1011h.
+const LOAD: u32 = u32::from_le_bytes(*b"load");
+/// `make`, written to 2700h and 2701h.
+const MAKE: u32 = u32::from_le_bytes(*b"make");
+/// `kill`, written to 2701h.
+const KILL: u32 = u32::from_le_bytes(*b"kill");
+
+/// The outputs OUT0 and OUT1.
+const OUTPUTS: u8 = 0b11;
+
+impl<T: Board<Product = Tmcm1140>> Node<T> {
+    /// Writes a number, as [`Type::extend`](super::Type::extend) gives it, to an object. Pending while it is being saved.
+    ///
+    /// # Errors
+    /// The value is refused, and nothing has changed.
+    pub(super) fn write(&mut self, entry: Entry, value: u32) -> Result<Poll<()>, Abort> {
+        let row = entry.row();
+        if row.access == Access::Ro {
+            return Err(Abort::ReadOnly);
+        }
+        let mapped = matches!(entry.object, Object::ReceiveMapped | Object::TransmitMapped);
+        let number = row.data.value(value);
+        if !row.accepts(number) && !mapped {
+            return Err(match row.ranges {
+                [(low, high)] if low < high => {
+                    if number < *low {
+                        Abort::TooLow
+                    } else {
+                        Abort::TooHigh
+                    }
+                }
+                _ => Abort::Value,
+            });
+        }
+        self.touched = true;
+        match entry.object {
+            Object::SaveAll => return when(value == SAVE, || self.save(Group::All)),
+            Object::SaveMotor => return when(value == SAVE, || self.save(Group::Motor)),
+            Object::SaveCommunication | Object::StoreCommunication => {
+                return when(value == SAVE, || self.save(Group::Communication));
+            }
+            Object::RestoreAll => return when(value == LOAD, || self.load_defaults(Group::All)),
+            Object::RestoreMotor => return when(value == LOAD, || self.load_defaults(Group::Motor)),
+            Object::RestoreCommunication => return when(value == LOAD, || self.load_defaults(Group::Communication)),
+            Object::OsCommand => return Err(Abort::State),
+            Object::DirectCommunication => return Err(if value == MAKE { Abort::State } else { Abort::Value }),
+            Object::ManufacturerMode => {
+                self.manufacturer_mode = match value {
+                    MAKE => true,
+                    KILL => false,
+                    _ => return Err(Abort::Value),
+                };
+            }
+            Object::SyncCobId => {
+                cob::sync(value)?;
+                self.values.set(entry, value);
+                self.filters_changed = true;
+            }
+            Object::EmergencyCobId => self.write_emergency_cob_id(entry, value)?,
+            Object::ConsumerHeartbeatTime => self.write_consumer(entry, value)?,
+            Object::ProducerHeartbeatTime => {
+                self.values.set(entry, value);
+                self.heartbeat = Default::default();
+            }
+            Object::GuardTime | Object::LifeTimeFactor => {
+                self.values.set(entry, value);
+                self.guarding = Default::default();
+            }
+            Object::ReceiveCobId => self.write_cob_id(Way::Receive, entry, value)?,
+            Object::TransmitCobId => self.write_cob_id(Way::Transmit, entry, value)?,
+            Object::ReceiveType => self.set_record(Way::Receive, entry, value),
+            Object::TransmitType => self.set_record(Way::Transmit, entry, value),
+            Object::ReceiveMapped => self.write_mapped(Way::Receive, entry, value)?,
+            Object::TransmitMapped => self.write_mapped(Way::Transmit, entry, value)?,
+            Object::ReceiveEntry1 | Object::ReceiveEntry2 | Object::ReceiveEntry3 => {
+                self.write_mapping(Way::Receive, entry, value)?;
+            }
+            Object::TransmitEntry1 | Object::TransmitEntry2 | Object::TransmitEntry3 => {
+                self.write_mapping(Way::Transmit, entry, value)?;
+            }
+            Object::MaximumVelocity => {
+                let largest = self.dimension().largest_velocity(self.turn());
+                self.write_largest(entry, value, largest)?;
+            }
+            Object::MaximumAcceleration => {
+                let largest = self.dimension().largest_acceleration(self.turn());
+                self.write_largest(entry, value, largest)?;
+            }
+            Object::VelocityDimension => self.write_dimension(entry, value),
+            Object::TargetVelocityVl => {
+                let (limit, internal) = (i64::from(INTERNAL), self.dimension() == Dimension::Internal);
+                match number {
+                    _ if !internal => {}
+                    number if number > limit => return Err(Abort::TooHigh),
+                    number if number.unsigned_abs() > limit.unsigned_abs() => return Err(Abort::TooLow),
+                    _ => {}
+                }
+                self.values.set(entry, value);
+            }
+            Object::PhysicalOutputs | Object::OutputMask | Object::BrakeApplyCurrent | Object::BrakeReleaseCurrent => {
+                self.values.set(entry, value);
+                self.switch_outputs();
+            }
+            Object::PullUps => {
+                self.values.set(entry, value);
+                self.switch_pull_ups();
+            }
+            Object::EmergencyInhibitTime
+            | Object::CommunicationErrorBehaviour
+            | Object::ApplicationErrorBehaviour
+            | Object::TransmitInhibitTime
+            | Object::TransmitEventTimer
+            | Object::MicrostepResolution
+            | Object::FullStepResolution
+            | Object::BrakeApplyDelay
+            | Object::BrakeReleaseDelay
+            | Object::MaximumCurrent
+            | Object::StandbyCurrent
+            | Object::LimitSwitches
+            | Object::EnableDelay
+            | Object::EncoderPolarity
+            | Object::EncoderDirection
+            | Object::EncoderInitialise
+            | Object::RampDivisor
+            | Object::PulseDivisor
+            | Object::StandbyDelay
+            | Object::ChopperBlankTime
+            | Object::ChopperMode
+            | Object::ChopperHysteresisDecrement
+            | Object::ChopperHysteresisEnd
+            | Object::ChopperHysteresisStart
+            | Object::ChopperOffTime
+            | Object::SmartEnergyCurrentMinimum
+            | Object::SmartEnergyDownStep
+            | Object::SmartEnergyHysteresis
+            | Object::SmartEnergyUpStep
+            | Object::SmartEnergyHysteresisStart
+            | Object::StallGuardFilter
+            | Object::StallGuardThreshold
+            | Object::ShortProtectionDisable
+            | Object::StopOnStall
+            | Object::SmartEnergyThresholdSpeed
+            | Object::SmartEnergySlowRunCurrent
+            | Object::BitRate
+            | Object::NodeId
+            | Object::Controlword
+            | Object::AccelerationDeltaSpeed
+            | Object::QuickStopOption
+            | Object::ShutdownOption
+            | Object::DisableOperationOption
+            | Object::HaltOption
+            | Object::FaultReactionOption
+            | Object::ModeOfOperation
+            | Object::FollowingErrorWindow
+            | Object::PositionWindow
+            | Object::PositionWindowTime
+            | Object::SensorSelection
+            | Object::TargetPosition
+            | Object::HomeOffset
+            | Object::MinimumPositionLimit
+            | Object::MaximumPositionLimit
+            | Object::ProfileVelocity
+            | Object::ProfileAcceleration
+            | Object::QuickStopDeceleration
+            | Object::HomingMethod
+            | Object::HomingFastSpeed
+            | Object::HomingSlowSpeed
+            | Object::HomingAcceleration
+            | Object::TargetVelocity => self.values.set(entry, value),
+            Object::DeviceType
+            | Object::ErrorRegister
+            | Object::DeviceName
+            | Object::HardwareVersion
+            | Object::SoftwareVersion
+            | Object::SaveCount
+            | Object::RestoreCount
+            | Object::ConsumerHeartbeatCount
+            | Object::IdentityCount
+            | Object::VendorId
+            | Object::ProductCode
+            | Object::RevisionNumber
+            | Object::OsCommandCount
+            | Object::OsStatus
+            | Object::OsReply
+            | Object::ErrorBehaviourCount
+            | Object::ReceiveCount
+            | Object::TransmitCount
+            | Object::TransmitCompatibility
+            | Object::BrakeDelayCount
+            | Object::EncoderCount
+            | Object::BrakeCurrentCount
+            | Object::AccelerationDimension
+            | Object::HomeOffsetDisplay
+            | Object::ActualLoad
+            | Object::DriverErrorFlags
+            | Object::MicrostepResolutionDisplay
+            | Object::StepCounterCount
+            | Object::StepCounterLow
+            | Object::StepCounterHigh
+            | Object::StepCounter
+            | Object::DeviceInputs
+            | Object::OutputCount
+            | Object::StoreCount
+            | Object::BitRateInUse
+            | Object::NodeIdInUse
+            | Object::AnalogCount
+            | Object::AnalogInput
+            | Object::Statusword
+            | Object::VelocityDemandVl
+            | Object::VelocityActualVl
+            | Object::VelocityAmountCount
+            | Object::MinimumVelocityAmount
+            | Object::MaximumVelocityAmount
+            | Object::AccelerationVlCount
+            | Object::AccelerationDeltaTime
+            | Object::DecelerationVlCount
+            | Object::DecelerationDeltaSpeed
+            | Object::DecelerationDeltaTime
+            | Object::ModeDisplay
+            | Object::PositionDemand
+            | Object::PositionActualInternal
+            | Object::PositionActual
+            | Object::VelocityActual
+            | Object::PositionLimitCount
+            | Object::ProfileDeceleration
+            | Object::HomingSpeedCount
+            | Object::DigitalInputs
+            | Object::SupportedModes => return Err(Abort::ReadOnly),
+        }
+        Ok(Poll::Ready(()))
+    }
+
+    /// Writes the COB-ID of emergency messages, whose identifier changes only while they are off.
+    fn write_emergency_cob_id(&mut self, entry: Entry, cob_id: u32) -> Result<(), Abort> {
+        cob::emergency(cob_id)?;
+        let old = self.values.get(entry);
+        if old & cob::OFF == 0 && cob::can_id(old) != cob::can_id(cob_id) {
+            return Err(Abort::State);
+        }
+        self.values.set(entry, cob_id);
+        Ok(())
+    }
+
+    /// Writes which node's heartbeat is watched, and how long it may be silent.
+    fn write_consumer(&mut self, entry: Entry, value: u32) -> Result<(), Abort> {
+        if value >> 24 != 0 {
+            return Err(Abort::Value);
+        }
+        self.values.set(entry, value);
+        self.master = Default::default();
+        self.filters_changed = true;
+        Ok(())
+    }
+
+    /// Writes the largest velocity or acceleration, which is fixed in internal units.
+    fn write_largest(&mut self, entry: Entry, value: u32, largest: u32) -> Result<(), Abort> {
+        if self.dimension() == Dimension::Internal && value != largest {
+            return Err(Abort::Value);
+        }
+        if value > largest {
+            return Err(Abort::TooHigh);
+        }
+        self.values.set(entry, value);
+        Ok(())
+    }
+
+    /// Changes the dimension of velocities: the largest velocity and acceleration become those of the new one.
+    fn write_dimension(&mut self, entry: Entry, value: u32) {
+        if self.values.get(entry) == value {
+            return;
+        }
+        self.values.set(entry, value);
+        let (dimension, turn) = (self.dimension(), self.turn());
+        self.values.set(Entry::of(Object::MaximumVelocity), dimension.largest_velocity(turn));
+        self.values.set(Entry::of(Object::MaximumAcceleration), dimension.largest_acceleration(turn));
+    }
+
+    /// Sets the outputs that the mask lets be switched. OUT0 is the brake's while a current is set for it.
+    fn switch_outputs(&mut self) {
+        let value = |object| self.values.of_object(object);
+        let brake = value(Object::BrakeApplyCurrent) | value(Object::BrakeReleaseCurrent) != 0;
+        let pins = |object| (value(object) >> PINS) as u8;
+        let mask = pins(Object::OutputMask) & OUTPUTS & !u8::from(brake);
+        let wanted = pins(Object::PhysicalOutputs) & mask;
+        let outputs = self.device.outputs_mut();
+        outputs.digital = outputs.digital & !mask | wanted;
+    }
+
+    /// Switches the pull-up resistors.
+    pub(super) fn switch_pull_ups(&mut self) {
+        let on = self.values.of_object(Object::PullUps) != 0;
+        self.device.outputs_mut().pull_ups = on.into();
+    }
+}
+
+/// Does what a signature asks for, if it is the right one.
+fn when(right: bool, act: impl FnOnce() -> Poll<()>) -> Result<Poll<()>, Abort> {
+    if right { Ok(act()) } else { Err(Abort::Signature) }
+}

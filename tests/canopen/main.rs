@@ -1,0 +1,21 @@
+//! The CANopen node, by the frames that it takes and gives, in virtual time on the simulated board.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+#[path = "../common/random.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod random;
+
+mod emergencies;
+mod exchange;
+mod inputs_outputs;
+mod mapping;
+mod master;
+mod network;
+mod pdos;
+mod power_cuts;
+mod random_frames;
+mod rig;
+mod saving;
+mod sdo;
+mod table;
