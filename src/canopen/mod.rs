@@ -255,10 +255,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             self.synchronise();
         } else if id == COMMAND {
             self.command(frame.data());
-        } else if id & !0x7F == CONTROL {
-            if self.watched() == Some(id & 0x7F) {
-                self.master.hear(self.now);
-            }
+        } else if id & !0x7F == CONTROL && self.watched() == Some(id & 0x7F) {
+            self.master.hear(self.now);
         } else {
             self.receive_pdo(id, frame);
         }
@@ -286,7 +284,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let cob_id = self.values.of_object(Object::EmergencyCobId);
         let inhibit = u64::from(self.values.of_object(Object::EmergencyInhibitTime)).saturating_mul(100);
         let message = self.errors.take(self.now, Micros(inhibit))?;
-        Frame::standard(cob::can_id(cob_id), &message)
+        Frame::standard(cob::can_id(cob_id), &message).filter(|_| cob_id & cob::OFF == 0)
     }
 
     /// Notes an emergency, and has it told unless emergencies are off or the node is stopped.

@@ -99,6 +99,13 @@ fn the_inhibit_time_of_emergencies() {
         rig.run(10_000 * MICROSECOND);
     }
     assert_eq!(counts, [0x10, 0x20, 0x10, 0x20, 0x10, 0x20, 0x10, 0x20, 0x10]);
+    // Those that wait are dropped when emergencies are switched off.
+    rig.send(0x201, &[0]);
+    rig.send(0x201, &[0]);
+    rig.set(0x1014, 0, 0x8000_0081);
+    rig.frames();
+    rig.wait(100);
+    assert!(rig.of(0x81).is_empty());
 }
 
 /// The boot-up message comes before the emergencies, and those before PDOs and replies.

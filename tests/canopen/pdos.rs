@@ -29,11 +29,20 @@ fn the_default_pdos_that_are_received() {
     assert_eq!((rig.read(0x6040, 0), rig.read(0x607A, 0)), (0x1236, 0x7FFF_FFFF));
     rig.send(0x501, &[0x37, 0x12, 0xFE, 0xFF, 0xFF, 0xFF]);
     assert_eq!((rig.read(0x6040, 0), rig.read(0x60FF, 0)), (0x1237, 0xFFFF_FFFE));
+    // An identifier next to those of heartbeats.
+    rig.set(0x1400, 1, 0x8000_0201);
+    rig.set(0x1400, 1, 0x700);
+    rig.send(0x700, &[0x38, 0x12]);
+    assert_eq!(rig.read(0x6040, 0), 0x1238);
+    rig.send(0x201, &[0x39, 0x12]);
+    assert_eq!(rig.read(0x6040, 0), 0x1238);
+    rig.set(0x1400, 1, 0x8000_0201);
+    rig.set(0x1400, 1, 0x201);
     // Remote frames, and PDOs that are off, do nothing.
     rig.set(0x1400, 1, 0x8000_0201);
     rig.send(0x201, &[1, 0]);
     rig.send_remote(0x301, 3);
-    assert_eq!((rig.read(0x6040, 0), rig.read(0x6060, 0)), (0x1237, 3));
+    assert_eq!((rig.read(0x6040, 0), rig.read(0x6060, 0)), (0x1238, 3));
     assert!(rig.of(0x81).is_empty());
 }
 
