@@ -5,14 +5,14 @@ use core::arch::global_asm;
 
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_stm32::adc::Adc;
-use embassy_stm32::peripherals::{ADC1, PB10, PB11, USB_OTG_FS};
+use embassy_stm32::peripherals::{ADC1, USB_OTG_FS};
 use embassy_stm32::usb::Driver;
 
-use super::chosen::{AXES, Board, Chips, drivers_off};
+use super::chosen::{AXES, Board, Chips, Rs485, drivers_off};
 use super::eeprom::Eeprom;
 use super::firmware::Firmware;
 use super::owner::Room;
-use super::{analog, can, eeprom, fault, now, owner, rs485, usb, watchdog};
+use super::{analog, can, eeprom, fault, now, owner, usb, watchdog};
 use crate::store::Memory;
 
 // `drivers_off` runs first of all after reset, before RAM is initialised and the clock is fast, which takes a
@@ -71,7 +71,7 @@ where
 }
 
 #[inline(never)]
-fn start_rs485<F: Firmware<AXES>>(firmware: &F, pins: rs485::Pins<PB11, PB10>) {
+fn start_rs485<F: Firmware<AXES>>(firmware: &F, pins: Rs485) {
     let Some(baud) = firmware.baud_rate() else { return };
     defmt::info!("RS485 at {=u32} bit/s", baud);
     if let Err(error) = pins.start(baud, firmware.link_settings().start) {

@@ -83,12 +83,15 @@ unsafe fn EXTI15_10() {
     ENCODER.edge();
 }
 
+/// The pins of the RS485 interface.
+pub(super) type Rs485 = rs485::Pins<PB11, PB10>;
+
 /// All parts of the board, ready for use; the motor drivers are off.
 pub struct Board {
     pub(super) motion: Motion,
     pub(super) signals: Signals,
     pub(super) eeprom: Eeprom,
-    pub(super) rs485: rs485::Pins<PB11, PB10>,
+    pub(super) rs485: Rs485,
     pub(super) can: Can<'static>,
     pub(super) usb: usb::Driver<'static, peripherals::USB_OTG_FS>,
     pub(super) adc: Adc<'static, peripherals::ADC1>,
@@ -173,7 +176,7 @@ impl Board {
                 bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
                 select: Output::new(p.PA15, Level::High, Speed::Medium),
             },
-            rs485: rs485::Pins {
+            rs485: Rs485 {
                 port: p.USART3,
                 rx: p.PB11,
                 tx: p.PB10,
