@@ -33,6 +33,7 @@ mod transfer;
 mod trap;
 
 use self::core::Core;
+use super::accelerator::Setup;
 use super::peripheral::Cycles;
 use super::step::{LINES, View};
 use code::{Code, Decoded};
@@ -115,8 +116,14 @@ impl Cpu {
         let pc = self.pc();
         self.core.used += 1;
         let outcome = match self.code.find(pc.wrapping_sub(FLASH) as usize) {
-            Some(decoded) => self.core.perform(bus, decoded),
-            None => self.decode(pc).and_then(|decoded| self.core.perform(bus, &decoded)),
+            Some(decoded) => {
+                self.core.wait_for_code(pc, decoded.bytes);
+                self.core.perform(bus, decoded)
+            }
+            None => self.decode(pc).and_then(|decoded| {
+                self.core.wait_for_code(pc, decoded.bytes);
+                self.core.perform(bus, &decoded)
+            }),
         };
         if let Err(trap) = outcome {
             self.core.fault(bus, trap);
@@ -149,6 +156,21 @@ impl Cpu {
     /// Levels of the interrupt lines.
     pub(super) fn set_interrupts(&mut self, lines: [u32; LINES]) {
         self.core.set_interrupts(lines);
+    }
+
+    /// How the flash interface is set up.
+    pub(super) fn set_up_flash(&mut self, setup: Setup) {
+        self.core.accelerator.set_up(setup);
+    }
+
+    /// Whether waits for the flash memory take time.
+    pub(super) fn set_stalls(&mut self, take_time: bool) {
+        self.core.stalls_take_time = take_time;
+    }
+
+    /// Cycles waited for the flash memory.
+    pub(super) fn stalls(&self) -> Cycles {
+        self.core.stalls
     }
 
     /// The interrupt that cannot be masked.

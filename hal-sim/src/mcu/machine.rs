@@ -158,6 +158,11 @@ impl Machine {
         }
     }
 
+    /// Lets the core's waits for the flash memory take time, or not, as at the start. They are counted in any case.
+    pub fn set_flash_stalls(&mut self, take_time: bool) {
+        self.execution.cpu.set_stalls(take_time);
+    }
+
     /// The core and its memories.
     pub fn cpu(&self) -> &Cpu {
         &self.execution.cpu
@@ -219,6 +224,7 @@ impl Machine {
                 continue;
             }
             self.execution.cpu.set_interrupts(self.soc.agenda.interrupts());
+            self.execution.cpu.set_up_flash(self.soc.peripherals.flash.setup());
             if self.execution.now >= self.log_due {
                 self.log_due = self.execution.now + LOG_EVERY;
                 self.log.drain();

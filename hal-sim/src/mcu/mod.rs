@@ -11,11 +11,12 @@
 //! | layer | files |
 //! |---|---|
 //! | what is used from outside | `machine`, `step`, `stop`, `serial`, `log` |
-//! | the core and its memories | `cpu`, `elf` |
+//! | the core and its memories | `cpu`, `accelerator`, `elf` |
 //! | addresses, clocks, interrupts, DMA requests between the peripherals | `soc`, `unit`, `timebase` |
 //! | the peripherals | `rcc`, `gpio`, `timer`, `usart`, `spi` ... |
 //! | what the pins are connected to | `pinout`, `wiring`, `rs485` |
 
+mod accelerator;
 mod adc;
 mod can;
 mod cpu;

@@ -206,6 +206,7 @@ impl Soc {
         match unit {
             Unit::GpioA | Unit::GpioB | Unit::GpioC | Unit::GpioD | Unit::GpioE => self.connect(unit),
             Unit::Rcc => self.change_clocks(),
+            Unit::Flash => self.check_flash(),
             Unit::Spi1 => self.exchange(SpiBus::Motion, 0),
             Unit::Spi3 => self.exchange(SpiBus::Eeprom, 2),
             Unit::Usart3 => {

@@ -40,6 +40,8 @@ pub struct Step {
     pub wanted: [u32; LINES],
     /// The chip that is selected on the motion bus when the step begins.
     pub chip: Option<Chip>,
+    /// Cycles for which the core has waited for the flash memory. They are part of the step's only where that is asked for.
+    pub stalls: u64,
     /// Whether a word is on the wire there then.
     pub clocked: bool,
 }

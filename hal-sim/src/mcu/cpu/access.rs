@@ -20,7 +20,10 @@ impl Core {
     pub(super) fn read<B: Bus>(&mut self, bus: &mut B, address: u32, bytes: u32) -> Outcome<u32> {
         self.used += 1;
         match self.memory.load(address, bytes) {
-            Some(value) => Ok(value),
+            Some(value) => {
+                self.wait_for_data(address);
+                Ok(value)
+            }
             None => self.read_beyond(bus, address, bytes),
         }
     }

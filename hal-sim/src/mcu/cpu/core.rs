@@ -3,8 +3,9 @@
 use rsemu::cpu::arm::v7m::sys::{Exception, Sys};
 use rsemu::cpu::arm::v7m::{Config, FpUnit};
 
-use super::memory::Memory;
+use super::memory::{Memory, is_flash};
 use super::registers::{PC, Registers};
+use crate::mcu::accelerator::Accelerator;
 use crate::mcu::peripheral::{Cycles, NEVER};
 use crate::mcu::step::{LINES, View};
 
@@ -36,6 +37,10 @@ pub(super) struct Core {
     /// Cycles that the counters of the core have not counted yet, and with how many something comes of it.
     pub(super) unticked: Cycles,
     pub(super) tick_by: Cycles,
+    /// What stands before the flash memory; the cycles waited for it, and whether they take time.
+    pub(super) accelerator: Accelerator,
+    pub(super) stalls: Cycles,
+    pub(super) stalls_take_time: bool,
     /// The instruction that ended the run, and why.
     pub(super) refused: Option<(u32, &'static str)>,
     /// Of the present step: when it began, its cycles, where the program goes on, the exception entered (or 0), whether
@@ -64,6 +69,9 @@ impl Core {
             exclusive: None,
             unticked: 0,
             tick_by: NEVER,
+            accelerator: Accelerator::new(),
+            stalls: 0,
+            stalls_take_time: false,
             refused: None,
             now: 0,
             used: 0,
@@ -87,6 +95,34 @@ impl Core {
         self.exclusive = None;
         self.unticked = 0;
         self.tick_by = NEVER;
+        self.accelerator = Accelerator::new();
+    }
+
+    /// An instruction is fetched.
+    #[inline]
+    pub(super) fn wait_for_code(&mut self, address: u32, bytes: u32) {
+        if is_flash(address) {
+            let now = self.now + self.used + if self.stalls_take_time { 0 } else { self.stalls };
+            let stall = self.accelerator.fetch(address, bytes, now);
+            self.stall(stall);
+        }
+    }
+
+    /// Data are read.
+    #[inline]
+    pub(super) fn wait_for_data(&mut self, address: u32) {
+        if is_flash(address) {
+            let stall = self.accelerator.load(address);
+            self.stall(stall);
+        }
+    }
+
+    #[inline]
+    fn stall(&mut self, cycles: Cycles) {
+        self.stalls += cycles;
+        if self.stalls_take_time {
+            self.used += cycles;
+        }
     }
 
     /// Lets at most `span` cycles pass without executing anything, fewer if the system timer wants attention

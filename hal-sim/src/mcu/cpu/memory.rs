@@ -177,6 +177,12 @@ pub(super) fn flash_offset(address: u32) -> Option<usize> {
     (offset < FLASH_SIZE).then_some(offset)
 }
 
+/// Whether an address leads to the flash memory.
+#[inline]
+pub(super) fn is_flash(address: u32) -> bool {
+    flash_offset(address).is_some()
+}
+
 #[inline]
 fn bytes_at(memory: &[u8], at: usize, bytes: u32) -> Option<u32> {
     let from = memory.get(at..)?;

@@ -6,6 +6,7 @@
 mod exceptions;
 mod instructions;
 mod oracle;
+mod stalls;
 
 use rsemu::cpu::arm::v7m::Config;
 use rsemu::cpu::arm::v7m::sys::{Exception, Sys};

@@ -20,6 +20,8 @@ pub struct Counters {
     pub instructions: u64,
     /// Those of them in waiting loops that were skipped: they change nothing.
     pub skipped: u64,
+    /// Cycles for which the core has waited for the flash memory, whether they took time or not.
+    pub stalls: u64,
     /// How often the firmware has started.
     pub starts: u64,
 }
@@ -64,7 +66,7 @@ impl Execution {
 
     /// What has been done so far.
     pub(super) fn counters(&self) -> Counters {
-        Counters { cycles: self.now, ..self.counters }
+        Counters { cycles: self.now, stalls: self.cpu.stalls(), ..self.counters }
     }
 
     /// The core starts anew, and the firmware with it.
@@ -102,11 +104,11 @@ impl Execution {
     /// The same step by step.
     fn execute_observed(&mut self, soc: &mut Soc, end: Cycles, due: Cycles, observer: &mut dyn FnMut(Step)) {
         while self.now < end {
-            let (at, pc, bus) = (self.now, self.cpu.pc(), soc.motion_bus());
+            let (at, pc, bus, stalls) = (self.now, self.cpu.pc(), soc.motion_bus(), self.cpu.stalls());
             let ran = self.cpu.run(soc, at, at + 1);
             self.now = ran.now;
             self.note(ran.steps, due);
-            observer(self.step(at, pc, bus));
+            observer(Step { stalls: self.cpu.stalls() - stalls, ..self.step(at, pc, bus) });
             if self.asleep || self.cpu.has_accessed() {
                 return;
             }
@@ -157,7 +159,7 @@ impl Execution {
             None => Act::Instruction,
         };
         let wanted = std::array::from_fn(|word| wanted[word] & enabled[word]);
-        Step { at, cycles: self.now - at, act, pc, exception, masked, wanted, chip, clocked }
+        Step { at, cycles: self.now - at, act, pc, exception, masked, wanted, chip, stalls: 0, clocked }
     }
 
     /// The program has read the same value again, with the motion bus as it is. If it has come round to the same state,

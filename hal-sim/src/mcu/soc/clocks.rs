@@ -1,7 +1,7 @@
 //! RCC's clocks and resets, and what they reach.
 
 use super::Soc;
-use crate::mcu::peripheral::bit;
+use crate::mcu::peripheral::{Peripheral, bit};
 use crate::mcu::unit::Unit;
 
 impl Soc {
@@ -55,9 +55,15 @@ impl Soc {
         }
         self.peripherals.can.set_core_clock(clocks.hz);
         self.agenda.touch_all_but(Unit::Rcc);
-        if !self.peripherals.flash.keeps_up_with(clocks.hz) {
-            let base = Unit::Flash.description().base;
-            self.refuse("FLASH", 0, base, None, "too few wait states for the core clock");
+        self.peripherals.flash.advance(self.now);
+        self.peripherals.flash.set_core_clock(clocks.hz);
+        self.check_flash();
+    }
+
+    /// The run ends where the flash interface does not suit the clock.
+    pub(super) fn check_flash(&mut self) {
+        if let Some(reason) = self.peripherals.flash.complaint() {
+            self.refuse("FLASH", 0, Unit::Flash.description().base, None, reason);
         }
     }
 }

@@ -47,7 +47,7 @@ impl Peripherals {
         Self {
             ports: std::array::from_fn(Gpio::new),
             rcc: Rcc::new(now, Cause::Power, 0),
-            flash: Flash::default(),
+            flash: Flash::new(),
             pwr: Pwr::new(),
             syscfg: Syscfg::default(),
             exti: Exti::default(),

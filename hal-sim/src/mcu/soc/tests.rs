@@ -152,3 +152,39 @@ fn the_encoder_interface_counts_what_the_motor_turns() {
     soc.board_mut().change_world(|world| world.axis_mut(0).slip(50, now));
     assert_eq!(soc.read(soc.now, TIM4 + 0x24, 4), 500);
 }
+
+#[test]
+fn the_accelerator_is_to_be_on_soon_after_the_clock_needs_wait_states() {
+    const FLASH: u32 = 0x4002_3C00;
+    let run_on = |acr: u32| {
+        let mut soc = soc("");
+        // Three wait states; the PLL gives 84 MHz from the 16 MHz inside the chip: divided by 8, times 84, by 2.
+        write(&mut soc, &[(FLASH, 3), (RCC + 0x04, 7 << 24 | 84 << 6 | 8), (RCC, 1 << 24 | 1)]);
+        let end = soc.now + 100_000;
+        run(&mut soc, end);
+        write(&mut soc, &[(RCC + 0x08, 4 << 10 | 2)]);
+        let end = soc.now + 8_000;
+        run(&mut soc, end);
+        assert!(soc.fault.is_none(), "{:?}", soc.fault);
+        write(&mut soc, &[(FLASH, acr)]);
+        let end = soc.now + 8_000;
+        run(&mut soc, end);
+        soc.fault.map(|fault| (fault.peripheral, fault.reason))
+    };
+    assert_eq!(run_on(7 << 8 | 3), None);
+    let complaint = Some(("FLASH", "the core runs with wait states, and prefetch or a cache is off"));
+    assert_eq!(run_on(6 << 8 | 3), complaint);
+    assert_eq!(run_on(3 << 8 | 3), complaint);
+}
+
+#[test]
+fn wait_states_are_not_taken_away_while_the_clock_needs_them() {
+    let mut soc = soc("");
+    write(&mut soc, &[(0x4002_3C00, 3), (RCC + 0x04, 7 << 24 | 84 << 6 | 8), (RCC, 1 << 24 | 1)]);
+    let end = soc.now + 100_000;
+    run(&mut soc, end);
+    write(&mut soc, &[(RCC + 0x08, 4 << 10 | 2)]);
+    soc.write(soc.now, 0x4002_3C00, 4, 7 << 8 | 1);
+    soc.settle(soc.now);
+    assert_eq!(soc.fault.map(|fault| fault.reason), Some("too few wait states for the core clock"));
+}
