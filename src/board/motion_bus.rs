@@ -1,14 +1,15 @@
 //! The bus of the motion chips, SPI1, on which each chip has its own clock.
 //!
-//! Bytes are exchanged at the port's registers, which is faster than Embassy's driver: a datagram of four bytes goes
-//! out with each request that needs a reading, and in each poll.
+//! Words are exchanged at the port's registers, which is faster than Embassy's driver: a datagram of the TMC429 goes out
+//! with each request that needs a reading, and in each poll. Its four bytes are two words of 16 bits, the second of which
+//! lies in the port when the first one ends, so that the clock runs through.
 
 use core::convert::Infallible;
 
 use cortex_m::asm;
 use embassy_stm32::gpio::Output;
 use embassy_stm32::pac::SPI1;
-use embassy_stm32::pac::spi::vals::Br;
+use embassy_stm32::pac::spi::vals::{Br, Dff};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
 use super::spi::Bus;
@@ -22,6 +23,9 @@ const TMC262_CLOCK: Br = Br::DIV32;
 /// Core cycles to wait after chip select. The TMC429 needs it low for three of its clocks, 188 ns or 32 cycles, before
 /// the first edge; from the end of this wait to that edge more than another 16 cycles pass.
 const SETUP_CYCLES: u32 = 16;
+
+/// A datagram of the TMC429.
+type Datagram = [u8; 4];
 
 /// The bus of the motion chips, which is set up for mode 3.
 pub(super) struct MotionBus(());
@@ -57,30 +61,16 @@ impl ErrorType for Chip {
 
 impl SpiDevice for Chip {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
-        if SPI1.cr1().read().br() != self.clock {
-            SPI1.cr1().modify(|w| w.set_spe(false));
-            SPI1.cr1().modify(|w| w.set_br(self.clock));
-            SPI1.cr1().modify(|w| w.set_spe(true));
-        }
+        let datagram = match operations {
+            [Operation::TransferInPlace(bytes)] => <&mut Datagram>::try_from(&mut **bytes).ok(),
+            _ => None,
+        };
+        set_up(self.clock, if datagram.is_some() { Dff::BITS16 } else { Dff::BITS8 });
         self.select.set_low();
         asm::delay(SETUP_CYCLES);
-        for operation in operations {
-            match operation {
-                Operation::TransferInPlace(bytes) => bytes.iter_mut().for_each(|byte| *byte = exchange(*byte)),
-                Operation::Read(bytes) => bytes.fill_with(|| exchange(0)),
-                Operation::Write(bytes) => bytes.iter().for_each(|byte| {
-                    exchange(*byte);
-                }),
-                Operation::Transfer(to, from) => {
-                    let mut from = from.iter();
-                    to.fill_with(|| exchange(from.next().copied().unwrap_or_default()));
-                    from.for_each(|byte| {
-                        exchange(*byte);
-                    });
-                }
-                // 168 core cycles are a microsecond.
-                Operation::DelayNs(time) => asm::delay((*time / 1_000 + 1).saturating_mul(168)),
-            }
+        match datagram {
+            Some(datagram) => exchange_datagram(datagram),
+            None => operations.iter_mut().for_each(exchange_bytes),
         }
         // The last edge is in the middle of the last bit. The other half of that bit, 64 cycles, is longer than the
         // three clocks for which the TMC429 needs chip select low.
@@ -90,9 +80,59 @@ impl SpiDevice for Chip {
     }
 }
 
+/// Sets the clock and the width of a word, if they are others than for the transaction before. They can be changed while the
+/// port is off.
+fn set_up(clock: Br, width: Dff) {
+    let control = SPI1.cr1().read();
+    if control.br() != clock || control.dff() != width {
+        SPI1.cr1().modify(|w| w.set_spe(false));
+        SPI1.cr1().modify(|w| {
+            w.set_br(clock);
+            w.set_dff(width);
+        });
+        SPI1.cr1().modify(|w| w.set_spe(true));
+    }
+}
+
+/// Exchanges four bytes in two words. The first word is fetched while the second one is on the wire: handlers that come in
+/// between have 2 048 cycles.
+fn exchange_datagram(datagram: &mut Datagram) {
+    let [a, b, c, d] = *datagram;
+    SPI1.dr().write(|w| w.set_dr(u16::from_be_bytes([a, b])));
+    while !SPI1.sr().read().txe() {}
+    SPI1.dr().write(|w| w.set_dr(u16::from_be_bytes([c, d])));
+    let [a, b] = received().to_be_bytes();
+    let [c, d] = received().to_be_bytes();
+    *datagram = [a, b, c, d];
+}
+
+fn exchange_bytes(operation: &mut Operation<'_, u8>) {
+    match operation {
+        Operation::TransferInPlace(bytes) => bytes.iter_mut().for_each(|byte| *byte = exchange(*byte)),
+        Operation::Read(bytes) => bytes.fill_with(|| exchange(0)),
+        Operation::Write(bytes) => bytes.iter().for_each(|byte| {
+            exchange(*byte);
+        }),
+        Operation::Transfer(to, from) => {
+            let mut from = from.iter();
+            to.fill_with(|| exchange(from.next().copied().unwrap_or_default()));
+            from.for_each(|byte| {
+                exchange(*byte);
+            });
+        }
+        // 168 core cycles are a microsecond.
+        Operation::DelayNs(time) => asm::delay((*time / 1_000 + 1).saturating_mul(168)),
+    }
+}
+
 /// Sends a byte and returns the byte that comes in meanwhile.
 fn exchange(byte: u8) -> u8 {
     SPI1.dr().write(|w| w.set_dr(byte.into()));
+    received() as u8
+}
+
+/// The word that comes in next.
+fn received() -> u16 {
     while !SPI1.sr().read().rxne() {}
-    SPI1.dr().read().dr() as u8
+    SPI1.dr().read().dr()
 }
