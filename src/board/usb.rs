@@ -103,12 +103,15 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
         let event = select(serial.read_packet(&mut packet), USB.ready_to_receive());
         match watchdog::while_waiting(&watchdog::USB, event).await {
             Either::First(count) => {
-                let at = now();
+                while !USB.is_empty() {
+                    send(serial, &mut port).await?;
+                }
+                // Asked for once a packet, and after each wait: a telegram may go over the border of two packets.
+                let mut at = now();
                 for byte in packet.iter().take(count?) {
-                    // A host may send many requests at once, but the reply to each is sent before the next one is
-                    // decoded.
-                    while port.is_waiting() || !USB.is_empty() {
+                    while port.is_waiting() {
                         send(serial, &mut port).await?;
+                        at = now();
                     }
                     let echo = port.push(*byte, at, link_settings);
                     if !echo.is_empty() {
@@ -120,7 +123,14 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
                         while USB_REQUESTS.try_send(request).is_err() {
                             send(serial, &mut port).await?;
                         }
+                        // As a rule the reply is there when this returns.
                         wake::pend();
+                        // A host may send many requests at once, but the reply to each is sent before the next one is
+                        // decoded, unless it is late.
+                        while !USB.is_empty() {
+                            send(serial, &mut port).await?;
+                        }
+                        at = now();
                     }
                 }
             }
@@ -131,7 +141,9 @@ async fn talk(serial: &mut Serial) -> Result<(), EndpointError> {
 
 /// Sends the next reply. The end of a request that is not answered also lets the port decode the next one.
 async fn send(serial: &mut Serial, port: &mut Port) -> Result<(), EndpointError> {
-    watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
+    if USB.is_empty() {
+        watchdog::while_waiting(&watchdog::USB, USB.ready_to_receive()).await;
+    }
     let Ok(outgoing) = USB.try_peek() else { return Ok(()) };
     let mut message = Message::new();
     // A message has room for every reply.
