@@ -56,6 +56,8 @@ fn telegrams_for_others_are_not_answered() {
 struct Wire {
     bench: Bench,
     framer: Framer,
+    /// All bytes that were put on the line.
+    bytes: Vec<u8>,
 }
 
 impl Wire {
@@ -63,7 +65,7 @@ impl Wire {
     const BYTE: Nanos = 1042 * MICROSECOND;
 
     fn new() -> Self {
-        Wire { bench: Bench::new(), framer: Framer::new() }
+        Wire { bench: Bench::new(), framer: Framer::new(), bytes: Vec::new() }
     }
 
     /// Puts bytes on the line one after the other.
@@ -71,8 +73,9 @@ impl Wire {
         for byte in bytes {
             self.bench.run(Self::BYTE);
             let now = Micros(self.bench.module.now() / MICROSECOND);
-            if let Some(telegram) = self.framer.push(*byte, now) {
-                self.bench.module.receive(Source::Rs485, telegram);
+            self.bytes.push(*byte);
+            if self.framer.push(*byte, now) {
+                self.bench.module.receive(Source::Rs485, *self.bytes.last_chunk().unwrap());
             }
         }
     }
