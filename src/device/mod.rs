@@ -2,7 +2,8 @@
 //! and outputs, the store, restart, and the turn of each millisecond.
 //!
 //! A device knows no language. The firmware that owns it - the TMCL firmware is [`crate::module`] - gives it time and
-//! inputs by [`Device::begin`] and [`Device::next_axis`], and commands its axes by [`Device::axis`]. By itself the
+//! inputs by [`Device::begin`], [`Device::next_axis`] and [`Device::next_reading`], and commands its axes by
+//! [`Device::axis`]. By itself the
 //! device stops what must not go on: all motors, when the supply is too low or a motion controller is
 //! silent.
 
@@ -14,6 +15,7 @@ mod turn;
 
 pub use io::{ANALOG, Inputs, Outputs};
 pub use safety::{Supervised, Supply};
+pub use turn::Piece;
 
 use core::fmt;
 use core::ops::DerefMut;
@@ -57,7 +59,7 @@ pub struct Controller<H: Hardware> {
     shared: H::Controller,
     /// Number of turns in a row, one in a millisecond, in which the controller has not answered.
     unanswered: u8,
-    /// The axis of this controller, counted from 0, that takes a reading in the next turn.
+    /// The axis of this controller, counted from 0, that takes the next reading.
     turn: u8,
     /// The number of that reading in the rotation of readings, wrapping at 256.
     rotation: u8,
@@ -105,7 +107,8 @@ pub struct Device<T: Board, const AXES: usize> {
     restart: Option<Micros>,
     /// The time at which the next turn is due.
     next: Micros,
-    /// The number of the axis to be polled next in the turn under way; `AXES` when the turn is over.
+    /// The number of the next piece of the turn under way: first come the axes, then the readings of the motion controllers.
+    /// Behind them the turn is over.
     upcoming: usize,
 }
 
@@ -135,7 +138,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             safety: safety::Safety::default(),
             restart: None,
             next: Micros(0),
-            upcoming: AXES,
+            upcoming: Self::PIECES,
         }
     }
 
@@ -155,7 +158,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub fn start(&mut self, now: Micros, inversion: Inversion) {
         self.safety = safety::Safety::default();
         self.outputs.trouble = false;
-        (self.restart, self.next, self.upcoming) = (None, now, AXES);
+        (self.restart, self.next, self.upcoming) = (None, now, Self::PIECES);
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
             // Each fourth reading goes to a driver. With two readings between them, two controllers do not read drivers
             // in the same millisecond.

@@ -1,29 +1,56 @@
 //! The turn of each millisecond. A turn has pieces, so that the firmware's owner can serve the links in between: its
-//! [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised, and then
-//! [one axis](Device::next_axis) after the other.
+//! [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised, then
+//! [one axis](Device::next_axis) after the other; and, half a millisecond later, [a reading](Device::next_reading) of
+//! each motion controller whose axis had no time for it, because its motor moves. As a rule a piece has one datagram to a
+//! chip at most; `motion/turn.rs` says which are longer.
 
-use super::{Board, Device, Inputs, Outputs, Supervised, controller_of};
-use crate::motion::{Events, Hardware};
+use super::{Board, Controllers, Device, Inputs, Outputs, Supervised, controller_of};
+use crate::motion::{Events, Hardware, Joined};
 use crate::units::Micros;
 
 /// Time between two turns.
 const PERIOD: Micros = Micros::from_millis(1);
+/// Time between the beginning of a turn and the readings that were left.
+const READINGS: Micros = Micros(500);
+
+/// What a device does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Piece {
+    /// A turn [begins](Device::begin).
+    Beginning,
+    /// [An axis](Device::next_axis) is polled.
+    Axis,
+    /// [A reading](Device::next_reading) is taken.
+    Reading,
+}
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// The time at which the next piece of a turn is due: within a turn a time in the past, else the beginning of the
-    /// next turn.
+    /// Number of pieces of a turn behind its beginning, at most: the axes, and a reading of each motion controller.
+    pub(super) const PIECES: usize = AXES.saturating_add(T::Controllers::COUNT);
+
+    /// The piece that comes next.
+    pub const fn next_piece(&self) -> Piece {
+        if self.upcoming < AXES {
+            Piece::Axis
+        } else if self.upcoming < Self::PIECES {
+            Piece::Reading
+        } else {
+            Piece::Beginning
+        }
+    }
+
+    /// The time at which the next piece is due. For an axis this is a time in the past.
     pub const fn deadline(&self) -> Micros {
-        if self.is_in_turn() { self.turn() } else { self.next }
+        match self.next_piece() {
+            Piece::Axis => self.turn(),
+            Piece::Reading => self.turn().after(READINGS),
+            Piece::Beginning => self.next,
+        }
     }
 
     /// The time at which the turn under way, or the last one, was due to begin.
     pub const fn turn(&self) -> Micros {
         self.next.since(PERIOD)
-    }
-
-    /// True while axes of the turn have not been polled.
-    pub const fn is_in_turn(&self) -> bool {
-        self.upcoming < AXES
     }
 
     /// Begins a turn with the inputs as they are now. The next turn is due one millisecond after this turn was; but if
@@ -51,23 +78,39 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             Some(axis) => axis.on(&mut controller.shared).poll(now, sensors, reading),
             None => Events::default(),
         };
-        if !self.is_in_turn() {
-            self.rotate_readings();
-        }
+        self.pass_taken();
         (number, events)
     }
 
-    /// Advances each controller's rotation of readings. The axes of a controller take turns: only one of them takes one
-    /// reading in a millisecond, so a controller with three axes needs no more datagrams for readings than one with a
-    /// single axis.
-    fn rotate_readings(&mut self) {
-        for (n, controller) in self.controllers.as_mut().iter_mut().enumerate() {
+    /// Takes the next of the readings that were left.
+    pub fn next_reading(&mut self) {
+        if let Some(mut axis) = self.upcoming.checked_sub(AXES).and_then(|n| self.reading_axis(n)) {
+            axis.refresh();
+        }
+        self.pass_taken();
+    }
+
+    /// Passes the motion controllers whose readings have been taken, and advances the rotation of each. The axes of a
+    /// controller take turns: only one of them takes one reading in a millisecond, so a controller with three axes needs
+    /// no more datagrams for readings than one with a single axis.
+    fn pass_taken(&mut self) {
+        while let Some(n) = self.upcoming.checked_sub(AXES)
+            && !self.reading_axis(n).is_some_and(|axis| axis.has_reading())
+            && let Some(controller) = self.controllers.as_mut().get_mut(n)
+        {
             let axes = AXES.saturating_sub(n.saturating_mul(T::Hardware::AXES)).min(T::Hardware::AXES);
             controller.turn = controller.turn.saturating_add(1);
             if usize::from(controller.turn) >= axes {
                 (controller.turn, controller.rotation) = (0, controller.rotation.wrapping_add(1));
             }
+            self.upcoming = self.upcoming.saturating_add(1);
         }
+    }
+
+    /// The axis of a motion controller whose turn it is to take a reading.
+    fn reading_axis(&mut self, controller: usize) -> Option<Joined<'_, T::Hardware>> {
+        let turn = self.controllers.as_ref().get(controller)?.turn;
+        self.axis(controller.saturating_mul(T::Hardware::AXES).saturating_add(turn.into()))
     }
 
     /// The inputs as they were at the beginning of the turn.

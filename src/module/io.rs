@@ -3,15 +3,25 @@
 use super::outcome::Outcome;
 use super::{Module, Platform, Spec};
 use crate::tmcl::Status;
+use crate::units::Micros;
 
 /// The time that the status LED is on, and then off, in milliseconds.
-pub(super) const BLINK_MS: u64 = 1000;
+const BLINK_MS: u64 = 1000;
 /// The port number of SIO and GIO that stands for all ports of a bank.
 const ALL: u8 = 255;
 /// How far from its absolute zero the built-in encoder still counts as there, for GIO 11, 0; in 1/1024 turn.
 const NEAR_ZERO: u16 = 4;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
+    /// Lets the status LED blink. The division of 64 bits takes its time, so that there is one with each change only.
+    pub(super) fn blink(&mut self, now: Micros) {
+        if now >= self.blinks {
+            let count = now.millis() / BLINK_MS;
+            self.blinks = Micros::from_millis(count.saturating_add(1).saturating_mul(BLINK_MS));
+            self.device.outputs_mut().led = count.is_multiple_of(2);
+        }
+    }
+
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Outcome, Status> {
         let all = bits(self.spec().outputs);
         match (bank, port) {

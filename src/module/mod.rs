@@ -45,7 +45,7 @@ use core::task::Poll;
 
 use heapless::{Deque, Vec};
 
-use crate::device::{Board, Device, Inputs, Outputs, Parts};
+use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
 use crate::motion::Axis;
 use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
 use crate::store::Store;
@@ -108,6 +108,8 @@ pub struct Module<T: Platform, const AXES: usize> {
     signals: Signals,
     /// The state of the random numbers.
     random: u32,
+    /// The time at which the status LED changes next.
+    blinks: Micros,
     /// The time, in milliseconds wrapping at 32 bits, from which the tick timer counts; a write to the timer may put it
     /// into the future.
     tick_offset: u32,
@@ -149,6 +151,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             supervision: Supervision::new(Micros(0)),
             signals: Signals::default(),
             random: seed,
+            blinks: Micros(0),
             tick_offset: 0,
         }
     }
@@ -235,7 +238,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// True if a poll at `now` takes the inputs over, as the first of each millisecond does; slices of a program do not
     /// look at them. What inputs note until they are read, as edges of an encoder, is to be read for such a poll only.
     pub const fn takes_inputs(&self, now: Micros) -> bool {
-        now.0 >= self.device.deadline().0 && !self.device.is_in_turn()
+        now.0 >= self.device.deadline().0 && matches!(self.device.next_piece(), Piece::Beginning)
     }
 
     /// Does the next piece of what is due at `now`: to be called at [`Module::deadline`], or as soon after it as can be.
@@ -270,20 +273,24 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// are not to have its stack frame.
     #[inline(never)]
     fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
-        if !self.device.is_in_turn() {
-            self.update_link_settings();
-            let supervised = self.device.begin(now, inputs);
-            self.supervise(now, supervised);
+        match self.device.next_piece() {
+            Piece::Reading => return self.device.next_reading(),
+            Piece::Axis => {}
+            Piece::Beginning => {
+                self.update_link_settings();
+                let supervised = self.device.begin(now, inputs);
+                self.supervise(now, supervised);
+            }
         }
         let (axis, events) = self.device.next_axis(now);
         self.heed(axis as u8, events);
-        if self.device.is_in_turn() {
+        if self.device.next_piece() == Piece::Axis {
             return;
         }
         self.settle();
         self.autostart();
         self.begin_turn();
-        self.device.outputs_mut().led = (now.millis() / io::BLINK_MS).is_multiple_of(2);
+        self.blink(now);
         self.changed = true;
     }
 

@@ -69,6 +69,8 @@ pub struct Axis<H> {
     pub(super) deviating: bool,
     /// The datagrams of a hard stop did not all get through to the chip. Each poll sends them again.
     pub(super) stopping: bool,
+    /// The number of the reading that the last poll has left to be taken.
+    pub(super) later: Option<u8>,
     /// Events that the next poll returns.
     pub(super) events: Events,
     /// Whether stallGuard2 has measured the load of the moving motor yet.
@@ -141,6 +143,7 @@ impl<H: Hardware> Axis<H> {
             alarms: 0,
             deviating: false,
             stopping: false,
+            later: None,
             events: Events::default(),
             measured: Measured::default(),
             current: Current::default(),
@@ -219,6 +222,11 @@ impl<H: Hardware> Axis<H> {
     /// True while a reference search is under way.
     pub const fn searches(&self) -> bool {
         self.search.is_some()
+    }
+
+    /// True if the last poll has left a reading to be taken by [`Joined::refresh`].
+    pub(crate) const fn has_reading(&self) -> bool {
+        self.later.is_some()
     }
 
     /// The value of RFS STATUS: 0 without a reference search, else the number of the leg under way, counted from 1.

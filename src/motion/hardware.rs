@@ -139,10 +139,13 @@ pub trait Hardware {
     /// speed.
     fn place(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error>;
 
-    /// Takes the readings of this millisecond: the actual position of a motor that does not stand, and one of the other
-    /// readings in rotation. The axes of a motion controller take turns in that: `reading` is the number of the
-    /// reading, wrapping at 256, or `None` if it is the turn of another axis.
-    fn refresh(&mut self, controller: &mut Self::Controller, reading: Option<u8>) -> Result<(), Error>;
+    /// Follows the motor: reads the actual position of one that does not stand. True if that took a datagram. This comes
+    /// once in a millisecond.
+    fn follow(&mut self, controller: &mut Self::Controller) -> Result<bool, Error>;
+
+    /// Takes one of the other readings, in rotation; `reading` is its number, wrapping at 256. This comes once in a
+    /// millisecond; the axes of a motion controller take turns in it.
+    fn refresh(&mut self, controller: &mut Self::Controller, reading: u8) -> Result<(), Error>;
 
     /// What is known without a datagram.
     fn known(&self) -> &Known;

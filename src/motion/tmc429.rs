@@ -194,16 +194,19 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(())
     }
 
-    /// Takes one datagram to the TMC429 for the position of a motor that does not stand, and one for the reading, to the
-    /// TMC429 or to the driver. A waypoint is moved on in place of a reading.
-    fn refresh(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<(), Error> {
-        if self.rest != Rest::Rests {
-            self.position(chip)?;
+    fn follow(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
+        if self.rest == Rest::Rests {
+            return Ok(false);
         }
+        self.position(chip)?;
         if self.rest == Rest::Stands {
             self.rest = Rest::Rests;
         }
-        let Some(reading) = reading else { return Ok(()) };
+        Ok(true)
+    }
+
+    /// Takes one datagram, to the TMC429 or to the driver. A waypoint is moved on in place of a reading.
+    fn refresh(&mut self, chip: &mut Tmc429<M>, reading: u8) -> Result<(), Error> {
         let Known { mode, position, target, .. } = self.known;
         if let Some(next) = position::next(position, target, self.waypoint).filter(|_| mode.positions()) {
             let before = core::mem::replace(&mut self.waypoint, next);

@@ -1,5 +1,11 @@
-//! The poll of an axis in each millisecond: it takes the readings, guards the motor, advances a reference search,
-//! notices what has happened, and chooses the motor's current.
+//! The poll of an axis in each millisecond: it follows the motor, guards it, advances a reference search, notices what
+//! has happened, and chooses the motor's current.
+//!
+//! Of a motor that moves the poll reads the position alone; the other reading of the millisecond is taken half a
+//! millisecond later, so that a poll has one datagram to a chip, and no more. Longer, and rare, is a poll that stops the
+//! motor, changes its current, or finds it held by a switch; and longer are those of a reference search: two readings
+//! each, and where a leg begins or the zero point is found the settings of the ramp generator, some ten datagrams in
+//! all.
 
 use super::Error;
 use super::axis::{Events, Joined};
@@ -12,9 +18,8 @@ use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
     /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
-    /// taken, or `None` if it is another axis' turn. This takes the datagrams of [`Hardware::refresh`], and a few more
-    /// where a switch holds the motor, in a reference search, or where the motor is stopped. Returns the events since
-    /// the poll before.
+    /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later.
+    /// Returns the events since the poll before.
     pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>) -> Events {
         self.sensors = sensors;
         self.count();
@@ -23,12 +28,26 @@ impl<H: Hardware> Joined<'_, H> {
         core::mem::take(&mut self.events)
     }
 
+    /// Takes the reading that the last poll has left to be taken, if there is one.
+    pub fn refresh(&mut self) {
+        if let Some(reading) = self.later.take() {
+            let (hardware, controller) = self.reach();
+            // A reading that did not get through comes again in the next rotation.
+            let _ = hardware.refresh(controller, reading);
+        }
+    }
+
     fn turn(&mut self, now: Micros, reading: Option<u8>) -> Result<(), Error> {
         if self.stopping {
             self.hard_stop()?;
         }
         let (hardware, controller) = self.reach();
-        hardware.refresh(controller, reading)?;
+        let followed = hardware.follow(controller)?;
+        if followed {
+            self.later = reading;
+        } else if let Some(reading) = reading {
+            hardware.refresh(controller, reading)?;
+        }
         self.guard()?;
         if let Some(search) = self.search {
             self.poll_search(now, search)?;

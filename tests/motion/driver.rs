@@ -5,6 +5,7 @@ use crate::common::Bench;
 use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
+use tmcm_sim::VirtualModule;
 
 /// Full current of a parameter value: CS = value / 8, and (CS + 1)/32 of full scale.
 fn scale(value: u32) -> u32 {
@@ -180,6 +181,29 @@ fn the_poll_keeps_to_its_datagrams() {
         let (motion, driver) = datagrams(&mut bench, |b| b.run(SPAN));
         assert!((749 + moving..=753 + moving).contains(&motion), "{line}: {motion} datagrams to the TMC429");
         assert!((249..=251).contains(&driver), "{line}: {driver} datagrams to the TMC262");
+    }
+}
+
+/// While the motor stands a millisecond has one poll, and while it moves two, half a millisecond apart: the first reads the
+/// position, the second has the rotating reading. So nobody waits for two datagrams in a row.
+#[test]
+fn the_two_datagrams_of_a_moving_motor_are_half_a_millisecond_apart() {
+    let mut bench = Bench::new();
+    bench.run(5 * SECOND);
+    for (line, polls) in [("MST 0", 1), ("ROR 0, 1000", 2)] {
+        bench.ok(line);
+        bench.run(SECOND);
+        let mut times = Vec::new();
+        for _ in 0..100 * polls {
+            let begins = bench.module.begins_turn();
+            let next = bench.module.next_event().unwrap();
+            let sent = datagrams(&mut bench, |bench| bench.module.run_until(next));
+            assert_eq!(sent.0 + sent.1, 1, "{line}");
+            assert!(!begins || polls == 1 || sent.0 == 1, "{line}: the position is read first");
+            times.push(next);
+        }
+        let period = MILLISECOND / polls;
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] == period), "{line}: {times:?}");
     }
 }
 

@@ -10,6 +10,7 @@ const fn reads(motor: u8, register: u8) -> u8 {
     motor << 5 | register << 1 | 1
 }
 
+const X_ACTUAL: u8 = 1;
 const V_ACTUAL: u8 = 5;
 const REFERENCE_SWITCHES: u8 = reads(3, 0xE);
 
@@ -97,7 +98,8 @@ fn with_all_axes_moving_each_position_is_read_and_little_more() {
             asked_often_enough(&bench, &seen);
             for axis in bench.axes() {
                 let chip = Chip::Tmc429((axis / 3).into());
-                let position = |datagram: &Datagram| datagram.chip == chip && datagram.bytes[0] == reads(axis % 3, 1);
+                let position =
+                    |datagram: &Datagram| datagram.chip == chip && datagram.bytes[0] == reads(axis % 3, X_ACTUAL);
                 assert_eq!(longest(&seen, position), 1, "position of axis {axis}");
             }
         }
@@ -137,30 +139,38 @@ fn waypoints_of_all_axes_do_not_fill_a_millisecond() {
     }
 }
 
-/// Between two axes the links are looked at: one call of the module sends at most the readings of one axis.
+/// Between two datagrams the links are looked at: one call of the module sends at most one, the position of an axis at
+/// the beginning of a millisecond, or half a millisecond later another reading of a controller.
 #[test]
-fn the_links_are_looked_at_between_two_axes() {
+fn the_links_are_looked_at_between_two_datagrams() {
     for mut bench in Bench::bare() {
         bench.each("ROR #, 1500");
         bench.run(SECOND);
         bench.board.borrow_mut().take_datagrams();
         let from = bench.now();
-        // Of 100 turns.
-        for _ in 0..100 * usize::from(bench.spec.axes) {
+        let (mut turn, mut positions, mut readings) = (None, 0, 0);
+        while bench.now() < from + 100 * MILLISECOND {
             let deadline = bench.firmware.deadline().0 * MICROSECOND;
             bench.board.borrow_mut().advance_to(deadline);
+            let at = bench.now();
             bench.firmware.poll(&bench.board);
             let sent = bench.board.borrow_mut().take_datagrams();
-            assert!(sent.len() <= 2, "{sent:?}");
-            let of = |datagram: &Datagram| match datagram.chip {
-                Chip::Tmc429(controller) => controller,
-                Chip::Tmc262(axis) => axis / 3,
-                Chip::At25 => unreachable!("the EEPROM has a bus of its own"),
-            };
-            assert!(sent.windows(2).all(|pair| of(&pair[0]) == of(&pair[1])), "one controller: {sent:?}");
+            let [datagram] = &sent[..] else { panic!("{sent:?}") };
+            if matches!(datagram.chip, Chip::Tmc429(_)) && datagram.bytes[0] >> 1 & 0xF == X_ACTUAL {
+                positions += 1;
+                if datagram.chip == Chip::Tmc429(0) && datagram.bytes[0] == reads(0, X_ACTUAL) {
+                    turn = Some(at);
+                }
+            } else if let Some(turn) = turn {
+                readings += 1;
+                // With two controllers the second one waits for the datagram of the first.
+                let after = (at - turn) / MICROSECOND;
+                assert!((495..=545).contains(&after), "a reading comes {after} us after its turn has begun: {sent:?}");
+            }
         }
-        let took = bench.now() - from;
-        assert!((99 * MILLISECOND..=100 * MILLISECOND).contains(&took), "one axis in each call: {took} ns");
+        let (axes, controllers) = (usize::from(bench.spec.axes), usize::from(bench.spec.axes / 3));
+        assert!((100 * axes - 6..=100 * axes + 6).contains(&positions), "{positions} positions");
+        assert!((98 * controllers..=100 * controllers).contains(&readings), "{readings} readings");
     }
 }
 

@@ -25,6 +25,9 @@ pub(super) trait Firmware {
     /// When the firmware wants to be polled next.
     fn deadline(&self) -> Nanos;
 
+    /// True if the next poll begins the turn of a millisecond.
+    fn begins_turn(&self) -> bool;
+
     /// Polls the firmware and the EEPROM, and writes the outputs of the board; then takes the replies that have become due.
     /// True if the firmware is to start anew.
     fn poll(&mut self, traffic: &mut Traffic) -> bool;
@@ -151,6 +154,10 @@ impl<P: Product + 'static, const AXES: usize, const N: usize> Tmcl<P, AXES, N> {
 impl<P: Product + 'static, const AXES: usize, const N: usize> Firmware for Tmcl<P, AXES, N> {
     fn deadline(&self) -> Nanos {
         self.started + self.module.deadline().since(self.clock).0 * MICROSECOND
+    }
+
+    fn begins_turn(&self) -> bool {
+        self.module.takes_inputs(self.module.deadline())
     }
 
     fn poll(&mut self, traffic: &mut Traffic) -> bool {

@@ -147,6 +147,11 @@ impl NativeModule {
         self.firmware.as_ref()?.position(0)
     }
 
+    /// True if the next poll of the firmware begins the turn of a millisecond; a turn has later pieces, too.
+    pub fn begins_turn(&self) -> bool {
+        self.firmware.as_ref().is_some_and(|firmware| firmware.begins_turn())
+    }
+
     /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
     pub fn read(&mut self, command: Command) -> Option<i32> {
         self.firmware.as_mut()?.read(command)

@@ -7,7 +7,7 @@ use hal_sim::board::{Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::Fault;
 use hal_sim::world::config::WorldConfig;
-use tmcm::device::{Device, Inputs, Inversion};
+use tmcm::device::{Device, Inputs, Inversion, Piece};
 use tmcm::module::{Module, Source, TMCM_1140};
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::{Error, Events, Joined, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
@@ -49,9 +49,11 @@ impl Bare {
         self.device.axis(0).unwrap().read(parameter).unwrap()
     }
 
-    /// Lets one poll pass: there is one in each millisecond.
+    /// Lets one poll pass, with the reading before it: there is one of both in each millisecond.
     fn poll(&mut self) -> Events {
         let next = (self.board.borrow().now() / MILLISECOND + 1) * MILLISECOND;
+        self.board.borrow_mut().advance_to(next - MILLISECOND / 2);
+        self.device.next_reading();
         self.board.borrow_mut().advance_to(next);
         let seen = self.board.borrow().axis_inputs(0);
         let sensors = Sensors { stall: seen.stall, home: seen.home, encoder: seen.encoder, ..Sensors::default() };
@@ -184,7 +186,7 @@ fn another_start_forgets_that_a_motion_controller_was_silent() {
         device.start(Micros(0), Inversion::default());
         device.enable_drivers(true);
         assert_eq!((device.is_given_up(), device.outputs().trouble), (silent, silent));
-        assert_eq!((device.restart(), device.is_in_turn()), (None, false));
+        assert_eq!((device.restart(), device.next_piece()), (None, Piece::Beginning));
         device.restart_at(Micros(1));
         device.begin(Micros(0), &Inputs::default());
         assert_eq!(board.borrow().tmc262(0).disable_pin(), silent);

@@ -20,9 +20,11 @@ impl Bench {
         assert_eq!(binary::decode_reply(&sent.telegram().unwrap()).unwrap().status, OK, "{line}");
     }
 
-    /// The next so many polls of the firmware.
+    /// The next so many polls of the axis, each of which begins a millisecond, with the readings between them.
     fn poll(&mut self, polls: usize) {
-        for _ in 0..polls {
+        let mut left = polls;
+        while left > 0 {
+            left -= usize::from(self.module.begins_turn());
             let next = self.module.next_event().unwrap();
             self.module.run_until(next);
         }

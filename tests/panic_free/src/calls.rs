@@ -341,6 +341,7 @@ fn motion() {
     }
     let _ = any(axis.actual_position());
     any(axis.poll(now(), any(Sensors::default()), any(None)));
+    axis.refresh();
 }
 
 #[inline(never)]
@@ -485,7 +486,8 @@ fn device<P: Product + 'static, const AXES: usize, const N: usize>() {
     let _ = any(device.invert(inversion));
     any(device.begin(now(), &any(Inputs::default())));
     any(&mut device);
-    any((device.is_in_turn(), device.deadline(), device.turn(), device.next_axis(now())));
+    any((device.next_piece(), device.deadline(), device.turn(), device.next_axis(now())));
+    device.next_reading();
     any(&mut device);
     any((device.is_locked(), device.lacks_supply(), device.is_given_up(), device.stop_switches(any(0))));
     any(device.end_moves(|axis| axis.hard_stop()));
