@@ -6,7 +6,7 @@
 
 use core::cell::UnsafeCell;
 
-use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::{NVIC, SCB};
 use embassy_stm32::interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
@@ -48,6 +48,8 @@ pub(super) struct Owner<F> {
     signals: Signals,
     /// The inputs as they were read last.
     inputs: Inputs<AXES>,
+    /// The outputs as they were set last.
+    outputs: Option<Outputs>,
     ends: Ends,
     /// The time at which a restart became due; `None` without one.
     ending: Option<Micros>,
@@ -66,7 +68,7 @@ where
     let store = room.store.take();
     let firmware = F::new(motion.parts(store), seed);
     let (inputs, ends) = (Inputs::default(), Ends { can: None });
-    room.owner.init(Owner { firmware, signals, inputs, ends, ending: None, trouble: false })
+    room.owner.init(Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false })
 }
 
 /// What the interrupt handler calls, whatever the firmware.
@@ -113,15 +115,29 @@ fn turn() {
     }
 }
 
+/// True if the interrupt has been asked for since it came, or since the last call.
+#[inline(always)]
+fn wanted() -> bool {
+    let pending = NVIC::is_pending(interrupt::TIM3);
+    if pending {
+        NVIC::unpend(interrupt::TIM3);
+    }
+    pending
+}
+
 impl<F: Firmware<AXES>> Turn for Owner<F> {
     /// Serves requests one by one until there is none, and after each checks whether a poll of the firmware is due, so
-    /// that a host that sends without pause does not delay the motor.
+    /// that a host that sends without pause does not delay the motor. When there was none, the links are looked at again
+    /// if one of them has asked for this interrupt meanwhile, or if replies may have gone out for which a link waited.
     fn turn(&mut self) {
+        let mut idle = false;
         loop {
-            let idle = !self.firmware.serve(&mut self.ends, now);
+            if !idle || wanted() {
+                idle = !self.firmware.serve(&mut self.ends, now);
+            }
             let (now, deadline) = (now(), self.firmware.deadline());
             if now >= deadline {
-                self.poll(now);
+                idle &= !self.poll(now);
             } else if idle {
                 return wake::after(deadline.since(now));
             }
@@ -130,23 +146,28 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
 }
 
 impl<F: Firmware<AXES>> Owner<F> {
-    /// Polls the firmware. Never inlined: the stack frame that this function needs would be set up on the way to every
-    /// reply in `turn`.
+    /// Polls the firmware. True if something has been passed on. Never inlined: the stack frame that this function needs
+    /// would be set up on the way to every reply in `turn`.
     #[inline(never)]
-    fn poll(&mut self, now: Micros) {
+    fn poll(&mut self, now: Micros) -> bool {
         if self.firmware.takes_inputs(now) {
             self.inputs = self.signals.read();
         }
-        if let Some(outputs) = self.firmware.poll(now, &self.inputs) {
-            self.pass_on(&outputs);
+        let outputs = self.firmware.poll(now, &self.inputs);
+        if let Some(outputs) = &outputs {
+            self.pass_on(outputs);
         }
+        outputs.is_some()
     }
 
     /// Sets the outputs, passes on what has become due, and takes what others have left for the owner. Never inlined:
     /// most slices of a program have no use for its stack frame.
     #[inline(never)]
     fn pass_on(&mut self, outputs: &Outputs) {
-        self.signals.write(outputs);
+        if self.outputs != Some(*outputs) {
+            self.outputs = Some(*outputs);
+            self.signals.write(outputs);
+        }
         watchdog::MODULE.alive();
         if outputs.trouble && !core::mem::replace(&mut self.trouble, true) {
             defmt::error!("motion controller does not answer: motor drivers off until the next start");

@@ -6,8 +6,9 @@ use crate::motion::Sensors;
 /// Number of analog inputs that a board can have: ports 0 to 4, as on the sisters of the TMCM-1140 that have most.
 pub const ANALOG: usize = 5;
 
-/// The signals at the inputs of a module with `AXES` axes.
+/// The signals at the inputs of a module with `AXES` axes. Aligned to words, because it is copied each millisecond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(align(4))]
 pub struct Inputs<const AXES: usize> {
     /// The sensors of each axis. Which pin is the home switch of which axis is the board's matter.
     pub axes: [Sensors; AXES],
