@@ -277,6 +277,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(SDO_REPLY | u16::from(self.node), &reply)
     }
 
+    /// The next emergency message; while emergencies are off none is sent, and what would be is dropped.
     fn next_emergency(&mut self) -> Option<Frame> {
         if self.errors.is_empty() {
             return None;
@@ -287,10 +288,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(cob::can_id(cob_id), &message).filter(|_| cob_id & cob::OFF == 0)
     }
 
-    /// Notes an emergency, and has it told unless emergencies are off or the node is stopped.
+    /// Notes an emergency, and has it told unless the node is stopped.
     fn raise(&mut self, emergency: Emergency) {
-        let off = self.values.of_object(Object::EmergencyCobId) & cob::OFF != 0;
-        self.errors.raise(emergency, self.state != Nmt::Stopped && !off);
+        self.errors.raise(emergency, self.state != Nmt::Stopped);
     }
 
     /// Tells the node the state of the CAN controller, as often as it is looked at.

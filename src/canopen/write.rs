@@ -8,7 +8,6 @@ use super::cob;
 use super::map::Way;
 use super::object::{Entry, Object};
 use super::read::PINS;
-use super::row::Access;
 use super::store::{Group, Tmcm1140};
 use super::unit::{Dimension, INTERNAL};
 use crate::device::Board;
@@ -32,9 +31,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// The value is refused, and nothing has changed.
     pub(super) fn write(&mut self, entry: Entry, value: u32) -> Result<Poll<()>, Abort> {
         let row = entry.row();
-        if row.access == Access::Ro {
-            return Err(Abort::ReadOnly);
-        }
         let mapped = matches!(entry.object, Object::ReceiveMapped | Object::TransmitMapped);
         let number = row.data.value(value);
         if !row.accepts(number) && !mapped {

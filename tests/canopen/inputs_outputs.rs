@@ -69,6 +69,13 @@ fn outputs() {
     rig.command(0x81);
     rig.wait(20);
     assert_eq!(seen(&mut rig), 0);
+    // Another start of the same node.
+    rig.set(0x2703, 2, 0x0003_0000);
+    rig.set(0x2703, 1, 0x0003_0000);
+    assert_eq!(seen(&mut rig), 3);
+    let now = rig.now();
+    rig.node.start(now, |_| ());
+    assert_eq!((seen(&mut rig), rig.read(0x2703, 1)), (0, 0));
 }
 
 #[test]

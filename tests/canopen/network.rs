@@ -3,7 +3,7 @@
 use crate::rig::Rig;
 use hal_sim::clock::MILLISECOND;
 use tmcm::can::{CanFrame, ExtendedId, Frame};
-use tmcm::canopen::Nmt;
+use tmcm::canopen::{Nmt, Overflow};
 
 /// Commands of the master.
 const START: u8 = 0x01;
@@ -24,6 +24,22 @@ fn boot_up_is_the_first_frame_and_comes_once() {
     rig.power_cycle();
     rig.wait(100);
     assert_eq!(rig.frames(), [(0x701, vec![0])]);
+}
+
+/// Whatever has become due before the boot-up message is taken.
+#[test]
+fn nothing_goes_before_the_boot_up() {
+    let mut rig = Rig::new();
+    rig.wait(5);
+    rig.frames();
+    let now = rig.now();
+    for (id, data) in [(0, &[RESET_COMMUNICATION, 1][..]), (0x601, &READ), (0, &[START, 1])] {
+        rig.node.receive(now, &Frame::standard(id, data).unwrap());
+    }
+    rig.node.lost(now, Overflow::Receive);
+    rig.send_remote(0x701, 1);
+    let ids: Vec<_> = rig.frames().iter().map(|(id, _)| *id).collect();
+    assert_eq!(ids, [0x701, 0x81, 0x181, 0x281, 0x581]);
 }
 
 /// Each command leads from each state to its own, for the node and for all nodes; those to others do nothing.
@@ -158,6 +174,11 @@ fn a_saved_heartbeat_begins_with_the_boot_up() {
     rig.wait(20);
     assert_eq!(rig.of(0x701), [[0]]);
     rig.wait(20);
+    assert_eq!(rig.of(0x701), [[0x7F]]);
+    rig.command(RESET_COMMUNICATION);
+    rig.wait(29);
+    assert_eq!(rig.of(0x701), [[0]]);
+    rig.wait(2);
     assert_eq!(rig.of(0x701), [[0x7F]]);
 }
 

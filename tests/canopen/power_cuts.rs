@@ -79,6 +79,8 @@ fn rehearse() -> (Vec<Vec<u32>>, std::ops::Range<u64>, std::ops::Range<Nanos>) {
         carry_out(&mut rig, step, Nanos::MAX).unwrap();
         expected.push(found(&rig.eeprom()));
     }
+    // 2003h after each step.
+    assert!(expected.iter().map(|values| values[0]).eq([128, 11, 11, 12, 128, 13, 128]), "{expected:X?}");
     let (last, end) = state(&rig);
     (expected, first..last, start..end)
 }
@@ -90,6 +92,8 @@ fn check(mut rig: Rig, cut: Nanos, expected: &[Vec<u32>], what: &str) {
         rig.board.borrow_mut().power_off();
     }
     let got = found(&rig.eeprom());
+    // A mapping maps something.
+    assert!((0..got[6] as usize).all(|entry| got[7 + entry] != 0), "{what}: {:X?}", &got[6..9]);
     let old = &expected[confirmed];
     let new = expected.get(confirmed + 1).unwrap_or(old);
     for (n, (index, sub)) in WATCHED.into_iter().enumerate() {
