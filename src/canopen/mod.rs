@@ -44,7 +44,7 @@ use sdo::Server;
 use values::Values;
 
 use crate::can::{CanFrame, Frame, Id};
-use crate::device::{Board, Device, Inputs, Inversion, Outputs, Parts};
+use crate::device::{Board, Device, Inputs, Inversion, Outputs, Parts, Piece};
 use crate::motion::Axis;
 use crate::param::tmcm1140::AXIS;
 use crate::store::Store;
@@ -338,7 +338,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// True if a poll at `now` takes the inputs over, as the first of each millisecond does. What inputs note until they
     /// are read, as edges of an encoder, is to be read for such a poll only.
     pub const fn takes_inputs(&self, now: Micros) -> bool {
-        now.0 >= self.device.deadline().0 && !self.device.is_in_turn()
+        now.0 >= self.device.deadline().0 && matches!(self.device.next_piece(), Piece::Beginning)
     }
 
     /// The time at which [`Node::poll`] is to be called next.
@@ -366,13 +366,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Does the next piece of the turn of each millisecond.
     #[inline(never)]
     fn take_turn(&mut self, inputs: &Inputs<1>) {
-        if !self.device.is_in_turn() {
-            self.device.begin(self.now, inputs);
+        match self.device.next_piece() {
+            Piece::Reading => return self.device.next_reading(),
+            Piece::Axis => {}
+            Piece::Beginning => _ = self.device.begin(self.now, inputs),
         }
         self.device.next_axis(self.now);
-        if self.device.is_in_turn() {
-            return;
-        }
         let live = Live::of(&mut self.device);
         let way = live.position.wrapping_sub(self.live.position).unsigned_abs();
         self.way = self.way.wrapping_add(way.into());
