@@ -13,8 +13,9 @@ fn main() {
         println!("cargo:rustc-link-search={root}");
     }
     // Said here rather than as rustflags in .cargo/config.toml, so that RUSTFLAGS in the environment does not
-    // undo it. --nmagic: sections need not begin at a multiple of 64 KiB.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    // undo it. --nmagic: sections need not begin at a multiple of 64 KiB. --icf=all: functions that are alike to the last
+    // byte, such as those of generic code, are there once, which saves 1.2 KiB.
+    for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
 }

@@ -6,7 +6,8 @@
 //! and the first byte of its reply goes into the port as soon as the line is free.
 //!
 //! The port gives a byte out in the middle of its stop bit. During the other half of the stop bit the sender still
-//! drives the line: TIM2 times that half, and its handler begins to send; nothing is sent before that half is over.
+//! drives the line, and nothing is sent before that half is over. TIM2 counts since the last byte: it tells whether the
+//! line is free when a reply is known, and if it is not, the timer's handler begins to send as soon as it is.
 
 use core::cell::UnsafeCell;
 use core::ops::{Deref, DerefMut};
@@ -35,11 +36,14 @@ const AHEAD: usize = 128;
 const OUT: usize = 128;
 const _: () = assert!(OUT >= LINE + 40);
 
-/// Counts of TIM2 by which it ends before the stop bit, because its end becomes an effect at a pin only later: 31 cycles
-/// pass at least between the byte and the start of the timer, and 37 between its end and the direction of the transceiver.
-/// Each is the 6 cycles that the core needs to go from one handler to the next and a cycle for each instruction. A count
-/// is two cycles.
-const LEAD: u32 = (31 + 37) / 2;
+/// Core cycles that pass at least between a byte and the start of TIM2's count: the 6 that the core needs to go from one
+/// handler to the next, and one for each instruction.
+const START: u32 = 31;
+/// Counts of TIM2, of two core cycles each, by which its interrupt is asked for before the end of the stop bit: from the
+/// interrupt to the direction of the transceiver it takes 37 cycles at least.
+const LEAD: u32 = (START + 37) / 2;
+/// The same for the owner of the module, who begins to send at once if the line is free: 9 cycles at least.
+const OWNERS_LEAD: u32 = (START + 9) / 2;
 
 /// The link, which the handlers of USART3 and TIM2 use, and the owner while interrupts are off.
 struct Link(UnsafeCell<Rs485>);
@@ -105,10 +109,10 @@ fn start(direction: Output<'static>, mode: LinkMode) {
     link.last = now();
     drop(link);
     // TIM2 counts at 84 MHz, and the port's divider is the length of a bit at 42 MHz: as many counts of TIM2 are half a
-    // bit. An update now makes the flag that there is no stop bit to be waited for.
+    // bit.
     embassy_stm32::rcc::enable_and_reset::<peripherals::TIM2>();
-    TIM2.arr().write_value(USART3.brr().read().0.saturating_sub(LEAD));
-    TIM2.egr().write(|w| w.set_ug(true));
+    TIM2.ccr(0).write_value(USART3.brr().read().0.saturating_sub(LEAD));
+    TIM2.cr1().write(|w| w.set_cen(true));
     USART3.cr1().modify(|w| w.set_rxneie(true));
     for handler in [interrupt::USART3, interrupt::TIM2] {
         handler.set_priority(Priority::P4);
@@ -139,7 +143,10 @@ pub(super) fn answer(reply: Option<&Reply>, mode: Option<LinkMode>, settings: &L
     if reply.is_some() {
         link.pause = Micros::from_millis(settings.pause.into());
     }
-    link.read_on();
+    link.send();
+    if link.behind {
+        link.catch_up();
+    }
     taken
 }
 
@@ -205,9 +212,13 @@ unsafe fn USART3() {
 #[interrupt]
 unsafe fn TIM2() {
     // A byte that has come at the same time begins a new stop bit.
-    if TIM2.sr().read().uif() {
+    if TIM2.sr().read().ccif(0) {
+        TIM2.dier().write(|_| {});
         // SAFETY: see `Link`.
-        unsafe { &mut *LINK.0.get() }.begin();
+        let link = unsafe { &mut *LINK.0.get() };
+        if link.is_to_send() {
+            link.begin();
+        }
     }
 }
 
@@ -231,11 +242,7 @@ impl Rs485 {
         let status = USART3.sr().read();
         if status.rxne() || status.ore() {
             TIM2.cnt().write_value(0);
-            TIM2.sr().write(|w| w.set_uif(false));
-            TIM2.cr1().write(|w| {
-                w.set_opm(true);
-                w.set_cen(true);
-            });
+            TIM2.sr().write(|_| {});
             // Reading the data after the status also clears the errors.
             let byte = USART3.dr().read().0 as u8;
             // After a break, noise, or a lost byte the bytes received so far are no telegram.
@@ -308,16 +315,7 @@ impl Rs485 {
         }
     }
 
-    /// Sends what is waiting to be sent, and decodes the bytes received ahead until a request among them is to be
-    /// answered.
-    #[inline(always)]
-    fn read_on(&mut self) {
-        self.send();
-        if self.behind {
-            self.catch_up();
-        }
-    }
-
+    /// Decodes the bytes received ahead until a request among them is to be answered.
     #[cold]
     #[inline(never)]
     fn catch_up(&mut self) {
@@ -332,9 +330,17 @@ impl Rs485 {
     /// received is over: a byte that is received meanwhile starts the pause anew.
     #[inline(always)]
     fn send(&mut self) {
-        if self.is_to_send() {
-            TIM2.dier().write(|w| w.set_uie(true));
+        if !self.is_to_send() {
+            return;
         }
+        let due = TIM2.ccr(0).read();
+        if TIM2.cnt().read() < due {
+            // Comes at once where it was due already: after 51 s the count begins anew.
+            return TIM2.dier().write(|w| w.set_ccie(0, true));
+        }
+        // At most 28 cycles: the interrupt would take longer.
+        while TIM2.cnt().read() < due.wrapping_add(LEAD - OWNERS_LEAD) {}
+        self.begin();
     }
 
     #[cold]
@@ -351,10 +357,6 @@ impl Rs485 {
     /// Begins to send. The receiver is off meanwhile, as it would hear the link's own bytes.
     #[inline(always)]
     fn begin(&mut self) {
-        TIM2.dier().write(|_| {});
-        if !self.is_to_send() {
-            return;
-        }
         let (Some(direction), Some(first)) = (&mut self.direction, self.out.first()) else { return };
         direction.set_high();
         // Reading the status before the first byte is written clears the flag that the byte before was complete.
@@ -411,6 +413,9 @@ impl Rs485 {
         self.out.clear();
         (self.sent, self.sending, self.pause) = (0, false, Micros(0));
         self.port.silence();
-        self.read_on();
+        self.send();
+        if self.behind {
+            self.catch_up();
+        }
     }
 }

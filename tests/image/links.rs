@@ -256,8 +256,8 @@ fn rs485_replies_begin_when_the_stop_bit_of_the_request_is_over() {
             begun.sort_unstable();
             let usual = begun[begun.len() / 2];
             println!("{baud}, busy {busy}: {soonest} ns after the stop bit at the soonest, as a rule {usual} ns");
-            // 80 cycles, and at the highest rate, where half a stop bit is shorter than what a reply takes, 450.
-            let most = if baud == 230_400 { 2_680 } else { 476 };
+            // 60 cycles, and at the highest rate, where half a stop bit is shorter than what a reply takes, 420.
+            let most = if baud == 230_400 { 2_500 } else { 357 };
             assert!(busy || usual <= most, "{baud}: {usual} ns");
             host.machine.can().take_sent();
             host.machine.usb().take();
