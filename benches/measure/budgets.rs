@@ -1,5 +1,6 @@
 //! The budgets of the design, and whether they are kept.
 
+use super::commands::Commands;
 use super::memory::Memory;
 use super::replies::Replies;
 use super::report::Report;
@@ -10,12 +11,11 @@ use super::waits::Waits;
 #[derive(Debug)]
 pub(crate) struct Figures {
     pub(crate) memory: Memory,
-    /// Share of the core that the poll takes, in millionths.
-    pub(crate) poll: u64,
+    /// Shares of the core that the owner takes less the SPI wire, in millionths: at rest, and with one axis moving.
+    pub(crate) owner: [u64; 2],
     pub(crate) replies: Replies,
     pub(crate) waits: Waits,
-    /// Cycles of a command of a program.
-    pub(crate) command: u64,
+    pub(crate) commands: Commands,
 }
 
 /// What a figure counts.
@@ -33,6 +33,8 @@ use Unit::{Bytes, Cycles, Datagrams, Millionths};
 struct Budget {
     name: &'static str,
     unit: Unit,
+    /// What the peer takes, and what this image took before its links and programs were made fast.
+    others: [Option<u64>; 2],
     /// What may not be exceeded, and what it should be.
     limits: [u64; 2],
     /// A miss that is known: it may not become worse.
@@ -41,54 +43,100 @@ struct Budget {
     figure: fn(&Figures) -> Option<u64>,
 }
 
-const BUDGETS: [Budget; 14] = [
-    row("reply without chip access, RS485 at 115 200: median", Cycles, [1_000, 600], Some(1_400), |f| {
+const BUDGETS: [Budget; 23] = [
+    row("first bit out, no chip access, RS485 at 115 200", Cycles, [736, 1_338], [790, 779], |f| {
         Some(f.replies.rs485.plain)
     }),
-    row("reply without chip access, CAN: median", Cycles, [1_000, 600], None, |f| Some(f.replies.can.plain)),
-    row("GAP 1, RS485 at 115 200: CPU share, median", Cycles, [1_500, 900], Some(1_750), |f| {
-        Some(f.replies.rs485.register)
+    row("first bit out, no chip access, CAN", Cycles, [777, 997], [520, 400], |f| Some(f.replies.can.plain)),
+    row("first bit out, no chip access, USB", Cycles, [0, 6_465], [4_300, 1_500], |f| Some(f.replies.usb.plain)),
+    row("turnaround, no chip access, RS485 at 9 600", Cycles, [0, 0], [60, 60], |f| Some(f.replies.slow.turnaround)),
+    row("turnaround, no chip access, RS485 at 115 200", Cycles, [0, 609], [60, 60], |f| {
+        Some(f.replies.rs485.turnaround)
     }),
-    row("GAP 1, CAN: CPU share, median", Cycles, [1_500, 900], None, |f| Some(f.replies.can.register)),
-    row("MVP ABS, RS485 at 115 200: CPU share, median", Cycles, [2_500, 1_500], None, |f| Some(f.replies.rs485.target)),
-    row("MVP ABS, CAN: CPU share, median", Cycles, [2_500, 1_500], None, |f| Some(f.replies.can.target)),
-    row("MVP ABS", Datagrams, [2, 1], None, |f| Some(f.replies.rs485.datagrams.max(f.replies.can.datagrams))),
-    row("extra wait behind other work: 99 %", Cycles, [10_000, 6_000], Some(17_000), |f| f.waits.p99),
-    row("extra wait behind other work: most", Cycles, [30_000, 15_000], None, |f| Some(f.waits.max)),
-    row("arithmetic or branch command of a program", Cycles, [140, 85], Some(280), |f| Some(f.command)),
-    row("poll with one moving axis, with SPI waits", Millionths, [120_000, 70_000], None, |f| Some(f.poll)),
-    row("flash", Bytes, [128 * 1024, 96 * 1024], None, |f| Some(f.memory.flash)),
-    row("static RAM", Bytes, [48 * 1024, 32 * 1024], None, |f| Some(f.memory.statics)),
-    row("stack, most in use", Bytes, [8 * 1024, 4 * 1024], None, |f| Some(f.memory.stack[1])),
+    row("turnaround, no chip access, RS485 at 230 400", Cycles, [0, 0], [250, 150], |f| {
+        Some(f.replies.faster.turnaround)
+    })
+    .missed_by(420),
+    row("added by flash stalls, RS485 at 115 200", Cycles, [22, 940], [170, 80], |f| Some(f.replies.rs485.stalls)),
+    row("added by flash stalls, CAN", Cycles, [78, 665], [110, 60], |f| Some(f.replies.can.stalls)).missed_by(160),
+    row("GAP 1, RS485 at 115 200: CPU share", Cycles, [1_205, 1_677], [1_100, 700], |f| Some(f.replies.rs485.register)),
+    row("GAP 1, CAN: CPU share", Cycles, [1_257, 1_349], [800, 600], |f| Some(f.replies.can.register)),
+    row("MVP ABS, new target", Datagrams, [3, 1], [1, 1], |f| {
+        Some(f.replies.rs485.datagrams.max(f.replies.can.datagrams))
+    }),
+    row("MVP ABS, new target, RS485 at 115 200: CPU share", Cycles, [2_118, 2_452], [2_050, 1_300], |f| {
+        Some(f.replies.rs485.target)
+    }),
+    row("MVP ABS, new target, CAN: CPU share", Cycles, [2_164, 2_124], [1_780, 1_100], |f| Some(f.replies.can.target)),
+    row("extra wait behind everything: 99 %", Cycles, [28_101, 15_943], [6_000, 3_000], |f| f.waits.p99),
+    row("extra wait behind everything: most", Cycles, [538_175, 18_609], [11_000, 6_000], |f| Some(f.waits.max)),
+    row("arithmetic or branch command of a program", Cycles, [0, 241], [80, 45], |f| Some(f.commands.arithmetic)),
+    row("user variable command of a program", Cycles, [0, 382], [120, 70], |f| Some(f.commands.variable)),
+    row("GAP 5 in a program", Cycles, [0, 1_202], [800, 300], |f| Some(f.commands.plain)),
+    row("owner less the SPI wire, at rest", Millionths, [0, 0], [19_000, 12_000], |f| Some(f.owner[0])),
+    row("owner less the SPI wire, one axis moving", Millionths, [0, 19_000], [20_000, 15_000], |f| Some(f.owner[1])),
+    row("flash", Bytes, [32 * 1024, 121_608], [124 * 1024, 96 * 1024], |f| Some(f.memory.flash)),
+    row("static RAM", Bytes, [3_482, 24_860], [26 * 1024, 24 * 1024], |f| Some(f.memory.statics)),
+    row("stack, most in use", Bytes, [205, 7_368], [4 * 1024, 2_560], |f| Some(f.memory.stack[1])),
 ];
 
+/// A row of the table; 0 stands for what the peer has not, or what had not been measured before.
 const fn row(
     name: &'static str,
     unit: Unit,
+    others: [u64; 2],
     limits: [u64; 2],
-    known: Option<u64>,
     figure: fn(&Figures) -> Option<u64>,
 ) -> Budget {
-    Budget { name, unit, limits, known, figure }
+    let [peer, before] = others;
+    let others = [if peer > 0 { Some(peer) } else { None }, if before > 0 { Some(before) } else { None }];
+    Budget { name, unit, others, limits, known: None, figure }
 }
 
-impl Unit {
-    fn show(self, figure: u64) -> String {
-        match self {
-            Cycles => format!("{} cycles", grouped(figure)),
-            Datagrams => format!("{figure} datagrams"),
-            Bytes => format!("{} bytes", grouped(figure)),
-            Millionths => format!("{:.2} %", figure as f64 / 10_000.0),
-        }
+impl Budget {
+    /// The same budget, of which it is known that it is missed by as much.
+    const fn missed_by(self, known: u64) -> Self {
+        Budget { known: Some(known), ..self }
     }
 }
 
-/// Prints the budgets; true if none is missed but those that are known to be.
+impl Unit {
+    fn name(self) -> &'static str {
+        match self {
+            Cycles => "cycles",
+            Datagrams => "datagrams",
+            Bytes => "bytes",
+            Millionths => "% of the core",
+        }
+    }
+
+    fn show(self, figure: u64) -> String {
+        match self {
+            Cycles | Datagrams | Bytes => grouped(figure),
+            Millionths => format!("{:.2}", figure as f64 / 10_000.0),
+        }
+    }
+
+    /// Whether a miss is an error.
+    fn is_exact(self) -> bool {
+        !matches!(self, Millionths)
+    }
+}
+
+/// Prints the budgets; true if none of those that may not be missed is, but those that are known to be. What is not
+/// counted in cycles or bytes is told only.
 pub(crate) fn check(figures: &Figures, report: &mut Report) -> bool {
     report.title("Budgets");
+    report.text(
+        "The peer is the vendor's open direct-mode firmware in C for a sister module with the same chips (TMCL-LITE for \
+         the TMCM-1110 at commit 3421e9a, gcc -Os). It was built and run in this emulator, with these definitions, at 168 \
+         MHz with its own choice of clock options, with RS485 at 115 200 bit/s, and with USB left out. It has no \
+         programs, no storage and no supervision of the chips. Before: this image when its links and its programs had \
+         not been made fast yet. Replies: the longest of the medians of GAP 5, GGP and an unknown command.",
+    );
     let mut rows = Vec::new();
     let mut kept = true;
-    for Budget { name, unit, limits: [most, aim], known, figure } in BUDGETS {
+    for Budget { name, unit, others, limits: [most, aim], known, figure } in BUDGETS {
         let Some(measured) = figure(figures) else { continue };
         let verdict = match known {
             _ if measured <= aim => "aim reached",
@@ -96,15 +144,25 @@ pub(crate) fn check(figures: &Figures, report: &mut Report) -> bool {
             Some(known) if measured <= known => "missed, as known",
             _ => "**missed**",
         };
-        rows.push([name.into(), unit.show(most), unit.show(aim), unit.show(measured), verdict.into()]);
+        let [peer, before] = others.map(|other| other.map_or(String::from("-"), |figure| unit.show(figure)));
+        rows.push([
+            format!("{name}, {}", unit.name()),
+            peer,
+            before,
+            unit.show(most),
+            unit.show(aim),
+            unit.show(measured),
+            verdict.into(),
+        ]);
         if measured > most.max(known.unwrap_or_default()) {
-            kept = false;
+            kept &= !unit.is_exact();
             let limit = known.map_or(String::new(), |known| format!(", and it was known to miss it by {known}"));
-            eprintln!("measure: {name}: {}, the budget is {}{limit}", unit.show(measured), unit.show(most));
+            let (measured, most) = (unit.show(measured), unit.show(most));
+            eprintln!("measure: {name}: {measured} {}, the budget is {most}{limit}", unit.name());
         } else if known.is_some() && measured <= most {
             eprintln!("measure: {name}: within its budget now; benches/measure/budgets.rs still knows it as missed");
         }
     }
-    report.table(["", "at most", "aim", "measured", ""], &rows);
+    report.table(["", "peer", "before", "at most", "aim", "now", ""], &rows);
     kept
 }

@@ -3,6 +3,8 @@
 //! A program is a loop: some commands of one kind, then the count of rounds. What a round takes of the core's time,
 //! for two lengths of the loop, gives what one command takes.
 
+use std::ops::Range;
+
 use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos};
 
@@ -18,21 +20,26 @@ const LONG: usize = 48;
 const WIRE: [u64; 2] = [32 * 128, 24 * 64];
 
 /// Kinds of commands; `@` stands for the address of the next command.
-pub(crate) const KINDS: [(&str, &str); 11] = [
+pub(crate) const KINDS: [(&str, &str); 12] = [
     ("CALC ADD", "CALC ADD, 3"),
     ("CALCX SWAP", "CALCX SWAP"),
     ("COMP", "COMP 5"),
     ("JC, not taken", "JC ETO, 0"),
+    ("JC, taken", "JC NZ, @"),
     ("JA", "JA @"),
     ("GGP, user variable", "GGP 1, 2"),
     ("SGP, user variable", "SGP 1, 2, 7"),
     ("AGP, user variable", "AGP 1, 2"),
-    ("SIO", "SIO 0, 2, 1"),
     ("GAP 5", "GAP 5, 0"),
+    ("SIO", "SIO 0, 2, 1"),
     ("GAP 1, one TMC429 register", "GAP 1, 0"),
 ];
-/// How many of them are arithmetic and branches, which the budget is about.
-pub(crate) const BUDGETED: usize = 5;
+/// Which of them the budgets are about: arithmetic and branches, user variables, and GAP 5.
+const ARITHMETIC: Range<usize> = 0..6;
+const VARIABLES: Range<usize> = 6..9;
+const PLAIN: Range<usize> = 9..10;
+/// How many of them the budgets are about.
+pub(crate) const BUDGETED: usize = PLAIN.end;
 
 /// Counts the rounds in user variable 0.
 const COUNT: [&str; 4] = ["GGP 0, 2", "CALC ADD, 1", "AGP 0, 2", "JA 0"];
@@ -46,9 +53,19 @@ struct Run {
     instructions: f64,
 }
 
-/// Measures the first `kinds` kinds of commands, each loop for `span`. Gives the most that an arithmetic or branch command takes, in
-/// cycles.
-pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report) -> Result<u64, Failure> {
+/// What the budgets are about: the most cycles that a command takes.
+#[derive(Debug, Default)]
+pub(crate) struct Commands {
+    /// Of arithmetic and branches.
+    pub(crate) arithmetic: u64,
+    /// Of those that read or write a user variable.
+    pub(crate) variable: u64,
+    /// GAP 5.
+    pub(crate) plain: u64,
+}
+
+/// Measures the first `kinds` kinds of commands, each loop for `span`.
+pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report) -> Result<Commands, Failure> {
     let idle = run(elf, &[], span)?;
     let kinds = KINDS.get(..kinds).unwrap_or(&KINDS);
     let runs = parallel::map(kinds, |(name, line)| {
@@ -56,17 +73,15 @@ pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report
         Ok((run(elf, &body(line, SHORT), span)?, run(elf, &body(line, LONG), span)?))
     })?;
     let mut rows = Vec::new();
-    let mut budgeted = 0;
-    for (index, ((name, _), (short, long))) in kinds.iter().zip(runs).enumerate() {
+    let mut all = Vec::new();
+    for ((name, _), (short, long)) in kinds.iter().zip(runs) {
         let each = |what: &dyn Fn(&Run) -> f64| {
             let round = |run: &Run| (what(run) - what(&idle)) / run.rounds;
             (round(&long) - round(&short)) / (LONG - SHORT) as f64
         };
         let cycles = each(&|run| run.cycles);
         let share = each(&|run| run.cycles - run.wire);
-        if index < BUDGETED {
-            budgeted = budgeted.max(cycles.round() as u64);
-        }
+        all.push(cycles.round() as u64);
         let cell = |number: f64| grouped(number.round().max(0.0) as u64);
         rows.push([(*name).into(), cell(cycles), cell(share), cell(each(&|run| run.instructions))]);
     }
@@ -76,7 +91,8 @@ pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report
          the time on the SPI wire.",
     );
     report.table(["", "cycles", "CPU share", "instr."], &rows);
-    Ok(budgeted)
+    let most = |kinds| all.get(kinds).and_then(|some: &[u64]| some.iter().copied().max()).unwrap_or_default();
+    Ok(Commands { arithmetic: most(ARITHMETIC), variable: most(VARIABLES), plain: most(PLAIN) })
 }
 
 fn body(line: &str, length: usize) -> Vec<String> {

@@ -19,14 +19,17 @@ pub(crate) const CYCLES_PER_MICROSECOND: u64 = 168;
 const PATIENCE: Nanos = 2 * SECOND;
 /// How often it looks whether it is there.
 const LOOK: Nanos = 250 * MICROSECOND;
+/// How long it takes to ask again: longer than the module's transceiver takes to leave the bus after a reply.
+const REACTION: Nanos = 10 * MICROSECOND;
 /// Time for the firmware to start.
 const START: Nanos = 100 * MILLISECOND;
 /// Time for the USB host to enumerate the module and open the port.
 const ENUMERATION: Nanos = SECOND;
 
-/// The factory default of RS485, and the rate that value 7 of global parameter 65 stands for.
+/// The rates of RS485: the factory default, and those that values 7 and 8 of global parameter 65 stand for.
 pub(crate) const SLOW: u32 = 9_600;
 pub(crate) const FAST: u32 = 115_200;
+pub(crate) const FASTER: u32 = 230_400;
 
 /// The module's identifier on CAN, the duration of a bit, and the bits of a frame besides its data.
 const CAN_ID: u32 = 1;
@@ -52,6 +55,8 @@ pub(crate) enum Link {
 pub(crate) struct Exchange {
     /// The core cycle of the last bit in.
     pub(crate) asked: u64,
+    /// The core cycle at which that bit is over.
+    pub(crate) over: u64,
     /// The core cycle of the first bit out.
     pub(crate) answered: u64,
     /// The reply.
@@ -64,7 +69,12 @@ impl Exchange {
         self.answered - self.asked
     }
 
-    /// Whether a step of the core lies between the two.
+    /// Core cycles from the end of the last bit in to the first bit out.
+    pub(crate) fn turnaround(&self) -> u64 {
+        self.answered.saturating_sub(self.over)
+    }
+
+    /// Whether a step of the core lies between the last bit in and the first bit out.
     pub(crate) fn has(&self, step: &Step) -> bool {
         (self.asked..self.answered).contains(&step.at)
     }
@@ -95,19 +105,24 @@ impl Host {
         Self::in_world(elf, "")
     }
 
-    /// As [`start`](Self::start), with RS485 at 115200 bit/s.
-    pub(crate) fn start_fast(elf: &[u8]) -> Result<Self, Failure> {
+    /// As [`start`](Self::start), with RS485 at `baud`.
+    pub(crate) fn start_at(elf: &[u8], baud: u32) -> Result<Self, Failure> {
         let mut host = Self::start(elf)?;
-        host.speed_up()?;
+        host.set_baud(baud)?;
         Ok(host)
     }
 
-    /// Sets RS485 to 115200 bit/s, which takes effect with the next start.
-    pub(crate) fn speed_up(&mut self) -> Result<(), Failure> {
-        self.tell(Link::Rs485, "SGP 65, 0, 7")?;
+    /// Sets RS485 to `baud`, which takes effect with the next start.
+    pub(crate) fn set_baud(&mut self, baud: u32) -> Result<(), Failure> {
+        let number = match baud {
+            SLOW => return Ok(()),
+            FAST => 7,
+            _ => 8,
+        };
+        self.tell(Link::Rs485, &format!("SGP 65, 0, {number}"))?;
         self.machine.set_power(false);
         self.machine.set_power(true);
-        self.baud = FAST;
+        self.baud = baud;
         self.run(START)
     }
 
@@ -166,10 +181,12 @@ impl Host {
         self.machine.rs485().take_sent();
         self.machine.can().take_sent();
         self.machine.usb().take();
+        self.machine.run(REACTION)?;
         let begin = self.machine.now();
         let size = binary::TELEGRAM;
         // Ten bits a byte, less half a bit.
         let asked_rs485 = begin + (20 * size as Nanos - 1) * SECOND / Nanos::from(2 * self.baud);
+        let over_rs485 = begin + 10 * size as Nanos * SECOND / Nanos::from(self.baud);
         self.send(link, command);
         if link == Link::Rs485 {
             self.machine.run_until(asked_rs485)?;
@@ -208,7 +225,8 @@ impl Host {
         let reply = reply.ok_or_else(|| format!("{command}: the reply cannot be read"))?;
         let (now, cycles) = (self.machine.now(), self.machine.counters().cycles);
         let cycle = |at: Nanos| cycles - (now - at) * CYCLES_PER_MICROSECOND / 1_000;
-        Ok(Exchange { asked: cycle(asked), answered: cycle(answered), reply })
+        let over = if link == Link::Rs485 { over_rs485 } else { asked };
+        Ok(Exchange { asked: cycle(asked), over: cycle(over), answered: cycle(answered), reply })
     }
 
     /// That there is no reply, and what the module has logged.

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::mcu::{Act, Step};
 
-use super::host::{Failure, Host, Link, command};
+use super::host::{FAST, Failure, Host, Link, command};
 use super::load::OWNER;
 use super::report::{Report, progress};
 use super::statistics::{Spread, grouped, microseconds};
@@ -102,7 +102,7 @@ fn masked(watch: &Watch, symbols: &Symbols<'_>, report: &mut Report) {
 }
 
 fn session(elf: &[u8], span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<(), Failure> {
-    let mut host = Host::start_fast(elf)?;
+    let mut host = Host::start_at(elf, FAST)?;
     host.plug_usb()?;
     host.load(Link::Can, &["GAP 1, 0", "CALC ADD, 1", "JA 0"].map(str::to_owned))?;
     host.tell(Link::Can, "129, 0, 0, 0")?;

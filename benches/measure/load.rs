@@ -26,8 +26,8 @@ const ROWS: [(&str, &[&str], Option<&str>); 5] = [
     ),
     ("ROR, a program of GAP 1 on its full fuel", &["GAP 1, 0", "JA 0"], Some("ROR 0, 1000")),
 ];
-/// Place of the row that the budget is about.
-const MOVING: usize = 1;
+/// Places of the rows that the budgets are about.
+const BUDGETED: [usize; 2] = [0, 1];
 
 /// Cycles and instructions.
 #[derive(Clone, Copy, Debug, Default)]
@@ -43,30 +43,31 @@ struct Load {
     asleep: u64,
     /// On the wire of the motion bus.
     wire: u64,
+    /// Those of them in the handler of TIM3.
+    owners_wire: u64,
     /// By exception; 0 is thread mode.
     by: HashMap<u16, Use>,
     datagrams: [u64; 2],
 }
 
-/// Measures the load for `span` each. Gives what the poll with a moving axis takes, in parts of a million.
-pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u64, Failure> {
+/// Measures the load for `span` each. Gives the share of the core that the owner takes less the SPI wire, in parts of a
+/// million: at rest, and with one axis moving.
+pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<[u64; 2], Failure> {
     let loads = parallel::map(&ROWS, |(name, program, line)| {
         progress(&format!("load: {name}"));
         observe(elf, program, *line, span)
     })?;
     let mut rows = Vec::new();
-    let mut budgeted = 0;
-    for (index, ((name, ..), load)) in ROWS.into_iter().zip(loads).enumerate() {
-        let owner = load.by.get(&OWNER).copied().unwrap_or_default();
+    let budgeted = BUDGETED.map(|index| loads.get(index).map_or(0, Load::own_share));
+    for ((name, ..), load) in ROWS.into_iter().zip(loads) {
+        let owner = load.owner();
         let milliseconds = span / MILLISECOND;
-        if index == MOVING {
-            budgeted = owner.cycles * 1_000_000 / load.cycles.max(1);
-        }
         let [tmc429, tmc262] = load.datagrams;
         rows.push([
             name.into(),
             percent(load.cycles - load.asleep, load.cycles),
             percent(owner.cycles, load.cycles),
+            percent(owner.cycles.saturating_sub(load.owners_wire), load.cycles),
             percent(load.wire, load.cycles),
             grouped(owner.cycles / milliseconds),
             grouped(owner.instructions / milliseconds),
@@ -78,7 +79,10 @@ pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<u6
         "The owner of the module is the handler of TIM3: the poll each millisecond, the program, and what the links \
          ask. Waiting for the wire of SPI1 is part of its time.",
     );
-    report.table(["", "awake", "owner", "SPI wire", "owner, cycles/ms", "instr./ms", "datagrams/ms"], &rows);
+    report.table(
+        ["", "awake", "owner", "less the wire", "SPI wire", "owner, cycles/ms", "instr./ms", "datagrams/ms"],
+        &rows,
+    );
     Ok(budgeted)
 }
 
@@ -104,10 +108,20 @@ fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Res
 }
 
 impl Load {
+    fn owner(&self) -> Use {
+        self.by.get(&OWNER).copied().unwrap_or_default()
+    }
+
+    /// The share of the core that the owner takes less the SPI wire, in parts of a million.
+    fn own_share(&self) -> u64 {
+        self.owner().cycles.saturating_sub(self.owners_wire) * 1_000_000 / self.cycles.max(1)
+    }
+
     fn add(&mut self, step: &Step) {
         self.cycles += step.cycles;
         if step.clocked {
             self.wire += step.cycles;
+            self.owners_wire += if step.exception == OWNER { step.cycles } else { 0 };
         }
         let instructions = match step.act {
             Act::Sleep => {

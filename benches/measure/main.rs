@@ -127,10 +127,10 @@ fn measure(elf: &[u8], extent: &Extent, report: &mut Report) -> Result<bool, Fai
     progress("memory");
     let figures = Figures {
         memory: memory::measure(elf, report)?,
-        poll: load::measure(elf, extent.load, report)?,
+        owner: load::measure(elf, extent.load, report)?,
         replies: replies::measure(elf, extent.replies, report)?,
         waits: waits::measure(elf, extent.waits, report)?,
-        command: commands::measure(elf, extent.kinds, extent.program, report)?,
+        commands: commands::measure(elf, extent.kinds, extent.program, report)?,
     };
     interrupts::measure(elf, &symbols, extent.interrupts, report)?;
     Ok(budgets::check(&figures, report))

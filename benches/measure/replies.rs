@@ -5,7 +5,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::mcu::{Act, Step};
 use tmcm::tmcl::Command;
 
-use super::host::{FAST, Failure, Host, Link, SLOW, command};
+use super::host::{FAST, FASTER, Failure, Host, Link, SLOW, command};
 use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::{Spread, grouped};
@@ -31,9 +31,10 @@ const MOVING: [Named; 4] = [
 const COMMANDS: usize = AT_REST.len() + MOVING.len();
 
 /// The links, with the rate of RS485.
-const LINKS: [(Link, u32, &str); 4] = [
+const LINKS: [(Link, u32, &str); 5] = [
     (Link::Rs485, SLOW, "RS485 at 9 600 bit/s"),
     (Link::Rs485, FAST, "RS485 at 115 200 bit/s"),
+    (Link::Rs485, FASTER, "RS485 at 230 400 bit/s"),
     (Link::Can, SLOW, "CAN at 1 Mbit/s"),
     (Link::Usb, SLOW, "USB"),
 ];
@@ -46,7 +47,12 @@ const FRAMES: usize = 8;
 /// The replies to a command.
 #[derive(Debug, Default)]
 struct Samples {
+    /// From the last bit in to the first bit out.
     cycles: Vec<u64>,
+    /// The same from the end of that last bit.
+    turnaround: Vec<u64>,
+    /// From the last bit in to the first bit out, where the core's waits for the flash memory take time.
+    stalled: Vec<u64>,
     /// Cycles less those in which the SPI wire was busy or the core slept.
     share: Vec<u64>,
     /// Datagrams to TMC429 and TMC262.
@@ -58,6 +64,10 @@ struct Samples {
 pub(crate) struct Budgeted {
     /// Of replies without an access to a chip, the longest.
     pub(crate) plain: u64,
+    /// The same from the end of the last bit.
+    pub(crate) turnaround: u64,
+    /// How much longer the core's waits for the flash memory make it, if they do.
+    pub(crate) stalls: u64,
     /// CPU share of GAP 1.
     pub(crate) register: u64,
     /// CPU share and datagrams of MVP ABS.
@@ -65,18 +75,32 @@ pub(crate) struct Budgeted {
     pub(crate) datagrams: u64,
 }
 
-/// They are about these links; RS485 at 115 200 bit/s.
+/// They are about these links.
 #[derive(Debug, Default)]
 pub(crate) struct Replies {
+    /// At 9 600, 115 200 and 230 400 bit/s.
+    pub(crate) slow: Budgeted,
     pub(crate) rs485: Budgeted,
+    pub(crate) faster: Budgeted,
     pub(crate) can: Budgeted,
+    pub(crate) usb: Budgeted,
+}
+
+impl Samples {
+    /// What the core's waits for the flash memory add to the median.
+    fn added(&self) -> u64 {
+        median(&self.stalled).saturating_sub(median(&self.cycles))
+    }
 }
 
 impl Budgeted {
     fn of(all: &[Samples]) -> Self {
         let [gap, ggp, unknown, register, .., target] = all else { return Self::default() };
+        let plain = [gap, ggp, unknown];
         Self {
-            plain: [gap, ggp, unknown].map(|plain| median(&plain.cycles)).into_iter().max().unwrap_or_default(),
+            plain: plain.map(|samples| median(&samples.cycles)).into_iter().max().unwrap_or_default(),
+            turnaround: plain.map(|samples| median(&samples.turnaround)).into_iter().max().unwrap_or_default(),
+            stalls: plain.map(Samples::added).into_iter().max().unwrap_or_default(),
             register: median(&register.share),
             target: median(&target.share),
             datagrams: target.datagrams.iter().map(|counts| median(counts)).sum(),
@@ -92,39 +116,50 @@ fn median(samples: &[u64]) -> u64 {
 pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result<Replies, Failure> {
     report.title("Replies");
     report.text(
-        "From the last bit in to the first bit out, with nothing else going on, at varied distances from the poll. On \
-         RS485 the last bit is in when the receiver knows it, in the middle of the stop bit; the other half of that \
-         belongs to the host still, and no reply begins before it is over: 8 750 cycles at 9 600 bit/s, 729 at 115 200. \
-         On CAN the last bit is in at the end of the frame, on USB when the endpoint has taken the packet. The first \
-         bit is out with the start bit, the start of the frame, or when the packet is ready for the host. CPU share: \
-         less the time on the SPI wire and asleep, median.",
+        "With nothing else going on, at varied distances from the poll. First bit out is counted from the receiver's \
+         interrupt, as one compares firmwares; the turnaround, a median, from the end of the request's last bit, as a \
+         host sees it. On RS485 the interrupt comes in the middle of the stop bit; the other half of that belongs to \
+         the host still, and no reply begins before it is over: 8 750 cycles at 9 600 bit/s, 729 at 115 200, 365 at \
+         230 400. On CAN the interrupt comes at the end of the frame, on USB when the endpoint has taken the packet: \
+         there both are the same. The first bit is out with the start bit, the start of the frame, or when the packet \
+         is ready for the host. Cycles are those of a core that never waits for its flash memory; stalls are what these \
+         waits add to the median in a second run. CPU share: less the time on the SPI wire and asleep, median.",
     );
     let measured = parallel::map(&LINKS, |(link, baud, name)| {
         progress(&format!("replies over {name}"));
-        let mut host = if *baud == FAST { Host::start_fast(elf)? } else { Host::start(elf)? };
-        ask(&mut host, *link, samples)
+        let mut all = ask(&mut Host::start_at(elf, *baud)?, *link, samples)?;
+        let mut host = Host::start_at(elf, *baud)?;
+        host.machine.set_flash_stalls(true);
+        for (samples, stalled) in all.iter_mut().zip(ask(&mut host, *link, samples)?) {
+            samples.stalled = stalled.cycles;
+        }
+        Ok(all)
     })?;
     let mut replies = Replies::default();
     for ((link, baud, name), all) in LINKS.into_iter().zip(measured) {
-        let rows: Vec<[String; 7]> =
+        let rows: Vec<[String; 9]> =
             AT_REST.iter().chain(&MOVING).zip(&all).map(|((name, _), samples)| row(name, samples)).collect();
-        let head = [name, "median", "99 %", "most", "median, us", "CPU share", "datagrams"];
+        let head = [name, "first bit out", "99 %", "most", "us", "stalls", "turnaround", "CPU share", "datagrams"];
         report.table(head, &rows);
-        match link {
-            // At the slow rate it is the stop bit that is measured.
-            Link::Rs485 if baud == FAST => replies.rs485 = Budgeted::of(&all),
-            Link::Can => replies.can = Budgeted::of(&all),
-            _ => {}
-        }
+        let budgeted = match (link, baud) {
+            (Link::Rs485, SLOW) => &mut replies.slow,
+            (Link::Rs485, FAST) => &mut replies.rs485,
+            (Link::Rs485, _) => &mut replies.faster,
+            (Link::Can, _) => &mut replies.can,
+            (Link::Usb, _) => &mut replies.usb,
+        };
+        *budgeted = Budgeted::of(&all);
     }
     Ok(replies)
 }
 
-fn row(name: &str, samples: &Samples) -> [String; 7] {
+fn row(name: &str, samples: &Samples) -> [String; 9] {
     let [median, p99, max, microseconds] = Spread::of(samples.cycles.clone()).cells();
+    let stalls = format!("+{}", grouped(samples.added()));
+    let turnaround = grouped(self::median(&samples.turnaround));
     let share = grouped(self::median(&samples.share));
     let datagrams: u64 = samples.datagrams.iter().map(|counts| self::median(counts)).sum();
-    [name.into(), median, p99, max, microseconds, share, datagrams.to_string()]
+    [name.into(), median, p99, max, microseconds, stalls, turnaround, share, datagrams.to_string()]
 }
 
 fn ask(host: &mut Host, link: Link, samples: usize) -> Result<Vec<Samples>, Failure> {
@@ -160,6 +195,7 @@ fn sample(host: &mut Host, link: Link, command: Command, samples: &mut Samples) 
     let waits = |step: &&Step| step.clocked || step.act == Act::Sleep;
     let idle: u64 = steps.iter().filter(waits).map(|step| step.cycles.min(exchange.answered - step.at)).sum();
     samples.cycles.push(exchange.cycles());
+    samples.turnaround.push(exchange.turnaround());
     samples.share.push(exchange.cycles().saturating_sub(idle));
     for (counts, chip) in samples.datagrams.iter_mut().zip([Chip::Tmc429(0), Chip::Tmc262(0)]) {
         counts.push(datagrams(&steps, chip));

@@ -2,7 +2,7 @@
 
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 
-use super::host::{Failure, Host, Link, command};
+use super::host::{FAST, Failure, Host, Link, command};
 use super::parallel;
 use super::report::{Report, progress};
 use super::statistics::{Spread, grouped, microseconds};
@@ -84,7 +84,7 @@ pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result
 }
 
 fn ask(elf: &[u8], work: Work, samples: usize) -> Result<Vec<u64>, Failure> {
-    let mut host = Host::start_fast(elf)?;
+    let mut host = Host::start_at(elf, FAST)?;
     if work.has(Work::UsbFlood) {
         host.plug_usb()?;
     }
