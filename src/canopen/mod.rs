@@ -22,12 +22,13 @@ mod row;
 mod sdo;
 mod store;
 mod unit;
+pub mod usb;
 mod values;
 mod write;
 
 pub use abort::Abort;
 pub use emcy::Emergency;
-pub use object::{Entry, Object, ROWS};
+pub use object::{Entry, Object, ROWS, VERSION};
 pub use row::{ANY, Access, Initial, Kind, Mapping, Row, Storage, Type, When};
 pub use store::Tmcm1140;
 

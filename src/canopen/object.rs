@@ -6,6 +6,9 @@ use super::abort::Abort;
 use super::row::Initial::{Each, Number, PlusNode, Text, Varies};
 use super::row::{ANY, Access, Kind, Mapping, Row, Storage, Type, When};
 
+/// Version of the firmware: that of the manual it follows.
+pub const VERSION: &str = "3.20";
+
 /// Makes the enum of objects and their rows, which are written one a line: index, or first and last index of the PDOs;
 /// sub-index, object, name, kind, type, access, mapping, ranges; default; unit, storage; when it may be written.
 macro_rules! objects {
@@ -66,7 +69,7 @@ objects! {
     0x1005 0 SyncCobId "COB-ID SYNC message" Var U32 Rw No ANY, Number(0x80), "" All(5), Always;
     0x1008 0 DeviceName "Manufacturer device name" Var Text Ro No ANY, Text("TMCM-1140"), "" Computed, Always;
     0x1009 0 HardwareVersion "Manufacturer hardware version" Var Text Ro No ANY, Text("1.0"), "" Computed, Always;
-    0x100A 0 SoftwareVersion "Manufacturer software version" Var Text Ro No ANY, Text("3.20"), "" Computed, Always;
+    0x100A 0 SoftwareVersion "Manufacturer software version" Var Text Ro No ANY, Text(VERSION), "" Computed, Always;
     0x100C 0 GuardTime "Guard time" Var U16 Rw No ANY, Number(0), "ms" All(6), Always;
     0x100D 0 LifeTimeFactor "Life time factor" Var U8 Rw No ANY, Number(0), "" All(7), Always;
     0x1010 0 SaveCount "Store parameters: highest sub-index" Array U8 Ro No &[(4, 4)], Number(4), "" Computed, Always;

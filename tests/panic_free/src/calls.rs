@@ -579,6 +579,7 @@ fn node() {
         any((row.data.number(), row.data.size(), row.data.range(), row.data.extend(any(0)), row.data.value(any(0))));
     }
     any((Entry::of(any(Object::DeviceType)).row().sub, ROWS.len()));
+    any(canopen::usb::reply(&any(Addressed::default())));
     any((any(Emergency::Reset).data(), any(canopen::Abort::Toggle).code()));
     any(&mut Node::<BareNode>::with_device(node.into_device()));
 }
