@@ -1,4 +1,6 @@
-//! Faults that can be injected on the board, by name.
+//! Faults that can be injected on the board, by name, and what disturbs its CAN controller.
+
+use serde::Serialize;
 
 /// A fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +73,31 @@ impl Fault {
             let names = Self::ALL.map(Self::name).join(", ");
             format!("unknown fault '{name}'; there are: {names}")
         })
+    }
+}
+
+/// What has become of the CAN controller by disturbances on the bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CanState {
+    /// It takes part in the bus.
+    #[default]
+    On,
+    /// It takes part, but has met so many errors that it does not tell others of errors any more ("error passive").
+    Passive,
+    /// It takes no part any more: nothing leaves, and nothing arrives ("bus off").
+    Off,
+}
+
+impl CanState {
+    /// The state with this name in the control protocol.
+    pub fn parse(name: &str) -> Result<Self, String> {
+        match name {
+            "on" => Ok(Self::On),
+            "passive" => Ok(Self::Passive),
+            "off" => Ok(Self::Off),
+            _ => Err(format!("'{name}' is no state of a CAN controller; there are: passive, off, on")),
+        }
     }
 }
 

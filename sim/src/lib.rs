@@ -1,4 +1,4 @@
-//! Virtual TMCL modules in virtual time: a host's code is tested against them without a module, a serial port, or waiting.
+//! Virtual modules, with the TMCL or the CANopen firmware, in virtual time: a host's code is tested against them without a module, a serial port, or waiting.
 //!
 //! ```
 #![doc = include_str!("../examples/ten_lines.rs")]
@@ -26,6 +26,6 @@ pub use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 pub use hal_sim::world::config::WorldConfig;
 pub use image::ImageModule;
 pub use module::VirtualModule;
-pub use native::{NativeModule, Product};
+pub use native::{FirmwareKind, Model, NativeModule, Product};
 pub use tmcm::module::Source;
 pub use tmcm::tmcl::{binary, text};

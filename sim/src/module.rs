@@ -5,6 +5,7 @@ use std::ops::DerefMut;
 
 use hal_sim::board::Board;
 use hal_sim::clock::Nanos;
+use hal_sim::fault::CanState;
 use tmcm::can::Frame;
 use tmcm::module::Source;
 
@@ -21,7 +22,8 @@ pub trait VirtualModule {
     where
         Self: 'a;
 
-    /// The board, to look at and to change; its power is switched by [`set_power`](Self::set_power) alone.
+    /// The board, to look at and to change; its power is switched by [`set_power`](Self::set_power) alone, and its CAN
+    /// controller is disturbed by [`set_can`](Self::set_can) alone.
     fn board_mut(&mut self) -> Self::Board<'_>;
 
     /// Virtual time since the board was first switched on, in nanoseconds, by the module's own clock.
@@ -57,6 +59,10 @@ pub trait VirtualModule {
 
     /// The next frame that the module wants on the CAN bus by the present, oldest first.
     fn frame(&mut self) -> Option<Frame>;
+
+    /// Disturbs the CAN controller, or lets it recover. While it is off, frames neither leave nor arrive. With the power
+    /// off and on it stays as it is.
+    fn set_can(&mut self, state: CanState);
 
     /// The module's port on the RS485 bus; `None` while the port is off.
     fn rs485(&self) -> Option<Rs485>;

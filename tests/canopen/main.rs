@@ -8,6 +8,7 @@ mod random;
 
 mod emergencies;
 mod exchange;
+mod flood;
 mod inputs_outputs;
 mod mapping;
 mod master;

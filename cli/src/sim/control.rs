@@ -177,6 +177,10 @@ fn carry_out(line: &str, fleet: &mut Fleet<impl VirtualModule>, pacer: &Pacer) -
             fleet.set_power(index, on);
             None
         }
+        Control::Can { state } => {
+            fleet.set_can(index, state);
+            None
+        }
         Control::Usb { on } => {
             fleet.plug_usb(index, on);
             None
@@ -211,7 +215,7 @@ mod tests {
             Line::parse(line).unwrap().control.apply(&mut board).unwrap();
         }
         let state = serde_json::to_value(State::of(&board)).unwrap();
-        let names = "abn analog analogs axes bridges_on current encoder field inputs leds load lost_steps outputs position \
+        let names = "abn analog analogs axes bridges_on can current encoder field inputs leds load lost_steps outputs position \
                      power pull_up_groups pull_ups rotor stall_guard supply switches temperature time_us velocity";
         let mut fields: Vec<&str> = state.as_object().unwrap().keys().map(String::as_str).collect();
         fields.sort_unstable();

@@ -34,7 +34,7 @@ use eeprom::EepromFile;
 use ending::Ending;
 use links::Links;
 use pacing::Pacer;
-use tmcm_sim::VirtualModule;
+use tmcm_sim::{Model, VirtualModule};
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::image::{ImageModule, Setup};
 
@@ -94,7 +94,7 @@ fn images(
     let elf = files::read_file(path, LARGEST_IMAGE).map_err(|error| failed(&format!("cannot be read: {error}")))?;
     // Only module 1 has hosts at its USB connector.
     let mut usb = options.needs_usb();
-    Fleet::start(eeproms, SEED, |eeprom, seed| {
+    Fleet::start(Model::default(), eeproms, SEED, |eeprom, seed| {
         let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
         ImageModule::new(&elf, world, eeprom, seed, setup).map_err(|stop| failed(&stop))
     })

@@ -8,6 +8,7 @@
 
 mod bus;
 mod devices;
+mod faults;
 pub(crate) mod kind;
 
 pub use bus::{Chip, Datagram};
@@ -17,10 +18,10 @@ pub use kind::{AbnPins, BoardKind, Input, MOST_ANALOG, TMCM_1140};
 use crate::chip::StepDir;
 use crate::chip::at25::At25;
 use crate::chip::encoder::MagneticEncoder;
-use crate::chip::tmc262::{Bridge, SHUTDOWN_CELSIUS, Tmc262};
+use crate::chip::tmc262::{SHUTDOWN_CELSIUS, Tmc262};
 use crate::chip::tmc429::Tmc429;
 use crate::clock::Nanos;
-use crate::fault::Fault;
+use crate::fault::CanState;
 use crate::world::config::WorldConfig;
 use crate::world::pin::Pin;
 use crate::world::stage::Abn;
@@ -106,6 +107,8 @@ pub struct Board {
     recorded: Option<Vec<Datagram>>,
     /// Fault: the byte that the motion bus reads, whatever its chips send.
     motion_bus_stuck: Option<u8>,
+    /// Disturbance: what has become of the CAN controller, with and without power.
+    can: CanState,
     /// Number of bytes that have been exchanged with the EEPROM.
     eeprom_bytes: u64,
     /// The value of `eeprom_bytes` at which the power is cut.
@@ -190,6 +193,7 @@ impl Board {
             lines: Line::all(kind),
             recorded: None,
             motion_bus_stuck: None,
+            can: CanState::On,
             eeprom_bytes: 0,
             cut_at: None,
         };
@@ -350,30 +354,6 @@ impl Board {
         let result = change(&mut self.world);
         self.connect();
         result
-    }
-
-    /// Injects or removes a fault. `axis`, which the board has to have, counts for faults of a driver, an encoder or a
-    /// motion controller.
-    pub fn set_fault(&mut self, fault: Fault, axis: usize, on: bool) {
-        let drive = &mut self.drives[axis];
-        match fault {
-            Fault::Eeprom => self.at25.set_answering(!on),
-            Fault::Spi => self.motion_bus_stuck = on.then_some(0xFF),
-            Fault::SpiLow => self.motion_bus_stuck = on.then_some(0),
-            Fault::Tmc429 => {
-                if let Some((controller, _)) = self.kind.motor(axis) {
-                    self.set_deaf(Chip::Tmc429(controller), on);
-                }
-            }
-            Fault::Tmc262 => self.set_deaf(Chip::Tmc262(axis), on),
-            Fault::ShortA => drive.chip.set_short(Bridge::A, on),
-            Fault::ShortB => drive.chip.set_short(Bridge::B, on),
-            Fault::OpenA => drive.chip.set_open(Bridge::A, on),
-            Fault::OpenB => drive.chip.set_open(Bridge::B, on),
-            Fault::Overtemperature => drive.overtemperature = on,
-            Fault::Encoder => drive.encoder.set_stuck(on, self.world.axis(axis).motor().rotor()),
-        }
-        self.connect();
     }
 
     /// The motion controller of a number, which the board has to have, to look at.

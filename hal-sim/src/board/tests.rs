@@ -2,6 +2,7 @@ mod axes;
 
 use super::*;
 use crate::clock::{MICROSECOND, MILLISECOND, SECOND};
+use crate::fault::Fault;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{Operation, SpiDevice};
 

@@ -5,7 +5,7 @@ mod state;
 pub use state::{AxisState, State, Switches};
 
 use crate::board::{Board, BoardKind};
-use crate::fault::Fault;
+use crate::fault::{CanState, Fault};
 use crate::world::ANALOG_MAX;
 use crate::world::pin::Pin;
 
@@ -69,6 +69,11 @@ pub enum Control {
         /// Injected or removed.
         on: bool,
     },
+    /// `can passive|off|on`: the owner also has to tell its bus, and what runs on the board.
+    Can {
+        /// What becomes of the CAN controller.
+        state: CanState,
+    },
     /// `power off|on`: the owner also has to restart what runs on the board.
     Power {
         /// Switched on or off.
@@ -98,7 +103,7 @@ const HIGHEST_AXIS: usize = 31;
 const HIGHEST_INPUT: usize = 31;
 
 /// How each command is written, for error messages.
-const USAGE: [(&str, &str); 12] = [
+const USAGE: [(&str, &str); 13] = [
     ("press", "press left|right|home [AXIS]"),
     ("release", "release left|right|home [AXIS]"),
     ("input", "input N 0|1"),
@@ -108,6 +113,7 @@ const USAGE: [(&str, &str); 12] = [
     ("load", "load X [AXIS]"),
     ("slip", "slip STEPS [AXIS]"),
     ("fault", "fault NAME on|off [AXIS]"),
+    ("can", "can passive|off|on"),
     ("power", "power off|on"),
     ("usb", "usb off|on"),
     ("state", "state"),
@@ -160,6 +166,7 @@ impl Control {
                 }
                 Self::Fault { axis: axis_number(axis)?, fault, on: on_off(state)? }
             }
+            ["can", state] => Self::Can { state: CanState::parse(state)? },
             ["power", state] => Self::Power { on: on_off(state)? },
             ["usb", state] => Self::Usb { on: on_off(state)? },
             ["state"] => Self::State,
@@ -208,6 +215,7 @@ impl Control {
                 board.change_world(|world| world.axis_mut(axis).slip(full_steps, now));
             }
             Self::Fault { axis, fault, on } => board.set_fault(fault, axis, on),
+            Self::Can { state } => board.set_can(state),
             Self::Power { on: true } => board.power_on(),
             Self::Power { on: false } => board.power_off(),
             Self::Usb { .. } => {}
@@ -284,6 +292,7 @@ mod tests {
             ("load 0.5", Control::Load { axis: 0, load: 0.5 }),
             ("slip -8", Control::Slip { axis: 0, full_steps: -8 }),
             ("fault eeprom on", Control::Fault { axis: 0, fault: Fault::Eeprom, on: true }),
+            ("can passive", Control::Can { state: CanState::Passive }),
             ("power off", Control::Power { on: false }),
             ("usb on", Control::Usb { on: true }),
             ("  state  ", Control::State),
@@ -319,6 +328,8 @@ mod tests {
         assert!(error("load 1.1").contains("0 to 1"));
         assert!(error("fault fire on").contains("overtemperature"));
         assert!(error("power maybe").contains("neither 'on' nor 'off'"));
+        assert!(error("can of").contains("passive, off, on"));
+        assert_eq!(error("can"), "usage: can passive|off|on");
         assert_eq!(error("usb"), "usage: usb off|on");
         assert!(error("module").contains("module K"));
         assert!(error("module 0 state").contains("module '0'"));
@@ -328,7 +339,7 @@ mod tests {
     #[test]
     fn what_is_set_shows_in_the_state() {
         let mut board = Board::new(&WorldConfig::default(), 0);
-        for line in ["press left", "input 3 1", "input 0 1", "supply 12.5", "temperature 40", "load 0.25"] {
+        for line in ["press left", "input 3 1", "input 0 1", "supply 12.5", "temperature 40", "load 0.25", "can off"] {
             assert_eq!(command(line).apply(&mut board), Ok(None));
         }
         let state = command("state").apply(&mut board).unwrap().unwrap();
@@ -336,7 +347,7 @@ mod tests {
         assert_eq!(state.first.switches, switches);
         assert_eq!(state.inputs, [true, true, false, true]);
         assert_eq!((state.analog, state.supply), (4095, 12.5));
-        assert_eq!((state.temperature, state.first.load), (40, 0.25));
+        assert_eq!((state.temperature, state.first.load, state.can), (40, 0.25, CanState::Off));
         command("power off").apply(&mut board).unwrap();
         assert!(!State::of(&board).power);
     }

@@ -1,6 +1,7 @@
 //! What the control protocol tells of a board.
 
 use crate::board::Board;
+use crate::fault::CanState;
 use crate::world::motor::FULL_TORQUE;
 use crate::world::pin::Pin;
 use serde::Serialize;
@@ -29,6 +30,8 @@ pub struct State {
     pub pull_up_groups: Vec<bool>,
     /// LED1 and LED2.
     pub leds: [bool; 2],
+    /// The CAN controller.
+    pub can: CanState,
     /// Supply voltage in volts.
     pub supply: f64,
     /// Temperature in degrees Celsius.
@@ -95,6 +98,7 @@ impl State {
             pull_ups: pull_up_groups.first().copied().unwrap_or_default(),
             pull_up_groups,
             leds: outputs.leds,
+            can: board.can(),
             supply: f64::from(world.supply()) / 10.0,
             temperature: world.temperature(),
             axes: (0..kind.axes()).map(|axis| AxisState::of(board, axis)).collect(),

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::convert::Infallible;
 
 use hal_sim::clock::Nanos;
+use hal_sim::fault::CanState;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::Frame;
 use tmcm::module::Source;
@@ -15,7 +16,10 @@ pub use can::{Heard, Node};
 
 use crate::client::{Client, Sent};
 use crate::module::VirtualModule;
-use crate::native::{NativeModule, Product};
+use crate::native::{Model, NativeModule};
+
+/// Frames that the CAN controller of a module takes before they are on the bus.
+const MAILBOXES: usize = 3;
 
 /// Modules and the buses between them.
 pub struct Fleet<M = NativeModule> {
@@ -39,31 +43,38 @@ pub struct Lost {
 }
 
 impl Fleet {
-    /// Modules that run the firmware's core, each in its own world described by `config`; number of modules, EEPROMs
-    /// and seed are as in [`Fleet::start`].
+    /// Modules that run the core of the TMCL firmware, each in its own world described by `config`; number of modules,
+    /// EEPROMs and seed are as in [`Fleet::start`].
     pub fn new(config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
-        let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(NativeModule::new(config, eeprom, seed));
-        let Ok(fleet) = Self::start(eeproms, seed, start);
+        Self::of(Model::default(), config, eeproms, seed)
+    }
+
+    /// The same with any product or firmware.
+    pub fn of(model: impl Into<Model>, config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
+        let model = model.into();
+        let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(NativeModule::of(model, config, eeprom, seed));
+        let Ok(fleet) = Self::start(model, eeproms, seed, start);
         fleet
     }
 }
 
 impl<M: VirtualModule> Fleet<M> {
-    /// As many modules as there are EEPROMs, numbered from 1. `start` makes a module of an EEPROM and a seed of random
-    /// numbers. For a fresh EEPROM (`None`) the module's number is its serial address and CAN identifier.
+    /// As many modules as there are EEPROMs, at most 255, numbered from 1. `start` makes a module of an EEPROM and a seed of random
+    /// numbers. For a fresh EEPROM (`None`) the module's number is its address on the buses, where the `model` has it.
     ///
     /// # Errors
     /// The first error of `start`.
     pub fn start<E>(
+        model: Model,
         eeproms: &[Option<&[u8]>],
         seed: u32,
         mut start: impl FnMut(Option<&[u8]>, u32) -> Result<M, E>,
     ) -> Result<Self, E> {
-        let one = |(number, eeprom): (i32, &Option<&[u8]>)| {
-            let numbered = if eeprom.is_none() { Product::default().numbered_eeprom(number) } else { None };
-            start(eeprom.or(numbered.as_deref()), seed.wrapping_add(number.cast_unsigned() - 1))
+        let one = |(number, eeprom): (u8, &Option<&[u8]>)| {
+            let numbered = if eeprom.is_none() { model.numbered_eeprom(number) } else { None };
+            start(eeprom.or(numbered.as_deref()), seed.wrapping_add(u32::from(number) - 1))
         };
-        let modules = (1..).zip(eeproms).map(one).collect::<Result<Vec<M>, E>>()?;
+        let modules = (1..=u8::MAX).zip(eeproms).map(one).collect::<Result<Vec<M>, E>>()?;
         let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
         // Modules may take different times to start; the fleet begins when the last has started.
         let now = modules.iter().map(M::now).max().unwrap_or_default();
@@ -75,8 +86,8 @@ impl<M: VirtualModule> Fleet<M> {
         &self.modules
     }
 
-    /// The modules, to be changed. Power and USB cable are switched by [`Fleet::set_power`] and [`Fleet::plug_usb`],
-    /// which also clear the links.
+    /// The modules, to be changed. Power, USB cable and CAN controller are switched by [`Fleet::set_power`],
+    /// [`Fleet::plug_usb`] and [`Fleet::set_can`], which also clear the links.
     pub fn modules_mut(&mut self) -> &mut [M] {
         &mut self.modules
     }
@@ -103,6 +114,16 @@ impl<M: VirtualModule> Fleet<M> {
         module.plug_usb(on);
         self.sent.retain(|(from, _)| *from != index);
         self.lost.usb |= index == 0 && !on;
+    }
+
+    /// Disturbs the CAN controller of a module, or lets it recover. Frames that have not been sent are lost when it goes
+    /// off.
+    pub fn set_can(&mut self, index: usize, state: CanState) {
+        let Some(module) = self.modules.get_mut(index) else { return };
+        module.set_can(state);
+        if state == CanState::Off {
+            self.can.cut_off(Node::Module(index));
+        }
     }
 
     /// The links that have lost bytes of hosts since the last call.
@@ -220,7 +241,9 @@ impl<M: VirtualModule> Fleet<M> {
                     self.sent.push_back((index, sent));
                 }
             }
-            while let Some(frame) = module.frame() {
+            while self.can.waiting(Node::Module(index)) < MAILBOXES
+                && let Some(frame) = module.frame()
+            {
                 self.can.send(Node::Module(index), frame);
             }
         }

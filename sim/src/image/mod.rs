@@ -11,6 +11,7 @@ use std::collections::VecDeque;
 
 use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use hal_sim::fault::CanState;
 use hal_sim::mcu::{self, CanBus, LogLine, Machine, Part, Stop, Waiting};
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
@@ -121,6 +122,16 @@ impl ImageModule {
                 self.stopped = Some(stop.to_string());
             }
             self.collect();
+        }
+    }
+
+    /// Connects the CAN controller to its bus, which takes on the module's bit rate. A module whose controller is not
+    /// running misses the frames of the bus.
+    fn connect_can(&mut self) {
+        if let Some(bit_rate) = self.machine.bit_rates().can {
+            let state = self.machine.board().can();
+            let (inhabited, shorted) = (state == CanState::On, state == CanState::Off);
+            self.machine.can().set_bus(CanBus { bit_rate, inhabited, shorted });
         }
     }
 
@@ -246,9 +257,10 @@ impl VirtualModule for ImageModule {
     }
 
     fn receive_frame(&mut self, frame: &Frame) {
-        // The bus takes on the module's bit rate. A module whose CAN controller is not running misses the frame.
-        if let Some(bit_rate) = self.machine.bit_rates().can {
-            self.machine.can().set_bus(CanBus { bit_rate, ..CanBus::default() });
+        self.connect_can();
+        // On wires that touch each other the others do not send, either.
+        if self.machine.board().can() == CanState::Off {
+            return;
         }
         self.machine.can().send(to_bus(frame));
         self.last_traffic = self.machine.now();
@@ -256,6 +268,13 @@ impl VirtualModule for ImageModule {
 
     fn frame(&mut self) -> Option<Frame> {
         self.frames.pop_front()
+    }
+
+    /// While the controller is to be off, the wires of its bus touch each other; while it is to be passive, nobody
+    /// acknowledges its frames. So it gets there with the next frame that it wants to send.
+    fn set_can(&mut self, state: CanState) {
+        self.machine.board().set_can(state);
+        self.connect_can();
     }
 
     fn rs485(&self) -> Option<Rs485> {

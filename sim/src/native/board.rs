@@ -9,18 +9,18 @@ use tmcm::device::{self, Controller, Inputs, Outputs, Parts};
 use tmcm::module::{Hooks, Platform, Product, Tmcm1140};
 use tmcm::motion::Sensors;
 use tmcm::motion::tmc429::Tmc429Tmc262;
-use tmcm::store::Store;
+use tmcm::store::{Memory, Store};
 
 /// SPI clock of the TMC429s: 84 MHz / 64, as on the target.
 const TMC429_HZ: u32 = 1_312_500;
 /// SPI clock of the TMC262s: 84 MHz / 32, as on the target.
 const TMC262_HZ: u32 = 2_625_000;
 
-/// A simulated board as a platform, with additions `H`, for a product `P` with `N` motion controllers.
+/// A simulated board as a firmware has it, with additions `H` of a platform, for a product `P` with `N` motion controllers.
 #[derive(Debug)]
 pub struct Simulated<H, P = Tmcm1140, const N: usize = 1>(PhantomData<(H, P)>);
 
-impl<H: Hooks, P: Product + 'static, const N: usize> device::Board for Simulated<H, P, N> {
+impl<H: Hooks, P: Memory + 'static, const N: usize> device::Board for Simulated<H, P, N> {
     type Product = P;
     type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
     type Controllers = [Controller<Self::Hardware>; N];
@@ -33,7 +33,7 @@ impl<H: Hooks, P: Product + 'static, const N: usize> Platform for Simulated<H, P
 }
 
 /// The parts of which a device on a simulated board is made.
-pub fn parts<H: Hooks, P: Product + 'static, const AXES: usize, const N: usize>(
+pub fn parts<H: Hooks, P: Memory + 'static, const AXES: usize, const N: usize>(
     board: &SharedBoard,
 ) -> Parts<Simulated<H, P, N>, AXES> {
     Parts {

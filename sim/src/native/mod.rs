@@ -1,25 +1,29 @@
 //! A virtual module that runs the firmware's core on the simulated board.
 
 mod board;
+mod canopen;
 mod firmware;
 mod ports;
 mod product;
+mod surroundings;
+mod tmcl;
 mod traffic;
 
 use std::cell::RefMut;
 
 use hal_sim::board::{Board, SharedBoard};
-use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::clock::Nanos;
+use hal_sim::fault::CanState;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::Frame;
 use tmcm::module::Source;
+use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::Telegram;
-use tmcm::tmcl::{Command, can};
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
 pub use board::{Simulated, parts};
-pub use product::Product;
+pub use product::{FirmwareKind, Model, Product};
 
 use crate::client::{Client, Sent};
 use crate::module::{Rs485, VirtualModule};
@@ -29,7 +33,7 @@ use traffic::Traffic;
 
 /// A module with its board and world. Between two calls of its owner it polls the firmware whenever that is due.
 pub struct NativeModule {
-    product: Product,
+    model: Model,
     board: SharedBoard,
     firmware: Option<Box<dyn Firmware>>,
     seed: u32,
@@ -47,26 +51,33 @@ pub struct NativeModule {
 }
 
 impl NativeModule {
-    /// A TMCM-1140 in the world described by `config`, switched on at time 0. `eeprom` are the contents of the EEPROM,
-    /// fresh if `None`; `seed` makes everything that is random.
+    /// A TMCM-1140 with the TMCL firmware in the world described by `config`, switched on at time 0. `eeprom` are the
+    /// contents of the EEPROM, fresh if `None`; `seed` makes everything that is random.
     pub fn new(config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32) -> Self {
-        Self::of_product(Product::Tmcm1140, config, eeprom, seed)
+        Self::of(Model::default(), config, eeprom, seed)
     }
 
-    /// A module of any product, as [`NativeModule::new`] has it.
-    pub fn of_product(product: Product, config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32) -> Self {
-        Self::with_clock(product, config, eeprom, seed, Micros(0))
+    /// A module of any product or firmware, as [`NativeModule::new`] has it.
+    pub fn of(model: impl Into<Model>, config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32) -> Self {
+        Self::with_clock(model, config, eeprom, seed, Micros(0))
     }
 
     /// The same, but whenever the firmware starts the microcontroller's clock shows `clock` already: so what happens
     /// after weeks, such as the wrapping of a counter of milliseconds, is seen within seconds.
-    pub fn with_clock(product: Product, config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, clock: Micros) -> Self {
-        let mut board = Board::of_kind(product.kind(), config, seed.into());
+    pub fn with_clock(
+        model: impl Into<Model>,
+        config: &WorldConfig,
+        eeprom: Option<&[u8]>,
+        seed: u32,
+        clock: Micros,
+    ) -> Self {
+        let model = model.into();
+        let mut board = Board::of_kind(model.product.kind(), config, seed.into());
         if let Some(contents) = eeprom {
             board.at25_mut().load(contents);
         }
         let mut module = NativeModule {
-            product,
+            model,
             board: SharedBoard::new(board),
             firmware: None,
             seed,
@@ -81,9 +92,9 @@ impl NativeModule {
         module
     }
 
-    /// The product that it is a module of.
-    pub fn product(&self) -> Product {
-        self.product
+    /// What the module is.
+    pub fn model(&self) -> Model {
+        self.model
     }
 
     /// The board, with the chips and the world on it.
@@ -136,9 +147,9 @@ impl NativeModule {
         None
     }
 
-    /// The interpreter, to look at; `None` without power.
+    /// The interpreter, to look at; `None` without power, and in a firmware that executes no programs.
     pub fn machine(&self) -> Option<&Machine> {
-        Some(self.firmware.as_ref()?.machine())
+        self.firmware.as_ref()?.machine()
     }
 
     /// Where the firmware knows the motor of axis 0 to be, and its target in the modes that have one, in microsteps; `None`
@@ -173,8 +184,9 @@ impl NativeModule {
     fn boot(&mut self) {
         let Self { board, clock, seed, tracing, .. } = self;
         let start = Start { board, clock: *clock, seed: *seed, tracing: *tracing };
-        let (firmware, messages) = self.product.start(start);
+        let (mut firmware, messages) = self.model.start(start);
         self.log.extend(messages);
+        firmware.set_can(self.board.borrow().can(), &mut self.traffic);
         self.firmware = Some(firmware);
         // What is due at once comes before all requests: only then the firmware knows its inputs.
         while self.firmware.as_ref().is_some_and(|firmware| firmware.deadline() <= self.now()) {
@@ -201,6 +213,11 @@ impl NativeModule {
                 return;
             }
         }
+    }
+
+    /// The module takes part in the CAN bus, as far as its controller is concerned.
+    fn is_on_can(&self) -> bool {
+        self.board.borrow().can() != CanState::Off
     }
 
     fn has_unread(&self) -> bool {
@@ -271,6 +288,7 @@ impl VirtualModule for NativeModule {
     fn hear(&mut self, source: Source, client: Client, bytes: &[u8]) {
         if let Some(firmware) = &mut self.firmware
             && (self.plugged || source != Source::Usb)
+            && (firmware.rs485().is_some() || source != Source::Rs485)
         {
             let (ports, settings) = firmware.ports_mut();
             ports.push(source, client, bytes, settings);
@@ -294,20 +312,32 @@ impl VirtualModule for NativeModule {
     }
 
     fn receive_frame(&mut self, frame: &Frame) {
-        if let (Some(_), Some(request)) = (&self.firmware, can::decode(frame)) {
-            self.traffic.frames_in.push_back(request);
+        if self.is_on_can() && self.firmware.as_ref().is_some_and(|firmware| firmware.accepts(frame)) {
+            self.traffic.frames_in.push_back(*frame);
             self.deliver();
         }
     }
 
     fn frame(&mut self) -> Option<Frame> {
+        if !self.is_on_can() {
+            self.traffic.frames_out.clear();
+        }
         self.traffic.frames_out.pop_front()
     }
 
+    fn set_can(&mut self, state: CanState) {
+        self.board.borrow_mut().set_can(state);
+        if let Some(firmware) = &mut self.firmware {
+            firmware.set_can(state, &mut self.traffic);
+        }
+        if state == CanState::Off {
+            self.traffic.frames_in.clear();
+            self.traffic.frames_out.clear();
+        }
+    }
+
     fn rs485(&self) -> Option<Rs485> {
-        let firmware = self.firmware.as_ref()?;
-        let pause = Nanos::from(firmware.link_settings().pause) * MILLISECOND;
-        Some(Rs485 { baud: firmware.baud(), pause: Some(pause) })
+        self.firmware.as_ref()?.rs485()
     }
 
     fn unread(&self, source: Source, client: Client) -> usize {
@@ -315,9 +345,8 @@ impl VirtualModule for NativeModule {
     }
 
     fn unread_frames(&self) -> usize {
-        let Some(settings) = self.firmware.as_ref().map(|firmware| firmware.link_settings()) else { return 0 };
-        let own = [Some(settings.can_id), settings.can_secondary];
-        self.traffic.frames_in.iter().filter(|frame| own.contains(&Some(frame.id))).count()
+        let Some(firmware) = &self.firmware else { return 0 };
+        self.traffic.frames_in.iter().filter(|frame| firmware.is_addressed(frame)).count()
     }
 
     fn owes(&self, client: Client) -> bool {

@@ -19,8 +19,8 @@ const USB_FRAME: Nanos = MILLISECOND;
 #[derive(Default)]
 pub(super) struct Traffic {
     pub(super) outbox: VecDeque<Sent>,
-    /// Frames with requests that the firmware has not come to.
-    pub(super) frames_in: VecDeque<can::Request>,
+    /// Frames that have passed the controller and that the firmware has not come to.
+    pub(super) frames_in: VecDeque<Frame>,
     pub(super) frames_out: VecDeque<Frame>,
     /// The clients, with their links, whose requests have not been answered, oldest first.
     pub(super) waiting: Vec<(Source, Client)>,
@@ -57,7 +57,7 @@ impl LinkEnds for Ends<'_> {
     fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request> {
         self.traffic.served = None;
         if source == Source::Can {
-            return self.traffic.frames_in.pop_front().map(Request::Frame);
+            return self.traffic.frames_in.pop_front().and_then(|frame| can::decode(&frame)).map(Request::Frame);
         }
         while let Some(Arrived { client, echo, request }) = self.ports.next(source, settings) {
             let at = on_the_wire(source, self.arrived, self.arrived);

@@ -1,0 +1,83 @@
+//! What is around a firmware on a simulated board: a clock, inputs and outputs, and the keeper of the EEPROM.
+
+use hal_sim::board::{Chip, SharedBoard, SimSpi};
+use hal_sim::clock::{MICROSECOND, Nanos};
+use tmcm::chip::at25::At25;
+use tmcm::device::{Inputs, Outputs};
+use tmcm::store::{Job, Keeper};
+use tmcm::units::Micros;
+
+use super::board::Signals;
+
+/// SPI clock of the EEPROM: 42 MHz / 16, as on the target.
+const AT25_HZ: u32 = 2_625_000;
+
+/// The keeper of the board's EEPROM.
+pub(super) fn keeper(board: &SharedBoard) -> Keeper<SimSpi> {
+    Keeper::new(At25::new(board.spi(Chip::At25, AT25_HZ)))
+}
+
+/// What is around a firmware with `AXES` axes.
+pub(super) struct Surroundings<const AXES: usize> {
+    board: SharedBoard,
+    signals: Signals<AXES>,
+    /// The inputs as they were read last.
+    inputs: Inputs<AXES>,
+    keeper: Keeper<SimSpi>,
+    /// The time at which the EEPROM is looked after next.
+    keep: Micros,
+    /// Virtual time of the start, and what the clock showed then.
+    started: Nanos,
+    clock: Micros,
+}
+
+impl<const AXES: usize> Surroundings<AXES> {
+    /// Around a firmware that has just started: its clock, which shows `clock`, begins now.
+    pub(super) fn new(board: &SharedBoard, keeper: Keeper<SimSpi>, clock: Micros) -> Self {
+        Surroundings {
+            board: board.clone(),
+            signals: Signals::new(board),
+            inputs: Inputs::default(),
+            keeper,
+            keep: clock,
+            started: board.borrow().now(),
+            clock,
+        }
+    }
+
+    pub(super) fn board(&self) -> &SharedBoard {
+        &self.board
+    }
+
+    /// The firmware's time.
+    pub(super) fn now(&self) -> Micros {
+        self.clock.after(Micros((self.board.borrow().now() - self.started) / MICROSECOND))
+    }
+
+    /// Virtual time when the firmware's clock shows `time`.
+    pub(super) fn when(&self, time: Micros) -> Nanos {
+        self.started + time.since(self.clock).0 * MICROSECOND
+    }
+
+    /// The inputs. The edges of an encoder that have been read are gone: so the inputs are read `anew` for the polls that
+    /// look at them.
+    pub(super) fn inputs(&mut self, anew: bool) -> &Inputs<AXES> {
+        if anew {
+            self.inputs = self.signals.read();
+        }
+        &self.inputs
+    }
+
+    pub(super) fn write(&self, outputs: &Outputs) {
+        self.signals.write(outputs);
+    }
+
+    /// Looks after the EEPROM, once in a millisecond; takes the `next` job. Tells how a job has gone that has ended.
+    pub(super) fn keep(&mut self, now: Micros, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
+        if now < self.keep {
+            return None;
+        }
+        self.keep = now.after(Micros::from_millis(1));
+        self.keeper.poll(now, next)
+    }
+}

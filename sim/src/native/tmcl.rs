@@ -1,0 +1,153 @@
+//! The TMCL firmware on a simulated board.
+
+use std::task::Poll;
+
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
+use hal_sim::fault::CanState;
+use tmcm::can::Frame;
+use tmcm::module::{Desk, LinkSettings, Module, Product, Source};
+use tmcm::store::LoadReport;
+use tmcm::tmcl::{Command, Reply, Status, can};
+use tmcm::units::Micros;
+use tmcm::vm::Machine;
+
+use super::board::{Simulated, parts};
+use super::firmware::{Firmware, Start, messages};
+use super::ports::Ports;
+use super::surroundings::{Surroundings, keeper};
+use super::traffic::{Ends, Traffic};
+use crate::module::Rs485;
+use crate::tracer::{Step, Tracer};
+
+/// The TMCL firmware of product `P`.
+struct Tmcl<P: Product + 'static, const AXES: usize, const N: usize> {
+    module: Module<Simulated<Tracer, P, N>, AXES>,
+    around: Surroundings<AXES>,
+    desk: Desk,
+    ports: Ports,
+    baud: u64,
+}
+
+/// Starts the TMCL firmware of product `P`; the messages for a person are about its EEPROM.
+pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
+    Start { board, clock, seed, tracing }: Start<'_>,
+) -> (Box<dyn Firmware>, Vec<String>) {
+    let mut keeper = keeper(board);
+    let mut report = LoadReport::default();
+    let mut module = Module::<Simulated<Tracer, P, N>, AXES>::new(parts(board), Tracer::new(tracing), seed);
+    module.start(clock, |store| report = keeper.load(store));
+    let firmware = Tmcl {
+        around: Surroundings::new(board, keeper, clock),
+        desk: Desk::new(),
+        ports: Ports::new(module.link_settings().start),
+        baud: module.baud_rate().into(),
+        module,
+    };
+    (Box::new(firmware), messages(&report))
+}
+
+impl<P: Product + 'static, const AXES: usize, const N: usize> Firmware for Tmcl<P, AXES, N> {
+    fn deadline(&self) -> Nanos {
+        self.around.when(self.module.deadline())
+    }
+
+    fn begins_turn(&self) -> bool {
+        self.module.takes_inputs(self.module.deadline())
+    }
+
+    fn poll(&mut self, traffic: &mut Traffic) -> bool {
+        let Tmcl { module, around, ports, .. } = self;
+        let now = around.now();
+        let inputs = around.inputs(module.takes_inputs(now));
+        let Some(outputs) = module.poll(now, inputs) else { return false };
+        // The slices of a program come in between.
+        if let Some(written) = around.keep(now, || module.store().next_job()) {
+            module.stored(written);
+        }
+        around.write(&outputs);
+        let board = around.board();
+        let arrived = board.borrow().now();
+        Desk::deliver(module, &mut Ends { traffic, ports, board, arrived });
+        outputs.restart
+    }
+
+    fn serve(&mut self, traffic: &mut Traffic) -> bool {
+        let Tmcl { module, around, desk, ports, .. } = self;
+        let (board, now) = (around.board(), around.now());
+        let arrived = board.borrow().now();
+        let before = module.subscriber();
+        let served = desk.serve(module, &mut Ends { traffic: &mut *traffic, ports, board, arrived }, || now);
+        if module.subscriber() != before && traffic.served.is_some() {
+            traffic.subscriber = traffic.served;
+        }
+        served
+    }
+
+    fn accepts(&self, frame: &Frame) -> bool {
+        can::decode(frame).is_some()
+    }
+
+    fn is_addressed(&self, frame: &Frame) -> bool {
+        let settings = self.module.link_settings();
+        let own = [Some(settings.can_id), settings.can_secondary];
+        can::decode(frame).is_some_and(|request| own.contains(&Some(request.id)))
+    }
+
+    /// The firmware leaves everything to its controller.
+    fn set_can(&mut self, _: CanState, _: &mut Traffic) {}
+
+    fn rs485(&self) -> Option<Rs485> {
+        let pause = Nanos::from(self.module.link_settings().pause) * MILLISECOND;
+        Some(Rs485 { baud: self.baud, pause: Some(pause) })
+    }
+
+    fn ports(&self) -> &Ports {
+        &self.ports
+    }
+
+    fn ports_mut(&mut self) -> (&mut Ports, &LinkSettings) {
+        (&mut self.ports, self.module.link_settings())
+    }
+
+    fn position(&self, axis: usize) -> Option<(i32, Option<i32>)> {
+        let axis = self.module.axes().get(axis)?;
+        Some((axis.last_position(), axis.target_position()))
+    }
+
+    fn forget(&mut self, source: Source) {
+        self.module.forget(source);
+    }
+
+    fn subscriber(&self) -> Option<Source> {
+        self.module.subscriber().map(|(source, _)| source)
+    }
+
+    fn awaits(&self, source: Source) -> bool {
+        self.module.awaits(source)
+    }
+
+    fn machine(&self) -> Option<&Machine> {
+        Some(self.module.machine())
+    }
+
+    fn read(&mut self, command: Command) -> Option<i32> {
+        let now = self.around.now();
+        match self.module.execute(now, Source::Usb, command) {
+            Poll::Ready(Some(Reply::Plain { status: Status::Ok, value, .. })) => Some(value),
+            _ => None,
+        }
+    }
+
+    fn trace(&mut self, on: bool) {
+        self.module.hooks().record(on);
+    }
+
+    fn take_steps(&mut self) -> Vec<Step> {
+        let mut steps = self.module.hooks().take();
+        for step in &mut steps {
+            // The recorder has the firmware's time.
+            step.at = self.around.when(Micros(step.at / MICROSECOND));
+        }
+        steps
+    }
+}
