@@ -6,9 +6,11 @@ use std::process::ExitCode;
 /// The failure of a subcommand.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Failure {
-    /// The message for the user; exit code 1. (Errors in the arguments end the program with exit code 2 before any
-    /// subcommand runs.)
+    /// The message for the user; exit code 1.
     Failed(String),
+    /// The message for the user about arguments that contradict each other; exit code 2, as for other errors in the
+    /// arguments, which end the program before any subcommand runs.
+    Arguments(String),
     /// The failure has been reported to the user already; exit code 1.
     Reported,
 }
@@ -18,6 +20,7 @@ impl Failure {
     pub fn exit_code(&self) -> ExitCode {
         match self {
             Failure::Failed(_) | Failure::Reported => ExitCode::FAILURE,
+            Failure::Arguments(_) => ExitCode::from(2),
         }
     }
 }
@@ -25,7 +28,7 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Failure::Failed(message) => f.write_str(message),
+            Failure::Failed(message) | Failure::Arguments(message) => f.write_str(message),
             Failure::Reported => Ok(()),
         }
     }

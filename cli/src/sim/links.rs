@@ -21,8 +21,9 @@ use tmcm_sim::VirtualModule;
 use tmcm_sim::client::{Client, Sent};
 use tmcm_sim::fleet::{Fleet, Lost};
 
-/// The TCP port that is used by default, if it is free.
+/// The TCP ports that are used by default, if they are free: for the USB link, and for the CAN bus.
 const USUAL_PORT: u16 = 4140;
+const USUAL_CAN_PORT: u16 = 4142;
 /// The clients at the pseudo terminals; clients on TCP connections are numbered from 3 on.
 const SERIAL: Client = Client(0);
 const RS485: Client = Client(1);
@@ -42,14 +43,15 @@ pub struct Links {
 }
 
 impl Links {
-    /// Opens the links that the options ask for; a serial port and a TCP port if they ask for none.
+    /// Opens the links that the options ask for; if they ask for none, a serial port and a TCP port, or for a CANopen node
+    /// a CAN adapter on a TCP port.
     pub fn open(options: &Options) -> Result<Self, Failure> {
-        let bare = options.names_no_link();
-        let tcp = match &options.tcp {
-            None if bare => Some(
-                Server::bind(&format!("127.0.0.1:{USUAL_PORT}")).or_else(|_| Server::listen("--tcp", "127.0.0.1:0"))?,
-            ),
-            address => listen("--tcp", address.as_deref())?,
+        let bare = options.default_usb();
+        let tcp = if bare { Some(usual("--tcp", USUAL_PORT)?) } else { listen("--tcp", options.tcp.as_deref())? };
+        let slcan_tcp = if options.default_can() {
+            Some(usual("--slcan-tcp", USUAL_CAN_PORT)?)
+        } else {
+            listen("--slcan-tcp", options.slcan_tcp.as_deref())?
         };
         let serial = if bare {
             Some(Pty::open("--serial", None, |stream| Endpoint::new(stream, SERIAL))?)
@@ -63,7 +65,7 @@ impl Links {
             tcp,
             rs485: pty("--rs485", options.rs485.as_deref(), RS485)?,
             slcan: slcan.map(adapter).transpose()?,
-            slcan_tcp: listen("--slcan-tcp", options.slcan_tcp.as_deref())?,
+            slcan_tcp,
             control: listen("--control", options.control.as_deref())?,
             last_client: SLCAN,
         })
@@ -221,6 +223,11 @@ impl Links {
 
 fn listen<C: Guest>(option: &str, address: Option<&str>) -> Result<Option<Server<C>>, Failure> {
     address.map(|address| Server::listen(option, address)).transpose()
+}
+
+/// A server at the usual port, or at a free one.
+fn usual<C: Guest>(option: &str, port: u16) -> Result<Server<C>, Failure> {
+    Server::bind(&format!("127.0.0.1:{port}")).or_else(|_| Server::listen(option, "127.0.0.1:0"))
 }
 
 fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<Endpoint<File>>>, Failure> {

@@ -16,7 +16,7 @@ pub mod slcan;
 pub mod stream;
 pub mod tcp;
 
-pub use options::Options;
+pub use options::{Firmware, Options};
 
 use std::fmt::Display;
 use std::io::Write;
@@ -26,6 +26,7 @@ use std::time::{Duration, Instant};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
 use rustix::event::{PollFd, PollFlags, Timespec};
+use tmcm::canopen;
 use tmcm::module::{Spec, TMCM_1140};
 
 use crate::failure::Failure;
@@ -34,9 +35,10 @@ use eeprom::EepromFile;
 use ending::Ending;
 use links::Links;
 use pacing::Pacer;
-use tmcm_sim::{Model, VirtualModule};
+use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 use tmcm_sim::image::{ImageModule, Setup};
+use tmcm_sim::{FirmwareKind, Model};
 
 /// Seed of the modules' random numbers; the world's random numbers have a seed in the world file.
 const SEED: u32 = 1;
@@ -52,6 +54,7 @@ const LARGEST_IMAGE: u64 = 1 << 28;
 
 /// Runs the virtual modules until a signal ends the program, or the end of standard input with --exit-with-stdin.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    options.check()?;
     let stop = Ending::watch(options.exit_with_stdin)?;
     let world = match &options.world {
         Some(path) => read_world(path)?,
@@ -74,9 +77,17 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             &format!("that run{} {}", if count == 1 { "s" } else { "" }, path.display()),
         )
     } else {
-        let fleet = Fleet::new(&world, &contents, SEED);
-        let Spec { major, minor, .. } = TMCM_1140;
-        serve(options, stop, fleet, eeproms, &format!("with firmware version {major}.{minor:02}"))
+        let fleet = Fleet::of(FirmwareKind::from(options.firmware), &world, &contents, SEED);
+        serve(options, stop, fleet, eeproms, &what_runs(options.firmware))
+    }
+}
+
+/// What the modules run without an image, as [`serve`] has it.
+fn what_runs(firmware: Firmware) -> String {
+    let Spec { major, minor, .. } = TMCM_1140;
+    match firmware {
+        Firmware::Tmcl => format!("with firmware version {major}.{minor:02}"),
+        Firmware::Canopen => format!("with CANopen firmware version {}", canopen::VERSION),
     }
 }
 
@@ -121,7 +132,7 @@ fn serve<M: VirtualModule>(
     let count = fleet.modules().len();
     let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
     writeln!(out, "{article} virtual TMCM-{}{plural} {what_runs}. Ctrl-C ends it.", TMCM_1140.number)?;
-    introduce::introduce(&links, &mut out)?;
+    introduce::introduce(&links, options.firmware, count, &mut out)?;
     writeln!(out, "ready")?;
     out.flush()?;
     let pacer = Pacer::new(options.speed, Instant::now(), fleet.now());

@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use tmcm_sim::FirmwareKind;
+
+use crate::failure::Failure;
 
 /// Most modules: as many as an RS485 bus carries.
 const MOST_MODULES: i64 = 32;
@@ -14,11 +17,19 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
 /// runs against models of its chips, a motor and a stage. Host software connects to the ports that are printed, and
 /// needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial port and a TCP
-/// port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted (Ctrl-C,
+/// port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted (Ctrl-C,
 /// SIGTERM or SIGHUP); then its symbolic links are removed.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
+    /// The firmware in the module: `tmcl` speaks TMCL on all links; `canopen` is a node on the CAN bus
+    ///
+    /// The same module is sold with either. A CANopen node is driven by a CANopen master (a PLC, ROS, python-canopen) at
+    /// --slcan or --slcan-tcp; docs/tmcm1140-canopen.eds describes its objects to the master. At its USB link it tells its
+    /// version (TMCL command 136) and nothing else, and its RS485 port is off.
+    #[arg(long, value_name = "NAME", value_enum, default_value_t = Firmware::Tmcl)]
+    pub firmware: Firmware,
+
     /// Offer the module's USB link as a serial port: a pseudo terminal with a symbolic link to it at PATH
     ///
     /// A symbolic link to a terminal that is left from an earlier run is replaced; any other file, and the link of a
@@ -42,7 +53,8 @@ pub struct Options {
 
     /// Offer the CAN bus of all modules as a serial CAN adapter (SLCAN) on a port made as that of --serial
     ///
-    /// The adapter speaks the protocol of LAWICEL adapters; the bit rate that a host sets has no effect.
+    /// The adapter speaks the protocol of LAWICEL adapters; the bit rate that a host sets has no effect. Nor has the bit
+    /// rate of the modules: they hear each other, and the host, at any.
     #[arg(long, value_name = "PATH")]
     pub slcan: Option<PathBuf>,
 
@@ -52,18 +64,19 @@ pub struct Options {
 
     /// Number of modules
     ///
-    /// A fresh module K has serial address and CAN identifier K; as in the factory, all reply to address and
-    /// identifier 2. --serial and --tcp belong to module 1. A factory reset takes a module back to address 1.
+    /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K; as in the factory,
+    /// all TMCL modules reply to address and identifier 2. --serial and --tcp belong to module 1. A factory reset takes a module back to address 1.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=MOST_MODULES))]
     pub modules: u8,
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
     /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0 free to
-    /// 1 stalled), slip STEPS, fault NAME on|off, power off|on, usb off|on, state; `module K` before it for another
-    /// module than 1. The number of an axis may stand behind press, release, load, slip and fault: `press left 2`;
+    /// 1 stalled), slip STEPS, fault NAME on|off, can passive|off|on, power off|on, usb off|on, state; `module K` before
+    /// it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault: `press left 2`;
     /// without one it is axis 0. `state` tells of axis 0 among the fields of the module, and of each axis in its list
-    /// `axes`. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
+    /// `axes`. `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does
+    /// not tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
     /// nothing comes. Port 0 takes a free one and prints it.
     ///
     /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so
@@ -76,7 +89,9 @@ pub struct Options {
     ///
     /// 16384 bytes as the chip has them; of several modules the second has FILE.2, the third FILE.3. What
     /// the module has acknowledged as stored is in the file; while that cannot be written, the module answers stores
-    /// with status 5. A file has one simulator at a time.
+    /// with status 5, and a CANopen node with abort code 06060000h. A file has one simulator at a time. Either firmware
+    /// takes the file of the other: it finds its own defaults there, and what the other has stored is there until this
+    /// one stores something.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
@@ -121,15 +136,64 @@ pub struct Options {
     pub log: bool,
 }
 
+/// The firmware of a virtual module, as the command line has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Firmware {
+    /// The firmware that speaks TMCL
+    Tmcl,
+    /// The firmware that is a CANopen node
+    Canopen,
+}
+
+impl From<Firmware> for FirmwareKind {
+    fn from(firmware: Firmware) -> Self {
+        match firmware {
+            Firmware::Tmcl => FirmwareKind::Tmcl,
+            Firmware::Canopen => FirmwareKind::Canopen,
+        }
+    }
+}
+
 impl Options {
+    /// Refuses options that contradict each other in a way that the parser cannot see.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        if self.firmware == Firmware::Tmcl {
+            return Ok(());
+        }
+        let refused = |why: &str| Err(Failure::Arguments(why.into()));
+        if self.rs485.is_some() {
+            return refused(
+                "--rs485: the CANopen firmware leaves the module's RS485 port off, so nobody would answer there. Drive \
+                 the module over CAN, with --slcan or --slcan-tcp",
+            );
+        }
+        if self.image.is_some() {
+            return refused(
+                "--image: there is no flash image of the CANopen firmware yet. Leave out --image, and the firmware's \
+                 core runs on this computer",
+            );
+        }
+        Ok(())
+    }
+
     /// True if the options ask for no link, so that the default links are opened.
-    pub(super) fn names_no_link(&self) -> bool {
+    fn names_no_link(&self) -> bool {
         !self.has_usb_link() && self.rs485.is_none() && self.slcan.is_none() && self.slcan_tcp.is_none()
     }
 
     /// True if a host can be at the USB connector of module 1.
     pub(super) fn needs_usb(&self) -> bool {
-        self.has_usb_link() || self.names_no_link()
+        self.has_usb_link() || self.default_usb()
+    }
+
+    /// True if the links of USB are opened although none is named.
+    pub(super) fn default_usb(&self) -> bool {
+        self.names_no_link() && self.firmware == Firmware::Tmcl
+    }
+
+    /// True if a CAN adapter is offered although none is named.
+    pub(super) fn default_can(&self) -> bool {
+        self.names_no_link() && self.firmware == Firmware::Canopen
     }
 
     fn has_usb_link(&self) -> bool {
@@ -145,6 +209,8 @@ Examples:
       a serial port under a name of your own; then, say: echo 'press left' | nc -N 127.0.0.1 4141
   tmcl sim --modules 3 --slcan /tmp/can --rs485 /tmp/rs485
       three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
+  tmcl sim --firmware canopen --modules 2
+      two CANopen nodes, 1 and 2, on a CAN adapter at a TCP port; prints how python-canopen gets there
   tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10
       settings survive, there is a stage with switches, and ten seconds pass in one
   tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140 --log
