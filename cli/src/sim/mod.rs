@@ -44,6 +44,8 @@ use tmcm_sim::{FirmwareKind, Model};
 const SEED: u32 = 1;
 /// Longest sleep while the modules have nothing to do for a host.
 const NAP: Duration = Duration::from_millis(5);
+/// The same for CANopen nodes, which send by themselves: heartbeats, and PDOs by their timers.
+const SHORT_NAP: Duration = Duration::from_millis(1);
 /// Longest real time spent on virtual time before the links are served again.
 const LONGEST_TURN: Duration = Duration::from_millis(2);
 /// Span of virtual time that is simulated between two looks at the clock, in nanoseconds.
@@ -136,7 +138,8 @@ fn serve<M: VirtualModule>(
     writeln!(out, "ready")?;
     out.flush()?;
     let pacer = Pacer::new(options.speed, Instant::now(), fleet.now());
-    Simulator { stop, fleet, links, pacer }.run()
+    let nap = if options.firmware == Firmware::Canopen { SHORT_NAP } else { NAP };
+    Simulator { stop, fleet, links, pacer, nap }.run()
 }
 
 /// Reads the file of option --world.
@@ -153,6 +156,8 @@ struct Simulator<M> {
     fleet: Fleet<M>,
     links: Links,
     pacer: Pacer,
+    /// Longest sleep while the modules have nothing to do for a host.
+    nap: Duration,
 }
 
 impl<M: VirtualModule> Simulator<M> {
@@ -169,7 +174,7 @@ impl<M: VirtualModule> Simulator<M> {
 
     /// Sleeps until bytes arrive or an event of the modules is due. True if the program is to end.
     fn sleep(&mut self) -> Result<bool, Failure> {
-        let nap = if self.pacer.is_behind() { Duration::ZERO } else { NAP };
+        let nap = if self.pacer.is_behind() { Duration::ZERO } else { self.nap };
         let mut wake = self.pacer.when(self.pacer.reached()) + nap;
         if self.fleet.is_busy() {
             wake = self.fleet.next_event().map_or(wake, |due| wake.min(self.pacer.when(due)));
