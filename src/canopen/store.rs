@@ -102,7 +102,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     }
 
     /// True when all that was saved is durable.
-    pub(super) fn is_settled(&self) -> bool {
+    pub fn is_settled(&self) -> bool {
         self.device.store().settled(Need::Settings)
     }
 

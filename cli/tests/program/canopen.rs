@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::io::{ErrorKind, Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
@@ -307,12 +307,17 @@ fn what_is_saved_is_in_the_file() {
     master.write(1, 0x2705, 0, &[9]);
     master.write(1, 0x1017, 0, &20_u16.to_le_bytes());
     master.write(1, 0x1010, 1, b"save");
+    // Who has nothing more to say gets the reply all the same.
+    master.write(1, 0x2003, 0, &[77]);
+    master.send(0x601, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    master.stream.shutdown(Shutdown::Write).unwrap();
+    assert_eq!(master.next(0x581), [0x60, 0x10, 0x10, 1, 0, 0, 0, 0]);
     let (status, folder) = sim.end(Signal::TERM);
     assert!(status.success());
     let sim = Sim::start_in(folder, &arguments);
     let mut master = Master::new(&sim);
     master.until(0x709, &[PRE_OPERATIONAL]);
-    assert_eq!(master.read(9, 0x2708, 0), 9);
+    assert_eq!((master.read(9, 0x2708, 0), master.read(9, 0x2003, 0)), (9, 77));
 }
 
 /// Runs modules with one EEPROM, one after the other.

@@ -140,6 +140,11 @@ impl Firmware for Canopen {
         (&mut self.ports, &self.settings)
     }
 
+    /// True while the reply to a request to save waits until all is saved.
+    fn awaits(&self, source: Source) -> bool {
+        source == Source::Can && !self.node.is_settled()
+    }
+
     fn position(&self, axis: usize) -> Option<(i32, Option<i32>)> {
         let axis = self.node.axes().get(axis)?;
         Some((axis.last_position(), axis.target_position()))
