@@ -68,22 +68,26 @@ impl Master {
     }
 
     /// The data of the next frame with this identifier; those before it are forgotten.
-    fn next(&mut self, wanted: u16) -> Vec<u8> {
-        let end = Instant::now() + PATIENCE;
-        loop {
-            while let Some((id, data)) = self.heard.pop_front() {
-                if id == wanted {
-                    return data;
-                }
-            }
-            assert!(Instant::now() < end, "no frame {wanted:03X}");
-            self.listen();
-        }
+    fn next(&mut self, id: u16) -> Vec<u8> {
+        self.find(id, |_| true)
     }
 
     /// Waits for a frame with this identifier and this data.
     fn until(&mut self, id: u16, data: &[u8]) {
-        while self.next(id) != data {}
+        self.find(id, |found| found == data);
+    }
+
+    fn find(&mut self, wanted: u16, fits: impl Fn(&[u8]) -> bool) -> Vec<u8> {
+        let end = Instant::now() + PATIENCE;
+        loop {
+            while let Some((id, data)) = self.heard.pop_front() {
+                if id == wanted && fits(&data) {
+                    return data;
+                }
+            }
+            assert!(Instant::now() < end, "no such frame {wanted:03X}");
+            self.listen();
+        }
     }
 
     /// Sends an SDO request and takes the reply.
@@ -284,19 +288,17 @@ fn a_disturbed_controller_is_told_of_when_that_is_possible() {
 fn a_tmcl_module_is_not_on_the_bus_while_its_controller_is_off() {
     let sim = Sim::start(&["--slcan-tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
     let mut master = Master::new(&sim);
-    let mut ask = |number: u8| {
-        master.send(1, &[6, number, 0, 0, 0, 0, 0]);
-    };
+    let set = |value: i32| [&[5, 4, 0][..], &value.to_be_bytes()].concat();
     sim.control(&["can off"]);
-    ask(4);
+    master.send(1, &set(777));
     pass(&sim, 50);
     sim.control(&["can passive"]);
-    ask(5);
-    assert_eq!(master.next(2)[3..], 1000_i32.to_be_bytes());
+    // Neither has the command arrived, nor does its reply come late.
+    master.send(1, &[6, 4, 0, 0, 0, 0, 0]);
+    assert_eq!(master.next(2), [&[1, 100, 6][..], &1000_i32.to_be_bytes()].concat());
     sim.control(&["can on"]);
-    master.send(1, &[9, 71, 0, 0, 0, 0, 0]);
-    // One reply to each of two questions.
-    assert_eq!(master.next(2), [1, 100, 9, 0, 0, 0, 0]);
+    master.send(1, &set(778));
+    assert_eq!(master.next(2), [&[1, 100, 5][..], &778_i32.to_be_bytes()].concat());
 }
 
 #[test]
