@@ -9,6 +9,7 @@
 //! * [`disasm`] - `tmcl disasm`: the source of an assembled program
 //! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
 //! * [`params`] - `tmcl params`: a module's settings in a file
+//! * [`eds`] - `tmcl eds`: the objects of the CANopen firmware as a file for masters
 //! * [`monitor`] - `tmcl monitor`: samples of an axis
 //! * [`scan`] - `tmcl scan`: the modules on a link
 //! * [`program`] - TMCL programs in files and in a module's program memory
@@ -22,6 +23,7 @@ pub mod asm;
 pub mod conversation;
 pub mod debug;
 pub mod disasm;
+pub mod eds;
 pub mod failure;
 mod files;
 pub mod link;

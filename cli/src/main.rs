@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
-use tmcl_cli::{asm, debug, disasm, load, monitor, params, run, scan, send, sim};
+use tmcl_cli::{asm, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
 
 /// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
 ///
@@ -39,6 +39,7 @@ enum Command {
     Run(run::Options),
     Load(load::Options),
     Debug(debug::Options),
+    Eds(eds::Options),
 }
 
 fn main() -> ExitCode {
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::Load(options) => load::run(&options),
         Command::Debug(options) => debug::run(&options),
+        Command::Eds(options) => eds::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,10 +1,14 @@
-//! The parameters, one by one and as a whole: ranges, defaults and effects, and the page of `docs` that lists them.
+//! The parameters, one by one and as a whole: ranges, defaults and effects; and the files of `docs` that list them and
+//! the objects of the CANopen firmware.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[path = "../common/mod.rs"]
 mod common;
 mod live_values;
+mod object_docs;
+mod object_notes;
+mod pages;
 mod parameter_docs;
 mod parameters;
 mod rules;

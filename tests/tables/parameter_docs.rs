@@ -2,10 +2,11 @@
 //! environment it writes it anew.
 
 use std::fmt::Write;
-use std::path::Path;
 
 use tmcm::module::TMCM_1140;
 use tmcm::param::{Interrupt, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES, Unit};
+
+use crate::pages::compare;
 
 const HEAD: &str = "\
 # Parameters
@@ -92,23 +93,7 @@ fn render() -> String {
 
 #[test]
 fn the_page_is_what_the_tables_say() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/parameters.md");
-    let expected = render();
-    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(&path, expected).unwrap();
-        return;
-    }
-    // A checkout may have brought other line ends along.
-    let found = std::fs::read_to_string(&path).unwrap_or_default().replace("\r\n", "\n");
-    let difference = expected.lines().zip(found.lines().chain(std::iter::repeat(""))).find(|(a, b)| a != b);
-    if let Some((expected, found)) = difference {
-        panic!(
-            "{} is stale: UPDATE_DOCS=1 cargo test --test tables parameter_docs\n- {found}\n+ {expected}",
-            path.display()
-        );
-    }
-    assert!(found == expected, "{} has lines too many", path.display());
+    compare("parameters.md", "parameter_docs", &render());
 }
 
 /// A pipe or a line break in a note would break the table.

@@ -9,6 +9,7 @@ mod canopen;
 mod connections;
 mod control;
 mod debug;
+mod eds;
 mod eeprom;
 mod ending;
 mod fake;
