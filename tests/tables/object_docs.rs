@@ -213,10 +213,10 @@ fn an_object_in_the_eds_has_its_properties() {
     keys("1001", &[("AccessType", "ro")]);
     let cob_id = [("ParameterName", "RPDO4 COB-ID"), ("AccessType", "rw"), ("DefaultValue", "$NODEID+0x40000500")];
     keys("1403sub1", &cob_id);
-    assert_eq!(keys("1403", &[("ParameterName", "RPDO4 communication"), ("ObjectType", "9"), ("SubNumber", "3")]), 3);
+    assert_eq!(keys("1403", &[("ParameterName", "RPDO4 communication"), ("ObjectType", "0x9"), ("SubNumber", "3")]), 3);
     keys("1403sub0", &[("ParameterName", "Largest sub-index"), ("AccessType", "const"), ("DefaultValue", "2")]);
     keys("1603sub2", &[("DefaultValue", "0x60FF0020")]);
-    keys("1010", &[("ObjectType", "8"), ("SubNumber", "4")]);
+    keys("1010", &[("ObjectType", "0x8"), ("SubNumber", "4")]);
     keys("1010sub4", &[("AccessType", "rw"), ("ObjFlags", "1")]);
     keys("2097", &[("LowLimit", "0"), ("HighLimit", "15")]);
     keys("209E", &[("DataType", "0x0002"), ("LowLimit", "-63"), ("HighLimit", "63")]);

@@ -147,8 +147,8 @@ impl File {
         let section = format!("{index:04X}");
         let kind = match head.row.kind {
             Kind::Var => return self.value(&section, head, node),
-            Kind::Array => 8,
-            Kind::Record => 9,
+            Kind::Array => "0x8",
+            Kind::Record => "0x9",
         };
         self.section(&section);
         self.key("ParameterName", head.whole());
@@ -167,7 +167,7 @@ impl File {
             let _ = writeln!(self.0, "; unit: {}", row.unit);
         }
         self.key("ParameterName", object.name());
-        self.key("ObjectType", 7);
+        self.key("ObjectType", "0x7");
         self.key("DataType", format_args!("0x{:04X}", row.data.number()));
         self.key("AccessType", object.access());
         if let Some((low, high)) = object.limits() {
