@@ -187,11 +187,11 @@ def emergencies(bus, node):
 
 def watched_by_heartbeat(bus, node):
     """The node watches the heartbeat of the master."""
-    node.sdo[0x1016][1].raw = MASTER << 16 | 1000
+    node.sdo[0x1016][1].raw = MASTER << 16 | 3000
     node.nmt.state = "OPERATIONAL"
     node.emcy.reset()
     heartbeat = bus.network.send_periodic(0x700 + MASTER, [5], 0.05)
-    bus.simulator.let_pass(1.5)
+    bus.simulator.let_pass(3.5)
     equal("no emergency while the heartbeat is there", node.emcy.log, [])
     heartbeat.stop()
     emergency("the master's heartbeat is lost", node, 0x8130, 0x11, 0, 255)
@@ -205,8 +205,8 @@ def watched_by_heartbeat(bus, node):
 def watched_by_guarding(bus, node):
     """The master guards the node, and the node watches that it does."""
     answers = bus.listen(0x700 + node.id)
-    node.sdo[0x100C].raw = 250
-    node.sdo[0x100D].raw = 4
+    node.sdo[0x100C].raw = 1000
+    node.sdo[0x100D].raw = 3
     node.nmt.state = "OPERATIONAL"
     node.emcy.reset()
     node.nmt.start_node_guarding(0.05)
@@ -315,7 +315,7 @@ def another_node_id(bus, node):
 PDOS = """
 master:
   node_id: {master}
-  heartbeat_producer: 400
+  heartbeat_producer: 1000
 axis:
   dcf: {eds}
   node_id: {node}
