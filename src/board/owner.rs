@@ -115,14 +115,18 @@ fn turn() {
     }
 }
 
-/// True if the interrupt has been asked for since it came, or since the last call.
+/// True if one of the owner's interrupts has been asked for since it came, or since the last call: neither comes while the
+/// owner runs.
 #[inline(always)]
 fn wanted() -> bool {
-    let pending = NVIC::is_pending(interrupt::TIM3);
-    if pending {
-        NVIC::unpend(interrupt::TIM3);
+    let mut wanted = false;
+    for handler in [interrupt::TIM3, interrupt::CAN1_RX0] {
+        if NVIC::is_pending(handler) {
+            NVIC::unpend(handler);
+            wanted = true;
+        }
     }
-    pending
+    wanted
 }
 
 impl<F: Firmware<AXES>> Turn for Owner<F> {

@@ -3,7 +3,7 @@
 
 use crate::common::image_host::{Host, LOADED, OK, START, decoded, request};
 use crate::common::telegram;
-use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::CanFrame;
 
 /// A link on which a host asks for something.
@@ -47,6 +47,30 @@ fn a_reply_to_another_module_is_not_executed_where_replies_have_the_own_identifi
     host.run(20 * MILLISECOND);
     let [(_, answer)] = host.machine.can().take_sent()[..] else { panic!("one reply") };
     assert_eq!((answer.id, answer.data, host.ok("GGP 100, 2")), (5, [5, 100, 9, 0, 0, 0, 0, 0], 0));
+}
+
+/// While a program takes its full fuel and the motor turns, a request over CAN is answered between two slices: the frames
+/// of request and reply take 111 us each, and at most 66 us pass between them.
+#[test]
+fn requests_over_can_are_answered_between_the_slices_of_a_program() {
+    let mut host = Host::new("");
+    host.ok("132, 0, 0, 0");
+    for line in ["CALC ADD, 1", "GAP 1, 0", "JA 0"] {
+        assert_eq!(host.ask(line).0, LOADED);
+    }
+    for line in ["133, 0, 0, 0", "ROR 0, 1000", "129, 0, 0, 0"] {
+        host.ok(line);
+    }
+    let mut longest = 0;
+    for n in 0..100 {
+        host.run(10 * MILLISECOND + n * 37 * MICROSECOND);
+        let begin = host.machine.now();
+        host.machine.can().send(request(1, "GAP 5, 0"));
+        host.run(2 * MILLISECOND);
+        let [(end, _)] = host.machine.can().take_sent()[..] else { panic!("one reply") };
+        longest = longest.max(end - begin);
+    }
+    assert!(longest <= (2 * 111 + 66) * MICROSECOND, "{longest} ns");
 }
 
 // ---- Settings ----

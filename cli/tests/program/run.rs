@@ -26,21 +26,21 @@ const TRACE: &str = "  time in ms    at         command                      acc
        0.024     7  Count: CALC SUB, 1                            1           0
        0.024     8         AGP 3, 2                               1           0
        0.024     9         WAIT TICKS, 0, 1                       1           0
-      10.000    10         RSUB                                   1           0
-      10.000     4         JC NZ, Loop                            1           0
-      10.000     3  Loop:  CSUB Count                             1           0
-      10.000     7  Count: CALC SUB, 1                            0           0  ZE
-      10.000     8         AGP 3, 2                               0           0  ZE
-      10.000     9         WAIT TICKS, 0, 1                       0           0  ZE
-      20.000    10         RSUB                                   0           0  ZE
-      20.000     4         JC NZ, Loop                            0           0  ZE
-      20.000     5         COMP 7                                 0           0  LT
-      20.000     6         STOP                                   0           0  LT
+      10.024    10         RSUB                                   1           0
+      10.024     4         JC NZ, Loop                            1           0
+      10.024     3  Loop:  CSUB Count                             1           0
+      10.024     7  Count: CALC SUB, 1                            0           0  ZE
+      10.024     8         AGP 3, 2                               0           0  ZE
+      10.024     9         WAIT TICKS, 0, 1                       0           0  ZE
+      20.024    10         RSUB                                   0           0  ZE
+      20.024     4         JC NZ, Loop                            0           0  ZE
+      20.024     5         COMP 7                                 0           0  LT
+      20.024     6         STOP                                   0           0  LT
 ";
 
 const REPORT: &str = "\
 end               STOP at address 6 (Loop + 3)
-virtual time      20 ms
+virtual time      20.024 ms
 commands executed 17, 1 of them without effect; the first: SAP 4, 0, 3000 at address 2: value, motor or bank out of range
 position          0 microsteps
 velocity          0 (internal units): the motor stands
