@@ -131,13 +131,19 @@ fn wanted() -> bool {
 
 impl<F: Firmware<AXES>> Turn for Owner<F> {
     /// Serves requests one by one until there is none, and after each checks whether a poll of the firmware is due, so
-    /// that a host that sends without pause does not delay the motor. When there was none, the links are looked at again
-    /// if one of them has asked for this interrupt meanwhile, or if replies may have gone out for which a link waited.
+    /// that a host that sends without pause does not delay the motor; but a request that has come while another was
+    /// served goes before the poll, so that it waits for one of these and not for both. When there was no request, the
+    /// links are looked at again if one of them has asked for this interrupt meanwhile, or if replies may have gone out
+    /// for which a link waited.
     fn turn(&mut self) {
-        let mut idle = false;
+        let (mut idle, mut second) = (false, false);
         loop {
             if !idle || wanted() {
                 idle = !self.firmware.serve(&mut self.ends, now);
+                second = !idle && !second && wanted();
+                if second {
+                    continue;
+                }
             }
             let (now, deadline) = (now(), self.firmware.deadline());
             if now >= deadline {

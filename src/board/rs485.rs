@@ -11,6 +11,7 @@
 
 use core::cell::UnsafeCell;
 use core::ops::{Deref, DerefMut};
+use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::register::primask::{self, Primask};
 use embassy_stm32::Peri;
@@ -53,6 +54,9 @@ struct Link(UnsafeCell<Rs485>);
 unsafe impl Sync for Link {}
 
 static LINK: Link = Link(UnsafeCell::new(Rs485::OFF));
+
+/// There may be a request. The owner looks here first, because the other links wait meanwhile.
+static ASKED: AtomicBool = AtomicBool::new(false);
 
 /// The state of the link.
 struct Rs485 {
@@ -124,7 +128,11 @@ fn start(direction: Output<'static>, mode: LinkMode) {
 /// The next request; `None` while there is none.
 #[inline(always)]
 pub(super) fn request() -> Option<Request> {
+    if !ASKED.load(Ordering::Relaxed) {
+        return None;
+    }
     let mut link = lock();
+    ASKED.store(link.behind, Ordering::Relaxed);
     if !link.behind && link.port.is_binary() {
         return link.port.take();
     }
@@ -311,6 +319,7 @@ impl Rs485 {
             self.send_echo();
         }
         if self.port.is_ready() {
+            ASKED.store(true, Ordering::Relaxed);
             wake::pend();
         }
     }

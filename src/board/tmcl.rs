@@ -5,15 +5,14 @@ use super::ends::Ends;
 use super::firmware::Firmware;
 use crate::can::StandardId;
 use crate::device::{Inputs, Outputs, Parts};
-use crate::module::{Desk, LinkSettings, Module, Platform, Product, Source, factory_reset};
+use crate::module::{LinkSettings, Module, Platform, Product, Source, deliver, factory_reset, serve};
 use crate::store::{Job, Store};
 use crate::units::Micros;
 
-/// A module of TMCL with its desk. The module comes first: see [`Module`].
+/// A module of TMCL. The module comes first: see [`Module`].
 #[repr(C)]
 pub struct Tmcl<T: Platform<Hooks = ()> + 'static, const AXES: usize> {
     module: Module<T, AXES>,
-    desk: Desk,
     /// Identifiers of requests and of replies with which CAN was told what to bring.
     told: Option<[Option<StandardId>; 3]>,
 }
@@ -23,7 +22,7 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
 
     #[inline(always)]
     fn new(parts: Parts<T, AXES>, seed: u32) -> Self {
-        Tmcl { module: Module::new(parts, (), seed), desk: Desk::new(), told: None }
+        Tmcl { module: Module::new(parts, (), seed), told: None }
     }
 
     fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<T::Product>)) {
@@ -71,7 +70,7 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
 
     #[inline(always)]
     fn serve(&mut self, ends: &mut Ends, now: impl Fn() -> Micros) -> bool {
-        self.desk.serve(&mut self.module, ends, now)
+        serve(&mut self.module, ends, now)
     }
 
     #[inline(always)]
@@ -91,7 +90,7 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
 
     #[inline(always)]
     fn deliver(&mut self, ends: &mut Ends) {
-        Desk::deliver(&mut self.module, ends);
+        deliver(&mut self.module, ends);
     }
 
     #[inline(always)]

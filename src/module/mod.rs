@@ -27,7 +27,7 @@ mod spec;
 mod supervision;
 mod waiting;
 
-pub use desk::{Desk, LinkEnds};
+pub use desk::{LinkEnds, deliver, serve};
 pub use hooks::{Executed, Hooks};
 pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
 pub use origin::{Answer, Due, Origin, Source};

@@ -5,7 +5,7 @@ use std::task::Poll;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::fault::CanState;
 use tmcm::can::Frame;
-use tmcm::module::{Desk, LinkSettings, Module, Product, Source};
+use tmcm::module::{LinkSettings, Module, Product, Source, deliver, serve};
 use tmcm::store::LoadReport;
 use tmcm::tmcl::{Command, Reply, Status, can};
 use tmcm::units::Micros;
@@ -23,7 +23,6 @@ use crate::tracer::{Step, Tracer};
 struct Tmcl<P: Product + 'static, const AXES: usize, const N: usize> {
     module: Module<Simulated<Tracer, P, N>, AXES>,
     around: Surroundings<AXES>,
-    desk: Desk,
     ports: Ports,
     baud: u64,
 }
@@ -38,7 +37,6 @@ pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
     module.start(clock, |store| report = keeper.load(store));
     let firmware = Tmcl {
         around: Surroundings::new(board, keeper, clock),
-        desk: Desk::new(),
         ports: Ports::new(module.link_settings().start),
         baud: module.baud_rate().into(),
         module,
@@ -67,16 +65,16 @@ impl<P: Product + 'static, const AXES: usize, const N: usize> Firmware for Tmcl<
         around.write(&outputs);
         let board = around.board();
         let arrived = board.borrow().now();
-        Desk::deliver(module, &mut Ends { traffic, ports, board, arrived });
+        deliver(module, &mut Ends { traffic, ports, board, arrived });
         outputs.restart
     }
 
     fn serve(&mut self, traffic: &mut Traffic) -> bool {
-        let Tmcl { module, around, desk, ports, .. } = self;
+        let Tmcl { module, around, ports, .. } = self;
         let (board, now) = (around.board(), around.now());
         let arrived = board.borrow().now();
         let before = module.subscriber();
-        let served = desk.serve(module, &mut Ends { traffic: &mut *traffic, ports, board, arrived }, || now);
+        let served = serve(module, &mut Ends { traffic: &mut *traffic, ports, board, arrived }, || now);
         if module.subscriber() != before && traffic.served.is_some() {
             traffic.subscriber = traffic.served;
         }

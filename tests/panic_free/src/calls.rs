@@ -15,8 +15,8 @@ use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
 use tmcm::device::{Board, Controller, Device, Inputs, Inversion, Parts};
 use tmcm::module::{
-    Desk, Hooks, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Platform, Port, Product, Request, Slots,
-    Source, Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, factory_reset,
+    Hooks, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Platform, Port, Product, Request, Slots, Source,
+    Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, deliver, factory_reset, serve,
 };
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::{Axis, Hardware, Known, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
@@ -518,9 +518,8 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     any(&mut module);
     any(module.poll(now(), &any(Inputs::default())));
     any(&mut module);
-    let mut desk = Desk::new();
-    any(desk.serve(&mut module, &mut Nobody, now));
-    Desk::deliver(&mut module, &mut Nobody);
+    any(serve(&mut module, &mut Nobody, now));
+    deliver(&mut module, &mut Nobody);
     any(&mut module);
     let _ = any(module.request(now(), any(Source::Usb), &any(Request::Telegram(Addressed::default()))));
     any(&mut module);
