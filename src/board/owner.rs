@@ -1,8 +1,9 @@
 //! The owner of the firmware's logic, be it TMCL or another [`Firmware`]: the only part that calls it.
 //!
-//! It runs in the interrupt of TIM3, which comes each millisecond when a poll is due, and whenever a link has a request
-//! ([`wake`]), and in that of received CAN frames. It serves the requests of the links, polls the firmware when that is due, and gives a program its slices;
-//! between two of these it serves the links again. No other code uses the firmware, the motion bus, or the CAN mailboxes.
+//! It runs in the interrupt of TIM3, which comes when a poll is due, and whenever RS485 or USB has a request ([`wake`]);
+//! and in that of received CAN frames. It serves the requests of the links, polls the firmware when that is due, and gives
+//! a program its slices; between two of these it serves the links again. No other code uses the firmware and the motion
+//! bus, and the handler of the CAN mailboxes alone uses these besides.
 
 use core::cell::UnsafeCell;
 
