@@ -4,6 +4,7 @@
 #[path = "../tests/common/image.rs"]
 mod build;
 
+use std::error::Error;
 use std::time::Instant;
 
 use hal_sim::clock::{MILLISECOND, SECOND};
@@ -57,9 +58,9 @@ const ROWS: &[(&str, &[Command])] = &[
 /// The rows that the flash image is measured with.
 const IMAGE_ROWS: [usize; 3] = [0, 3, 4];
 
-fn main() {
+fn main() -> Result<(), Box<dyn Error>> {
     native();
-    image();
+    image()
 }
 
 /// Rows of the firmware's core, compiled for the host.
@@ -77,12 +78,11 @@ fn native() {
 }
 
 /// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
-fn image() {
+fn image() -> Result<(), Box<dyn Error>> {
     println!("{:<52} {:>10} {:>10} {:>8} {:>16}", "the flash image", "virtual", "host", "ratio", "instructions/s");
-    let elf = std::fs::read(build::image()).expect("the image has just been built");
+    let elf = std::fs::read(build::try_image()?.path)?;
     for (name, commands) in IMAGE_ROWS.iter().filter_map(|&row| ROWS.get(row)) {
-        let module = ImageModule::new(&elf, &WorldConfig::default(), None, 1, Setup::default());
-        let mut module = module.expect("the image starts");
+        let mut module = ImageModule::new(&elf, &WorldConfig::default(), None, 1, Setup::default())?;
         prepare(&mut module, Source::Rs485, commands);
         let done = |module: &mut ImageModule| {
             let counters = module.machine().counters();
@@ -96,6 +96,7 @@ fn image() {
         let speed = (done(&mut module) - before) as f64 / host / 1e6;
         println!("{name:<52} {IMAGE:>8} s {host:>8.2} s {:>7.2}x {speed:>8.1} million", IMAGE as f64 / host);
     }
+    Ok(())
 }
 
 /// Has the module do what these commands say.
