@@ -73,6 +73,20 @@ fn requests_over_can_are_answered_between_the_slices_of_a_program() {
     assert!(longest <= (2 * 111 + 66) * MICROSECOND, "{longest} ns");
 }
 
+/// Somebody else's byte is still arriving when a host begins: its bytes follow that one, as they do on a wire.
+#[test]
+fn a_request_right_behind_the_byte_of_another_is_answered() {
+    let mut host = Host::new("");
+    let others = telegram("GGP 66, 0").map(|byte| byte ^ 0x80);
+    let end = host.machine.rs485().send(&others, host.baud);
+    // In the middle of the last byte, which takes 1042 us.
+    host.machine.run_until(end - 500 * MICROSECOND).unwrap();
+    host.machine.rs485().send(&telegram("GGP 66, 0"), host.baud);
+    host.run(30 * MILLISECOND);
+    let reply: Vec<u8> = host.machine.rs485().take_sent().iter().map(|character| character.value).collect();
+    assert_eq!(decoded("GGP 66, 0", &reply), (OK, 1));
+}
+
 // ---- Settings ----
 
 /// Addresses and echo, set over one link, are in force on the others with the next character.

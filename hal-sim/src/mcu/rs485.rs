@@ -15,8 +15,10 @@ pub struct Rs485 {
     sending: Option<Cycles>,
     /// When it has begun and ended to.
     turns: Vec<(Nanos, bool)>,
-    /// What others send, in order.
+    /// What others send and have not begun to, in order.
     incoming: VecDeque<Incoming>,
+    /// When what others have begun to send ends.
+    heard_until: Nanos,
     sent: Vec<Character>,
 }
 
@@ -52,9 +54,7 @@ impl Rs485 {
 
     /// Others send. What begins before something else has ended follows it.
     pub(super) fn push(&mut self, mut character: Incoming) {
-        if let Some(last) = self.incoming.back() {
-            character.start = character.start.max(last.end());
-        }
+        character.start = character.start.max(self.last_end().unwrap_or(self.heard_until));
         self.incoming.push_back(character);
     }
 
@@ -72,6 +72,7 @@ impl Rs485 {
     /// What others begin to send at `now`, if the port hears it: it is `connected`, and the transceiver does not send.
     pub(super) fn hear(&mut self, now: Nanos, connected: bool, time: &Timebase) -> Option<Edge> {
         let character = self.incoming.pop_front_if(|character| character.start <= now)?;
+        self.heard_until = character.end();
         (connected && self.sending.is_none()).then(|| Edge {
             start: time.cycles(character.start),
             end: time.cycles(character.end()),
