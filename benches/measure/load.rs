@@ -76,8 +76,8 @@ pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<[u
     }
     report.title("Load of the core");
     report.text(
-        "The owner of the module is the handler of TIM3: the poll each millisecond, the program, and what the links \
-         ask. Waiting for the wire of SPI1 is part of its time.",
+        "The owner of the module is the handler of TIM3: the polls, the program, and what RS485 and USB ask. What comes over \
+         CAN runs in the handler of CAN1_RX0; here nothing does. Waiting for the wire of SPI1 is part of its time.",
     );
     report.table(
         ["", "awake", "owner", "less the wire", "SPI wire", "owner, cycles/ms", "instr./ms", "datagrams/ms"],

@@ -171,9 +171,15 @@ impl Queue {
     }
 }
 
-/// A mailbox has become free: frames that wait are sent, and then requests are read again.
 #[embassy_stm32::interrupt]
 unsafe fn CAN1_TX() {
+    refill();
+}
+
+/// A mailbox has become free: frames that wait are sent, and then requests are read again. To be called at the owner's
+/// priority: by the handler, or by the owner, who keeps it from coming.
+#[inline(never)]
+pub(super) fn refill() {
     CAN1.tsr().write(|w| (0..MAILBOXES).for_each(|mailbox| w.set_rqcp(mailbox, true)));
     let room = QUEUE.with(|queue| {
         while is_free() {

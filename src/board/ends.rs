@@ -17,7 +17,12 @@ impl LinkEnds for Ends {
     #[inline(always)]
     fn request(&mut self, source: Source, _: &LinkSettings) -> Option<Request> {
         match source {
-            Source::Can => self.can.as_mut()?.read().as_ref().and_then(decode).map(Request::Frame),
+            // Frames that are no requests are passed over.
+            Source::Can => loop {
+                if let Some(frame) = decode(&self.can.as_mut()?.read()?) {
+                    return Some(Request::Frame(frame));
+                }
+            },
             Source::Rs485 => rs485::request(),
             // While the host has not fetched earlier replies there is no room for the reply to another request.
             Source::Usb if USB.is_full() => None,

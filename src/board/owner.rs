@@ -117,9 +117,13 @@ fn turn() {
 }
 
 /// True if one of the owner's interrupts has been asked for since it came, or since the last call: neither comes while the
-/// owner runs.
+/// owner runs, nor does that of the CAN mailboxes, whose work is done here.
 #[inline(always)]
 fn wanted() -> bool {
+    if NVIC::is_pending(interrupt::CAN1_TX) {
+        can::refill();
+        NVIC::unpend(interrupt::CAN1_TX);
+    }
     let mut wanted = false;
     for handler in [interrupt::TIM3, interrupt::CAN1_RX0] {
         if NVIC::is_pending(handler) {
@@ -133,9 +137,8 @@ fn wanted() -> bool {
 impl<F: Firmware<AXES>> Turn for Owner<F> {
     /// Serves requests one by one until there is none, and after each checks whether a poll of the firmware is due, so
     /// that a host that sends without pause does not delay the motor; but a request that has come while another was
-    /// served goes before the poll, so that it waits for one of these and not for both. When there was no request, the
-    /// links are looked at again if one of them has asked for this interrupt meanwhile, or if replies may have gone out
-    /// for which a link waited.
+    /// served goes before the poll, the first time. When there was no request, the links are looked at again if one of
+    /// them has asked for this interrupt meanwhile, or if replies may have gone out for which a link waited.
     fn turn(&mut self) {
         let (mut idle, mut second) = (false, false);
         loop {

@@ -95,6 +95,11 @@ impl Errors {
         Some(message)
     }
 
+    /// Drops the messages that wait.
+    pub(super) fn drop_messages(&mut self) {
+        self.queue.clear();
+    }
+
     /// True when no message waits.
     pub(super) fn is_empty(&self) -> bool {
         self.queue.is_empty()

@@ -284,9 +284,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             return None;
         }
         let cob_id = self.values.of_object(Object::EmergencyCobId);
+        if cob_id & cob::OFF != 0 {
+            self.errors.drop_messages();
+            return None;
+        }
         let inhibit = u64::from(self.values.of_object(Object::EmergencyInhibitTime)).saturating_mul(100);
         let message = self.errors.take(self.now, Micros(inhibit))?;
-        Frame::standard(cob::can_id(cob_id), &message).filter(|_| cob_id & cob::OFF == 0)
+        Frame::standard(cob::can_id(cob_id), &message)
     }
 
     /// Notes an emergency, and has it told unless the node is stopped.

@@ -104,6 +104,8 @@ fn the_inhibit_time_of_emergencies() {
     rig.send(0x201, &[0]);
     rig.set(0x1014, 0, 0x8000_0081);
     rig.frames();
+    // And they do not come back when emergencies are switched on again within the inhibit time.
+    rig.set(0x1014, 0, 0x81);
     rig.wait(100);
     assert!(rig.of(0x81).is_empty());
 }
