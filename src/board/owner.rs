@@ -89,7 +89,8 @@ static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 pub(super) fn start<F: Firmware<AXES>>(owner: &'static mut Owner<F>) {
     put_in_force(owner.firmware.link_settings());
     owner.signals.start();
-    // SAFETY: the interrupt is not enabled yet.
+    // SAFETY: the interrupt of TIM3 is not enabled yet, and that of CAN1_RX0 comes only after a task of thread mode, where
+    // this runs, has joined the bus.
     unsafe { *OWNER.0.get() = Some(owner) };
     wake::start();
 }

@@ -362,7 +362,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if self.touched {
             self.look_for_events();
         }
-        let due = self.device.restart().is_some_and(|at| now >= at) && self.is_settled() && self.server.is_empty();
+        let told = self.server.is_empty() || self.bus == BusState::Off;
+        let due = self.device.restart().is_some_and(|at| now >= at) && self.is_settled() && told;
         let outputs = self.device.outputs_mut();
         outputs.restart = due;
         *outputs

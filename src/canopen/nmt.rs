@@ -63,9 +63,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub(super) fn guard(&mut self) {
         if self.values.of_object(Object::ProducerHeartbeatTime) == 0 {
             self.guarding.hear(self.now);
-            let answer = self.guarded.answer(self.state as u8);
-            // A boot-up message that has not been sent goes first.
-            self.control.get_or_insert(answer);
+            // A message that has not been sent, such as the boot-up, goes first; then this question has no answer.
+            if self.control.is_none() {
+                self.control = Some(self.guarded.answer(self.state as u8));
+            }
         }
     }
 

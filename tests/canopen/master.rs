@@ -1,7 +1,9 @@
 //! Losing the master: by its heartbeat, by its guarding, and by the bus.
 
 use crate::rig::Rig;
+use tmcm::can::{CanFrame, Frame, StandardId};
 use tmcm::canopen::{BusState, Nmt};
+use tmcm::device::Inputs;
 
 /// The emergency of a lost master.
 const LOST: [u8; 8] = [0x30, 0x81, 0x11, 0, 255, 0, 0, 0];
@@ -174,4 +176,31 @@ fn the_bus_fails_and_recovers() {
     assert_eq!((rig.read(0x1001, 0), rig.node.state()), (0x11, Nmt::Operational));
     rig.command(0x82);
     assert_eq!(rig.read(0x1001, 0), 0);
+}
+
+/// A reply that nobody can receive does not keep the node from the reset that it was told to do.
+#[test]
+fn a_reset_does_not_wait_for_replies_while_the_bus_is_off() {
+    for (state, resets) in [(BusState::Off, true), (BusState::Active, false)] {
+        let mut rig = Rig::operational();
+        let now = rig.now();
+        for (id, data) in [(0x601, &[0x40, 0, 0x10, 0, 0, 0, 0, 0][..]), (0, &[0x81, 1])] {
+            rig.node.receive(now, &Frame::standard(id, data).unwrap());
+        }
+        rig.node.bus(now, state);
+        let reset = (0..10).any(|_| rig.node.poll(rig.node.deadline(), &Inputs::default()).restart);
+        assert_eq!(reset, resets, "{state:?}");
+    }
+}
+
+/// Of two questions before the answer one is answered, and the toggle bit changes from answer to answer.
+#[test]
+fn the_toggle_bit_changes_with_each_answer() {
+    let mut rig = Rig::operational();
+    rig.frames();
+    let (now, question) = (rig.now(), Frame::new_remote(StandardId::new(0x701).unwrap(), 1).unwrap());
+    rig.node.receive(now, &question);
+    rig.send_remote(0x701, 1);
+    rig.send_remote(0x701, 1);
+    assert_eq!(rig.of(0x701), [[5], [0x85]]);
 }
