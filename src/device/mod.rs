@@ -3,9 +3,8 @@
 //!
 //! A device knows no language. The firmware that owns it - the TMCL firmware is [`crate::module`] - gives it time and
 //! inputs by [`Device::begin`], [`Device::next_axis`] and [`Device::next_reading`], and commands its axes by
-//! [`Device::axis`]. By itself the
-//! device stops what must not go on: all motors, when the supply is too low or a motion controller is
-//! silent.
+//! [`Device::axis`]. By itself the device stops what must not go on: all motors, when the supply is too low or a motion
+//! controller is silent.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 

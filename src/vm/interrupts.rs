@@ -13,9 +13,6 @@ const NUMBERS: usize = 64;
 const RISING: i32 = 1;
 const FALLING: i32 = 2;
 
-/// In place of a handler's address: the interrupt has no handler.
-const NONE: u16 = u16::MAX;
-
 /// What the module hands to the interrupts each millisecond, as bits by interrupt number: events of the last
 /// millisecond, and the present levels of inputs and stop switches, whose edges raise interrupts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,7 +64,9 @@ pub struct Interrupts {
     /// Interrupts, one bit each, for which rising edges count; `falling` has those for which falling edges count.
     rising: u64,
     falling: u64,
+    /// Addresses of the handlers, and the interrupts, one bit each, that have one.
     vectors: [u16; NUMBERS],
+    handled: u64,
     enabled: u64,
     global: bool,
     pending: u64,
@@ -83,7 +82,8 @@ impl Default for Interrupts {
             periods: [0; _],
             rising: 0,
             falling: 0,
-            vectors: [NONE; _],
+            vectors: [0; _],
+            handled: 0,
             enabled: 0,
             global: false,
             pending: 0,
@@ -110,6 +110,7 @@ impl Interrupts {
     pub fn set_vector(&mut self, number: u8, address: u16) {
         if let Some(vector) = self.vectors.get_mut(usize::from(number)) {
             *vector = address;
+            self.handled |= bit(number);
         }
     }
 
@@ -157,26 +158,25 @@ impl Interrupts {
         self.timers = [None; _];
     }
 
-    /// True while an interrupt is pending and interrupts are globally enabled, whether or not it has a handler.
+    /// The pending interrupts that have a handler; none while interrupts are globally disabled.
+    const fn candidates(&self) -> u64 {
+        if self.global { self.pending & self.handled } else { 0 }
+    }
+
+    /// True while an interrupt with a handler is pending and interrupts are globally enabled.
     pub(super) const fn wanted(&self) -> bool {
-        self.global && self.pending != 0
+        self.candidates() != 0
     }
 
     /// The address of the handler to run next, and ends the pending state of its interrupt. Of several pending
     /// interrupts the lowest number goes first. `None` if no interrupt with a handler is pending, or interrupts are
     /// globally disabled.
     pub fn take(&mut self) -> Option<u16> {
-        let mut candidates = if self.global { self.pending } else { 0 };
-        while candidates != 0 {
-            let number = candidates.trailing_zeros();
-            let vector = self.vectors.get(usize::try_from(number).ok()?).copied()?;
-            if vector != NONE {
-                self.pending &= !1_u64.wrapping_shl(number);
-                return Some(vector);
-            }
-            candidates &= candidates.wrapping_sub(1);
-        }
-        None
+        // Without a candidate this is 64, and there is no such interrupt.
+        let number = self.candidates().trailing_zeros() as u8;
+        let vector = self.vectors.get(usize::from(number)).copied()?;
+        self.pending &= !bit(number);
+        Some(vector)
     }
 
     /// The interrupts, as bits, whose level has changed in a direction that counts by bank 3.
@@ -238,6 +238,19 @@ mod tests {
         interrupts.look(T(1), signals, true);
         interrupts.look(T(2), signals, true);
         assert_eq!([(); 3].map(|()| interrupts.take()), [Some(7), Some(139), None]);
+    }
+
+    #[test]
+    fn an_interrupt_without_a_handler_waits_for_one_and_holds_up_nothing() {
+        let mut interrupts = armed(39);
+        interrupts.enable(3, true);
+        let mut signals = Signals::default();
+        signals.reached(0);
+        interrupts.look(T(0), signals, true);
+        assert_eq!((interrupts.wanted(), interrupts.take()), (false, None));
+        interrupts.set_vector(3, 0);
+        assert_eq!((interrupts.wanted(), interrupts.take()), (true, Some(0)));
+        assert!(!interrupts.wanted());
     }
 
     #[test]

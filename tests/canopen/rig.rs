@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hal_sim::board::{self, Board, Chip, SharedBoard, SimPin, SimSpi};
+use hal_sim::board::{self, Board, Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::control::Line;
 use hal_sim::world;
@@ -10,34 +10,14 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::can::{CanFrame, Frame, StandardId};
 use tmcm::canopen::{Node, Tmcm1140};
 use tmcm::chip::at25::At25;
-use tmcm::chip::tmc429::Tmc429;
-use tmcm::device::{self, Controller, Inputs, Parts};
+use tmcm::device::{self, Inputs};
 use tmcm::motion::Sensors;
-use tmcm::motion::tmc429::Tmc429Tmc262;
-use tmcm::store::{Keeper, LoadReport, Store};
+use tmcm::store::{Keeper, LoadReport};
 use tmcm::units::Micros;
+use tmcm_sim::native::{self, parts};
 
 /// The simulated board, as the firmware's types have it.
-#[derive(Debug)]
-pub(crate) struct Simulated;
-
-impl device::Board for Simulated {
-    type Product = Tmcm1140;
-    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
-    type Controllers = [Controller<Self::Hardware>; 1];
-    type Enable = SimPin;
-    type Store = Box<Store<Tmcm1140>>;
-}
-
-/// The parts of a node on a simulated board; the speeds of the buses are those of the target.
-fn parts(board: &SharedBoard) -> Parts<Simulated, 1> {
-    Parts {
-        controllers: [Controller::new(Tmc429::new(board.spi(Chip::Tmc429(0), 1_312_500)))],
-        axes: Tmc429Tmc262::axes([board.spi(Chip::Tmc262(0), 2_625_000)]),
-        enable: board.enable_pin(),
-        store: Box::new(Store::new()),
-    }
-}
+pub(crate) type Simulated = native::Simulated<(), Tmcm1140>;
 
 /// Longest time that the master waits for a reply.
 const PATIENCE: Nanos = 1_000 * MILLISECOND;

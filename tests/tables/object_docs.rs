@@ -45,19 +45,9 @@ fn number(value: i64) -> String {
 
 /// True if a rule, and no range, says which numbers the object takes.
 fn has_rule(object: Object) -> bool {
-    matches!(
+    let ruled = matches!(
         object,
-        Object::SaveAll
-            | Object::SaveCommunication
-            | Object::SaveMotor
-            | Object::RestoreAll
-            | Object::RestoreCommunication
-            | Object::RestoreMotor
-            | Object::StoreCommunication
-            | Object::DirectCommunication
-            | Object::ManufacturerMode
-            | Object::OsCommand
-            | Object::SyncCobId
+        Object::SyncCobId
             | Object::EmergencyCobId
             | Object::ConsumerHeartbeatTime
             | Object::ReceiveCobId
@@ -68,7 +58,8 @@ fn has_rule(object: Object) -> bool {
             | Object::TransmitEntry1
             | Object::TransmitEntry2
             | Object::TransmitEntry3
-    )
+    );
+    ruled || eds::is_command(object)
 }
 
 fn range(object: Object, row: &Row) -> String {

@@ -11,7 +11,7 @@ use clap::Args;
 use crate::failure::Failure;
 use crate::files::STANDARD;
 pub use file::text;
-pub use object::Described;
+pub use object::{Described, is_command};
 
 /// Write the electronic data sheet (EDS) of the TMCM-1140 with the CANopen firmware
 ///

@@ -83,21 +83,9 @@ impl Described {
         )
     }
 
-    /// True if writing the object makes the module do something, so that a value read from it must not be written back.
+    /// True if writing the object is a [command](is_command).
     pub fn is_command(&self) -> bool {
-        matches!(
-            self.object,
-            Object::SaveAll
-                | Object::SaveCommunication
-                | Object::SaveMotor
-                | Object::RestoreAll
-                | Object::RestoreCommunication
-                | Object::RestoreMotor
-                | Object::OsCommand
-                | Object::DirectCommunication
-                | Object::ManufacturerMode
-                | Object::StoreCommunication
-        )
+        is_command(self.object)
     }
 
     /// The smallest and the largest value that a number takes; `None` if it is no number, or is not written.
@@ -127,4 +115,21 @@ impl Described {
 /// A number as an EDS has it: large positive ones, which are codes of some kind, in hexadecimal.
 pub(super) fn shown(number: i64) -> String {
     if number > 0xFFFF && number != i64::from(i32::MAX) { format!("0x{number:08X}") } else { number.to_string() }
+}
+
+/// True if writing an object makes the module do something, so that a value read from it must not be written back.
+pub fn is_command(object: Object) -> bool {
+    matches!(
+        object,
+        Object::SaveAll
+            | Object::SaveCommunication
+            | Object::SaveMotor
+            | Object::RestoreAll
+            | Object::RestoreCommunication
+            | Object::RestoreMotor
+            | Object::OsCommand
+            | Object::DirectCommunication
+            | Object::ManufacturerMode
+            | Object::StoreCommunication
+    )
 }
