@@ -1,4 +1,5 @@
-//! Emergencies: the messages, the error register (1001h), and the queue with its inhibit time (1015h).
+//! Emergencies: the messages, what the drive does then, the error register (1001h), and the queue with its inhibit time
+//! (1015h).
 
 use heapless::Deque;
 
@@ -8,12 +9,24 @@ use crate::units::Micros;
 /// alone.
 const QUEUE: usize = 8;
 
+/// What the drive does when an emergency comes up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reaction {
+    /// Nothing.
+    Message,
+    /// The motor stops, and the drive stays in its state.
+    Stop,
+    /// The motor stops, and the drive enters FAULT, which it leaves by a fault reset when the cause is gone.
+    Fault,
+}
+
 /// Makes the enum of emergencies and their data, which are written one a line: code, first and second byte of the
-/// manufacturer's field, bits of the error register, name, meaning.
+/// manufacturer's field, bits of the error register, reaction, name, meaning.
 macro_rules! emergencies {
-    ($($code:literal $first:literal $second:literal $register:literal $name:ident $meaning:literal;)*) => {
+    ($($code:literal $first:literal $second:literal $register:literal $reaction:ident $name:ident $meaning:literal;)*) => {
         /// An emergency that a node can tell.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
         pub enum Emergency {
             $(#[doc = $meaning] $name,)*
         }
@@ -29,45 +42,59 @@ macro_rules! emergencies {
                     $(Emergency::$name => ($code, [$first, $second], $register, $meaning),)*
                 }
             }
+
+            /// What the drive does when the emergency comes up.
+            pub const fn reaction(self) -> Reaction {
+                match self {
+                    $(Emergency::$name => Reaction::$reaction,)*
+                }
+            }
+
+            /// The bit of the emergency in a set of them.
+            const fn bit(self) -> u32 {
+                1_u32.unbounded_shl(self as u32)
+            }
         }
     };
 }
 
 emergencies! {
-    0x0000 0 0 0x00 Reset "fault reset executed";
-    0x1000 1 0 0x01 OpenLoadA "open load bridge A";
-    0x1000 2 0 0x01 OpenLoadB "open load bridge B";
-    0x2310 0 0 0x03 OverCurrentHighSide "overcurrent high side";
-    0x2311 0 0 0x03 OverCurrentB "overcurrent bridge B";
-    0x2312 0 0 0x03 OverCurrentA "overcurrent bridge A";
-    0x3230 0 0 0x21 Stall "stallGuard2 error";
-    0x4310 1 0 0x09 TemperatureWarning "over-temperature pre-warning";
-    0x4310 2 0 0x09 OverTemperature "over-temperature";
-    0x5000 0 255 0x81 SilentController "motion controller silent";
-    0x5441 0 255 0x21 Shutdown "shutdown switch active";
-    0x6320 0 255 0x21 Refused "parameter error: data of an RPDO wrong or not acceptable now";
-    0x8100 0 255 0x11 Communication "general CAN communication error";
-    0x8110 1 255 0x11 ControllerOverflow "CAN controller overflow";
-    0x8110 2 255 0x11 TransmitOverflow "CAN transmit buffer overflow";
-    0x8110 3 255 0x11 ReceiveOverflow "CAN receive buffer overflow";
-    0x8120 0 255 0x11 ErrorPassive "CAN error passive";
-    0x8130 0 255 0x11 MasterLost "heartbeat or life guarding lost";
-    0x8140 0 255 0x11 BusOff "recovered from bus-off";
-    0x8210 0 255 0x11 PdoTooShort "PDO too short";
-    0x8220 0 255 0x11 PdoTooLong "PDO too long";
-    0x8611 0 0 0x21 FollowingError "following error";
-    0xFF00 0 0 0x05 UnderVoltage "under-voltage";
-    0xFF01 1 0 0x81 PositiveSoftwareLimit "positive software limit";
-    0xFF01 2 0 0x81 NegativeSoftwareLimit "negative software limit";
-    0xFF01 3 0 0x81 PositiveLimitSwitch "positive limit switch";
-    0xFF01 4 0 0x81 NegativeLimitSwitch "negative limit switch";
+    0x0000 0 0 0x00 Message Reset "fault reset executed";
+    0x1000 1 0 0x01 Message OpenLoadA "open load bridge A";
+    0x1000 2 0 0x01 Message OpenLoadB "open load bridge B";
+    0x2310 0 0 0x03 Fault OverCurrentHighSide "overcurrent high side";
+    0x2311 0 0 0x03 Fault OverCurrentB "overcurrent bridge B";
+    0x2312 0 0 0x03 Fault OverCurrentA "overcurrent bridge A";
+    0x3230 0 0 0x21 Stop Stall "stallGuard2 error";
+    0x4310 1 0 0x09 Message TemperatureWarning "over-temperature pre-warning";
+    0x4310 2 0 0x09 Fault OverTemperature "over-temperature";
+    0x5000 0 255 0x81 Fault SilentController "motion controller silent";
+    0x5441 0 255 0x21 Fault Shutdown "shutdown switch active";
+    0x6320 0 255 0x21 Message Refused "parameter error: data of an RPDO wrong or not acceptable now";
+    0x8100 0 255 0x11 Message Communication "general CAN communication error";
+    0x8110 1 255 0x11 Message ControllerOverflow "CAN controller overflow";
+    0x8110 2 255 0x11 Message TransmitOverflow "CAN transmit buffer overflow";
+    0x8110 3 255 0x11 Message ReceiveOverflow "CAN receive buffer overflow";
+    0x8120 0 255 0x11 Message ErrorPassive "CAN error passive";
+    0x8130 0 255 0x11 Fault MasterLost "heartbeat or life guarding lost";
+    0x8140 0 255 0x11 Fault BusOff "recovered from bus-off";
+    0x8210 0 255 0x11 Message PdoTooShort "PDO too short";
+    0x8220 0 255 0x11 Message PdoTooLong "PDO too long";
+    0x8611 0 0 0x21 Fault FollowingError "following error";
+    0xFF00 0 0 0x05 Fault UnderVoltage "under-voltage";
+    0xFF01 1 0 0x81 Stop PositiveSoftwareLimit "positive software limit";
+    0xFF01 2 0 0x81 Stop NegativeSoftwareLimit "negative software limit";
+    0xFF01 3 0 0x81 Stop PositiveLimitSwitch "positive limit switch";
+    0xFF01 4 0 0x81 Stop NegativeLimitSwitch "negative limit switch";
 }
 
 /// The error register, and the messages that are still to be sent.
 #[derive(Debug, Default)]
 pub(super) struct Errors {
-    /// The error register. Its bits stay until all errors are forgotten.
+    /// The error register. Its bits stay until the errors are forgotten.
     pub(super) register: u8,
+    /// The emergencies whose causes exist, each by its [`bit`](Emergency::bit).
+    existing: u32,
     /// The data of the messages, oldest first.
     queue: Deque<[u8; 8], QUEUE>,
     /// When the last message was sent.
@@ -83,6 +110,34 @@ impl Errors {
             let [low, high] = code.to_le_bytes();
             let _ = self.queue.push_back([low, high, self.register, first, second, 0, 0, 0]);
         }
+    }
+
+    /// Notes whether the cause of an emergency exists. True if it has begun to, so that the emergency is to be raised.
+    pub(super) const fn note(&mut self, emergency: Emergency, exists: bool) -> bool {
+        let before = self.existing;
+        self.existing = if exists { before | emergency.bit() } else { before & !emergency.bit() };
+        exists && self.existing != before
+    }
+
+    /// True while the cause of a fault exists.
+    pub(super) fn holds_fault(&self) -> bool {
+        self.causes().any(|emergency| emergency.reaction() == Reaction::Fault)
+    }
+
+    /// Lets the error register forget all errors whose causes are gone.
+    pub(super) fn forget(&mut self) {
+        self.register = self.causes().fold(0, |bits, emergency| bits | emergency.data().2);
+    }
+
+    /// Drops messages and errors, but for the causes that exist.
+    pub(super) fn restart(&mut self) {
+        *self = Errors { existing: self.existing, ..Errors::default() };
+        self.forget();
+    }
+
+    fn causes(&self) -> impl Iterator<Item = Emergency> {
+        let existing = self.existing;
+        Emergency::ALL.iter().copied().filter(move |emergency| existing & emergency.bit() != 0)
     }
 
     /// Takes the next message, which is being sent at `now`; `None` also within the inhibit time after the one before.

@@ -7,12 +7,18 @@ use crate::units::Micros;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Watch {
     heard: Option<Micros>,
+    lost: bool,
 }
 
 impl Watch {
     /// It was heard at `now`.
     pub(super) const fn hear(&mut self, now: Micros) {
-        self.heard = Some(now);
+        (self.heard, self.lost) = (Some(now), false);
+    }
+
+    /// True if it has not been heard since it was lost.
+    pub(super) const fn is_lost(&self) -> bool {
+        self.lost
     }
 
     /// True, once, when it has not been heard for `limit`; a limit of 0 is none. Then the watch begins anew when it is
@@ -20,7 +26,7 @@ impl Watch {
     pub(super) fn has_lost(&mut self, now: Micros, limit: Micros) -> bool {
         let lost = limit > Micros(0) && self.heard.is_some_and(|heard| now.since(heard) >= limit);
         if lost {
-            self.heard = None;
+            (self.heard, self.lost) = (None, true);
         }
         lost
     }

@@ -4,6 +4,22 @@
 use crate::device::{Board, Device};
 use crate::param::AxisParameter as P;
 
+/// The flags of the driver.
+pub(super) mod flags {
+    /// The driver is shut down by over-temperature.
+    pub(crate) const OVERTEMPERATURE: u8 = 1 << 1;
+    /// The driver is close to that.
+    pub(crate) const WARNING: u8 = 1 << 2;
+    /// Short to ground at bridge A.
+    pub(crate) const SHORT_A: u8 = 1 << 3;
+    /// Short to ground at bridge B.
+    pub(crate) const SHORT_B: u8 = 1 << 4;
+    /// Open load at bridge A.
+    pub(crate) const OPEN_A: u8 = 1 << 5;
+    /// Open load at bridge B.
+    pub(crate) const OPEN_B: u8 = 1 << 6;
+}
+
 /// What was read in the last turn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Live {
@@ -15,7 +31,7 @@ pub(super) struct Live {
     pub(super) encoder: i32,
     /// The load value of the driver.
     pub(super) load: u16,
-    /// The flags of the driver, as the bits of axis parameter 208.
+    /// The [flags] of the driver.
     pub(super) flags: u8,
     /// Left and right stop switch and home switch: true is a high input.
     pub(super) switches: [bool; 3],

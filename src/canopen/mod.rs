@@ -10,6 +10,7 @@
 
 mod abort;
 mod cob;
+mod drive;
 mod emcy;
 mod guard;
 mod live;
@@ -27,7 +28,7 @@ mod values;
 mod write;
 
 pub use abort::Abort;
-pub use emcy::Emergency;
+pub use emcy::{Emergency, Reaction};
 pub use object::{Entry, Object, ROWS, VERSION};
 pub use row::{ANY, Access, Initial, Kind, Mapping, Row, Storage, Type, When};
 pub use store::Tmcm1140;
@@ -36,6 +37,7 @@ use core::fmt;
 
 use heapless::Vec;
 
+use drive::Drive;
 use emcy::Errors;
 use guard::{Guarded, Heartbeat, Watch};
 use live::Live;
@@ -137,6 +139,7 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     receive: [Receive; PDOS as usize],
     transmit: [Transmit; PDOS as usize],
     errors: Errors,
+    drive: Drive,
     heartbeat: Heartbeat,
     guarded: Guarded,
     /// The watch over the master by its guarding, and by its heartbeat.
@@ -180,6 +183,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             receive: [Receive::OFF; _],
             transmit: [Transmit::OFF; _],
             errors: Errors::default(),
+            drive: Drive::default(),
             heartbeat: Heartbeat::default(),
             guarded: Guarded::default(),
             guarding: Watch::default(),
@@ -198,7 +202,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.take_addresses();
         self.restore(|_| true);
         self.device.start(now, Inversion::default());
+        self.drive = Drive::default();
         self.device.outputs_mut().digital = 0;
+        self.switch_outputs();
         self.switch_pull_ups();
         self.live = Live::of(&mut self.device);
         self.reset_communication();
@@ -293,9 +299,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(cob::can_id(cob_id), &message)
     }
 
-    /// Notes an emergency, and has it told unless the node is stopped.
+    /// Notes an emergency, and has it told unless the node is stopped. The drive reacts to a fault.
     fn raise(&mut self, emergency: Emergency) {
         self.errors.raise(emergency, self.state != Nmt::Stopped);
+        if emergency.reaction() == Reaction::Fault {
+            self.fault();
+        }
     }
 
     /// Tells the node the state of the CAN controller, as often as it is looked at.
@@ -305,6 +314,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         match (before, state) {
             (BusState::Off, BusState::Active | BusState::Passive) => self.raise(Emergency::BusOff),
             (BusState::Active, BusState::Passive) => self.raise(Emergency::ErrorPassive),
+            (BusState::Active | BusState::Passive, BusState::Off) => self.leave_bus(),
             _ => {}
         }
     }
@@ -377,13 +387,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Piece::Axis => {}
             Piece::Beginning => _ = self.device.begin(self.now, inputs),
         }
-        self.device.next_axis(self.now);
+        let (_, events) = self.device.next_axis(self.now);
         let live = Live::of(&mut self.device);
         let way = live.position.wrapping_sub(self.live.position).unsigned_abs();
         self.way = self.way.wrapping_add(way.into());
         self.touched |= live != self.live;
         self.live = live;
         self.control_errors();
+        self.drive(events);
         self.look_at_timers();
         self.device.outputs_mut().led = (self.now.millis() / BLINK_MS).is_multiple_of(2);
     }

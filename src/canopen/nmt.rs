@@ -1,7 +1,7 @@
 //! Network management: the states of the node, the commands of the master, boot-up and heartbeat, and what becomes of
 //! the state when the master is lost.
 
-use super::emcy::{Emergency, Errors};
+use super::emcy::Emergency;
 use super::guard::{Guarded, Heartbeat, Watch};
 use super::object::{Entry, Object};
 use super::sdo::Server;
@@ -40,6 +40,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         if state == Nmt::Stopped {
             self.server = Server::default();
+            // The master cannot command a stopped node any more.
+            if self.drive.state.is_driving() {
+                self.fault();
+            }
         }
     }
 
@@ -49,9 +53,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.state = Nmt::PreOperational;
         self.manufacturer_mode = false;
         self.server = Server::default();
-        self.errors = Errors::default();
         self.master = Watch::default();
         self.guarding = Watch::default();
+        self.errors.note(Emergency::MasterLost, false);
+        self.errors.restart();
         self.guarded = Guarded::default();
         self.heartbeat = Heartbeat::begin(self.now, self.milliseconds(Entry::of(Object::ProducerHeartbeatTime)));
         self.control = Some(BOOT_UP);
@@ -93,11 +98,17 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    /// The master is lost.
+    /// The master is lost. That is told, and the drive reacts, before a change of the state.
     fn lose_master(&mut self) {
-        self.raise(Emergency::MasterLost);
-        let stays = self.values.of_object(Object::CommunicationErrorBehaviour) == 1;
-        if self.state == Nmt::Operational && !stays {
+        self.report(Emergency::MasterLost, true);
+        if self.values.of_object(Object::CommunicationErrorBehaviour) != 1 {
+            self.stop_services();
+        }
+    }
+
+    /// Stops a node that is operational.
+    pub(super) fn stop_services(&mut self) {
+        if self.state == Nmt::Operational {
             self.enter(Nmt::Stopped);
         }
     }

@@ -1,10 +1,10 @@
 //! What reading an object gives.
 
+use super::Node;
 use super::object::{Entry, Object};
 use super::row::Initial;
 use super::store::Tmcm1140;
-use super::unit::Dimension;
-use super::{Nmt, Node};
+use super::unit::{Dimension, Scale};
 use crate::device::Board;
 
 /// The value of an object that is read.
@@ -22,12 +22,6 @@ pub(super) enum Value {
 
 /// The general purpose pins stand from this bit on in 2702h, 2703h and 60FDh.
 pub(super) const PINS: u32 = 16;
-/// Status word: the drive is in the state SWITCH ON DISABLED.
-const SWITCH_ON_DISABLED: u32 = 1 << 6;
-/// Status word: the supply is there.
-const VOLTAGE: u32 = 1 << 4;
-/// Status word: the drive takes controlwords from the bus.
-const REMOTE: u32 = 1 << 9;
 
 impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Reads an object. What is measured is as the last turn has read it.
@@ -65,12 +59,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::VelocityActualVl => i32::from(live.speed as i16) as u32,
             Object::MaximumVelocityAmount => self.largest_target(),
             Object::DecelerationDeltaSpeed => self.values.of_object(Object::AccelerationDeltaSpeed),
-            Object::ModeDisplay => self.values.of_object(Object::ModeOfOperation),
+            Object::ModeDisplay => self.drive.motion.mode as u32,
             Object::PositionDemand => live.position as u32,
-            Object::PositionActualInternal | Object::PositionActual => {
-                let encoder = self.values.of_object(Object::SensorSelection) == 0;
-                (if encoder { live.encoder } else { live.position }) as u32
-            }
+            Object::PositionActualInternal | Object::PositionActual => self.actual_position() as u32,
             Object::VelocityActual => live.speed as u32,
             Object::ProfileDeceleration => self.values.of_object(Object::ProfileAcceleration),
             Object::DigitalInputs => self.switches() | u32::from(live.inputs) << PINS,
@@ -211,6 +202,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Dimension::numbered(self.values.of_object(Object::VelocityDimension))
     }
 
+    pub(super) const fn scale(&self) -> Scale {
+        Scale
+    }
+
     /// Number of microsteps in a turn of the motor.
     pub(super) fn turn(&self) -> u32 {
         let resolution = self.values.of_object(Object::MicrostepResolution);
@@ -222,16 +217,15 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.values.of_object(Object::MaximumVelocity)
     }
 
-    /// The status word. The drive is in the state SWITCH ON DISABLED.
-    fn statusword(&self) -> u32 {
-        let voltage = if self.device.lacks_supply() { 0 } else { VOLTAGE };
-        let remote = if self.state == Nmt::Operational { REMOTE } else { 0 };
-        SWITCH_ON_DISABLED | voltage | remote
+    /// The actual position in microsteps, by the sensor that 606Ah selects.
+    pub(super) fn actual_position(&self) -> i32 {
+        let encoder = self.values.of_object(Object::SensorSelection) == 0;
+        if encoder { self.live.encoder } else { self.live.position }
     }
 
     /// The switches as 60FDh has them: left in bit 0, right in bit 1, home in bit 2; inverted and switched off as 2005h
     /// says.
-    fn switches(&self) -> u32 {
+    pub(super) fn switches(&self) -> u32 {
         let settings = self.values.of_object(Object::LimitSwitches);
         let [left, right, home] = self.live.switches.map(u32::from);
         let pins = left | right << 1 | home << 2;

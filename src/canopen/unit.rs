@@ -59,6 +59,23 @@ impl Dimension {
     }
 }
 
+/// How velocities and accelerations become those of the motion controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Scale;
+
+impl Scale {
+    /// A velocity in internal units, as near as can be.
+    pub(super) fn velocity(self, velocity: i64) -> i32 {
+        let largest = i64::from(INTERNAL);
+        velocity.clamp(-largest, largest) as i32
+    }
+
+    /// An acceleration in internal units, at least 1, so that a motor can always be stopped.
+    pub(super) fn acceleration(self, acceleration: u32) -> i32 {
+        acceleration.clamp(1, INTERNAL) as i32
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,9 +5,11 @@ use core::task::Poll;
 use super::Node;
 use super::abort::Abort;
 use super::cob;
+use super::drive::State;
 use super::map::Way;
 use super::object::{Entry, Object};
 use super::read::PINS;
+use super::row::When;
 use super::store::{Group, Tmcm1140};
 use super::unit::{Dimension, INTERNAL};
 use crate::device::Board;
@@ -23,6 +25,8 @@ const KILL: u32 = u32::from_le_bytes(*b"kill");
 
 /// The outputs OUT0 and OUT1.
 const OUTPUTS: u8 = 0b11;
+/// The output of the brake, OUT0.
+const BRAKE: u8 = 0b01;
 
 impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Writes a number, as [`Type::extend`](super::Type::extend) gives it, to an object. Pending while it is being saved.
@@ -44,6 +48,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 }
                 _ => Abort::Value,
             });
+        }
+        if row.when == When::Disabled && self.drive.state != State::SwitchOnDisabled {
+            return Err(Abort::State);
         }
         self.touched = true;
         match entry.object {
@@ -109,6 +116,19 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                     _ => {}
                 }
                 self.values.set(entry, value);
+                self.steer();
+            }
+            Object::TargetVelocity => {
+                self.values.set(entry, value);
+                self.steer();
+            }
+            Object::ModeOfOperation => {
+                self.values.set(entry, value);
+                self.change_mode(value);
+            }
+            Object::Controlword => {
+                self.values.set(entry, value);
+                self.obey(value as u16);
             }
             Object::PhysicalOutputs | Object::OutputMask | Object::BrakeApplyCurrent | Object::BrakeReleaseCurrent => {
                 self.values.set(entry, value);
@@ -156,14 +176,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::SmartEnergySlowRunCurrent
             | Object::BitRate
             | Object::NodeId
-            | Object::Controlword
             | Object::AccelerationDeltaSpeed
             | Object::QuickStopOption
             | Object::ShutdownOption
             | Object::DisableOperationOption
             | Object::HaltOption
             | Object::FaultReactionOption
-            | Object::ModeOfOperation
             | Object::FollowingErrorWindow
             | Object::PositionWindow
             | Object::PositionWindowTime
@@ -178,8 +196,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::HomingMethod
             | Object::HomingFastSpeed
             | Object::HomingSlowSpeed
-            | Object::HomingAcceleration
-            | Object::TargetVelocity => self.values.set(entry, value),
+            | Object::HomingAcceleration => self.values.set(entry, value),
             Object::DeviceType
             | Object::ErrorRegister
             | Object::DeviceName
@@ -288,15 +305,15 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.values.set(Entry::of(Object::MaximumAcceleration), dimension.largest_acceleration(turn));
     }
 
-    /// Sets the outputs that the mask lets be switched. OUT0 is the brake's while a current is set for it.
-    fn switch_outputs(&mut self) {
-        let value = |object| self.values.of_object(object);
-        let brake = value(Object::BrakeApplyCurrent) | value(Object::BrakeReleaseCurrent) != 0;
-        let pins = |object| (value(object) >> PINS) as u8;
-        let mask = pins(Object::OutputMask) & OUTPUTS & !u8::from(brake);
-        let wanted = pins(Object::PhysicalOutputs) & mask;
+    /// Sets the outputs that the mask lets be switched, and the brake at OUT0 if there is one.
+    pub(super) fn switch_outputs(&mut self) {
+        let pins = |object| (self.values.of_object(object) >> PINS) as u8;
+        let (mut mask, mut wanted) = (pins(Object::OutputMask) & OUTPUTS, pins(Object::PhysicalOutputs));
+        if let Some(on) = self.brake() {
+            (mask, wanted) = (mask | BRAKE, wanted & !BRAKE | if on { BRAKE } else { 0 });
+        }
         let outputs = self.device.outputs_mut();
-        outputs.digital = outputs.digital & !mask | wanted;
+        outputs.digital = outputs.digital & !mask | wanted & mask;
     }
 
     /// Switches the pull-up resistors.

@@ -69,6 +69,8 @@ pub struct Axis<H> {
     pub(super) deviating: bool,
     /// The datagrams of a hard stop did not all get through to the chip. Each poll sends them again.
     pub(super) stopping: bool,
+    /// The last poll has found the motor standing where it is to stand.
+    pub(super) rests: bool,
     /// The number of the reading that the last poll has left to be taken.
     pub(super) later: Option<u8>,
     /// Events that the next poll returns.
@@ -143,6 +145,7 @@ impl<H: Hardware> Axis<H> {
             alarms: 0,
             deviating: false,
             stopping: false,
+            rests: false,
             later: None,
             events: Events::default(),
             measured: Measured::default(),
@@ -222,6 +225,11 @@ impl<H: Hardware> Axis<H> {
     /// True while a reference search is under way.
     pub const fn searches(&self) -> bool {
         self.search.is_some()
+    }
+
+    /// True if the last poll has found that the motor stands and is to stand, and nothing has been told it since.
+    pub const fn rests(&self) -> bool {
+        self.rests
     }
 
     /// True if the last poll has left a reading to be taken by [`Joined::refresh`].

@@ -42,6 +42,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip has not taken all of it; then each poll tries the stop again.
     pub fn hard_stop(&mut self) -> Result<(), Error> {
         self.stopping = true;
+        self.rests = false;
         self.measured = Measured::default();
         self.search = None;
         self.travelling = false;
@@ -66,7 +67,10 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Ends a shut-down of the driver, before a motion: the bridges are switched off here, and on again with the next
     /// excitation. A TMC262 keeps a short to ground latched until its TOFF was zero.
-    pub(super) fn release_driver(&mut self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when the driver did not take a datagram.
+    pub fn release_driver(&mut self) -> Result<(), Error> {
         let alarm = self.alarms != 0;
         if let Some(excitation) = self.excitation.take_if(|_| alarm) {
             self.alarms = 0;

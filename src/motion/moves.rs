@@ -146,6 +146,7 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Gives the motor a goal, on the course of parameters, pace and search.
     fn head(&mut self, goal: Goal) -> Result<(), Error> {
+        self.rests = false;
         if let Goal::Position { target, .. } = goal {
             self.was_at_target &= self.last_position() == target;
         }

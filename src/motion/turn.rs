@@ -43,11 +43,13 @@ impl<H: Hardware> Joined<'_, H> {
         }
         let (hardware, controller) = self.reach();
         let followed = hardware.follow(controller)?;
+        let rests = !followed;
         if followed {
             self.later = reading;
         } else if let Some(reading) = reading {
             hardware.refresh(controller, reading)?;
         }
+        self.rests = rests;
         self.guard()?;
         if let Some(search) = self.search {
             self.poll_search(now, search)?;

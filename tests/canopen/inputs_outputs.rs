@@ -95,7 +95,8 @@ fn pull_ups_are_off_at_first() {
     assert!(pulled(&mut rig));
 }
 
-/// The drivers stay off, and the status word says so; the bit of the supply follows it.
+/// The drivers stay off, and the statusword says so; the bit of the supply follows it, and a supply that is too low is
+/// a fault.
 #[test]
 fn the_drive_is_off() {
     let mut rig = Rig::operational();
@@ -103,10 +104,12 @@ fn the_drive_is_off() {
     assert_eq!((rig.read(0x6041, 0), rig.board.borrow().tmc262(0).current()), (0x0250, 0));
     rig.control("supply 7");
     rig.wait(10);
-    assert_eq!((rig.read(0x6041, 0), rig.read(0x2102, 0)), (0x0240, 0x20));
+    assert_eq!((rig.read(0x6041, 0), rig.read(0x2102, 0)), (0x0208, 0x20));
     rig.control("supply 24");
     rig.wait(10);
-    assert_eq!((rig.read(0x6041, 0), rig.read(0x2102, 0)), (0x0250, 0));
+    assert_eq!((rig.read(0x6041, 0), rig.read(0x2102, 0)), (0x0218, 0));
+    rig.set(0x6040, 0, 0x80);
+    assert_eq!(rig.read(0x6041, 0), 0x0250);
     rig.command(0x80);
     assert_eq!(rig.read(0x6041, 0), 0x0050);
 }

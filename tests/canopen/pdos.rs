@@ -165,9 +165,12 @@ fn a_change_leaves_before_the_next_reply() {
     rig.send(0x601, &[0x40, 0x61, 0x60, 0, 0, 0, 0, 0]);
     let frames = rig.frames();
     let read = |mode| (0x581, vec![0x4F, 0x61, 0x60, 0, mode, 0, 0, 0]);
-    let sent = |mode| (0x281, vec![0x50, 2, mode]);
+    // In homing mode bit 10 of the statusword is set, because no homing is under way; so TPDO1 goes out as well.
+    let word = |mode| if mode == 6 { 6 } else { 2 };
+    let first = |mode| (0x181, vec![0x50, word(mode)]);
+    let sent = |mode| (0x281, vec![0x50, word(mode), mode]);
     let written = (0x581, vec![0x60, 0x60, 0x60, 0, 0, 0, 0, 0]);
-    assert_eq!(frames, [sent(6), read(6), sent(1), written, read(1)]);
+    assert_eq!(frames, [first(6), sent(6), read(6), first(1), sent(1), written, read(1)]);
     // What does not change causes nothing.
     change_mode(&mut rig, 1);
     rig.wait(10);

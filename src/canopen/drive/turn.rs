@@ -1,0 +1,21 @@
+//! The turn of the drive in each millisecond.
+
+use crate::canopen::Node;
+use crate::canopen::store::Tmcm1140;
+use crate::device::Board;
+use crate::motion::Events;
+
+impl<T: Board<Product = Tmcm1140>> Node<T> {
+    /// The turn of the drive, once in each millisecond, after what is measured has been read. `events` are those of the
+    /// axis since the turn before.
+    pub(in crate::canopen) fn drive(&mut self, events: Events) {
+        let before = self.statusword();
+        self.look_for_faults();
+        self.follow_homing(events);
+        self.look_at_limits(events);
+        self.progress();
+        self.steer();
+        self.look_at_target();
+        self.touched |= self.statusword() != before;
+    }
+}
