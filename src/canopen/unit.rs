@@ -67,7 +67,7 @@ impl Scale {
     /// A velocity in internal units, as near as can be.
     pub(super) fn velocity(self, velocity: i64) -> i32 {
         let largest = i64::from(INTERNAL);
-        velocity.clamp(-largest, largest) as i32
+        velocity.clamp(largest.saturating_neg(), largest) as i32
     }
 
     /// An acceleration in internal units, at least 1, so that a motor can always be stopped.

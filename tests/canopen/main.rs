@@ -6,6 +6,7 @@
 #[allow(dead_code, unreachable_pub)]
 mod random;
 
+mod driving;
 mod emergencies;
 mod exchange;
 mod flood;
@@ -19,4 +20,5 @@ mod random_frames;
 mod rig;
 mod saving;
 mod sdo;
+mod states;
 mod table;

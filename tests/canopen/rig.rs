@@ -41,6 +41,11 @@ impl Rig {
         Self::on(&SharedBoard::new(Board::of_kind(&board::TMCM_1140, &WorldConfig::default(), 1)))
     }
 
+    /// A node with a fresh EEPROM in a world, which is described as in a world file.
+    pub(crate) fn in_world(world: &str) -> Self {
+        Self::on(&SharedBoard::new(Board::of_kind(&board::TMCM_1140, &WorldConfig::parse(world).unwrap(), 1)))
+    }
+
     /// A node whose EEPROM has these contents; `seed` makes what is random.
     pub(crate) fn with_eeprom(contents: &[u8], seed: u64) -> Self {
         let mut board = Board::of_kind(&board::TMCM_1140, &WorldConfig::default(), seed);

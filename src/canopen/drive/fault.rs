@@ -69,9 +69,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Way::Applying(at, _) => self.drive.way = Way::Applying(at, State::Fault),
             Way::Energising(_) | Way::Releasing(_) => self.disable(State::Fault),
             Way::Lasting | Way::Stopping(_) if state.is_driving() => {
-                if !self.stands() {
-                    self.slow_down(self.quick_ramp());
-                }
+                self.slow_down(self.quick_ramp());
                 self.drive.way = Way::Stopping(State::Fault);
             }
             Way::Lasting | Way::Stopping(_) => self.enter_state(State::Fault),

@@ -31,9 +31,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         if self.drive.is_operating() {
             self.abort_homing();
-            if !self.stands() {
-                self.slow_down(self.ramp());
-            }
+            self.slow_down(self.ramp());
         }
         self.forget_motion();
         self.drive.motion.mode = mode;
@@ -181,8 +179,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.device.axes().iter().all(|axis| axis.rests())
     }
 
-    /// Slows the motor down to a stand, with this acceleration.
+    /// Slows the motor down to a stand, with this acceleration; one that stands is not told.
     pub(super) fn slow_down(&mut self, acceleration: i32) {
+        if self.stands() {
+            return;
+        }
         let now = self.now;
         let Some(mut axis) = self.device.axis(0) else { return };
         if axis.rotate_at(now, 0, Some(acceleration)).is_err() {
