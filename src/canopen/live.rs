@@ -49,13 +49,13 @@ impl Live {
         let [left, right] = device.stop_switches(0).unwrap_or_default();
         let Some(mut axis) = device.axis(0) else { return Live::default() };
         let mut read = |parameter| axis.read(parameter).unwrap_or_default();
-        let (encoder, load, flags) = (read(P::EncoderPosition), read(P::ActualLoad), read(P::DriverErrorFlags));
+        let (encoder, load) = (read(P::EncoderPosition), read(P::ActualLoad));
         Live {
             position: axis.last_position(),
             speed: axis.last_speed(),
             encoder,
             load: load as u16,
-            flags: flags as u8,
+            flags: axis.last_flags(),
             switches: [left, right, axis.home_switch()],
             inputs: digital,
             analog,

@@ -20,7 +20,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// otherwise it could never be moved back.
     pub(super) fn guard(&mut self) -> Result<(), Error> {
         let deviation = self.encoders.deviate(self.last_position(), &self.values) && !self.deviating;
-        let faults = self.hardware.flags(self.controller()) & H::SHUT_DOWN & !self.alarms;
+        let faults = self.last_flags() & H::SHUT_DOWN & !self.alarms;
         // If the speed cannot be read now, the next poll reads it.
         let stall = self.stalled().unwrap_or(false);
         if !(stall || deviation || faults != 0) {
@@ -62,15 +62,17 @@ impl<H: Hardware> Joined<'_, H> {
     /// The driver's flags as parameter 208 shows them: those read last, and all shut-downs since the last motion
     /// command.
     pub(super) fn driver_flags(&self) -> u8 {
-        self.hardware.flags(self.controller()) | self.alarms
+        self.last_flags() | self.alarms
+    }
+
+    /// The driver's flags as read last, as the bits of parameter 208.
+    pub fn last_flags(&self) -> u8 {
+        self.hardware.flags(self.controller())
     }
 
     /// Ends a shut-down of the driver, before a motion: the bridges are switched off here, and on again with the next
     /// excitation. A TMC262 keeps a short to ground latched until its TOFF was zero.
-    ///
-    /// # Errors
-    /// [`Error::Chip`] when the driver did not take a datagram.
-    pub fn release_driver(&mut self) -> Result<(), Error> {
+    pub(super) fn release_driver(&mut self) -> Result<(), Error> {
         let alarm = self.alarms != 0;
         if let Some(excitation) = self.excitation.take_if(|_| alarm) {
             self.alarms = 0;

@@ -9,7 +9,9 @@ mod random;
 mod driving;
 mod emergencies;
 mod exchange;
+mod faults;
 mod flood;
+
 mod inputs_outputs;
 mod mapping;
 mod master;

@@ -92,10 +92,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 Way::Stopping(to) if self.stands() || self.device.is_given_up() => self.disable(to),
                 Way::Applying(at, to) if self.now >= at => {
                     self.device.enable_drivers(false);
-                    if let Some(mut axis) = self.device.axis(0) {
-                        // A driver that is not reached keeps its flags until it is.
-                        let _ = axis.release_driver();
-                    }
                     self.enter_state(to);
                 }
                 Way::Lasting if core::mem::take(&mut self.drive.waiting) => self.obey_command(),

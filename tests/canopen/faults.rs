@@ -1,0 +1,354 @@
+//! Faults of the drive: emergency message, reaction, and reset, each by what the board or the bus does.
+
+use crate::driving::{
+    ENABLE, FAULT, FAULT_RESET, MOVES, OPERATION_ENABLED, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON,
+    SHUTDOWN, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON,
+};
+use crate::rig::Rig;
+use tmcm::canopen::{BusState, Emergency, Nmt, Reaction};
+
+/// A motor that turns at 500 internal units.
+fn turning() -> Rig {
+    let mut rig = Rig::enabled(PV);
+    rig.set(0x60FF, 0, 500);
+    rig.wait(300);
+    rig.frames();
+    assert!(rig.status() & MOVES != 0);
+    rig
+}
+
+/// A disturbance that begins and ends by the control port.
+struct Disturbance {
+    begin: &'static str,
+    end: &'static str,
+    emergencies: &'static [(u16, [u8; 2])],
+    register: u32,
+}
+
+/// Those that lead to FAULT.
+const FAULTS: [Disturbance; 4] = [
+    Disturbance {
+        begin: "fault short-a on",
+        end: "fault short-a off",
+        emergencies: &[(0x2312, [0, 0])],
+        register: 0x03,
+    },
+    Disturbance {
+        begin: "fault short-b on",
+        end: "fault short-b off",
+        emergencies: &[(0x2311, [0, 0])],
+        register: 0x03,
+    },
+    Disturbance {
+        begin: "fault overtemperature on",
+        end: "fault overtemperature off",
+        emergencies: &[(0x4310, [1, 0]), (0x4310, [2, 0])],
+        register: 0x09,
+    },
+    Disturbance { begin: "supply 7", end: "supply 24", emergencies: &[(0xFF00, [0, 0])], register: 0x05 },
+];
+
+#[test]
+fn faults_stop_the_motor_and_are_reset_when_they_are_gone() {
+    for Disturbance { begin, end, emergencies, register } in FAULTS {
+        let mut rig = turning();
+        rig.control(begin);
+        rig.wait(60);
+        assert_eq!(rig.emergencies(), emergencies, "{begin}");
+        assert_eq!((rig.drive_state(), rig.is_energised()), (FAULT, false), "{begin}");
+        assert_eq!(rig.read(0x1001, 0), register);
+        let here = rig.rotor();
+        rig.wait(100);
+        assert_eq!(rig.rotor(), here);
+        // A short shows only while the bridges are on, so its end shows with the next enabling.
+        if !begin.contains("short") {
+            rig.word(FAULT_RESET);
+            rig.word(0);
+            assert_eq!(rig.drive_state(), FAULT, "{begin}: the cause is there");
+        }
+        rig.control(end);
+        rig.wait(50);
+        rig.word(FAULT_RESET);
+        assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED, "{begin}");
+        assert_eq!((rig.emergencies(), rig.read(0x1001, 0)), (vec![(0, [0, 0])], 0));
+        rig.enable();
+        rig.wait(300);
+        assert!(rig.rotor() > here, "{begin}: the target velocity is in force again");
+        assert!(rig.emergencies().is_empty());
+    }
+}
+
+/// A short that is still there at the next enabling is a fault again.
+#[test]
+fn a_short_that_lasts() {
+    let mut rig = turning();
+    rig.control("fault short-b on");
+    rig.wait(60);
+    rig.word(FAULT_RESET);
+    rig.frames();
+    for word in [SHUTDOWN, SWITCH_ON, ENABLE] {
+        rig.word(word);
+    }
+    rig.wait(60);
+    assert_eq!((rig.drive_state(), rig.emergencies()), (FAULT, vec![(0x2311, [0, 0])]));
+}
+
+/// Faults lead from every state to FAULT; the driver's supply is the one that shows in all of them.
+#[test]
+fn a_fault_in_every_state() {
+    let ways: [(u32, &[u16]); 5] = [
+        (SWITCH_ON_DISABLED, &[]),
+        (READY_TO_SWITCH_ON, &[SHUTDOWN]),
+        (SWITCHED_ON, &[SHUTDOWN, SWITCH_ON]),
+        (OPERATION_ENABLED, &[SHUTDOWN, SWITCH_ON, ENABLE]),
+        (QUICK_STOP_ACTIVE, &[SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP]),
+    ];
+    for (state, words) in ways {
+        let mut rig = Rig::operational();
+        rig.set(0x605A, 0, 6);
+        for word in words {
+            rig.word(*word);
+        }
+        assert_eq!(rig.drive_state(), state);
+        rig.frames();
+        rig.control("supply 7");
+        rig.wait(20);
+        assert_eq!((rig.drive_state(), rig.emergencies()), (FAULT, vec![(0xFF00, [0, 0])]));
+        assert!(!rig.is_energised());
+    }
+}
+
+/// Messages change nothing: an open coil is told once the motor has moved with it for a while, and the warning of the
+/// driver shows in bit 7.
+#[test]
+fn messages_leave_the_drive_as_it_is() {
+    for (begin, end, emergency) in [
+        ("fault open-a on", "fault open-a off", (0x1000, [1, 0])),
+        ("fault open-b on", "fault open-b off", (0x1000, [2, 0])),
+        ("temperature 120", "temperature 25", (0x4310, [1, 0])),
+    ] {
+        let mut rig = turning();
+        rig.control(begin);
+        rig.wait(100);
+        assert_eq!((rig.emergencies(), rig.drive_state()), (vec![emergency], OPERATION_ENABLED), "{begin}");
+        let status = rig.status();
+        assert_eq!((status & MOVES, status & 1 << 7 != 0), (MOVES, emergency.0 == 0x4310));
+        rig.control(end);
+        rig.wait(100);
+        assert!(rig.emergencies().is_empty());
+        assert_eq!(rig.status() & 1 << 7, 0);
+        // The register keeps it until bit 7 of the controlword rises.
+        assert_ne!(rig.read(0x1001, 0), 0);
+        rig.word(ENABLE | FAULT_RESET);
+        assert_eq!((rig.read(0x1001, 0), rig.drive_state()), (0, OPERATION_ENABLED));
+        assert!(rig.emergencies().is_empty());
+    }
+    // A motor that stands tells no open coil, because the driver's flags are not right then.
+    let mut rig = Rig::enabled(PV);
+    rig.control("fault open-a on");
+    rig.wait(200);
+    assert!(rig.emergencies().is_empty());
+}
+
+/// A rotor that has slipped deviates from its encoder.
+#[test]
+fn following_error() {
+    let mut rig = turning();
+    rig.set(0x6065, 0, 2_000);
+    rig.wait(100);
+    assert!(rig.emergencies().is_empty());
+    rig.control("slip 12");
+    rig.wait(100);
+    assert_eq!((rig.emergencies(), rig.drive_state()), (vec![(0x8611, [0, 0])], FAULT));
+    assert_eq!(rig.read(0x1001, 0), 0x21);
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), FAULT, "it still deviates");
+    rig.set(0x6065, 0, 0);
+    rig.wait(2);
+    rig.word(0);
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
+}
+
+/// The shutdown input is IN0: low means shutdown, if bit 6 of 2005h is set.
+#[test]
+fn shutdown_input() {
+    let mut rig = Rig::operational();
+    rig.control("input 0 1");
+    rig.wait(2);
+    rig.set(0x2005, 0, 0x43);
+    rig.set(0x6060, 0, PV);
+    rig.set(0x6085, 0, 50);
+    rig.enable();
+    rig.set(0x60FF, 0, 500);
+    rig.wait(300);
+    assert!(rig.emergencies().is_empty());
+    rig.control("input 0 0");
+    rig.wait(3);
+    assert_eq!(rig.emergencies(), [(0x5441, [0, 255])]);
+    // The motor slows down on the quick stop ramp: 15 259 / 23 283 s.
+    assert_eq!(rig.drive_state(), crate::driving::FAULT_REACTION_ACTIVE);
+    let from = rig.rotor();
+    rig.wait(600);
+    assert_eq!(rig.drive_state(), crate::driving::FAULT_REACTION_ACTIVE);
+    rig.wait(100);
+    assert_eq!((rig.drive_state(), rig.is_energised()), (FAULT, false));
+    assert!((4_500..5_500).contains(&(rig.rotor() - from)), "{}", rig.rotor() - from);
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), FAULT);
+    rig.control("input 0 1");
+    rig.wait(2);
+    rig.word(0);
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
+    // Without bit 6 the input is only an input.
+    rig.set(0x2005, 0, 3);
+    rig.enable();
+    rig.frames();
+    rig.control("input 0 0");
+    rig.wait(20);
+    assert!(rig.emergencies().is_empty());
+}
+
+/// A motion controller that is silent is given up until the node starts anew.
+#[test]
+fn a_silent_motion_controller() {
+    let mut rig = turning();
+    rig.control("fault tmc429 on");
+    rig.wait(20);
+    assert_eq!((rig.emergencies(), rig.drive_state()), (vec![(0x5000, [0, 255])], FAULT));
+    assert!(!rig.is_energised());
+    rig.control("fault tmc429 off");
+    rig.wait(50);
+    rig.word(FAULT_RESET);
+    assert_eq!((rig.drive_state(), rig.is_energised()), (FAULT, false));
+    rig.command(0x81);
+    rig.wait(50);
+    assert_eq!((rig.starts, rig.drive_state()), (2, SWITCH_ON_DISABLED));
+    // One that is silent from the start is told after the boot-up.
+    rig.control("fault tmc429 on");
+    rig.command(0x81);
+    rig.wait(50);
+    let frames = rig.frames();
+    let boot_up = frames.iter().rposition(|(id, _)| *id == 0x701).unwrap();
+    assert_eq!(frames[boot_up + 1..], [(0x81, vec![0x00, 0x50, 0x81, 0, 255, 0, 0, 0])]);
+    assert_eq!(rig.drive_state(), FAULT);
+}
+
+/// A master that falls silent stops the motor on the quick stop ramp; the fault is reset when it is heard again.
+#[test]
+fn a_lost_master() {
+    for behaviour in [0, 1] {
+        let mut rig = Rig::operational();
+        rig.set(0x1029, 1, behaviour);
+        rig.set(0x1016, 1, 0x0005_0032);
+        rig.send(0x705, &[5]);
+        rig.set(0x2005, 0, 3);
+        rig.set(0x6060, 0, PV);
+        rig.set(0x60FF, 0, 500);
+        rig.enable();
+        for _ in 0..10 {
+            rig.send(0x705, &[5]);
+            rig.wait(30);
+        }
+        assert!(rig.emergencies().is_empty());
+        rig.wait(100);
+        assert_eq!(rig.emergencies(), [(0x8130, [0, 255])]);
+        assert_eq!(rig.node.state(), if behaviour == 1 { Nmt::Operational } else { Nmt::Stopped });
+        rig.command(0x80);
+        assert_eq!((rig.drive_state(), rig.is_energised()), (FAULT, false));
+        rig.word(FAULT_RESET);
+        assert_eq!(rig.drive_state(), FAULT);
+        rig.send(0x705, &[127]);
+        rig.wait(2);
+        rig.word(0);
+        rig.word(FAULT_RESET);
+        assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
+    }
+}
+
+/// Off the bus the motor stops at once and the bridges are off; that is told when the bus is back.
+#[test]
+fn off_the_bus() {
+    let mut rig = turning();
+    rig.set(0x6085, 0, 1);
+    let now = rig.now();
+    rig.node.bus(now, BusState::Off);
+    let here = rig.rotor();
+    rig.wait(20);
+    assert!(rig.rotor() - here < 50 && !rig.is_energised(), "{}", rig.rotor() - here);
+    let now = rig.now();
+    rig.node.bus(now, BusState::Active);
+    rig.wait(2);
+    assert_eq!((rig.emergencies(), rig.drive_state()), (vec![(0x8140, [0, 255])], FAULT));
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
+}
+
+/// A node that is stopped while the motor may move can be commanded no more: FAULT, and no message.
+#[test]
+fn stopped_in_operation() {
+    let mut rig = turning();
+    rig.command(2);
+    rig.wait(100);
+    assert!(rig.frames().is_empty());
+    let here = rig.rotor();
+    rig.command(0x80);
+    assert_eq!((rig.drive_state(), rig.is_energised()), (FAULT, false));
+    rig.wait(100);
+    assert_eq!((rig.rotor(), rig.emergencies()), (here, vec![]));
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
+    // In other states it is none.
+    rig.word(SHUTDOWN);
+    rig.command(2);
+    rig.command(1);
+    assert_eq!(rig.drive_state(), READY_TO_SWITCH_ON);
+}
+
+/// 1029h.2: a fault of the drive stops the node, or it stays operational.
+#[test]
+fn application_errors() {
+    for (behaviour, state) in [(0, Nmt::Stopped), (1, Nmt::Operational), (2, Nmt::Stopped)] {
+        let mut rig = turning();
+        rig.set(0x1029, 2, behaviour);
+        rig.control("fault short-a on");
+        rig.wait(60);
+        assert_eq!((rig.emergencies(), rig.node.state()), (vec![(0x2312, [0, 0])], state));
+    }
+}
+
+/// A driver that does not answer: whatever its readings become, the node goes on.
+#[test]
+fn a_bus_that_reads_nonsense() {
+    for fault in ["fault spi on", "fault spi-low on", "fault tmc262 on", "fault encoder on"] {
+        let mut rig = turning();
+        rig.control(fault);
+        rig.wait(200);
+        let state = rig.drive_state();
+        assert!(matches!(state, FAULT | OPERATION_ENABLED), "{fault}: {state:X}h");
+        assert_eq!(rig.is_energised(), state == OPERATION_ENABLED, "{fault}");
+    }
+}
+
+/// The reactions are those of the list.
+#[test]
+fn reactions() {
+    let of = |reaction| Emergency::ALL.iter().filter(move |emergency| emergency.reaction() == reaction);
+    let codes =
+        |reaction| of(reaction).map(|emergency| (emergency.data().0, emergency.data().1[0])).collect::<Vec<_>>();
+    assert_eq!(codes(Reaction::Stop), [(0x3230, 0), (0xFF01, 1), (0xFF01, 2), (0xFF01, 3), (0xFF01, 4)]);
+    let faults = [
+        (0x2310, 0),
+        (0x2311, 0),
+        (0x2312, 0),
+        (0x4310, 2),
+        (0x5000, 0),
+        (0x5441, 0),
+        (0x8130, 0),
+        (0x8140, 0),
+        (0x8611, 0),
+        (0xFF00, 0),
+    ];
+    assert_eq!(codes(Reaction::Fault), faults);
+}
