@@ -32,6 +32,8 @@ pub(super) struct Axis {
     pub(super) stall: Line,
     /// The home switch.
     pub(super) home: Line,
+    /// The right stop switch.
+    pub(super) right: Line,
     /// The external encoder; `None` on a board that does not count it.
     pub(super) encoder: Option<&'static Encoder>,
 }
@@ -48,10 +50,11 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
     #[inline(never)]
     pub(super) fn read(&self) -> Inputs<AXES> {
         let axes = from_fn(|number| {
-            let Axis { stall, home, encoder } = &self.axes[number];
+            let Axis { stall, home, right, encoder } = &self.axes[number];
             let (external, null) = encoder.map_or((0, [None; 2]), |encoder| (encoder.count(), encoder.edges()));
+            let [stall, home, right] = [stall, home, right].map(|line| line.is_high());
             // The built-in encoder is not read, because its pins are not known.
-            Sensors { stall: stall.is_high(), home: home.is_high(), encoder: 0, external, null }
+            Sensors { stall, home, right, encoder: None, external, null }
         });
         let digital = (0..).zip(&self.inputs).fold(0, |bits, (n, line)| bits | u16::from(line.is_high()) << n);
         let (supply, temperature) = (Some(analog::supply()), analog::temperature());

@@ -67,7 +67,9 @@ const TROUBLE: Line = Line::new(GPIOC, 4);
 /// SG_TST of the TMC262.
 const STALL: Line = Line::new(GPIOE, 0);
 /// IN0 to IN3. IN1 and IN2 are inputs of the encoder's timer, where their levels can still be read.
-const INPUTS: [Line; 4] = [Line::new(GPIOD, 11), Line::new(GPIOD, 12), Line::new(GPIOD, 13), IN3];
+const INPUTS: [Line; 4] = [Line::new(GPIOD, 11), Line::new(GPIOD, 12), IN2, IN3];
+/// IN2, which is also the right stop switch.
+const IN2: Line = Line::new(GPIOD, 13);
 /// IN3, which is also the home switch and N of the encoder.
 const IN3: Line = Line::new(GPIOD, 14);
 /// Supply voltage for which the converter reads full scale: 36.3 V, in units of 0.1 V. The divider is 10 kOhm to 1
@@ -158,7 +160,7 @@ impl Board {
         forget([Input::new(p.PE0, Pull::Down), Input::new(p.PD11, Pull::None), Input::new(p.PD14, Pull::None)]);
         forget(Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()));
         let signals = Signals {
-            axes: [Axis { stall: STALL, home: IN3, encoder: Some(&ENCODER) }],
+            axes: [Axis { stall: STALL, home: IN3, right: IN2, encoder: Some(&ENCODER) }],
             inputs: INPUTS,
             outputs: [Output::new(p.PD8, Level::Low, Speed::Low), Output::new(p.PD9, Level::Low, Speed::Low)],
             pull_ups: [Output::new(p.PD10, Level::High, Speed::Low)],

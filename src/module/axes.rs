@@ -24,7 +24,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Passes the events of an axis on: to the error flags, to the interrupts of the program, and to the host of
     /// command 138.
     pub(super) fn heed(&mut self, axis: u8, events: Events) {
-        let Events { reached, at_target, stall, cut_short, deviation, alarm } = events;
+        let Events { reached, at_target, stall, cut_short, deviation, alarm, limit: _ } = events;
         for (event, flag) in
             [(cut_short, ErrorFlag::Position), (deviation, ErrorFlag::Deviation), (alarm, ErrorFlag::Alarm)]
         {

@@ -59,7 +59,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let value = match (bank, port) {
             (0, ALL) => (seen.digital & all).into(),
             (0, 11) => {
-                let angle = seen.axes.first().map_or(0, |sensors| sensors.encoder);
+                let angle = seen.axes.first().and_then(|sensors| sensors.encoder).unwrap_or_default();
                 let turn = crate::chip::encoder::TURN;
                 (angle.min(turn.saturating_sub(angle)) <= NEAR_ZERO).into()
             }

@@ -32,6 +32,8 @@ pub struct Events {
     pub deviation: bool,
     /// The driver has shut down: over-temperature or short to ground.
     pub alarm: bool,
+    /// A closed stop switch has begun to keep the motor from its goal, or a reference search has given up before one.
+    pub limit: Option<Side>,
 }
 
 /// The speed and the acceleration of one motion, where they differ from parameters 4 and 5; in the units of these.
@@ -83,6 +85,9 @@ pub struct Axis<H> {
     pub(super) bridges_off: bool,
     /// The current that the driver was told last; `None` if it is to be told anew in any case.
     pub(super) excitation: Option<Excitation>,
+    /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself; `None`
+    /// where the ramp generator does.
+    watched: Option<bool>,
     pub(super) sensors: Sensors,
     pub(super) encoders: Encoders,
 }
@@ -119,8 +124,10 @@ impl<'a, H: Hardware> Joined<'a, H> {
 
     /// Calls a function of the hardware with the motion controller and with the course that the motor is to take.
     pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
-        let Axis { hardware, values, search, pace, .. } = &mut *self.axis;
-        act(hardware, self.controller, &course(values, search.as_ref(), *pace))
+        let Axis { hardware, values, search, pace, watched, .. } = &mut *self.axis;
+        let mut course = course(values, search.as_ref(), *pace);
+        course.stops.right &= watched.is_none();
+        act(hardware, self.controller, &course)
     }
 
     /// The motion controller of the axis, with its last readings.
@@ -152,6 +159,7 @@ impl<H: Hardware> Axis<H> {
             current: Current::default(),
             bridges_off: false,
             excitation: None,
+            watched: None,
             sensors: Sensors::default(),
             encoders: Encoders::default(),
         }
@@ -175,6 +183,29 @@ impl<H: Hardware> Axis<H> {
     /// [`Hardware::invert`].
     pub fn set_reverse(&mut self, reverse: bool) {
         self.encoders.reverse = reverse;
+    }
+
+    /// Has the axis watch the right stop switch itself, at its input, once in each poll, because the ramp generator has
+    /// one polarity for all switches and that of this one is another. `closed` is the level of the input while the switch
+    /// is closed; with `None` the ramp generator watches this switch again, from the next motion command on.
+    pub fn watch_right_switch(&mut self, closed: Option<bool>) {
+        self.watched = closed;
+    }
+
+    /// Tells the axis how many microsteps a turn of the motor has. Then the position of the built-in encoder follows from
+    /// that, and no longer from the prescaler of parameter 210.
+    pub fn set_turn(&mut self, turn: i32) {
+        self.encoders.turn = Some(turn);
+    }
+
+    /// Whether the right stop switch is closed, on an axis that watches it itself.
+    pub(super) fn watched_right(&self) -> Option<bool> {
+        self.watched.map(|closed| self.sensors.right == closed)
+    }
+
+    /// What closed stop switches do to the motor now, whoever watches them.
+    pub(super) fn stops(&self) -> Stops {
+        course(&self.values, self.search.as_ref(), self.pace).stops
     }
 
     /// True when writing parameter 2 (target speed) rotates the motor, as ROR does: in velocity mode, and in a
@@ -214,7 +245,8 @@ impl<H: Hardware> Axis<H> {
 
     /// The left and the right stop switch as read last: true is closed, after the polarity of global parameter 79.
     pub fn stop_switches(&self, controller: &H::Controller) -> [bool; 2] {
-        self.hardware.last_switches(controller)
+        let [left, right] = self.hardware.last_switches(controller);
+        [left, self.watched_right().unwrap_or(right)]
     }
 
     /// True while a positioning move is under way.

@@ -30,11 +30,14 @@ pub(super) struct Encoders {
     pub built_in: Counter<{ TURN as u32 }>,
     /// The external encoder.
     pub external: Counter<ABN_COUNTS>,
+    /// Microsteps in a turn of the motor, from which the position of the built-in encoder follows; with `None` it follows
+    /// from the prescaler of parameter 210.
+    pub turn: Option<i32>,
     /// The motor's shaft is reversed (global parameter 90), so that both encoders count the other way.
     pub reverse: bool,
     /// The external encoder is to be zeroed at its next N event.
     null_armed: bool,
-    /// The built-in encoder has passed its absolute zero point between the last two polls.
+    /// The built-in encoder has passed its absolute zero point since this was last taken.
     pub index: bool,
 }
 
@@ -43,10 +46,13 @@ impl Encoders {
     pub(super) fn count(&mut self, sensors: Sensors, values: &Values) {
         let Sensors { encoder, external, null, .. } = sensors;
         let setting = values.get(P::EncoderPrescaler);
-        let prescaler = setting & !ENCODER_FUNCTIONS;
-        self.index = self.built_in.update(encoder.into(), prescaler, self.reverse);
-        if self.index && setting & CLEAR != 0 {
-            self.built_in.zero_at(0, prescaler, self.reverse);
+        let prescaler = self.prescaler(values);
+        // Without an encoder nothing is counted.
+        if self.built_in.update(encoder.unwrap_or_default().into(), prescaler, self.reverse) {
+            self.index = true;
+            if setting & CLEAR != 0 {
+                self.built_in.zero_at(0, prescaler, self.reverse);
+            }
         }
         let setting = values.get(P::ExternalEncoderPrescaler);
         let prescaler = setting & !EXTERNAL_FUNCTIONS;
@@ -64,10 +70,28 @@ impl Encoders {
         self.null_armed = values.get(P::ExternalEncoderPrescaler) & CLEAR != 0;
     }
 
-    /// Makes the positions of both encoders zero.
-    pub(super) fn zero(&mut self) {
-        self.built_in.set(0);
-        self.external.set(0);
+    /// The built-in encoder's microsteps per count, in units of 1/512.
+    fn prescaler(&self, values: &Values) -> i32 {
+        // A turn is twice as many counts as a microstep has parts.
+        self.turn.map_or(values.get(P::EncoderPrescaler) & !ENCODER_FUNCTIONS, |turn| turn / 2)
+    }
+
+    /// How far the motor has turned, at least, since the built-in encoder was at its absolute zero point, in microsteps.
+    /// `angle` is less than half a turn from there. A count begins at its lower end, so that the motor passes the zero
+    /// point between the counts -1 and 0.
+    pub(super) fn beyond_index(&self, angle: u16, values: &Values) -> i32 {
+        let mut counter = Counter::<{ TURN as u32 }>::new();
+        let prescaler = self.prescaler(values);
+        let nearest = if angle < TURN / 2 { 0 } else { TURN.saturating_sub(1) };
+        counter.update(nearest.into(), prescaler, self.reverse);
+        counter.update(angle.into(), prescaler, self.reverse);
+        counter.position()
+    }
+
+    /// Makes the positions of both encoders this one, in microsteps.
+    pub(super) fn set(&mut self, position: i32) {
+        self.built_in.set(position);
+        self.external.set(position);
     }
 
     /// Deviation supervision: true if the motor's `position`, in microsteps, is further from the position of an encoder

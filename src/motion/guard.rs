@@ -1,11 +1,12 @@
-//! What stops an axis without a ramp: a stall, an encoder deviation and a shut-down of its driver, for which each poll
-//! looks here; and hard stops from outside, for example at under-voltage.
+//! What stops an axis without a ramp: a stall, an encoder deviation, a shut-down of its driver, and a stop switch that its
+//! ramp generator does not watch, for which each poll looks here; and hard stops from outside, for example at under-voltage.
 
 use super::Error;
 use super::axis::Joined;
 use super::current::Excitation;
 use super::hardware::Hardware;
 use super::stall::{self, Measured};
+use super::switch::Side;
 use crate::param::AxisParameter as P;
 
 /// Bit of parameter 207 (manual chapter 4): stallGuard2 has stopped the motor.
@@ -33,6 +34,24 @@ impl<H: Hardware> Joined<'_, H> {
         self.errors |= if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
         self.deviating |= deviation;
         self.alarms |= faults;
+        self.hard_stop()
+    }
+
+    /// Stops a motor that turns or is to turn right while the right stop switch is closed, where the axis watches this
+    /// switch itself. That ends a move to the right. A reference search ends its leg by what it sees of the switch; and a
+    /// motor that is on its way back goes on to its goal, as under a ramp generator that watches the switch.
+    pub(super) fn watch(&mut self) -> Result<(), Error> {
+        let known = *self.hardware.known();
+        let turns_right = known.ahead() > 0 || known.speed > 0;
+        if self.watched_right() != Some(true) || !self.stops().right || !turns_right {
+            return Ok(());
+        }
+        if known.ahead() <= 0 || self.search.is_some() {
+            self.on_course(H::stop)?;
+            return if known.ahead() < 0 { self.resume(known) } else { Ok(()) };
+        }
+        self.events.limit = Some(Side::Right);
+        self.events.cut_short |= self.travelling;
         self.hard_stop()
     }
 

@@ -3,7 +3,7 @@
 use super::Error;
 use super::axis::{Joined, Pace};
 use super::current::MotionState;
-use super::hardware::{Goal, Hardware, Mode};
+use super::hardware::{Goal, Hardware, Known, Mode};
 use super::stall::Measured;
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
@@ -151,6 +151,16 @@ impl<H: Hardware> Joined<'_, H> {
             self.was_at_target &= self.last_position() == target;
         }
         self.on_course(|hardware, controller, course| hardware.head(controller, goal, course))
+    }
+
+    /// Gives the motor the goal again that it had.
+    pub(super) fn resume(&mut self, known: Known) -> Result<(), Error> {
+        let Known { mode, target, target_speed, .. } = known;
+        self.head(if mode.positions() {
+            Goal::Position { target, soft: mode == Mode::Soft }
+        } else {
+            Goal::Speed(target_speed)
+        })
     }
 
     /// Brings a motion that is under way to the course of the present parameters, pace and search.

@@ -30,7 +30,7 @@ impl<H: Hardware> Joined<'_, H> {
             P::ExtendedErrorFlags => core::mem::take(&mut self.errors),
             P::DriverErrorFlags => self.driver_flags().into(),
             P::EncoderPosition => self.encoders.built_in.position(),
-            P::AbsoluteResolverValue => self.sensors.encoder.into(),
+            P::AbsoluteResolverValue => self.sensors.encoder.unwrap_or_default().into(),
             P::ExternalEncoderPosition => self.encoders.external.position(),
             P::MaximumSpeed
             | P::MaximumAcceleration

@@ -31,10 +31,6 @@ pub enum Sought {
     Home {
         /// The home switch counts as closed while its input is low, in place of high.
         inverted: bool,
-        /// The stop switches do not stop the motor, because the axis is a circle.
-        circular: bool,
-        /// The search turns round at the first stop switch.
-        turns: bool,
     },
 }
 
@@ -51,7 +47,8 @@ pub enum Until {
     OtherClosed,
     /// The stop switch at the other end is open.
     OtherOpen,
-    /// The built-in encoder has passed its absolute zero point in this leg.
+    /// The built-in encoder has passed its absolute zero point: in this leg, or since the leg before it has passed the
+    /// edge at which it ends.
     Index,
     /// The motor stands at the zero point of the search.
     There,
@@ -100,6 +97,14 @@ impl Leg {
     pub const RETURN: Leg = Leg::to(Until::Closed, Mark::Second);
     /// Goes ahead slowly, over the switch, until it opens on its far side.
     pub const CROSS: Leg = Leg { over: true, ..Leg::to(Until::Opened, Mark::Second) };
+    /// Goes back slowly onto the switch that has been found; over at once if that is closed.
+    pub const ONTO: Leg = Leg { ahead: false, ..Leg::to(Until::Closed, Mark::First) };
+    /// Goes ahead slowly until the switch, which is closed, opens on its far side.
+    pub const OFF: Leg = Leg::to(Until::Opened, Mark::First);
+    /// Goes ahead slowly to the next zero point of the built-in encoder, from the first edge on.
+    pub const INDEX: Leg = Leg::to(Until::Index, Mark::First);
+    /// Goes back slowly to the next zero point of the built-in encoder, from the first edge on.
+    pub const BACK_TO_INDEX: Leg = Leg { ahead: false, ..Leg::INDEX };
     /// Goes slowly to the zero point, as a positioning move. This leg follows those of every plan.
     pub(super) const TO_ZERO: Leg = Leg { over: true, ..Leg::to(Until::There, Mark::Nothing) };
 
@@ -116,25 +121,32 @@ pub struct Plan {
     pub sought: Sought,
     /// The search goes in the direction of positive positions, else of negative ones.
     pub positive: bool,
+    /// The stop switches, left and right, that there are. A switch that there is not does not stop the motor; on an axis
+    /// that is a circle there is none.
+    pub stops: [bool; 2],
     /// The legs in order, without the last one, to the zero point, which every search has.
     pub legs: &'static [Leg],
+    /// The legs with which a search begins anew, in the other direction, at the first stop switch that its first leg meets;
+    /// `None` if it gives up there.
+    pub turned: Option<&'static [Leg]>,
 }
 
 impl Plan {
     /// The plan of a mode of parameter 193.
-    pub(super) const fn of(mode: i32) -> Self {
+    pub(super) fn of(mode: i32) -> Self {
         let right = mode & RIGHT != 0;
         let inverted = mode & INVERTED != 0;
         let number = mode & !(RIGHT | INVERTED);
-        let (sought, positive, legs): (_, _, &[Leg]) = match number {
-            1 => (Sought::Stop, right, &[Leg::FIND, Leg::LEAVE, Leg::RETURN]),
-            2 => (Sought::Stop, right, &[Leg::CLEAR, Leg::FAR, Leg::FIND, Leg::LEAVE, Leg::RETURN]),
-            3 => (Sought::Stop, right, &[Leg::CLEAR, Leg::FAR, Leg::FIND, Leg::LEAVE, Leg::CROSS]),
-            4 => (Sought::Stop, right, &[Leg::FIND, Leg::LEAVE, Leg::CROSS]),
-            // Modes 6 and 7 search the home switch in positive direction.
-            5 | 6 => (Sought::Home { inverted, circular: false, turns: true }, number == 6, HOME),
-            _ => (Sought::Home { inverted, circular: true, turns: false }, number == 7, HOME),
-        };
-        Plan { sought, positive, legs }
+        let sought = Sought::Home { inverted };
+        let at_stop = |legs| Plan { sought: Sought::Stop, positive: right, stops: [true; 2], legs, turned: None };
+        match number {
+            1 => at_stop(&[Leg::FIND, Leg::LEAVE, Leg::RETURN]),
+            2 => at_stop(&[Leg::CLEAR, Leg::FAR, Leg::FIND, Leg::LEAVE, Leg::RETURN]),
+            3 => at_stop(&[Leg::CLEAR, Leg::FAR, Leg::FIND, Leg::LEAVE, Leg::CROSS]),
+            4 => at_stop(&[Leg::FIND, Leg::LEAVE, Leg::CROSS]),
+            // Modes 6 and 7 search the home switch in positive direction; in modes 7 and 8 the axis is a circle.
+            5 | 6 => Plan { sought, positive: number == 6, stops: [true; 2], legs: HOME, turned: Some(HOME) },
+            _ => Plan { sought, positive: number == 7, stops: [false; 2], legs: HOME, turned: None },
+        }
     }
 }

@@ -38,8 +38,11 @@ pub(super) struct View {
     pub switches: Switches,
     /// The motor, with its position and speed read in this poll.
     pub known: Known,
-    /// The built-in encoder has passed its absolute zero point since the poll before.
-    pub index: bool,
+    /// The position of the built-in encoder's absolute zero point, in microsteps, if it has been passed since the poll
+    /// before.
+    pub index: Option<i32>,
+    /// The right stop switch is watched by the axis, so that the ramp generator latches nothing at it.
+    pub watched: bool,
     /// How much further back than the motor's overrun a switch is looked for, in microsteps.
     pub slack: i32,
 }
@@ -73,8 +76,8 @@ pub(super) enum Act {
     Begin,
     /// The motor stands at the zero point: the search is over.
     Arrive,
-    /// The search cannot go on and is over.
-    GiveUp,
+    /// The search cannot go on, because of a closed stop switch at this side, and is over.
+    GiveUp(Side),
 }
 
 /// What the motor is doing in a leg.
@@ -105,10 +108,10 @@ enum Verdict {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Search {
     plan: Plan,
+    /// The position that the zero point is to have, in microsteps.
+    home: i32,
     /// The direction of the search as a sign: 1 to positive positions, -1 to negative ones.
     direction: i32,
-    /// The search has turned round at a stop switch, which it does only once.
-    turned: bool,
     /// The speed of fast legs and that of slow ones, in the unit of parameter 4.
     fast: i32,
     slow: i32,
@@ -121,8 +124,8 @@ pub(super) struct Search {
     stood: u8,
     /// The switch has been closed in this leg.
     closed: bool,
-    /// The built-in encoder has passed its zero point in this leg.
-    index: bool,
+    /// The position of the built-in encoder's zero point that counts in this leg, in microsteps, once it has been passed.
+    index: Option<i32>,
     /// Position at which the switch was first seen closed, in a leg that finds it.
     seen: i32,
     /// Position as far as which the leg that leaves the switch looks for it.
@@ -134,12 +137,13 @@ pub(super) struct Search {
 }
 
 impl Search {
-    /// A search by a plan, at the speeds of its fast and of its slow legs, in the unit of parameter 4.
-    pub(super) const fn new(plan: Plan, fast: i32, slow: i32) -> Self {
+    /// A search by a plan, for a zero point that is to have the position `home`, at the speeds of its fast and of its slow
+    /// legs, in the unit of parameter 4.
+    pub(super) const fn new(plan: Plan, home: i32, fast: i32, slow: i32) -> Self {
         Search {
             plan,
+            home,
             direction: if plan.positive { 1 } else { -1 },
-            turned: false,
             fast,
             slow,
             done: 0,
@@ -147,7 +151,7 @@ impl Search {
             verdict: Verdict::Underway,
             stood: 0,
             closed: false,
-            index: false,
+            index: None,
             seen: 0,
             limit: 0,
             first: 0,
@@ -166,6 +170,11 @@ impl Search {
         self.slow
     }
 
+    /// The position that the zero point is to have, in microsteps.
+    pub(super) const fn home(&self) -> i32 {
+        self.home
+    }
+
     /// The position of the stop switch at the other end, in microsteps; `None` if the search has not been there.
     pub(super) const fn far(&self) -> Option<i32> {
         self.far
@@ -175,12 +184,9 @@ impl Search {
     pub(super) fn stops(&self) -> Stops {
         let positive = self.direction > 0;
         let latch = if positive { Side::Right } else { Side::Left };
-        let [left, right] = match self.plan.sought {
-            Sought::Home { circular: true, .. } => [false, false],
-            Sought::Stop if self.leg().over => [positive, !positive],
-            Sought::Stop | Sought::Home { .. } => [true, true],
-        };
-        Stops { left, right, soft: false, latch }
+        let over = self.plan.sought == Sought::Stop && self.leg().over;
+        let [left, right] = self.plan.stops;
+        Stops { left: left && !(over && !positive), right: right && !(over && positive), soft: false, latch }
     }
 
     /// Takes in what this poll sees: to be called once in each poll, before [`Search::act`].
@@ -195,11 +201,15 @@ impl Search {
             // The switch begins only at its first edge, so the contact that was closed before was not the switch's.
             self.closed = false;
         }
-        self.index |= view.index;
+        self.index = view.index.or(self.index);
         let verdict = self.judge(view);
         if verdict == Verdict::Over && self.verdict != Verdict::Over {
-            let latched = self.plan.sought == Sought::Stop && leg.until == Until::Opened;
-            notice.ended = Some(if latched { Edge::Latched } else { Edge::Here });
+            let latches = self.plan.sought == Sought::Stop && !(view.watched && self.direction > 0);
+            match (leg.until, self.index) {
+                (Until::Index, Some(index)) => self.mark(index),
+                (Until::Opened, _) if latches => notice.ended = Some(Edge::Latched),
+                _ => notice.ended = Some(Edge::Here),
+            }
         }
         self.stood = if speed == 0 && verdict == self.verdict { self.stood.saturating_add(1) } else { 0 };
         self.verdict = verdict;
@@ -232,7 +242,7 @@ impl Search {
                 if self.proceed(view) {
                     Act::Begin
                 } else {
-                    Act::GiveUp
+                    Act::GiveUp(Side::towards(self.heading(view)))
                 }
             }
             LegMotion::Resting => Act::Wait,
@@ -243,7 +253,9 @@ impl Search {
     /// is to latch the position at which it opens.
     pub(super) fn begin(&mut self, view: &View) -> (Goal, bool) {
         self.closed = self.is_closed(view.switches);
-        self.index = false;
+        // What the motor has passed while it came to a stand behind an edge counts as passed from there.
+        let behind = |index: i32| self.done > 0 && index.wrapping_sub(self.first).signum() == self.speed().signum();
+        self.index = self.index.filter(|index| self.leg().until == Until::Index && behind(*index));
         self.verdict = Verdict::Underway;
         self.stood = 0;
         self.motion = LegMotion::Starting;
@@ -272,6 +284,14 @@ impl Search {
         if ahead { speed * self.direction } else { -speed * self.direction }
     }
 
+    /// Where the motor is to go in the leg under way; only the sign counts, right is positive.
+    fn heading(&self, view: &View) -> i32 {
+        match self.leg().until {
+            Until::There => view.known.target.wrapping_sub(view.known.position),
+            _ => self.speed(),
+        }
+    }
+
     /// How far `position` lies beyond `mark` in the direction of the search, in microsteps; negative if it lies before
     /// it.
     fn beyond(&self, position: i32, mark: i32) -> i32 {
@@ -284,20 +304,18 @@ impl Search {
         let leg = self.leg();
         let closed = self.is_closed(switches);
         let other = switches.towards(-self.direction);
-        let way = known.target.wrapping_sub(known.position);
         let over = match leg.until {
             Until::Seen => self.closed,
             Until::Closed => closed,
             Until::Opened => self.closed && !closed,
             Until::OtherClosed => other,
             Until::OtherOpen => !other,
-            Until::Index => self.index,
-            Until::There => self.motion == LegMotion::Running && known.speed == 0 && way == 0,
+            Until::Index => self.index.is_some(),
+            Until::There => self.motion == LegMotion::Running && known.speed == 0 && known.target == known.position,
         };
-        let heading = if leg.until == Until::There { way } else { self.speed() };
         if over {
             Verdict::Over
-        } else if self.stops().hold(heading, [switches.left, switches.right]) {
+        } else if self.stops().hold(self.heading(view), [switches.left, switches.right]) {
             Verdict::Blocked
         } else if leg.until == Until::Opened
             && !leg.ahead
@@ -313,7 +331,6 @@ impl Search {
     /// Chooses the leg to begin now that the motor stands: the next one, the same, or the one before. False if the
     /// search has to give up.
     fn proceed(&mut self, view: &View) -> bool {
-        let turns = matches!(self.plan.sought, Sought::Home { turns: true, .. });
         match (self.verdict, self.leg().until) {
             (Verdict::Underway, _) => {}
             (Verdict::Over, until) => {
@@ -326,8 +343,9 @@ impl Search {
             }
             // Without a switch where the leg that leaves it looks for it, the leg that finds it begins anew.
             (Verdict::Mistaken, _) => self.done = self.done.saturating_sub(1),
-            (Verdict::Blocked, Until::Seen) if turns && !self.turned => {
-                self.turned = true;
+            (Verdict::Blocked, Until::Seen) => {
+                let Some(legs) = self.plan.turned.take() else { return false };
+                self.plan.legs = legs;
                 self.direction = -self.direction;
             }
             (Verdict::Blocked, _) => return false,
@@ -339,7 +357,7 @@ impl Search {
     fn is_closed(&self, switches: Switches) -> bool {
         match self.plan.sought {
             Sought::Stop => switches.towards(self.direction),
-            Sought::Home { inverted, .. } => switches.home != inverted,
+            Sought::Home { inverted } => switches.home != inverted,
         }
     }
 
@@ -366,13 +384,13 @@ mod tests {
     /// and stops without a ramp, and runs over stop switches that do not stop it. Returns the numbers of the legs in
     /// the order in which they began, and the zero point; `None` if the search gives up.
     fn searched(stage: Stage, mode: i32) -> Option<(Vec<i32>, i32)> {
-        let mut search = Search::new(Plan::of(mode), 10, 1);
+        let mut search = Search::new(Plan::of(mode), 0, 10, 1);
         let (mut known, mut legs, mut latched) = (Known::default(), Vec::new(), None);
         let mut goal = Goal::Speed(0);
         for _ in 0..10_000 {
             let at = |[first, last]: [i32; 2]| (first..=last).contains(&known.position);
             let switches = Switches { left: at(stage.left), right: at(stage.right), home: at(stage.home) };
-            let view = View { switches, known, index: false, slack: 4 };
+            let view = View { switches, known, index: None, watched: false, slack: 4 };
             let notice = search.see(&view);
             if notice.closed {
                 latched = None;
@@ -391,7 +409,7 @@ mod tests {
                     search.begun();
                 }
                 Act::Arrive => return Some((legs, known.position)),
-                Act::GiveUp => return None,
+                Act::GiveUp(_) => return None,
             }
             (known.target, known.speed) = match goal {
                 Goal::Position { target, .. } => (target, (target - known.position).signum()),

@@ -23,23 +23,24 @@ impl<H: Hardware> Joined<'_, H> {
     pub fn start_search(&mut self, now: Micros) -> Result<(), Error> {
         let (fast, slow) = (self.values.get(P::ReferenceSearchSpeed), self.values.get(P::ReferenceSwitchSpeed));
         let plan = Plan::of(self.values.get(P::ReferenceSearchMode));
-        self.search_by(now, plan, fast, Pace { speed: Some(slow), acceleration: None })
+        self.search_by(now, plan, 0, fast, Pace { speed: Some(slow), acceleration: None })
     }
 
-    /// Begins a reference search by a plan. Fast legs go at the speed `fast`, slow legs at that of `pace`, or of
+    /// Begins a reference search by a plan; the zero point that it finds gets the position `home`, in microsteps. Fast legs go at the speed `fast`, slow legs at that of `pace`, or of
     /// parameter 195 where `pace` has none; both in the unit of parameter 4. The acceleration of `pace` holds for the
     /// whole search.
     ///
     /// # Errors
     /// [`Error::NotNow`] when one of the two speeds is zero, because the search would never end; [`Error::Chip`] when a
     /// chip did not take a datagram.
-    pub fn search_by(&mut self, now: Micros, plan: Plan, fast: i32, pace: Pace) -> Result<(), Error> {
+    pub fn search_by(&mut self, now: Micros, plan: Plan, home: i32, fast: i32, pace: Pace) -> Result<(), Error> {
         let slow = pace.speed.unwrap_or(self.values.get(P::ReferenceSwitchSpeed));
         if fast == 0 || slow == 0 {
             return Err(Error::NotNow);
         }
         self.rotate_at(now, 0, pace.acceleration)?;
-        self.search = Some(Search::new(plan, fast, slow));
+        self.search = Some(Search::new(plan, home, fast, slow));
+        self.encoders.index = false;
         // While the motor comes to a stand, the stop switches already act as in the first leg.
         self.adjust()
     }
@@ -59,7 +60,10 @@ impl<H: Hardware> Joined<'_, H> {
         self.actual_speed()?;
         let known = *self.hardware.known();
         let slack = SLACK << self.values.get(P::MicrostepResolution);
-        let view = View { switches, known, index: self.encoders.index, slack };
+        let passed = core::mem::take(&mut self.encoders.index);
+        let angle = self.sensors.encoder.filter(|_| passed);
+        let index = angle.map(|angle| known.position.wrapping_sub(self.encoders.beyond_index(angle, &self.values)));
+        let view = View { switches, known, index, watched: self.watched_right().is_some(), slack };
         let notice = search.see(&view);
         if notice.closed {
             self.arm_latch()?;
@@ -77,7 +81,10 @@ impl<H: Hardware> Joined<'_, H> {
                 let zeroed = self.zero(now, &search);
                 return self.end_search(zeroed.is_ok());
             }
-            Act::GiveUp => return self.end_search(false),
+            Act::GiveUp(side) => {
+                self.events.limit = Some(side);
+                return self.end_search(false);
+            }
         }
         self.search = Some(search);
         Ok(())
@@ -122,13 +129,13 @@ impl<H: Hardware> Joined<'_, H> {
         hardware.latched(controller)
     }
 
-    /// Makes the present position, the zero point that the search has found, zero. The positions of the encoders become
-    /// zero as well, because their deviation (parameters 212 and 218) is counted from there. Parameter 197 keeps the
+    /// Gives the present position, the zero point that the search has found, its number. The positions of the encoders
+    /// become the same, because their deviation (parameters 212 and 218) is counted from there. Parameter 197 keeps the
     /// former position, and parameter 196 the distance between the stop switches, if the search has measured it.
     fn zero(&mut self, now: Micros, search: &Search) -> Result<(), Error> {
         let zero = self.last_position();
-        self.set_position(now, 0)?;
-        self.encoders.zero();
+        self.set_position(now, search.home())?;
+        self.encoders.set(search.home());
         self.values.set(P::LastReferencePosition, zero);
         if let Some(far) = search.far() {
             self.values.set(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());

@@ -34,6 +34,13 @@ pub enum Side {
     Right,
 }
 
+impl Side {
+    /// The side to which `direction` points, which is positive or negative, not 0.
+    pub(super) const fn towards(direction: i32) -> Self {
+        if direction > 0 { Side::Right } else { Side::Left }
+    }
+}
+
 /// What closed stop switches do to a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stops {

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use hal_sim::board::{self, Board, Chip, SharedBoard, SimSpi};
+use hal_sim::board::{self, AxisInputs, Board, Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::control::Line;
 use hal_sim::world;
@@ -313,7 +313,8 @@ fn read_inputs(board: &SharedBoard) -> Inputs<1> {
     let mut analog = [0; device::ANALOG];
     analog[0] = seen.analog[0];
     let external = axis.abn.count as u16;
-    let sensors = Sensors { stall: axis.stall, home: axis.home, encoder: axis.encoder, external, null: [None; 2] };
+    let AxisInputs { stall, home, right, encoder, .. } = axis;
+    let sensors = Sensors { stall, home, right, encoder, external, null: [None; 2] };
     Inputs {
         axes: [sensors],
         digital: seen.digital as u16,

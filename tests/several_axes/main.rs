@@ -16,7 +16,7 @@ mod switches;
 mod traffic;
 
 use definitions::{OnBoard, Six, Three};
-use hal_sim::board::{Board, Chip, SharedBoard, SimSpi};
+use hal_sim::board::{AxisInputs, Board, Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{AxisState, Line, State};
 use hal_sim::world::Outputs;
@@ -80,7 +80,8 @@ impl<P: OnBoard, const AXES: usize, const N: usize> Running<P, AXES, N> {
         let axes = std::array::from_fn(|axis| {
             let seen = board.axis_inputs(axis);
             let external = seen.abn.count as u16;
-            Sensors { stall: seen.stall, home: seen.home, encoder: seen.encoder, external, null: [None; 2] }
+            let AxisInputs { stall, home, right, encoder, .. } = seen;
+            Sensors { stall, home, right, encoder, external, null: [None; 2] }
         });
         let (supply, temperature) = (Some(seen.supply), seen.temperature as i16);
         Inputs { axes, digital: seen.digital as u16, analog, supply, temperature }

@@ -55,8 +55,10 @@ pub struct AxisInputs {
     /// The level of the home switch, for which the TMC429 has no input; high is pressed, if the switch is normally
     /// open.
     pub home: bool,
-    /// The angle of the built-in encoder, 0..=1023 in a turn; zero on a board without one.
-    pub encoder: u16,
+    /// The level of the right stop switch, which is connected to the motion controller as well.
+    pub right: bool,
+    /// The angle of the built-in encoder, 0..=1023 in a turn; `None` on a board without one.
+    pub encoder: Option<u16>,
     /// The counter of the ABN encoder; all zero without one.
     pub abn: Abn,
     /// The level of the driver's pin SG_TST: high while the load value of a moving motor is zero.
@@ -321,7 +323,8 @@ impl Board {
         let rotor = world.motor().rotor();
         AxisInputs {
             home: world.level(Pin::Home),
-            encoder: if self.kind.magnetic_encoders { drive.encoder.position(rotor) } else { 0 },
+            right: world.level(Pin::Right),
+            encoder: self.kind.magnetic_encoders.then(|| drive.encoder.position(rotor)),
             abn: world.stage().abn(),
             stall: self.powered && drive.chip.stall_pin(self.now),
         }

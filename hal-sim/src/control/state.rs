@@ -127,7 +127,7 @@ impl AxisState {
                 right: world.level(Pin::Right),
                 home: world.level(Pin::Home),
             },
-            encoder: inputs.encoder,
+            encoder: inputs.encoder.unwrap_or_default(),
             abn: inputs.abn.count,
         }
     }

@@ -85,7 +85,7 @@ impl<const AXES: usize> Signals<AXES> {
             let axis = board.axis_inputs(number);
             let null = self.null_edges[number].take(axis.abn);
             let external = axis.abn.count as u16;
-            Sensors { stall: axis.stall, home: axis.home, encoder: axis.encoder, external, null }
+            Sensors { stall: axis.stall, home: axis.home, right: axis.right, encoder: axis.encoder, external, null }
         });
         let temperature = seen.temperature.clamp(i16::MIN.into(), i16::MAX.into()) as i16;
         Inputs { axes, digital: seen.digital as u16, analog, supply: Some(seen.supply), temperature }

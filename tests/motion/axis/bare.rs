@@ -3,7 +3,7 @@
 
 use std::task::Poll;
 
-use hal_sim::board::{Board, SharedBoard, SimSpi};
+use hal_sim::board::{AxisInputs, Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::Fault;
 use hal_sim::world::config::WorldConfig;
@@ -56,7 +56,8 @@ impl Bare {
         self.device.next_reading();
         self.board.borrow_mut().advance_to(next);
         let seen = self.board.borrow().axis_inputs(0);
-        let sensors = Sensors { stall: seen.stall, home: seen.home, encoder: seen.encoder, ..Sensors::default() };
+        let AxisInputs { stall, home, right, encoder, .. } = seen;
+        let sensors = Sensors { stall, home, right, encoder, ..Sensors::default() };
         let now = Micros(self.board.borrow().now() / MICROSECOND);
         self.device.begin(now, &Inputs { axes: [sensors], ..Inputs::default() });
         self.device.next_axis(now).1
@@ -200,7 +201,7 @@ fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
         bare.tell(|axis, now| axis.move_to(now, start));
         bare.polls_until(|_, events| events.reached || events.cut_short);
     }
-    bare.tell(|axis, now| axis.search_by(now, plan, 500, Pace { speed: Some(20), acceleration: Some(800) }));
+    bare.tell(|axis, now| axis.search_by(now, plan, 0, 500, Pace { speed: Some(20), acceleration: Some(800) }));
     let mut found = false;
     bare.polls_until(|bare, events| {
         found = events.reached;
@@ -217,20 +218,21 @@ fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
 fn another_search_is_another_list_of_legs() {
     let world = "[stage]\nleft = -9000\nright = 9000\nhome = [2000, 4000]\n";
     const LEGS: &[Leg] = &[Leg::FIND, Leg::LEAVE];
-    let home = |turns| Sought::Home { inverted: false, circular: false, turns };
-    for (sought, positive, start, place) in [
-        (Sought::Stop, false, 0, Some(-9000)),
-        (Sought::Stop, false, 6000, Some(-9000)),
-        (Sought::Stop, true, 0, Some(9000)),
-        (home(false), true, 0, Some(2000)),
-        (home(false), true, 3000, Some(2000)),
-        (home(false), true, 6000, None),
-        (home(true), true, 6000, Some(4000)),
-        (home(false), false, 6000, Some(4000)),
-        (home(false), false, 3000, Some(4000)),
-        (home(false), false, 0, None),
+    let home = Sought::Home { inverted: false };
+    for (sought, turns, positive, start, place) in [
+        (Sought::Stop, false, false, 0, Some(-9000)),
+        (Sought::Stop, false, false, 6000, Some(-9000)),
+        (Sought::Stop, false, true, 0, Some(9000)),
+        (home, false, true, 0, Some(2000)),
+        (home, false, true, 3000, Some(2000)),
+        (home, false, true, 6000, None),
+        (home, true, true, 6000, Some(4000)),
+        (home, false, false, 6000, Some(4000)),
+        (home, false, false, 3000, Some(4000)),
+        (home, false, false, 0, None),
     ] {
-        let zero = zero_by(world, Plan { sought, positive, legs: LEGS }, start);
+        let turned = turns.then_some(LEGS);
+        let zero = zero_by(world, Plan { sought, positive, stops: [true; 2], legs: LEGS, turned }, start);
         let differs = zero.unwrap_or_default().abs_diff(place.unwrap_or_default());
         let case = format!("{sought:?}, positive {positive}, from {start}: {zero:?}");
         assert!(zero.is_some() == place.is_some() && differs <= 3, "{case}");
@@ -253,7 +255,7 @@ fn a_search_ends_at_the_index_of_the_encoder() {
         (true, ALONE, 33_000, 38_200),
         (true, ALONE, -18_000, -13_000),
     ] {
-        let zero = zero_by(world, Plan { sought, positive, legs }, start).unwrap();
+        let zero = zero_by(world, Plan { sought, positive, stops: [true; 2], legs, turned: None }, start).unwrap();
         assert!((zero - index).abs() <= 2, "positive {positive}, {legs:?} from {start}: {zero}");
     }
 }
@@ -263,14 +265,14 @@ fn a_search_ends_at_the_index_of_the_encoder() {
 fn a_search_is_refused_or_gives_up() {
     const LEGS: &[Leg] = &[Leg::to(Until::Index, Mark::First)];
     let mut bare = Bare::in_world("[stage]\nleft = -1000\nright = 1000\n");
-    let plan = Plan { sought: Sought::Stop, positive: true, legs: LEGS };
+    let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: None };
     for (fast, slow) in [(0, 100), (500, 0)] {
         let pace = Pace { speed: Some(slow), acceleration: None };
         let mut axis = bare.device.axis(0).unwrap();
-        assert_eq!(axis.search_by(Micros(0), plan, fast, pace), Err(Error::NotNow));
+        assert_eq!(axis.search_by(Micros(0), plan, 0, fast, pace), Err(Error::NotNow));
     }
     bare.set(12, 0);
-    bare.tell(|axis, now| axis.search_by(now, plan, 500, Pace { speed: Some(100), acceleration: None }));
+    bare.tell(|axis, now| axis.search_by(now, plan, 0, 500, Pace { speed: Some(100), acceleration: None }));
     bare.polls_until(|bare, events| events.cut_short && !bare.device.axes()[0].searches());
     assert_eq!(bare.speed(), 0);
 }

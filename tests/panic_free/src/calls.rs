@@ -311,6 +311,8 @@ fn motion() {
         axis.preset(parameter, any(0));
     }
     axis.set_reverse(any(true));
+    axis.watch_right_switch(any(None));
+    axis.set_turn(any(0));
     any((
         axis.search_status(),
         axis.searches(),
@@ -332,8 +334,8 @@ fn motion() {
     let _ = any(axis.restart_driver());
     let _ = any(axis.start_search(now()));
     const LEGS: &[Leg] = &[Leg::FIND, Leg::to(Until::Index, Mark::First)];
-    let plan = Plan { sought: Sought::Stop, positive: true, legs: LEGS };
-    let _ = any(axis.search_by(now(), any(plan), any(0), any(Pace::default())));
+    let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: Some(LEGS) };
+    let _ = any(axis.search_by(now(), any(plan), any(0), any(0), any(Pace::default())));
     let _ = any(axis.stop_search(now()));
     if let Some(parameter) = parameter {
         let _ = any(axis.write(now(), parameter, any(0)));
