@@ -10,7 +10,7 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::device::{Device, Inputs, Inversion, Piece};
 use tmcm::module::{Module, Source, TMCM_1140};
 use tmcm::motion::tmc429::Tmc429Tmc262;
-use tmcm::motion::{Error, Events, Joined, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
+use tmcm::motion::{Error, Events, Joined, Pace, Sensors};
 use tmcm::param::AxisParameter as P;
 use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
@@ -19,14 +19,14 @@ use tmcm_sim::native::{Simulated, parts};
 type Chips = Tmc429Tmc262<SimSpi, SimSpi>;
 
 /// An axis of a TMCM-1140 that nobody commands but the test.
-struct Bare {
-    board: SharedBoard,
-    device: Device<Simulated<()>, 1>,
+pub(super) struct Bare {
+    pub(super) board: SharedBoard,
+    pub(super) device: Device<Simulated<()>, 1>,
 }
 
 impl Bare {
     /// In a world that the text describes, ready to move.
-    fn in_world(toml: &str) -> Self {
+    pub(super) fn in_world(toml: &str) -> Self {
         let board = SharedBoard::new(Board::new(&WorldConfig::parse(toml).unwrap(), 1));
         let mut device = Device::new(parts(&board), TMCM_1140.axis);
         device.halt();
@@ -36,21 +36,21 @@ impl Bare {
     }
 
     /// Has the axis do something now.
-    fn tell(&mut self, act: impl FnOnce(&mut Joined<'_, Chips>, Micros) -> Result<(), Error>) {
+    pub(super) fn tell(&mut self, act: impl FnOnce(&mut Joined<'_, Chips>, Micros) -> Result<(), Error>) {
         let now = Micros(self.board.borrow().now() / MICROSECOND);
         act(&mut self.device.axis(0).unwrap(), now).unwrap();
     }
 
-    fn set(&mut self, number: u8, value: i32) {
+    pub(super) fn set(&mut self, number: u8, value: i32) {
         self.tell(|axis, now| axis.write(now, TMCM_1140.axis.find(number).unwrap(), value));
     }
 
-    fn get(&mut self, parameter: P) -> i32 {
+    pub(super) fn get(&mut self, parameter: P) -> i32 {
         self.device.axis(0).unwrap().read(parameter).unwrap()
     }
 
     /// Lets one poll pass, with the reading before it: there is one of both in each millisecond.
-    fn poll(&mut self) -> Events {
+    pub(super) fn poll(&mut self) -> Events {
         let next = (self.board.borrow().now() / MILLISECOND + 1) * MILLISECOND;
         self.board.borrow_mut().advance_to(next - MILLISECOND / 2);
         self.device.next_reading();
@@ -64,7 +64,7 @@ impl Bare {
     }
 
     /// Lets polls pass until one is what is waited for, and tells how many that were.
-    fn polls_until(&mut self, mut awaited: impl FnMut(&mut Self, Events) -> bool) -> usize {
+    pub(super) fn polls_until(&mut self, mut awaited: impl FnMut(&mut Self, Events) -> bool) -> usize {
         (1..60_000)
             .find(|_| {
                 let events = self.poll();
@@ -74,11 +74,11 @@ impl Bare {
     }
 
     /// The speed as the motion controller has it.
-    fn speed(&self) -> i32 {
+    pub(super) fn speed(&self) -> i32 {
         self.board.borrow().tmc429(0).velocity(0)
     }
 
-    fn rotor(&self) -> i64 {
+    pub(super) fn rotor(&self) -> i64 {
         self.board.borrow().world().axis(0).motor().rotor()
     }
 }
@@ -192,89 +192,6 @@ fn another_start_forgets_that_a_motion_controller_was_silent() {
         device.begin(Micros(0), &Inputs::default());
         assert_eq!(board.borrow().tmc262(0).disable_pin(), silent);
     }
-}
-
-/// Searches for a zero point by a list of legs, and gives where on the rotor's scale it is, unless the search gives up.
-fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
-    let mut bare = Bare::in_world(world);
-    if start != 0 {
-        bare.tell(|axis, now| axis.move_to(now, start));
-        bare.polls_until(|_, events| events.reached || events.cut_short);
-    }
-    bare.tell(|axis, now| axis.search_by(now, plan, 0, 500, Pace { speed: Some(20), acceleration: Some(800) }));
-    let mut found = false;
-    bare.polls_until(|bare, events| {
-        found = events.reached;
-        (events.reached || events.cut_short) && !bare.device.axes()[0].searches()
-    });
-    assert!(!found || (bare.device.axes()[0].last_position(), bare.get(P::EncoderPosition)) == (0, 0));
-    found.then(|| bare.rotor())
-}
-
-/// Searches that end at an edge of a switch, and none of them is one of parameter 193: the zero point is where the switch
-/// opens when the motor leaves it. From beyond the home switch only a search that turns round finds it, and leaves it on
-/// the other side.
-#[test]
-fn another_search_is_another_list_of_legs() {
-    let world = "[stage]\nleft = -9000\nright = 9000\nhome = [2000, 4000]\n";
-    const LEGS: &[Leg] = &[Leg::FIND, Leg::LEAVE];
-    let home = Sought::Home { inverted: false };
-    for (sought, turns, positive, start, place) in [
-        (Sought::Stop, false, false, 0, Some(-9000)),
-        (Sought::Stop, false, false, 6000, Some(-9000)),
-        (Sought::Stop, false, true, 0, Some(9000)),
-        (home, false, true, 0, Some(2000)),
-        (home, false, true, 3000, Some(2000)),
-        (home, false, true, 6000, None),
-        (home, true, true, 6000, Some(4000)),
-        (home, false, false, 6000, Some(4000)),
-        (home, false, false, 3000, Some(4000)),
-        (home, false, false, 0, None),
-    ] {
-        let turned = turns.then_some(LEGS);
-        let zero = zero_by(world, Plan { sought, positive, stops: [true; 2], legs: LEGS, turned }, start);
-        let differs = zero.unwrap_or_default().abs_diff(place.unwrap_or_default());
-        let case = format!("{sought:?}, positive {positive}, from {start}: {zero:?}");
-        assert!(zero.is_some() == place.is_some() && differs <= 3, "{case}");
-    }
-}
-
-/// The zero point of the built-in encoder, once in a turn of 51 200 microsteps: the next one from a switch on, or from
-/// where the motor is.
-#[test]
-fn a_search_ends_at_the_index_of_the_encoder() {
-    const BACK: Leg = Leg { ahead: false, ..Leg::to(Until::Index, Mark::First) };
-    const FROM_SWITCH: &[Leg] = &[Leg::FIND, Leg::LEAVE, BACK];
-    const ALONE: &[Leg] = &[Leg::to(Until::Index, Mark::First)];
-    let world = "[stage]\nleft = -20000\nright = 45000\n[encoder]\noffset = -13000\n";
-    let sought = Sought::Stop;
-    for (positive, legs, start, index) in [
-        (false, FROM_SWITCH, 0, -13_000),
-        (true, FROM_SWITCH, 0, 38_200),
-        (false, ALONE, -8_000, -13_000),
-        (true, ALONE, 33_000, 38_200),
-        (true, ALONE, -18_000, -13_000),
-    ] {
-        let zero = zero_by(world, Plan { sought, positive, stops: [true; 2], legs, turned: None }, start).unwrap();
-        assert!((zero - index).abs() <= 2, "positive {positive}, {legs:?} from {start}: {zero}");
-    }
-}
-
-/// A search whose speed is zero would never end; one that meets a stop switch that it does not look for gives up.
-#[test]
-fn a_search_is_refused_or_gives_up() {
-    const LEGS: &[Leg] = &[Leg::to(Until::Index, Mark::First)];
-    let mut bare = Bare::in_world("[stage]\nleft = -1000\nright = 1000\n");
-    let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: None };
-    for (fast, slow) in [(0, 100), (500, 0)] {
-        let pace = Pace { speed: Some(slow), acceleration: None };
-        let mut axis = bare.device.axis(0).unwrap();
-        assert_eq!(axis.search_by(Micros(0), plan, 0, fast, pace), Err(Error::NotNow));
-    }
-    bare.set(12, 0);
-    bare.tell(|axis, now| axis.search_by(now, plan, 0, 500, Pace { speed: Some(100), acceleration: None }));
-    bare.polls_until(|bare, events| events.cut_short && !bare.device.axes()[0].searches());
-    assert_eq!(bare.speed(), 0);
 }
 
 /// A firmware hands its device to another one, which finds the motor and the axis parameters as they are; and back.

@@ -3,6 +3,7 @@
 mod bare;
 mod current;
 mod moves;
+mod plans;
 mod search;
 
 use crate::common::{Bench, OK};
