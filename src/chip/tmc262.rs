@@ -24,6 +24,8 @@ pub struct Configuration {
     pub constant_toff: bool,
     /// HDEC bit 1, with constant off time only: fast decay ends after its time alone, whatever the coil current is.
     pub no_fast_decay_comparator: bool,
+    /// HDEC, 0..=3, in spreadCycle only: the hysteresis goes down by one each 16, 32, 48 or 64 clocks.
+    pub hysteresis_decrement: u8,
     /// 0..=15: HEND in spreadCycle, where it is the end of the hysteresis; with constant off time the fast decay time.
     pub hysteresis_end: u8,
     /// 0..=8: HSTRT in spreadCycle, where it is the start of the hysteresis; with constant off time the sine wave
@@ -225,8 +227,8 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
     let drvctrl = bit(c.interpolation, 9) | bit(c.double_edge, 8) | field(8_u8.saturating_sub(c.microsteps), 0);
     // The two hysteresis fields change their meaning with the chopper mode: in spreadCycle they are HEND and HSTRT;
     // with constant off time the four bits of the fast decay time are HSTRT and, as the highest, bit 11, and HEND holds
-    // the sine wave offset.
-    let (hend, hstrt, decay) = if c.constant_toff {
+    // the sine wave offset. HDEC is bits 12 and 11 in spreadCycle.
+    let (hend, hstrt, hdec) = if c.constant_toff {
         (
             c.hysteresis_start,
             c.hysteresis_end & 7,
@@ -234,13 +236,13 @@ fn words(c: &Configuration) -> [u32; REGISTERS] {
         )
     } else {
         // HSTRT has three bits: a start of 8 is its largest value.
-        (c.hysteresis_end, c.hysteresis_start.min(7), 0)
+        (c.hysteresis_end, c.hysteresis_start.min(7), field(c.hysteresis_decrement, 11))
     };
     let chopconf = 0b100 << 17
         | field(c.blank_time, 15)
         | bit(c.constant_toff, 14)
         | bit(c.random_off_time, 13)
-        | decay
+        | hdec
         | field(hend, 7)
         | field(hstrt, 4)
         | field(c.off_time, 0);
@@ -273,6 +275,7 @@ mod tests {
             blank_time: 2,
             constant_toff: false,
             no_fast_decay_comparator: false,
+            hysteresis_decrement: 0,
             hysteresis_end: 2,
             hysteresis_start: 3,
             off_time: 5,
@@ -300,11 +303,19 @@ mod tests {
         assert_eq!(words(&defaults()), [0x00000, 0x90135, 0xA0000, 0xD0505, 0xEF040]);
     }
 
+    /// Bits 12 and 11 of CHOPCONF.
+    #[test]
+    fn the_hysteresis_decrement_is_that_of_spread_cycle() {
+        let decrement = |hysteresis_decrement| words(&Configuration { hysteresis_decrement, ..defaults() })[1];
+        assert_eq!([0, 1, 2, 3].map(decrement), [0x90135, 0x90935, 0x91135, 0x91935]);
+    }
+
     #[test]
     fn constant_off_time_moves_the_fields() {
         let c = Configuration {
             constant_toff: true,
             no_fast_decay_comparator: true,
+            hysteresis_decrement: 3,
             hysteresis_end: 0b1010,
             hysteresis_start: 8,
             ..defaults()

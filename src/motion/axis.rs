@@ -178,6 +178,12 @@ impl<H: Hardware> Axis<H> {
         }
     }
 
+    /// Sets a setting without telling the chips, as [`preset`](Self::preset) does, but whatever the product's table says of
+    /// it: for a firmware that has ranges of its own, and for a setting that the table does not have.
+    pub fn preset_setting(&mut self, setting: P, value: i32) {
+        self.values.set(setting, value);
+    }
+
     /// Reverses the counting direction of the encoders, because the motor's shaft is reversed (global parameter 90).
     /// The direction outputs, which the axes of a motion controller have in common, are switched by
     /// [`Hardware::invert`].

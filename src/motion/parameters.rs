@@ -50,6 +50,7 @@ impl<H: Hardware> Joined<'_, H> {
             | P::ChopperBlankTime
             | P::ConstantToffMode
             | P::DisableFastDecayComparator
+            | P::ChopperHysteresisDecrement
             | P::ChopperHysteresisEnd
             | P::ChopperHysteresisStart
             | P::ChopperOffTime
@@ -90,14 +91,22 @@ impl<H: Hardware> Joined<'_, H> {
     /// The value stays as it was, and the error is [`Error::ReadOnly`], [`Error::OutOfRange`] - also for divisors with
     /// which the ramp generator cannot go to a position - or [`Error::Chip`].
     pub fn write(&mut self, now: Micros, parameter: &Parameter<P>, value: i32) -> Result<(), Error> {
-        let Parameter { function: parameter, row } = parameter;
-        let parameter = *parameter;
+        let Parameter { function, row } = parameter;
         if !row.writable() {
             return Err(Error::ReadOnly);
         }
         if !row.accepts(value) {
             return Err(Error::OutOfRange);
         }
+        self.set(now, *function, value)
+    }
+
+    /// Writes a parameter, whatever the product's table says of it: for a firmware that has ranges of its own, and for a
+    /// parameter that the table does not have. The value is one that the hardware can take.
+    ///
+    /// # Errors
+    /// As with [`write`](Self::write).
+    pub fn set(&mut self, now: Micros, parameter: P, value: i32) -> Result<(), Error> {
         match parameter {
             P::TargetPosition => self.move_to(now, value),
             P::ActualPosition => self.set_position(now, value),
@@ -124,9 +133,8 @@ impl<H: Hardware> Joined<'_, H> {
                 self.arm_null();
                 Ok(())
             }
-            P::RampDivisor | P::PulseDivisor => self.change(parameter, value, |axis| {
-                if H::accepts(&axis.values) { axis.adjust() } else { Err(Error::OutOfRange) }
-            }),
+            P::RampDivisor => self.set_divisors(value, self.values.get(P::PulseDivisor)),
+            P::PulseDivisor => self.set_divisors(self.values.get(P::RampDivisor), value),
             P::MaximumSpeed
             | P::MaximumAcceleration
             | P::RightSwitchDisable
@@ -148,6 +156,7 @@ impl<H: Hardware> Joined<'_, H> {
             | P::ChopperBlankTime
             | P::ConstantToffMode
             | P::DisableFastDecayComparator
+            | P::ChopperHysteresisDecrement
             | P::ChopperHysteresisEnd
             | P::ChopperHysteresisStart
             | P::ChopperOffTime
@@ -202,6 +211,20 @@ impl<H: Hardware> Joined<'_, H> {
             | P::DriverErrorFlags
             | P::AbsoluteResolverValue => Err(Error::ReadOnly),
         }
+    }
+
+    /// Writes both divisors at once, RAMP_DIV and PULSE_DIV: each of them may go with the other one's new value only. The
+    /// motor stands.
+    ///
+    /// # Errors
+    /// The divisors stay as they were, and the error is [`Error::OutOfRange`] where the ramp generator cannot go to a
+    /// position with them, or [`Error::Chip`].
+    pub fn set_divisors(&mut self, ramp: i32, pulse: i32) -> Result<(), Error> {
+        self.change(P::PulseDivisor, pulse, |axis| {
+            axis.change(P::RampDivisor, ramp, |axis| {
+                if H::accepts(&axis.values) { axis.adjust() } else { Err(Error::OutOfRange) }
+            })
+        })
     }
 
     /// Sets a value and calls `tell`, which writes it to a chip; takes the value back if that fails.

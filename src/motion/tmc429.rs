@@ -406,6 +406,7 @@ fn configuration(values: &Values, excitation: Excitation) -> Configuration {
         blank_time: byte(P::ChopperBlankTime),
         constant_toff: flag(P::ConstantToffMode),
         no_fast_decay_comparator: flag(P::DisableFastDecayComparator),
+        hysteresis_decrement: byte(P::ChopperHysteresisDecrement),
         hysteresis_end: byte(P::ChopperHysteresisEnd),
         hysteresis_start: byte(P::ChopperHysteresisStart),
         off_time: if excitation.free { 0 } else { byte(P::ChopperOffTime) },

@@ -42,6 +42,9 @@ functions! {
         ConstantToffMode,
         /// 1: in constant off time mode the comparator does not end the fast decay phase.
         DisableFastDecayComparator,
+        /// Time between two decrements of the hysteresis in spreadCycle, as a choice of clock counts. It has no number in
+        /// TMCL.
+        ChopperHysteresisDecrement,
         /// Hysteresis end in spreadCycle, fast decay time in constant off time mode.
         ChopperHysteresisEnd,
         /// Hysteresis start in spreadCycle, sine wave offset in constant off time mode.

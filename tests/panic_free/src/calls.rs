@@ -272,6 +272,7 @@ const CONFIGURATION: Configuration = Configuration {
     blank_time: 0,
     constant_toff: false,
     no_fast_decay_comparator: false,
+    hysteresis_decrement: 0,
     hysteresis_end: 0,
     hysteresis_start: 0,
     off_time: 0,
@@ -309,6 +310,7 @@ fn motion() {
     let parameter = AXIS.find(any(0));
     if let Some(parameter) = parameter {
         axis.preset(parameter, any(0));
+        axis.preset_setting(parameter.function, any(0));
     }
     axis.set_reverse(any(true));
     axis.watch_right_switch(any(None));
@@ -339,8 +341,10 @@ fn motion() {
     let _ = any(axis.stop_search(now()));
     if let Some(parameter) = parameter {
         let _ = any(axis.write(now(), parameter, any(0)));
+        let _ = any(axis.set(now(), parameter.function, any(0)));
         let _ = any(axis.read(parameter.function));
     }
+    let _ = any(axis.set_divisors(any(0), any(0)));
     let _ = any(axis.actual_position());
     any(axis.poll(now(), any(Sensors::default()), any(None)));
     axis.refresh();
