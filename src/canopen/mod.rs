@@ -22,7 +22,6 @@ mod read;
 mod row;
 mod sdo;
 mod store;
-mod unit;
 pub mod usb;
 mod values;
 mod write;
@@ -38,6 +37,7 @@ use core::fmt;
 use heapless::Vec;
 
 use drive::Drive;
+use drive::unit::Scale;
 use emcy::Errors;
 use guard::{Guarded, Heartbeat, Watch};
 use live::Live;
@@ -132,6 +132,8 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     /// The bit rate in force, in kbit/s.
     bit_rate: u16,
     values: Values,
+    /// What the motion controller makes of velocities and accelerations, by the values.
+    scale: Scale,
     live: Live,
     /// The motor's way in both directions, in microsteps.
     way: u64,
@@ -177,6 +179,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             control: None,
             bit_rate: 1000,
             values: Values::of(1),
+            scale: Scale::START,
             live: Live::default(),
             way: 0,
             server: Server::default(),
@@ -201,6 +204,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         (self.now, self.bus, self.way) = (now, BusState::Active, 0);
         self.take_addresses();
         self.restore(|_| true);
+        self.scale = Scale::of(&self.values);
         self.device.start(now, Inversion::default());
         self.drive = Drive::default();
         self.device.outputs_mut().digital = 0;

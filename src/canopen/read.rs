@@ -1,10 +1,10 @@
 //! What reading an object gives.
 
 use super::Node;
+use super::drive::unit::Scale;
 use super::object::{Entry, Object};
 use super::row::Initial;
 use super::store::Tmcm1140;
-use super::unit::{Dimension, Scale};
 use crate::device::Board;
 
 /// The value of an object that is read.
@@ -45,7 +45,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::ManufacturerMode => self.manufacturer_mode.into(),
             Object::BitRateInUse => self.bit_rate.into(),
             Object::NodeIdInUse => self.node.into(),
-            Object::AccelerationDimension => self.dimension().of_acceleration(),
+            Object::AccelerationDimension => self.scale.acceleration_dimension(),
             Object::ActualLoad => live.load.into(),
             Object::DriverErrorFlags => driver_errors(live.flags, self.device.lacks_supply()),
             Object::MicrostepResolutionDisplay => self.values.of_object(Object::MicrostepResolution),
@@ -56,13 +56,16 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::AnalogInput => live.analog.into(),
             Object::Statusword => self.statusword(),
             Object::VelocityDemandVl => self.values.of_object(Object::TargetVelocityVl),
-            Object::VelocityActualVl => i32::from(live.speed as i16) as u32,
-            Object::MaximumVelocityAmount => self.largest_target(),
+            Object::VelocityActualVl => {
+                let speed = self.scale.velocity_of(live.speed);
+                speed.clamp(i16::MIN.into(), i16::MAX.into()) as u32
+            }
+            Object::MaximumVelocityAmount => self.values.of_object(Object::MaximumVelocity),
             Object::DecelerationDeltaSpeed => self.values.of_object(Object::AccelerationDeltaSpeed),
             Object::ModeDisplay => self.drive.motion.mode as u32,
             Object::PositionDemand => live.position as u32,
             Object::PositionActualInternal | Object::PositionActual => self.actual_position() as u32,
-            Object::VelocityActual => live.speed as u32,
+            Object::VelocityActual => self.scale.velocity_of(live.speed) as u32,
             Object::ProfileDeceleration => self.values.of_object(Object::ProfileAcceleration),
             Object::DigitalInputs => self.switches() | u32::from(live.inputs) << PINS,
             Object::DeviceType
@@ -198,23 +201,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    pub(super) fn dimension(&self) -> Dimension {
-        Dimension::numbered(self.values.of_object(Object::VelocityDimension))
-    }
-
-    pub(super) const fn scale(&self) -> Scale {
-        Scale
-    }
-
-    /// Number of microsteps in a turn of the motor.
-    pub(super) fn turn(&self) -> u32 {
-        let resolution = self.values.of_object(Object::MicrostepResolution);
-        self.values.of_object(Object::FullStepResolution).saturating_mul(1_u32.unbounded_shl(resolution))
-    }
-
-    /// The largest magnitude of a target velocity in velocity mode.
-    fn largest_target(&self) -> u32 {
-        self.values.of_object(Object::MaximumVelocity)
+    pub(super) const fn scale(&self) -> &Scale {
+        &self.scale
     }
 
     /// The actual position in microsteps, by the sensor that 606Ah selects.

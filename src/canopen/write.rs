@@ -6,12 +6,12 @@ use super::Node;
 use super::abort::Abort;
 use super::cob;
 use super::drive::State;
+use super::drive::unit::{INTERNAL, Scale};
 use super::map::Way;
 use super::object::{Entry, Object};
 use super::read::PINS;
 use super::row::When;
 use super::store::{Group, Tmcm1140};
-use super::unit::{Dimension, INTERNAL};
 use crate::device::Board;
 
 /// `save`, written to 1010h and 2706h.
@@ -99,16 +99,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 self.write_mapping(Way::Transmit, entry, value)?;
             }
             Object::MaximumVelocity => {
-                let largest = self.dimension().largest_velocity(self.turn());
-                self.write_largest(entry, value, largest)?;
+                self.write_largest(entry, value, self.scale.largest_velocity())?;
             }
             Object::MaximumAcceleration => {
-                let largest = self.dimension().largest_acceleration(self.turn());
-                self.write_largest(entry, value, largest)?;
+                self.write_largest(entry, value, self.scale.largest_acceleration())?;
             }
             Object::VelocityDimension => self.write_dimension(entry, value),
             Object::TargetVelocityVl => {
-                let (limit, internal) = (i64::from(INTERNAL), self.dimension() == Dimension::Internal);
+                let (limit, internal) = (i64::from(INTERNAL), self.scale.is_internal());
                 match number {
                     _ if !internal => {}
                     number if number > limit => return Err(Abort::TooHigh),
@@ -138,13 +136,15 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 self.values.set(entry, value);
                 self.switch_pull_ups();
             }
+            Object::MicrostepResolution | Object::FullStepResolution | Object::RampDivisor | Object::PulseDivisor => {
+                self.values.set(entry, value);
+                self.scale = Scale::of(&self.values);
+            }
             Object::EmergencyInhibitTime
             | Object::CommunicationErrorBehaviour
             | Object::ApplicationErrorBehaviour
             | Object::TransmitInhibitTime
             | Object::TransmitEventTimer
-            | Object::MicrostepResolution
-            | Object::FullStepResolution
             | Object::BrakeApplyDelay
             | Object::BrakeReleaseDelay
             | Object::MaximumCurrent
@@ -154,8 +154,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::EncoderPolarity
             | Object::EncoderDirection
             | Object::EncoderInitialise
-            | Object::RampDivisor
-            | Object::PulseDivisor
             | Object::StandbyDelay
             | Object::ChopperBlankTime
             | Object::ChopperMode
@@ -284,13 +282,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// Writes the largest velocity or acceleration, which is fixed in internal units.
     fn write_largest(&mut self, entry: Entry, value: u32, largest: u32) -> Result<(), Abort> {
-        if self.dimension() == Dimension::Internal && value != largest {
+        if self.scale.is_internal() && value != largest {
             return Err(Abort::Value);
         }
         if value > largest {
             return Err(Abort::TooHigh);
         }
         self.values.set(entry, value);
+        self.scale = Scale::of(&self.values);
         Ok(())
     }
 
@@ -300,9 +299,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             return;
         }
         self.values.set(entry, value);
-        let (dimension, turn) = (self.dimension(), self.turn());
-        self.values.set(Entry::of(Object::MaximumVelocity), dimension.largest_velocity(turn));
-        self.values.set(Entry::of(Object::MaximumAcceleration), dimension.largest_acceleration(turn));
+        let scale = Scale::of(&self.values);
+        self.values.set(Entry::of(Object::MaximumVelocity), scale.largest_velocity());
+        self.values.set(Entry::of(Object::MaximumAcceleration), scale.largest_acceleration());
+        self.scale = Scale::of(&self.values);
     }
 
     /// Sets the outputs that the mask lets be switched, and the brake at OUT0 if there is one.

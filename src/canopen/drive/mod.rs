@@ -13,6 +13,7 @@ mod power;
 mod state;
 mod status;
 mod turn;
+pub(super) mod unit;
 
 pub(super) use state::State;
 
