@@ -18,7 +18,7 @@ pub enum Abort {
     NotMappable = 0x0604_0041,
     /// The objects to be mapped are too many, or too long for a PDO.
     MappingTooLong = 0x0604_0042,
-    /// The EEPROM does not work.
+    /// The EEPROM, or a chip of the motor, does not work.
     Hardware = 0x0606_0000,
     /// The length of the data is not the one that was announced.
     Length = 0x0607_0010,

@@ -204,7 +204,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         (self.now, self.bus, self.way) = (now, BusState::Active, 0);
         self.take_addresses();
         self.restore(|_| true);
-        self.scale = Scale::of(&self.values);
+        self.preset_parameters();
         self.device.start(now, Inversion::default());
         self.drive = Drive::default();
         self.device.outputs_mut().digital = 0;

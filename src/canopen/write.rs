@@ -6,7 +6,7 @@ use super::Node;
 use super::abort::Abort;
 use super::cob;
 use super::drive::State;
-use super::drive::unit::{INTERNAL, Scale};
+use super::drive::unit::INTERNAL;
 use super::map::Way;
 use super::object::{Entry, Object};
 use super::read::PINS;
@@ -104,7 +104,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::MaximumAcceleration => {
                 self.write_largest(entry, value, self.scale.largest_acceleration())?;
             }
-            Object::VelocityDimension => self.write_dimension(entry, value),
+            Object::VelocityDimension => self.write_dimension(entry, value)?,
             Object::TargetVelocityVl => {
                 let (limit, internal) = (i64::from(INTERNAL), self.scale.is_internal());
                 match number {
@@ -137,23 +137,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 self.switch_pull_ups();
             }
             Object::MicrostepResolution | Object::FullStepResolution | Object::RampDivisor | Object::PulseDivisor => {
-                self.values.set(entry, value);
-                self.scale = Scale::of(&self.values);
+                self.write_scaled(entry, value)?
             }
-            Object::EmergencyInhibitTime
-            | Object::CommunicationErrorBehaviour
-            | Object::ApplicationErrorBehaviour
-            | Object::TransmitInhibitTime
-            | Object::TransmitEventTimer
-            | Object::BrakeApplyDelay
-            | Object::BrakeReleaseDelay
-            | Object::MaximumCurrent
+            Object::MaximumCurrent
             | Object::StandbyCurrent
-            | Object::LimitSwitches
-            | Object::EnableDelay
-            | Object::EncoderPolarity
-            | Object::EncoderDirection
-            | Object::EncoderInitialise
             | Object::StandbyDelay
             | Object::ChopperBlankTime
             | Object::ChopperMode
@@ -171,7 +158,19 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::ShortProtectionDisable
             | Object::StopOnStall
             | Object::SmartEnergyThresholdSpeed
-            | Object::SmartEnergySlowRunCurrent
+            | Object::SmartEnergySlowRunCurrent => self.write_parameter(entry, value)?,
+            Object::EmergencyInhibitTime
+            | Object::CommunicationErrorBehaviour
+            | Object::ApplicationErrorBehaviour
+            | Object::TransmitInhibitTime
+            | Object::TransmitEventTimer
+            | Object::BrakeApplyDelay
+            | Object::BrakeReleaseDelay
+            | Object::LimitSwitches
+            | Object::EnableDelay
+            | Object::EncoderPolarity
+            | Object::EncoderDirection
+            | Object::EncoderInitialise
             | Object::BitRate
             | Object::NodeId
             | Object::AccelerationDeltaSpeed
@@ -288,21 +287,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if value > largest {
             return Err(Abort::TooHigh);
         }
-        self.values.set(entry, value);
-        self.scale = Scale::of(&self.values);
-        Ok(())
-    }
-
-    /// Changes the dimension of velocities: the largest velocity and acceleration become those of the new one.
-    fn write_dimension(&mut self, entry: Entry, value: u32) {
-        if self.values.get(entry) == value {
-            return;
-        }
-        self.values.set(entry, value);
-        let scale = Scale::of(&self.values);
-        self.values.set(Entry::of(Object::MaximumVelocity), scale.largest_velocity());
-        self.values.set(Entry::of(Object::MaximumAcceleration), scale.largest_acceleration());
-        self.scale = Scale::of(&self.values);
+        self.write_scaled(entry, value)
     }
 
     /// Sets the outputs that the mask lets be switched, and the brake at OUT0 if there is one.

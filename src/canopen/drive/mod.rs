@@ -9,6 +9,7 @@ mod fault;
 mod homing;
 mod limit;
 mod mode;
+mod parameters;
 mod power;
 mod state;
 mod status;

@@ -142,9 +142,19 @@ impl Scale {
         }
     }
 
+    /// The same motor in the dimension with this number of 208Ch, for its largest values.
+    pub(crate) const fn in_dimension(&self, number: u32) -> Self {
+        Scale { dimension: Dimension::numbered(number), ..*self }
+    }
+
     /// RAMP_DIV and PULSE_DIV.
     pub(crate) const fn divisors(&self) -> (u8, u8) {
         (self.ramp_div, self.pulse_div)
+    }
+
+    /// True if velocities depend on the number of microsteps in a turn.
+    pub(crate) const fn is_of_turns(&self) -> bool {
+        matches!(self.dimension, Dimension::Rpm)
     }
 
     /// True in internal units.
