@@ -33,7 +33,7 @@ pub(super) struct Live {
     pub(super) load: u16,
     /// The [flags] of the driver.
     pub(super) flags: u8,
-    /// Left and right stop switch and home switch: true is a high input.
+    /// Left and right stop switch, true is closed; and the home switch, true is a high input.
     pub(super) switches: [bool; 3],
     /// The digital inputs, IN0 in bit 0.
     pub(super) inputs: u16,

@@ -22,6 +22,7 @@ mod read;
 mod row;
 mod sdo;
 mod store;
+mod switches;
 pub mod usb;
 mod values;
 mod write;
@@ -47,7 +48,7 @@ use sdo::Server;
 use values::Values;
 
 use crate::can::{CanFrame, Frame, Id};
-use crate::device::{Board, Device, Inputs, Inversion, Outputs, Parts, Piece};
+use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
 use crate::motion::Axis;
 use crate::param::tmcm1140::AXIS;
 use crate::store::Store;
@@ -120,6 +121,8 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     /// The node ID in force.
     node: u8,
     state: Nmt,
+    /// No turn has begun since the start.
+    is_new: bool,
     /// Something has been written or read that an event-driven PDO may carry.
     touched: bool,
     /// The filters have changed since they were asked for.
@@ -172,6 +175,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             now: Micros(0),
             node: 1,
             state: Nmt::PreOperational,
+            is_new: true,
             touched: false,
             filters_changed: true,
             manufacturer_mode: false,
@@ -205,7 +209,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.take_addresses();
         self.restore(|_| true);
         self.preset_parameters();
-        self.device.start(now, Inversion::default());
+        self.tell_turn();
+        let inversion = self.preset_switches();
+        self.device.start(now, inversion);
+        self.is_new = true;
         self.drive = Drive::default();
         self.device.outputs_mut().digital = 0;
         self.switch_outputs();
@@ -383,6 +390,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         *outputs
     }
 
+    /// Takes over what the device has read.
+    fn read_live(&mut self) {
+        let live = Live::of(&mut self.device);
+        self.touched |= live != self.live;
+        self.live = live;
+    }
+
     /// Does the next piece of the turn of each millisecond.
     #[inline(never)]
     fn take_turn(&mut self, inputs: &Inputs<1>) {
@@ -392,11 +406,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Piece::Beginning => _ = self.device.begin(self.now, inputs),
         }
         let (_, events) = self.device.next_axis(self.now);
-        let live = Live::of(&mut self.device);
-        let way = live.position.wrapping_sub(self.live.position).unsigned_abs();
+        let before = self.live.position;
+        self.read_live();
+        // At the home position the motor does not move, but its position becomes another.
+        let way = if self.finds_home(events) { 0 } else { self.live.position.wrapping_sub(before).unsigned_abs() };
         self.way = self.way.wrapping_add(way.into());
-        self.touched |= live != self.live;
-        self.live = live;
+        if core::mem::take(&mut self.is_new) {
+            self.meet_encoder();
+        }
         self.control_errors();
         self.drive(events);
         self.look_at_timers();

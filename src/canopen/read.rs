@@ -67,6 +67,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::PositionActualInternal | Object::PositionActual => self.actual_position() as u32,
             Object::VelocityActual => self.scale.velocity_of(live.speed) as u32,
             Object::ProfileDeceleration => self.values.of_object(Object::ProfileAcceleration),
+            Object::HomeOffsetDisplay => self.home_offset_display(),
             Object::DigitalInputs => self.switches() | u32::from(live.inputs) << PINS,
             Object::DeviceType
             | Object::SaveCount
@@ -85,7 +86,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::BrakeDelayCount
             | Object::EncoderCount
             | Object::BrakeCurrentCount
-            | Object::HomeOffsetDisplay
             | Object::StepCounterCount
             | Object::DirectCommunication
             | Object::OutputCount
@@ -209,17 +209,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub(super) fn actual_position(&self) -> i32 {
         let encoder = self.values.of_object(Object::SensorSelection) == 0;
         if encoder { self.live.encoder } else { self.live.position }
-    }
-
-    /// The switches as 60FDh has them: left in bit 0, right in bit 1, home in bit 2; inverted and switched off as 2005h
-    /// says.
-    pub(super) fn switches(&self) -> u32 {
-        let settings = self.values.of_object(Object::LimitSwitches);
-        let [left, right, home] = self.live.switches.map(u32::from);
-        let pins = left | right << 1 | home << 2;
-        let off = settings & 0b11 | settings >> 2 & 0b100;
-        let inverted = settings >> 2 & 0b11 | settings >> 3 & 0b100;
-        (pins ^ inverted) & !off
     }
 }
 

@@ -52,6 +52,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if row.when == When::Disabled && self.drive.state != State::SwitchOnDisabled {
             return Err(Abort::State);
         }
+        self.check_encoder(entry.object, value)?;
         self.touched = true;
         match entry.object {
             Object::SaveAll => return when(value == SAVE, || self.save(Group::All)),
@@ -132,12 +133,17 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 self.values.set(entry, value);
                 self.switch_outputs();
             }
+            Object::LimitSwitches => {
+                self.values.set(entry, value);
+                self.tell_switches();
+            }
             Object::PullUps => {
                 self.values.set(entry, value);
                 self.switch_pull_ups();
             }
             Object::MicrostepResolution | Object::FullStepResolution | Object::RampDivisor | Object::PulseDivisor => {
-                self.write_scaled(entry, value)?
+                self.write_scaled(entry, value)?;
+                self.tell_turn();
             }
             Object::MaximumCurrent
             | Object::StandbyCurrent
@@ -166,7 +172,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::TransmitEventTimer
             | Object::BrakeApplyDelay
             | Object::BrakeReleaseDelay
-            | Object::LimitSwitches
             | Object::EnableDelay
             | Object::EncoderPolarity
             | Object::EncoderDirection

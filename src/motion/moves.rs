@@ -129,6 +129,17 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
+    /// Overwrites the actual position as [`set_position`](Self::set_position) does, and with it the positions of the
+    /// encoders.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
+    pub fn set_positions(&mut self, now: Micros, value: i32) -> Result<(), Error> {
+        self.set_position(now, value)?;
+        self.encoders.set(value);
+        Ok(())
+    }
+
     /// Notes that a motion command begins: parameter 207 is cleared, and if the command `moves` the motor, an encoder
     /// deviation may stop the motor again.
     fn begin(&mut self, moves: bool, pace: Pace) {

@@ -41,8 +41,6 @@ pub(super) struct View {
     /// The position of the built-in encoder's absolute zero point, in microsteps, if it has been passed since the poll
     /// before.
     pub index: Option<i32>,
-    /// The right stop switch is watched by the axis, so that the ramp generator latches nothing at it.
-    pub watched: bool,
     /// How much further back than the motor's overrun a switch is looked for, in microsteps.
     pub slack: i32,
 }
@@ -204,7 +202,7 @@ impl Search {
         self.index = view.index.or(self.index);
         let verdict = self.judge(view);
         if verdict == Verdict::Over && self.verdict != Verdict::Over {
-            let latches = self.plan.sought == Sought::Stop && !(view.watched && self.direction > 0);
+            let latches = self.plan.sought == Sought::Stop;
             match (leg.until, self.index) {
                 (Until::Index, Some(index)) => self.mark(index),
                 (Until::Opened, _) if latches => notice.ended = Some(Edge::Latched),
@@ -390,7 +388,7 @@ mod tests {
         for _ in 0..10_000 {
             let at = |[first, last]: [i32; 2]| (first..=last).contains(&known.position);
             let switches = Switches { left: at(stage.left), right: at(stage.right), home: at(stage.home) };
-            let view = View { switches, known, index: None, watched: false, slack: 4 };
+            let view = View { switches, known, index: None, slack: 4 };
             let notice = search.see(&view);
             if notice.closed {
                 latched = None;

@@ -63,7 +63,7 @@ impl<H: Hardware> Joined<'_, H> {
         let passed = core::mem::take(&mut self.encoders.index);
         let angle = self.sensors.encoder.filter(|_| passed);
         let index = angle.map(|angle| known.position.wrapping_sub(self.encoders.beyond_index(angle, &self.values)));
-        let view = View { switches, known, index, watched: self.watched_right().is_some(), slack };
+        let view = View { switches, known, index, slack };
         let notice = search.see(&view);
         if notice.closed {
             self.arm_latch()?;
@@ -123,7 +123,8 @@ impl<H: Hardware> Joined<'_, H> {
         hardware.latch(controller)
     }
 
-    /// The position that the latch has kept, in microsteps; `None` if it has kept none.
+    /// The position that the latch has kept, in microsteps; `None` if it has kept none, as at a switch that the axis
+    /// watches itself.
     fn latched(&mut self) -> Result<Option<i32>, Error> {
         let (hardware, controller) = self.reach();
         hardware.latched(controller)
@@ -134,8 +135,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// former position, and parameter 196 the distance between the stop switches, if the search has measured it.
     fn zero(&mut self, now: Micros, search: &Search) -> Result<(), Error> {
         let zero = self.last_position();
-        self.set_position(now, search.home())?;
-        self.encoders.set(search.home());
+        self.set_positions(now, search.home())?;
         self.values.set(P::LastReferencePosition, zero);
         if let Some(far) = search.far() {
             self.values.set(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());

@@ -11,7 +11,7 @@ mod emergencies;
 mod exchange;
 mod faults;
 mod flood;
-
+mod homing;
 mod inputs_outputs;
 mod mapping;
 mod master;

@@ -33,27 +33,37 @@ pub(crate) struct Rig {
     heard: VecDeque<Frame>,
     /// Number of starts of the firmware.
     pub(crate) starts: u32,
+    /// The board has no built-in encoder.
+    pub(crate) lacks_encoder: bool,
 }
 
 impl Rig {
     /// A node with a fresh EEPROM that has just started.
     pub(crate) fn new() -> Self {
-        Self::on(&SharedBoard::new(Board::of_kind(&board::TMCM_1140, &WorldConfig::default(), 1)))
-    }
-
-    /// A node with a fresh EEPROM in a world, which is described as in a world file.
-    pub(crate) fn in_world(world: &str) -> Self {
-        Self::on(&SharedBoard::new(Board::of_kind(&board::TMCM_1140, &WorldConfig::parse(world).unwrap(), 1)))
+        Self::on(&SharedBoard::new(Board::of_kind(&board::TMCM_1140, &WorldConfig::default(), 1)), false)
     }
 
     /// A node whose EEPROM has these contents; `seed` makes what is random.
     pub(crate) fn with_eeprom(contents: &[u8], seed: u64) -> Self {
         let mut board = Board::of_kind(&board::TMCM_1140, &WorldConfig::default(), seed);
         board.at25_mut().load(contents);
-        Self::on(&SharedBoard::new(board))
+        Self::on(&SharedBoard::new(board), false)
     }
 
-    fn on(board: &SharedBoard) -> Self {
+    /// A node with a fresh EEPROM in a world that the text describes.
+    pub(crate) fn in_world(toml: &str) -> Self {
+        let world = WorldConfig::parse(toml).unwrap();
+        Self::on(&SharedBoard::new(Board::of_kind(&board::TMCM_1140, &world, 1)), false)
+    }
+
+    /// A node with these contents of its EEPROM, on a board without a built-in encoder.
+    pub(crate) fn without_encoder(contents: &[u8]) -> Self {
+        let mut board = Board::of_kind(&board::TMCM_1140, &WorldConfig::default(), 1);
+        board.at25_mut().load(contents);
+        Self::on(&SharedBoard::new(board), true)
+    }
+
+    fn on(board: &SharedBoard, lacks_encoder: bool) -> Self {
         let (node, keeper, report) = start(board);
         let started = board.borrow().now();
         let mut rig = Rig {
@@ -65,6 +75,7 @@ impl Rig {
             keep: Micros(0),
             heard: VecDeque::new(),
             starts: 1,
+            lacks_encoder,
         };
         rig.poll();
         rig
@@ -94,7 +105,10 @@ impl Rig {
 
     fn poll(&mut self) {
         let now = self.now();
-        let inputs = read_inputs(&self.board);
+        let mut inputs = read_inputs(&self.board);
+        if self.lacks_encoder {
+            inputs.axes[0].encoder = None;
+        }
         let outputs = self.node.poll(now, &inputs);
         if now >= self.keep {
             self.keep = now.after(Micros::from_millis(1));

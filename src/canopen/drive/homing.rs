@@ -1,15 +1,100 @@
-//! Homing (manual chapter 9).
+//! Homing (manual chapter 9): what each method is as a list of legs of a reference search, and how a homing begins and
+//! ends. The position at which it ends becomes less than zero by the home offset (607Ch): zero is the home position and the
+//! offset.
+//!
+//! | methods | home position |
+//! |---|---|
+//! | 0 | none: the motor does not move, and the homing is over at once |
+//! | 17, 18 | where the left, the right limit switch opens when the motor leaves it |
+//! | 1, 2 | the first index from there on, away from the switch |
+//! | 19, 21 | the left, the right edge of the home switch |
+//! | 3, 5 | the first index to the left, to the right of that edge, where the home switch is open |
+//! | 33, 34 | the next index in negative, in positive direction |
+//! | 35 | where the motor is |
+//!
+//! The figures of CiA 402 for 3, 5, 19 and 21 show a home switch that is closed from its edge to the end of the axis, and
+//! for the index of 3 and 5 the side on which the switch is open; 4 and 6 have the other side. Here the home switch may
+//! also be a short one: then the drive may begin beyond it, turns round at a limit switch, and comes over it from there.
 
+use super::Homing;
 use crate::canopen::Node;
+use crate::canopen::abort::Abort;
 use crate::canopen::emcy::Emergency;
+use crate::canopen::object::{Entry, Object};
 use crate::canopen::store::Tmcm1140;
+use crate::canopen::switches::Switches;
+use crate::chip::encoder::TURN;
 use crate::device::Board;
-use crate::motion::Events;
+use crate::motion::{Events, Leg, Pace, Plan, Side, Sought};
+
+/// The method that moves nothing and leaves the position as it is.
+const NO_HOMING: i32 = 0;
+/// The method that makes the present position the home position.
+const HERE: i32 = 35;
+/// The methods that need an encoder.
+const BY_INDEX: [i32; 6] = [1, 2, 3, 5, 33, 34];
+
+/// The legs to an edge of a switch, and to the index behind it.
+const EDGE: &[Leg] = &[Leg::FIND, Leg::LEAVE];
+const EDGE_INDEX: &[Leg] = &[Leg::FIND, Leg::LEAVE, Leg::BACK_TO_INDEX];
+/// The same for a search that has turned round, and so runs over the home switch.
+const FAR_EDGE: &[Leg] = &[Leg::FIND, Leg::ONTO, Leg::OFF];
+const FAR_EDGE_INDEX: &[Leg] = &[Leg::FIND, Leg::ONTO, Leg::OFF, Leg::INDEX];
+
+/// The search that a method is; `None` if the method moves nothing, or searches a switch that is not in use.
+fn plan(method: i32, switches: Switches) -> Option<Plan> {
+    let stops @ [left, right] = switches.limits();
+    let at_limit = |positive, legs| Plan { sought: Sought::Stop, positive, stops, legs, turned: None };
+    let at_home = |positive, legs, turned| {
+        let sought = Sought::Home { inverted: switches.home_inverted() };
+        Plan { sought, positive, stops, legs, turned: Some(turned) }
+    };
+    let (plan, has_switch) = match method {
+        1 => (at_limit(false, EDGE_INDEX), left),
+        2 => (at_limit(true, EDGE_INDEX), right),
+        3 => (at_home(true, EDGE_INDEX, FAR_EDGE_INDEX), switches.home()),
+        5 => (at_home(false, EDGE_INDEX, FAR_EDGE_INDEX), switches.home()),
+        17 => (at_limit(false, EDGE), left),
+        18 => (at_limit(true, EDGE), right),
+        19 => (at_home(true, EDGE, FAR_EDGE), switches.home()),
+        21 => (at_home(false, EDGE, FAR_EDGE), switches.home()),
+        33 => (at_limit(false, &[Leg::INDEX]), true),
+        34 => (at_limit(true, &[Leg::INDEX]), true),
+        _ => return None,
+    };
+    has_switch.then_some(plan)
+}
 
 impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Bit 4 of the controlword was set in homing mode.
     pub(super) fn start_homing(&mut self) {
-        self.raise(Emergency::Refused);
+        let method = self.values.of_object(Object::HomingMethod) as i32;
+        match method {
+            HERE => {
+                self.take_position(0);
+                self.end_homing();
+            }
+            _ if !self.drive.is_operating() => {}
+            NO_HOMING => self.end_homing(),
+            _ => {
+                let began = self.begin_search(method).is_some();
+                self.drive.homing = Homing { running: began, attained: false, ..self.drive.homing };
+                if !began {
+                    self.raise(Emergency::Refused);
+                }
+            }
+        }
+    }
+
+    /// Begins the search of a method. `None` if that cannot be, because of a switch that is not in use, or a speed of 0.
+    fn begin_search(&mut self, method: i32) -> Option<()> {
+        let plan = plan(method, self.switch_settings())?;
+        let speed = |object| self.scale().velocity(self.values.of_object(object).into());
+        let (fast, slow) = (speed(Object::HomingFastSpeed), speed(Object::HomingSlowSpeed));
+        let pace = Pace { speed: Some(slow), acceleration: Some(self.ramp()) };
+        let home = (self.values.of_object(Object::HomeOffset) as i32).wrapping_neg();
+        let now = self.now;
+        self.device.axis(0)?.search_by(now, plan, home, fast, pace).ok()
     }
 
     /// Bit 4 of the controlword was cleared: a homing that is under way ends, and the motor stops along the ramp.
@@ -25,6 +110,88 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.drive.homing.running = false;
     }
 
+    /// The homing has found the home position.
+    fn end_homing(&mut self) {
+        let offset = self.values.of_object(Object::HomeOffset);
+        self.drive.homing = Homing { running: false, attained: true, offset };
+    }
+
     /// Follows a homing, once in each turn.
-    pub(super) fn follow_homing(&mut self, _: Events) {}
+    pub(super) fn follow_homing(&mut self, events: Events) {
+        if !self.drive.homing.running || self.device.axes().iter().any(|axis| axis.searches()) {
+            return;
+        }
+        if self.finds_home(events) {
+            return self.end_homing();
+        }
+        self.abort_homing();
+        // At the limit switch that has ended the search the motor is as at one that has ended a move.
+        if let Some(side) = events.limit {
+            self.meet_limit_switch(usize::from(side == Side::Right));
+        }
+    }
+
+    /// True if a homing that is under way has come to the home position.
+    pub(in crate::canopen) const fn finds_home(&self, events: Events) -> bool {
+        self.drive.homing.running && events.reached
+    }
+
+    /// What 607Ch was when the last homing ended (2100h).
+    pub(in crate::canopen) const fn home_offset_display(&self) -> u32 {
+        self.drive.homing.offset
+    }
+
+    /// Makes `position`, in microsteps, the actual position of the motor and of its encoder. The motor stays where it is.
+    fn take_position(&mut self, position: i32) {
+        let now = self.now;
+        if let Some(mut axis) = self.device.axis(0) {
+            // A motion controller that does not take it keeps position and encoder as they were.
+            let _ = axis.set_positions(now, position);
+        }
+        self.read_live();
+    }
+
+    /// True if the built-in encoder is connected.
+    fn has_encoder(&self) -> bool {
+        self.device.inputs().axes.iter().all(|sensors| sensors.encoder.is_some())
+    }
+
+    /// Looks at an object that may need the built-in encoder, before it is written.
+    ///
+    /// # Errors
+    /// The value needs an encoder, and there is none.
+    pub(in crate::canopen) fn check_encoder(&self, object: Object, value: u32) -> Result<(), Abort> {
+        let needs = match object {
+            Object::HomingMethod => BY_INDEX.contains(&(value as i32)),
+            Object::SensorSelection => value == 0,
+            Object::FollowingErrorWindow => value != 0,
+            _ => false,
+        };
+        if needs && !self.has_encoder() { Err(Abort::State) } else { Ok(()) }
+    }
+
+    /// Takes the encoder over in the first turn after the start, in which it is known whether there is one: the position of
+    /// the motor becomes that of the encoder within the turn, if 200Bh asks for that. Without an encoder a saved setting
+    /// that needs one counts as its default.
+    pub(in crate::canopen) fn meet_encoder(&mut self) {
+        for object in [Object::HomingMethod, Object::SensorSelection, Object::FollowingErrorWindow] {
+            let entry = Entry::of(object);
+            if self.check_encoder(object, self.values.get(entry)).is_err() {
+                self.values.set(entry, entry.row().default_number(0, self.node));
+            }
+        }
+        let [sensors] = self.device.inputs().axes;
+        if let Some(angle) = sensors.encoder.filter(|_| self.values.of_object(Object::EncoderInitialise) != 0) {
+            let microsteps = u64::from(angle).saturating_mul(self.scale.turn().into()) / u64::from(TURN);
+            self.take_position(microsteps as i32);
+        }
+    }
+
+    /// Tells the axis how many microsteps a turn of the motor has, from which the position of the encoder follows.
+    pub(in crate::canopen) fn tell_turn(&mut self) {
+        let turn = self.scale.turn();
+        if let Some(mut axis) = self.device.axis(0) {
+            axis.set_turn(turn as i32);
+        }
+    }
 }

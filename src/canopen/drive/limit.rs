@@ -48,6 +48,15 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.drive.limits.stalled &= self.drive.motion.dropped == Some(asked);
     }
 
+    /// The limit switch of an end, 0 for that of negative positions, has ended a homing.
+    pub(super) fn meet_limit_switch(&mut self, end: usize) {
+        if let (Some(touched), Some(switch)) = (self.drive.limits.touched.get_mut(end), SWITCH.get(end)) {
+            *touched = true;
+            self.report(*switch, false);
+            self.report(*switch, true);
+        }
+    }
+
     /// True while a limit is active.
     pub(super) fn is_limited(&self) -> bool {
         let Limits { touched, stalled } = self.drive.limits;

@@ -137,6 +137,8 @@ struct Limits {
 struct Homing {
     running: bool,
     attained: bool,
+    /// The home offset (607Ch) when the last homing ended.
+    offset: u32,
 }
 
 impl Homing {

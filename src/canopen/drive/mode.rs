@@ -174,9 +174,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.scale().acceleration(self.values.of_object(object))
     }
 
-    /// True if the motor stands and is to stand, as its counter has been read.
+    /// True if the motor stands and is to stand, as its counter has been read. In a homing it is to go on.
     pub(super) fn stands(&self) -> bool {
-        self.device.axes().iter().all(|axis| axis.rests())
+        self.device.axes().iter().all(|axis| axis.rests() && !axis.searches())
     }
 
     /// Slows the motor down to a stand, with this acceleration; one that stands is not told.

@@ -152,6 +152,11 @@ impl Scale {
         (self.ramp_div, self.pulse_div)
     }
 
+    /// Number of microsteps in a turn of the motor.
+    pub(crate) const fn turn(&self) -> u32 {
+        self.turn
+    }
+
     /// True if velocities depend on the number of microsteps in a turn.
     pub(crate) const fn is_of_turns(&self) -> bool {
         matches!(self.dimension, Dimension::Rpm)

@@ -346,6 +346,7 @@ fn motion() {
     }
     let _ = any(axis.set_divisors(any(0), any(0)));
     let _ = any(axis.actual_position());
+    let _ = any(axis.set_positions(now(), any(0)));
     any(axis.poll(now(), any(Sensors::default()), any(None)));
     axis.refresh();
 }
