@@ -182,8 +182,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         let [sensors] = self.device.inputs().axes;
         if let Some(angle) = sensors.encoder.filter(|_| self.values.of_object(Object::EncoderInitialise) != 0) {
-            let microsteps = u64::from(angle).saturating_mul(self.scale.turn().into()) / u64::from(TURN);
-            self.take_position(microsteps as i32);
+            let microsteps = u64::from(angle).saturating_mul(self.scale.turn().into()).checked_div(TURN.into());
+            self.take_position(microsteps.unwrap_or_default() as i32);
         }
     }
 
