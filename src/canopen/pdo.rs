@@ -1,5 +1,7 @@
 //! PDOs: their records (1400h to 1A03h), what makes one be sent, and what one that was received does.
 
+use heapless::Vec;
+
 use super::abort::Abort;
 use super::cob;
 use super::emcy::Emergency;
@@ -178,21 +180,23 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             pdo.waiting = Some(frame.bytes());
         } else {
             let map = pdo.map;
-            self.carry_out(map, frame.bytes());
+            self.carry_out(&[(map, frame.bytes())]);
         }
     }
 
-    /// Writes the objects of a PDO that was received, in their order, but the controlword last: it acts upon the
+    /// Writes the objects of PDOs that were received together, in their order, but the controlword last: it acts upon the
     /// others. Each value is refused for itself.
-    fn carry_out(&mut self, map: Map, bytes: [u8; 8]) {
+    fn carry_out(&mut self, pdos: &[(Map, [u8; 8])]) {
         let mut refused = false;
         for last in [false, true] {
-            let mut rest = u64::from_le_bytes(bytes);
-            for (entry, size) in map.iter() {
-                let number = entry.row().data.extend(rest as u32);
-                rest = rest.unbounded_shr((size as u32).saturating_mul(8));
-                if (entry.object == Object::Controlword) == last {
-                    refused |= self.write(entry, number).is_err();
+            for (map, bytes) in pdos {
+                let mut rest = u64::from_le_bytes(*bytes);
+                for (entry, size) in map.iter() {
+                    let number = entry.row().data.extend(rest as u32);
+                    rest = rest.unbounded_shr((size as u32).saturating_mul(8));
+                    if (entry.object == Object::Controlword) == last {
+                        refused |= self.write(entry, number).is_err();
+                    }
                 }
             }
         }
@@ -230,14 +234,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.receive.iter().any(|pdo| pdo.released.is_some())
     }
 
-    /// Carries out the PDOs that a SYNC has released.
+    /// Carries out the PDOs that a SYNC has released. A master may send the controlword in each of them, as their defaults
+    /// have it: with all other objects written before, it finds the new ones in any case.
     pub(super) fn act(&mut self) {
-        for nth in 0..usize::from(PDOS) {
-            let Some(pdo) = self.receive.get_mut(nth) else { continue };
-            let map = pdo.map;
-            if let Some(bytes) = pdo.released.take() {
-                self.carry_out(map, bytes);
-            }
+        let released = self.receive.iter_mut().filter_map(|pdo| Some((pdo.map, pdo.released.take()?)));
+        let pdos: Vec<_, { PDOS as usize }> = released.collect();
+        if !pdos.is_empty() {
+            self.carry_out(&pdos);
         }
     }
 

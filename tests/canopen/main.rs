@@ -6,6 +6,7 @@
 #[allow(dead_code, unreachable_pub)]
 mod random;
 
+mod cyclic;
 mod driving;
 mod emergencies;
 mod exchange;
