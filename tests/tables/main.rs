@@ -5,6 +5,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod emergency_docs;
 mod live_values;
 mod object_docs;
 mod object_notes;

@@ -106,9 +106,12 @@ pub(crate) fn note(object: Object) -> &'static str {
         Object::BitRateInUse => "the bit rate in force",
         Object::NodeIdInUse => "the node ID in force",
         Object::PullUps => "1: the inputs have pull-up resistors",
-        Object::Controlword => "read and written; there is no drive yet to follow it",
+        Object::Controlword => {
+            "bits 0..3 and 7 commands, 4 new set-point or start of homing, 6 relative, 8 halt; the others are ignored"
+        }
         Object::Statusword => {
-            "shows SWITCH ON DISABLED (bit 6); bit 4: there is a supply; bit 9: the node is operational"
+            "bits 0..3, 5, 6 state, 4 supply, 7 warning, 9 operational, 10 target reached, 11 limit, 12 by mode, 14 \
+             moves, 15 in negative direction"
         }
         Object::TargetVelocityVl => "-2047..2047 in internal units",
         Object::VelocityDemandVl => "the last 6042h",

@@ -1,0 +1,32 @@
+//! The table of emergencies in `docs/canopen.md` is made from the firmware's own.
+
+use std::path::Path;
+
+use tmcm::canopen::{Emergency, Reaction};
+
+use crate::pages::compare;
+
+/// The head of the table.
+const HEAD: &str = "| message | bytes | meaning | 1001h | the drive |\n|---|---|---|---|---|\n";
+
+fn row(emergency: Emergency) -> String {
+    let (code, [first, second], register, meaning) = emergency.data();
+    let bits: Vec<_> = (0..8).filter(|bit| register >> bit & 1 != 0).map(|bit| bit.to_string()).collect();
+    let reaction = match emergency.reaction() {
+        Reaction::Message => "",
+        Reaction::Stop => "stops, bit 11 of the statusword",
+        Reaction::Fault => "stops, FAULT",
+    };
+    let cells = [format!("{code:04X}h"), format!("{first} {second}"), meaning.into(), bits.join(" "), reaction.into()];
+    format!("| {} |\n", cells.join(" | ").replace("|  |", "| |")).replace("  |", " |")
+}
+
+#[test]
+fn the_table_of_emergencies() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/canopen.md");
+    let page = std::fs::read_to_string(path).unwrap().replace("\r\n", "\n");
+    let (before, rest) = page.split_once(HEAD).expect("docs/canopen.md has the head of the table");
+    let (_, after) = rest.split_once("\n\n").expect("there is more behind the table");
+    let rows: String = Emergency::ALL.iter().copied().map(row).collect();
+    compare("canopen.md", "emergency_docs", &format!("{before}{HEAD}{rows}\n{after}"));
+}
