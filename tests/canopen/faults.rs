@@ -318,16 +318,55 @@ fn application_errors() {
     }
 }
 
-/// A driver that does not answer: whatever its readings become, the node goes on.
+/// The other faults of the control port: emergencies, whether they lead to FAULT, and whether a reset is possible when
+/// they are over.
 #[test]
-fn a_bus_that_reads_nonsense() {
-    for fault in ["fault spi on", "fault spi-low on", "fault tmc262 on", "fault encoder on"] {
+fn parts_that_do_not_answer() {
+    const SILENT: &[(u16, [u8; 2])] = &[(0x5000, [0, 255])];
+    // The readings of a driver that is silent are all ones, with every flag set.
+    const ALL: &[(u16, [u8; 2])] = &[(0x2312, [0, 0]), (0x2311, [0, 0]), (0x4310, [1, 0]), (0x4310, [2, 0])];
+    for (fault, emergencies, resets) in [
+        ("eeprom", &[][..], None),
+        ("encoder", &[], None),
+        ("spi", SILENT, Some(false)),
+        ("spi-low", SILENT, Some(false)),
+        ("tmc262", ALL, Some(true)),
+    ] {
         let mut rig = turning();
-        rig.control(fault);
+        rig.control(&format!("fault {fault} on"));
         rig.wait(200);
-        let state = rig.drive_state();
-        assert!(matches!(state, FAULT | OPERATION_ENABLED), "{fault}: {state:X}h");
-        assert_eq!(rig.is_energised(), state == OPERATION_ENABLED, "{fault}");
+        assert_eq!(rig.emergencies(), emergencies, "{fault}");
+        let faulty = resets.is_some();
+        assert_eq!((rig.drive_state() == FAULT, rig.is_energised()), (faulty, !faulty), "{fault}");
+        let here = rig.rotor();
+        rig.wait(100);
+        assert_eq!(rig.rotor() == here, faulty, "{fault}");
+        rig.control(&format!("fault {fault} off"));
+        rig.wait(100);
+        rig.word(FAULT_RESET);
+        assert_eq!(rig.drive_state() == SWITCH_ON_DISABLED, resets == Some(true), "{fault}");
+    }
+}
+
+/// A rotor that a load holds, and an encoder that has stopped, deviate from the counter as well.
+#[test]
+fn other_following_errors() {
+    for begin in ["load 1", "fault encoder on"] {
+        let mut rig = turning();
+        rig.control(begin);
+        rig.wait(200);
+        assert!(rig.emergencies().is_empty(), "{begin}");
+        rig.set(0x6065, 0, 2_000);
+        rig.wait(100);
+        assert_eq!((rig.emergencies(), rig.drive_state()), (vec![(0x8611, [0, 0])], FAULT), "{begin}");
+        assert!(!rig.is_energised());
+        // Homing method 35 brings counter and encoder together, in FAULT too.
+        rig.set(0x6060, 0, 6);
+        rig.set(0x6098, 0, 35);
+        rig.word(0x10);
+        rig.wait(5);
+        rig.word(FAULT_RESET);
+        assert_eq!((rig.drive_state(), rig.signed(0x6064)), (SWITCH_ON_DISABLED, 0), "{begin}");
     }
 }
 
