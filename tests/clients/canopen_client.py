@@ -10,15 +10,14 @@ import struct
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import canopen
 from canopen.objectdictionary import datatypes
 from canopen.sdo import SdoAbortedError
+from canopen_bus import EDS, Bus, aborts, emergency, reboot
 from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
 
-EDS = Path(__file__).parents[2] / "docs" / "tmcm1140-canopen.eds"
 MODULES = (1, 2, 3)
 MASTER = 127
 NAMED = {"save": 0x65766173, "load": 0x64616F6C, "make": 0x656B616D, "kill": 0x6C6C696B}
@@ -34,61 +33,22 @@ LIVE = {
 }
 
 
-class Bus:
-    """The bus with its modules, python-canopen's network on it, and what it has heard."""
-
-    def __init__(self, simulator):
-        self.simulator = simulator
-        self.network = canopen.Network()
-        self.frames = []
-        self.network.connect(
-            interface="slcan", channel=f"socket://{simulator.told['slcan-tcp']}", bitrate=1_000_000, sleep_after_open=0
-        )
-
-    def node(self, number):
-        """A node with the objects of the EDS; it gets the time that a busy computer takes."""
-        node = self.network.add_node(number, str(EDS))
-        node.sdo.RESPONSE_TIMEOUT = PATIENCE
-        return node
-
-    def listen(self, identifier):
-        """The list into which the data of frames with this identifier will come."""
-        heard = []
-        self.network.subscribe(identifier, lambda _, data, __: heard.append(bytes(data)))
-        return heard
-
-
-def aborts(what, code, action, *arguments, **options):
-    """Checks that an SDO transfer is refused with this code."""
-    try:
-        action(*arguments, **options)
-        check(what, False, "it is not refused")
-    except SdoAbortedError as abort:
-        check(what, abort.code == code, f"{abort.code:08X}h in place of {code:08X}h")
-
-
-def emergency(what, node, code, register, first, second, count=1):
-    """Waits for the node's emergency messages, of which the last is this one, and forgets them."""
-    wait_for(what, lambda: len(node.emcy.log) >= count)
-    found = node.emcy.log[-1]
-    equal(what, (found.code, found.register, found.data), (code, register, bytes([first, second, 0, 0, 0])))
-    node.emcy.reset()
-
-
-def reboot(node, command):
-    """Resets the node or its communication, and waits until it has booted up."""
-    boots = []
-    node.nmt.add_heartbeat_callback(boots.append)
-    node.nmt.state = command
-    wait_for(f"boot-up after {command}", lambda: 0 in boots)
-
-
 def power_cycle(bus, number):
     """Switches a module off and on again."""
     heard = bus.listen(0x700 + number)
     bus.simulator.control(f"module {MODULES.index(number) + 1} power off")
     bus.simulator.control(f"module {MODULES.index(number) + 1} power on")
     wait_for(f"boot-up of node {number}", lambda: bytes([0]) in heard)
+
+
+def reset_fault(node):
+    """The drive of the node is in FAULT, whose cause is gone, and a fault reset ends that."""
+    node.emcy.reset()
+    equal("FAULT", node.sdo[0x6041].raw & 0x6F, 0x08)
+    for word in (0x00, 0x80):
+        node.sdo[0x6040].raw = word
+    emergency("fault reset", node, 0x0000, 0, 0, 0)
+    equal("SWITCH ON DISABLED", node.sdo[0x6041].raw & 0x6F, 0x40)
 
 
 def scan(bus):
@@ -183,6 +143,7 @@ def emergencies(bus, node):
     emergency("bus-off is over", node, 0x8140, 0x31, 0, 255)
     reboot(node, "RESET COMMUNICATION")
     equal("error register after a reset", node.sdo[0x1001].raw, 0)
+    reset_fault(node)
 
 
 def watched_by_heartbeat(bus, node):
@@ -200,6 +161,7 @@ def watched_by_heartbeat(bus, node):
     bus.simulator.let_pass(0.1)
     equal("a stopped node answers no SDO", replies, [])
     reboot(node, "RESET COMMUNICATION")
+    reset_fault(node)
 
 
 def watched_by_guarding(bus, node):
@@ -216,6 +178,7 @@ def watched_by_guarding(bus, node):
     equal("state and toggle bit", toggles, [0x05 | 0x80 * (turn % 2) for turn in range(len(toggles))])
     emergency("guarding is lost", node, 0x8130, 0x11, 0, 255)
     reboot(node, "RESET COMMUNICATION")
+    reset_fault(node)
 
 
 def pdos(bus, node):
@@ -260,11 +223,13 @@ def pdos(bus, node):
     node.rpdo[1]["Controlword"].raw = 6
     node.rpdo[1].transmit()
     equal("an RPDO acts at once", node.sdo[0x6040].raw, 6)
+    equal("TPDO2 with READY TO SWITCH ON", events[before:], [bytes([0x31, 0x02, 0])])
+    before = len(events)
     bus.simulator.let_pass(0.05)
     equal("TPDO2 while nothing changes", len(events), before)
     node.sdo[0x6060].raw = 3
     wait_for("TPDO2 after a change", lambda: len(events) > before)
-    equal("TPDO2 with the mode", events[-1], bytes([0x50, 0x02, 3]))
+    equal("TPDO2 with the mode", events[-1], bytes([0x31, 0x02, 3]))
     node.sdo[0x1801][5].raw = 20
     wait_for("TPDO2 by its event timer", lambda: len(events) >= before + 6)
     reboot(node, "RESET COMMUNICATION")
