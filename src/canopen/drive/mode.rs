@@ -66,7 +66,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Ok(allowed) if (low..=high).contains(&target) => {
                 let motion = &mut self.drive.motion;
                 (motion.target, motion.told, motion.dropped) = (Some(allowed), None, None);
-                (motion.acknowledged, motion.reached, motion.within) = (true, false, None);
+                (motion.acknowledged, motion.within) = (true, None);
             }
             _ => self.raise(Emergency::Refused),
         }
