@@ -278,3 +278,21 @@ fn the_load_is_shown() {
     let loaded = rig.read(0x2101, 0);
     assert!(loaded < free && free <= 1023, "{loaded}, {free}");
 }
+
+/// 2102h has the driver's flags, each in its bit, with which a fault shows while the motor turns. A driver that is too hot
+/// has the pre-warning as well.
+#[test]
+fn the_errors_of_the_driver_are_shown() {
+    for (fault, flags) in [("short-a", 1), ("short-b", 2), ("open-a", 4), ("open-b", 8), ("overtemperature", 0xC0)] {
+        let mut rig = Rig::enabled(PV);
+        rig.set(0x60FF, 0, 300);
+        rig.wait(200);
+        assert_eq!(rig.read(0x2102, 0), 0);
+        rig.control(&format!("fault {fault} on"));
+        let shown = (0..200).any(|_| {
+            rig.wait(1);
+            rig.read(0x2102, 0) == flags
+        });
+        assert!(shown, "{fault}: {:02X}h", rig.read(0x2102, 0));
+    }
+}

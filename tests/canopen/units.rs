@@ -283,3 +283,26 @@ fn the_largest_values_of_a_unit() {
         assert_eq!(rig.write(0x2087, 0, velocity + 1), Err(if unit == INTERNAL { 0x0609_0030 } else { 0x0609_0031 }));
     }
 }
+
+/// In profile position mode the motion controller can brake from accelerations that PULSE_DIV allows alone: from
+/// (16 MHz)^2 / 2^(31 + 2 * PULSE_DIV) on, 7451 microsteps a second a second with PULSE_DIV 2, to which smaller ones are
+/// raised. With a lower 2087h the least acceleration is lower: with PULSE_DIV 4 it is 466.
+#[test]
+fn the_least_acceleration_of_positioning() {
+    for (largest, velocity, acceleration, expected) in
+        [(100_000, 30_000, 1_000, 7_451.0), (30_000, 15_000, 1_000, 1_000.0), (30_000, 15_000, 100, 465.7)]
+    {
+        let case = case(PPS, (200, 8), (largest, 20_000), velocity, acceleration);
+        let mut rig = case.rig(PP);
+        rig.enable();
+        go(&mut rig, PP, velocity as i32);
+        rig.wait(200);
+        let [first, second] = [(); 2].map(|()| case.way(&mut rig, 1_500));
+        let measured = (second - first) / 1.5_f64.powi(2);
+        // What is raised is 1 / 0.988 of that, for the rounding of the braking parameter, and the step above.
+        let (above, step) =
+            if expected > f64::from(acceleration) { (0.0125, acceleration_step(case.divisors())) } else { (0.01, 0.0) };
+        let bound = expected * above + step;
+        assert!((measured - expected).abs() <= bound, "{acceleration} below {largest}: {measured}");
+    }
+}

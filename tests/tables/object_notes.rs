@@ -13,8 +13,9 @@ const RESTORE: &str = "write 64616F6Ch (*load*), in force after the next reset; 
 const BRAKE: &str = "0 in both: no automatic brake; OUT0 belongs to the brake otherwise";
 const FIXED: &str = "takes this one value only";
 const ENCODER: &str = "the motor's counter if 606Ah is -1, the encoder if it is 0";
-const LARGEST: &str = "fixed in internal units; otherwise up to what the motion controller can (06090031h); writing \
-                       208Ch sets it to the largest value of the new unit";
+const LARGEST: &str = "fixed in internal units; otherwise up to what the motion controller can (06090031h), and more \
+                       than this works as this; writing 208Ch sets it to the largest value of the new unit";
+const THRESHOLD: &str = "0: off; what is too large for the motion controller works as its largest velocity";
 
 /// The note of an object; empty where the name says all.
 pub(crate) fn note(object: Object) -> &'static str {
@@ -66,23 +67,29 @@ pub(crate) fn note(object: Object) -> &'static str {
         Object::StandbyDelay => "0: at once",
         Object::StandbyCurrent => "in force 2089h after the last move",
         Object::MaximumCurrent => "32 steps of 8",
-        Object::FullStepResolution => "used by the unit rpm alone",
+        Object::MicrostepResolution => "with 208Ch = 164 written in SWITCH ON DISABLED only (08000022h)",
+        Object::FullStepResolution => {
+            "used by the unit rpm alone; with 208Ch = 164 written in SWITCH ON DISABLED only (08000022h)"
+        }
         Object::EncoderPolarity => "has no effect",
         Object::EncoderDirection => "1: an external encoder counts against the motor",
         Object::EncoderInitialise => "1: at the start the position is taken from the built-in encoder",
         Object::BrakeApplyCurrent | Object::BrakeReleaseCurrent => BRAKE,
         Object::RampDivisor | Object::PulseDivisor => {
-            "of the TMC429, in internal units; otherwise the firmware chooses"
+            "of the TMC429, in internal units; otherwise the firmware chooses; 13 in one and 0 in the other is refused \
+             with 06090030h"
         }
         Object::MaximumVelocity | Object::MaximumAcceleration => LARGEST,
         Object::VelocityDimension => "0: internal units of the TMC429, 164: rpm, 181: microsteps per second (pps)",
         Object::AccelerationDimension => "follows 208Ch: 0 internal units, 177 rpm/s, 179 pps/s",
         Object::ChopperMode => "0: spreadCycle, 1: constant off time",
+        Object::ChopperHysteresisDecrement => "with spreadCycle only",
         Object::ChopperHysteresisStart => "8 works as 7",
         Object::ChopperOffTime => "0: the bridges are off",
         Object::SmartEnergyCurrentMinimum => "0: half, 1: a quarter",
-        Object::StopOnStall => "0: off",
-        Object::SmartEnergySlowRunCurrent => "the current below the speed of 20A5h",
+        Object::StopOnStall => THRESHOLD,
+        Object::SmartEnergyThresholdSpeed => "0: coolStep at every speed; otherwise as 20A4h",
+        Object::SmartEnergySlowRunCurrent => "the current below the speed of 20A5h; 0: that of 2003h",
         Object::HomeOffsetDisplay => "607Ch as it was when the last homing ended",
         Object::DriverErrorFlags => {
             "bits: 0 short A, 1 short B, 2 open load A, 3 open load B, 5 supply too low, 6 temperature pre-warning, 7 \
@@ -113,8 +120,9 @@ pub(crate) fn note(object: Object) -> &'static str {
             "bits 0..3, 5, 6 state, 4 supply, 7 warning, 9 operational, 10 target reached, 11 limit, 12 by mode, 14 \
              moves, 15 in negative direction"
         }
-        Object::TargetVelocityVl => "-2047..2047 in internal units",
+        Object::TargetVelocityVl => "-2047..2047 in internal units; otherwise more than 2087h works as that",
         Object::VelocityDemandVl => "the last 6042h",
+        Object::VelocityActualVl => "606Ch, or the nearest number of 16 bits",
         Object::MaximumVelocityAmount => "2087h",
         Object::DecelerationDeltaSpeed => "the same as 6048h.1",
         Object::QuickStopOption => {
