@@ -97,9 +97,9 @@ impl Leg {
     pub const RETURN: Leg = Leg::to(Until::Closed, Mark::Second);
     /// Goes ahead slowly, over the switch, until it opens on its far side.
     pub const CROSS: Leg = Leg { over: true, ..Leg::to(Until::Opened, Mark::Second) };
-    /// Goes back slowly onto the switch that has been found; over at once if that is closed.
-    pub const ONTO: Leg = Leg { ahead: false, ..Leg::to(Until::Closed, Mark::First) };
-    /// Goes ahead slowly until the switch, which is closed, opens on its far side.
+    /// Goes back slowly to the switch that has been found; over at once if that is closed.
+    pub const ONTO: Leg = Leg { ahead: false, ..Leg::to(Until::Seen, Mark::Seen) };
+    /// Goes ahead slowly until the switch opens on its far side.
     pub const OFF: Leg = Leg::to(Until::Opened, Mark::First);
     /// Goes ahead slowly to the next zero point of the built-in encoder, from the first edge on.
     pub const INDEX: Leg = Leg::to(Until::Index, Mark::First);

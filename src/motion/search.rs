@@ -14,9 +14,9 @@
 //! than half of that way.
 //!
 //! The level of a switch that ends a leg must still be there when the motor has stood for [`SETTLED`] polls, else the
-//! leg goes on: neither a glitch nor a bouncing switch is taken for an edge. Only a fast motor may have run past the
-//! home switch. Therefore the leg that leaves a switch looks for it as far back as the motor has run past it, and a
-//! little further; if the switch is not found there, it was a glitch, and the search for it goes on.
+//! leg goes on: neither a glitch nor a bouncing switch is taken for an edge. Only a motor that finds the home switch may
+//! have run past it. Therefore the leg that comes back looks for the switch as far back as the motor has run past it, and
+//! a little further; if the switch is not found there, it was a glitch, and the leg before begins again.
 //!
 //! Modes 5 and 6 turn round at the first stop switch. Any other closed stop switch in the way of a leg ends the search:
 //! at the second end of the axis; where the home switch overlaps a stop switch, so that it cannot be crossed; where the
@@ -195,7 +195,7 @@ impl Search {
         let mut notice = Notice { closed: closed && !self.closed, ended: None };
         if notice.closed {
             self.closed = true;
-        } else if leg.until == Until::Opened && leg.ahead && !closed && self.beyond(position, self.first) < 0 {
+        } else if leg.until == Until::Opened && !self.comes_back() && !closed && self.beyond(position, self.first) < 0 {
             // The switch begins only at its first edge, so the contact that was closed before was not the switch's.
             self.closed = false;
         }
@@ -252,8 +252,8 @@ impl Search {
     pub(super) fn begin(&mut self, view: &View) -> (Goal, bool) {
         self.closed = self.is_closed(view.switches);
         // What the motor has passed while it came to a stand behind an edge counts as passed from there.
-        let behind = |index: i32| self.done > 0 && index.wrapping_sub(self.first).signum() == self.speed().signum();
-        self.index = self.index.filter(|index| self.leg().until == Until::Index && behind(*index));
+        let follows = self.leg().until == Until::Index && self.done > 0;
+        self.index = self.index.filter(|index| follows && self.passes(*index, self.first));
         self.verdict = Verdict::Underway;
         self.stood = 0;
         self.motion = LegMotion::Starting;
@@ -290,6 +290,17 @@ impl Search {
         }
     }
 
+    /// True if the leg before has only seen the switch, so that this leg may begin beyond it.
+    fn comes_back(&self) -> bool {
+        let before = self.done.checked_sub(1).and_then(|before| self.plan.legs.get(before));
+        before.is_some_and(|leg| leg.until == Until::Seen)
+    }
+
+    /// True if `position` lies beyond `mark` in the direction of the leg under way.
+    fn passes(&self, position: i32, mark: i32) -> bool {
+        position.wrapping_sub(mark).signum() == self.speed().signum()
+    }
+
     /// How far `position` lies beyond `mark` in the direction of the search, in microsteps; negative if it lies before
     /// it.
     fn beyond(&self, position: i32, mark: i32) -> i32 {
@@ -315,11 +326,7 @@ impl Search {
             Verdict::Over
         } else if self.stops().hold(self.heading(view), [switches.left, switches.right]) {
             Verdict::Blocked
-        } else if leg.until == Until::Opened
-            && !leg.ahead
-            && !self.closed
-            && self.beyond(known.position, self.limit) < 0
-        {
+        } else if self.comes_back() && !self.closed && self.passes(known.position, self.limit) {
             Verdict::Mistaken
         } else {
             Verdict::Underway
@@ -334,7 +341,7 @@ impl Search {
             (Verdict::Over, until) => {
                 if until == Until::Seen {
                     let overrun = self.beyond(view.known.position, self.seen).saturating_abs();
-                    let back = overrun.saturating_add(view.slack).wrapping_mul(self.direction);
+                    let back = overrun.saturating_add(view.slack).wrapping_mul(self.speed().signum());
                     self.limit = self.seen.wrapping_sub(back);
                 }
                 self.done = self.done.saturating_add(1);

@@ -67,9 +67,14 @@ fn home(rig: &mut Rig) -> bool {
 
 /// Homes by a method, and compares where the motor stands with where the world has the home position.
 fn homes(world: &str, switches: u32, method: u32, place: i64, within: i64) {
+    homes_with(world, &[(0x2005, 0, switches)], method, place, within);
+}
+
+fn homes_with(world: &str, more: &[(u16, u8, u32)], method: u32, place: i64, within: i64) {
     for offset in [0, 12_345, -70_000] {
-        let case = format!("{world}2005h {switches:X}h, method {method}, offset {offset}");
-        let mut rig = ready(world, &[(0x2005, 0, switches), (0x6098, 0, method), (0x607C, 0, offset as u32)]);
+        let case = format!("{world}{more:X?}, method {method}, offset {offset}");
+        let settings = [&[(0x6098, 0, method), (0x607C, 0, offset as u32)], more].concat();
+        let mut rig = ready(world, &settings);
         assert!(home(&mut rig), "{case}");
         let found = rotor(&rig);
         assert!((found - place).abs() <= within, "{case}: {found}, not {place}");
@@ -121,6 +126,37 @@ fn an_edge_of_the_home_switch_is_found() {
             homes(&stage(switch, start), 0, 19, switch[0], WAY);
             homes(&stage(switch, start), 0, 21, switch[1], WAY);
         }
+    }
+}
+
+/// At a slow speed that is not slow the motor runs over a short home switch on its way back as well, and over the index
+/// behind the switch.
+#[test]
+fn a_slow_leg_may_run_over_the_home_switch() {
+    let fast = [(0x6099, 2, 900), (0x609A, 0, 700)];
+    let way = WAY * 9 / 2;
+    for start in STARTS {
+        homes_with(&stage([-200, 100], start), &fast, 19, -200, way);
+        homes_with(&stage([-200, 100], start), &fast, 21, 100, way);
+        homes_with(&stage([2_400, 2_900], start), &fast, 5, 3_000, COUNT + way);
+        homes_with(&stage([3_200, 3_400], start), &fast, 3, 3_000, COUNT + way);
+    }
+}
+
+/// The home switch closes for two milliseconds where it is not, while the motor has turned round and runs fast.
+#[test]
+fn a_glitch_is_not_taken_for_the_home_switch() {
+    for after in [900, 1200, 1500, 1800] {
+        let mut rig = ready(&stage([-200, 100], 20_000), &[(0x6098, 0, 19)]);
+        rig.set(0x6040, 0, 31);
+        rig.wait(after);
+        let at = rotor(&rig);
+        rig.control("press home");
+        rig.wait(2);
+        rig.control("release home");
+        rig.wait(6000);
+        assert_eq!(bits(&mut rig, ENDED | FOUND), ENDED | FOUND, "glitch at {at}");
+        assert!((rotor(&rig) + 200).abs() <= WAY, "glitch at {at}: {}", rotor(&rig));
     }
 }
 
@@ -281,7 +317,7 @@ fn a_homing_is_ended_before_its_end() {
             let was = rotor(&rig);
             rig.wait(1000);
             let stands = rotor(&rig);
-            assert!((stands - was).abs() <= 700, "after {after} ms: from {was} to {stands}");
+            assert!((stands - was).abs() <= 700, "{object:X}h = {value} after {after} ms: from {was} to {stands}");
             if object == 0x6060 {
                 rig.set(object, 0, 6);
                 rig.wait(5);
@@ -413,4 +449,75 @@ fn without_an_encoder_what_needs_one_is_refused() {
     rig.set(0x606A, 0, 0xFFFF);
     rig.set(0x6065, 0, 0);
     assert_eq!(rig.write(0x6098, 0, 4), Err(0x0609_0030), "what nobody has is refused otherwise");
+}
+
+/// What 2005h says holds from the start on when it was saved; and in another mode the node stops the motor at the right
+/// switch that it watches, tells it, and lets it go back.
+#[test]
+fn saved_switches_are_in_force_from_the_start() {
+    let world = "[stage]\nleft = -5000\nright = 6000\nnormally_closed = [\"right\"]\n";
+    let mut rig = Rig::in_world(world);
+    rig.set(0x2005, 0, 8);
+    rig.sign(0x1010, 1, b"save").unwrap();
+    rig.power_cycle();
+    rig.command(1);
+    rig.wait(20);
+    assert_eq!(rig.read(0x60FD, 0) & 7, 0);
+    rig.set(0x6060, 0, 3);
+    for word in [6, 7, 15] {
+        rig.set(0x6040, 0, word);
+    }
+    for (speed, place, switch) in [(400, 6000, 3), (-400, -5000, 4), (1000, 6000, 3)] {
+        rig.frames();
+        rig.set(0x60FF, 0, speed as u32);
+        rig.wait(1500);
+        let stands = rotor(&rig);
+        assert!((stands - place).abs() <= 31, "at {speed}: {stands}");
+        assert_eq!((emergencies(&mut rig), bits(&mut rig, LIMIT)), (vec![(0xFF01, switch)], LIMIT));
+        rig.wait(100);
+        assert_eq!(rotor(&rig), stands);
+    }
+}
+
+/// After a homing the encoder has the same position as the motor, and goes on with it, whatever the microsteps of a turn.
+#[test]
+fn the_encoder_goes_on_from_the_home_position() {
+    for (resolution, full_steps) in [(8, 200), (4, 200), (6, 200)] {
+        let world = "[stage]\nleft = -5000\n[encoder]\noffset = 3000\n";
+        let settings = [(0x2000, 0, resolution), (0x2001, 0, full_steps), (0x6098, 0, 17), (0x607C, 0, 1000)];
+        let mut rig = ready(world, &settings);
+        assert!(home(&mut rig));
+        let positions = |rig: &mut Rig| {
+            [0, 0xFFFF].map(|sensor| {
+                rig.set(0x606A, 0, sensor);
+                rig.read(0x6064, 0) as i32
+            })
+        };
+        assert_eq!(positions(&mut rig), [-1000; 2]);
+        // After some turns of the motor they still agree.
+        rig.set(0x6060, 0, 3);
+        rig.set(0x60FF, 0, 800);
+        rig.wait(5000);
+        rig.set(0x60FF, 0, 0);
+        rig.wait(500);
+        let [encoder, motor] = positions(&mut rig);
+        let count = (full_steps << resolution) / 1024 + 1;
+        assert!(motor > 100_000 && motor.abs_diff(encoder) <= count, "resolution {resolution}: {encoder}, {motor}");
+    }
+}
+
+/// A stall ends a homing: an emergency, bit 11, and bit 10 without bit 12.
+#[test]
+fn a_stall_ends_a_homing() {
+    let mut rig = ready(&stage(HOME, 0), &[(0x6098, 0, 17), (0x20A4, 0, 300)]);
+    rig.set(0x6040, 0, 31);
+    rig.wait(500);
+    rig.control("load 1");
+    rig.wait(200);
+    let stands = rotor(&rig);
+    assert_eq!(bits(&mut rig, ENDED | FOUND | LIMIT), ENDED | LIMIT);
+    assert_eq!(emergencies(&mut rig), [(0x3230, 0)]);
+    rig.control("load 0");
+    rig.wait(500);
+    assert_eq!(rotor(&rig), stands);
 }

@@ -179,6 +179,29 @@ fn an_axis_watches_a_right_switch_of_another_polarity() {
     }
 }
 
+/// A motor that runs into the switch while it turns round is stopped there, and goes on to where it was sent.
+#[test]
+fn a_motor_that_turns_round_at_a_watched_switch_goes_back() {
+    let world = "[stage]\nright = 9000\nnormally_closed = [\"right\"]\n";
+    for velocity in [false, true] {
+        let mut bare = Bare::in_world(world);
+        bare.device.axis(0).unwrap().watch_right_switch(Some(false));
+        bare.set(12, 0);
+        bare.set(5, 300);
+        bare.tell(|axis, now| axis.move_to(now, 200_000));
+        bare.polls_until(|bare, _| bare.rotor() > 8_000);
+        bare.tell(|axis, now| if velocity { axis.rotate(now, -300) } else { axis.move_to(now, -2_000) });
+        let (mut furthest, mut limit) = (0, None);
+        bare.polls_until(|bare, events| {
+            furthest = furthest.max(bare.rotor());
+            limit = limit.or(events.limit);
+            events.reached || bare.speed() == -300
+        });
+        assert!((9000..=9000 + way(1000)).contains(&furthest), "velocity {velocity}: {furthest}");
+        assert!(limit.is_none() && (velocity || bare.rotor() == -2_000), "velocity {velocity}: {limit:?}");
+    }
+}
+
 /// A search for the right switch that the axis watches finds its edge to the way of a millisecond.
 #[test]
 fn a_search_ends_at_a_switch_that_the_axis_watches() {
