@@ -138,8 +138,8 @@ fn modules_use_only_those_above() {
     assert!(checked > order.len(), "{checked} files");
 }
 
-/// What the CANopen firmware has of TMCL: the version, for hosts at its USB port.
-const BETWEEN_LANGUAGES: &str = "canopen/usb.rs";
+/// What the CANopen firmware has of TMCL: the version, for hosts at its USB port, and TMCL mode.
+const BETWEEN_LANGUAGES: [&str; 2] = ["canopen/usb.rs", "canopen/tunnel.rs"];
 /// Modules, each with the modules above it that it must not use.
 const APART: [(&str, &[&str]); 5] = [
     ("chip", &["tmcl", "param", "vm", "module"]),
@@ -152,7 +152,8 @@ const APART: [(&str, &[&str]); 5] = [
 fn what_is_below_or_beside_the_language_does_not_know_it() {
     let mut found = BTreeSet::new();
     for (module, forbidden) in APART {
-        for (_, source, depth) in files_of(module).into_iter().filter(|(path, ..)| !path.ends_with(BETWEEN_LANGUAGES)) {
+        let apart = |path: &Path| !BETWEEN_LANGUAGES.iter().any(|between| path.ends_with(between));
+        for (_, source, depth) in files_of(module).into_iter().filter(|(path, ..)| apart(path)) {
             let tokens = tokens(&source);
             let used = modules_used(&tokens, depth).into_iter();
             found.extend(used.filter_map(|used| Some((module, *forbidden.iter().find(|name| **name == used)?))));

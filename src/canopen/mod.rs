@@ -23,6 +23,7 @@ mod row;
 mod sdo;
 mod store;
 mod switches;
+mod tunnel;
 pub mod usb;
 mod values;
 mod write;
@@ -45,12 +46,12 @@ use live::Live;
 use map::PDOS;
 use pdo::{Receive, Transmit};
 use sdo::Server;
+use tunnel::Tunnel;
 use values::Values;
 
 use crate::can::{CanFrame, Frame, Id};
-use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
-use crate::motion::Axis;
-use crate::param::tmcm1140::AXIS;
+use crate::device::{Board, Inputs, Outputs, Parts, Piece};
+use crate::motion::{Axis, Events};
 use crate::store::Store;
 use crate::units::Micros;
 
@@ -115,7 +116,8 @@ pub type Filters = Vec<Filter, 9>;
 
 /// A CANopen node.
 pub struct Node<T: Board<Product = Tmcm1140>> {
-    device: Device<T, 1>,
+    /// The device, which TMCL mode hands to the executor of TMCL.
+    device: Tunnel<T>,
     /// The time of the last frame or poll.
     now: Micros,
     /// The node ID in force.
@@ -155,7 +157,7 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
 impl<T: Board<Product = Tmcm1140>> fmt::Debug for Node<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Node { device, node, state, .. } = self;
-        f.debug_struct("Node").field("device", device).field("node", node).field("state", state).finish()
+        f.debug_struct("Node").field("device", &**device).field("node", node).field("state", state).finish()
     }
 }
 
@@ -164,14 +166,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// is on the stack once.
     #[inline(always)]
     pub fn new(parts: Parts<T, 1>) -> Self {
-        Self::with_device(Device::new(parts, &AXIS))
-    }
-
-    /// A node that takes over the device of another firmware, before its [start](Self::start).
-    #[inline(always)]
-    pub fn with_device(device: Device<T, 1>) -> Self {
         Node {
-            device,
+            device: Tunnel::new(parts),
             now: Micros(0),
             node: 1,
             state: Nmt::PreOperational,
@@ -221,11 +217,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.reset_communication();
     }
 
-    /// The device, for another firmware to take over as it is.
-    pub fn into_device(self) -> Device<T, 1> {
-        self.device
-    }
-
     /// The node ID in force since the start.
     pub const fn node_id(&self) -> u8 {
         self.node
@@ -242,7 +233,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     }
 
     /// The axis, to look at.
-    pub const fn axes(&self) -> &[Axis<T::Hardware>; 1] {
+    pub fn axes(&self) -> &[Axis<T::Hardware>; 1] {
         self.device.axes()
     }
 
@@ -363,7 +354,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// True if a poll at `now` takes the inputs over, as the first of each millisecond does. What inputs note until they
     /// are read, as edges of an encoder, is to be read for such a poll only.
-    pub const fn takes_inputs(&self, now: Micros) -> bool {
+    pub fn takes_inputs(&self, now: Micros) -> bool {
         now.0 >= self.device.deadline().0 && matches!(self.device.next_piece(), Piece::Beginning)
     }
 
@@ -400,12 +391,21 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Does the next piece of the turn of each millisecond.
     #[inline(never)]
     fn take_turn(&mut self, inputs: &Inputs<1>) {
-        match self.device.next_piece() {
-            Piece::Reading => return self.device.next_reading(),
-            Piece::Axis => {}
-            Piece::Beginning => _ = self.device.begin(self.now, inputs),
+        let piece = self.device.next_piece();
+        let mut events = Events::default();
+        match piece {
+            _ if self.device.in_tmcl_mode() => self.device.take_turn(self.now, inputs),
+            Piece::Reading => self.device.next_reading(),
+            Piece::Axis | Piece::Beginning => {
+                if piece == Piece::Beginning {
+                    self.device.begin(self.now, inputs);
+                }
+                (_, events) = self.device.next_axis(self.now);
+            }
         }
-        let (_, events) = self.device.next_axis(self.now);
+        if piece == Piece::Reading {
+            return;
+        }
         let before = self.live.position;
         self.read_live();
         // At the home position the motor does not move, but its position becomes another.

@@ -41,7 +41,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if state == Nmt::Stopped {
             self.server = Server::default();
             // The master cannot command a stopped node any more.
-            if self.drive.state.is_driving() {
+            if self.drive.state.is_driving() || self.device.in_tmcl_mode() {
                 self.fault();
             }
         }

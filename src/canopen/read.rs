@@ -41,7 +41,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::RestoreAll
             | Object::RestoreCommunication
             | Object::RestoreMotor => u32::from(!self.device.store().is_unreachable()),
-            Object::OsCommand | Object::OsReply => return Value::Octets([0; 7]),
+            Object::OsCommand => return Value::Octets([0; _]),
+            Object::OsStatus => self.device.status.into(),
+            Object::OsReply => return Value::Octets(self.device.reply),
+            Object::DirectCommunication => self.device.in_tmcl_mode().into(),
             Object::ManufacturerMode => self.manufacturer_mode.into(),
             Object::BitRateInUse => self.bit_rate.into(),
             Object::NodeIdInUse => self.node.into(),
@@ -78,7 +81,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::ProductCode
             | Object::RevisionNumber
             | Object::OsCommandCount
-            | Object::OsStatus
             | Object::ErrorBehaviourCount
             | Object::ReceiveCount
             | Object::TransmitCount
@@ -87,7 +89,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::EncoderCount
             | Object::BrakeCurrentCount
             | Object::StepCounterCount
-            | Object::DirectCommunication
             | Object::OutputCount
             | Object::StoreCount
             | Object::StoreCommunication

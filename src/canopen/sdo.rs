@@ -275,6 +275,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if end < size {
             return Err(if announced.is_some() { Abort::Length } else { Abort::TooShort });
         }
+        if entry.object == Object::OsCommand {
+            let [command @ .., _] = data;
+            return self.execute(command).map(|()| Some(reply));
+        }
         let [a, b, c, d, ..] = data;
         self.finish_download(place, entry, u32::from_le_bytes([a, b, c, d]), reply)
     }

@@ -44,7 +44,7 @@ impl Switches {
     }
 
     /// What the motion controller inverts: its switches, if those that it watches are closed while their inputs are low.
-    const fn inversion(self) -> Inversion {
+    pub(super) const fn inversion(self) -> Inversion {
         let inverted = match self.limits() {
             [true, _] => self.has(LEFT_INVERTED),
             [false, true] => self.has(RIGHT_INVERTED),

@@ -5,7 +5,6 @@ use core::task::Poll;
 use super::Node;
 use super::abort::Abort;
 use super::cob;
-use super::drive::State;
 use super::drive::unit::INTERNAL;
 use super::map::Way;
 use super::object::{Entry, Object};
@@ -49,7 +48,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 _ => Abort::Value,
             });
         }
-        if row.when == When::Disabled && self.drive.state != State::SwitchOnDisabled {
+        if row.when == When::Disabled && !self.is_disabled() {
             return Err(Abort::State);
         }
         self.check_encoder(entry.object, value)?;
@@ -63,8 +62,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::RestoreAll => return when(value == LOAD, || self.load_defaults(Group::All)),
             Object::RestoreMotor => return when(value == LOAD, || self.load_defaults(Group::Motor)),
             Object::RestoreCommunication => return when(value == LOAD, || self.load_defaults(Group::Communication)),
+            // Its seven bytes are no number: the server has them executed.
             Object::OsCommand => return Err(Abort::State),
-            Object::DirectCommunication => return Err(if value == MAKE { Abort::State } else { Abort::Value }),
+            Object::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
+            Object::DirectCommunication => return Err(Abort::Value),
+            Object::Controlword if self.device.in_tmcl_mode() => return Err(Abort::State),
             Object::ManufacturerMode => {
                 self.manufacturer_mode = match value {
                     MAKE => true,

@@ -51,10 +51,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Refuses motion commands while no motor may move: the supply is too low, a motion controller is silent, or a
-    /// heartbeat is missed.
+    /// Refuses motion commands while no motor may move: the supply is too low, a motion controller is silent, a
+    /// heartbeat is missed, or the firmware around the module forbids it.
     fn unlocked(&self, now: Micros) -> Result<(), Status> {
-        if self.device.is_locked() || self.heartbeat_missed(now) { Err(Status::NotAvailable) } else { Ok(()) }
+        if self.device.is_locked() || self.heartbeat_missed(now) || self.is_barred() {
+            Err(Status::NotAvailable)
+        } else {
+            Ok(())
+        }
     }
 
     /// Rotates an axis: ROR with a positive speed, ROL with a negative one, MST with zero; in internal velocity,

@@ -109,6 +109,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::PositionReachedEvent => return self.subscribe(origin.ok_or(Status::NotAvailable)?, command),
             Opcode::FactorySettings => {
                 confirmed(value)?;
+                self.may_store()?;
                 factory_reset(self.device.store_mut());
                 self.restart(now);
                 return Ok(Outcome::Unanswered);

@@ -91,6 +91,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         match self.find_global(number, bank)? {
             Global::Bank0(Parameter { function, row }) => {
                 check(row, value)?;
+                if self.spec().guest && matches!(row.storage, Storage::Automatic(_)) {
+                    return Err(Status::EepromLocked);
+                }
                 match *function {
                     // Taking the read protection off erases the program; not while a link downloads one.
                     G::CodeProtection if self.uncovers(value) && self.device.store().downloading().is_some() => {
@@ -148,13 +151,20 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(echo))
     }
 
+    /// Refuses what would be stored in an EEPROM that is another firmware's, with status 5.
+    pub(super) fn may_store(&self) -> Result<(), Status> {
+        if self.spec().guest { Err(Status::EepromLocked) } else { Ok(()) }
+    }
+
     /// Has the store write a value to a slot of the EEPROM; without a slot the command is refused with status 3.
     pub(super) fn keep(&mut self, slot: Option<usize>, value: i32) -> Result<(), Status> {
+        self.may_store()?;
         if slot.is_some_and(|slot| self.device.store_mut().set(slot, value)) { Ok(()) } else { Err(Status::WrongType) }
     }
 
     /// The value that the EEPROM holds in a slot. An EEPROM that does not answer gives status 5, no slot status 3.
     pub(super) fn recall(&self, slot: Option<usize>) -> Result<i32, Status> {
+        self.may_store()?;
         if self.device.store().is_unreachable() {
             return Err(Status::EepromLocked);
         }

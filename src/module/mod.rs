@@ -11,6 +11,7 @@ mod arrival;
 mod axes;
 mod can;
 mod desk;
+mod direct;
 mod dispatch;
 mod globals;
 mod hooks;
@@ -113,6 +114,8 @@ pub struct Module<T: Platform, const AXES: usize> {
     /// The time, in milliseconds wrapping at 32 bits, from which the tick timer counts; a write to the timer may put it
     /// into the future.
     tick_offset: u32,
+    /// In a module inside another firmware: no motor may be started, because the other one forbids it.
+    barred: bool,
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -153,6 +156,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             random: seed,
             blinks: Micros(0),
             tick_offset: 0,
+            barred: false,
         }
     }
 
@@ -272,7 +276,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Does the next piece of the turn of each millisecond. Never inlined: slices of a program, which come more often,
     /// are not to have its stack frame.
     #[inline(never)]
-    fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
+    pub(crate) fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
         match self.device.next_piece() {
             Piece::Reading => return self.device.next_reading(),
             Piece::Axis => {}

@@ -31,8 +31,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         &self.machine
     }
 
-    /// A value as an address in program memory.
+    /// A value as an address in program memory; without program memory there is none.
     pub(super) fn address(&self, value: i32) -> Result<u16, Status> {
+        if self.spec().commands == 0 {
+            return Err(Status::NotAvailable);
+        }
         vm::address(value, self.spec().commands).ok_or(Status::InvalidValue)
     }
 
@@ -42,9 +45,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         commands.get(usize::from(address)).map(|bytes| Command::from_bytes(*bytes))
     }
 
-    /// Checks that a program may run: it is whole, no download is open, and the motors are not locked.
+    /// Checks that a program may run: there is memory for one, it is whole, no download is open, and the motors are not
+    /// locked.
     fn runnable(&self) -> Result<(), Status> {
-        let whole = matches!(self.device.store().integrity(), Integrity::Whole | Integrity::Empty)
+        let whole = self.spec().commands > 0
+            && matches!(self.device.store().integrity(), Integrity::Whole | Integrity::Empty)
             && self.device.store().downloading().is_none();
         if whole && !self.device.is_locked() { Ok(()) } else { Err(Status::NotAvailable) }
     }

@@ -34,10 +34,13 @@ pub struct Spec {
     pub axis: &'static Table<AxisParameter>,
     /// Global parameters of bank 0.
     pub global: &'static Table<GlobalParameter>,
-    /// How many commands program memory holds (manual section 3.3).
+    /// How many commands program memory holds (manual section 3.3); 0 without one.
     pub commands: u16,
     /// The slots of the EEPROM in which the settings are stored.
     pub slots: Slots,
+    /// True for a module inside another firmware, whose EEPROM it is: what would be stored there, or read from there, is
+    /// refused.
+    pub guest: bool,
 }
 
 /// A product as a type: its data, and by [`Memory`] the sizes of its EEPROM and of the store's arrays.
@@ -66,6 +69,7 @@ pub static TMCM_1140: Spec = Spec {
     global: &tmcm1140::GLOBAL,
     commands: 2048,
     slots: SLOTS,
+    guest: false,
 };
 
 const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 66, coordinates: 46 };
@@ -120,6 +124,9 @@ pub(super) const fn check<P: Product>(axes: usize) {
     let spec = P::SPEC;
     assert!(spec.axes as usize == axes, "the product has another number of axes");
     assert!(spec.commands as usize * Command::SIZE == P::Program::LENGTH, "program memory has another size");
+    if spec.guest {
+        return;
+    }
     let Layout { defaults, after_erasing, .. } = P::LAYOUT;
     spec.slots.check(spec.axis, spec.global, axes, defaults.len());
     let mut i = 0;

@@ -29,5 +29,6 @@ mod saving;
 mod sdo;
 mod states;
 mod table;
+mod tunnel;
 mod units;
 mod velocities;

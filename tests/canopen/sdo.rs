@@ -4,11 +4,11 @@ use crate::rig::{Rig, checked, expedited};
 
 const TOGGLE: u32 = 0x0503_0000;
 const COMMAND: u32 = 0x0504_0001;
-const LENGTH: u32 = 0x0607_0010;
-const TOO_LONG: u32 = 0x0607_0012;
-const TOO_SHORT: u32 = 0x0607_0013;
-const VALUE: u32 = 0x0609_0030;
-const STATE: u32 = 0x0800_0022;
+pub(crate) const LENGTH: u32 = 0x0607_0010;
+pub(crate) const TOO_LONG: u32 = 0x0607_0012;
+pub(crate) const TOO_SHORT: u32 = 0x0607_0013;
+pub(crate) const VALUE: u32 = 0x0609_0030;
+pub(crate) const STATE: u32 = 0x0800_0022;
 
 /// A request for an upload of 1008h, nine bytes in two segments.
 const READ_NAME: [u8; 8] = [0x40, 0x08, 0x10, 0, 0, 0, 0, 0];
@@ -36,7 +36,12 @@ fn refused(rig: &mut Rig, request: [u8; 8]) -> u32 {
 }
 
 /// Writes data in segments of the lengths given.
-fn write_in_segments(rig: &mut Rig, place: (u16, u8), length: Option<u32>, segments: &[&[u8]]) -> Result<(), u32> {
+pub(crate) fn write_in_segments(
+    rig: &mut Rig,
+    place: (u16, u8),
+    length: Option<u32>,
+    segments: &[&[u8]],
+) -> Result<(), u32> {
     let [low, high] = place.0.to_le_bytes();
     let reply = rig.request(announced(place.0, place.1, length));
     checked(reply)?;

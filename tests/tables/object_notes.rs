@@ -38,8 +38,16 @@ pub(crate) fn note(object: Object) -> &'static str {
         }
         Object::ProducerHeartbeatTime => "0: no heartbeats",
         Object::OsCommand => {
-            "a TMCL request: command, type, motor, value (four bytes, most significant first); refused with 08000022h, \
-             because there is no TMCL mode yet"
+            "a TMCL request: command, type, motor, value (four bytes, most significant first); refused with 08000022h \
+             outside TMCL mode"
+        }
+        Object::OsStatus => {
+            "what became of the last TMCL request: 0 there was none, 1 executed (status 100), 3 refused (another status); \
+             FFh, *under way*, does not occur, because the reply is there before the confirmation"
+        }
+        Object::OsReply => {
+            "the reply to the last TMCL request: low byte of the node ID, status, command, value (four bytes, most \
+             significant first); zeros before the first one"
         }
         Object::CommunicationErrorBehaviour => {
             "what becomes of an operational node that has lost its master: 0 and 2 stopped, 1 no change"
@@ -98,7 +106,7 @@ pub(crate) fn note(object: Object) -> &'static str {
         Object::StepCounterLow | Object::StepCounterHigh => "the half of sub-index 3",
         Object::StepCounter => "the motor's way in both directions, added up; lost with the power",
         Object::DirectCommunication => {
-            "write 656B616Dh (*make*) to enter TMCL mode; refused with 08000022h, because there is no TMCL mode yet"
+            "write 656B616Dh (*make*) to enter TMCL mode, which only NMT reset node (81h) ends; reads 1 in TMCL mode"
         }
         Object::ManufacturerMode => {
             "write 656B616Dh (*make*) or 6C6C696Bh (*kill*): on, PDOs can be changed while they are valid; off after \

@@ -57,12 +57,25 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    /// A fault has come up: the motor is stopped by the quick stop ramp, and FAULT follows.
+    /// A fault has come up: the motor is stopped by the quick stop ramp, and FAULT follows; but in TMCL mode there are no
+    /// states.
     pub(in crate::canopen) fn fault(&mut self) {
-        let (state, way) = (self.drive.state, self.drive.way);
-        if matches!(state, State::FaultReactionActive | State::Fault) {
+        if matches!(self.drive.state, State::FaultReactionActive | State::Fault) {
             return;
         }
+        if self.device.in_tmcl_mode() {
+            self.end_motion();
+        } else {
+            self.react();
+        }
+        if self.values.of_object(Object::ApplicationErrorBehaviour) != 1 {
+            self.stop_services();
+        }
+    }
+
+    /// Begins the way to FAULT.
+    fn react(&mut self) {
+        let (state, way) = (self.drive.state, self.drive.way);
         self.abort_homing();
         self.enter_state(State::FaultReactionActive);
         match way {
@@ -76,14 +89,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         self.drive.waiting = false;
         self.progress();
-        if self.values.of_object(Object::ApplicationErrorBehaviour) != 1 {
-            self.stop_services();
-        }
     }
 
     /// The CAN controller is off the bus: nothing can be commanded any more, so the motor stops without a ramp.
     pub(in crate::canopen) fn leave_bus(&mut self) {
-        if self.drive.state.is_driving() {
+        if self.drive.state.is_driving() || self.device.in_tmcl_mode() {
             self.stop_hard();
         }
         self.fault();

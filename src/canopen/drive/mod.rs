@@ -39,6 +39,11 @@ pub(super) struct Drive {
 }
 
 impl Drive {
+    /// True while the drive is on no way to another state.
+    pub(super) fn is_lasting(&self) -> bool {
+        self.way == Way::Lasting
+    }
+
     /// True while the motor obeys the mode of operation.
     const fn is_operating(&self) -> bool {
         matches!((self.state, self.way), (State::OperationEnabled, Way::Lasting))

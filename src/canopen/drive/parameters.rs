@@ -1,7 +1,6 @@
 //! The objects that are parameters of the axis, and those on which the divisors of the motion controller depend: how
 //! their values reach the axis, at the start and when they are written.
 
-use super::State;
 use super::unit::{Scale, admit_ramp};
 use crate::canopen::Node;
 use crate::canopen::abort::Abort;
@@ -102,7 +101,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         match entry.object {
             Object::RampDivisor | Object::PulseDivisor if !admitted() => return Err(Abort::Value),
             Object::FullStepResolution | Object::MicrostepResolution
-                if self.scale.is_of_turns() && self.drive.state != State::SwitchOnDisabled =>
+                if self.scale.is_of_turns() && !self.is_disabled() =>
             {
                 return Err(Abort::State);
             }

@@ -80,13 +80,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     }
 
     /// Goes on with the way to the next state, as far as it can be gone now, and then carries out a command that waits.
-    pub(super) fn progress(&mut self) {
+    pub(in crate::canopen) fn progress(&mut self) {
         loop {
             match self.drive.way {
                 Way::Energising(at) if self.now >= at => {
                     self.release_brake(true);
                     self.drive.way = Way::Releasing(self.after(Object::BrakeReleaseDelay));
                 }
+                Way::Releasing(at) if self.now >= at && self.device.in_tmcl_mode() => self.drive.way = Way::Lasting,
                 Way::Releasing(at) if self.now >= at => self.enter_state(State::OperationEnabled),
                 // A motion controller that is silent tells of no stop; the bridges are off then anyway.
                 Way::Stopping(to) if self.stands() || self.device.is_given_up() => self.disable(to),
@@ -111,6 +112,30 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     fn energise(&mut self) {
         self.device.enable_drivers(true);
         self.drive.way = Way::Energising(self.after(Object::EnableDelay));
+    }
+
+    /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then.
+    pub(in crate::canopen) fn is_disabled(&self) -> bool {
+        self.drive.state == State::SwitchOnDisabled && !self.device.in_tmcl_mode()
+    }
+
+    /// TMCL mode begins: the motor stops by the quick stop ramp, and the drive is SWITCH ON DISABLED. But the bridges stay
+    /// on and the brake stays released, or both come as on the way to OPERATION ENABLED.
+    pub(in crate::canopen) fn yield_motor(&mut self) {
+        let holds = self.drive.state.is_driving() && self.drive.released;
+        self.end_motion();
+        self.abort_homing();
+        self.drive.waiting = false;
+        self.enter_state(State::SwitchOnDisabled);
+        if !holds {
+            self.energise();
+        }
+    }
+
+    /// Stops the motor by the quick stop ramp, whatever it does.
+    pub(super) fn end_motion(&mut self) {
+        let (now, ramp) = (self.now, self.quick_ramp());
+        self.device.end_moves(|axis| axis.rotate_at(now, 0, Some(ramp)));
     }
 
     /// Begins the way to a state in which the bridges are off. The motor does not move any more.

@@ -11,6 +11,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub(in crate::canopen) fn drive(&mut self, events: Events) {
         let before = self.statusword();
         self.look_for_faults();
+        if self.device.in_tmcl_mode() {
+            self.touched |= self.statusword() != before;
+            return self.watch_over_motor();
+        }
         self.follow_homing(events);
         self.look_at_limits(events);
         self.progress();

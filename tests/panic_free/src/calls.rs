@@ -587,7 +587,6 @@ fn node() {
     any((Entry::of(any(Object::DeviceType)).row().sub, ROWS.len()));
     any(canopen::usb::reply(&any(Addressed::default())));
     any((any(Emergency::Reset).data(), any(canopen::Abort::Toggle).code()));
-    any(&mut Node::<BareNode>::with_device(node.into_device()));
 }
 
 /// Links that bring anything.
