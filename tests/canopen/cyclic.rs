@@ -61,7 +61,7 @@ impl Master {
             SWITCH_ON_DISABLED => 0x06,
             READY_TO_SWITCH_ON => 0x07,
             SWITCHED_ON | OPERATION_ENABLED => 0x0F,
-            FAULT if self.cycles % 2 == 0 => FAULT_RESET,
+            FAULT if self.cycles.is_multiple_of(2) => FAULT_RESET,
             _ => 0,
         }
     }
@@ -228,7 +228,7 @@ fn velocities_and_faults() {
     master.rig.frames();
     for _ in 0..10 {
         master.word = 0;
-        master.rig.send(0x301, &[if master.cycles % 2 == 0 { 0x80 } else { 0 }, 0, PV as u8]);
+        master.rig.send(0x301, &[if master.cycles.is_multiple_of(2) { 0x80 } else { 0 }, 0, PV as u8]);
         master.rig.send(0x80, &[]);
         master.rig.wait(10);
         master.cycles += 1;
