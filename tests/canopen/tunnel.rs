@@ -267,7 +267,8 @@ fn a_fault_stops_the_motor() {
 /// A master that can command nothing any more leaves no motor running.
 #[test]
 fn a_motor_without_a_master_stops() {
-    let ends: [(&str, fn(&mut Rig)); 3] = [
+    type End = (&'static str, fn(&mut Rig));
+    let ends: [End; 3] = [
         ("stopped", |rig| rig.command(2)),
         ("lost", |rig| {
             rig.send(0x77F, &[5]);
