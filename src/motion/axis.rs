@@ -32,7 +32,7 @@ pub struct Events {
     pub deviation: bool,
     /// The driver has shut down: over-temperature or short to ground.
     pub alarm: bool,
-    /// A closed stop switch has begun to keep the motor from its goal, or a reference search has given up before one.
+    /// The closed stop switch before which a reference search has given up.
     pub limit: Option<Side>,
 }
 

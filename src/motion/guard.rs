@@ -6,7 +6,6 @@ use super::axis::Joined;
 use super::current::Excitation;
 use super::hardware::Hardware;
 use super::stall::{self, Measured};
-use super::switch::Side;
 use crate::param::AxisParameter as P;
 
 /// Bit of parameter 207 (manual chapter 4): stallGuard2 has stopped the motor.
@@ -50,7 +49,6 @@ impl<H: Hardware> Joined<'_, H> {
             self.on_course(H::stop)?;
             return if known.ahead() < 0 { self.resume(known) } else { Ok(()) };
         }
-        self.events.limit = Some(Side::Right);
         self.events.cut_short |= self.travelling;
         self.hard_stop()
     }

@@ -12,7 +12,7 @@ use super::axis::{Events, Joined};
 use super::current::MotionState;
 use super::hardware::Hardware;
 use super::sensors::Sensors;
-use super::switch::{SETTLED, Side, Switches};
+use super::switch::{SETTLED, Switches};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -55,13 +55,9 @@ impl<H: Hardware> Joined<'_, H> {
         if let Some(search) = self.search {
             self.poll_search(now, search)?;
         }
-        let known = *self.hardware.known();
+        let known = self.hardware.known();
         let stands = known.speed == 0 && known.ahead() != 0;
-        let held = stands && self.on_course(H::is_held)?;
-        if held && self.held == 0 && self.search.is_none() {
-            self.events.limit = Some(Side::towards(known.ahead()));
-        }
-        self.held = if held { self.held.saturating_add(1) } else { 0 };
+        self.held = if stands && self.on_course(H::is_held)? { self.held.saturating_add(1) } else { 0 };
         let reached = self.at_target();
         self.events.at_target |= reached && !core::mem::replace(&mut self.was_at_target, reached);
         if self.travelling {
