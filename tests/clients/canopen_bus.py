@@ -3,16 +3,28 @@
 from pathlib import Path
 
 import canopen
-from canopen.sdo import SdoAbortedError
+from canopen.profiles.p402 import BaseNode402
+from canopen.sdo import SdoAbortedError, SdoClient
 from virtual_module import PATIENCE, check, equal, wait_for
 
 EDS = Path(__file__).parents[2] / "docs" / "tmcm1140-canopen.eds"
+
+
+def be_patient():
+    """Gives python-canopen the time that a busy computer takes. It waits for all of that of a fault reset in any case."""
+    SdoClient.RESPONSE_TIMEOUT = PATIENCE
+    BaseNode402.TIMEOUT_SWITCH_OP_MODE = PATIENCE
+    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = PATIENCE
+    BaseNode402.TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE
+    BaseNode402.TIMEOUT_CHECK_TPDO = PATIENCE
+    BaseNode402.TIMEOUT_HOMING_DEFAULT = PATIENCE
 
 
 class Bus:
     """The bus with its modules, and python-canopen's network on it."""
 
     def __init__(self, simulator):
+        be_patient()
         self.simulator = simulator
         self.network = canopen.Network()
         self.network.connect(
@@ -20,10 +32,8 @@ class Bus:
         )
 
     def node(self, number, kind=canopen.RemoteNode):
-        """A node with the objects of the EDS; it gets the time that a busy computer takes."""
-        node = self.network.add_node(kind(number, str(EDS)))
-        node.sdo.RESPONSE_TIMEOUT = PATIENCE
-        return node
+        """A node with the objects of the EDS."""
+        return self.network.add_node(kind(number, str(EDS)))
 
     def listen(self, identifier):
         """The list into which the data of frames with this identifier will come."""

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from canopen.profiles.p402 import BaseNode402, State402
 from canopen_bus import Bus, emergency, reboot
-from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
+from virtual_module import Simulator, check, command_line, conclude, equal, wait_for
 
 # Positions are in 1/256 full steps, which are microsteps here. The switches are closed at their places.
 LEFT, RIGHT, HOME = -30_000, 560_000, (-2_560, 2_560)
@@ -28,16 +28,6 @@ MODES = ("NO MODE", "PROFILED POSITION", "VELOCITY", "PROFILED VELOCITY", "HOMIN
 ENABLE, START, RELATIVE, HALT = 0x0F, 0x1F, 0x5F, 0x10F
 # Bits of the statusword. In profile position mode bit 12 acknowledges a set-point.
 REACHED, LIMIT, ACKNOWLEDGED, MOVES = 1 << 10, 1 << 11, 1 << 12, 1 << 14
-
-
-class Patient(BaseNode402):
-    """The library's node with the time that a busy computer takes. It always waits for as long as a reset may take."""
-
-    TIMEOUT_SWITCH_OP_MODE = PATIENCE
-    TIMEOUT_SWITCH_STATE_FINAL = PATIENCE
-    TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE
-    TIMEOUT_CHECK_TPDO = PATIENCE
-    TIMEOUT_HOMING_DEFAULT = PATIENCE
 
 
 def world(bus, field):
@@ -308,7 +298,7 @@ def main():
         simulator = Simulator(options.binary, *links, image=options.image)
         try:
             bus = Bus(simulator)
-            node = bus.node(1, Patient)
+            node = bus.node(1, BaseNode402)
             for part in (setting_up, states, modes, homing, position, velocities, faults):
                 print(f"{part.__doc__}", flush=True)
                 try:

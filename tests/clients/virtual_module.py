@@ -58,7 +58,8 @@ def conclude():
 
 
 class Simulator:
-    """A running `tmcl sim` and its control port; `told` is where it says that it listens."""
+    """A running `tmcl sim` and its control port; `said` is what it says until it can be used, and `told` in it where it
+    listens."""
 
     def __init__(self, binary, *arguments, image=None):
         arguments += ("--control", "127.0.0.1:0")
@@ -67,8 +68,9 @@ class Simulator:
         self.process = subprocess.Popen(
             [binary, "sim", *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True
         )
-        self.told = {}
+        self.said, self.told = [], {}
         for line in self.process.stdout:
+            self.said.append(line.rstrip("\n"))
             if line.strip() == "ready":
                 break
             name, _, value = line.strip().partition(": ")
