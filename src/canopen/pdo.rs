@@ -240,8 +240,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Carries out the PDOs that a SYNC has released. A master may send the controlword in each of them, as their defaults
     /// have it: with all other objects written before, it finds the new ones in any case.
     pub(super) fn act(&mut self) {
-        let released = self.receive.iter_mut().filter_map(|pdo| Some((pdo.map, pdo.released.take()?)));
-        let pdos: Vec<_, { PDOS as usize }> = released.collect();
+        let mut pdos = Vec::<_, { PDOS as usize }>::new();
+        for pdo in &mut self.receive {
+            if let Some(bytes) = pdo.released.take() {
+                // There is room for all of them.
+                let _ = pdos.push((pdo.map, bytes));
+            }
+        }
         if !pdos.is_empty() {
             self.carry_out(&pdos);
         }
