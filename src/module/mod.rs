@@ -123,19 +123,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// that on the way to its place the module is on the stack once, not three times.
     #[inline(always)]
     pub fn new(parts: Parts<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
-        Self::with_device(Device::new(parts, T::Product::SPEC.axis), hooks, seed)
-    }
-
-    /// A module that takes over the device of another firmware as it is, with its motors where they are and its axis
-    /// parameters as they were set. It needs no [`start`](Self::start); global parameters, coordinates and variables
-    /// have their defaults.
-    #[inline(always)]
-    pub fn with_device(device: Device<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
         let globals = spec.global.defaults();
         Module {
-            device,
+            device: Device::new(parts, spec.axis),
             hooks,
             globals,
             variables: [0; USER_VARIABLES],
@@ -176,11 +168,6 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.tick_offset = now.millis() as u32;
         self.device.start(now, self.inversion());
         self.device.enable_drivers(true);
-    }
-
-    /// The device, for another firmware to take over as it is.
-    pub fn into_device(self) -> Device<T, AXES> {
-        self.device
     }
 
     /// The specification of the product.

@@ -81,8 +81,6 @@ pub struct Axis<H> {
     pub(super) measured: Measured,
     /// For how long the motor has been standing, on which its current depends.
     pub(super) current: Current,
-    /// The driver's bridges are to be off in every state of motion.
-    pub(super) bridges_off: bool,
     /// The current that the driver was told last; `None` if it is to be told anew in any case.
     pub(super) excitation: Option<Excitation>,
     /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself; `None`
@@ -157,7 +155,6 @@ impl<H: Hardware> Axis<H> {
             events: Events::default(),
             measured: Measured::default(),
             current: Current::default(),
-            bridges_off: false,
             excitation: None,
             watched: None,
             sensors: Sensors::default(),
@@ -292,8 +289,7 @@ impl<H: Hardware> Axis<H> {
 
     /// The current that the motor is to have in this state of motion.
     pub(super) fn select_excitation(&mut self, now: Micros, state: MotionState) -> Excitation {
-        let excitation = self.current.select(now, state, self.hardware.known().speed, &self.values);
-        Excitation { free: excitation.free || self.bridges_off, ..excitation }
+        self.current.select(now, state, self.hardware.known().speed, &self.values)
     }
 
     /// The speed at which the motor goes to a position, in the unit of parameter 4.

@@ -100,16 +100,6 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Switches the driver's bridges, and with them the motor's current, off or on again. The motor is to stand before:
-    /// without current it turns freely, and its position is then no longer the ramp generator's.
-    ///
-    /// # Errors
-    /// [`Error::Chip`] when the driver did not take a datagram.
-    pub fn switch_bridges(&mut self, now: Micros, on: bool) -> Result<(), Error> {
-        self.bridges_off = !on;
-        self.refresh_excitation(now, self.motion_state())
-    }
-
     /// Writes the driver's parameters and the present excitation to the driver.
     pub(super) fn write_driver(&mut self) -> Result<(), Error> {
         let Some(excitation) = self.excitation else { return Ok(()) };

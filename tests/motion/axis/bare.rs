@@ -1,18 +1,16 @@
 //! What no command of TMCL asks of an axis, and other languages do: an axis of a device on the simulated board, without a
 //! module.
 
-use std::task::Poll;
 
 use hal_sim::board::{AxisInputs, Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::Fault;
 use hal_sim::world::config::WorldConfig;
 use tmcm::device::{Device, Inputs, Inversion, Piece};
-use tmcm::module::{Module, Source, TMCM_1140};
+use tmcm::module::TMCM_1140;
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::{Error, Events, Joined, Pace, Sensors};
 use tmcm::param::AxisParameter as P;
-use tmcm::tmcl::{Reply, Status, text};
 use tmcm::units::Micros;
 use tmcm_sim::native::{Simulated, parts};
 
@@ -133,27 +131,6 @@ fn a_move_is_aimed_anew_while_the_motor_turns() {
     assert_eq!((bare.get(P::MaximumSpeed), bare.get(P::MaximumAcceleration)), (1000, 1000));
 }
 
-/// With its bridges off a motor has no current, whatever it is told, and has it again when they are on.
-#[test]
-fn bridges_are_switched() {
-    let mut bare = Bare::in_world("");
-    let current = |bare: &Bare| bare.board.borrow().tmc262(0).current();
-    bare.poll();
-    assert_eq!(current(&bare), 17);
-    bare.tell(|axis, now| axis.switch_bridges(now, false));
-    assert_eq!(current(&bare), 0);
-    bare.tell(|axis, now| axis.rotate(now, 500));
-    for _ in 0..100 {
-        bare.poll();
-        assert_eq!(current(&bare), 0);
-    }
-    assert_eq!(bare.rotor(), 0);
-    bare.tell(|axis, now| axis.rotate(now, 0));
-    bare.polls_until(|bare, _| bare.speed() == 0);
-    bare.tell(|axis, now| axis.switch_bridges(now, true));
-    assert_eq!(current(&bare), 17);
-}
-
 /// A firmware may keep the drivers off until it is told to switch them on. Those of a device whose motion controller is
 /// silent stay off all the same.
 #[test]
@@ -192,30 +169,4 @@ fn another_start_forgets_that_a_motion_controller_was_silent() {
         device.begin(Micros(0), &Inputs::default());
         assert_eq!(board.borrow().tmc262(0).disable_pin(), silent);
     }
-}
-
-/// A firmware hands its device to another one, which finds the motor and the axis parameters as they are; and back.
-#[test]
-fn a_device_goes_from_one_firmware_to_another() {
-    let mut bare = Bare::in_world("");
-    bare.set(4, 500);
-    bare.tell(|axis, now| axis.move_to(now, 5_000));
-    bare.polls_until(|_, events| events.reached);
-    let Bare { board, device } = bare;
-    let mut module = Module::with_device(device, (), 1);
-    let settings = module.link_settings();
-    assert_eq!((settings.address, settings.host), (1, 2), "the defaults of parameters 66 and 76");
-    let mut ask = |line: &str| {
-        let now = Micros(board.borrow().now() / MICROSECOND);
-        match module.execute(now, Source::Usb, text::parse(line).unwrap()) {
-            Poll::Ready(Some(Reply::Plain { status: Status::Ok, value, .. })) => value,
-            other => panic!("{line}: {other:?}"),
-        }
-    };
-    assert_eq!((ask("GAP 1, 0"), ask("GAP 0, 0"), ask("GAP 4, 0")), (5_000, 5_000, 500));
-    ask("SAP 4, 0, 600");
-    ask("MVP REL, 0, 1000");
-    let mut bare = Bare { board, device: module.into_device() };
-    bare.polls_until(|_, events| events.reached);
-    assert_eq!((bare.rotor(), bare.get(P::MaximumSpeed)), (6_000, 600));
 }

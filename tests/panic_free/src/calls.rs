@@ -332,7 +332,6 @@ fn motion() {
     let _ = any(axis.rotate_at(now(), any(0), any(None)));
     let _ = any(axis.move_at(now(), any(0), any(Pace::default())));
     let _ = any(axis.hard_stop());
-    let _ = any(axis.switch_bridges(now(), any(true)));
     let _ = any(axis.restart_driver());
     let _ = any(axis.start_search(now()));
     const LEGS: &[Leg] = &[Leg::FIND, Leg::to(Until::Index, Mark::First)];
@@ -542,7 +541,6 @@ fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
     any(module.hooks());
     module.forget(any(Source::Usb));
     module.hold_program();
-    any(&mut Module::<Bare<P, N>, AXES>::with_device(module.into_device(), Added, any(0)));
 }
 
 #[inline(never)]
