@@ -80,12 +80,10 @@ impl Encoders {
     /// `angle` is less than half a turn from there. A count begins at its lower end, so that the motor passes the zero
     /// point between the counts -1 and 0.
     pub(super) fn beyond_index(&self, angle: u16, values: &Values) -> i32 {
-        let mut counter = Counter::<{ TURN as u32 }>::new();
-        let prescaler = self.prescaler(values);
-        let nearest = if angle < TURN / 2 { 0 } else { TURN.saturating_sub(1) };
-        counter.update(nearest.into(), prescaler, self.reverse);
-        counter.update(angle.into(), prescaler, self.reverse);
-        counter.position()
+        let last = i32::from(TURN) - 1;
+        let counts = if angle < TURN / 2 { i32::from(angle) } else { i32::from(angle) - last };
+        let way = i64::from(counts) * i64::from(self.prescaler(values));
+        (if self.reverse { -way } else { way }).div_euclid(512) as i32
     }
 
     /// Makes the positions of both encoders this one, in microsteps.

@@ -1,7 +1,6 @@
 //! What no command of TMCL asks of an axis, and other languages do: an axis of a device on the simulated board, without a
 //! module.
 
-
 use hal_sim::board::{AxisInputs, Board, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::Fault;
