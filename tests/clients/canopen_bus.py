@@ -11,7 +11,7 @@ EDS = Path(__file__).parents[2] / "docs" / "tmcm1140-canopen.eds"
 
 
 def be_patient():
-    """Gives python-canopen the time that a busy computer takes. It waits for all of that of a fault reset in any case."""
+    """Gives python-canopen the time that a busy computer takes. For a fault reset it always waits as long as it may."""
     SdoClient.RESPONSE_TIMEOUT = PATIENCE
     BaseNode402.TIMEOUT_SWITCH_OP_MODE = PATIENCE
     BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = PATIENCE

@@ -142,24 +142,23 @@ def homing(bus, node):
     equal("mode", node.op_mode, "PROFILED POSITION")
     equal("no emergency", node.emcy.log, [])
 
-    go(node, 10_000)
-    arrives(bus, node, 10_000, found)
-    node.sdo[0x6098].raw = 35
-    equal("homing 35", (node.homing(restore_op_mode=True), node.op_mode), (True, "PROFILED POSITION"))
-    equal("zero is where the motor stands", (node.sdo[0x6064].raw, world(bus, "rotor")), (0, found + 10_000))
-    equal("no emergency", node.emcy.log, [])
-
     # The left limit switch, which method 17 needs, is switched off.
     enter(bus, node, "SWITCH ON DISABLED")
     node.sdo[0x2005].raw = 1
-    node.sdo[0x6098].raw = 17
-    node.rpdo[2]["Controlword"].raw = 0
-    equal("homing by a switch that is off", node.homing(), False)
+    equal("homing by a switch that is off", node.homing(restore_op_mode=True), False)
     emergency("homing by a switch that is off", node, 0x6320, 0x21, 0, 255)
-    equal("nothing has moved", world(bus, "rotor"), found + 10_000)
-    check("not homed", not node.is_homed())
+    equal("nothing has moved", world(bus, "rotor"), found)
+    check("not homed", not node.is_homed(restore_op_mode=True))
     enter(bus, node, "SWITCH ON DISABLED")
     node.sdo[0x2005].raw = 0
+
+    enter(bus, node, "OPERATION ENABLED")
+    go(node, 10_000)
+    arrives(bus, node, 10_000, found)
+    node.sdo[0x6098].raw = 35
+    equal("homing 35", (node.homing(), node.is_homed(restore_op_mode=True)), (True, True))
+    equal("zero is where the motor stands", (node.sdo[0x6064].raw, world(bus, "rotor")), (0, found + 10_000))
+    equal("no emergency", node.emcy.log, [])
 
 
 def position(bus, node):

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Does what docs/canopen.md shows, as somebody who reads it, and compares what comes out with what the page says.
+"""Does what docs/canopen.md and README show of CANopen, as somebody who reads them, and compares what comes out with
+what they say.
 
     python3 tests/clients/canopen_page.py target/debug/tmcl
 
-Each section of the page has virtual modules of its own, made by the command that the page shows. A section that begins
-with neither a command nor a whole program goes on where the first command and the first program of the page have a node.
+Each section has virtual modules of its own, made by the command that it shows. A section that begins with neither a
+command nor a whole program goes on where the first command and the first program of the page have a node.
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
@@ -23,7 +24,9 @@ from canopen_bus import be_patient
 from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "canopen.md"
+PAGE, README = ROOT / "docs" / "canopen.md", ROOT / "README.md"
+# What a section of README is about if it is done here.
+CANOPEN = "import canopen\n"
 # Where the page has its ports, and the serial port of a module with the TMCL firmware.
 HOST, SERIAL = "127.0.0.1:", "/dev/ttyACM0"
 # Any number of lines.
@@ -31,36 +34,41 @@ REST = "..."
 
 
 class Piece:
-    """A block of the page: its language, the line of its beginning, its text, and what it prints."""
+    """A block of a page: its language, the place of its beginning, its text, and what it prints."""
 
-    def __init__(self, language, line, text):
-        self.language, self.line, self.text, self.prints = language, line, text, ""
+    def __init__(self, language, place, text):
+        self.language, self.place, self.text, self.prints = language, place, text, ""
 
 
 def sections(page):
-    """The blocks of each section, in which a command that stands alone is one of the language `command`."""
-    found, said, inside = [], "", None
-    for number, line in enumerate(page.splitlines(), 1):
-        if inside is not None:
+    """The blocks of each section. What is indented is a console, or of the language `command` if it shows no prompt."""
+    found, said, inside = [[]], "", None
+    for number, line in enumerate(page.read_text().splitlines() + [""], 1):
+        place = f"{page.name}:{number}"
+        if inside and inside.language != "indented":
             if line != "```":
                 inside.text += line + "\n"
                 continue
             blocks = found[-1]
-            if inside.language != "text":
-                blocks.append(inside)
-            elif blocks and re.match(r"prints\b", said):
+            if inside.language == "text" and blocks and re.match(r"prints\b", said):
                 blocks[-1].prints = inside.text
             else:
-                check(f"line {inside.line} belongs to a program", False)
+                blocks.append(inside)
             inside, said = None, ""
-        elif line.startswith("```"):
-            inside = Piece(line[3:], number, "")
-        elif line.startswith("## "):
-            found.append([])
-        elif line.startswith("    tmcl "):
-            found[-1].append(Piece("command", number, line.strip()))
-        elif line.strip():
-            said = said or line
+        elif line.startswith("    "):
+            inside = inside or Piece("indented", place, "")
+            inside.text += line[4:] + "\n"
+        else:
+            if inside:
+                inside.language = "console" if inside.text.startswith("$ ") else "command"
+                found[-1].append(inside)
+                inside, said = None, ""
+            if line.startswith("```"):
+                inside = Piece(line[3:], place, "")
+            elif line.startswith("## "):
+                found.append([])
+            elif line.strip():
+                said = said or line
     return [blocks for blocks in found if blocks]
 
 
@@ -142,7 +150,7 @@ class Reader:
     def command(self, line):
         """Carries out a command of the page, and gives what it says."""
         words = shlex.split(line)
-        if words[:2] == ["tmcl", "sim"]:
+        if words[:2] in (["tmcl", "sim"], ["cargo", "sim"]):
             return self.start(words[2:])
         if words[0] == "echo" and words[-5:-2] == ["|", "nc", "-N"]:
             return self.send(" ".join(words[1:-5]), *words[-2:])
@@ -152,14 +160,14 @@ class Reader:
         """Does what a block with commands shows."""
         for part in re.split(r"^\$ ", piece.text, flags=re.MULTILINE)[1:]:
             line, _, shown = part.partition("\n")
-            told(f"line {piece.line}: {line}", shown, self.command(line))
+            told(f"{piece.place}: {line}", shown, self.command(line))
 
     def python(self, piece):
         """Runs a piece of a program."""
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed), deadline():
-            exec(compile(self.real(piece.text), f"{PAGE}, block in line {piece.line}", "exec"), self.names)
-        told(f"line {piece.line}", piece.prints, printed.getvalue())
+            exec(compile(self.real(piece.text), piece.place, "exec"), self.names)
+        told(piece.place, piece.prints, printed.getvalue())
 
 
 def tmcl(binary, line):
@@ -169,19 +177,20 @@ def tmcl(binary, line):
         module = Simulator(binary, "--serial", port)
         words = [port if word == SERIAL else word for word in shlex.split(line)]
         done = subprocess.run([binary, *words[1:]], cwd=folder, capture_output=True, text=True, timeout=PATIENCE)
-        equal(line, (done.returncode, port in words), (0, True))
+        equal(line.strip(), (done.returncode, port in words), (0, True))
         module.end()
 
 
 def main():
-    options = command_line("Does what docs/canopen.md shows.")
+    options = command_line("Does what docs/canopen.md and README show of CANopen.")
     binary = str(Path(options.binary).resolve())
     os.chdir(ROOT)
     be_patient()
-    found = sections(PAGE.read_text())
+    found = sections(PAGE)
+    found += [blocks for blocks in sections(README) if any(piece.text.startswith(CANOPEN) for piece in blocks)]
     first = {}
     for piece in (piece for blocks in found for piece in blocks):
-        check(f"line {piece.line}: {piece.language}", piece.language in ("console", "python", "command"))
+        check(f"{piece.place}: {piece.language}", piece.language in ("console", "python", "command"))
         first.setdefault(piece.language, piece)
     start, _, _ = first["console"].text.removeprefix("$ ").partition("\n")
     node = re.match(r"(?s).*?add_node\(.*?\n", first["python"].text)[0]
@@ -189,7 +198,7 @@ def main():
         reader = Reader(binary)
         try:
             for piece in blocks:
-                print(f"line {piece.line}: {piece.language}", flush=True)
+                print(f"{piece.place}: {piece.language}", flush=True)
                 if piece.language == "command":
                     tmcl(binary, piece.text)
                 elif piece.language == "console":
@@ -201,7 +210,7 @@ def main():
                         exec(reader.real(node), reader.names)
                     reader.python(piece)
         except Exception as error:  # One section that fails shall not hide the others.
-            check(f"line {piece.line}", False, repr(error))
+            check(piece.place, False, repr(error))
         finally:
             reader.stop()
     conclude()
