@@ -57,7 +57,7 @@ def go(node, target, word=START):
     """Gives a set-point, with its handshake."""
     node.sdo[0x607A].raw = target
     node.controlword = word
-    until("the set-point is acknowledged", node, ACKNOWLEDGED | REACHED, ACKNOWLEDGED)
+    until("the set-point is acknowledged", node, ACKNOWLEDGED, ACKNOWLEDGED)
     node.controlword = ENABLE
     until("ready for the next set-point", node, ACKNOWLEDGED, 0)
 
@@ -174,12 +174,14 @@ def position(bus, node):
     for target in (3_000, 6_000):
         go(node, 3_000, RELATIVE)
         arrives(bus, node, target, zero)
-    go(node, 100_000)
+    go(node, FAR)
     until("the motor moves", node, MOVES, MOVES)
     node.controlword = HALT
     until("a halt", node, REACHED | MOVES, REACHED)
-    check("it halts on its way", 6_000 <= node.sdo[0x6064].raw < 100_000)
+    check("it halts on its way", 6_000 <= node.sdo[0x6064].raw < FAR)
     node.controlword = ENABLE
+    until("the motor goes on", node, MOVES, MOVES)
+    go(node, 100_000)
     arrives(bus, node, 100_000, zero)
     equal("no emergency", node.emcy.log, [])
     node.sdo[0x607D][2].raw = 100_000
@@ -189,8 +191,9 @@ def position(bus, node):
     arrives(bus, node, 100_000, zero)
     node.sdo[0x607D][2].raw = 0x7FFFFFFF
     node.controlword = ENABLE
-    go(node, 0)
-    arrives(bus, node, 0, zero)
+    # From where there is much room on either side.
+    go(node, 200_000)
+    arrives(bus, node, 200_000, zero)
 
 
 def velocities(bus, node):
@@ -261,7 +264,7 @@ def faults(bus, node):
     bus.simulator.control("input 0 1")
     bus.simulator.let_pass(0.01)
     node.sdo[0x2005].raw = 0x40
-    node.sdo[0x6085].raw = 20
+    node.sdo[0x6085].raw = 10
     enter(bus, node, "OPERATION ENABLED")
     until("it turns", node, REACHED | MOVES, REACHED | MOVES)
     bus.simulator.control("input 0 0")
