@@ -53,15 +53,13 @@ impl BrakingMemo {
 /// PMUL and PDIV for one acceleration, 1..=2047; `None` if that has none. The divisors are 0..=13.
 fn pair(acceleration: Internal, ramp_div: u8, pulse_div: u8) -> Option<(u8, u8)> {
     let a = u64::try_from(acceleration).ok()?;
-    // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)).
-    // At most 988 * 2047 * 2^26 < 2^47.
-    (0..=PDIV_MAX).rev().find_map(|pdiv| {
-        let pmul = ((REDUCTION * a) << (u32::from(pulse_div) + pdiv) >> (4 + ramp_div)) / 1000;
-        match pmul {
-            128..=255 => Some((pmul as u8, pdiv as u8)),
-            _ => None,
-        }
-    })
+    // PMUL = 0.988 * p * 8 * 2^PDIV = 988 * A * 2^(PULSE_DIV + PDIV) / (1000 * 2^(4 + RAMP_DIV)), truncated. At most 988 *
+    // 2047 * 2^26 < 2^47.
+    let largest = ((REDUCTION * a) << (u32::from(pulse_div) + PDIV_MAX) >> (4 + ramp_div)) / 1000;
+    // Each PDIV less halves it. There is one for which PMUL has the eight bits of 128..=255, if `largest` has so many.
+    let excess = largest.checked_ilog2()?.checked_sub(7)?;
+    let pdiv = PDIV_MAX.checked_sub(excess)?;
+    Some(((largest >> excess) as u8, pdiv as u8))
 }
 
 /// The settings for an acceleration of `wanted` (1..=2047): the smallest acceleration from `wanted` on that has a
