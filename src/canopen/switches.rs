@@ -73,7 +73,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Switches::of(self.values.of_object(Object::LimitSwitches))
     }
 
-    /// Tells the axis which switches it has, before the device starts. What the motion controller is to invert is
+    /// Tells the axis which switches it has, without telling its chips. What the motion controller is to invert is
     /// returned.
     pub(super) fn preset_switches(&mut self) -> Inversion {
         let settings = self.switch_settings();
@@ -86,17 +86,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         settings.inversion()
     }
 
-    /// Tells the axis and its motion controller that 2005h has changed. The motor stands.
+    /// Tells the axis and its motion controller that 2005h has changed. The motor stands; which switches stop it is written
+    /// with the next motion command.
     pub(super) fn tell_switches(&mut self) {
         let inversion = self.preset_switches();
         // What a motion controller that is silent has not taken is told when the device starts again.
         let _ = self.device.invert(inversion);
-        let (settings, now) = (self.switch_settings(), self.now);
-        if let Some(mut axis) = self.device.axis(0) {
-            let [left, right] = settings.limits();
-            let _ = axis.set(now, P::LeftSwitchDisable, (!left).into());
-            let _ = axis.set(now, P::RightSwitchDisable, (!right).into());
-        }
     }
 
     /// The switches as 60FDh has them: left in bit 0, right in bit 1, home in bit 2; closed is 1, not in use is 0.
