@@ -1,6 +1,8 @@
 //! A frame of the CAN bus: data or remote, with an identifier of 11 or 29 bits. It implements the traits of
 //! [`embedded_can`], so that drivers, virtual buses and TMCL exchange the same type.
 
+pub mod outbox;
+
 pub use embedded_can::{ExtendedId, Frame as CanFrame, Id, StandardId};
 
 /// Largest number of data bytes in a frame.

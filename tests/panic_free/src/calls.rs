@@ -7,6 +7,7 @@ use core::marker::PhantomData;
 
 use embedded_hal::digital::{self, OutputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
+use tmcm::can::outbox::Outbox;
 use tmcm::can::{CanFrame, Frame, Id, StandardId};
 use tmcm::canopen::{self, BusState, Emergency, Entry, Node, Object, Overflow, ROWS};
 use tmcm::chip::at25::At25;
@@ -583,6 +584,14 @@ fn node() {
         any((row.data.number(), row.data.size(), row.data.range(), row.data.extend(any(0)), row.data.value(any(0))));
     }
     any((Entry::of(any(Object::DeviceType)).row().sub, ROWS.len()));
+    let mut outbox = any(Outbox::default());
+    any((outbox.has_room(), outbox.is_empty(), outbox.waits(), outbox.step()));
+    if let Some(frame) = any(Frame::standard(any(0), text())) {
+        any(outbox.push(&any(frame)));
+    }
+    outbox.ended(any(0), any(false));
+    outbox.clear().for_each(|mailbox| _ = any(mailbox));
+    any(&mut outbox);
     any(canopen::usb::reply(&any(Addressed::default())));
     any((any(Emergency::Reset).data(), any(canopen::Abort::Toggle).code()));
 }
