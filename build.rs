@@ -18,4 +18,8 @@ fn main() {
     for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
+    // A symbol that takes no memory tells the tools what is in an image: product and firmware.
+    for (image, marker) in [("tmcm1140", "tmcl"), ("tmcm1140-canopen", "canopen")] {
+        println!("cargo:rustc-link-arg-bin={image}=--defsym=_firmware_TMCM_1140_{marker}=0");
+    }
 }

@@ -7,9 +7,12 @@ use std::sync::OnceLock;
 
 /// The microcontroller, in the words of the compiler.
 pub const TARGET: &str = "thumbv7em-none-eabi";
-/// The package with the images, and the image for the TMCM-1140.
+/// The package with the images.
 const PACKAGE: &str = "tmcm";
-const IMAGE: &str = "tmcm1140";
+/// The image of the TMCM-1140 that speaks TMCL.
+pub const TMCL: &str = "tmcm1140";
+/// The image of the TMCM-1140 that is a node of CANopen.
+pub const CANOPEN: &str = "tmcm1140-canopen";
 
 /// A program for the microcontroller.
 #[derive(Debug)]
@@ -20,9 +23,9 @@ pub struct Built {
     pub messages: String,
 }
 
-/// Builds the flash image into a build directory. The error says why not.
-pub fn image(directory: &Path) -> Result<Built, String> {
-    build(directory, IMAGE, &["--package", PACKAGE, "--bin", IMAGE])
+/// Builds a flash image into a build directory. The error says why not.
+pub fn image(directory: &Path, name: &str) -> Result<Built, String> {
+    build(directory, name, &["--package", PACKAGE, "--bin", name])
 }
 
 /// Builds a program by `cargo rustc` into a build directory; what is there already is not built again. Flags meant for
@@ -44,10 +47,10 @@ pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, 
     Ok(Built { path: directory.join(TARGET).join("release").join(name), messages })
 }
 
-/// A command of Cargo that builds the image on the way, with more arguments: `build`, or `run` to flash it.
-pub fn image_by(command: &str, arguments: &[String]) -> Command {
+/// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it.
+pub fn image_by(command: &str, name: &str, arguments: &[String]) -> Command {
     let mut cargo = cargo(command);
-    cargo.args(["--package", PACKAGE, "--bin", IMAGE]).args(arguments);
+    cargo.args(["--package", PACKAGE, "--bin", name]).args(arguments);
     cargo
 }
 

@@ -1,15 +1,17 @@
-//! `cargo fw` builds the flash image, `cargo fw-run` brings it to a module.
+//! `cargo fw` builds the flash image, `cargo fw-run` brings it to a module; `cargo fw-canopen` and `cargo fw-canopen-run`
+//! do so with that of the CANopen firmware.
 
 use std::os::unix::process::CommandExt;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
+    let image = arguments.next().unwrap_or_else(|| fw::TMCL.into());
     let command = arguments.next().unwrap_or_else(|| "build".into());
     let rest: Vec<String> = arguments.collect();
     let error = match fw::prepare() {
         // Cargo takes this process over, and is its end.
-        Ok(()) => format!("cargo cannot be run: {}", fw::image_by(&command, &rest).exec()),
+        Ok(()) => format!("cargo cannot be run: {}", fw::image_by(&command, &image, &rest).exec()),
         Err(sentence) => sentence,
     };
     eprintln!("{error}");

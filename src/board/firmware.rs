@@ -1,6 +1,5 @@
 //! What the owner serves: a firmware, which has a device and speaks a language.
 
-use super::can::Identifiers;
 use super::ends::Ends;
 use crate::device::{Board, Inputs, Outputs, Parts};
 use crate::module::{LinkSettings, Source};
@@ -36,8 +35,8 @@ pub trait Firmware<const AXES: usize>: Sized + 'static {
     /// The settings in force of the byte links.
     fn link_settings(&self) -> &LinkSettings;
 
-    /// The identifiers of the frames that are to come from the CAN bus, if they are not those of the last call.
-    fn new_identifiers(&mut self) -> Option<Identifiers>;
+    /// True if the CAN controller is to send what has waited longest, not the lowest identifier.
+    const CAN_IN_ORDER: bool;
 
     /// Serves one request of a link. False if there is none.
     fn serve(&mut self, ends: &mut Ends, now: impl Fn() -> Micros) -> bool;
@@ -52,8 +51,17 @@ pub trait Firmware<const AXES: usize>: Sized + 'static {
     /// least once a millisecond; `None` if outputs, replies, jobs and settings are as they were.
     fn poll(&mut self, now: Micros, inputs: &Inputs<AXES>) -> Option<Outputs>;
 
-    /// Hands out what a poll has made for the links.
+    /// Hands out what a poll has made for the links, and looks after them.
     fn deliver(&mut self, ends: &mut Ends);
+
+    /// Sends what has waited for a mailbox of the CAN controller, one of which has become free.
+    fn refill(&mut self, ends: &mut Ends);
+
+    /// Keeps the interrupt of received frames from coming again and again while they cannot be taken.
+    fn hold(&self);
+
+    /// True if nothing is on its way for which a restart should wait.
+    fn has_sent(&self) -> bool;
 
     /// The next job to be done in the EEPROM.
     fn next_job(&mut self) -> Option<Job>;

@@ -7,8 +7,7 @@
 //! | `encoder` | interrupt of the pin of N | 3 | the counts at the edges of N |
 //! | `rs485` | interrupts of USART3, and of TIM2 at the end of a stop bit | 4 | the port, framing, direction |
 //! | USB driver of Embassy | interrupt of OTG_FS | 5 | the packets that come and go |
-//! | `owner` | interrupts of TIM3, each millisecond and when a link asks for it, and of received CAN frames | 6 | the firmware's logic with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
-//! | `can` | interrupt of CAN's mailboxes | 6 | the frames that wait for a mailbox |
+//! | `owner` | interrupts of TIM3, each millisecond and when a link asks for it, and of CAN: received frames, free mailboxes | 6 | the firmware's logic with SPI1 (`motion_bus`), the inputs and outputs, the CAN controller |
 //! | `usb` | thread mode | - | the USB device; its requests go to the owner by a mailbox |
 //! | `eeprom` | thread mode | - | the EEPROM with SPI3 |
 //! | `analog` | thread mode | - | the ADC |
@@ -19,6 +18,8 @@
 
 mod analog;
 mod can;
+mod can_node;
+mod canopen;
 mod eeprom;
 mod encoder;
 mod ends;
@@ -41,6 +42,7 @@ mod wake;
 mod watchdog;
 
 pub use can::Identifiers;
+pub use canopen::Canopen;
 pub use chosen::{AXES, Board, Chips};
 pub use ends::Ends;
 pub use fault::panicked;

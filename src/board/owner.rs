@@ -1,14 +1,15 @@
 //! The owner of the firmware's logic, be it TMCL or another [`Firmware`]: the only part that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes when a poll is due, and whenever RS485 or USB has a request ([`wake`]);
-//! and in that of received CAN frames. It serves the requests of the links, polls the firmware when that is due, and gives
+//! and in those of the CAN controller, for received frames and free mailboxes. It serves the requests of the links, polls the firmware when that is due, and gives
 //! a program its slices; between two of these it serves the links again. No other code uses the firmware and the motion
-//! bus, and the handler of the CAN mailboxes alone uses these besides.
+//! bus.
 
 use core::cell::UnsafeCell;
 
 use cortex_m::peripheral::{NVIC, SCB};
 use embassy_stm32::interrupt;
+use embassy_stm32::pac::Interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
 use super::chosen::{AXES, Chips, Motion, Signals, drivers_off, show_trouble};
@@ -25,6 +26,16 @@ use crate::units::Micros;
 /// prevent it. The longest pause before a reply on RS485 (255 ms) and the reply itself at 9600 bit/s (9.4 ms) take 265
 /// ms.
 const LAST_WORDS: Micros = Micros::from_millis(300);
+
+/// The owner's interrupts, and that of free mailboxes, as the first register of pending interrupts has them.
+const OWNERS: u32 = bit(interrupt::TIM3) | bit(interrupt::CAN1_RX0) | bit(interrupt::CAN1_RX1);
+const MAILBOXES: u32 = bit(interrupt::CAN1_TX);
+
+/// The bit of an interrupt, one of the first 32.
+const fn bit(interrupt: Interrupt) -> u32 {
+    assert!((interrupt as u16) < 32);
+    1 << interrupt as u16
+}
 
 /// The static memory of an image for its firmware, and the EEPROM's contents.
 pub struct Room<F: Firmware<AXES>> {
@@ -72,15 +83,21 @@ where
     room.owner.init(Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false })
 }
 
-/// What the interrupt handler calls, whatever the firmware.
+/// What the interrupt handlers call, whatever the firmware.
 trait Turn {
     fn turn(&mut self);
+
+    /// A mailbox of the CAN controller has become free.
+    fn refill(&mut self);
+
+    /// The end of the interrupt of received frames.
+    fn hold(&self);
 }
 
 /// The owner, for its interrupt handlers, which alone use it, and which do not interrupt each other.
 struct OwnerCell(UnsafeCell<Option<&'static mut dyn Turn>>);
 
-// SAFETY: the handlers of TIM3 and CAN1_RX0 are the only users, and `start` before these interrupts come.
+// SAFETY: the handlers of TIM3 and CAN are the only users, and `start` before these interrupts come.
 unsafe impl Sync for OwnerCell {}
 
 static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
@@ -89,8 +106,8 @@ static OWNER: OwnerCell = OwnerCell(UnsafeCell::new(None));
 pub(super) fn start<F: Firmware<AXES>>(owner: &'static mut Owner<F>) {
     put_in_force(owner.firmware.link_settings());
     owner.signals.start();
-    // SAFETY: the interrupt of TIM3 is not enabled yet, and that of CAN1_RX0 comes only after a task of thread mode, where
-    // this runs, has joined the bus.
+    // SAFETY: the interrupt of TIM3 is not enabled yet, and those of CAN come only after a task of thread mode, where this
+    // runs, has joined the bus.
     unsafe { *OWNER.0.get() = Some(owner) };
     wake::start();
 }
@@ -98,41 +115,37 @@ pub(super) fn start<F: Firmware<AXES>>(owner: &'static mut Owner<F>) {
 #[interrupt]
 unsafe fn TIM3() {
     wake::acknowledge();
-    turn();
+    with_owner(|owner| owner.turn());
 }
 
 /// A CAN frame has been received.
 #[interrupt]
 unsafe fn CAN1_RX0() {
-    turn();
-    can::hold();
+    with_owner(|owner| {
+        owner.turn();
+        owner.hold();
+    });
+}
+
+/// A CAN frame has come into the second queue.
+#[interrupt]
+unsafe fn CAN1_RX1() {
+    with_owner(|owner| owner.turn());
+}
+
+/// A mailbox of the CAN controller has become free.
+#[interrupt]
+unsafe fn CAN1_TX() {
+    with_owner(|owner| owner.refill());
 }
 
 /// To be called only by handlers of the owner's priority.
 #[inline(always)]
-fn turn() {
+fn with_owner(act: impl FnOnce(&mut dyn Turn)) {
     // SAFETY: the owner is used only here, and interrupt handlers of the same priority do not interrupt each other.
     if let Some(owner) = unsafe { (*OWNER.0.get()).as_mut() } {
-        owner.turn();
+        act(*owner);
     }
-}
-
-/// True if one of the owner's interrupts has been asked for since it came, or since the last call: neither comes while the
-/// owner runs, nor does that of the CAN mailboxes, whose work is done here.
-#[inline(always)]
-fn wanted() -> bool {
-    if NVIC::is_pending(interrupt::CAN1_TX) {
-        can::refill();
-        NVIC::unpend(interrupt::CAN1_TX);
-    }
-    let mut wanted = false;
-    for handler in [interrupt::TIM3, interrupt::CAN1_RX0] {
-        if NVIC::is_pending(handler) {
-            NVIC::unpend(handler);
-            wanted = true;
-        }
-    }
-    wanted
 }
 
 impl<F: Firmware<AXES>> Turn for Owner<F> {
@@ -143,9 +156,9 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
     fn turn(&mut self) {
         let (mut idle, mut second) = (false, false);
         loop {
-            if !idle || wanted() {
+            if !idle || self.wanted() {
                 idle = !self.firmware.serve(&mut self.ends, now);
-                second = !idle && !second && wanted();
+                second = !idle && !second && self.wanted();
                 if second {
                     continue;
                 }
@@ -158,9 +171,35 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
             }
         }
     }
+
+    fn refill(&mut self) {
+        self.firmware.refill(&mut self.ends);
+    }
+
+    fn hold(&self) {
+        self.firmware.hold();
+    }
 }
 
 impl<F: Firmware<AXES>> Owner<F> {
+    /// True if one of the owner's interrupts has been asked for since it came, or since the last call: none of them comes
+    /// while the owner runs, nor does that of the CAN mailboxes, whose work is done here.
+    #[inline(always)]
+    fn wanted(&mut self) -> bool {
+        // SAFETY: these registers have no effects on others when they are read.
+        let pending = unsafe { (*NVIC::PTR).ispr[0].read() };
+        if pending & MAILBOXES != 0 {
+            self.firmware.refill(&mut self.ends);
+            NVIC::unpend(interrupt::CAN1_TX);
+        }
+        let wanted = pending & OWNERS;
+        if wanted != 0 {
+            // SAFETY: that an interrupt does not come for which the work is done here disturbs nobody.
+            unsafe { (*NVIC::PTR).icpr[0].write(wanted) };
+        }
+        wanted != 0
+    }
+
     /// Polls the firmware. True if something has been passed on. Never inlined: the stack frame that this function needs
     /// would be set up on the way to every reply in `turn`.
     #[inline(never)]
@@ -205,11 +244,6 @@ impl<F: Firmware<AXES>> Owner<F> {
         }
         self.firmware.deliver(&mut self.ends);
         put_in_force(self.firmware.link_settings());
-        if let Some(can) = &mut self.ends.can
-            && let Some(identifiers) = self.firmware.new_identifiers()
-        {
-            can.listen_to(&identifiers);
-        }
         rs485::tick();
         self.restart(outputs);
     }
@@ -228,7 +262,7 @@ impl<F: Firmware<AXES>> Owner<F> {
             return;
         }
         let over = now().since(*self.ending.get_or_insert_with(now)) >= LAST_WORDS;
-        if over || rs485::is_idle() && USB.is_empty() {
+        if over || rs485::is_idle() && USB.is_empty() && self.firmware.has_sent() {
             defmt::info!("restart");
             drivers_off();
             SCB::sys_reset();

@@ -1,6 +1,6 @@
 //! The TMCL firmware as the owner serves it.
 
-use super::can::Identifiers;
+use super::can::{self, Identifiers};
 use super::ends::Ends;
 use super::firmware::Firmware;
 use crate::can::StandardId;
@@ -15,6 +15,23 @@ pub struct Tmcl<T: Platform<Hooks = ()> + 'static, const AXES: usize> {
     module: Module<T, AXES>,
     /// Identifiers of requests and of replies with which CAN was told what to bring.
     told: Option<[Option<StandardId>; 3]>,
+}
+
+impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Tmcl<T, AXES> {
+    /// The identifiers of the frames that are to come from the CAN bus, if they are not those of the last call.
+    ///
+    /// A module whose own identifier is that of replies receives everything, as it must know the requests to other
+    /// modules to tell their replies from requests.
+    #[inline]
+    fn new_identifiers(&mut self) -> Option<Identifiers> {
+        let LinkSettings { can_id, can_secondary, can_reply, .. } = *self.module.link_settings();
+        let settings = Some([Some(can_id), can_secondary, Some(can_reply)]);
+        if core::mem::replace(&mut self.told, settings) == settings {
+            return None;
+        }
+        let own = [Some(can_id), can_secondary];
+        Some((!own.contains(&Some(can_reply))).then(|| own.into_iter().flatten().collect()))
+    }
 }
 
 impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tmcl<T, AXES> {
@@ -55,18 +72,7 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
         self.module.link_settings()
     }
 
-    /// A module whose own identifier is that of replies receives everything, as it must know the requests to other
-    /// modules to tell their replies from requests.
-    #[inline]
-    fn new_identifiers(&mut self) -> Option<Identifiers> {
-        let LinkSettings { can_id, can_secondary, can_reply, .. } = *self.module.link_settings();
-        let settings = Some([Some(can_id), can_secondary, Some(can_reply)]);
-        if core::mem::replace(&mut self.told, settings) == settings {
-            return None;
-        }
-        let own = [Some(can_id), can_secondary];
-        Some((!own.contains(&Some(can_reply))).then(|| own.into_iter().flatten().collect()))
-    }
+    const CAN_IN_ORDER: bool = true;
 
     #[inline(always)]
     fn serve(&mut self, ends: &mut Ends, now: impl Fn() -> Micros) -> bool {
@@ -91,6 +97,24 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
     #[inline(always)]
     fn deliver(&mut self, ends: &mut Ends) {
         deliver(&mut self.module, ends);
+        if let Some(can) = &mut ends.can
+            && let Some(identifiers) = self.new_identifiers()
+        {
+            can.listen_to(&identifiers);
+        }
+    }
+
+    fn refill(&mut self, _: &mut Ends) {
+        can::refill();
+    }
+
+    fn hold(&self) {
+        can::hold();
+    }
+
+    #[inline(always)]
+    fn has_sent(&self) -> bool {
+        true
     }
 
     #[inline(always)]

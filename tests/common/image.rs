@@ -13,7 +13,12 @@ pub(crate) fn image() -> PathBuf {
 
 /// Builds the flash image; returns its path and the compiler's messages, or an error message.
 pub(crate) fn try_image() -> Result<Built, String> {
-    fw::image(&directory())
+    fw::image(&directory(), fw::TMCL)
+}
+
+/// Builds the flash image of the CANopen firmware and returns its path. Panics if the image cannot be built.
+pub(crate) fn canopen() -> PathBuf {
+    fw::image(&directory(), fw::CANOPEN).unwrap_or_else(|error| panic!("{error}")).path
 }
 
 /// Builds another program for the microcontroller with these arguments of cargo; the error is a message.

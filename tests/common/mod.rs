@@ -6,6 +6,7 @@ pub mod bombardment;
 pub mod image;
 pub mod image_host;
 pub mod loose;
+pub mod node_host;
 pub mod program;
 pub mod random;
 pub mod table;

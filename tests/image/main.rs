@@ -12,6 +12,7 @@ mod faults;
 mod firmware_faults;
 mod links;
 mod measure;
+mod node;
 mod panic_free;
 mod replies;
 mod restart;
