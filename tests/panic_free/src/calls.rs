@@ -325,7 +325,7 @@ fn motion() {
         axis.last_speed(),
         axis.target_position(),
     ));
-    any((axis.home_switch(), axis.travelling(), axis.stop_switches(&chip)));
+    any((axis.home_switch(), axis.travelling(), axis.rests(), axis.stop_switches(&chip)));
     let mut axis = axis.on(&mut chip);
     let _ = any(axis.start(now()));
     let _ = any(axis.rotate(now(), any(0)));
@@ -334,6 +334,7 @@ fn motion() {
     let _ = any(axis.move_at(now(), any(0), any(Pace::default())));
     let _ = any(axis.hard_stop());
     let _ = any(axis.restart_driver());
+    any(axis.last_flags());
     let _ = any(axis.start_search(now()));
     const LEGS: &[Leg] = &[Leg::FIND, Leg::to(Until::Index, Mark::First)];
     let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: Some(LEGS) };
@@ -593,7 +594,7 @@ fn node() {
     outbox.clear().for_each(|mailbox| _ = any(mailbox));
     any(&mut outbox);
     any(canopen::usb::reply(&any(Addressed::default())));
-    any((any(Emergency::Reset).data(), any(canopen::Abort::Toggle).code()));
+    any((any(Emergency::Reset).data(), any(Emergency::Reset).reaction(), any(canopen::Abort::Toggle).code()));
 }
 
 /// Links that bring anything.
