@@ -23,7 +23,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         match command {
             0x01 => self.enter(Nmt::Operational),
-            0x02 => self.enter(Nmt::Stopped),
+            0x02 => {
+                self.enter(Nmt::Stopped);
+                // A stopped node sends no emergencies, so those that wait are dropped.
+                self.errors.drop_messages();
+            }
             0x80 => self.enter(Nmt::PreOperational),
             0x81 => self.device.restart_at(self.now),
             0x82 => self.reset_communication(),
@@ -40,15 +44,21 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         if state == Nmt::Stopped {
             self.server = Server::default();
-            // The master cannot command a stopped node any more.
-            if self.drive.state.is_driving() || self.device.in_tmcl_mode() {
-                self.fault();
-            }
+            self.leave_master();
         }
     }
 
-    /// Resets communication: its objects have their saved values again, and the node boots up.
+    /// The master cannot command the drive any more: a motor that may move, or is about to, is stopped, and FAULT follows.
+    fn leave_master(&mut self) {
+        if self.drive.state.is_driving() || !self.drive.is_lasting() || self.device.in_tmcl_mode() {
+            self.fault();
+        }
+    }
+
+    /// Resets communication: its objects have their saved values again, and the node boots up. Nothing watches over the
+    /// master then, so the motor does not go on.
     pub(super) fn reset_communication(&mut self) {
+        self.leave_master();
         self.restore(|row| row.first < COMMUNICATION_END);
         self.state = Nmt::PreOperational;
         self.manufacturer_mode = false;

@@ -26,9 +26,9 @@ impl<H: Hardware> Joined<'_, H> {
         self.search_by(now, plan, 0, fast, Pace { speed: Some(slow), acceleration: None })
     }
 
-    /// Begins a reference search by a plan; the zero point that it finds gets the position `home`, in microsteps. Fast legs go at the speed `fast`, slow legs at that of `pace`, or of
-    /// parameter 195 where `pace` has none; both in the unit of parameter 4. The acceleration of `pace` holds for the
-    /// whole search.
+    /// Begins a reference search by a plan; the zero point that it finds gets the position `home`, in microsteps. Fast
+    /// legs go at the speed `fast`, slow legs at that of `pace`, or of parameter 195 where `pace` has none; both in the
+    /// unit of parameter 4. The acceleration of `pace` holds for the whole search.
     ///
     /// # Errors
     /// [`Error::NotNow`] when one of the two speeds is zero, because the search would never end; [`Error::Chip`] when a

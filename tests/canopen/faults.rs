@@ -306,6 +306,61 @@ fn stopped_in_operation() {
     assert_eq!(rig.drive_state(), READY_TO_SWITCH_ON);
 }
 
+/// The same on the way to OPERATION ENABLED, and with a command that waits for the end of a way.
+#[test]
+fn stopped_on_the_way() {
+    let enabled_with_delays = |words: &[u16]| {
+        let mut rig = Rig::operational();
+        rig.set(0x2005, 0, 3);
+        rig.set(0x6060, 0, PV);
+        rig.set(0x60FF, 0, 500);
+        rig.set(0x200A, 0, 50);
+        rig.set(0x2002, 1, 50);
+        for word in words {
+            rig.word(*word);
+        }
+        rig
+    };
+    for words in [&[SHUTDOWN, SWITCH_ON, ENABLE][..], &[SHUTDOWN, SWITCH_ON, ENABLE, SWITCH_ON, ENABLE]] {
+        for command in [2, 0x82] {
+            let mut rig = enabled_with_delays(words);
+            rig.command(command);
+            rig.wait(500);
+            assert_eq!((rig.rotor(), rig.is_energised()), (0, false), "{words:X?}, {command:X}h");
+            rig.command(0x80);
+            assert_eq!(rig.drive_state(), FAULT);
+        }
+    }
+}
+
+/// After a reset of communication nobody watches over the master, so a motor that turns is stopped.
+#[test]
+fn communication_is_reset_in_operation() {
+    let mut rig = turning();
+    rig.command(0x82);
+    rig.wait(100);
+    assert_eq!((rig.drive_state(), rig.is_energised(), rig.read(0x1001, 0)), (FAULT, false, 0));
+    assert!(rig.emergencies().is_empty());
+    rig.word(FAULT_RESET);
+    assert_eq!(rig.drive_state(), SWITCH_ON_DISABLED);
+}
+
+/// Emergencies that wait for the inhibit time are dropped when the master stops the node.
+#[test]
+fn no_emergency_when_stopped() {
+    let mut rig = Rig::operational();
+    rig.set(0x1015, 0, 500);
+    rig.send(0x201, &[0]);
+    rig.send(0x201, &[0]);
+    rig.command(2);
+    rig.frames();
+    rig.wait(200);
+    assert!(rig.frames().is_empty());
+    rig.command(1);
+    rig.wait(200);
+    assert!(rig.emergencies().is_empty());
+}
+
 /// 1029h.2: a fault of the drive stops the node, or it stays operational.
 #[test]
 fn application_errors() {

@@ -186,6 +186,20 @@ fn stop_on_stall() {
     assert!(rig.emergencies().is_empty());
 }
 
+/// The least and the largest number of 607Dh are no limits, whatever the home offset is.
+#[test]
+fn no_limits_with_the_ends_of_the_numbers() {
+    for offset in [i32::MIN, -1, 1, i32::MAX] {
+        let mut rig = Rig::enabled(PP);
+        rig.set(0x607C, 0, offset as u32);
+        rig.go(5_000);
+        rig.until(TARGET_REACHED, 5_000);
+        rig.go(-5_000);
+        rig.until(TARGET_REACHED, 5_000);
+        assert_eq!((rig.rotor(), rig.emergencies(), rig.status() & INTERNAL_LIMIT), (-5_000, vec![], 0), "{offset}");
+    }
+}
+
 /// In homing mode the limits act as well as long as no homing is under way.
 #[test]
 fn limits_in_homing_mode() {

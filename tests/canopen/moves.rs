@@ -42,11 +42,11 @@ fn a_move_and_its_handshake() {
     assert_eq!((status & MOVES, status & NEGATIVE), (MOVES, NEGATIVE));
     rig.until(TARGET_REACHED, 5_000);
     assert_eq!(rig.rotor(), -1_000);
-    // To where it is: bit 10 goes with the edge all the same.
+    // To where it is: bit 10 goes with the edge all the same, and comes when the motor is seen to stand.
     rig.set(0x607A, 0, (-1_000_i32) as u32);
     rig.word(START);
     assert_eq!(handshake(&mut rig), (false, true));
-    rig.wait(2);
+    rig.wait(10);
     assert_eq!(handshake(&mut rig), (true, true));
 }
 
@@ -246,5 +246,65 @@ fn set_points_in_other_modes() {
         rig.go(5_000);
         rig.wait(100);
         assert_eq!(rig.rotor(), 0, "mode {mode}");
+    }
+}
+
+/// A motor that runs past a target that it cannot stop at has not reached it.
+#[test]
+fn a_target_that_is_run_past() {
+    for k in 0..80 {
+        let mut rig = Rig::enabled(PP);
+        rig.set(0x6083, 0, 100);
+        rig.go(300_000);
+        rig.wait(1_500);
+        let target = rig.signed(0x6064) + 300 + k;
+        rig.go(target);
+        for _ in 0..40 {
+            rig.wait(1);
+            let status = rig.status();
+            assert!(status & (TARGET_REACHED | MOVES) != TARGET_REACHED | MOVES, "{k}: {status:04X}h");
+        }
+        rig.until(TARGET_REACHED, 10_000);
+        assert_eq!(rig.rotor(), i64::from(target));
+    }
+}
+
+/// A target so far away that the 32 bits of positions would lead there the other way round is refused.
+#[test]
+fn targets_on_the_other_side_of_the_numbers() {
+    let mut rig = Rig::enabled(PP);
+    rig.set(0x607D, 2, 20_000);
+    rig.go(1_000);
+    rig.until(TARGET_REACHED, 5_000);
+    rig.go(i32::MIN);
+    rig.wait(200);
+    assert_eq!((rig.rotor(), rig.emergencies()), (1_000, vec![REFUSED]));
+    rig.go(i32::MIN + 1_001);
+    rig.wait(200);
+    assert!(rig.rotor() < 1_000);
+    assert!(rig.emergencies().is_empty());
+}
+
+/// An edge of bit 4 in the word that enables operation moves nothing, whether the way there takes time or not.
+#[test]
+fn an_edge_that_comes_with_the_enabling() {
+    for delay in [0, 5] {
+        for mode in [PP, HM] {
+            let mut rig = Rig::operational();
+            rig.set(0x2005, 0, 3);
+            rig.set(0x200A, 0, delay);
+            rig.set(0x6060, 0, mode);
+            rig.set(0x6098, 0, 19);
+            rig.set(0x607A, 0, 5_000);
+            for word in [6, 7, START] {
+                rig.word(word);
+            }
+            rig.wait(200);
+            assert_eq!((rig.rotor(), rig.drive_state()), (0, OPERATION_ENABLED), "{delay} ms, mode {mode}");
+            rig.word(ENABLE);
+            rig.word(START);
+            rig.wait(200);
+            assert!(rig.rotor() > 0, "{delay} ms, mode {mode}");
+        }
     }
 }

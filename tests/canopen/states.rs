@@ -1,8 +1,9 @@
 //! The states of the drive: each state that lasts with every command, by SDO and PDO; and what happens on the way.
 
 use crate::driving::{
-    DISABLE_VOLTAGE, ENABLE, FAULT, FAULT_REACTION_ACTIVE, FAULT_RESET, HALT, OPERATION_ENABLED, PV, QUICK_STOP,
-    QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON, SHUTDOWN, STATE, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON,
+    DISABLE_VOLTAGE, ENABLE, FAULT, FAULT_REACTION_ACTIVE, FAULT_RESET, HALT, HM, INTERNAL_LIMIT, MODE_SPECIFIC, MOVES,
+    OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON, SHUTDOWN, STATE, SWITCH_ON,
+    SWITCH_ON_DISABLED, SWITCHED_ON, TARGET_REACHED, VL,
 };
 use crate::random::Random;
 use crate::rig::Rig;
@@ -72,24 +73,37 @@ fn by_pdo(rig: &mut Rig, word: u16) {
 fn every_command_in_every_state_that_lasts() {
     let mut random = Random(17);
     for (state, words) in LASTING {
-        for command in 0..32_u16 {
-            let (low, reset) = (command & 0xF, command >> 4 != 0);
-            for by_sdo in [false, true] {
-                let mut rig = in_state(state, words);
-                // The other bits are free; homing and set-points are not in force in mode 0.
-                let word = low | u16::from(reset) << 7 | random.next() as u16 & 0xFF70;
-                if by_sdo {
-                    rig.word(word)
-                } else {
-                    by_pdo(&mut rig, word)
+        for mode in [0, PP, VL, PV, HM] {
+            for command in 0..32_u16 {
+                let (low, reset) = (command & 0xF, command >> 4 != 0);
+                for by_sdo in [false, true] {
+                    let mut rig = in_state(state, words);
+                    rig.set(0x6060, 0, mode);
+                    // The other bits are free, but for halt and, in modes that know it, the start of something.
+                    let free = if mode == 0 { 0xFF70 } else { 0xFE60 };
+                    let word = low | u16::from(reset) << 7 | random.next() as u16 & free;
+                    if by_sdo {
+                        rig.word(word)
+                    } else {
+                        by_pdo(&mut rig, word)
+                    }
+                    rig.wait(20);
+                    let next = expected(state, word, reset);
+                    let case = format!("{state:X}h with {word:04X}h in mode {mode}");
+                    assert_eq!(rig.drive_state(), next, "{case}");
+                    assert_eq!(rig.is_energised(), matches!(next, OPERATION_ENABLED | QUICK_STOP_ACTIVE), "{case}");
+                    // The motor stands: bit 10 tells that wherever it tells something, and in homing mode always.
+                    let reached = next == QUICK_STOP_ACTIVE || mode == HM || next == OPERATION_ENABLED && mode != 0;
+                    let bits = if reached { TARGET_REACHED } else { 0 };
+                    assert_eq!(
+                        rig.status() & (TARGET_REACHED | MODE_SPECIFIC | INTERNAL_LIMIT | MOVES),
+                        bits,
+                        "{case}"
+                    );
+                    let emergencies = rig.emergencies();
+                    let told = state == FAULT && reset;
+                    assert_eq!(emergencies.iter().any(|(code, _)| *code == 0), told, "{emergencies:?}");
                 }
-                rig.wait(20);
-                let next = expected(state, word, reset);
-                assert_eq!(rig.drive_state(), next, "{state:X}h with {word:04X}h");
-                assert_eq!(rig.is_energised(), matches!(next, OPERATION_ENABLED | QUICK_STOP_ACTIVE), "{next:X}h");
-                let emergencies = rig.emergencies();
-                let told = state == FAULT && reset;
-                assert_eq!(emergencies.iter().any(|(code, _)| *code == 0), told, "{emergencies:?}");
             }
         }
     }

@@ -1,8 +1,8 @@
 //! TMCL mode (2700h, 1023h): what the executor does in it, what it refuses, and what the node refuses while it lasts.
 
 use crate::driving::{
-    ENABLE, FAULT, HM, OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON, SHUTDOWN, START,
-    SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON,
+    ENABLE, FAULT, HM, INTERNAL_LIMIT, OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON,
+    SHUTDOWN, START, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON,
 };
 use crate::random::Random;
 use crate::rig::Rig;
@@ -503,20 +503,24 @@ fn controlwords_and_pdos_are_refused() {
     assert!(rig.of(0x701).len() >= 3);
 }
 
-/// PRE-OPERATIONAL and OPERATIONAL, and a reset of communication, change nothing; the reset of the node does.
+/// PRE-OPERATIONAL and OPERATIONAL change nothing, a reset of communication stops the motor, and the reset of the node
+/// leads back.
 #[test]
 fn only_a_reset_of_the_node_leads_back() {
     let mut rig = rig();
     tmcl(&mut rig, "SAP 5, 0, 500");
     tmcl(&mut rig, "ROR 0, 1000");
     rig.wait(1_000);
-    for command in [1, 0x80, 1, 0x82] {
+    for command in [1, 0x80, 1] {
         rig.command(command);
         rig.wait(10);
     }
+    assert_eq!(tmcl(&mut rig, "GAP 3, 0"), 1_000);
+    rig.command(0x82);
+    rig.wait(500);
     rig.frames();
     assert_eq!((rig.node.state(), rig.read(0x2700, 0)), (Nmt::PreOperational, 1));
-    assert_eq!((tmcl(&mut rig, "GAP 3, 0"), tmcl(&mut rig, "GAP 5, 0")), (1_000, 500));
+    assert_eq!((tmcl(&mut rig, "GAP 3, 0"), tmcl(&mut rig, "GAP 5, 0")), (0, 500));
     rig.command(0x81);
     rig.wait(2);
     assert_eq!((rig.starts, rig.of(0x701)), (2, vec![vec![0]]));
@@ -528,6 +532,26 @@ fn only_a_reset_of_the_node_leads_back() {
     rig.wait(500);
     assert_eq!((rig.rotor(), rig.is_energised()), (stopped, false));
     assert_eq!(rig.download(0x6040, 0, &[0, 0]), Ok(()));
+}
+
+/// A limit that the drive has told of does not show any more: in TMCL mode there is no drive.
+#[test]
+fn limits_of_the_drive_are_over() {
+    let mut rig = Rig::in_world("[stage]\nright = 5000\n");
+    rig.command(1);
+    rig.set(0x6060, 0, PV);
+    rig.set(0x607D, 2, 1_000);
+    rig.enable();
+    rig.set(0x60FF, 0, 1000);
+    rig.wait(50);
+    rig.set(0x607D, 2, i32::MAX as u32);
+    rig.set(0x60FF, 0, 999);
+    rig.wait(500);
+    rig.set(0x607D, 2, 1_000);
+    rig.wait(2);
+    assert_eq!(rig.status() & INTERNAL_LIMIT, INTERNAL_LIMIT);
+    enter(&mut rig);
+    assert_eq!(rig.status() & INTERNAL_LIMIT, 0);
 }
 
 /// Ten thousand commands of all kinds, most of them known ones with values that are in range now and then.

@@ -80,7 +80,7 @@ pub(crate) fn note(object: Object) -> &'static str {
             "used by the unit rpm alone; with 208Ch = 164 written in SWITCH ON DISABLED only (08000022h)"
         }
         Object::EncoderPolarity => "has no effect",
-        Object::EncoderDirection => "1: an external encoder counts against the motor",
+        Object::EncoderDirection => "stored and read back; this firmware does not use an external encoder",
         Object::EncoderInitialise => "1: at the start the position is taken from the built-in encoder",
         Object::BrakeApplyCurrent | Object::BrakeReleaseCurrent => BRAKE,
         Object::RampDivisor | Object::PulseDivisor => {

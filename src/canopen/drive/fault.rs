@@ -87,7 +87,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             }
             Way::Lasting | Way::Stopping(_) => self.enter_state(State::Fault),
         }
-        self.drive.waiting = false;
         self.progress();
     }
 

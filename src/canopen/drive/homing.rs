@@ -66,19 +66,19 @@ fn plan(method: i32, switches: Switches) -> Option<Plan> {
 }
 
 impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// Bit 4 of the controlword was set in homing mode.
-    pub(super) fn start_homing(&mut self) {
+    /// Bit 4 of the controlword was set in homing mode; only method 35 needs no drive that is operating.
+    pub(super) fn start_homing(&mut self, operates: bool) {
         let method = self.values.of_object(Object::HomingMethod) as i32;
         match method {
             HERE => {
-                self.take_position(0);
-                self.end_homing();
+                self.drive.homing = Homing { running: true, here: true, attained: false, ..self.drive.homing };
+                self.look_here();
             }
-            _ if !self.drive.is_operating() => {}
+            _ if !operates => {}
             NO_HOMING => self.end_homing(),
             _ => {
                 let began = self.begin_search(method).is_some();
-                self.drive.homing = Homing { running: began, attained: false, ..self.drive.homing };
+                self.drive.homing = Homing { running: began, here: false, attained: false, ..self.drive.homing };
                 if !began {
                     self.raise(Emergency::Refused);
                 }
@@ -110,16 +110,27 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.drive.homing.running = false;
     }
 
+    /// Makes the place where the motor is the home position, as soon as it stands.
+    fn look_here(&mut self) {
+        if self.stands() {
+            self.take_position(0);
+            self.end_homing();
+        }
+    }
+
     /// The homing has found the home position.
     fn end_homing(&mut self) {
         let offset = self.values.of_object(Object::HomeOffset);
-        self.drive.homing = Homing { running: false, attained: true, offset };
+        self.drive.homing = Homing { running: false, here: false, attained: true, offset };
     }
 
     /// Follows a homing, once in each turn.
     pub(super) fn follow_homing(&mut self, events: Events) {
         if !self.drive.homing.running || self.device.axes().iter().any(|axis| axis.searches()) {
             return;
+        }
+        if self.drive.homing.here {
+            return self.look_here();
         }
         if self.finds_home(events) {
             return self.end_homing();

@@ -2,7 +2,8 @@
 //! (section 4.2.31). Each stops the motor, sends an emergency message and shows in bit 11 of the statusword; the drive
 //! stays in OPERATION ENABLED, and commands that lead back are obeyed.
 //!
-//! The motion controller itself stops the motor at a limit switch. A software limit stops it along the ramp, so the
+//! The motion controller itself, or for a switch that it does not watch the axis, stops the motor at a limit switch. A
+//! software limit stops it along the ramp, so the
 //! motor runs past the limit by the way of that ramp, and of the millisecond in which the limit was noticed.
 
 use super::{Limits, Task};
@@ -20,7 +21,7 @@ const SWITCH: [Emergency; 2] = [Emergency::NegativeLimitSwitch, Emergency::Posit
 impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Looks at the limits, once in each turn.
     pub(super) fn look_at_limits(&mut self, events: Events) {
-        if self.drive.homing.is_running() {
+        if self.drive.homing.running {
             // A search runs to the switches, and positions have no meaning before its end.
             self.drive.limits = Limits::default();
             return;
@@ -60,7 +61,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// True while a limit is active.
     pub(super) fn is_limited(&self) -> bool {
         let Limits { touched, stalled } = self.drive.limits;
-        stalled || touched.contains(&true) || (!self.drive.homing.is_running() && self.outside().contains(&true))
+        // In TMCL mode, and while a homing is under way, there are no software limits.
+        let outside = !self.device.in_tmcl_mode() && !self.drive.homing.running && self.outside().contains(&true);
+        stalled || touched.contains(&true) || outside
     }
 
     /// True if a task leads further out of a limit that is reached.
@@ -74,12 +77,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    /// The direction in which a task leads from here: only the sign counts.
+    /// The direction in which a task leads from here, as a sign.
     fn direction(&self, task: Task) -> i32 {
         match task {
             Task::Stand => 0,
-            Task::Turn(speed) => speed,
-            Task::Go(target) => target.wrapping_sub(self.live.position),
+            Task::Turn(speed) => speed.signum(),
+            Task::Go(target) => target.cmp(&self.live.position) as i32,
         }
     }
 
@@ -96,10 +99,15 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         [switches & 1 != 0, switches & 2 != 0]
     }
 
-    /// The software limits in microsteps, lowest first: those of 607Dh less the home offset.
+    /// The software limits in microsteps, lowest first: those of 607Dh less the home offset. The least and the largest
+    /// number of 607Dh, its defaults, are no limits, whatever the offset is.
     pub(super) fn position_limits(&self) -> [i64; 2] {
-        let number = |object| i64::from(self.values.of_object(object) as i32);
-        [Object::MinimumPositionLimit, Object::MaximumPositionLimit]
-            .map(|limit| number(limit).saturating_sub(number(Object::HomeOffset)))
+        let number = |object| self.values.of_object(object) as i32;
+        let offset = i64::from(number(Object::HomeOffset));
+        [Object::MinimumPositionLimit, Object::MaximumPositionLimit].map(|limit| match number(limit) {
+            i32::MIN => i64::MIN,
+            i32::MAX => i64::MAX,
+            limit => i64::from(limit).saturating_sub(offset),
+        })
     }
 }

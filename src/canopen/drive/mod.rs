@@ -140,20 +140,12 @@ struct Limits {
 /// What is noted of homing.
 #[derive(Clone, Copy, Debug, Default)]
 struct Homing {
+    /// A homing is under way.
     running: bool,
+    /// The homing under way waits for the motor to stand, and is over then (method 35).
+    here: bool,
+    /// The last homing has found the home position.
     attained: bool,
     /// The home offset (607Ch) when the last homing ended.
     offset: u32,
-}
-
-impl Homing {
-    /// True while a homing is under way.
-    const fn is_running(self) -> bool {
-        self.running
-    }
-
-    /// True if the last homing has found the home position.
-    const fn is_attained(self) -> bool {
-        self.attained
-    }
 }

@@ -39,14 +39,17 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.steer();
     }
 
-    /// Takes the bits of the controlword that belong to the mode; `before` is the controlword before.
-    pub(super) fn operate(&mut self, before: u16) {
+    /// Takes the bits of the controlword that belong to the mode; `before` is the controlword before, with which the drive
+    /// was operating or not. An edge in the word that enables operation moves nothing, however long the way there takes.
+    pub(super) fn operate(&mut self, before: u16, operates: bool) {
         let word = self.drive.controlword;
         let starts = word & !before & START != 0;
         let ends = before & !word & START != 0;
         match self.drive.motion.mode {
-            Mode::ProfilePosition if starts && self.drive.is_operating() => self.take_target(word & RELATIVE != 0),
-            Mode::Homing if starts => self.start_homing(),
+            Mode::ProfilePosition if starts && operates && self.drive.is_operating() => {
+                self.take_target(word & RELATIVE != 0)
+            }
+            Mode::Homing if starts => self.start_homing(operates && self.drive.is_operating()),
             Mode::Homing if ends => self.stop_homing(),
             _ => {}
         }
@@ -56,14 +59,16 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     }
 
     /// Takes 607Ah as a new target. A relative one counts from the target before, or without one from where the motor
-    /// stands. A target outside the software limits is refused, and the motor goes on to the target before.
+    /// stands. A target outside the software limits is refused, and so is one so far away that the motor would go there the
+    /// other way round the 32 bits; then the motor goes on to the target before.
     fn take_target(&mut self, relative: bool) {
         let base = if relative { self.drive.motion.target.unwrap_or(self.live.position) } else { 0 };
         let given = self.values.of_object(Object::TargetPosition) as i32;
         let target = i64::from(base).saturating_add(given.into());
+        let way = target.saturating_sub(self.live.position.into());
         let [low, high] = self.position_limits();
         match i32::try_from(target) {
-            Ok(allowed) if (low..=high).contains(&target) => {
+            Ok(allowed) if (low..=high).contains(&target) && i32::try_from(way).is_ok() => {
                 let motion = &mut self.drive.motion;
                 (motion.target, motion.told, motion.dropped) = (Some(allowed), None, None);
                 (motion.acknowledged, motion.within) = (true, None);
@@ -95,7 +100,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let task = if self.drive.motion.dropped.is_some() { Task::Stand } else { asked };
         if self.drive.motion.told != Some(task) {
             self.drive.motion.reached = false;
-            // A motor that a chip did not let tell is told in the next turn.
+            // If a chip has not taken it, the motor is told again in the next turn.
             self.drive.motion.told = self.tell(task).then_some(task);
         }
     }
@@ -140,7 +145,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 _ if self.drive.motion.mode == Mode::None => false,
                 Task::Stand => self.stands(),
                 Task::Turn(speed) => self.live.speed == speed,
-                Task::Go(target) if self.window().is_none() => self.live.position == target,
+                Task::Go(target) if self.window().is_none() => self.live.position == target && self.stands(),
                 Task::Go(_) => since.is_some_and(|since| self.now.since(since) >= time),
             };
     }

@@ -127,8 +127,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         ])
     }
 
-    /// Changes objects, and takes over the scale that follows from them. Other divisors follow only while the motor
-    /// stands.
+    /// Changes objects, and takes over the scale that follows from them. Objects from which other divisors follow are written
+    /// in SWITCH ON DISABLED alone, where the motor stands.
     fn rescale<const N: usize>(&mut self, changes: [(Entry, u32); N]) -> Result<(), Abort> {
         let before = changes.map(|(entry, _)| (entry, self.values.get(entry)));
         set_all(&mut self.values, changes);

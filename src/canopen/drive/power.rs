@@ -9,8 +9,8 @@
 //! So the state changes at the end of the way. A command that comes before waits for that end, unless it leads to a
 //! stop: on the way to OPERATION ENABLED every other command turns back, and a ramp gives way to a quicker stop.
 
-use super::Way;
 use super::state::{Command, State};
+use super::{Limits, Way};
 use crate::canopen::Node;
 use crate::canopen::object::Object;
 use crate::canopen::store::Tmcm1140;
@@ -31,12 +31,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Obeys a controlword: commands, fault reset, and the bits of the mode of operation.
     pub(in crate::canopen) fn obey(&mut self, word: u16) {
         let before = core::mem::replace(&mut self.drive.controlword, word);
+        let operates = self.drive.is_operating();
         if word & !before & FAULT_RESET != 0 {
             self.reset_fault();
         }
         self.obey_command();
         self.progress();
-        self.operate(before);
+        self.operate(before, operates);
         self.steer();
     }
 
@@ -126,6 +127,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.end_motion();
         self.abort_homing();
         self.drive.waiting = false;
+        self.drive.limits = Limits::default();
         self.enter_state(State::SwitchOnDisabled);
         if !holds {
             self.energise();

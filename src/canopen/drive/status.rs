@@ -30,12 +30,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let drive = &self.drive;
         let special = match drive.motion.mode {
             Mode::ProfilePosition => drive.motion.acknowledged,
-            Mode::Homing => drive.homing.is_attained(),
+            Mode::Homing => drive.homing.attained,
             Mode::None | Mode::Velocity | Mode::ProfileVelocity => false,
         };
         let reached = match drive.state {
             State::QuickStopActive => self.stands(),
-            _ if drive.motion.mode == Mode::Homing => !drive.homing.is_running(),
+            _ if drive.motion.mode == Mode::Homing => !drive.homing.running,
             _ => drive.motion.reached,
         };
         let bits = [

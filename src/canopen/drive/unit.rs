@@ -50,8 +50,7 @@ struct Ratio {
 impl Ratio {
     const ONE: Ratio = Ratio { factor: 1, base: 1 };
 
-    /// This number converted, to the nearest; what is too large becomes some large number. A Cortex-M4 divides in one
-    /// instruction where dividend and divisor have 32 bits, as velocities do.
+    /// This number converted, to the nearest; what is too large becomes some large number.
     fn convert(self, number: u64) -> u64 {
         let dividend = number.saturating_mul(self.factor).saturating_add(self.base >> 1);
         dividend.checked_div(self.base).unwrap_or_default()

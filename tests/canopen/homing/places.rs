@@ -134,6 +134,31 @@ fn the_present_position_becomes_zero_in_any_state() {
     }
 }
 
+/// A motor that still moves has no present position: method 35 takes that where the motor comes to a stand.
+#[test]
+fn the_present_position_is_that_of_a_motor_that_stands() {
+    let mut rig = ready("", &[(0x6098, 0, 35), (0x6060, 0, 3), (0x6083, 0, 200), (0x609A, 0, 200), (0x60FF, 0, 1000)]);
+    rig.wait(500);
+    rig.set(0x6060, 0, 6);
+    rig.set(0x6040, 0, 31);
+    for _ in 0..1_000 {
+        let status = bits(&mut rig, 1 << 14 | ENDED | FOUND);
+        assert!(status == 1 << 14 || status & 1 << 14 == 0, "{status:04X}h");
+        rig.wait(1);
+    }
+    assert_eq!((bits(&mut rig, ENDED | FOUND), rig.read(0x6064, 0)), (ENDED | FOUND, 0));
+    // Bit 4 cleared before the motor stands ends it.
+    rig.set(0x6040, 0, 15);
+    rig.set(0x6060, 0, 3);
+    rig.wait(500);
+    rig.set(0x6060, 0, 6);
+    rig.set(0x6040, 0, 31);
+    assert_eq!(bits(&mut rig, ENDED | FOUND), 0);
+    rig.set(0x6040, 0, 15);
+    rig.wait(1_000);
+    assert_eq!(bits(&mut rig, ENDED | FOUND), ENDED);
+}
+
 /// A limit switch that is off does not stop a motor on its way to an index either.
 #[test]
 fn an_index_beyond_a_limit_switch_that_is_off_is_found() {
