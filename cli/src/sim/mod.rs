@@ -37,7 +37,7 @@ use links::Links;
 use pacing::Pacer;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
-use tmcm_sim::image::{ImageModule, Setup};
+use tmcm_sim::image::{self, ImageModule, Setup};
 use tmcm_sim::{FirmwareKind, Model};
 
 /// Seed of the modules' random numbers; the world's random numbers have a seed in the world file.
@@ -56,7 +56,8 @@ const LARGEST_IMAGE: u64 = 1 << 28;
 
 /// Runs the virtual modules until a signal ends the program, or the end of standard input with --exit-with-stdin.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    options.check()?;
+    let image = options.image.as_deref().map(Image::read).transpose()?;
+    let options = &options.checked(image.as_ref().and_then(|image| image.firmware))?;
     let stop = Ending::watch(options.exit_with_stdin)?;
     let world = match &options.world {
         Some(path) => read_world(path)?,
@@ -69,18 +70,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     let contents: Vec<Option<&[u8]>> =
         (0..count).map(|index| eeproms.get(index).and_then(EepromFile::contents)).collect();
-    if let Some(path) = &options.image {
-        let fleet = images(path, options, &world, &contents)?;
-        serve(
-            options,
-            stop,
-            fleet,
-            eeproms,
-            &format!("that run{} {}", if count == 1 { "s" } else { "" }, path.display()),
-        )
+    if let Some(image) = image {
+        let fleet = image.start(options, &world, &contents)?;
+        let what_runs = format!("that run{} {}", if count == 1 { "s" } else { "" }, image.path.display());
+        serve(options, stop, fleet, eeproms, &what_runs)
     } else {
-        let fleet = Fleet::of(FirmwareKind::from(options.firmware), &world, &contents, SEED);
-        serve(options, stop, fleet, eeproms, &what_runs(options.firmware))
+        let fleet = Fleet::of(FirmwareKind::from(options.firmware()), &world, &contents, SEED);
+        serve(options, stop, fleet, eeproms, &what_runs(options.firmware()))
     }
 }
 
@@ -93,24 +89,43 @@ fn what_runs(firmware: Firmware) -> String {
     }
 }
 
-/// The modules that run the image of option --image.
-fn images(
-    path: &Path,
-    options: &Options,
-    world: &WorldConfig,
-    eeproms: &[Option<&[u8]>],
-) -> Result<Fleet<ImageModule>, Failure> {
-    let failed = |error: &dyn Display| {
-        let shown = path.display();
-        Failure::Failed(format!("--image: {shown}: {error}. `cargo fw` builds the image of this firmware"))
-    };
-    let elf = files::read_file(path, LARGEST_IMAGE).map_err(|error| failed(&format!("cannot be read: {error}")))?;
-    // Only module 1 has hosts at its USB connector.
-    let mut usb = options.needs_usb();
-    Fleet::start(Model::default(), eeproms, SEED, |eeprom, seed| {
-        let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
-        ImageModule::new(&elf, world, eeprom, seed, setup).map_err(|stop| failed(&stop))
-    })
+/// The image of option --image.
+struct Image<'a> {
+    path: &'a Path,
+    elf: Vec<u8>,
+    /// The firmware in it, if it tells.
+    firmware: Option<Firmware>,
+}
+
+impl<'a> Image<'a> {
+    fn read(path: &'a Path) -> Result<Self, Failure> {
+        let elf = files::read_file(path, LARGEST_IMAGE);
+        let elf = elf.map_err(|error| Self::failed(path, &format!("cannot be read: {error}")))?;
+        let model = image::model(&elf).map_err(|error| Self::failed(path, &error))?;
+        Ok(Image { path, elf, firmware: model.map(|model| model.firmware.into()) })
+    }
+
+    fn failed(path: &Path, error: &dyn Display) -> Failure {
+        let (shown, how) =
+            (path.display(), "`cargo fw` builds the image of the TMCL firmware, `cargo fw-canopen` the other");
+        Failure::Failed(format!("--image: {shown}: {error}. {how}"))
+    }
+
+    /// The modules that run it.
+    fn start(
+        &self,
+        options: &Options,
+        world: &WorldConfig,
+        eeproms: &[Option<&[u8]>],
+    ) -> Result<Fleet<ImageModule>, Failure> {
+        // Only module 1 has hosts at its USB connector.
+        let mut usb = options.needs_usb();
+        let model = Model::from(FirmwareKind::from(options.firmware()));
+        Fleet::start(model, eeproms, SEED, |eeprom, seed| {
+            let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
+            ImageModule::new(&self.elf, world, eeprom, seed, setup).map_err(|stop| Self::failed(self.path, &stop))
+        })
+    }
 }
 
 /// Opens the links, prints where they are, and runs the modules until `stop` says so. `what_runs` completes the printed
@@ -134,11 +149,11 @@ fn serve<M: VirtualModule>(
     let count = fleet.modules().len();
     let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
     writeln!(out, "{article} virtual TMCM-{}{plural} {what_runs}. Ctrl-C ends it.", TMCM_1140.number)?;
-    introduce::introduce(&links, options.firmware, count, &mut out)?;
+    introduce::introduce(&links, options.firmware(), count, &mut out)?;
     writeln!(out, "ready")?;
     out.flush()?;
     let pacer = Pacer::new(options.speed, Instant::now(), fleet.now());
-    let nap = if options.firmware == Firmware::Canopen { SHORT_NAP } else { NAP };
+    let nap = if options.firmware() == Firmware::Canopen { SHORT_NAP } else { NAP };
     Simulator { stop, fleet, links, pacer, nap }.run()
 }
 

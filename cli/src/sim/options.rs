@@ -19,7 +19,7 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 /// needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial port and a TCP
 /// port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted (Ctrl-C,
 /// SIGTERM or SIGHUP); then its symbolic links are removed.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
     /// The firmware in the module: `tmcl` speaks TMCL on all links; `canopen` is a node on the CAN bus
@@ -27,8 +27,10 @@ pub struct Options {
     /// The same module is sold with either. A CANopen node is driven by a CANopen master (a PLC, ROS, python-canopen) at
     /// --slcan or --slcan-tcp; docs/tmcm1140-canopen.eds describes its objects to the master. At its USB link it tells its
     /// version (TMCL command 136) and nothing else, and its RS485 port is off.
-    #[arg(long, value_name = "NAME", value_enum, default_value_t = Firmware::Tmcl)]
-    pub firmware: Firmware,
+    ///
+    /// Without it the firmware is that of --image, or else tmcl.
+    #[arg(long, value_name = "NAME", value_enum)]
+    pub firmware: Option<Firmware>,
 
     /// Offer the module's USB link as a serial port: a pseudo terminal with a symbolic link to it at PATH
     ///
@@ -111,8 +113,9 @@ pub struct Options {
 
     /// Run the firmware's flash image on an emulated microcontroller, in place of its core
     ///
-    /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140. Board, world
-    /// and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
+    /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140; that of the
+    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen. A symbol in it tells which one it is; in an image
+    /// without this symbol --firmware does. Board, world and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
     /// are one USB cable, on which hosts take turns. One that has made the module leave the mode of global parameter 67
     /// loses its connection when another has something to say.
     ///
@@ -145,6 +148,15 @@ pub enum Firmware {
     Canopen,
 }
 
+impl From<FirmwareKind> for Firmware {
+    fn from(firmware: FirmwareKind) -> Self {
+        match firmware {
+            FirmwareKind::Tmcl => Firmware::Tmcl,
+            FirmwareKind::Canopen => Firmware::Canopen,
+        }
+    }
+}
+
 impl From<Firmware> for FirmwareKind {
     fn from(firmware: Firmware) -> Self {
         match firmware {
@@ -155,25 +167,37 @@ impl From<Firmware> for FirmwareKind {
 }
 
 impl Options {
-    /// Refuses options that contradict each other in a way that the parser cannot see.
-    pub(super) fn check(&self) -> Result<(), Failure> {
-        if self.firmware == Firmware::Tmcl {
-            return Ok(());
-        }
+    /// The options with the firmware that the image has, if it tells. Refuses options that contradict each other, or the
+    /// image, in a way that the parser cannot see.
+    pub(super) fn checked(&self, told: Option<Firmware>) -> Result<Self, Failure> {
         let refused = |why: &str| Err(Failure::Arguments(why.into()));
-        if self.rs485.is_some() {
+        if let (Some(asked), Some(told)) = (self.firmware, told)
+            && asked != told
+        {
+            return refused(match told {
+                Firmware::Tmcl => {
+                    "--firmware canopen: the image has the TMCL firmware. Leave out --firmware, or give the image that \
+                     `cargo fw-canopen` builds"
+                }
+                Firmware::Canopen => {
+                    "--firmware tmcl: the image has the CANopen firmware. Leave out --firmware, or give the image that \
+                     `cargo fw` builds"
+                }
+            });
+        }
+        let options = Options { firmware: told.or(self.firmware), ..self.clone() };
+        if options.firmware() == Firmware::Canopen && self.rs485.is_some() {
             return refused(
                 "--rs485: the CANopen firmware leaves the module's RS485 port off, so nobody would answer there. Drive \
                  the module over CAN, with --slcan or --slcan-tcp",
             );
         }
-        if self.image.is_some() {
-            return refused(
-                "--image: there is no flash image of the CANopen firmware yet. Leave out --image, and the firmware's \
-                 core runs on this computer",
-            );
-        }
-        Ok(())
+        Ok(options)
+    }
+
+    /// The firmware in the module.
+    pub(super) fn firmware(&self) -> Firmware {
+        self.firmware.unwrap_or(Firmware::Tmcl)
     }
 
     /// True if the options ask for no link, so that the default links are opened.
@@ -188,12 +212,12 @@ impl Options {
 
     /// True if the links of USB are opened although none is named.
     pub(super) fn default_usb(&self) -> bool {
-        self.names_no_link() && self.firmware == Firmware::Tmcl
+        self.names_no_link() && self.firmware() == Firmware::Tmcl
     }
 
     /// True if a CAN adapter is offered although none is named.
     pub(super) fn default_can(&self) -> bool {
-        self.names_no_link() && self.firmware == Firmware::Canopen
+        self.names_no_link() && self.firmware() == Firmware::Canopen
     }
 
     fn has_usb_link(&self) -> bool {
@@ -214,7 +238,9 @@ Examples:
   tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10
       settings survive, there is a stage with switches, and ten seconds pass in one
   tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140 --log
-      the flash image itself runs, and what it logs is printed";
+      the flash image itself runs, and what it logs is printed
+  tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140-canopen
+      that of the CANopen firmware, which is told by the file";
 
 /// Checks the form of an address to listen on. Whether the address can be used shows when the port is opened.
 fn address(text: &str) -> Result<String, String> {

@@ -15,6 +15,7 @@ mod ending;
 mod fake;
 mod harness;
 mod image;
+mod image_canopen;
 mod image_hosts;
 mod links;
 mod load;

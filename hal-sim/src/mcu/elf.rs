@@ -61,6 +61,14 @@ impl Image {
     }
 }
 
+/// How the name of a symbol goes on that begins with `start`; `None` without such a symbol. A firmware can tell so what it
+/// is.
+pub fn mark(file: &[u8], start: &str) -> Option<String> {
+    let elf = ElfFile32::<Endianness>::parse(file).ok()?;
+    let rest = |name: &str| name.strip_prefix(start).map(Into::into);
+    elf.symbols().find_map(|symbol| rest(symbol.name().ok()?))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

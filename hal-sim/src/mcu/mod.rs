@@ -50,6 +50,7 @@ mod wiring;
 
 pub use can::{Can, CanBus, CanFrame};
 pub use cpu::Cpu;
+pub use elf::mark;
 pub use log::{Log, LogLine};
 pub use machine::{BitRates, Counters, Machine, Part, Waiting};
 pub use pinout::{Pin, Pinout};

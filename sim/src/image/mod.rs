@@ -5,6 +5,7 @@
 //! received only once the firmware has started.
 
 mod cable;
+mod marker;
 mod pieces;
 
 use std::collections::VecDeque;
@@ -21,6 +22,8 @@ use crate::client::{Client, Sent};
 use crate::module::{Rs485, VirtualModule};
 use cable::{Cable, GAP};
 use pieces::Pieces;
+
+pub use marker::model;
 
 /// Interval at which bytes and frames that the module has sent are collected.
 const POLL: Nanos = 250 * MICROSECOND;

@@ -1,0 +1,22 @@
+//! What an image says of itself: a symbol without memory, whose name has product and firmware.
+
+use hal_sim::mcu::mark;
+
+use crate::native::{FirmwareKind, Model, Product};
+
+/// How the names of these symbols begin.
+const MARK: &str = "_firmware_";
+/// How they go on, and what that means.
+const MODELS: [(&str, FirmwareKind); 2] =
+    [("TMCM_1140_tmcl", FirmwareKind::Tmcl), ("TMCM_1140_canopen", FirmwareKind::Canopen)];
+
+/// Product and firmware of an image; `None` if it does not say, as other people's images do not.
+///
+/// # Errors
+/// The image says that it is something of which nothing is known here.
+pub fn model(elf: &[u8]) -> Result<Option<Model>, String> {
+    let Some(name) = mark(elf, MARK) else { return Ok(None) };
+    let firmware = MODELS.iter().find(|(known, _)| *known == name).map(|(_, firmware)| *firmware);
+    let firmware = firmware.ok_or_else(|| format!("it is an image of {name}, which cannot be simulated"))?;
+    Ok(Some(Model { product: Product::Tmcm1140, firmware }))
+}
