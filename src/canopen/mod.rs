@@ -1,5 +1,5 @@
-//! The CANopen firmware (manual 001 of the CANopen firmware, V3.20): a [`Device`] with one axis, and the communication
-//! of CiA 301.
+//! The CANopen firmware (manual 001 of the CANopen firmware, V3.20): a [device](crate::device::Device) with one axis, the
+//! communication of CiA 301, and the drive of CiA 402.
 //!
 //! Frames come in by [`Node::receive`] and go out by [`Node::next_frame`]; time and inputs come in by [`Node::poll`].
 //! After each `receive` and `poll` the caller takes frames until there is none: so a PDO that a frame has caused leaves
@@ -162,8 +162,8 @@ impl<T: Board<Product = Tmcm1140>> fmt::Debug for Node<T> {
 }
 
 impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// A node before its [start](Self::start). Inlined, as [`Device::new`] is, so that on the way to its place the node
-    /// is on the stack once.
+    /// A node before its [start](Self::start). Inlined, as [`Device::new`](crate::device::Device::new) is, so that on the
+    /// way to its place the node is on the stack once.
     #[inline(always)]
     pub fn new(parts: Parts<T, 1>) -> Self {
         Node {

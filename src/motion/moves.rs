@@ -129,7 +129,7 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// Overwrites the actual position as [`set_position`](Self::set_position) does, and with it the positions of the
+    /// Overwrites the actual position as a write to parameter 1 does, and with it the positions of the
     /// encoders.
     ///
     /// # Errors
