@@ -2,8 +2,8 @@
 //!
 //! The bus has a bit rate and perhaps others on it. A frame takes the time of its bits (stuff bits left out). A
 //! controller that is alone gets no acknowledgement and becomes error passive; one with another bit rate than the
-//! bus destroys frames, and goes bus-off. Silent and loopback mode are refused. Received
-//! frames have a time stamp; none are sent with one.
+//! bus destroys frames, and goes bus-off. Silent and loopback mode are refused. In time
+//! triggered mode received frames have a time stamp; none are sent with one.
 
 mod bus;
 mod errors;
@@ -40,6 +40,7 @@ const TXFP: u32 = 2;
 const RFLM: u32 = 3;
 const NART: u32 = 4;
 const ABOM: u32 = 6;
+const TTCM: u32 = 7;
 const RESET: u32 = 15;
 const MCR_MODELLED: u32 = 0x1_80FF;
 const MCR_RESET: u32 = 0x1_0002;
@@ -92,6 +93,8 @@ pub struct Can {
     /// Order of the requests of the mailboxes; zero where there is none.
     requested: [u64; 3],
     requests: u64,
+    /// Mailboxes whose frame is on the bus, and is to be sent now or not at all.
+    aborting: [bool; 3],
     fifos: [Fifo; 2],
     filters: Filters,
     bus: CanBus,
@@ -117,6 +120,7 @@ impl Can {
             mailboxes: [[0; 4]; 3],
             requested: [0; 3],
             requests: 0,
+            aborting: [false; 3],
             fifos: Default::default(),
             filters: Filters::new(),
             bus: CanBus::default(),
@@ -261,7 +265,7 @@ impl Can {
             self.recovers = if bit(self.mcr, ABOM) { self.now + RECOVERY_BITS * self.bit() } else { NEVER };
             self.msr |= if self.ier & (1 << 15 | 1 << 10) == 1 << 15 | 1 << 10 { ERRI } else { 0 };
         }
-        if bit(self.mcr, NART) || self.errors.bus_off {
+        if bit(self.mcr, NART) || self.errors.bus_off || self.aborting[index] {
             self.finish(index, RQCP | TERR);
         }
     }
@@ -277,14 +281,15 @@ impl Can {
     /// A mailbox is free again.
     fn finish(&mut self, index: usize, flags: u32) {
         self.requested[index] = 0;
+        self.aborting[index] = false;
         self.mailboxes[index][0] &= !1;
         self.tsr |= flags << (8 * index) | 1 << (26 + index);
     }
 
     fn accept(&mut self, frame: CanFrame, at: Cycles) {
         let Some((fifo, number)) = self.filters.matches(frame.identifier()) else { return };
-        // The time of its start, in bits.
-        let stamp = (at / self.bit()).saturating_sub(frame.bits()) as u16;
+        // The time of its start, in bits, which are counted in time triggered mode alone.
+        let stamp = if bit(self.mcr, TTCM) { (at / self.bit()).saturating_sub(frame.bits()) as u16 } else { 0 };
         self.fifos[fifo].push(frame, u32::from(stamp) << 16 | number << 8, bit(self.mcr, RFLM));
     }
 
@@ -325,9 +330,13 @@ impl Can {
             if flags & RQCP != 0 {
                 self.tsr &= !((RQCP | TXOK | 1 << 2 | TERR) << (8 * index));
             }
-            let busy = matches!(self.traffic, Some((Traffic::Ours(sending), _)) if sending == index);
-            if flags & ABRQ != 0 && self.requested[index] != 0 && !busy {
-                self.finish(index, RQCP);
+            if flags & ABRQ != 0 && self.requested[index] != 0 {
+                let busy = matches!(self.traffic, Some((Traffic::Ours(sending), _)) if sending == index);
+                if busy {
+                    self.aborting[index] = true;
+                } else {
+                    self.finish(index, RQCP);
+                }
             }
         }
     }
@@ -340,7 +349,8 @@ impl Peripheral for Can {
             MSR => Ok(self.msr),
             TSR => {
                 let code = (0..3).find(|index| bit(self.tsr, 26 + index)).unwrap_or(0);
-                Ok(self.tsr | code << 24)
+                let aborting = (0..3).map(|index| u32::from(self.aborting[index]) * ABRQ << (8 * index));
+                Ok(aborting.fold(self.tsr | code << 24, |status, flag| status | flag))
             }
             RF0R => Ok(self.fifos[0].state()),
             RF1R => Ok(self.fifos[1].state()),

@@ -151,3 +151,46 @@ fn on_shorted_wires_it_goes_bus_off_after_32_tries_and_others_wait() {
     can.advance(off + RECOVERY_BITS * BIT + 300 * BIT);
     assert_eq!((can.take_ended().len(), can.fifos[0].state() & 3), (1, 1));
 }
+
+/// RM0090 32.7.1: a frame that waits is called back at once; one on the bus is sent, or ends with its first failure.
+#[test]
+fn a_frame_is_called_back_unless_it_gets_out() {
+    let mut can = controller();
+    can.write(IER, 1).unwrap();
+    request(&mut can, 0, 1);
+    request(&mut can, 1, 2);
+    can.write(TSR, ABRQ << 8).unwrap();
+    assert_eq!((can.read(TSR).unwrap() & 0x1800_FF00, can.interrupts()), (0x1800_0000 | RQCP << 8, 1));
+    can.write(TSR, RQCP << 8).unwrap();
+    can.write(TSR, ABRQ).unwrap();
+    assert_eq!(can.read(TSR).unwrap() & 0xFF, ABRQ);
+    can.advance(103 * BIT);
+    assert_eq!((can.take_ended(), can.read(TSR).unwrap() & 0xFF), (vec![(short(1), 103 * BIT)], RQCP | TXOK));
+    can.write(TSR, RQCP).unwrap();
+    can.set_bus(CanBus { inhabited: false, ..CanBus::default() });
+    request(&mut can, 0, 1);
+    can.write(TSR, ABRQ).unwrap();
+    can.advance(300 * BIT);
+    assert_eq!((can.read(TSR), can.next_event()), (Ok(IDLE | RQCP | TERR), NEVER));
+    can.set_bus(CanBus::default());
+    can.advance(1_000 * BIT);
+    assert_eq!(can.take_ended(), []);
+}
+
+/// RM0090 32.7.2: the counter of bits runs in time triggered mode; it is read at the start of a frame.
+#[test]
+fn received_frames_are_stamped_in_time_triggered_mode() {
+    let mut can = controller();
+    for (mcr, stamps) in [(0, [0, 0]), (1 << TTCM, [1_000, 1_103])] {
+        can.write(MCR, mcr).unwrap();
+        let start = if mcr == 0 { 0 } else { 1_000 * BIT };
+        can.advance(start);
+        can.send(short(1));
+        can.send(short(2));
+        can.advance(start + 206 * BIT);
+        for stamp in stamps {
+            assert_eq!(can.read(RX.start + 4).unwrap() >> 16, stamp);
+            can.write(RF0R, RFOM).unwrap();
+        }
+    }
+}
