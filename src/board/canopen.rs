@@ -79,7 +79,7 @@ impl<T: Board<Product = Tmcm1140> + 'static> Canopen<T> {
         }
         let state = self.link.state();
         if state == BusState::Off && self.bus != BusState::Off {
-            defmt::warn!("CAN: bus-off");
+            defmt::debug!("CAN: bus-off");
             // But for the boot-up message, all that waits is out of date when the others hear this node again.
             if !self.boots {
                 self.link.clear();

@@ -58,7 +58,12 @@ pub fn symbols(words: &[&str]) -> Vec<u32> {
 
 /// Address of the image's only symbol with exactly this name.
 pub fn symbol(name: &str) -> u32 {
-    let elf = ElfFile32::<Endianness>::parse(image()).unwrap();
+    symbol_in(image(), name)
+}
+
+/// The same in any image.
+pub fn symbol_in(image: &[u8], name: &str) -> u32 {
+    let elf = ElfFile32::<Endianness>::parse(image).unwrap();
     elf.symbols().find(|symbol| symbol.name() == Ok(name)).unwrap_or_else(|| panic!("no {name}")).address() as u32
 }
 

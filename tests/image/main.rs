@@ -13,6 +13,7 @@ mod firmware_faults;
 mod links;
 mod measure;
 mod node;
+mod node_faults;
 mod panic_free;
 mod replies;
 mod restart;
