@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Drives the motor of a virtual module with the CANopen firmware by python-canopen's BaseNode402, unmodified.
 
-    python3 tests/clients/canopen_drive.py target/debug/tmcl
+    python3 tests/clients/canopen_drive.py target/debug/tmcl [--image target/thumbv7em-none-eabi/release/tmcm1140-canopen]
 
 Starts `tmcl sim --firmware canopen` itself, on a stage with limit switches and a home switch.
 Ends with "N passed, M failed", and with exit code 1 if anything failed.

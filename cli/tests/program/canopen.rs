@@ -35,7 +35,7 @@ impl Master {
         master
     }
 
-    fn send(&mut self, id: u16, data: &[u8]) {
+    pub(super) fn send(&mut self, id: u16, data: &[u8]) {
         let frame = Frame::standard(id, data).unwrap();
         self.stream.write_all((slcan::line(&frame) + "\r").as_bytes()).unwrap();
     }
@@ -73,7 +73,7 @@ impl Master {
     }
 
     /// Waits for a frame with this identifier and this data.
-    fn until(&mut self, id: u16, data: &[u8]) {
+    pub(super) fn until(&mut self, id: u16, data: &[u8]) {
         self.find(id, |found| found == data);
     }
 
@@ -122,7 +122,7 @@ impl Master {
     }
 
     /// Writes an object of as many bytes as there are.
-    fn write(&mut self, node: u16, index: u16, sub: u8, value: &[u8]) {
+    pub(super) fn write(&mut self, node: u16, index: u16, sub: u8, value: &[u8]) {
         let [low, high] = index.to_le_bytes();
         let mut request = [0x23 | (4 - value.len() as u8) << 2, low, high, sub, 0, 0, 0, 0];
         request[4..4 + value.len()].copy_from_slice(value);

@@ -26,6 +26,29 @@ fn it_is_told_by_the_file_and_fresh_modules_are_numbered() {
     assert_eq!(sim.end(Signal::TERM).0.code(), Some(0));
 }
 
+/// The bus of a module that runs an image has the bit rate of the module, also while nobody but the module has anything to
+/// say.
+#[test]
+fn it_is_heard_again_after_bus_off_and_at_another_bit_rate() {
+    let links = ["--slcan-tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
+    let sim = Sim::start(&[&["--image", image()][..], &links].concat());
+    let mut master = Master::new(&sim);
+    master.write(1, 0x1017, 0, &[20, 0]);
+    master.until(0x701, &[127]);
+    sim.control(&["can off"]);
+    // Until the controller is off the bus.
+    let time = |sim: &Sim| sim.control(&["state"])["time_us"].as_u64().unwrap();
+    let start = time(&sim);
+    while time(&sim) < start + 100_000 {}
+    sim.control(&["can on"]);
+    master.until(0x81, &[0x40, 0x81, 0x11, 0, 255, 0, 0, 0]);
+    master.write(1, 0x2704, 0, &[125, 0]);
+    master.write(1, 0x2706, 1, b"save");
+    master.send(0, &[0x81, 1]);
+    master.until(0x701, &[0]);
+    assert_eq!(master.read(1, 0x2707, 0), 125);
+}
+
 #[test]
 fn without_links_there_is_a_can_adapter() {
     let output = run(&["sim", "--image", image(), "--firmware", "canopen", "--exit-with-stdin"]);

@@ -120,6 +120,8 @@ impl ImageModule {
     pub fn run_until(&mut self, to: Nanos) {
         while self.stopped.is_none() && self.machine.now() < to {
             self.feed();
+            // A module may send by itself after a start with another bit rate.
+            self.connect_can();
             let next_poll = to.min(self.machine.now() + POLL);
             if let Err(stop) = self.machine.run_until(next_poll) {
                 self.stopped = Some(stop.to_string());
@@ -131,10 +133,13 @@ impl ImageModule {
     /// Connects the CAN controller to its bus, which takes on the module's bit rate. A module whose controller is not
     /// running misses the frames of the bus.
     fn connect_can(&mut self) {
-        if let Some(bit_rate) = self.machine.bit_rates().can {
-            let state = self.machine.board().can();
-            let (inhabited, shorted) = (state == CanState::On, state == CanState::Off);
-            self.machine.can().set_bus(CanBus { bit_rate, inhabited, shorted });
+        let state = self.machine.board().can();
+        let (inhabited, shorted) = (state == CanState::On, state == CanState::Off);
+        let bit_rate = self.machine.bit_rates().can;
+        let mut can = self.machine.can();
+        let bus = CanBus { bit_rate: bit_rate.unwrap_or(can.bus().bit_rate), inhabited, shorted };
+        if can.bus() != bus {
+            can.set_bus(bus);
         }
     }
 

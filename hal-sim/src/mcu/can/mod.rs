@@ -135,6 +135,11 @@ impl Can {
         self.bus = bus;
     }
 
+    /// The bus that it is connected to.
+    pub fn bus(&self) -> CanBus {
+        self.bus
+    }
+
     /// The pins are not those of the controller: it is on no bus.
     pub(super) fn disconnect(&mut self) {
         self.traffic = None;
