@@ -5,6 +5,8 @@ use crate::common::image_host::{NOT_AVAILABLE, OK, START};
 use crate::common::node_host::{ENABLE, GO, NodeHost, PP};
 use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
+use tmcm::canopen::{Entry, Object, Tmcm1140};
+use tmcm::store::{Memory, Need, Store};
 
 #[test]
 fn boots_up_and_answers() {
@@ -116,6 +118,34 @@ fn another_node_id_and_bit_rate_are_used_after_a_reset() {
         rig.run(20 * MILLISECOND);
         assert_eq!(rig.frames(), [(0x700 + node, vec![0x7F])]);
     }
+}
+
+/// What cannot be in the EEPROM, or what a later firmware may have left there.
+#[test]
+fn a_stored_node_id_or_bit_rate_that_is_none_counts_as_its_default() {
+    for (node, rate) in [(0, 1000), (128, 1000), (-1, 0), (1, 10), (1, 333), (1, 1001), (1, i32::MAX), (300, -1)] {
+        let contents = stored(&[(Object::NodeId, node), (Object::BitRate, rate)]);
+        let mut rig = NodeHost::just_on("", Some(&contents));
+        rig.run(START);
+        assert_eq!(rig.frames(), [(0x701, vec![0])], "{node}, {rate}");
+        assert_eq!((rig.read(0x2707, 0), rig.read(0x2708, 0)), (1000, 1));
+    }
+}
+
+/// An EEPROM in which these values are saved.
+fn stored(values: &[(Object, i32)]) -> Vec<u8> {
+    let mut store = Store::<Tmcm1140>::new();
+    store.forget();
+    for (object, value) in values {
+        assert!(store.set(Entry::of(*object).row().slot(0).unwrap(), *value));
+    }
+    let mut contents = vec![0xFF; Tmcm1140::SIZE];
+    while !store.settled(Need::Settings) {
+        let job = store.next_job().unwrap();
+        contents[usize::from(job.address)..][..job.page.len()].copy_from_slice(&job.page);
+        store.finish(true);
+    }
+    contents
 }
 
 /// The two pads, connected while the module is switched on, bring the factory settings back.
