@@ -22,7 +22,7 @@ const LOOK: Nanos = 250 * MICROSECOND;
 /// How long it takes to ask again: longer than the module's transceiver takes to leave the bus after a reply.
 const REACTION: Nanos = 10 * MICROSECOND;
 /// Time for the firmware to start.
-const START: Nanos = 100 * MILLISECOND;
+pub(crate) const START: Nanos = 100 * MILLISECOND;
 /// Time for the USB host to enumerate the module and open the port.
 const ENUMERATION: Nanos = SECOND;
 
@@ -274,7 +274,8 @@ fn frame(command: Command) -> CanFrame {
     CanFrame { id: CAN_ID, extended: false, remote: false, length: 8, data }
 }
 
-fn duration(frame: &CanFrame) -> Nanos {
+/// How long a frame is on the bus.
+pub(crate) fn duration(frame: &CanFrame) -> Nanos {
     (CAN_BITS + 8 * Nanos::from(frame.length)) * CAN_BIT
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos};
-use hal_sim::mcu::{Act, Step};
+use hal_sim::mcu::{Act, Machine, Step};
 
 use super::host::{Failure, Host, Link};
 use super::parallel;
@@ -13,6 +13,8 @@ use super::statistics::{grouped, percent};
 
 /// The exception of TIM3, in which the owner of the module runs.
 pub(crate) const OWNER: u16 = 16 + 29;
+/// Those in which a node of CANopen runs: of TIM3, free mailboxes and both receive queues.
+pub(crate) const OWNERS: [u16; 4] = [OWNER, 16 + 19, 16 + 20, 16 + 21];
 
 /// What the core does, and what makes it do so.
 const ROWS: [(&str, &[&str], Option<&str>); 5] = [
@@ -33,21 +35,19 @@ const BUDGETED: [usize; 2] = [0, 1];
 #[derive(Clone, Copy, Debug, Default)]
 struct Use {
     cycles: u64,
+    /// Those on the wire of the motion bus.
+    wire: u64,
     instructions: u64,
 }
 
 /// What has been seen of the core.
 #[derive(Debug, Default)]
-struct Load {
+pub(crate) struct Load {
     cycles: u64,
     asleep: u64,
-    /// On the wire of the motion bus.
-    wire: u64,
-    /// Those of them in the handler of TIM3.
-    owners_wire: u64,
     /// By exception; 0 is thread mode.
     by: HashMap<u16, Use>,
-    datagrams: [u64; 2],
+    datagrams: u64,
 }
 
 /// Measures the load for `span` each. Gives the share of the core that the owner takes less the SPI wire, in parts of a
@@ -57,33 +57,43 @@ pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<[u
         progress(&format!("load: {name}"));
         observe(elf, program, *line, span)
     })?;
-    let mut rows = Vec::new();
-    let budgeted = BUDGETED.map(|index| loads.get(index).map_or(0, Load::own_share));
-    for ((name, ..), load) in ROWS.into_iter().zip(loads) {
-        let owner = load.owner();
-        let milliseconds = span / MILLISECOND;
-        let [tmc429, tmc262] = load.datagrams;
-        rows.push([
-            name.into(),
-            percent(load.cycles - load.asleep, load.cycles),
-            percent(owner.cycles, load.cycles),
-            percent(owner.cycles.saturating_sub(load.owners_wire), load.cycles),
-            percent(load.wire, load.cycles),
-            grouped(owner.cycles / milliseconds),
-            grouped(owner.instructions / milliseconds),
-            format!("{:.2}", (tmc429 + tmc262) as f64 / milliseconds as f64),
-        ]);
-    }
+    let budgeted = BUDGETED.map(|index| loads.get(index).map_or(0, |load| load.share_of(&[OWNER])));
     report.title("Load of the core");
     report.text(
         "The owner of the module is the handler of TIM3: the polls, the program, and what RS485 and USB ask. What comes over \
          CAN runs in the handler of CAN1_RX0; here nothing does. Waiting for the wire of SPI1 is part of its time.",
     );
+    table(ROWS.iter().map(|(name, ..)| *name).zip(&loads), &[OWNER], span, report);
+    Ok(budgeted)
+}
+
+/// Prints loads that were watched for `span`, with their names. The owner runs in these exceptions.
+pub(crate) fn table<'a>(
+    loads: impl Iterator<Item = (&'a str, &'a Load)>,
+    owners: &[u16],
+    span: Nanos,
+    report: &mut Report,
+) {
+    let milliseconds = span / MILLISECOND;
+    let row = |(name, load): (&str, &Load)| {
+        let owner = load.by_any(owners);
+        let wire: u64 = load.by.values().map(|one| one.wire).sum();
+        [
+            name.into(),
+            percent(load.cycles - load.asleep, load.cycles),
+            percent(owner.cycles, load.cycles),
+            percent(owner.cycles.saturating_sub(owner.wire), load.cycles),
+            percent(wire, load.cycles),
+            grouped(owner.cycles / milliseconds),
+            grouped(owner.instructions / milliseconds),
+            format!("{:.2}", load.datagrams as f64 / milliseconds as f64),
+        ]
+    };
+    let rows: Vec<[String; 8]> = loads.map(row).collect();
     report.table(
         ["", "awake", "owner", "less the wire", "SPI wire", "owner, cycles/ms", "instr./ms", "datagrams/ms"],
         &rows,
     );
-    Ok(budgeted)
 }
 
 fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Result<Load, Failure> {
@@ -98,31 +108,43 @@ fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Res
     }
     // Out of the ramp.
     host.run(500 * MILLISECOND)?;
-    let chips = [Chip::Tmc429(0), Chip::Tmc262(0)];
-    let before = chips.map(|chip| host.machine.board().datagrams(chip));
+    let before = datagrams(&mut host.machine);
     let mut load = Load::default();
     host.watch(span, &mut |step| load.add(&step))?;
-    let after = chips.map(|chip| host.machine.board().datagrams(chip));
-    load.datagrams = std::array::from_fn(|chip| after[chip] - before[chip]);
+    load.count_datagrams(before, &mut host.machine);
     Ok(load)
 }
 
+/// Datagrams to TMC429 and TMC262 since the module was switched on.
+pub(crate) fn datagrams(machine: &mut Machine) -> u64 {
+    [Chip::Tmc429(0), Chip::Tmc262(0)].map(|chip| machine.board().datagrams(chip)).iter().sum()
+}
+
 impl Load {
-    fn owner(&self) -> Use {
-        self.by.get(&OWNER).copied().unwrap_or_default()
+    /// What these exceptions have done.
+    fn by_any(&self, exceptions: &[u16]) -> Use {
+        let uses = exceptions.iter().filter_map(|exception| self.by.get(exception));
+        uses.fold(Use::default(), |sum, one| Use {
+            cycles: sum.cycles + one.cycles,
+            wire: sum.wire + one.wire,
+            instructions: sum.instructions + one.instructions,
+        })
     }
 
-    /// The share of the core that the owner takes less the SPI wire, in parts of a million.
-    fn own_share(&self) -> u64 {
-        self.owner().cycles.saturating_sub(self.owners_wire) * 1_000_000 / self.cycles.max(1)
+    /// The share of the core that these exceptions take less the SPI wire, in parts of a million.
+    pub(crate) fn share_of(&self, exceptions: &[u16]) -> u64 {
+        let one = self.by_any(exceptions);
+        one.cycles.saturating_sub(one.wire) * 1_000_000 / self.cycles.max(1)
     }
 
-    fn add(&mut self, step: &Step) {
+    /// Takes over how many datagrams there have been since there were so many.
+    pub(crate) fn count_datagrams(&mut self, before: u64, machine: &mut Machine) {
+        self.datagrams = datagrams(machine) - before;
+    }
+
+    /// Adds a step.
+    pub(crate) fn add(&mut self, step: &Step) {
         self.cycles += step.cycles;
-        if step.clocked {
-            self.wire += step.cycles;
-            self.owners_wire += if step.exception == OWNER { step.cycles } else { 0 };
-        }
         let instructions = match step.act {
             Act::Sleep => {
                 self.asleep += step.cycles;
@@ -134,6 +156,7 @@ impl Load {
         };
         let one = self.by.entry(step.exception).or_default();
         one.cycles += step.cycles;
+        one.wire += if step.clocked { step.cycles } else { 0 };
         one.instructions += instructions;
     }
 }

@@ -1,4 +1,4 @@
-//! Figures of the flash image, from the emulated microcontroller: `cargo measure`.
+//! Figures of the flash images, from the emulated microcontroller: `cargo measure`.
 //!
 //! | file | figures |
 //! |---|---|
@@ -7,10 +7,11 @@
 //! | `replies`, `waits` | how soon requests are answered, alone and behind other work |
 //! | `commands` | what commands of a program cost |
 //! | `interrupts` | how long interrupts wait, and are masked |
+//! | `canopen` | how soon the CANopen image answers, what cyclic masters cost it, whether it loses frames |
 //! | `budgets` | what the design allows |
 //! | `profile` | where the cycles of one reply go |
 //!
-//! `arguments` reads what is asked for; `host` talks to the module; `symbols` names addresses; `statistics` and `report`
+//! `arguments` reads what is asked for; `host` talks to the module, and `master` to a node of CANopen; `symbols` names addresses; `statistics` and `report`
 //! make tables; `parallel` runs several machines at a time. `tests/image/measure.rs` tests how it is used.
 
 #[path = "../../tests/common/image.rs"]
@@ -18,10 +19,12 @@ mod build;
 
 pub(crate) mod arguments;
 mod budgets;
+mod canopen;
 mod commands;
 pub(crate) mod host;
 pub(crate) mod interrupts;
 mod load;
+mod master;
 mod memory;
 mod parallel;
 mod profile;
@@ -102,9 +105,9 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
         Order::Measure { short, updates } => (if short { SHORT } else { FULL }, updates),
         Order::Profile(subject) => return profile(subject),
     };
-    let elf = image()?;
+    let (elf, node) = (image()?, read(build::try_canopen()?)?);
     let mut report = Report::default();
-    let kept = measure(&elf, &extent, &mut report)?;
+    let kept = measure(&elf, &node, &extent, &mut report)?;
     if updates {
         report.write(Path::new(PAGE))?;
     }
@@ -112,8 +115,12 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
 }
 
 fn image() -> Result<Vec<u8>, Failure> {
-    progress("building the image");
-    Ok(std::fs::read(build::try_image()?.path)?)
+    progress("building the images");
+    read(build::try_image()?)
+}
+
+fn read(image: build::Built) -> Result<Vec<u8>, Failure> {
+    Ok(std::fs::read(image.path)?)
 }
 
 fn profile(subject: Subject<'_>) -> Result<bool, Failure> {
@@ -122,16 +129,20 @@ fn profile(subject: Subject<'_>) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn measure(elf: &[u8], extent: &Extent, report: &mut Report) -> Result<bool, Failure> {
+fn measure(elf: &[u8], node: &[u8], extent: &Extent, report: &mut Report) -> Result<bool, Failure> {
     let symbols = Symbols::read(elf)?;
     progress("memory");
-    let figures = Figures {
+    let mut figures = Figures {
         memory: memory::measure(elf, report)?,
         owner: load::measure(elf, extent.load, report)?,
         replies: replies::measure(elf, extent.replies, report)?,
         waits: waits::measure(elf, extent.waits, report)?,
         commands: commands::measure(elf, extent.kinds, extent.program, report)?,
+        ..Figures::default()
     };
     interrupts::measure(elf, &symbols, extent.interrupts, report)?;
+    progress("CANopen: memory");
+    figures.node_memory = memory::measure_canopen(node, report)?;
+    figures.node = canopen::measure(node, extent.replies, extent.load, report)?;
     Ok(budgets::check(&figures, report))
 }

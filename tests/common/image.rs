@@ -18,7 +18,12 @@ pub(crate) fn try_image() -> Result<Built, String> {
 
 /// Builds the flash image of the CANopen firmware and returns its path. Panics if the image cannot be built.
 pub(crate) fn canopen() -> PathBuf {
-    fw::image(&directory(), fw::CANOPEN).unwrap_or_else(|error| panic!("{error}")).path
+    try_canopen().unwrap_or_else(|error| panic!("{error}")).path
+}
+
+/// Builds the flash image of the CANopen firmware; returns its path and the compiler's messages, or an error message.
+pub(crate) fn try_canopen() -> Result<Built, String> {
+    fw::image(&directory(), fw::CANOPEN)
 }
 
 /// Builds another program for the microcontroller with these arguments of cargo; the error is a message.
