@@ -78,9 +78,11 @@ where
     P: Memory + 'static,
 {
     let store = room.store.take();
-    let firmware = F::new(motion.parts(store), seed);
-    let (inputs, ends) = (Inputs::default(), Ends { can: None });
-    room.owner.init(Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false })
+    room.owner.init_with(|| {
+        let (inputs, ends) = (Inputs::default(), Ends { can: None });
+        let firmware = F::new(motion.parts(store), seed);
+        Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false }
+    })
 }
 
 /// What the interrupt handlers call, whatever the firmware.
