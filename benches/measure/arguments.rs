@@ -1,15 +1,18 @@
 //! What is asked for on the command line.
 
+use super::canopen::Subject as Node;
 use super::host::{Link, command};
 
 pub(crate) const USAGE: &str = "\
-usage: cargo measure                              all figures of the flash image, against their budgets
+usage: cargo measure                              all figures of the flash images, against their budgets
        cargo measure short                        the same, with fewer samples
        cargo measure update                       and puts them into docs/performance.md
        cargo measure profile COMMAND [LINK]       where the cycles of a reply go: cargo measure profile 'GAP 5'
                                                   COMMAND is one argument, LINK is rs485, can or usb
        cargo measure profile poll                 and those of a poll with a moving axis
        cargo measure profile program COMMAND      and those of a millisecond of a program of such commands
+       cargo measure profile canopen SUBJECT      and those of the CANopen image: SUBJECT is upload, download, target, sync
+                                                  or turn, with a moving axis
        cargo measure help                         this text";
 
 /// What is to be done.
@@ -32,6 +35,8 @@ pub(crate) enum Subject<'a> {
     Poll,
     /// A millisecond of a program that consists of a command.
     Program(&'a str),
+    /// What the CANopen image does with a frame; none is a turn of it.
+    Node(Option<Node>),
 }
 
 /// Reads the arguments. The error says what is wrong and how it is written.
@@ -49,6 +54,8 @@ fn order<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
         ["update", rest @ ..] => (Order::Measure { short: false, updates: true }, rest),
         ["profile"] => return Err("profile of what: a command, poll, or program COMMAND".into()),
         ["profile", "poll", rest @ ..] => (Order::Profile(Subject::Poll), rest),
+        ["profile", "canopen"] => return Err(format!("profile canopen of what: {NODES}")),
+        ["profile", "canopen", name, rest @ ..] => (Order::Profile(Subject::Node(node(name)?)), rest),
         ["profile", "program"] => return Err("profile program: its command is missing".into()),
         ["profile", "program", line, rest @ ..] => (Order::Profile(Subject::Program(readable(line)?)), rest),
         ["profile", line] => (Order::Profile(Subject::Reply(readable(line)?, Link::Rs485)), &[][..]),
@@ -67,6 +74,20 @@ fn link(name: &str) -> Result<Link, String> {
         "can" => Ok(Link::Can),
         "usb" => Ok(Link::Usb),
         _ => Err(format!("unknown link '{name}': rs485, can or usb")),
+    }
+}
+
+/// What a profile of the CANopen image can be of.
+const NODES: &str = "upload, download, target, sync or turn";
+
+fn node(name: &str) -> Result<Option<Node>, String> {
+    match name {
+        "upload" => Ok(Some(Node::UPLOAD)),
+        "download" => Ok(Some(Node::DOWNLOAD)),
+        "target" => Ok(Some(Node::TargetVelocity)),
+        "sync" => Ok(Some(Node::Sync)),
+        "turn" => Ok(None),
+        _ => Err(format!("unknown subject '{name}': {NODES}")),
     }
 }
 

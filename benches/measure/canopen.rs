@@ -14,7 +14,7 @@ use super::statistics::{Spread, grouped, microseconds};
 
 /// What is sent to the node, and what is waited for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Subject {
+pub(crate) enum Subject {
     /// An SDO request, and its reply.
     Sdo([u8; 8]),
     /// A PDO with another target velocity, and the end of the datagram that tells it to the TMC429.
@@ -23,10 +23,15 @@ enum Subject {
     Sync,
 }
 
+impl Subject {
+    pub(crate) const UPLOAD: Self = Subject::Sdo(upload(0x1000, 0));
+    pub(crate) const DOWNLOAD: Self = Subject::Sdo(write(0x6083, 0, &1_000_u32.to_le_bytes()));
+}
+
 const SUBJECTS: [(&str, Subject); 5] = [
-    ("SDO upload of 1000h", Subject::Sdo(upload(0x1000, 0))),
+    ("SDO upload of 1000h", Subject::UPLOAD),
     ("SDO upload of 6041h", Subject::Sdo(upload(0x6041, 0))),
-    ("SDO download of 6083h", Subject::Sdo(write(0x6083, 0, &1_000_u32.to_le_bytes()))),
+    ("SDO download of 6083h", Subject::DOWNLOAD),
     ("RPDO of 6040h, 60FFh: end of its datagram", Subject::TargetVelocity),
     ("SYNC: first of four TPDOs", Subject::Sync),
 ];
@@ -80,6 +85,8 @@ pub(crate) struct Canopen {
     pub(crate) target: u64,
     /// From SYNC to the first PDO.
     pub(crate) sync: Spread,
+    /// The same of 99 of 100; of few samples it depends on where they lie in the millisecond.
+    pub(crate) sync_p99: Option<u64>,
     /// The longest gap between two of the PDOs that follow it.
     pub(crate) gap: u64,
     /// Share of the core that the owner takes less the SPI wire with eight PDOs, in millionths.
@@ -122,6 +129,7 @@ fn answers(elf: &[u8], samples: usize, figures: &mut Canopen, report: &mut Repor
     figures.upload = Spread::of(measured[UPLOAD].cycles.clone()).median;
     figures.target = Spread::of(measured[TARGET].share.clone()).median;
     figures.sync = Spread::of(measured[FIRST].cycles.clone());
+    figures.sync_p99 = (samples * SYNCS >= 1000).then_some(figures.sync.p99);
     figures.gap = Spread::of(measured[FIRST].gaps.clone()).max;
     Ok(())
 }
@@ -131,32 +139,76 @@ fn row(name: &str, samples: &Samples) -> [String; 7] {
     let [median, p99, most, _] = spread.cells();
     let stalls = Spread::of(samples.stalled.clone()).median.saturating_sub(spread.median);
     let share = Spread::of(samples.share.clone()).median;
-    let share = if samples.share.is_empty() { String::from("-") } else { grouped(share) };
-    [name.into(), median, p99, most, microseconds(spread.median), format!("+{}", grouped(stalls)), share]
+    [name.into(), median, p99, most, microseconds(spread.median), format!("+{}", grouped(stalls)), grouped(share)]
 }
 
 fn sample(elf: &[u8], subject: Subject, count: usize, stalls: bool) -> Result<Samples, Failure> {
-    let mut master = if let Subject::Sdo(_) = subject { Master::start(elf)? } else { turning(elf)? };
+    let mut master = ready(elf, subject)?;
     master.machine.set_flash_stalls(stalls);
     let mut samples = Samples::default();
     for n in 0..count {
-        // What was sent and done before is over.
-        master.run(2 * MILLISECOND + n as Nanos * SHIFT % MILLISECOND)?;
-        match subject {
-            Subject::Sdo(request) => {
-                let mut steps = Vec::new();
-                let (asked, reply) = master.observe(request, &mut |step| steps.push(step))?;
-                samples.add(asked, reply.begin, &steps);
-            }
-            Subject::TargetVelocity => target_velocity(&mut master, SPEED + 1 + n as i32, &mut samples)?,
-            Subject::Sync => sync(&mut master, &mut samples)?,
-        }
+        let once = once(&mut master, subject, n)?;
+        samples.cycles.push(once.cycles());
+        samples.share.push(once.share());
+        samples.gaps.extend(once.gaps);
     }
     Ok(samples)
 }
 
+/// The steps of the sample that takes as long as half of `count`.
+pub(crate) fn median(elf: &[u8], subject: Subject, count: usize) -> Result<Vec<Step>, Failure> {
+    let mut master = ready(elf, subject)?;
+    let mut all = (0..count).map(|n| once(&mut master, subject, n)).collect::<Result<Vec<Once>, Failure>>()?;
+    all.sort_by_key(Once::cycles);
+    Ok(all.swap_remove(count / 2).steps)
+}
+
+/// What there is to see of one sample.
+struct Once {
+    begin: u64,
+    end: u64,
+    /// The steps between.
+    steps: Vec<Step>,
+    gaps: Vec<u64>,
+}
+
+impl Once {
+    fn new(begin: u64, end: u64, mut steps: Vec<Step>) -> Self {
+        steps.retain(|step| (begin..end).contains(&step.at));
+        Once { begin, end, steps, gaps: Vec::new() }
+    }
+
+    fn cycles(&self) -> u64 {
+        self.end - self.begin
+    }
+
+    /// Cycles less those in which the SPI wire was busy or the core slept.
+    fn share(&self) -> u64 {
+        let idle = self.steps.iter().filter(|step| step.clocked || step.act == Act::Sleep);
+        self.cycles().saturating_sub(idle.map(|step| step.cycles.min(self.end - step.at)).sum())
+    }
+}
+
+fn once(master: &mut Master, subject: Subject, n: usize) -> Result<Once, Failure> {
+    // What was sent and done before is over.
+    master.run(2 * MILLISECOND + n as Nanos * SHIFT % MILLISECOND)?;
+    let mut steps = Vec::new();
+    match subject {
+        Subject::Sdo(request) => {
+            let (asked, reply) = master.observe(request, &mut |step| steps.push(step))?;
+            Ok(Once::new(asked, reply.begin, steps))
+        }
+        Subject::TargetVelocity => target_velocity(master, SPEED + 1 + n as i32),
+        Subject::Sync => sync(master),
+    }
+}
+
+fn ready(elf: &[u8], subject: Subject) -> Result<Master, Failure> {
+    if let Subject::Sdo(_) = subject { Master::start(elf) } else { turning(elf) }
+}
+
 /// A node in profile velocity mode whose motor turns, and which sends its four PDOs by SYNC.
-fn turning(elf: &[u8]) -> Result<Master, Failure> {
+pub(crate) fn turning(elf: &[u8]) -> Result<Master, Failure> {
     let mut master = Master::enabled(elf, VELOCITY)?;
     master.synchronise(0)?;
     master.write(0x60FF, 0, &SPEED.to_le_bytes())?;
@@ -165,7 +217,7 @@ fn turning(elf: &[u8]) -> Result<Master, Failure> {
     Ok(master)
 }
 
-fn target_velocity(master: &mut Master, target: i32, samples: &mut Samples) -> Result<(), Failure> {
+fn target_velocity(master: &mut Master, target: i32) -> Result<Once, Failure> {
     master.machine.board().take_datagrams();
     let asked = master.turn_at(0xF, target);
     let mut steps = Vec::new();
@@ -175,8 +227,7 @@ fn target_velocity(master: &mut Master, target: i32, samples: &mut Samples) -> R
     let last = told.map(|datagram| datagram.bytes.first()).position(|first| first == Some(&V_TARGET));
     let ends = ends(&steps);
     let done = last.and_then(|last| ends.iter().rev().nth(last)).ok_or("no datagram tells the target velocity")?;
-    samples.add(asked, *done, &steps);
-    Ok(())
+    Ok(Once::new(asked, *done, steps))
 }
 
 /// The cycles at which datagrams to the TMC429 ended; one that has begun before the steps is among them, and one that
@@ -192,34 +243,23 @@ fn ends(steps: &[Step]) -> Vec<u64> {
     ends
 }
 
-fn sync(master: &mut Master, samples: &mut Samples) -> Result<(), Failure> {
+fn sync(master: &mut Master) -> Result<Once, Failure> {
     master.heard();
     let asked = master.send(SYNC, &[]);
-    master.run(MILLISECOND)?;
+    let mut steps = Vec::new();
+    master.watch(MILLISECOND, &mut |step| steps.push(step))?;
     let pdos: Vec<Heard> = master.heard().into_iter().filter(is_pdo).collect();
     let [first, .., _] = *pdos else { return Err("no PDOs after the SYNC".into()) };
     if pdos.len() != PDOS as usize {
         return Err(format!("{} PDOs after the SYNC", pdos.len()).into());
     }
-    samples.cycles.push(first.begin - asked);
-    samples.gaps.extend(pdos.windows(2).map(|two| two[1].begin.saturating_sub(two[0].end)));
-    Ok(())
+    let gaps = pdos.windows(2).map(|two| two[1].begin.saturating_sub(two[0].end)).collect();
+    Ok(Once { gaps, ..Once::new(asked, first.begin, steps) })
 }
 
 /// Whether a frame of the node is a PDO.
 fn is_pdo(heard: &Heard) -> bool {
     (0..PDOS).any(|pdo| heard.frame.id == TRANSMITTED + pdo * NEXT_PDO)
-}
-
-impl Samples {
-    /// Adds a sample that lasts from `begin` to `end`, of which these steps are part.
-    fn add(&mut self, begin: u64, end: u64, steps: &[Step]) {
-        let inside = steps.iter().filter(|step| (begin..end).contains(&step.at));
-        let idle =
-            inside.filter(|step| step.clocked || step.act == Act::Sleep).map(|step| step.cycles.min(end - step.at));
-        self.cycles.push(end - begin);
-        self.share.push((end - begin).saturating_sub(idle.sum()));
-    }
 }
 
 fn loads(elf: &[u8], span: Nanos, figures: &mut Canopen, report: &mut Report) -> Result<(), Failure> {

@@ -19,7 +19,7 @@ mod build;
 
 pub(crate) mod arguments;
 mod budgets;
-mod canopen;
+pub(crate) mod canopen;
 mod commands;
 pub(crate) mod host;
 pub(crate) mod interrupts;
@@ -124,7 +124,7 @@ fn read(image: build::Built) -> Result<Vec<u8>, Failure> {
 }
 
 fn profile(subject: Subject<'_>) -> Result<bool, Failure> {
-    let elf = image()?;
+    let elf = if let Subject::Node(_) = subject { read(build::try_canopen()?)? } else { image()? };
     profile::run(&elf, &Symbols::read(&elf)?, subject)?;
     Ok(true)
 }

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::rc::Rc;
 
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
-use hal_sim::mcu::{Act, Step};
+use hal_sim::mcu::{Act, Machine, Step};
 
 use super::arguments::Subject;
+use super::canopen;
 use super::host::{Failure, Host, Link, command};
 use super::interrupts;
 use super::load::OWNER;
@@ -39,31 +40,41 @@ struct Visit {
 
 /// Prints the profile of a subject.
 pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, subject: Subject<'_>) -> Result<(), Failure> {
-    let mut host = Host::start(elf)?;
     let steps = match subject {
-        Subject::Reply(line, link) => reply(&mut host, line, link)?,
+        Subject::Reply(line, link) => reply(&mut Host::start(elf)?, line, link)?,
         Subject::Poll => {
+            let mut host = Host::start(elf)?;
             host.tell(Link::Can, "ROR 0, 1000")?;
-            turn(&mut host)?
+            turn(&mut host.machine)?
         }
-        Subject::Program(line) => {
-            let program = std::iter::repeat_n(line.to_owned(), LOOP).chain(["JA 0".into()]);
-            host.load(Link::Can, &program.collect::<Vec<_>>())?;
-            host.tell(Link::Can, "129, 0, 0, 0")?;
-            let steps = turn(&mut host)?;
-            if host.tell(Link::Can, "GGP 128, 0")? != RUNS {
-                return Err(format!("{line}: the program ends with it; give a command that it goes on after").into());
-            }
-            steps
-        }
+        Subject::Program(line) => program(elf, line)?,
+        Subject::Node(Some(frame)) => canopen::median(elf, frame, SAMPLES as usize)?,
+        Subject::Node(None) => turn(&mut canopen::turning(elf)?.machine)?,
     };
-    if !matches!(subject, Subject::Reply(..)) {
-        let cycles: u64 = steps.iter().map(|step| step.cycles).sum();
-        println!("a turn of the owner of the module: {cycles} cycles");
+    let cycles: u64 = steps.iter().map(|step| step.cycles).sum();
+    match subject {
+        Subject::Reply(..) => {}
+        Subject::Node(Some(_)) => println!("from the last bit in: {cycles} cycles"),
+        Subject::Poll | Subject::Program(_) | Subject::Node(None) => {
+            println!("a turn of the owner of the module: {cycles} cycles");
+        }
     }
     path(&steps, symbols);
     totals(&steps, symbols);
     Ok(())
+}
+
+/// The steps of a turn in which a program of such commands runs.
+fn program(elf: &[u8], line: &str) -> Result<Vec<Step>, Failure> {
+    let mut host = Host::start(elf)?;
+    let program = std::iter::repeat_n(line.to_owned(), LOOP).chain(["JA 0".into()]);
+    host.load(Link::Can, &program.collect::<Vec<_>>())?;
+    host.tell(Link::Can, "129, 0, 0, 0")?;
+    let steps = turn(&mut host.machine)?;
+    if host.tell(Link::Can, "GGP 128, 0")? != RUNS {
+        return Err(format!("{line}: the program ends with it; give a command that it goes on after").into());
+    }
+    Ok(steps)
 }
 
 /// The steps of the reply to `line` that takes as long as half of them.
@@ -93,21 +104,25 @@ fn reply(host: &mut Host, line: &str, link: Link) -> Result<Vec<Step>, Failure> 
     Ok(steps)
 }
 
-/// The steps of a turn of the owner of the module, from when its timer wants it until it returns.
-fn turn(host: &mut Host) -> Result<Vec<Step>, Failure> {
-    host.run(500 * MILLISECOND)?;
-    let mut steps = Vec::new();
-    let mut seen = 0;
-    host.watch(3 * MILLISECOND, &mut |step| {
-        seen += u32::from(step.act == Act::Entry(OWNER));
-        if seen == 2 && step.act != Act::Sleep {
+/// The steps of the longest of some turns of the owner of the module, from when its timer wants it until it returns.
+fn turn(machine: &mut Machine) -> Result<Vec<Step>, Failure> {
+    machine.run(500 * MILLISECOND)?;
+    let mut turns: Vec<Vec<Step>> = Vec::new();
+    machine.observe_until(machine.now() + 5 * MILLISECOND, &mut |step| {
+        if step.act == Act::Entry(OWNER) {
+            turns.push(Vec::new());
+        }
+        if let Some(steps) = turns.last_mut().filter(|_| step.act != Act::Sleep) {
             steps.push(step);
         }
     })?;
-    // What follows the return is not part of it.
-    let end = steps.iter().rposition(|step| step.exception == OWNER);
-    steps.truncate(end.map_or(0, |index| index + 1));
-    Ok(steps)
+    for steps in &mut turns {
+        // What follows the return is not part of it.
+        let end = steps.iter().rposition(|step| step.exception == OWNER);
+        steps.truncate(end.map_or(0, |index| index + 1));
+    }
+    let cycles = |steps: &Vec<Step>| steps.iter().map(|step| step.cycles).sum::<u64>();
+    Ok(turns.into_iter().max_by_key(cycles).unwrap_or_default())
 }
 
 fn path(steps: &[Step], symbols: &Symbols<'_>) {

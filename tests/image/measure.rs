@@ -6,6 +6,7 @@
 mod bench;
 
 use bench::arguments::{Order, Subject, USAGE, read};
+use bench::canopen::Subject as Node;
 use bench::host::Link;
 use bench::{interrupts, run};
 
@@ -28,6 +29,12 @@ fn all_that_can_be_asked_for_is_understood() {
     for (name, link) in [("rs485", Link::Rs485), ("can", Link::Can), ("usb", Link::Usb)] {
         assert_eq!(read(&["profile", "GAP 5", name]), profile(Subject::Reply("GAP 5", link)));
     }
+    for (name, node) in [("upload", Some(Node::UPLOAD)), ("download", Some(Node::DOWNLOAD)), ("turn", None)] {
+        assert_eq!(read(&["profile", "canopen", name]), profile(Subject::Node(node)));
+    }
+    for (name, node) in [("target", Node::TargetVelocity), ("sync", Node::Sync)] {
+        assert_eq!(read(&["profile", "canopen", name]), profile(Subject::Node(Some(node))));
+    }
     for help in [&["help"][..], &["--help"], &["-h"], &["profile", "--help"]] {
         assert_eq!(read(help), Ok(Order::Help));
     }
@@ -42,6 +49,8 @@ fn what_is_wrong_is_said_before_the_usage() {
         (&["short", "update"], "'update' is one argument too many"),
         (&["profile"], "profile of what: a command, poll, or program COMMAND"),
         (&["profile", "program"], "profile program: its command is missing"),
+        (&["profile", "canopen"], "profile canopen of what: upload, download, target, sync or turn"),
+        (&["profile", "canopen", "x"], "unknown subject 'x': upload, download, target, sync or turn"),
         (&["profile", "GOTO 1"], "profile: unknown command 'GOTO'"),
         (&["profile", "program", "SAP 4, 0"], "profile: SAP: missing <value>; usage: SAP"),
     ] {
@@ -64,6 +73,12 @@ fn a_program_has_a_profile_while_it_runs() {
     assert!(error(&["profile", "program", "STOP"]).starts_with("STOP: the program ends with it"));
     let error = error(&["profile", "program", "136, 1"]);
     assert!(error.starts_with("cannot be part of a program: 136, 1: status 100"), "{error}");
+}
+
+#[test]
+fn the_canopen_image_has_profiles() {
+    assert!(run(&["profile", "canopen", "sync"].map(str::to_owned)).unwrap());
+    assert!(run(&["profile", "canopen", "turn"].map(str::to_owned)).unwrap());
 }
 
 #[test]
