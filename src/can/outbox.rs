@@ -5,6 +5,8 @@
 //! with the same identifier keep their order, for which only one of them is in a mailbox at a time: the controller would
 //! choose by the number of the mailbox.
 
+use heapless::Vec;
+
 use super::{CanFrame, Frame, Id};
 
 /// Number of mailboxes.
@@ -42,9 +44,8 @@ struct Posted {
 /// Frames on their way out.
 #[derive(Debug)]
 pub struct Outbox {
-    /// The frames that are in no mailbox, in no order, and their number.
-    waiting: [Option<Letter>; WAITING],
-    count: usize,
+    /// The frames that are in no mailbox, in no order.
+    waiting: Vec<Letter, WAITING>,
     mailboxes: [Option<Posted>; MAILBOXES],
     /// The turn of the next frame.
     turn: u32,
@@ -59,50 +60,41 @@ impl Default for Outbox {
 impl Outbox {
     /// No frames, and free mailboxes.
     pub const fn new() -> Self {
-        Outbox { waiting: [None; WAITING], count: 0, mailboxes: [None; MAILBOXES], turn: 0 }
+        Outbox { waiting: Vec::new(), mailboxes: [None; MAILBOXES], turn: 0 }
     }
 
     /// True if another frame can wait, even if all frames in mailboxes come back.
-    pub const fn has_room(&self) -> bool {
-        self.count.saturating_add(MAILBOXES) < WAITING
+    pub fn has_room(&self) -> bool {
+        self.waiting.len().saturating_add(MAILBOXES) < WAITING
     }
 
     /// True while no frame is on its way.
     pub fn is_empty(&self) -> bool {
-        self.count == 0 && self.mailboxes.iter().all(Option::is_none)
+        self.waiting.is_empty() && self.mailboxes.iter().all(Option::is_none)
     }
 
     /// True while frames wait for a mailbox.
-    pub const fn waits(&self) -> bool {
-        self.count > 0
+    pub fn waits(&self) -> bool {
+        !self.waiting.is_empty()
     }
 
     /// Takes a frame, behind those with the same identifier. False if there is no room for it.
     pub fn push(&mut self, frame: &Frame) -> bool {
         self.turn = self.turn.wrapping_add(1);
-        self.keep(Letter { frame: *frame, turn: self.turn })
-    }
-
-    fn keep(&mut self, letter: Letter) -> bool {
-        let place = self.waiting.iter_mut().find(|place| place.is_none());
-        let kept = place.map(|place| *place = Some(letter)).is_some();
-        self.count = self.count.saturating_add(kept.into());
-        kept
+        self.waiting.push(Letter { frame: *frame, turn: self.turn }).is_ok()
     }
 
     /// What to do next; to be asked for until it is nothing.
     pub fn step(&mut self) -> Option<Step> {
-        if self.count == 0 {
-            return None;
-        }
         let posted = |id: Id| self.mailboxes.iter().flatten().any(|posted| posted.letter.frame.id() == id);
-        let ready = self.waiting.iter_mut().filter(|place| place.is_some_and(|letter| !posted(letter.frame.id())));
-        let first = ready.min_by_key(|place| place.map(|letter| (rank(&letter.frame), letter.turn)))?;
-        let letter = (*first)?;
+        let ready = self.waiting.iter().enumerate().filter(|(_, letter)| !posted(letter.frame.id()));
+        let (first, letter) = ready.min_by_key(|(_, letter)| (rank(&letter.frame), letter.turn))?;
+        let letter = *letter;
         if let Some((number, mailbox)) = self.mailboxes.iter_mut().enumerate().find(|(_, mailbox)| mailbox.is_none()) {
             *mailbox = Some(Posted { letter, recalled: false, dropped: false });
-            *first = None;
-            self.count = self.count.saturating_sub(1);
+            if let (Some(other), Some(place)) = (self.waiting.pop(), self.waiting.get_mut(first)) {
+                *place = other;
+            }
             return Some(Step::Send(number, letter.frame));
         }
         // One at a time: the mailbox that becomes free is for this frame.
@@ -123,13 +115,13 @@ impl Outbox {
         let Some(posted) = self.mailboxes.get_mut(mailbox).and_then(Option::take) else { return };
         if !sent && !posted.dropped {
             // There is room for it: see `has_room`.
-            self.keep(posted.letter);
+            let _ = self.waiting.push(posted.letter);
         }
     }
 
     /// Drops all frames. The mailboxes that hold one are to be called back.
     pub fn clear(&mut self) -> impl Iterator<Item = usize> {
-        (self.waiting, self.count) = ([None; WAITING], 0);
+        self.waiting.clear();
         let posted = (0..).zip(&mut self.mailboxes).filter_map(|(number, mailbox)| Some((number, mailbox.as_mut()?)));
         posted.map(|(number, posted)| {
             (posted.recalled, posted.dropped) = (true, true);
@@ -149,7 +141,6 @@ fn rank(frame: &Frame) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use heapless::Vec;
 
     fn frame(id: u16, byte: u8) -> Frame {
         Frame::standard(id, &[byte]).unwrap()
@@ -251,8 +242,8 @@ mod tests {
             id -= 1;
         }
         assert!(outbox.waits());
-        let before = outbox.count;
+        let before = outbox.waiting.len();
         (0..MAILBOXES).for_each(|mailbox| outbox.ended(mailbox, false));
-        assert_eq!(outbox.count, before + MAILBOXES);
+        assert_eq!(outbox.waiting.len(), before + MAILBOXES);
     }
 }

@@ -119,6 +119,15 @@ impl Errors {
         exists && self.existing != before
     }
 
+    /// True if the causes of these emergencies exist or not as has been noted.
+    pub(super) fn are_noted(&self, causes: &[(Emergency, bool)]) -> bool {
+        let bit = |(emergency, exists): &(Emergency, bool)| {
+            let noted = self.existing & emergency.bit() != 0;
+            noted == *exists
+        };
+        causes.iter().all(bit)
+    }
+
     /// True while the cause of a fault exists.
     pub(super) fn holds_fault(&self) -> bool {
         self.causes().any(|emergency| emergency.reaction() == Reaction::Fault)

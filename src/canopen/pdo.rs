@@ -214,20 +214,25 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             return;
         }
         for pdo in &mut self.receive {
-            pdo.released = pdo.waiting.take().or(pdo.released);
+            if pdo.waiting.is_some() {
+                pdo.released = pdo.waiting.take();
+            }
         }
-        for nth in 0..PDOS {
-            let Some(mut pdo) = self.transmit.get(usize::from(nth)).copied() else { continue };
+        for nth in 0..usize::from(PDOS) {
+            let Some(pdo) = self.transmit.get_mut(nth) else { continue };
             match pdo.kind {
-                0 => pdo.due |= pdo.sent != Some(self.data(pdo.map)),
+                0 => {
+                    let (map, sent) = (pdo.map, pdo.sent);
+                    let changed = sent != Some(self.data(map));
+                    if let Some(pdo) = self.transmit.get_mut(nth) {
+                        pdo.due |= changed;
+                    }
+                }
                 1..=LAST_CYCLIC => {
                     pdo.syncs = pdo.syncs.saturating_add(1);
                     pdo.due |= pdo.syncs >= pdo.kind;
                 }
                 _ => {}
-            }
-            if let Some(place) = self.transmit.get_mut(usize::from(nth)) {
-                *place = pdo;
             }
         }
     }
@@ -289,12 +294,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Finds the event-driven PDOs that are to be sent, because their event timer is over. Called after each turn.
     pub(super) fn look_at_timers(&mut self) {
         for nth in 0..PDOS {
+            if !self.transmit.get(usize::from(nth)).is_some_and(Transmit::is_event_driven) {
+                continue;
+            }
             let timer = self.milliseconds(Entry { object: Object::TransmitEventTimer, nth });
             let inhibited = self.is_inhibited(nth);
             let now = self.now;
             if let Some(pdo) = self.transmit.get_mut(usize::from(nth))
                 && timer > Micros(0)
-                && pdo.is_event_driven()
             {
                 pdo.due |= now.since(pdo.at) >= timer && !inhibited;
             }
@@ -319,10 +326,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             return None;
         }
         for nth in 0..usize::from(PDOS) {
-            let Some(Transmit { id, map, due, .. }) = self.transmit.get(nth).copied() else { continue };
-            if !due {
-                continue;
-            }
+            let Some(Transmit { id, map, due: true, .. }) = self.transmit.get(nth) else { continue };
+            let (id, map) = (*id, *map);
             let data = self.data(map);
             if let Some(pdo) = self.transmit.get_mut(nth) {
                 (pdo.due, pdo.sent, pdo.at, pdo.syncs) = (false, Some(data), self.now, 0);

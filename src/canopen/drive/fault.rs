@@ -45,6 +45,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             (E::FollowingError, window != 0 && error > window),
             (E::UnderVoltage, self.device.lacks_supply()),
         ];
+        if self.errors.are_noted(&causes) {
+            return;
+        }
         for (emergency, exists) in causes {
             self.report(emergency, exists);
         }

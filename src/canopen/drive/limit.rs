@@ -68,13 +68,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// True if a task leads further out of a limit that is reached.
     pub(super) fn leads_out(&self, task: Task) -> bool {
-        let [low, high] = self.outside();
-        let [left, right] = self.closed();
-        match self.direction(task) {
-            ..0 => low || left,
-            0 => false,
-            1.. => high || right,
+        let direction = self.direction(task);
+        if direction == 0 {
+            return false;
         }
+        let ([low, high], [left, right]) = (self.outside(), self.closed());
+        if direction < 0 { low || left } else { high || right }
     }
 
     /// The direction in which a task leads from here, as a sign.

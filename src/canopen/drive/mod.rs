@@ -36,6 +36,8 @@ pub(super) struct Drive {
     homing: Homing,
     /// Number of turns for which the driver has told of an open load at bridge A and at bridge B while the motor moves.
     open_load: [u8; 2],
+    /// The statusword at the end of the last turn.
+    shown: u32,
 }
 
 impl Drive {

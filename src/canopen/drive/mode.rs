@@ -85,6 +85,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// Tells the motor what the mode asks for, if that has changed.
     pub(in crate::canopen) fn steer(&mut self) {
+        self.steer_to(self.asked());
+    }
+
+    /// The same, if the mode asks for this.
+    pub(super) fn steer_to(&mut self, asked: Task) {
         if !self.drive.is_operating() || self.drive.motion.mode == Mode::Homing {
             return;
         }
@@ -92,7 +97,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             return;
         }
         self.drive.motion.settling = false;
-        let asked = self.asked();
         self.drive.motion.dropped.take_if(|dropped| *dropped != asked);
         if self.leads_out(asked) {
             self.drive.motion.dropped = Some(asked);
@@ -132,13 +136,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         told.is_ok()
     }
 
-    /// Looks whether the target is reached, once in each turn.
-    pub(super) fn look_at_target(&mut self) {
+    /// Looks whether the target is reached, once in each turn, if the mode asks for this.
+    pub(super) fn look_at_target(&mut self, asked: Task) {
         let within = self.is_within_window();
         let since = within.then(|| self.drive.motion.within.unwrap_or(self.now));
         self.drive.motion.within = since;
         let time = Micros::from_millis(self.values.of_object(Object::PositionWindowTime).into());
-        let asked = self.asked();
         self.drive.motion.reached = self.drive.is_operating()
             && !self.drive.motion.settling
             && match asked {

@@ -38,16 +38,15 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             _ if drive.motion.mode == Mode::Homing => !drive.homing.running,
             _ => drive.motion.reached,
         };
-        let bits = [
-            (VOLTAGE, !self.device.lacks_supply()),
-            (WARNING, self.live.flags & flags::WARNING != 0),
-            (REMOTE, self.state == Nmt::Operational),
-            (TARGET_REACHED, reached),
-            (INTERNAL_LIMIT, self.is_limited()),
-            (MODE_SPECIFIC, special),
-            (MOVES, self.live.speed != 0),
-            (NEGATIVE, self.live.speed < 0),
-        ];
-        bits.into_iter().filter(|(_, set)| *set).fold(drive.state.bits(), |word, (bit, _)| word | bit)
+        let bit = |bit, set| if set { bit } else { 0 };
+        drive.state.bits()
+            | bit(VOLTAGE, !self.device.lacks_supply())
+            | bit(WARNING, self.live.flags & flags::WARNING != 0)
+            | bit(REMOTE, self.state == Nmt::Operational)
+            | bit(TARGET_REACHED, reached)
+            | bit(INTERNAL_LIMIT, self.is_limited())
+            | bit(MODE_SPECIFIC, special)
+            | bit(MOVES, self.live.speed != 0)
+            | bit(NEGATIVE, self.live.speed < 0)
     }
 }

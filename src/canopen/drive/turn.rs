@@ -9,17 +9,23 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// The turn of the drive, once in each millisecond, after what is measured has been read. `events` are those of the
     /// axis since the turn before.
     pub(in crate::canopen) fn drive(&mut self, events: Events) {
-        let before = self.statusword();
         self.look_for_faults();
         if self.device.in_tmcl_mode() {
-            self.touched |= self.statusword() != before;
+            self.look_at_statusword();
             return self.watch_over_motor();
         }
         self.follow_homing(events);
         self.look_at_limits(events);
         self.progress();
-        self.steer();
-        self.look_at_target();
-        self.touched |= self.statusword() != before;
+        let asked = self.asked();
+        self.steer_to(asked);
+        self.look_at_target(asked);
+        self.look_at_statusword();
+    }
+
+    /// Looks whether the statusword is another than in the turn before.
+    fn look_at_statusword(&mut self) {
+        let word = self.statusword();
+        self.touched |= core::mem::replace(&mut self.drive.shown, word) != word;
     }
 }

@@ -50,10 +50,14 @@ struct Ratio {
 impl Ratio {
     const ONE: Ratio = Ratio { factor: 1, base: 1 };
 
-    /// This number converted, to the nearest; what is too large becomes some large number.
+    /// This number converted, to the nearest; what is too large becomes some large number. Where dividend and divisor have
+    /// 32 bits, as those of velocities mostly have, a Cortex-M4 divides in one instruction.
     fn convert(self, number: u64) -> u64 {
         let dividend = number.saturating_mul(self.factor).saturating_add(self.base >> 1);
-        dividend.checked_div(self.base).unwrap_or_default()
+        match (u32::try_from(dividend), u32::try_from(self.base)) {
+            (Ok(dividend), Ok(base)) => dividend.checked_div(base).unwrap_or_default().into(),
+            _ => dividend.checked_div(self.base).unwrap_or_default(),
+        }
     }
 
     /// True if the number is at most the largest internal velocity or acceleration, unrounded.
