@@ -102,6 +102,15 @@ impl Host {
         Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD }
     }
 
+    /// A module that has started, with these contents of its EEPROM.
+    pub fn with_eeprom(contents: &[u8]) -> Self {
+        let mut board = Board::new(&WorldConfig::default(), 0);
+        board.at25_mut().load(contents);
+        let mut host = Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD };
+        host.run(START);
+        host
+    }
+
     /// A module whose motor is on its way, at 500, and whose log has been read.
     pub fn moving() -> Self {
         let mut host = Self::new("");

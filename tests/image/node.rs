@@ -1,7 +1,7 @@
 //! The flash image of the CANopen firmware on the emulated microcontroller: boot-up, SDO, PDOs and SYNC, the drive, node
 //! ID and bit rate, and what is at the other pins.
 
-use crate::common::image_host::{NOT_AVAILABLE, OK, START};
+use crate::common::image_host::{Host, NOT_AVAILABLE, OK, START};
 use crate::common::node_host::{ENABLE, GO, NodeHost, PP};
 use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
@@ -55,14 +55,16 @@ fn tells_that_it_lives() {
 #[test]
 fn pdos_go_and_act_with_sync() {
     let mut rig = NodeHost::new("");
-    rig.set(0x1400, 1, 0xC000_0201);
-    rig.set(0x1400, 2, 0);
-    rig.set(0x1400, 1, 0x4000_0201);
     rig.set(0x1800, 2, 1);
     rig.command(1);
     rig.run(MILLISECOND);
+    rig.set(0x1400, 1, 0xC000_0201);
+    rig.set(0x1400, 2, 0);
+    // It is heard there as soon as the node has said so, and nowhere else.
+    rig.set(0x1400, 1, 0x4000_0211);
+    rig.send(0x211, &[6, 0]);
+    rig.send(0x201, &[7, 0]);
     rig.frames();
-    rig.send(0x201, &[6, 0]);
     rig.run(10 * MILLISECOND);
     assert_eq!((rig.of(0x181), rig.read(0x6040, 0)), (vec![], 0));
     rig.send(0x80, &[]);
@@ -130,6 +132,29 @@ fn a_stored_node_id_or_bit_rate_that_is_none_counts_as_its_default() {
         assert_eq!(rig.frames(), [(0x701, vec![0])], "{node}, {rate}");
         assert_eq!((rig.read(0x2707, 0), rig.read(0x2708, 0)), (1000, 1));
     }
+}
+
+/// One image after the other on the same module: each has its own settings, until the other one saves.
+#[test]
+fn one_firmware_flashed_over_the_other_has_its_own_settings() {
+    let mut tmcl = Host::new("");
+    for line in ["SAP 4, 0, 1234", "STAP 4, 0", "SGP 69, 0, 5"] {
+        tmcl.ok(line);
+    }
+    let eeprom = |host: &mut Host| host.machine.board().at25().contents().to_vec();
+    let kept = eeprom(&mut tmcl);
+    let mut rig = NodeHost::just_on("", Some(&kept));
+    rig.run(START);
+    assert_eq!((rig.read(0x2707, 0), rig.read(0x2708, 0)), (1000, 1));
+    let log = rig.host.log();
+    assert!(log.iter().any(|line| line.contains("settings pages are not this firmware's")), "{log:?}");
+    assert_eq!(eeprom(&mut rig.host), kept, "nothing is written");
+    rig.set(0x2705, 0, 9);
+    rig.download(0x2706, 1, b"save").unwrap();
+    let mut again = Host::with_eeprom(&eeprom(&mut rig.host));
+    assert_eq!((again.ok("GAP 4, 0"), again.ok("GGP 66, 0"), again.ok("GGP 69, 0")), (1_000, 1, 8));
+    let mut again = Host::with_eeprom(&kept);
+    assert_eq!((again.ok("GAP 4, 0"), again.ok("GGP 66, 0"), again.ok("GGP 69, 0")), (1_234, 1, 5));
 }
 
 /// An EEPROM in which these values are saved.

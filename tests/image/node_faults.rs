@@ -6,6 +6,7 @@ use crate::common::node_host::{ENABLE, NodeHost, PV, image};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use hal_sim::fault::Fault;
 use hal_sim::mcu::CanBus;
+use hal_sim::world::pin::Pin;
 
 /// Bits of the statusword that tell the state, and two states.
 const STATE: u32 = 0x4F;
@@ -97,6 +98,21 @@ fn while_busy(rig: &mut NodeHost, frames: &[(u32, &[u8])]) {
     rig.run(2 * MILLISECOND);
 }
 
+/// There are three mailboxes; the fourth PDO gets the first one that is free.
+#[test]
+fn four_pdos_follow_a_sync_without_a_gap() {
+    let mut rig = synchronous();
+    rig.send(0x80, &[]);
+    rig.run(MILLISECOND);
+    let said = rig.timed();
+    assert_eq!(said.iter().map(|(_, id, _)| *id).collect::<Vec<_>>(), [0x181, 0x281, 0x381, 0x481]);
+    for pair in said.windows(2) {
+        let wire = (47 + 8 * pair[1].2.len() as u64) * MICROSECOND;
+        let gap = pair[1].0 - pair[0].0 - wire;
+        assert!(gap <= 3 * MICROSECOND, "{gap}");
+    }
+}
+
 /// A receive queue holds three frames.
 #[test]
 fn frames_that_find_no_room_are_told_and_push_no_sync_out() {
@@ -142,10 +158,9 @@ fn an_emergency_message_does_not_wait_behind_pdos() {
     assert!(told < 8 * MILLISECOND && rest > 100 * 111 * MICROSECOND, "{told}, {rest}");
 }
 
-/// Emergency messages all have the same identifier, and come in the order in which they arose; the boot-up message comes
-/// before everything.
+/// Whatever else waits, and with a lower identifier.
 #[test]
-fn frames_with_the_same_identifier_keep_their_order_and_boot_up_is_the_first() {
+fn the_boot_up_message_is_the_first() {
     let mut rig = NodeHost::just_on("", None);
     rig.host.machine.can().set_bus(CanBus { inhabited: false, ..CanBus::default() });
     rig.run(START);
@@ -153,16 +168,41 @@ fn frames_with_the_same_identifier_keep_their_order_and_boot_up_is_the_first() {
     rig.run(5 * MILLISECOND);
     let said = rig.frames();
     assert_eq!(said.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0x701, 0x81], "{said:X?}");
+}
+
+/// Emergency messages all have the same identifier. The third one gets the mailbox of a heartbeat, the lowest in number,
+/// which the controller would empty before the others.
+#[test]
+fn emergency_messages_keep_their_order() {
+    let mut rig = NodeHost::moving();
+    rig.host.machine.can().set_bus(CanBus { inhabited: false, ..CanBus::default() });
+    rig.run(50 * MILLISECOND);
+    rig.host.machine.board().change_world(|world| world.axis_mut(0).press(Pin::Right, true));
+    rig.run(20 * MILLISECOND);
+    rig.host.machine.board().change_world(|world| world.set_supply(8.0));
+    rig.run(20 * MILLISECOND);
+    rig.host.machine.can().set_bus(CanBus::default());
+    rig.run(5 * MILLISECOND);
+    let codes: Vec<_> = rig.emergencies().into_iter().map(|(code, ..)| code).collect();
+    assert_eq!(codes, [0x8120, 0xFF01, 0xFF00]);
+}
+
+/// 300 frames, one behind the other, to a node whose motor turns: each is read before the queue is full.
+#[test]
+fn a_burst_of_frames_loses_none() {
+    let mut rig = NodeHost::moving();
     rig.command(1);
     rig.run(2 * MILLISECOND);
     rig.frames();
-    for _ in 0..3 {
-        rig.send(0x301, &[0]);
-        rig.send(0x301, &[0; 8]);
+    for n in 0..100 {
+        rig.send(0x401, &[15, 0, n, 0, 0, 0]);
+        rig.send(0x80, &[]);
+        rig.send(0x301, &[15, 0, 3]);
     }
-    rig.run(10 * MILLISECOND);
-    let codes: Vec<_> = rig.emergencies().into_iter().map(|(code, ..)| code).collect();
-    assert_eq!(codes, [0x8210, 0x8220, 0x8210, 0x8220, 0x8210, 0x8220]);
+    rig.run(40 * MILLISECOND);
+    let said = rig.frames();
+    assert!(!said.iter().any(|(id, _)| *id == 0x81), "{said:X?}");
+    assert_eq!((rig.host.machine.waiting().can, rig.read(0x607A, 0), rig.host.speed()), (0, 99, 500));
 }
 
 // ---- Restarts ----
