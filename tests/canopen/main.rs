@@ -29,6 +29,7 @@ mod saving;
 mod sdo;
 mod states;
 mod table;
+mod three_nodes;
 mod tunnel;
 mod units;
 mod velocities;
