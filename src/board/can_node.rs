@@ -131,6 +131,9 @@ impl NodeLink {
 
     /// Sends a frame as soon as no lower identifier is before it.
     pub(super) fn write(&mut self, frame: &Frame) {
+        if let Some(mailbox) = self.outbox.post(frame) {
+            return post(mailbox, frame);
+        }
         // Asked for by `has_room`.
         let _ = self.outbox.push(frame);
         self.fill();

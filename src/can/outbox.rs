@@ -78,6 +78,20 @@ impl Outbox {
         !self.waiting.is_empty()
     }
 
+    /// Takes a frame for which nothing has to wait, as a rule: it is to be put into the mailbox that is returned. `None` if
+    /// it has to wait, for which it is to be [pushed](Self::push).
+    #[inline]
+    pub fn post(&mut self, frame: &Frame) -> Option<usize> {
+        if self.waits() || self.mailboxes.iter().flatten().any(|posted| posted.letter.frame.id() == frame.id()) {
+            return None;
+        }
+        let (number, mailbox) = self.mailboxes.iter_mut().enumerate().find(|(_, mailbox)| mailbox.is_none())?;
+        self.turn = self.turn.wrapping_add(1);
+        let letter = Letter { frame: *frame, turn: self.turn };
+        *mailbox = Some(Posted { letter, recalled: false, dropped: false });
+        Some(number)
+    }
+
     /// Takes a frame, behind those with the same identifier. False if there is no room for it.
     pub fn push(&mut self, frame: &Frame) -> bool {
         self.turn = self.turn.wrapping_add(1);
@@ -215,6 +229,20 @@ mod tests {
             outbox.ended(1, true);
             assert_eq!(outbox.step(), Some(Step::Send(1, frame(0x81, byte))));
         }
+    }
+
+    #[test]
+    fn a_frame_goes_at_once_unless_another_is_before_it_or_no_mailbox_is_free() {
+        let mut outbox = Outbox::new();
+        assert_eq!((outbox.post(&frame(5, 1)), outbox.post(&frame(5, 2))), (Some(0), None));
+        assert_eq!((outbox.post(&frame(4, 0)), outbox.post(&frame(6, 0))), (Some(1), Some(2)));
+        assert_eq!(outbox.post(&frame(3, 0)), None);
+        outbox.ended(1, true);
+        assert!(outbox.push(&frame(5, 2)));
+        assert_eq!((outbox.post(&frame(3, 0)), outbox.step()), (None, None));
+        // Called back, it is the first with its identifier again.
+        outbox.ended(0, false);
+        assert_eq!(outbox.step(), Some(Step::Send(0, frame(5, 1))));
     }
 
     #[test]

@@ -588,7 +588,7 @@ fn node() {
     let mut outbox = any(Outbox::default());
     any((outbox.has_room(), outbox.is_empty(), outbox.waits(), outbox.step()));
     if let Some(frame) = any(Frame::standard(any(0), text())) {
-        any(outbox.push(&any(frame)));
+        any((outbox.post(&any(frame)), outbox.push(&any(frame))));
     }
     outbox.ended(any(0), any(false));
     outbox.clear().for_each(|mailbox| _ = any(mailbox));
