@@ -114,9 +114,10 @@ fn answers(elf: &[u8], samples: usize, figures: &mut Canopen, report: &mut Repor
     })?;
     report.title("CANopen: replies and PDOs");
     report.text(
-        "As above over CAN at 1 Mbit/s, from the last bit in to the first bit out, but for the PDO with a target velocity: \
-         there to the end of the datagram that tells it to the TMC429. PDOs, if they are sent at all, are sent by SYNC. The \
-         motor stands for SDO, and turns in profile velocity mode else.",
+        "As above over CAN at 1 Mbit/s, at varied distances from the millisecond's turn: from the last bit in to the first \
+         bit out; of the PDO with a target velocity to the end of the datagram that tells it to the TMC429. The motor stands \
+         for SDO, with PDOs off, and turns in profile velocity mode for the others, with four TPDOs that are sent by SYNC. \
+         Frames on the emulated bus have no stuff bits.",
     );
     let rows: Vec<[String; 7]> =
         SUBJECTS.iter().zip(&measured).map(|((name, _), samples)| row(name, samples)).collect();
@@ -272,7 +273,7 @@ fn loads(elf: &[u8], span: Nanos, figures: &mut Canopen, report: &mut Report) ->
     report.text(
         "The owner of the node is the handlers of TIM3 and of CAN1: frames are received and sent in the latter. The eight PDOs \
          are those of the defaults: four from the master, the last with another target velocity each time, then the SYNC, \
-         then four of the node.",
+         then four of the node. Frames for others do not come this far.",
     );
     load::table(LOADS.iter().map(|(name, ..)| *name).zip(&loads), &OWNERS, span, report);
     Ok(())
