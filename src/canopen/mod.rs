@@ -125,8 +125,6 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     state: Nmt,
     /// No turn has begun since the start.
     is_new: bool,
-    /// When the turn began, while it has read the axis and not gone on.
-    read: Option<Micros>,
     /// Something has been written or read that an event-driven PDO may carry.
     touched: bool,
     /// The filters have changed since they were asked for.
@@ -174,7 +172,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             node: 1,
             state: Nmt::PreOperational,
             is_new: true,
-            read: None,
             touched: false,
             filters_changed: true,
             manufacturer_mode: false,
@@ -211,7 +208,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.tell_turn();
         let inversion = self.preset_switches();
         self.device.start(now, inversion);
-        (self.is_new, self.read) = (true, None);
+        self.is_new = true;
         self.drive = Drive::default();
         self.device.outputs_mut().digital = 0;
         self.switch_outputs();
@@ -363,7 +360,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// The time at which [`Node::poll`] is to be called next.
     pub fn deadline(&self) -> Micros {
-        if self.has_released() || self.read.is_some() { self.device.turn() } else { self.device.deadline() }
+        if self.has_released() { self.device.turn() } else { self.device.deadline() }
     }
 
     /// Does all that is due at `now`: to be called at [`Node::deadline`], or as soon after it as can be. Takes the inputs
@@ -371,11 +368,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub fn poll(&mut self, now: Micros, inputs: &Inputs<1>) -> Outputs {
         self.now = now;
         self.act();
-        if let Some(begun) = self.read.take() {
-            // All that counts turns has the time of their beginnings, which are a millisecond apart.
-            self.now = begun;
-            self.go_on(Events::default());
-        } else if now >= self.device.deadline() {
+        if now >= self.device.deadline() {
             self.take_turn(inputs);
         }
         if self.touched {
@@ -395,9 +388,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.live = live;
     }
 
-    /// Does the next piece of the turn of each millisecond. What follows from what it reads is another piece, so that
-    /// frames do not wait for both; but what has happened to the axis is dealt with before any frame, and so is what the
-    /// first turn meets. The executor looks at no frames.
+    /// Does the next piece of the turn of each millisecond.
     #[inline(never)]
     fn take_turn(&mut self, inputs: &Inputs<1>) {
         let piece = self.device.next_piece();
@@ -415,16 +406,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if piece == Piece::Reading {
             return;
         }
-        if self.is_new || self.device.in_tmcl_mode() || events != Events::default() {
-            self.go_on(events);
-        } else {
-            self.read = Some(self.now);
-        }
-    }
-
-    /// Goes on with the turn after the axis has been read.
-    #[inline(never)]
-    fn go_on(&mut self, events: Events) {
         let before = self.live.position;
         self.read_live();
         // At the home position the motor does not move, but its position becomes another.
