@@ -354,7 +354,7 @@ impl Peripheral for Can {
             MSR => Ok(self.msr),
             TSR => {
                 let code = (0..3).find(|index| bit(self.tsr, 26 + index)).unwrap_or(0);
-                let aborting = (0..3).map(|index| u32::from(self.aborting[index]) * ABRQ << (8 * index));
+                let aborting = (0..3).map(|index| (u32::from(self.aborting[index]) * ABRQ) << (8 * index));
                 Ok(aborting.fold(self.tsr | code << 24, |status, flag| status | flag))
             }
             RF0R => Ok(self.fifos[0].state()),
