@@ -37,7 +37,37 @@ pub(crate) const VL: u32 = 2;
 pub(crate) const PV: u32 = 3;
 pub(crate) const HM: u32 = 6;
 
+/// The states that last, and the controlwords that lead there from the start.
+pub(crate) const LASTING: [(u32, &[u16]); 6] = [
+    (SWITCH_ON_DISABLED, &[]),
+    (READY_TO_SWITCH_ON, &[SHUTDOWN]),
+    (SWITCHED_ON, &[SHUTDOWN, SWITCH_ON]),
+    (OPERATION_ENABLED, &[SHUTDOWN, SWITCH_ON, ENABLE]),
+    (QUICK_STOP_ACTIVE, &[SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP]),
+    (FAULT, &[]),
+];
+
 impl Rig {
+    /// A node in a state; 605Ah is 6, so that QUICK STOP ACTIVE lasts.
+    pub(crate) fn in_state(state: u32, words: &[u16]) -> Self {
+        let mut rig = Self::operational();
+        rig.set(0x605A, 0, 6);
+        rig.set(0x2005, 0, 0b11);
+        if state == FAULT {
+            rig.control("supply 7");
+            rig.wait(20);
+            rig.control("supply 24");
+            rig.wait(20);
+        }
+        for word in words {
+            rig.word(*word);
+            rig.wait(20);
+        }
+        assert_eq!(rig.drive_state(), state);
+        rig.frames();
+        rig
+    }
+
     /// An operational node whose limit switches are off, in OPERATION ENABLED and this mode.
     pub(crate) fn enabled(mode: u32) -> Self {
         let mut rig = Self::operational();
@@ -85,6 +115,11 @@ impl Rig {
     /// The position of the rotor in 1/256 full steps.
     pub(crate) fn rotor(&self) -> i64 {
         self.board.borrow().world().axis(0).motor().rotor()
+    }
+
+    /// The speed of the motion controller, in internal units.
+    pub(crate) fn speed(&self) -> i32 {
+        self.board.borrow().tmc429(0).velocity(0)
     }
 
     /// Whether the bridges of the driver are on.

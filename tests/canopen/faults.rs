@@ -1,8 +1,8 @@
 //! Faults of the drive: emergency message, reaction, and reset, each by what the board or the bus does.
 
 use crate::driving::{
-    ENABLE, FAULT, FAULT_RESET, MOVES, OPERATION_ENABLED, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON,
-    SHUTDOWN, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON,
+    ENABLE, FAULT, FAULT_RESET, LASTING, MOVES, OPERATION_ENABLED, PV, READY_TO_SWITCH_ON, SHUTDOWN, SWITCH_ON,
+    SWITCH_ON_DISABLED,
 };
 use crate::rig::Rig;
 use tmcm::canopen::{BusState, Emergency, Nmt, Reaction};
@@ -96,21 +96,8 @@ fn a_short_that_lasts() {
 /// Faults lead from every state to FAULT; the driver's supply is the one that shows in all of them.
 #[test]
 fn a_fault_in_every_state() {
-    let ways: [(u32, &[u16]); 5] = [
-        (SWITCH_ON_DISABLED, &[]),
-        (READY_TO_SWITCH_ON, &[SHUTDOWN]),
-        (SWITCHED_ON, &[SHUTDOWN, SWITCH_ON]),
-        (OPERATION_ENABLED, &[SHUTDOWN, SWITCH_ON, ENABLE]),
-        (QUICK_STOP_ACTIVE, &[SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP]),
-    ];
-    for (state, words) in ways {
-        let mut rig = Rig::operational();
-        rig.set(0x605A, 0, 6);
-        for word in words {
-            rig.word(*word);
-        }
-        assert_eq!(rig.drive_state(), state);
-        rig.frames();
+    for (state, words) in LASTING.into_iter().filter(|(state, _)| *state != FAULT) {
+        let mut rig = Rig::in_state(state, words);
         rig.control("supply 7");
         rig.wait(20);
         assert_eq!((rig.drive_state(), rig.emergencies()), (FAULT, vec![(0xFF00, [0, 0])]));

@@ -121,8 +121,12 @@ fn the_rotor_moves_only_where_it_may() {
             for _ in 0..COMMANDS {
                 done.push(disturb(&mut rig, &mut random));
                 let (from, before) = (places(&rig), may_move(&mut rig));
+                let speed = rig.speed();
                 rig.wait(random.below(4));
                 let after = may_move(&mut rig);
+                // A node that is stopped moves its motor to a stand alone.
+                let slows = after.is_some() || before.is_some() || rig.speed().abs() <= speed.abs();
+                assert!(slows, "batch {batch}, sequence {sequence}: {done:?}");
                 if before == Some(false) && after == Some(false) {
                     stood += 1;
                     assert_eq!(places(&rig), from, "batch {batch}, sequence {sequence}: {done:?}");

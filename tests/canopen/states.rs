@@ -1,22 +1,12 @@
 //! The states of the drive: each state that lasts with every command, by SDO and PDO; and what happens on the way.
 
 use crate::driving::{
-    DISABLE_VOLTAGE, ENABLE, FAULT, FAULT_REACTION_ACTIVE, FAULT_RESET, HALT, HM, INTERNAL_LIMIT, MODE_SPECIFIC, MOVES,
-    OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON, SHUTDOWN, STATE, SWITCH_ON,
-    SWITCH_ON_DISABLED, SWITCHED_ON, TARGET_REACHED, VL,
+    DISABLE_VOLTAGE, ENABLE, FAULT, FAULT_REACTION_ACTIVE, FAULT_RESET, HALT, HM, INTERNAL_LIMIT, LASTING,
+    MODE_SPECIFIC, MOVES, OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON, SHUTDOWN,
+    STATE, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON, TARGET_REACHED, VL,
 };
 use crate::random::Random;
 use crate::rig::Rig;
-
-/// The states that last, and the controlwords that lead there from the start.
-const LASTING: [(u32, &[u16]); 6] = [
-    (SWITCH_ON_DISABLED, &[]),
-    (READY_TO_SWITCH_ON, &[SHUTDOWN]),
-    (SWITCHED_ON, &[SHUTDOWN, SWITCH_ON]),
-    (OPERATION_ENABLED, &[SHUTDOWN, SWITCH_ON, ENABLE]),
-    (QUICK_STOP_ACTIVE, &[SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP]),
-    (FAULT, &[]),
-];
 
 /// The state that follows, by figure 8 and table 185 of the manual; `reset` is true for a rising edge of bit 7.
 fn expected(state: u32, word: u16, reset: bool) -> u32 {
@@ -44,26 +34,6 @@ fn expected(state: u32, word: u16, reset: bool) -> u32 {
     }
 }
 
-/// A node in a state; 605Ah is 6, so that QUICK STOP ACTIVE lasts.
-fn in_state(state: u32, words: &[u16]) -> Rig {
-    let mut rig = Rig::operational();
-    rig.set(0x605A, 0, 6);
-    rig.set(0x2005, 0, 0b11);
-    if state == FAULT {
-        rig.control("supply 7");
-        rig.wait(20);
-        rig.control("supply 24");
-        rig.wait(20);
-    }
-    for word in words {
-        rig.word(*word);
-        rig.wait(20);
-    }
-    assert_eq!(rig.drive_state(), state);
-    rig.frames();
-    rig
-}
-
 /// Sends a controlword in RPDO1.
 fn by_pdo(rig: &mut Rig, word: u16) {
     rig.send(0x201, &word.to_le_bytes());
@@ -77,7 +47,7 @@ fn every_command_in_every_state_that_lasts() {
             for command in 0..32_u16 {
                 let (low, reset) = (command & 0xF, command >> 4 != 0);
                 for by_sdo in [false, true] {
-                    let mut rig = in_state(state, words);
+                    let mut rig = Rig::in_state(state, words);
                     rig.set(0x6060, 0, mode);
                     // The other bits are free, but for halt and, in modes that know it, the start of something.
                     let free = if mode == 0 { 0xFF70 } else { 0xFE60 };
@@ -126,7 +96,7 @@ fn a_change_is_told_before_the_next_reply() {
 /// Bit 7 resets a fault when it rises, not while it is set.
 #[test]
 fn a_fault_is_reset_by_the_edge() {
-    let mut rig = in_state(FAULT, &[]);
+    let mut rig = Rig::in_state(FAULT, &[]);
     rig.control("supply 7");
     rig.wait(20);
     rig.word(FAULT_RESET);
@@ -241,7 +211,7 @@ fn settings_of_switch_on_disabled() {
         (0x208C, 0, 181),
     ];
     for (state, words) in LASTING {
-        let mut rig = in_state(state, words);
+        let mut rig = Rig::in_state(state, words);
         for (index, sub, value) in objects {
             let written = rig.write(index, sub, value);
             let allowed = if state == SWITCH_ON_DISABLED { Ok(()) } else { Err(0x0800_0022) };

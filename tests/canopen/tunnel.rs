@@ -1,8 +1,7 @@
 //! TMCL mode (2700h, 1023h): what the executor does in it, what it refuses, and what the node refuses while it lasts.
 
 use crate::driving::{
-    ENABLE, FAULT, HM, INTERNAL_LIMIT, OPERATION_ENABLED, PP, PV, QUICK_STOP, QUICK_STOP_ACTIVE, READY_TO_SWITCH_ON,
-    SHUTDOWN, START, SWITCH_ON, SWITCH_ON_DISABLED, SWITCHED_ON,
+    ENABLE, HM, INTERNAL_LIMIT, LASTING, OPERATION_ENABLED, PP, PV, SHUTDOWN, START, SWITCH_ON, SWITCH_ON_DISABLED,
 };
 use crate::random::Random;
 use crate::rig::Rig;
@@ -120,28 +119,8 @@ fn value_of(rig: &mut Rig, parameter: u8) -> i32 {
 /// From each state that lasts, and on the way: the bridges are on, and the motor moves.
 #[test]
 fn from_each_state_of_the_drive() {
-    for (state, words) in [
-        (SWITCH_ON_DISABLED, &[][..]),
-        (READY_TO_SWITCH_ON, &[SHUTDOWN]),
-        (SWITCHED_ON, &[SHUTDOWN, SWITCH_ON]),
-        (OPERATION_ENABLED, &[SHUTDOWN, SWITCH_ON, ENABLE]),
-        (QUICK_STOP_ACTIVE, &[SHUTDOWN, SWITCH_ON, ENABLE, QUICK_STOP]),
-        (FAULT, &[]),
-    ] {
-        let mut rig = Rig::operational();
-        rig.set(0x2005, 0, 3);
-        rig.set(0x605A, 0, 6);
-        if state == FAULT {
-            rig.control("supply 7");
-            rig.wait(20);
-            rig.control("supply 24");
-            rig.wait(20);
-        }
-        for word in words {
-            rig.word(*word);
-            rig.wait(5);
-        }
-        assert_eq!(rig.drive_state(), state);
+    for (state, words) in LASTING {
+        let mut rig = Rig::in_state(state, words);
         enter(&mut rig);
         assert!(rig.is_energised());
         tmcl(&mut rig, "MVP REL, 0, 5120");

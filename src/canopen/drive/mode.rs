@@ -13,7 +13,7 @@ use crate::motion::Pace;
 use crate::units::Micros;
 
 /// Bit of the controlword: a new set-point, or the start of a homing.
-pub(super) const START: u16 = 1 << 4;
+const START: u16 = 1 << 4;
 /// Bit of the controlword: the set-point is relative.
 const RELATIVE: u16 = 1 << 6;
 /// Bit of the controlword: the motor halts.
