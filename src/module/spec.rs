@@ -1,7 +1,7 @@
 //! A product as data: its [`Spec`], and as a type, [`Product`], for the sizes of its memories.
 
 use super::slots::Slots;
-use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140};
+use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140, tmcm3110, tmcm6110};
 use crate::store::{Array, Layout, Memory, Pair, Store};
 use crate::tmcl::{Command, Opcode};
 
@@ -93,6 +93,91 @@ impl Memory for Tmcm1140 {
     type Program = [u8; 14_336];
     type Values = [i32; 224];
     type Pairs = [Pair; 16];
+}
+
+/// Number of axes of the TMCM-6110.
+pub const TMCM_6110_AXES: usize = 6;
+
+/// The TMCM-6110 with its TMCL firmware: six axes on two motion controllers. Version 1.46 is the last one of which a manual
+/// is known.
+pub static TMCM_6110: Spec = Spec {
+    name: *b"6110",
+    number: 6110,
+    major: 1,
+    minor: 46,
+    usb: "TMCM-6110",
+    axes: TMCM_6110_AXES as u8,
+    inputs: 8,
+    outputs: 8,
+    analog: 0b1_0001,
+    pull_ups: 2,
+    axis: &tmcm6110::AXIS,
+    global: &tmcm6110::GLOBAL,
+    slots: SISTERS_SLOTS,
+    ..TMCM_1140
+};
+
+/// Number of axes of the TMCM-3110.
+pub const TMCM_3110_AXES: usize = 3;
+
+/// The TMCM-3110 with its TMCL firmware: three axes on one motion controller. Version 1.14 is the one for which published
+/// host software was written.
+pub static TMCM_3110: Spec = Spec {
+    name: *b"3110",
+    number: 3110,
+    major: 1,
+    minor: 14,
+    usb: "TMCM-3110",
+    axes: TMCM_3110_AXES as u8,
+    pull_ups: 1,
+    axis: &tmcm3110::AXIS,
+    global: tmcm3110::GLOBAL,
+    ..TMCM_6110
+};
+
+/// The slots of both sisters: those of the TMCM-1140, and two more for each axis.
+const SISTERS_SLOTS: Slots = Slots { variables: 20, axes: 76, each: 68, coordinates: 48 };
+
+/// The TMCM-6110 as a type. Which EEPROM it has is not published: 32 KiB have room for the settings of six axes.
+#[derive(Clone, Copy, Debug)]
+pub struct Tmcm6110;
+
+impl Product for Tmcm6110 {
+    const SPEC: &'static Spec = &TMCM_6110;
+}
+
+impl Memory for Tmcm6110 {
+    const SIZE: usize = 32_768;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm 6110 settings 1",
+        defaults: const { &SISTERS_SLOTS.defaults::<484>(&tmcm6110::AXIS, &tmcm6110::GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 490];
+    type Pairs = [Pair; 35];
+}
+
+/// The TMCM-3110 as a type, with the same EEPROM.
+#[derive(Clone, Copy, Debug)]
+pub struct Tmcm3110;
+
+impl Product for Tmcm3110 {
+    const SPEC: &'static Spec = &TMCM_3110;
+}
+
+impl Memory for Tmcm3110 {
+    const SIZE: usize = 32_768;
+    const PAGE: usize = 64;
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm 3110 settings 1",
+        defaults: const { &SISTERS_SLOTS.defaults::<280>(&tmcm3110::AXIS, tmcm3110::GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; 14_336];
+    type Values = [i32; 280];
+    type Pairs = [Pair; 20];
 }
 
 impl Spec {

@@ -81,7 +81,10 @@ impl<H: Hardware> Joined<'_, H> {
             | P::MaximumEncoderDeviation
             | P::PowerDownDelay
             | P::ExternalEncoderPrescaler
-            | P::MaximumExternalEncoderDeviation => self.values.get(parameter),
+            | P::MaximumExternalEncoderDeviation
+            | P::GroupIndex
+            | P::EncoderMode
+            | P::StepDirectionMode => self.values.get(parameter),
         })
     }
 
@@ -192,7 +195,10 @@ impl<H: Hardware> Joined<'_, H> {
             | P::EncoderPrescaler
             | P::MaximumEncoderDeviation
             | P::PowerDownDelay
-            | P::MaximumExternalEncoderDeviation => {
+            | P::MaximumExternalEncoderDeviation
+            | P::GroupIndex
+            | P::EncoderMode
+            | P::StepDirectionMode => {
                 self.values.set(parameter, value);
                 Ok(())
             }

@@ -107,6 +107,12 @@ functions! {
         ExternalEncoderPrescaler,
         /// Deviation from the external encoder that stops the motor, in encoder steps; 0: none.
         MaximumExternalEncoderDeviation,
+        /// The group of axes that move together, 1..=255; 0: none.
+        GroupIndex,
+        /// Mode of the encoder. It is kept, without effect.
+        EncoderMode,
+        /// Mode of the step and direction inputs. It is kept, without effect.
+        StepDirectionMode,
     }
     computed {
         /// Target position in microsteps; writing it starts a positioning move.

@@ -11,6 +11,8 @@ mod axis;
 mod global;
 mod interrupt;
 pub mod tmcm1140;
+pub mod tmcm3110;
+pub mod tmcm6110;
 
 pub use axis::AxisParameter;
 pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
@@ -122,7 +124,7 @@ pub const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 pub const FLAG: &[(i32, i32)] = &[(0, 1)];
 
 /// What a product's table says about a parameter.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// Number in the type field of a command.
     pub number: u8,
@@ -181,7 +183,7 @@ impl Row {
 }
 
 /// A parameter of a product: its function and its row.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Parameter<F> {
     /// The function: a variant of [`AxisParameter`] or [`GlobalParameter`].
     pub function: F,
@@ -210,6 +212,42 @@ impl<F: Copy + PartialEq> Table<F> {
     pub fn row(&self, function: F) -> Option<&'static Row> {
         self.rows.iter().find(|parameter| parameter.function == function).map(|parameter| &parameter.row)
     }
+}
+
+/// The rows of a product in terms of those of a sister, `of`: without the numbers in `without`, and with the rows in `with`,
+/// which also take the place of rows with the same number. All of them in the order of their numbers; there are `N` in the
+/// end.
+///
+/// # Panics
+/// `N` is another number, `of` has no row that is left out or replaced, or `with` is not in order. For a `const` this is
+/// a compile error.
+pub const fn derived<F: Copy, const N: usize>(
+    of: &[Parameter<F>],
+    without: &[u8],
+    with: &[Parameter<F>],
+) -> [Parameter<F>; N] {
+    let mut rows = [of[0]; N];
+    let (mut n, mut i, mut left_out, mut added) = (0, 0, 0, 0);
+    while i < of.len() || added < with.len() {
+        let replaced = i < of.len() && added < with.len() && with[added].row.number == of[i].row.number;
+        if i < of.len() && left_out < without.len() && without[left_out] == of[i].row.number {
+            left_out += 1;
+            i += 1;
+            continue;
+        }
+        if added < with.len() && (i == of.len() || with[added].row.number <= of[i].row.number) {
+            rows[n] = with[added];
+            added += 1;
+            i += replaced as usize;
+        } else {
+            rows[n] = of[i];
+            i += 1;
+        }
+        n += 1;
+    }
+    assert!(left_out == without.len(), "a row that is left out does not exist, or comes too early");
+    assert!(n == N, "the product has another number of rows");
+    rows
 }
 
 /// Makes an enum of parameter functions, and the constructor of tables for it. The value of a setting is kept in an

@@ -102,7 +102,7 @@ impl<'a> Image<'a> {
         let elf = files::read_file(path, LARGEST_IMAGE);
         let elf = elf.map_err(|error| Self::failed(path, &format!("cannot be read: {error}")))?;
         let model = image::model(&elf).map_err(|error| Self::failed(path, &error))?;
-        Ok(Image { path, elf, firmware: model.map(|model| model.firmware.into()) })
+        Ok(Image { path, elf, firmware: model.map(|model| model.firmware().into()) })
     }
 
     fn failed(path: &Path, error: &dyn Display) -> Failure {

@@ -1,6 +1,6 @@
 //! The parts of a product's board, as data: a further product of these chips is one more value of [`BoardKind`].
 
-use crate::chip::at25::{AT25128, Part};
+use crate::chip::at25::{AT25128, AT25256, Part};
 use crate::world::pin::Pin;
 
 /// The largest number of analog channels that a board can have.
@@ -61,6 +61,32 @@ pub static TMCM_1140: BoardKind = BoardKind {
     abn: AbnPins::Switches,
     eeprom: AT25128,
 };
+
+/// The TMCM-6110: six axes on two TMC429s, without encoders. Switches, also home switches, have pins of their own; IN0 and
+/// IN4 are the analog inputs. Its EEPROM is not published.
+pub static TMCM_6110: BoardKind = BoardKind {
+    name: "TMCM-6110",
+    controllers: &[3, 3],
+    inputs: &[
+        Input::Analog,
+        Input::Free,
+        Input::Free,
+        Input::Free,
+        Input::Analog,
+        Input::Free,
+        Input::Free,
+        Input::Free,
+    ],
+    outputs: 8,
+    pull_ups: 2,
+    magnetic_encoders: false,
+    abn: AbnPins::None,
+    eeprom: AT25256,
+};
+
+/// The TMCM-3110: three axes on one TMC429, each with pins for an ABN encoder.
+pub static TMCM_3110: BoardKind =
+    BoardKind { name: "TMCM-3110", controllers: &[3], pull_ups: 1, abn: AbnPins::Own, ..TMCM_6110 };
 
 impl BoardKind {
     /// The number of axes of the board.

@@ -13,7 +13,7 @@ pub(crate) mod kind;
 
 pub use bus::{Chip, Datagram};
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
-pub use kind::{AbnPins, BoardKind, Input, MOST_ANALOG, TMCM_1140};
+pub use kind::{AbnPins, BoardKind, Input, MOST_ANALOG, TMCM_1140, TMCM_3110, TMCM_6110};
 
 use crate::chip::StepDir;
 use crate::chip::at25::At25;

@@ -2,13 +2,13 @@
 
 use hal_sim::mcu::mark;
 
-use crate::native::{FirmwareKind, Model, Product};
+use crate::native::{Model, Product};
 
 /// How the names of these symbols begin.
 const MARK: &str = "_firmware_";
 /// How they go on, and what that means.
-const MODELS: [(&str, FirmwareKind); 2] =
-    [("TMCM_1140_tmcl", FirmwareKind::Tmcl), ("TMCM_1140_canopen", FirmwareKind::Canopen)];
+const MODELS: [(&str, Model); 2] =
+    [("TMCM_1140_tmcl", Model::Tmcl(Product::Tmcm1140)), ("TMCM_1140_canopen", Model::Canopen)];
 
 /// Product and firmware of an image; `None` if it does not say, as other people's images do not.
 ///
@@ -16,7 +16,6 @@ const MODELS: [(&str, FirmwareKind); 2] =
 /// The image says that it is something of which nothing is known here.
 pub fn model(elf: &[u8]) -> Result<Option<Model>, String> {
     let Some(name) = mark(elf, MARK) else { return Ok(None) };
-    let firmware = MODELS.iter().find(|(known, _)| *known == name).map(|(_, firmware)| *firmware);
-    let firmware = firmware.ok_or_else(|| format!("it is an image of {name}, which cannot be simulated"))?;
-    Ok(Some(Model { product: Product::Tmcm1140, firmware }))
+    let model = MODELS.iter().find(|(known, _)| *known == name).map(|(_, model)| *model);
+    model.map(Some).ok_or_else(|| format!("it is an image of {name}, which cannot be simulated"))
 }

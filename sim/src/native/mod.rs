@@ -72,7 +72,7 @@ impl NativeModule {
         clock: Micros,
     ) -> Self {
         let model = model.into();
-        let mut board = Board::of_kind(model.product.kind(), config, seed.into());
+        let mut board = Board::of_kind(model.product().kind(), config, seed.into());
         if let Some(contents) = eeprom {
             board.at25_mut().load(contents);
         }

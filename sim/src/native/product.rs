@@ -2,7 +2,7 @@
 
 use hal_sim::board::{self, BoardKind};
 use tmcm::canopen::{self, Entry, Object};
-use tmcm::module::{self, Spec, TMCM_1140_AXES, Tmcm1140};
+use tmcm::module::{self, Spec, TMCM_1140_AXES, TMCM_3110_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm3110, Tmcm6110};
 use tmcm::param::{GlobalParameter, Row};
 use tmcm::store::{Memory, Need, Store};
 
@@ -15,6 +15,10 @@ pub enum Product {
     /// The TMCM-1140.
     #[default]
     Tmcm1140,
+    /// The TMCM-3110.
+    Tmcm3110,
+    /// The TMCM-6110.
+    Tmcm6110,
 }
 
 /// A firmware that can be simulated.
@@ -28,31 +32,65 @@ pub enum FirmwareKind {
 }
 
 /// What a module is: a product, with one of its firmwares.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Model {
-    /// The product.
-    pub product: Product,
-    /// The firmware in it.
-    pub firmware: FirmwareKind,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// Any product, with its TMCL firmware.
+    Tmcl(Product),
+    /// The TMCM-1140 with its CANopen firmware, which no other product has.
+    Canopen,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Model::Tmcl(Product::default())
+    }
 }
 
 impl From<Product> for Model {
     fn from(product: Product) -> Self {
-        Model { product, ..Model::default() }
+        Model::Tmcl(product)
     }
 }
 
+/// The TMCM-1140 with a firmware.
 impl From<FirmwareKind> for Model {
     fn from(firmware: FirmwareKind) -> Self {
-        Model { firmware, ..Model::default() }
+        match firmware {
+            FirmwareKind::Tmcl => Model::default(),
+            FirmwareKind::Canopen => Model::Canopen,
+        }
     }
 }
 
 impl Product {
+    /// All products, in the order of their numbers.
+    pub const ALL: [Product; 3] = [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm6110];
+
+    /// The product's name, such as `TMCM-1140`.
+    pub fn name(self) -> &'static str {
+        self.kind().name
+    }
+
+    /// The product of a name, such as `TMCM-1140` or, for short, `1140`, in capitals or small letters.
+    pub fn named(name: &str) -> Option<Product> {
+        let product = |product: &Product| {
+            let number = product.name().trim_start_matches("TMCM-");
+            name == number || name.eq_ignore_ascii_case(product.name())
+        };
+        Self::ALL.into_iter().find(product)
+    }
+
+    /// The product of a number: the upper half of the reply to command 136, type 1.
+    pub fn numbered(number: u16) -> Option<Product> {
+        Self::ALL.into_iter().find(|product| product.spec().number == number)
+    }
+
     /// What the product is for its TMCL firmware.
     pub fn spec(self) -> &'static Spec {
         match self {
             Product::Tmcm1140 => &module::TMCM_1140,
+            Product::Tmcm3110 => &module::TMCM_3110,
+            Product::Tmcm6110 => &module::TMCM_6110,
         }
     }
 
@@ -60,27 +98,47 @@ impl Product {
     pub fn kind(self) -> &'static BoardKind {
         match self {
             Product::Tmcm1140 => &board::TMCM_1140,
+            Product::Tmcm3110 => &board::TMCM_3110,
+            Product::Tmcm6110 => &board::TMCM_6110,
         }
     }
 }
 
 impl Model {
+    /// The product.
+    pub fn product(self) -> Product {
+        match self {
+            Model::Tmcl(product) => product,
+            Model::Canopen => Product::Tmcm1140,
+        }
+    }
+
+    /// The firmware in it.
+    pub fn firmware(self) -> FirmwareKind {
+        match self {
+            Model::Tmcl(_) => FirmwareKind::Tmcl,
+            Model::Canopen => FirmwareKind::Canopen,
+        }
+    }
+
     /// Starts the firmware; the messages for a person are about the contents of the EEPROM.
     pub(super) fn start(self, start: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
-        match (self.product, self.firmware) {
-            (Product::Tmcm1140, FirmwareKind::Tmcl) => tmcl::start::<Tmcm1140, TMCM_1140_AXES, 1>(start),
-            (Product::Tmcm1140, FirmwareKind::Canopen) => node::start(start),
+        match self {
+            Model::Tmcl(Product::Tmcm1140) => tmcl::start::<Tmcm1140, TMCM_1140_AXES, 1>(start),
+            Model::Tmcl(Product::Tmcm3110) => tmcl::start::<Tmcm3110, TMCM_3110_AXES, 1>(start),
+            Model::Tmcl(Product::Tmcm6110) => tmcl::start::<Tmcm6110, TMCM_6110_AXES, 2>(start),
+            Model::Canopen => node::start(start),
         }
     }
 
     /// The contents of an EEPROM with `number` as address on the buses: serial address and CAN identifier, or node ID.
     /// `None` if these are the factory defaults.
     pub fn numbered_eeprom(self, number: u8) -> Option<Vec<u8>> {
-        match (self.product, self.firmware) {
-            (Product::Tmcm1140, FirmwareKind::Tmcl) => numbered::<Tmcm1140>(number, tmcl_slots::<Tmcm1140>()),
-            (Product::Tmcm1140, FirmwareKind::Canopen) => {
-                numbered::<canopen::Tmcm1140>(number, Entry::of(Object::NodeId).row().slot(0))
-            }
+        match self {
+            Model::Tmcl(Product::Tmcm1140) => numbered::<Tmcm1140>(number, tmcl_slots::<Tmcm1140>()),
+            Model::Tmcl(Product::Tmcm3110) => numbered::<Tmcm3110>(number, tmcl_slots::<Tmcm3110>()),
+            Model::Tmcl(Product::Tmcm6110) => numbered::<Tmcm6110>(number, tmcl_slots::<Tmcm6110>()),
+            Model::Canopen => numbered::<canopen::Tmcm1140>(number, Entry::of(Object::NodeId).row().slot(0)),
         }
     }
 }
