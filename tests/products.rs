@@ -6,11 +6,11 @@
 #[path = "common/products.rs"]
 mod definitions;
 
-use definitions::{OnBoard, Six, THREE_AXIS, Three};
+use definitions::{OnBoard, THREE_AXIS, Three};
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
-use tmcm::module::{Module, Source};
+use tmcm::module::{Module, Source, Tmcm3110, Tmcm6110};
 use tmcm::param::{COORDINATES, Parameter, STORED_USER_VARIABLES};
 use tmcm::tmcl::{Opcode, Reply, Status, text};
 use tmcm::units::Micros;
@@ -23,7 +23,7 @@ struct Rig<P: OnBoard, const AXES: usize, const N: usize> {
 }
 
 type OfThree = Rig<Three, 3, 1>;
-type OfSix = Rig<Six, 6, 2>;
+type OfSix = Rig<Tmcm6110, 6, 2>;
 
 impl<P: OnBoard, const AXES: usize, const N: usize> Rig<P, AXES, N> {
     fn on(eeprom: Vec<u8>) -> Self {
@@ -131,7 +131,12 @@ fn everything_that_can_be_stored_survives_on_three_axes() {
 
 #[test]
 fn everything_that_can_be_stored_survives_on_six_axes() {
-    everything_survives::<Six, 6, 2>();
+    everything_survives::<Tmcm6110, 6, 2>();
+}
+
+#[test]
+fn everything_that_can_be_stored_survives_on_a_tmcm_3110() {
+    everything_survives::<Tmcm3110, 3, 1>();
 }
 
 /// A fresh module has the defaults of its product's table, on every axis, before and after a factory reset.
@@ -178,10 +183,11 @@ fn commands_and_parameters_that_a_product_lacks_are_refused() {
 /// Parameter 204 is the maximum current of one product and the freewheeling time of another.
 #[test]
 fn a_number_means_what_the_product_says() {
-    let (mut three, mut six) = (OfThree::new(), OfSix::new());
+    let (mut three, mut six, mut sister) = (OfThree::new(), OfSix::new(), Rig::<Tmcm3110, 3, 1>::new());
     assert_eq!((three.ok("GAP 204, 1"), six.ok("GAP 204, 1")), (100, 0));
     assert_eq!((three.send("SAP 204, 1, 256").0, six.send("SAP 204, 1, 256").0), (Status::InvalidValue as u8, 100));
-    assert_eq!((three.send("SAP 210, 0, 256").0, six.send("SAP 210, 0, 256").0), (Status::InvalidValue as u8, 100));
+    assert_eq!((three.send("SAP 210, 0, 256").0, sister.send("SAP 210, 0, 256").0), (Status::InvalidValue as u8, 100));
+    assert_eq!(six.send("SAP 210, 0, 256").0, Status::WrongType as u8);
 }
 
 /// Each axis has two interrupts for its stop switches, each input has one; their numbers follow from the number of the

@@ -1,12 +1,11 @@
-//! Products that exist in tests alone: one with three axes on one TMC429, and one with six axes on two. Their axes,
-//! parameters and EEPROMs are others than those of the TMCM-1140.
+//! Products with several axes: the TMCM-6110, the TMCM-3110, and one with three axes that exists in tests alone. Its
+//! parameters, commands and EEPROM are others than those of them all.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use hal_sim::board::{AbnPins, BoardKind, Input};
-use hal_sim::chip::at25::{AT25256, AT25512};
-use tmcm::module::{Product, Slots, Spec, TMCM_1140};
-use tmcm::param::tmcm1140;
+use hal_sim::board::{AbnPins, BoardKind, Input, TMCM_3110, TMCM_6110};
+use hal_sim::chip::at25::AT25512;
+use tmcm::module::{Product, Slots, Spec, TMCM_1140, Tmcm3110, Tmcm6110};
 use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
 use tmcm::store::{Layout, Memory, Pair};
@@ -114,78 +113,6 @@ impl Memory for Three {
     type Pairs = [Pair; 7];
 }
 
-/// Global parameters of the product with six axes. Numbers 79 and 90 have a bit for each motion controller.
-static SIX_GLOBAL: Table<GlobalParameter> = Table::<GlobalParameter>::new(parameter_rows! { GlobalParameter;
-    66 SerialAddress "serial address" Address &[(1, 255)], ReadWrite Automatic(3) 1 "",
-    68 SerialHeartbeat "serial heartbeat" Milliseconds &[(0, 65535)], ReadWrite Automatic(5) 0 "",
-    75 TelegramPause "telegram pause time" Milliseconds &[(0, 255)], ReadWrite Automatic(9) 0 "",
-    76 SerialHostAddress "serial host address" Address &[(0, 255)], ReadWrite Automatic(10) 2 "",
-    77 AutoStart "auto start mode" Flag FLAG, ReadWrite Automatic(11) 0 "",
-    79 EndSwitchPolarity "end switch polarity" Bits &[(0, 3)], ReadWrite Automatic(12) 0 "",
-    81 CodeProtection "code protection" Bits &[(0, 3)], ReadWrite Automatic(13) 0 "",
-    84 CoordinateStorage "coordinate storage" Flag FLAG, ReadWrite Automatic(16) 0 "",
-    85 DoNotRestoreVariables "do not restore user variables" Flag FLAG, ReadWrite Automatic(17) 0 "",
-    90 ReverseShaft "reverse shaft" Bits &[(0, 3)], ReadWrite Automatic(19) 0 "",
-    128 ApplicationStatus "application status" Choice &[(0, 3)], Read Volatile 0 "",
-    132 TickTimer "tick timer" Milliseconds &[(0, i32::MAX)], ReadWrite Volatile 0 "",
-});
-
-/// A product with six axes, the axis parameters of the TMCM-1140, and inputs and outputs as the TMCM-6110 has them.
-pub static SIX: Spec = Spec {
-    name: *b"6006",
-    number: 6006,
-    axes: 6,
-    inputs: 8,
-    outputs: 8,
-    analog: 0b1_0001,
-    pull_ups: 2,
-    global: &SIX_GLOBAL,
-    ..TMCM_1140
-};
-
-/// The board of the product with six axes. IN0 and IN4 are the analog inputs; the home switches have pins that are no
-/// inputs of the product.
-static SIX_BOARD: BoardKind = BoardKind {
-    name: "board of six axes",
-    controllers: &[3, 3],
-    inputs: &[
-        Input::Analog,
-        Input::Free,
-        Input::Free,
-        Input::Free,
-        Input::Analog,
-        Input::Free,
-        Input::Free,
-        Input::Free,
-    ],
-    outputs: 8,
-    pull_ups: 2,
-    magnetic_encoders: true,
-    abn: AbnPins::Own,
-    eeprom: AT25256,
-};
-
-/// The product with six axes and an EEPROM of 32 KiB in pages of 64 bytes.
-#[derive(Debug)]
-pub struct Six;
-
-impl Product for Six {
-    const SPEC: &'static Spec = &SIX;
-}
-
-impl Memory for Six {
-    const SIZE: usize = 32_768;
-    const PAGE: usize = 64;
-    const LAYOUT: Layout = Layout {
-        tag: b"six",
-        defaults: const { &SIX.slots.defaults::<472>(&tmcm1140::AXIS, &SIX_GLOBAL) },
-        after_erasing: 13,
-    };
-    type Program = [u8; 14_336];
-    type Values = [i32; 476];
-    type Pairs = [Pair; 34];
-}
-
 /// A product that has a simulated board.
 pub trait OnBoard: Product + 'static {
     /// What the board consists of.
@@ -196,6 +123,10 @@ impl OnBoard for Three {
     const BOARD: &'static BoardKind = &THREE_BOARD;
 }
 
-impl OnBoard for Six {
-    const BOARD: &'static BoardKind = &SIX_BOARD;
+impl OnBoard for Tmcm6110 {
+    const BOARD: &'static BoardKind = &TMCM_6110;
+}
+
+impl OnBoard for Tmcm3110 {
+    const BOARD: &'static BoardKind = &TMCM_3110;
 }

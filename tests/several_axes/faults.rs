@@ -2,6 +2,7 @@
 
 use crate::Bench;
 use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm::param::AxisParameter;
 
 /// Lets all axes turn, and has each in turn met with something; asserts that this axis stops and the others turn on,
 /// that `flag` - an axis parameter and its bits - shows it for this axis alone, and that interrupt `first` + axis tells
@@ -28,10 +29,10 @@ fn each_is_met(bench: &mut Bench, speed: i32, met: &str, over: &str, flag: (u8, 
             assert_eq!(bench.variable(*interrupt), times, "{met}, axis {axis}: interrupt {interrupt}");
         }
         bench.control(&over.replace('#', &axis.to_string()));
-        let (spec, position) = (bench.spec, bench.get(1, axis));
-        // The encoders agree again, those that the product has.
-        for encoder in [209, 216].into_iter().filter(|number| spec.axis.find(*number).is_some()) {
-            bench.ok(&format!("SAP {encoder}, {axis}, {position}"));
+        let position = bench.get(1, axis);
+        // The encoder agrees again, if the product has one.
+        if let Some(encoder) = bench.spec.axis.row(AxisParameter::ExternalEncoderPosition) {
+            bench.ok(&format!("SAP {}, {axis}, {position}", encoder.number));
         }
         bench.ok(&format!("ROR {axis}, {speed}"));
         bench.run(SECOND);
@@ -68,11 +69,13 @@ fn each_axis_has_its_own_stall_settings() {
     }
 }
 
-/// An ABN encoder on each axis. 8000 counts are a turn of 51 200 microsteps: 6.4 * 512 is the prescaler, but three bits of
-/// it are functions, so that an encoder counts 255 microsteps where there are 256.
+/// The products with encoders, with an ABN encoder on each axis. 8000 counts are a turn of 51 200 microsteps: 6.4 * 512 is
+/// the prescaler, but three bits of it are functions, so that an encoder counts 255 microsteps where there are 256.
 fn encoders() -> impl Iterator<Item = Bench> {
-    Bench::both(|_| "abn.lines = 2000".into()).map(|mut bench| {
-        bench.each("SAP 217, #, 3264");
+    [Bench::three as fn(&str) -> Bench, Bench::tmcm_3110].into_iter().map(|new| {
+        let mut bench = new("abn.lines = 2000");
+        let prescaler = bench.number(AxisParameter::ExternalEncoderPrescaler);
+        bench.each(&format!("SAP {prescaler}, #, 3264"));
         bench
     })
 }
@@ -80,29 +83,25 @@ fn encoders() -> impl Iterator<Item = Bench> {
 #[test]
 fn each_axis_stops_when_its_own_encoder_deviates() {
     for mut bench in encoders() {
-        bench.each("SAP 218, #, 1500");
+        let deviation = bench.number(AxisParameter::MaximumExternalEncoderDeviation);
+        bench.each(&format!("SAP {deviation}, #, 1500"));
         each_is_met(&mut bench, 300, "slip -8 #", "load 0 #", (207, 2), Some(21));
     }
-    let mut six = Bench::six("");
-    six.each("SAP 212, #, 1000");
-    each_is_met(&mut six, 300, "slip -8 #", "load 0 #", (207, 2), Some(21));
 }
 
 #[test]
 fn each_encoder_counts_the_way_of_its_own_axis() {
     for mut bench in encoders() {
-        let built_in = bench.spec.axis.find(209).is_some();
+        let encoder = bench.number(AxisParameter::ExternalEncoderPosition);
         for axis in bench.axes() {
             let target = 5_120 * (i32::from(axis) + 1) * if axis.is_multiple_of(2) { 1 } else { -1 };
-            let before = bench.all(216);
+            let before = bench.all(encoder);
             bench.ok(&format!("MVP ABS, {axis}, {target}"));
             bench.run(3 * SECOND);
-            for (other, (now, before)) in bench.all(216).into_iter().zip(before).enumerate() {
+            for (other, (now, before)) in bench.all(encoder).into_iter().zip(before).enumerate() {
                 let way = if other == usize::from(axis) { target * 255 / 256 } else { 0 };
                 assert!((now - before - way).abs() <= 10, "axis {axis} moved, encoder {other}: {}", now - before);
             }
-            // 1024 counts a turn are 50 microsteps a count.
-            assert!(!built_in || (bench.get(209, axis) - target).abs() <= 50, "axis {axis}");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Modules with several axes, and with several motion controllers: all axes work at the same time, and nothing of one
-//! shows in another. Two products that exist in tests alone run the module on simulated boards in virtual time; they
-//! are told what to do by commands, and seen at their replies and at the world around them.
+//! shows in another. The TMCM-6110, and a product with three axes that exists in tests alone, run the module on simulated
+//! boards in virtual time; they are told what to do by commands, and seen at their replies and at the world around them.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -15,7 +15,7 @@ mod storage;
 mod switches;
 mod traffic;
 
-use definitions::{OnBoard, Six, Three};
+use definitions::{OnBoard, Three};
 use hal_sim::board::{AxisInputs, Board, Chip, SharedBoard, SimSpi};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{AxisState, Line, State};
@@ -25,8 +25,9 @@ use std::ops::Range;
 use std::task::Poll;
 use tmcm::chip::at25::At25;
 use tmcm::device::{ANALOG, Inputs};
-use tmcm::module::{Answer, Module, Source, Spec};
+use tmcm::module::{Answer, Module, Source, Spec, Tmcm3110, Tmcm6110};
 use tmcm::motion::Sensors;
+use tmcm::param::AxisParameter;
 use tmcm::store::Keeper;
 use tmcm::tmcl::{Command, Opcode, Reply, Status, text};
 use tmcm::units::Micros;
@@ -148,10 +149,15 @@ impl Bench {
 
     /// The product with six axes on two controllers.
     fn six(world: &str) -> Self {
-        Self::of::<Six, 6, 2>(world)
+        Self::of::<Tmcm6110, 6, 2>(world)
     }
 
-    /// Both, one after the other, in a world in which every axis has surroundings of its own: a table of the world file.
+    /// The TMCM-3110.
+    fn tmcm_3110(world: &str) -> Self {
+        Self::of::<Tmcm3110, 3, 1>(world)
+    }
+
+    /// The products with three and with six axes, one after the other, in a world in which every axis has surroundings of its own: a table of the world file.
     fn both(axis: impl Fn(u8) -> String) -> impl Iterator<Item = Self> {
         let world = move |axes| (0..axes).map(|number| format!("[[axis]]\n{}\n", axis(number))).collect::<String>();
         [Self::three as fn(&str) -> Self, Self::six].into_iter().zip([3, 6]).map(move |(new, axes)| new(&world(axes)))
@@ -206,6 +212,11 @@ impl Bench {
         for axis in self.axes() {
             self.ok(&line.replace('#', &axis.to_string()));
         }
+    }
+
+    /// The number of an axis parameter of the product.
+    fn number(&self, parameter: AxisParameter) -> u8 {
+        self.spec.axis.row(parameter).unwrap().number
     }
 
     /// The value of an axis parameter.
