@@ -18,7 +18,7 @@ use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{Command, text};
 use tmcm_sim::client::Sent;
-use tmcm_sim::{NativeModule, VirtualModule};
+use tmcm_sim::{NativeModule, Product, VirtualModule};
 
 /// Longest time that a test waits for a reply, in virtual time.
 const PATIENCE: Nanos = 2_000 * MILLISECOND;
@@ -57,6 +57,11 @@ impl Bench {
     /// A module in the default world, with a fresh EEPROM.
     pub fn new() -> Self {
         Self::in_world("")
+    }
+
+    /// A module of any product in the default world, with a fresh EEPROM.
+    pub fn of(product: Product) -> Self {
+        Bench { module: NativeModule::of(product, &WorldConfig::default(), None, 1) }
     }
 
     /// A module in the world that the text describes.
@@ -146,7 +151,7 @@ impl Bench {
     /// Number of pages that the EEPROM has written since it was made.
     pub fn page_writes(&self) -> u32 {
         let board = self.module.board().borrow();
-        (0..256).map(|page| board.at25().page_writes(page)).sum()
+        (0..512).map(|page| board.at25().page_writes(page)).sum()
     }
 
     /// Lets virtual time pass.

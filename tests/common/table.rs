@@ -1,8 +1,9 @@
-//! The parameters as the manual has them. The tables are typed independently of the firmware's own, and tests compare
-//! them.
+//! The parameters of each product as its manual, or else what is published of it, has them. The tables are typed
+//! independently of the firmware's own, and tests compare them.
 
 use super::Bench;
 use tmcm::tmcl::Command;
+use tmcm_sim::Product;
 
 /// One parameter.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +65,7 @@ impl Row {
 }
 
 /// A table of parameters with the commands that read and write them.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Table {
     pub rows: &'static [Row],
     /// Number of the command that reads: GAP or GGP.
@@ -114,12 +115,72 @@ impl Table {
     }
 }
 
-/// Parameters of axis 0: GAP and SAP.
+/// Parameters of axis 0 of the TMCM-1140: GAP and SAP.
 pub const AXIS: Table = Table { rows: AXIS_ROWS, get: 6, set: 5, motor_or_bank: 0 };
 /// Bank 0: GGP and SGP.
 pub const GLOBAL: Table = Table { rows: GLOBAL_ROWS, get: 10, set: 9, motor_or_bank: 0 };
 /// Bank 3, the configuration of interrupts.
 pub const INTERRUPT: Table = Table { rows: INTERRUPT_ROWS, get: 10, set: 9, motor_or_bank: 3 };
+
+/// All tables of a product: one for each axis, bank 0 and bank 3.
+pub fn tables(product: Product) -> Vec<Table> {
+    let (axes, axis, global) = match product {
+        Product::Tmcm1140 => (1, AXIS_ROWS.to_vec(), GLOBAL_ROWS.to_vec()),
+        Product::Tmcm3110 => (3, changed(&sisters_axis_rows(), ENCODERS_3110), GLOBAL_ROWS.to_vec()),
+        Product::Tmcm6110 => (6, sisters_axis_rows(), changed(GLOBAL_ROWS, BOTH_CONTROLLERS)),
+    };
+    let mut interrupts = INTERRUPT_ROWS.to_vec();
+    if axes > 1 {
+        interrupts = INTERRUPT_ROWS[..3].to_vec();
+        for axis in 0..axes {
+            for (number, name) in [(27 + 2 * axis, "stop left"), (28 + 2 * axis, "stop right")] {
+                interrupts.push(volatile(number, format!("{name} {axis} transition").leak(), &[(0, 3)], 0));
+            }
+        }
+        interrupts.extend((0..8).map(|n| volatile(39 + n, format!("input {n} transition").leak(), &[(0, 3)], 0)));
+    }
+    let (axis, global, interrupts): (&[Row], &[Row], &[Row]) = (axis.leak(), global.leak(), interrupts.leak());
+    let of_axes = (0..axes).map(|number| Table { rows: axis, motor_or_bank: number, ..AXIS });
+    of_axes.chain([Table { rows: global, ..GLOBAL }, Table { rows: interrupts, ..INTERRUPT }]).collect()
+}
+
+/// The rows with others in place of those with the same numbers, in the order of the numbers.
+fn changed(rows: &[Row], by: &[Row]) -> Vec<Row> {
+    let kept = rows.iter().filter(|row| by.iter().all(|other| other.number != row.number));
+    let mut rows: Vec<Row> = kept.chain(by).copied().collect();
+    rows.sort_by_key(|row| row.number);
+    rows
+}
+
+/// The axis parameters that the TMCM-6110 has, and the TMCM-3110 as well: those of the TMCM-1140 without its two encoders, and
+/// with a group index.
+fn sisters_axis_rows() -> Vec<Row> {
+    let mut rows = changed(
+        AXIS_ROWS,
+        &[
+            stored(4, "maximum positioning speed", &[(0, 2047)], 1000),
+            stored(5, "maximum acceleration", &[(0, 2047)], 1000),
+            read_only(9, "reference (home) switch state", FLAG),
+            read_only(208, "driver error flags", &[(0, 255)]),
+            volatile(213, "group index", &[(0, 255)], 0),
+        ],
+    );
+    rows.retain(|row| ![209, 210, 212, 215, 216, 217, 218].contains(&row.number));
+    rows
+}
+
+/// Axis parameters that the TMCM-3110 has and the TMCM-6110 has not.
+const ENCODERS_3110: &[Row] = &[
+    stored(201, "encoder mode", &[(0, 65535)], 0),
+    volatile(209, "encoder position", ANY, 0),
+    stored(210, "encoder prescaler", &[(0, i32::MAX)], 25600),
+    stored(212, "maximum encoder deviation", &[(0, i32::MAX)], 0),
+    stored(254, "step/direction mode", &[(0, 5)], 0),
+];
+
+/// Global parameters with a bit for each motion controller of the TMCM-6110.
+const BOTH_CONTROLLERS: &[Row] =
+    &[stored(79, "end switch polarity", &[(0, 3)], 0), stored(90, "reverse shaft", &[(0, 3)], 0)];
 
 const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 const FLAG: &[(i32, i32)] = &[(0, 1)];

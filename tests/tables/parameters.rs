@@ -1,13 +1,11 @@
 //! Parameters through telegrams: what every row of the tables promises.
 
-use crate::common::table::{AXIS, GLOBAL, INTERRUPT, Table};
+use crate::common::table::{Table, tables};
 use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::clock::SECOND;
-use tmcm::module::TMCM_1140;
 use tmcm::param::{Interrupt, Row};
 use tmcm::tmcl::Command;
-
-const TABLES: [Table; 3] = [AXIS, GLOBAL, INTERRUPT];
+use tmcm_sim::Product;
 
 /// Parameters whose value is not simply what was written: the target speed, which counts in velocity mode alone, and in
 /// bank 0 tick timer, random number, and the one that silences the reply to its own test. Each has a test of its own.
@@ -29,39 +27,48 @@ fn the_firmware_has_the_rows_of_the_manual() {
         }
     }
     let named = |row: &'static Row| (row.number, row.name.to_string(), row);
-    check(&AXIS, &TMCM_1140.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
-    check(&GLOBAL, &TMCM_1140.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
-    let interrupts = (0..=u8::MAX).filter_map(|number| {
-        let (numbered, index) = Interrupt::find(number, TMCM_1140.axes, TMCM_1140.inputs)?;
-        Some((number, numbered.parameter_name(index)?.to_string(), numbered.row.as_ref()?))
-    });
-    check(&INTERRUPT, &interrupts.collect::<Vec<_>>());
+    for product in Product::ALL {
+        let (spec, tables) = (product.spec(), tables(product));
+        let [axes @ .., global, interrupt] = tables.as_slice() else { panic!("there are tables") };
+        assert_eq!(axes.len(), usize::from(spec.axes));
+        check(&axes[0], &spec.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+        check(global, &spec.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+        let interrupts = (0..=u8::MAX).filter_map(|number| {
+            let (numbered, index) = Interrupt::find(number, spec.axes, spec.inputs)?;
+            Some((number, numbered.parameter_name(index)?.to_string(), numbered.row.as_ref()?))
+        });
+        check(interrupt, &interrupts.collect::<Vec<_>>());
+    }
 }
 
 #[test]
 fn a_fresh_module_has_the_defaults() {
-    let mut bench = Bench::new();
-    for table in &TABLES {
-        for row in table.rows {
-            let value = table.value(&mut bench, row);
-            assert!(row.accepts(value), "{} is {value}", row.name);
-            if let Some(default) = row.default().filter(|_| !PECULIAR.contains(&row.number)) {
-                assert_eq!(value, default, "{}", row.name);
+    for product in Product::ALL {
+        let mut bench = Bench::of(product);
+        for table in tables(product) {
+            for row in table.rows {
+                let value = table.value(&mut bench, row);
+                assert!(row.accepts(value), "{} is {value}", row.name);
+                if let Some(default) = row.default().filter(|_| !PECULIAR.contains(&row.number)) {
+                    assert_eq!(value, default, "{}", row.name);
+                }
             }
         }
+        // The sense resistors' full scale is fixed.
+        assert_eq!(bench.ok("GAP 179, 0"), 1);
     }
-    // The sense resistors' full scale is fixed.
-    assert_eq!(bench.ok("GAP 179, 0"), 1);
 }
 
 #[test]
 fn limits_are_accepted_and_read_back() {
-    for table in &TABLES {
-        for row in table.rows.iter().filter(|row| row.is_writable() && !PECULIAR.contains(&row.number)) {
-            let mut bench = Bench::new();
-            for value in row.limits().chain(row.default()) {
-                table.set(&mut bench, row, value);
-                assert_eq!(table.value(&mut bench, row), value, "{}", row.name);
+    for product in Product::ALL {
+        for table in tables(product) {
+            for row in table.rows.iter().filter(|row| row.is_writable() && !PECULIAR.contains(&row.number)) {
+                let mut bench = Bench::of(product);
+                for value in row.limits().chain(row.default()) {
+                    table.set(&mut bench, row, value);
+                    assert_eq!(table.value(&mut bench, row), value, "{}", row.name);
+                }
             }
         }
     }
@@ -69,22 +76,45 @@ fn limits_are_accepted_and_read_back() {
 
 #[test]
 fn beyond_the_limits_nothing_changes() {
-    for table in &TABLES {
-        for row in table.rows.iter().filter(|row| row.is_writable()) {
-            let mut bench = Bench::new();
-            if row.is_stored() {
+    for product in Product::ALL {
+        let tables = tables(product);
+        for table in &tables {
+            for row in table.rows.iter().filter(|row| row.is_writable()) {
+                let mut bench = Bench::of(product);
+                if row.is_stored() {
+                    table.set(&mut bench, row, row.another());
+                }
+                let settings = |bench: &mut Bench| tables.iter().map(|t| t.settings(bench)).collect::<Vec<_>>();
+                let before = (table.value(&mut bench, row), settings(&mut bench), bench.eeprom());
+                for value in row.beyond() {
+                    let status = table.write(&mut bench, row.number, value);
+                    assert_eq!(status, INVALID_VALUE, "{} = {value}", row.name);
+                }
+                let after = (table.value(&mut bench, row), settings(&mut bench), bench.eeprom());
+                if !PECULIAR.contains(&row.number) {
+                    assert_eq!(after.0, before.0, "{}", row.name);
+                }
+                assert!(after.1 == before.1 && after.2 == before.2, "{} changed something else", row.name);
+            }
+        }
+    }
+}
+
+/// What is written to one axis is read from no other.
+#[test]
+fn each_axis_has_its_own_values() {
+    for product in Product::ALL {
+        let mut bench = Bench::of(product);
+        let tables = tables(product);
+        let axes = &tables[..tables.len() - 2];
+        for row in axes[0].stored() {
+            for (axis, table) in axes.iter().enumerate() {
+                let expected = |other: usize| if other <= axis { row.another() } else { row.default().unwrap() };
                 table.set(&mut bench, row, row.another());
+                for (other, table) in axes.iter().enumerate() {
+                    assert_eq!(table.value(&mut bench, row), expected(other), "{} of axis {other}", row.name);
+                }
             }
-            let before = (table.value(&mut bench, row), table.settings(&mut bench), bench.eeprom());
-            for value in row.beyond() {
-                let status = table.write(&mut bench, row.number, value);
-                assert_eq!(status, INVALID_VALUE, "{} = {value}", row.name);
-            }
-            let after = (table.value(&mut bench, row), table.settings(&mut bench), bench.eeprom());
-            if !PECULIAR.contains(&row.number) {
-                assert_eq!(after.0, before.0, "{}", row.name);
-            }
-            assert!(after.1 == before.1 && after.2 == before.2, "{} changed something else", row.name);
         }
     }
 }
@@ -92,25 +122,29 @@ fn beyond_the_limits_nothing_changes() {
 /// The type is looked at before the value: one far out of range makes no difference.
 #[test]
 fn read_only_parameters_refuse_any_value() {
-    let mut bench = Bench::new();
-    for table in &TABLES {
-        for row in table.rows.iter().filter(|row| !row.is_writable()) {
-            let before = table.value(&mut bench, row);
-            for value in [0, 1, i32::MIN, i32::MAX] {
-                assert_eq!(table.write(&mut bench, row.number, value), WRONG_TYPE, "{} = {value}", row.name);
+    for product in Product::ALL {
+        let mut bench = Bench::of(product);
+        for table in tables(product) {
+            for row in table.rows.iter().filter(|row| !row.is_writable()) {
+                let before = table.value(&mut bench, row);
+                for value in [0, 1, i32::MIN, i32::MAX] {
+                    assert_eq!(table.write(&mut bench, row.number, value), WRONG_TYPE, "{} = {value}", row.name);
+                }
+                assert_eq!(table.value(&mut bench, row), before, "{}", row.name);
             }
-            assert_eq!(table.value(&mut bench, row), before, "{}", row.name);
         }
     }
 }
 
 #[test]
 fn numbers_that_do_not_exist() {
-    let mut bench = Bench::new();
-    for table in &TABLES {
-        for number in (0..=u8::MAX).filter(|number| table.row(*number).is_none()) {
-            assert_eq!(table.read(&mut bench, number), (WRONG_TYPE, 0), "read {number}");
-            assert_eq!(table.write(&mut bench, number, 1), WRONG_TYPE, "write {number}");
+    for product in Product::ALL {
+        let mut bench = Bench::of(product);
+        for table in tables(product) {
+            for number in (0..=u8::MAX).filter(|number| table.row(*number).is_none()) {
+                assert_eq!(table.read(&mut bench, number), (WRONG_TYPE, 0), "read {number}");
+                assert_eq!(table.write(&mut bench, number, 1), WRONG_TYPE, "write {number}");
+            }
         }
     }
 }
@@ -118,15 +152,17 @@ fn numbers_that_do_not_exist() {
 /// An axis that does not exist is status 4, whether the type does or not.
 #[test]
 fn the_axis_is_looked_at_before_the_type() {
-    let mut bench = Bench::new();
-    for number in 0..=u8::MAX {
-        for (opcode, name) in [(5, "SAP"), (6, "GAP"), (7, "STAP"), (8, "RSAP"), (34, "AAP")] {
-            let reply = bench.send(Command::new(opcode, number, 1, 0));
-            assert_eq!(reply.status, INVALID_VALUE, "{name} {number}, 1");
+    for product in Product::ALL {
+        let (mut bench, axes) = (Bench::of(product), product.spec().axes);
+        for number in 0..=u8::MAX {
+            for (opcode, name) in [(5, "SAP"), (6, "GAP"), (7, "STAP"), (8, "RSAP"), (34, "AAP")] {
+                let reply = bench.send(Command::new(opcode, number, axes, 0));
+                assert_eq!(reply.status, INVALID_VALUE, "{name} {number}, {axes}");
+            }
         }
-    }
-    for axis in [2, 127, 255] {
-        assert_eq!(bench.ask(&format!("GAP 1, {axis}")).0, INVALID_VALUE);
+        for axis in [axes + 1, 127, 255] {
+            assert_eq!(bench.ask(&format!("GAP 1, {axis}")).0, INVALID_VALUE);
+        }
     }
 }
 
