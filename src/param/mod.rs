@@ -1,7 +1,7 @@
 //! Parameters: their functions, and for each product a table with one row per parameter.
 //!
 //! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by the settings
-//! (which slot), by the documentation (`docs/parameters.md`) and by the tests. The function of a parameter is a
+//! (which slot), by the documentation (`docs/parameters-*.md`) and by the tests. The function of a parameter is a
 //! variant of [`AxisParameter`] or [`GlobalParameter`]; the firmware matches exhaustively on these enums, so a
 //! function without behaviour does not compile. The number of a parameter belongs to the row, because the same number
 //! means different things on different products. Interrupts, and their parameters in bank 3, have the same numbers on

@@ -1,16 +1,16 @@
-//! `docs/parameters.md` is made from the parameter tables. This test compares it; with `UPDATE_DOCS=1` in the
-//! environment it writes it anew.
+//! `docs/parameters-*.md`, a page for each product, are made from the parameter tables. This test compares them; with
+//! `UPDATE_DOCS=1` in the environment it writes them anew.
 
 use std::fmt::Write;
 
-use tmcm::module::TMCM_1140;
+use tmcm::module::Spec;
 use tmcm::param::{Interrupt, Row, STORED_USER_VARIABLES, Storage, USER_VARIABLES, Unit};
+
+use tmcm_sim::Product;
 
 use crate::pages::compare;
 
 const HEAD: &str = "\
-# Parameters
-
 Generated from the tables in `src/param` - do not edit. After a change there:
 
     UPDATE_DOCS=1 cargo test --test tables parameter_docs
@@ -64,21 +64,22 @@ fn named(row: &'static Row) -> Named {
     (row.number, row.name.into(), row)
 }
 
-fn interrupts() -> Vec<Named> {
+fn interrupts(spec: &Spec) -> Vec<Named> {
     let named = |number| {
-        let (numbered, index) = Interrupt::find(number, TMCM_1140.axes, TMCM_1140.inputs)?;
+        let (numbered, index) = Interrupt::find(number, spec.axes, spec.inputs)?;
         Some((number, numbered.parameter_name(index)?.to_string(), numbered.row.as_ref()?))
     };
     (0..=u8::MAX).filter_map(named).collect()
 }
 
-fn render() -> String {
-    let mut text = String::from(HEAD);
-    text += &table("Axis parameters", AXIS, &TMCM_1140.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+fn render(product: Product) -> String {
+    let spec = product.spec();
+    let mut text = format!("# Parameters of the {}\n\n{HEAD}", product.name());
+    text += &table("Axis parameters", AXIS, &spec.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
     text += &table(
         "Global parameters, bank 0",
         GLOBAL,
-        &TMCM_1140.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>(),
+        &spec.global.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>(),
     );
     let (all, stored) = (USER_VARIABLES - 1, STORED_USER_VARIABLES - 1);
     write!(
@@ -88,22 +89,26 @@ fn render() -> String {
          start-up unless global parameter 85 is 1.\n"
     )
     .unwrap();
-    text + &table("Interrupt parameters, bank 3", INTERRUPT, &interrupts())
+    text + &table("Interrupt parameters, bank 3", INTERRUPT, &interrupts(spec))
 }
 
 #[test]
-fn the_page_is_what_the_tables_say() {
-    compare("parameters.md", "parameter_docs", &render());
+fn the_pages_are_what_the_tables_say() {
+    for product in Product::ALL {
+        compare(&format!("parameters-{}.md", product.spec().number), "parameter_docs", &render(product));
+    }
 }
 
 /// A pipe or a line break in a note would break the table.
 #[test]
 fn every_row_has_its_eight_cells() {
-    let text = render();
-    let rows: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
-    let parameters = TMCM_1140.axis.rows.len() + TMCM_1140.global.rows.len() + interrupts().len();
-    assert_eq!(rows.len(), parameters + 3 * 2);
-    for row in rows {
-        assert_eq!(row.matches('|').count(), 9, "{row}");
+    for product in Product::ALL {
+        let (text, spec) = (render(product), product.spec());
+        let rows: Vec<_> = text.lines().filter(|line| line.starts_with('|')).collect();
+        let parameters = spec.axis.rows.len() + spec.global.rows.len() + interrupts(spec).len();
+        assert_eq!(rows.len(), parameters + 3 * 2);
+        for row in rows {
+            assert_eq!(row.matches('|').count(), 9, "{row}");
+        }
     }
 }
