@@ -1,7 +1,7 @@
 //! Random telegrams and frames over all links of a virtual module; each reply is checked against its request.
 
 use super::random::Random;
-use super::table::{AXIS, GLOBAL, INTERRUPT, Row};
+use super::table::{Row, Table, tables};
 use super::{Bench, OK, telegram};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::can::{CanFrame, Frame};
@@ -27,26 +27,29 @@ impl Random {
         }
     }
 
-    /// A valid command, or one that is nearly valid.
-    fn sensible(&mut self) -> Command {
+    /// A valid command, or one that is nearly valid, for a product with these tables.
+    fn sensible(&mut self, tables: &[Table]) -> Command {
+        let [axes @ .., global, interrupt] = tables else { panic!("there are tables") };
         match self.below(4) {
             0 => {
-                let row = self.pick(AXIS.rows);
-                Command::new(self.pick(&[5, 5, 5, 6, 7, 8, 34]), row.number, 0, self.value_for(&row))
+                let row = self.pick(axes[0].rows);
+                let axis = self.below(axes.len() as u64) as u8;
+                Command::new(self.pick(&[5, 5, 5, 6, 7, 8, 34]), row.number, axis, self.value_for(&row))
             }
             1 => {
-                let row = self.pick(GLOBAL.rows);
+                let row = self.pick(global.rows);
                 Command::new(self.pick(&[9, 9, 10, 35]), row.number, 0, self.value_for(&row))
             }
             2 => {
-                let row = self.pick(INTERRUPT.rows);
+                let row = self.pick(interrupt.rows);
                 let variable = self.below(60) as u8;
                 let (kind, bank) = self.pick(&[(variable, 2), (row.number, 3)]);
                 Command::new(self.pick(&[9, 10, 11, 12, 35]), kind, bank, self.value_for(&row))
             }
             _ => {
                 let opcode = self.pick(&[1, 2, 3, 4, 4, 4, 13, 14, 15, 19, 30, 31, 32, 33, 36, 38, 39, 135, 136, 138]);
-                let motor = self.pick(&[0, 0, 0, 0, 1, 2, 255]);
+                let last = axes.len() as u8 - 1;
+                let motor = self.pick(&[0, 0, 0, last, 1, 2, 6, 0x43, 0x47, 0x83, 0x87, 0xBF, 255]);
                 let value = self.pick(&[0, 0, 1, 1, 3, 20, -1, 500, -900, 4000]);
                 Command::new(opcode, self.pick(&[0, 0, 1, 1, 2, 3, 7, 20, 255]), motor, value)
             }
@@ -54,14 +57,14 @@ impl Random {
     }
 
     /// Any command that is not excluded.
-    fn command(&mut self) -> Command {
+    fn command(&mut self, tables: &[Table]) -> Command {
         loop {
             let command = match self.below(4) {
                 0 => {
                     let [a, b, c, d, ..] = self.next().to_be_bytes();
-                    Command::new(a, b, c & d & 3, self.next() as i32)
+                    Command::new(a, b, c & d & 7, self.next() as i32)
                 }
-                _ => self.sensible(),
+                _ => self.sensible(tables),
             };
             if !EXCLUDED.contains(&command.opcode) {
                 return command;
@@ -97,9 +100,9 @@ impl Answer {
 
 const CAN: Source = Source::Can;
 
-fn answer_of(sent: &Sent) -> Answer {
+fn answer_of(bench: &Bench, sent: &Sent) -> Answer {
     let telegram = sent.telegram().unwrap_or_else(|| panic!("{sent:?}"));
-    let version = telegram[1..] == *b"1140V142";
+    let version = telegram[1..] == bench.product().spec().version_string();
     assert!(version || binary::decode_reply(&telegram).is_some(), "{sent:02X?}");
     Answer { source: sent.source, content: telegram[1..if version { 9 } else { 8 }].to_vec() }
 }
@@ -110,7 +113,9 @@ fn answers(bench: &mut Bench, wanted: impl Fn(&Answer) -> bool) -> Vec<Answer> {
     let mut answers = Vec::new();
     for _ in 0..400 {
         bench.run(MILLISECOND);
-        answers.extend(std::iter::from_fn(|| bench.module.sent()).map(|sent| answer_of(&sent)));
+        while let Some(sent) = bench.module.sent() {
+            answers.push(answer_of(bench, &sent));
+        }
         let frames = std::iter::from_fn(|| bench.module.frame());
         answers.extend(frames.map(|frame| Answer { source: CAN, content: frame.data().to_vec() }));
         if answers.iter().any(&wanted) {
@@ -137,13 +142,15 @@ pub fn ask(bench: &mut Bench, line: &str) -> Option<i32> {
 struct Bombardment<'a> {
     bench: &'a mut Bench,
     random: &'a mut Random,
+    tables: &'a [Table],
     /// Time until which the module may take a request for the reply of another module, and not answer.
     doubtful: Nanos,
 }
 
 /// Sends `count` random telegrams.
 pub fn bombard(bench: &mut Bench, random: &mut Random, count: usize) {
-    let mut bombardment = Bombardment { bench, random, doubtful: 0 };
+    let tables = &tables(bench.product());
+    let mut bombardment = Bombardment { bench, random, tables, doubtful: 0 };
     (0..count).for_each(|_| bombardment.send());
 }
 
@@ -167,7 +174,7 @@ impl Bombardment<'_> {
         }
         let [own, second, host] = [own, second, host].map(|number| self.ask(&format!("GGP {number}, 0")));
 
-        let command = self.random.command();
+        let command = self.random.command(self.tables);
         let to = self.random.or_any(own, if can { 2048 } else { 256 });
         let (request, valid) = if can {
             let mut data = can::encode_command(command);
@@ -203,14 +210,14 @@ impl Bombardment<'_> {
         let mut answers = answers(self.bench, |answer| !answer.is_event());
         answers.retain(|answer| !answer.is_event());
         assert!(doubtful || answers.is_empty() == silent, "{answers:?} to {shown}");
-        answers.iter().for_each(|answer| check(answer, source, command, valid, &shown));
+        answers.iter().for_each(|answer| check(self.bench, answer, source, command, valid, &shown));
     }
 }
 
 /// Asserts that an answer is the reply to the request.
-fn check(answer: &Answer, source: Source, command: Command, valid: bool, shown: &str) {
+fn check(bench: &Bench, answer: &Answer, source: Source, command: Command, valid: bool, shown: &str) {
     assert_eq!(answer.source, source, "{shown}");
-    if b"1140V142".starts_with(&answer.content) {
+    if bench.product().spec().version_string().starts_with(&answer.content) {
         return assert!(valid && (command.opcode, command.kind) == (136, 0), "{shown}");
     }
     let [_, status, opcode, value @ ..] = *answer.content.first_chunk::<7>().unwrap();
@@ -230,8 +237,9 @@ pub fn assert_sane(bench: &mut Bench) {
     // A heartbeat could stop the motor between two requests of this host.
     ask(bench, "SGP 68, 0, 0");
     ask(bench, "SGP 82, 0, 0");
+    let tables = tables(bench.product());
     for restarted in [false, true] {
-        for table in [AXIS, GLOBAL, INTERRUPT] {
+        for table in &tables {
             for row in table.rows {
                 let value = table.value(bench, row);
                 assert!(row.accepts(value), "{} is {value}, restarted: {restarted}", row.name);
@@ -242,9 +250,12 @@ pub fn assert_sane(bench: &mut Bench) {
     // The module still carries out commands.
     let address = bench.ok("GGP 66, 0");
     assert!((1..=255).contains(&address));
-    for row in [4, 5, 12, 13, 130, 153, 154, 181, 212, 218].map(|number| AXIS.row(number).unwrap()) {
-        AXIS.set(bench, row, row.default().unwrap());
+    for (axis, table) in tables[..tables.len() - 2].iter().enumerate() {
+        for row in [4, 5, 12, 13, 130, 153, 154, 181, 212, 213, 218].into_iter().filter_map(|number| table.row(number))
+        {
+            table.set(bench, row, row.default().unwrap());
+        }
+        bench.ok(&format!("MVP REL, {axis}, 1000"));
+        bench.run_until(3 * SECOND, |b| b.ok(&format!("GAP 8, {axis}")) == 1);
     }
-    bench.ok("MVP REL, 0, 1000");
-    bench.run_until(3 * SECOND, |b| b.ok("GAP 8, 0") == 1);
 }

@@ -54,33 +54,48 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// A module in the default world, with a fresh EEPROM.
+    /// A TMCM-1140 in the default world, with a fresh EEPROM.
     pub fn new() -> Self {
         Self::in_world("")
     }
 
     /// A module of any product in the default world, with a fresh EEPROM.
     pub fn of(product: Product) -> Self {
-        Bench { module: NativeModule::of(product, &WorldConfig::default(), None, 1) }
+        Self::of_in_world(product, "")
     }
 
-    /// A module in the world that the text describes.
+    /// A TMCM-1140 in the world that the text describes.
     pub fn in_world(toml: &str) -> Self {
-        let config = WorldConfig::parse(toml).unwrap();
-        Bench { module: NativeModule::new(&config, None, 1) }
+        Self::of_in_world(Product::Tmcm1140, toml)
     }
 
-    /// A module in the default world whose EEPROM has these contents.
+    /// A module of any product in the world that the text describes.
+    pub fn of_in_world(product: Product, toml: &str) -> Self {
+        let config = WorldConfig::parse_for(product.kind(), toml).unwrap();
+        Bench { module: NativeModule::of(product, &config, None, 1) }
+    }
+
+    /// A TMCM-1140 in the default world whose EEPROM has these contents.
     pub fn with_eeprom(contents: &[u8]) -> Self {
         Bench { module: NativeModule::new(&WorldConfig::default(), Some(contents), 1) }
     }
 
-    /// A module whose EEPROM has these contents, and which does the same at random as any other with this seed; it has
+    /// A TMCM-1140 whose EEPROM has these contents, and which does the same at random as any other with this seed; it has
     /// started.
     pub fn resumed(eeprom: &[u8], seed: u32) -> Self {
-        let mut bench = Bench { module: NativeModule::new(&WorldConfig::default(), Some(eeprom), seed) };
+        Self::resumed_as(Product::Tmcm1140, eeprom, seed)
+    }
+
+    /// The same with any product.
+    pub fn resumed_as(product: Product, eeprom: &[u8], seed: u32) -> Self {
+        let mut bench = Bench { module: NativeModule::of(product, &WorldConfig::default(), Some(eeprom), seed) };
         bench.run(MILLISECOND);
         bench
+    }
+
+    /// What the module is.
+    pub fn product(&self) -> Product {
+        self.module.model().product()
     }
 
     /// Sends a telegram over a link and waits for the reply; `None` if no reply comes.

@@ -2,7 +2,7 @@
 //! random numbers.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use tmcm_sim::VirtualModule;
+use tmcm_sim::{Product, VirtualModule};
 
 use crate::common::bombardment::{ask, assert_sane, bombard};
 use crate::common::random::Random;
@@ -187,19 +187,21 @@ fn a_stuck_motion_bus() {
 fn random_telegrams() {
     const SEEDS: u64 = 8;
     const ROUND: u64 = 300;
-    for seed in 1..=SEEDS {
-        let mut bench = Bench::in_world("[stage]\nleft = -5000\nright = 5000\n");
-        let mut random = Random(seed * 0x9E37_79B9);
-        let run = catch_unwind(AssertUnwindSafe(|| {
-            let mut left = random_inputs(12_000).div_ceil(SEEDS);
-            while left > 0 {
-                let round = left.min(ROUND);
-                bombard(&mut bench, &mut random, round as usize);
-                assert_sane(&mut bench);
-                left -= round;
-            }
-        }));
-        assert!(run.is_ok(), "seed {seed}");
+    for product in Product::ALL {
+        for seed in 1..=SEEDS {
+            let mut bench = Bench::of_in_world(product, "[stage]\nleft = -5000\nright = 5000\n");
+            let mut random = Random(seed * 0x9E37_79B9);
+            let run = catch_unwind(AssertUnwindSafe(|| {
+                let mut left = random_inputs(12_000).div_ceil(SEEDS);
+                while left > 0 {
+                    let round = left.min(ROUND);
+                    bombard(&mut bench, &mut random, round as usize);
+                    assert_sane(&mut bench);
+                    left -= round;
+                }
+            }));
+            assert!(run.is_ok(), "{product:?}, seed {seed}");
+        }
     }
 }
 

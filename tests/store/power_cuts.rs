@@ -4,35 +4,59 @@
 
 use crate::common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
+use std::ops::Range;
 use tmcm::module::Source;
-use tmcm::module::TMCM_1140;
 use tmcm::param::{COORDINATES, STORED_USER_VARIABLES};
 use tmcm::tmcl::{binary, text};
-use tmcm_sim::VirtualModule;
+use tmcm_sim::{Product, VirtualModule};
 
-/// What is stored by whom: the lines that make a change, the last of which stores it, and the settings it
-/// changes.
-const SCRIPT: &[(&[&str], &[&str])] = &[
-    (&["SAP 4, 0, 1234", "STAP 4, 0"], &["GAP 4, 0"]),
-    (&["SAP 218, 0, 99", "STAP 218, 0"], &["GAP 218, 0"]),
-    (&["SGP 76, 0, 9"], &["GGP 76, 0"]),
-    (&["SGP 3, 2, -3", "STGP 3, 2"], &["GGP 3, 2"]),
-    (&["SGP 55, 2, 77", "STGP 55, 2"], &["GGP 55, 2"]),
-    (&["SCO 1, 0, 111"], &["GCO 1, 0"]),
-    (&["SCO 20, 0, -222"], &["GCO 20, 0"]),
-    (&["SAP 4, 0, 1235", "STAP 4, 0"], &["GAP 4, 0"]),
-    (&["SAP 4, 0, 1236", "STAP 4, 0"], &["GAP 4, 0"]),
-    (&["SGP 90, 0, 1"], &["GGP 90, 0"]),
-];
+/// What is stored by whom: the lines that make a change, the last of which stores it, and the setting it changes.
+type Script = Vec<(Vec<String>, String)>;
+
+/// The script for a product: its first axis and its last have a part in it.
+fn script(product: Product) -> Script {
+    let spec = product.spec();
+    let last = spec.axes - 1;
+    let highest = spec.axis.rows.iter().rfind(|p| p.row.stored()).unwrap().row.number;
+    let step = |lines: &[String], setting: String| (lines.to_vec(), setting);
+    let axis = |number: u8, axis: u8, value: i32| {
+        let lines = [format!("SAP {number}, {axis}, {value}"), format!("STAP {number}, {axis}")];
+        step(&lines, format!("GAP {number}, {axis}"))
+    };
+    let global = |number: u8, value: i32| step(&[format!("SGP {number}, 0, {value}")], format!("GGP {number}, 0"));
+    let variable = |number: u8, value: i32| {
+        let lines = [format!("SGP {number}, 2, {value}"), format!("STGP {number}, 2")];
+        step(&lines, format!("GGP {number}, 2"))
+    };
+    let coordinate = |number: u8, axis: u8, value: i32| {
+        step(&[format!("SCO {number}, {axis}, {value}")], format!("GCO {number}, {axis}"))
+    };
+    vec![
+        axis(4, 0, 1234),
+        axis(highest, last, 5),
+        global(76, 9),
+        variable(3, -3),
+        variable(55, 77),
+        coordinate(1, 0, 111),
+        coordinate(20, last, -222),
+        axis(4, 0, 1235),
+        axis(4, 0, 1236),
+        global(90, 1),
+    ]
+}
 
 /// Every setting that is restored at start-up.
-fn settings() -> Vec<String> {
-    let axis = TMCM_1140.axis.rows.iter().filter(|p| p.row.stored()).map(|p| format!("GAP {}, 0", p.row.number));
-    let global = TMCM_1140.global.rows.iter().filter(|p| p.row.stored());
+fn settings(product: Product) -> Vec<String> {
+    let spec = product.spec();
+    let axes = |axis: u8| {
+        let parameters = spec.axis.rows.iter().filter(|p| p.row.stored());
+        let parameters = parameters.map(move |p| format!("GAP {}, {axis}", p.row.number));
+        parameters.chain((1..COORDINATES).map(move |n| format!("GCO {n}, {axis}")))
+    };
+    let global = spec.global.rows.iter().filter(|p| p.row.stored());
     let global = global.map(|p| format!("GGP {}, 0", p.row.number));
     let variables = (0..STORED_USER_VARIABLES).map(|n| format!("GGP {n}, 2"));
-    let coordinates = (1..COORDINATES).map(|n| format!("GCO {n}, 0"));
-    axis.chain(global).chain(variables).chain(coordinates).collect()
+    (0..spec.axes).flat_map(axes).chain(global).chain(variables).collect()
 }
 
 /// Sends a line over RS485 and waits for the answer; `None` if the power goes before that, at `cut` at the
@@ -59,110 +83,129 @@ fn send(bench: &mut Bench, line: &str) -> Option<i32> {
 }
 
 fn read_all(bench: &mut Bench) -> Vec<i32> {
-    settings().iter().map(|line| send(bench, line).unwrap_or_else(|| panic!("no answer to {line}"))).collect()
+    let settings = settings(bench.product());
+    settings.iter().map(|line| send(bench, line).unwrap_or_else(|| panic!("no answer to {line}"))).collect()
 }
 
 /// An EEPROM in which every setting that the script touches has been stored before, with another value.
-fn prepared() -> Vec<u8> {
-    let mut bench = Bench::new();
-    for line in
-        ["SGP 84, 0, 1", "SAP 4, 0, 500", "STAP 4, 0", "SGP 3, 2, 5", "STGP 3, 2", "SCO 1, 0, 7", "SCO 20, 0, 8"]
-    {
-        assert!(send(&mut bench, line).is_some());
+fn prepared(product: Product) -> Vec<u8> {
+    let mut bench = Bench::of(product);
+    let last = product.spec().axes - 1;
+    let lines = ["SGP 84, 0, 1", "SAP 4, 0, 500", "STAP 4, 0", "SGP 3, 2, 5", "STGP 3, 2", "SCO 1, 0, 7"];
+    for line in lines.map(String::from).into_iter().chain([format!("SCO 20, {last}, 8")]) {
+        assert!(send(&mut bench, &line).is_some());
     }
     bench.eeprom()
 }
 
-/// Runs the script until the power goes, at `cut` at the latest, switches it on again and checks every setting.
-fn check(mut bench: Bench, cut: Nanos, before: &[i32], after: &[Vec<i32>], what: &str) {
-    let mut answered = 0;
-    for (lines, _) in SCRIPT {
-        if !lines.iter().all(|line| send_until(&mut bench, line, cut).is_some()) {
-            break;
-        }
-        answered += 1;
-    }
-    bench.module.set_power(false);
-    bench.module.set_power(true);
-    bench.run(2 * MILLISECOND);
-    let got = read_all(&mut bench);
-    let old = if answered == 0 { before } else { &after[answered - 1] };
-    let new = after.get(answered).map_or(old, Vec::as_slice);
-    assert!(
-        got == old || got == new,
-        "{what}, {answered} steps answered: {:?}",
-        settings().iter().zip(&got).zip(old).filter(|((_, got), old)| got != old).collect::<Vec<_>>()
-    );
+/// A script on a product, and what it comes to.
+struct Case {
+    product: Product,
+    script: Script,
+    /// The EEPROM before it.
+    eeprom: Vec<u8>,
+    /// The settings before it, and after each step.
+    before: Vec<i32>,
+    after: Vec<Vec<i32>>,
+    /// The bytes that the EEPROM receives, and the time that passes, meanwhile.
+    bytes: Range<u64>,
+    time: Range<Nanos>,
 }
 
-/// The settings after each step, and how many bytes and how much time the script takes.
-fn rehearse(eeprom: &[u8]) -> (Vec<i32>, Vec<Vec<i32>>, std::ops::Range<u64>, std::ops::Range<Nanos>) {
-    let mut bench = Bench::resumed(eeprom, 1);
-    let before = read_all(&mut bench);
-    let mut bench = Bench::resumed(eeprom, 1);
-    let bytes = |bench: &Bench| bench.module.board().borrow().eeprom_bytes();
-    let (first, start) = (bytes(&bench), bench.module.now());
-    let mut expected = before.clone();
-    let mut after = vec![];
-    for (lines, changed) in SCRIPT {
-        assert!(lines.iter().all(|line| send(&mut bench, line).is_some()));
-        for name in *changed {
-            let place = settings().iter().position(|line| line == name).unwrap();
-            expected[place] = text::parse(lines[0]).unwrap().value;
+impl Case {
+    fn of(product: Product) -> Self {
+        let (script, eeprom, names) = (script(product), prepared(product), settings(product));
+        let mut bench = Bench::resumed_as(product, &eeprom, 1);
+        let before = read_all(&mut bench);
+        let mut bench = Bench::resumed_as(product, &eeprom, 1);
+        let bytes = |bench: &Bench| bench.module.board().borrow().eeprom_bytes();
+        let (first, start) = (bytes(&bench), bench.module.now());
+        let mut expected = before.clone();
+        let mut after = vec![];
+        for (lines, setting) in &script {
+            assert!(lines.iter().all(|line| send(&mut bench, line).is_some()));
+            let place = names.iter().position(|line| line == setting).unwrap();
+            expected[place] = text::parse(&lines[0]).unwrap().value;
+            after.push(expected.clone());
         }
-        after.push(expected.clone());
+        let (bytes, time) = (first..bytes(&bench), start..bench.module.now());
+        // What the script stores is what the table says.
+        bench.power_cycle();
+        assert_eq!(&read_all(&mut bench), after.last().unwrap());
+        Case { product, script, eeprom, before, after, bytes, time }
     }
-    let spent = first..bytes(&bench);
-    let took = start..bench.module.now();
-    // What the script stores is what the table says.
-    bench.power_cycle();
-    assert_eq!(&read_all(&mut bench), after.last().unwrap());
-    (before, after, spent, took)
+
+    /// A module before the script.
+    fn start(&self, seed: u32) -> Bench {
+        Bench::resumed_as(self.product, &self.eeprom, seed)
+    }
+
+    /// Runs the script until the power goes, at `cut` at the latest, switches it on again and checks every setting.
+    fn check(&self, mut bench: Bench, cut: Nanos, what: &str) {
+        let mut answered = 0;
+        for (lines, _) in &self.script {
+            if !lines.iter().all(|line| send_until(&mut bench, line, cut).is_some()) {
+                break;
+            }
+            answered += 1;
+        }
+        bench.module.set_power(false);
+        bench.module.set_power(true);
+        bench.run(2 * MILLISECOND);
+        let got = read_all(&mut bench);
+        let old = if answered == 0 { &self.before } else { &self.after[answered - 1] };
+        let new = self.after.get(answered).unwrap_or(old);
+        assert!(
+            got == *old || got == *new,
+            "{:?}, {what}, {answered} steps answered: {:?}",
+            self.product,
+            settings(self.product).iter().zip(&got).zip(old).filter(|((_, got), old)| got != old).collect::<Vec<_>>()
+        );
+    }
 }
 
 #[test]
 fn at_every_byte_the_eeprom_receives() {
-    let eeprom = prepared();
-    let (before, after, bytes, _) = rehearse(&eeprom);
-    let cuts = bytes.end - bytes.start;
-    assert!(cuts > 1000, "{cuts}");
-    for byte in bytes.clone() {
-        let bench = Bench::resumed(&eeprom, 1);
-        bench.module.board().borrow_mut().cut_power_at_byte(byte + 1);
-        check(bench, Nanos::MAX, &before, &after, &format!("cut after byte {}", byte - bytes.start));
+    for case in Product::ALL.map(Case::of) {
+        let cuts = case.bytes.end - case.bytes.start;
+        assert!(cuts > 1000, "{cuts}");
+        for byte in case.bytes.clone() {
+            let bench = case.start(1);
+            bench.module.board().borrow_mut().cut_power_at_byte(byte + 1);
+            case.check(bench, Nanos::MAX, &format!("cut after byte {}", byte - case.bytes.start));
+        }
+        println!("{}: {cuts} power cuts, one after each byte", case.product.name());
     }
-    println!("{cuts} power cuts, one after each byte");
 }
 
 #[test]
 fn all_through_the_write_cycles() {
-    let eeprom = prepared();
-    let (before, after, _, time) = rehearse(&eeprom);
-    let mut cuts = 0;
-    // A torn page is a mix of old, new and erased bytes; each seed is another mix.
-    for seed in 1..=4 {
-        for at in time.clone().step_by(250_000) {
-            cuts += 1;
-            check(Bench::resumed(&eeprom, seed), at, &before, &after, &format!("cut at {at} ns, seed {seed}"));
+    for case in Product::ALL.map(Case::of) {
+        let mut cuts = 0;
+        // A torn page is a mix of old, new and erased bytes; each seed is another mix.
+        for seed in 1..=4 {
+            for at in case.time.clone().step_by(250_000) {
+                cuts += 1;
+                case.check(case.start(seed), at, &format!("cut at {at} ns, seed {seed}"));
+            }
         }
+        println!("{}: {cuts} power cuts, every 250 us", case.product.name());
     }
-    println!("{cuts} power cuts, every 250 us");
 }
 
 /// One bit of each page in turn is wrong: the older copy or the default takes its place, somebody is told, and
 /// nothing is written before the first store.
 #[test]
 fn a_flipped_bit_in_each_page() {
-    let mut bench = Bench::resumed(&prepared(), 1);
-    for (lines, _) in SCRIPT {
-        for line in *lines {
-            assert!(send(&mut bench, line).is_some());
-        }
+    let product = Product::Tmcm1140;
+    let mut bench = Bench::resumed(&prepared(product), 1);
+    for line in script(product).iter().flat_map(|(lines, _)| lines) {
+        assert!(send(&mut bench, line).is_some());
     }
     let eeprom = bench.eeprom();
     let mut fresh = Bench::resumed(&vec![0xFF; eeprom.len()], 1);
     let (whole, defaults) = (read_all(&mut Bench::resumed(&eeprom, 1)), read_all(&mut fresh));
-    let older = read_all(&mut Bench::resumed(&prepared(), 1));
+    let older = read_all(&mut Bench::resumed(&prepared(product), 1));
     let mut damaged_pages = 0;
     for page in (14_336..16_384).step_by(64) {
         let mut damaged = eeprom.clone();
@@ -173,7 +216,7 @@ fn a_flipped_bit_in_each_page() {
         damaged_pages += usize::from(written);
         let got = read_all(&mut bench);
         for (((line, got), whole), (default, older)) in
-            settings().iter().zip(&got).zip(&whole).zip(defaults.iter().zip(&older))
+            settings(product).iter().zip(&got).zip(&whole).zip(defaults.iter().zip(&older))
         {
             // Parameter 4 was stored three times: the copy before the last has 1235.
             let before = *older == *got || (line == "GAP 4, 0" && *got == 1235);
