@@ -4,8 +4,8 @@ use crate::common::{Bench, random_inputs, telegram};
 use hal_sim::clock::MILLISECOND;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Instruction, binary, text};
-use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Client;
+use tmcm_sim::{Product, VirtualModule};
 
 /// Longest time a reply takes: some EEPROM pages.
 const PATIENCE_MS: u64 = 200;
@@ -37,9 +37,14 @@ fn say(bench: &mut Bench, terminal: Terminal, text: &[u8]) -> String {
     hear(bench, terminal, PATIENCE_MS)
 }
 
-/// A module whose USB link is in ASCII mode with this echo.
+/// A TMCM-1140 whose USB link is in ASCII mode with this echo.
 fn entered(echo: u8) -> Bench {
-    let mut bench = Bench::new();
+    entered_on(Product::Tmcm1140, echo)
+}
+
+/// The same with any product.
+fn entered_on(product: Product, echo: u8) -> Bench {
+    let mut bench = Bench::of(product);
     bench.ok(&format!("SGP 67, 0, {echo}"));
     assert_eq!(bench.ok("139"), 0);
     bench
@@ -157,6 +162,59 @@ fn every_listed_command_works() {
     }
     let (status, captured) = ask(&mut bench, "ACCO 2, 0");
     assert_eq!((status, captured), (100, ask(&mut bench, "AGAP 1, 0").1));
+}
+
+/// The lines of the TMCM-6110's manual, section 5.5, and the same commands for each of its axes; the TMCM-3110 has three.
+#[test]
+fn lines_name_their_axis() {
+    for product in [Product::Tmcm3110, Product::Tmcm6110] {
+        let mut bench = entered_on(product, 32);
+        let axes = product.spec().axes;
+        for (line, value) in [
+            ("AMVP ABS, 1, 50000", 50_000),
+            ("A MVP ABS, 1, 50000", 50_000),
+            ("AROL 2, 500", 500),
+            ("A MST 1", 0),
+            ("A MST 2", 0),
+        ] {
+            assert_eq!(ask(&mut bench, line), (100, value), "{line}");
+        }
+        for axis in 0..axes {
+            let place = -5000 - i32::from(axis);
+            for (line, value) in [
+                (format!("AROR {axis}, 500"), 500),
+                (format!("ARFS STOP, {axis}"), 0),
+                (format!("AMST {axis}"), 0),
+                (format!("AMVP ABS, {axis}, {place}"), place),
+                (format!("AGAP 0, {axis}"), place),
+                (format!("ASAP 4, {axis}, 800"), 800),
+                (format!("ASTAP 4, {axis}"), 0),
+                (format!("ARSAP 4, {axis}"), 0),
+                (format!("ASCO 3, {axis}, {place}"), place),
+                (format!("AGCO 3, {axis}"), place),
+                (format!("AMVP COORD, {axis}, 3"), place),
+            ] {
+                assert_eq!(ask(&mut bench, &line), (100, value), "{line}");
+            }
+        }
+        bench.run(3000 * MILLISECOND);
+        for axis in 0..axes {
+            let place = -5000 - i32::from(axis);
+            assert_eq!(say(&mut bench, USB, format!("AGAP 1, {axis}\r").as_bytes()), format!("BA 100 {place}\\r"));
+            assert_eq!(ask(&mut bench, &format!("ACCO 4, {axis}")), (100, place));
+        }
+        for line in [format!("AROL {axes}, 500"), format!("AGAP 1, {axes}"), format!("AMVP ABS, {axes}, 5")] {
+            assert_eq!(ask(&mut bench, &line).0, 4, "{line}");
+        }
+        for (output, line) in (0..8).map(|n| (n, format!("ASIO {n}, 2, 1"))) {
+            assert_eq!(ask(&mut bench, &line), (100, 1), "{line}");
+            assert_eq!(ask(&mut bench, &format!("AGIO {output}, 2")), (100, 1));
+            assert_eq!(ask(&mut bench, &format!("AGIO {output}, 0")), (100, 0));
+        }
+        // BIN leads back to telegrams.
+        assert_eq!(say(&mut bench, USB, b"ABIN\r"), "BA 100 0\\r");
+        assert_eq!(bench.ok("GAP 4, 2"), 800);
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod apart;
+mod at_once;
 mod controllers;
 #[path = "../common/products.rs"]
 mod definitions;

@@ -2,11 +2,11 @@
 //! that nobody knows.
 
 use crate::common::random::Random;
-use crate::common::table::{AXIS, GLOBAL, INTERRUPT};
+use crate::common::table::{AXIS, GLOBAL, INTERRUPT, tables};
 use crate::common::{Bench, EEPROM_LOCKED, OK, telegram};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 use tmcm::module::Source;
-use tmcm_sim::VirtualModule;
+use tmcm_sim::{Product, VirtualModule};
 
 /// Commands that store, with what leads up to them and where their effect could be seen.
 const STORING: [(&[&str], &str, &str); 7] = [
@@ -204,6 +204,38 @@ fn foreign_contents_of_the_eeprom() {
     bench.power_cycle();
     assert_eq!((bench.ok("GGP 68, 0"), bench.ok("GAP 4, 0"), bench.ok("GGP 66, 0")), (5, 1000, 1));
     assert!(bench.eeprom()[..14_336] == foreign[..14_336]);
+}
+
+/// An EEPROM that comes from another product: its settings and its program are foreign, and are left alone.
+#[test]
+fn the_eeprom_of_another_product() {
+    let mut donor = Bench::new();
+    for line in ["SGP 66, 0, 7", "SAP 4, 0, 5", "STAP 4, 0", "SGP 77, 0, 1", "SGP 84, 0, 1", "SCO 1, 0, 99"] {
+        donor.ok(line);
+    }
+    donor.ok("132, 0, 0, 0");
+    for line in ["SAP 6, 0, 1", "STOP"] {
+        donor.ask(line);
+    }
+    donor.ok("133, 0, 0, 0");
+    for product in [Product::Tmcm3110, Product::Tmcm6110] {
+        // The settings are in the last pages of either EEPROM.
+        let mut eeprom = donor.eeprom();
+        eeprom.resize(32_768 - 2048, 0xFF);
+        eeprom.extend(&donor.eeprom()[14_336..]);
+        let mut bench = Bench::resumed_as(product, &eeprom, 1);
+        assert!(!bench.module.take_log().is_empty(), "a person is told");
+        for table in tables(product) {
+            for row in table.stored() {
+                assert_eq!(Some(table.value(&mut bench, row)), row.default(), "{}", row.name);
+            }
+        }
+        assert_eq!((bench.ok("GCO 1, 0"), bench.ok("GGP 128, 0"), bench.ok("GAP 6, 0")), (0, 0, 128));
+        bench.ok("MVP ABS, 0, 1000");
+        bench.run(MILLISECOND);
+        bench.power_cycle();
+        assert!(bench.eeprom() == eeprom, "{product:?} has written to it");
+    }
 }
 
 /// A page of another firmware that happens to look erased, all zero or all alike.
