@@ -14,7 +14,7 @@ use cortex_m::asm;
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac::RCC;
 
-use super::chosen::{drivers_off, show_trouble};
+use super::safe::{drivers_off, show_trouble};
 
 /// Why the firmware could not go on, kept in RAM through the restart.
 #[derive(Clone, Copy)]

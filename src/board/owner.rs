@@ -12,10 +12,11 @@ use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::chosen::{AXES, Chips, Motion, Signals, drivers_off, show_trouble};
+use super::chosen::{AXES, Chips, Motion, Signals};
 use super::ends::Ends;
 use super::firmware::Firmware;
 use super::mail::{PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
+use super::safe::{drivers_off, show_trouble};
 use super::{can, now, rs485, wake, watchdog};
 use crate::device::{self, Inputs, Outputs};
 use crate::module::Source;

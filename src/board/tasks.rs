@@ -8,10 +8,12 @@ use embassy_stm32::adc::Adc;
 use embassy_stm32::peripherals::{ADC1, USB_OTG_FS};
 use embassy_stm32::usb::Driver;
 
-use super::chosen::{AXES, Board, Chips, Rs485, drivers_off};
+use super::chosen::{AXES, Board, Chips};
 use super::eeprom::Eeprom;
 use super::firmware::Firmware;
 use super::owner::Room;
+use super::parts::Rs485;
+use super::safe::drivers_off;
 use super::{analog, can, eeprom, fault, now, owner, usb, watchdog};
 use crate::store::Memory;
 

@@ -29,41 +29,32 @@
 use core::mem::forget;
 
 use embassy_stm32::adc::{Adc, AdcChannel};
-use embassy_stm32::can::Can;
 use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt;
-use embassy_stm32::pac::iwdg::vals::Key;
-use embassy_stm32::pac::{DBGMCU, FLASH, GPIOC, GPIOD, GPIOE, IWDG, Interrupt, RCC, TIM4};
-use embassy_stm32::peripherals::{self, PB10, PB11};
-use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv,
-    PllSource, Sysclk,
-};
+use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, Interrupt, TIM4};
+use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
 use embassy_stm32::spi::Spi;
-use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::{self, Qei};
-use embassy_stm32::usb;
 use embassy_stm32::wdg::IndependentWatchdog;
 
 use super::eeprom::Eeprom;
 use super::encoder::Encoder;
 use super::line::Line;
-use super::motion_bus::{Chip, MotionBus};
+use super::motion_bus::MotionBus;
+use super::parts::{self, Rs485};
 use super::signals::{self, Axis};
-use super::{analog, can, pads, rs485, spi, watchdog};
-use crate::chip::tmc429::Tmc429;
-use crate::device::{self, Controller, Parts};
-use crate::module::{Platform, Product};
-use crate::motion::tmc429::Tmc429Tmc262;
-use crate::store::{Memory, Store};
+use super::{analog, can, clocks, pads, spi, watchdog};
 
 /// Number of axes on the board.
 pub const AXES: usize = 1;
 
+/// Number of motion controllers on the board.
+const CONTROLLERS: usize = 1;
+
 /// ENN of the TMC262: high switches the bridges off.
-const ENN: Line = Line::new(GPIOE, 1);
+pub(super) const ENN: Line = Line::new(GPIOE, 1);
 /// LED2, high is on.
-const TROUBLE: Line = Line::new(GPIOC, 4);
+pub(super) const TROUBLE: Line = Line::new(GPIOC, 4);
 /// SG_TST of the TMC262.
 const STALL: Line = Line::new(GPIOE, 0);
 /// IN0 to IN3. IN1 and IN2 are inputs of the encoder's timer, where their levels can still be read.
@@ -85,58 +76,14 @@ unsafe fn EXTI15_10() {
     ENCODER.edge();
 }
 
-/// The pins of the RS485 interface.
-pub(super) type Rs485 = rs485::Pins<PB11, PB10>;
-
 /// All parts of the board, ready for use; the motor drivers are off.
-pub struct Board {
-    pub(super) motion: Motion,
-    pub(super) signals: Signals,
-    pub(super) eeprom: Eeprom,
-    pub(super) rs485: Rs485,
-    pub(super) can: Can<'static>,
-    pub(super) usb: usb::Driver<'static, peripherals::USB_OTG_FS>,
-    pub(super) adc: Adc<'static, peripherals::ADC1>,
-    pub(super) analog: analog::Inputs,
-    pub(super) watchdog: IndependentWatchdog<'static, peripherals::IWDG>,
-    /// The pads that ask for factory settings are connected.
-    pub(super) factory_reset: bool,
-}
-
+pub type Board = parts::Board<Signals, AXES, CONTROLLERS>;
+/// The chips of this board, with an EEPROM that is divided as `P` says.
+pub type Chips<P> = parts::Chips<P, CONTROLLERS>;
+/// The chips that move the motor.
+pub(super) type Motion = parts::Motion<AXES, CONTROLLERS>;
 /// One axis, four inputs, two outputs, one group of pull-up resistors.
 pub(super) type Signals = signals::Signals<AXES, 4, 2, 1>;
-
-/// The chips that move the motor.
-pub(super) struct Motion {
-    tmc429: Chip,
-    tmc262: Chip,
-    enable: Output<'static>,
-}
-
-/// The chips of this board, with an EEPROM that is divided as `P` says.
-#[derive(Debug)]
-pub struct Chips<P>(core::marker::PhantomData<P>);
-
-impl<P: Memory + 'static> device::Board for Chips<P> {
-    type Product = P;
-    type Hardware = Tmc429Tmc262<Chip, Chip>;
-    type Controllers = [Controller<Self::Hardware>; 1];
-    type Enable = Output<'static>;
-    type Store = &'static mut Store<P>;
-}
-
-impl<P: Product + 'static> Platform for Chips<P> {
-    type Hooks = ();
-}
-
-impl Motion {
-    /// The parts of a device.
-    pub(super) fn parts<P: Memory>(self, store: &'static mut Store<P>) -> Parts<Chips<P>, AXES> {
-        let Motion { tmc429, tmc262, enable } = self;
-        let controllers = [Controller::new(Tmc429::new(tmc429))];
-        Parts { controllers, axes: Tmc429Tmc262::axes([tmc262]), enable, store }
-    }
-}
 
 impl Board {
     /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
@@ -144,13 +91,9 @@ impl Board {
     /// LED2 is on until the set-up has succeeded. If the crystal does not start, LED2 stays on, and the watchdog
     /// restarts the microcontroller for another attempt.
     pub fn start() -> Self {
-        show_trouble(true);
-        IWDG.kr().write(|w| w.set_key(Key::START));
-        let p = embassy_stm32::init(clocks());
-        accelerate_flash();
-        // A crystal that stops later raises NMI: without the TMC429's clock nothing is known of the motor.
-        RCC.cr().modify(|w| w.set_csson(true));
-        // The watchdog runs already, with its default time of 512 ms; it takes this time when it is fed first.
+        TROUBLE.drive(true);
+        let p = clocks::start();
+        // The watchdog takes this time when it is fed first.
         let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
         let factory_reset = pads::connected(p.PA13, p.PA14);
         // The TMC429's clock is the crystal's: all velocities are multiples of its 16 MHz.
@@ -169,8 +112,8 @@ impl Board {
         let bus = MotionBus::new(Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()));
         Board {
             motion: Motion {
-                tmc429: bus.tmc429(Output::new(p.PA4, Level::High, Speed::Medium)),
-                tmc262: bus.tmc262(Output::new(p.PC3, Level::High, Speed::Medium)),
+                tmc429: [bus.tmc429(Output::new(p.PA4, Level::High, Speed::Medium))],
+                tmc262: [bus.tmc262(Output::new(p.PC3, Level::High, Speed::Medium))],
                 enable: Output::new(p.PE1, Level::High, Speed::Low),
             },
             signals,
@@ -196,53 +139,4 @@ impl Board {
             factory_reset,
         }
     }
-}
-
-/// The safe state: no current flows in the motor, whatever the chips do. The function uses only registers, so that it
-/// can be called at any time, also by a firmware that has failed.
-pub(super) extern "C" fn drivers_off() {
-    ENN.drive(true);
-}
-
-/// Switches LED2 on or off. The function uses only registers, as `drivers_off` does.
-pub(super) fn show_trouble(on: bool) {
-    TROUBLE.drive(on);
-}
-
-/// Switches the flash accelerator on, without which the core, at 168 MHz, waits five cycles for each line of 16 bytes.
-/// Embassy sets these wait states and leaves all else off.
-///
-/// Silicon of revision A has to do without prefetch (erratum "ART accelerator prefetch queue instruction is not
-/// supported", ES0182). It says that it is a chip of another family, 0x411 (erratum "MCU device ID is incorrect"), or
-/// revision 0x1000.
-fn accelerate_flash() {
-    let id = DBGMCU.idcode().read();
-    let is_revision_a = id.dev_id() != 0x413 || id.rev_id() == 0x1000;
-    FLASH.acr().modify(|w| {
-        w.set_prften(!is_revision_a);
-        w.set_icen(true);
-        w.set_dcen(true);
-    });
-}
-
-/// The clocks: the crystal's 16 MHz / 8 = 2 MHz go into the PLL, x 168 = 336 MHz, / 2 = 168 MHz for the core; 336 MHz /
-/// 7 = 48 MHz for USB. APB2 has 168 / 2 = 84 MHz (SPI1), APB1 168 / 4 = 42 MHz (SPI3, USART3; its timers run at 84
-/// MHz).
-fn clocks() -> embassy_stm32::Config {
-    let mut config = embassy_stm32::Config::default();
-    let rcc = &mut config.rcc;
-    rcc.hse = Some(Hse { freq: Hertz(16_000_000), mode: HseMode::Oscillator });
-    rcc.pll_src = PllSource::HSE;
-    rcc.pll = Some(Pll {
-        prediv: PllPreDiv::DIV8,
-        mul: PllMul::MUL168,
-        divp: Some(PllPDiv::DIV2),
-        divq: Some(PllQDiv::DIV7),
-        divr: None,
-    });
-    rcc.sys = Sysclk::PLL1_P;
-    rcc.ahb_pre = AHBPrescaler::DIV1;
-    rcc.apb1_pre = APBPrescaler::DIV4;
-    rcc.apb2_pre = APBPrescaler::DIV2;
-    config
 }
