@@ -25,7 +25,7 @@ use crate::sim::read_world;
 use recording::Recording;
 pub use script::{Action, Event};
 use session::Session;
-use tmcm_sim::NativeModule;
+use tmcm_sim::{NativeModule, Product};
 use trace::Trace;
 
 /// Run a TMCL program on a virtual module and show what it does
@@ -96,7 +96,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         spare(option, output.as_deref(), &options.program)?;
     }
     let program = read_program(&options.program)?;
-    let world = options.world.as_deref().map(read_world).transpose()?.unwrap_or_else(WorldConfig::default);
+    let world = options
+        .world
+        .as_deref()
+        .map(|path| read_world(path, Product::default()))
+        .transpose()?
+        .unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
     let recording = options.plot.is_some().then(Recording::new);

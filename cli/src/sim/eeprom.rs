@@ -12,19 +12,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use hal_sim::chip::at25::{AT25128, Backing};
+use hal_sim::chip::at25::Backing;
 use signal_hook::consts::SIGXFSZ;
 
 use super::say;
 use crate::failure::Failure;
-
-/// Size of the EEPROM in bytes.
-const SIZE: usize = AT25128.size;
+use tmcm_sim::Product;
 
 /// A file with the contents of the EEPROM.
 #[derive(Debug)]
 pub struct EepromFile {
     path: PathBuf,
+    /// The product whose EEPROM it is.
+    product: Product,
     /// The contents at the start; `None` if there was no file.
     found: Option<Vec<u8>>,
     /// The open, locked file; `None` until the first write if there was no file.
@@ -34,21 +34,22 @@ pub struct EepromFile {
 }
 
 impl EepromFile {
-    /// Opens, locks and reads the file, if there is one.
+    /// Opens, locks and reads the file for the EEPROM of a product, if there is one.
     ///
     /// # Errors
-    /// The file has another size than the EEPROM, cannot be written, or is in use by another simulator; it stays
+    /// The file has another size than this EEPROM, cannot be written, or is in use by another simulator; it stays
     /// unchanged.
-    pub fn open(path: &Path) -> Result<Self, Failure> {
+    pub fn open(path: &Path, product: Product) -> Result<Self, Failure> {
         let failed = |why: String| Failure::Failed(format!("--eeprom: {}{why}", path.display()));
         let real = match fs::canonicalize(path) {
             Ok(real) => real,
             Err(error) if error.kind() == ErrorKind::NotFound && fs::symlink_metadata(path).is_err() => {
                 let path = std::path::absolute(path).map_err(|error| failed(format!(" cannot be made: {error}")))?;
-                return Ok(EepromFile { path, found: None, held: None, failing: false });
+                return Ok(EepromFile { path, product, found: None, held: None, failing: false });
             }
             Err(error) => return Err(failed(format!(" cannot be read: {error}"))),
         };
+        let size = product.kind().eeprom.size;
         let cannot = |error: io::Error| failed(format!(" cannot be read and written: {error}"));
         loop {
             // Only a regular file is opened: opening or reading a pipe or a device may take for ever.
@@ -56,11 +57,11 @@ impl EepromFile {
             if !found.is_file() {
                 return Err(failed(" is no file; it is left alone. Give the name of a file".into()));
             }
-            if found.len() != SIZE as u64 {
-                let length = found.len();
+            if found.len() != size as u64 {
+                let (length, name, whose) = (found.len(), product.name(), whose(found.len()));
                 return Err(failed(format!(
-                    " has {length} bytes, an EEPROM has {SIZE}; the file is left alone. Give another name, and the \
-                     file will be made"
+                    " has {length} bytes{whose}, the EEPROM of a {name} has {size}; the file is left alone. Give another \
+                     name, and the file will be made"
                 )));
             }
             if found.permissions().readonly() {
@@ -79,15 +80,16 @@ impl EepromFile {
             // Between opening and locking another simulator may have replaced the file and ended; then the new one is
             // opened.
             if same(&file, &real).map_err(cannot)? {
-                let mut contents = vec![0; SIZE];
+                let mut contents = vec![0; size];
                 file.read_exact(&mut contents).map_err(cannot)?;
-                return Ok(EepromFile { path: real, found: Some(contents), held: Some(file), failing: false });
+                return Ok(EepromFile { path: real, product, found: Some(contents), held: Some(file), failing: false });
             }
         }
     }
 
-    /// Opens the files of several modules: `path` for the first module, `path` with `.2`, `.3` ... for the others.
-    pub fn open_all(path: &Path, modules: usize) -> Result<Vec<Self>, Failure> {
+    /// Opens the files of several modules, of which the products are given: `path` for the first module, `path` with `.2`,
+    /// `.3` ... for the others.
+    pub fn open_all(path: &Path, products: &[Product]) -> Result<Vec<Self>, Failure> {
         // A write beyond the limit for file sizes must fail instead of ending the program by SIGXFSZ.
         signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())
             .map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))?;
@@ -98,7 +100,7 @@ impl EepromFile {
             }
             name
         };
-        (1..=modules).map(|number| Self::open(Path::new(&name(number)))).collect()
+        (1..).zip(products).map(|(number, product)| Self::open(Path::new(&name(number)), *product)).collect()
     }
 
     /// The contents when the file was opened; `None` if there was no file.
@@ -111,7 +113,7 @@ impl EepromFile {
         self.replace(contents).map_err(|error| {
             let taken = self.held.is_none() && error.kind() == ErrorKind::AlreadyExists;
             // Another simulator may have made the file meanwhile: the error of opening that file tells the user more.
-            let refused = taken.then(|| Self::open(&self.path).err()).flatten();
+            let refused = taken.then(|| Self::open(&self.path, self.product).err()).flatten();
             refused
                 .unwrap_or_else(|| Failure::Failed(format!("--eeprom: cannot write {}: {error}", self.path.display())))
         })
@@ -162,6 +164,13 @@ impl Backing for EepromFile {
         self.failing = saved.is_err();
         !self.failing
     }
+}
+
+/// Which products have an EEPROM of so many bytes, in words behind the number.
+fn whose(size: u64) -> String {
+    let names = Product::ALL.into_iter().filter(|product| product.kind().eeprom.size as u64 == size).map(Product::name);
+    let names = names.collect::<Vec<_>>().join(" or ");
+    if names.is_empty() { names } else { format!(" like that of a {names}") }
 }
 
 /// Gives a file a name that no other file has. If several simulators try at once, one succeeds.

@@ -1,46 +1,69 @@
-//! The lines that `tmcl sim` prints at its start: where the modules can be reached, with commands to copy.
+//! The lines that `tmcl sim` prints at its start: what the modules are, and where they can be reached, with commands to
+//! copy.
 
 use std::io::{self, Write};
 
 use super::links::Links;
-use super::options::Firmware;
+use super::options::{Firmware, Options};
 use super::pty::Pty;
+use tmcm_sim::Product;
 
-/// Prints where the modules can be reached, each link under the name of its option. How is for a host of this firmware;
-/// there are `count` modules.
-pub(super) fn introduce(links: &Links, firmware: Firmware, count: usize, out: &mut impl Write) -> io::Result<()> {
-    let tmcl = firmware == Firmware::Tmcl;
+/// Prints what the modules are. `what_runs` tells what runs in a module of a product.
+pub(super) fn modules(
+    options: &Options,
+    what_runs: impl Fn(Product) -> String,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let products = &options.product;
+    let (first, count) = (products.first().copied().unwrap_or_default(), products.len());
+    if options.is_mixed() {
+        let modules = (1..).zip(products).map(|(number, product)| {
+            let verb = if number == 1 { "is " } else { "" };
+            format!("{number} {verb}a {} {}", product.name(), what_runs(*product))
+        });
+        let modules = modules.collect::<Vec<_>>().join(", ");
+        return writeln!(out, "{count} virtual modules: {modules}. Ctrl-C ends them.");
+    }
+    let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
+    writeln!(out, "{article} virtual {}{plural} {}. Ctrl-C ends it.", first.name(), what_runs(first))
+}
+
+/// Prints where the modules can be reached, each link under the name of its option. How is for a host of their firmware.
+pub(super) fn links(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
+    let count = options.product.len();
+    let tmcl = options.firmware() == Firmware::Tmcl;
     if let Some(pty) = &links.serial {
         let path = head(out, "serial", pty)?;
-        writeln!(out, "    tmcl send {path} \"{}\"", request(tmcl))?;
+        let first = remark(options, 1);
+        writeln!(out, "    tmcl send {path} \"{}\"{first}", request(tmcl))?;
         if tmcl {
-            writeln!(out, "    ConnectionManager(\"--interface usb_tmcl --port {path}\")")?;
-            writeln!(out, "    ConnectionManager(\"--interface serial_tmcl --port {path} --data-rate 9600\")")?;
+            writeln!(out, "    ConnectionManager(\"--interface usb_tmcl --port {path}\"){first}")?;
+            writeln!(out, "    ConnectionManager(\"--interface serial_tmcl --port {path} --data-rate 9600\"){first}")?;
         }
     }
     if let Some(server) = &links.tcp {
         let to = server.reachable();
+        let first = remark(options, 1);
         writeln!(out, "tcp: {}", server.address())?;
-        writeln!(out, "    tmcl send tcp:{to} \"{}\"", request(tmcl))?;
+        writeln!(out, "    tmcl send tcp:{to} \"{}\"{first}", request(tmcl))?;
         if tmcl && to.is_ipv4() {
-            writeln!(out, "    ConnectionManager(\"--interface socket_serial_tmcl --port {to}\")")?;
+            writeln!(out, "    ConnectionManager(\"--interface socket_serial_tmcl --port {to}\"){first}")?;
         }
     }
     if let Some(pty) = &links.rs485 {
         let path = head(out, "rs485", pty)?;
-        writeln!(out, "    tmcl send {path} --address 1 \"GAP 1, 0\"")?;
-        let module = "--data-rate 9600 --module-id 1";
-        writeln!(out, "    ConnectionManager(\"--interface serial_tmcl --port {path} {module}\")")?;
+        let python = format!("--interface serial_tmcl --port {path} --data-rate 9600");
+        addressed(out, &path, &python, options)?;
     }
     if let Some(pty) = &links.slcan {
         let path = head(out, "slcan", pty)?;
-        if tmcl { adapter(out, &path, &path)? } else { master(out, &path, count)? }
+        if tmcl { adapter(out, &path, &path, options)? } else { master(out, &path, count)? }
     }
     if let Some(server) = &links.slcan_tcp {
         let to = server.reachable();
         writeln!(out, "slcan-tcp: {}", server.address())?;
         let url = format!("socket://{to}");
-        if tmcl { adapter(out, &format!("tcp:{to}"), &url)? } else { master(out, &url, count)? }
+        if tmcl { adapter(out, &format!("tcp:{to}"), &url, options)? } else { master(out, &url, count)? }
     }
     if let Some(server) = &links.control {
         let to = server.reachable();
@@ -65,6 +88,29 @@ fn request(tmcl: bool) -> &'static str {
     if tmcl { "GAP 1, 0" } else { "136, 1, 0, 0" }
 }
 
+/// A comment behind a line that reaches one module, in shell and Python alike: what that module is, where others are
+/// something else.
+fn remark(options: &Options, module: usize) -> String {
+    match options.product.get(module - 1) {
+        Some(product) if options.is_mixed() => format!("  # module {module}, a {}", product.name()),
+        _ => String::new(),
+    }
+}
+
+/// Prints the lines that reach the modules over a bus: those of module 1, or of the first module of each product. `link`
+/// is the bus for `tmcl`, `python` for PyTrinamic.
+fn addressed(out: &mut impl Write, link: &str, python: &str, options: &Options) -> io::Result<()> {
+    for (index, product) in options.product.iter().enumerate() {
+        if options.product.iter().take(index).all(|other| other != product) {
+            let number = index + 1;
+            let which = remark(options, number);
+            writeln!(out, "    tmcl send {link} --address {number} \"GAP 1, 0\"{which}")?;
+            writeln!(out, "    ConnectionManager(\"{python} --module-id {number}\"){which}")?;
+        }
+    }
+    Ok(())
+}
+
 /// Prints the lines with which python-canopen reaches `count` nodes over a CAN adapter; `url` is its name for pySerial.
 fn master(out: &mut impl Write, url: &str, count: usize) -> io::Result<()> {
     writeln!(out, "    network = canopen.Network()")?;
@@ -73,8 +119,7 @@ fn master(out: &mut impl Write, url: &str, count: usize) -> io::Result<()> {
 }
 
 /// Prints the lines for a CAN adapter: `device` is its name for `tmcl`, `url` its name for pySerial.
-fn adapter(out: &mut impl Write, device: &str, url: &str) -> io::Result<()> {
-    writeln!(out, "    tmcl send slcan:{device} --address 1 \"GAP 1, 0\"")?;
-    writeln!(out, "    ConnectionManager(\"--interface slcan_tmcl --port {url} --module-id 1\")")?;
+fn adapter(out: &mut impl Write, device: &str, url: &str, options: &Options) -> io::Result<()> {
+    addressed(out, &format!("slcan:{device}"), &format!("--interface slcan_tmcl --port {url}"), options)?;
     writeln!(out, "    can.Bus(interface=\"slcan\", channel=\"{url}\", bitrate=1000000)")
 }

@@ -15,8 +15,10 @@ pub mod pty;
 pub mod slcan;
 pub mod stream;
 pub mod tcp;
+mod worlds;
 
 pub use options::{Firmware, Options};
+pub(crate) use worlds::read_world;
 
 use std::fmt::Display;
 use std::io::Write;
@@ -24,10 +26,9 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use hal_sim::world::config::WorldConfig;
 use rustix::event::{PollFd, PollFlags, Timespec};
 use tmcm::canopen;
-use tmcm::module::{Spec, TMCM_1140};
+use tmcm::module::Spec;
 
 use crate::failure::Failure;
 use crate::files;
@@ -36,9 +37,9 @@ use ending::Ending;
 use links::Links;
 use pacing::Pacer;
 use tmcm_sim::VirtualModule;
-use tmcm_sim::fleet::Fleet;
+use tmcm_sim::fleet::{Fleet, Member};
 use tmcm_sim::image::{self, ImageModule, Setup};
-use tmcm_sim::{FirmwareKind, Model};
+use tmcm_sim::{Model, Product};
 
 /// Seed of the modules' random numbers; the world's random numbers have a seed in the world file.
 const SEED: u32 = 1;
@@ -57,32 +58,30 @@ const LARGEST_IMAGE: u64 = 1 << 28;
 /// Runs the virtual modules until a signal ends the program, or the end of standard input with --exit-with-stdin.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let image = options.image.as_deref().map(Image::read).transpose()?;
-    let options = &options.checked(image.as_ref().and_then(|image| image.firmware))?;
+    let options = &options.checked(image.as_ref().and_then(|image| image.model))?;
     let stop = Ending::watch(options.exit_with_stdin)?;
-    let world = match &options.world {
-        Some(path) => read_world(path)?,
-        None => WorldConfig::default(),
-    };
-    let count = usize::from(options.modules);
+    let worlds = worlds::of_all(options)?;
     let eeproms = match &options.eeprom {
-        Some(path) => EepromFile::open_all(path, count)?,
+        Some(path) => EepromFile::open_all(path, &options.product)?,
         None => Vec::new(),
     };
-    let contents: Vec<Option<&[u8]>> =
-        (0..count).map(|index| eeproms.get(index).and_then(EepromFile::contents)).collect();
+    let contents = eeproms.iter().map(EepromFile::contents).chain(std::iter::repeat(None));
+    let members: Vec<Member<'_>> = (options.models().zip(&worlds).zip(contents))
+        .map(|((model, world), eeprom)| Member { model, world, eeprom })
+        .collect();
     if let Some(image) = image {
-        let fleet = image.start(options, &world, &contents)?;
-        let what_runs = format!("that run{} {}", if count == 1 { "s" } else { "" }, image.path.display());
-        serve(options, stop, fleet, eeproms, &what_runs)
+        let fleet = image.start(options, &members)?;
+        let what_runs = format!("that run{} {}", if members.len() == 1 { "s" } else { "" }, image.path.display());
+        serve(options, stop, fleet, eeproms, |_| what_runs.clone())
     } else {
-        let fleet = Fleet::of(FirmwareKind::from(options.firmware()), &world, &contents, SEED);
-        serve(options, stop, fleet, eeproms, &what_runs(options.firmware()))
+        let fleet = Fleet::mixed(&members, SEED);
+        serve(options, stop, fleet, eeproms, |product| what_runs(product, options.firmware()))
     }
 }
 
-/// What the modules run without an image, as [`serve`] has it.
-fn what_runs(firmware: Firmware) -> String {
-    let Spec { major, minor, .. } = TMCM_1140;
+/// What a module runs without an image, as [`serve`] has it.
+fn what_runs(product: Product, firmware: Firmware) -> String {
+    let Spec { major, minor, .. } = product.spec();
     match firmware {
         Firmware::Tmcl => format!("with firmware version {major}.{minor:02}"),
         Firmware::Canopen => format!("with CANopen firmware version {}", canopen::VERSION),
@@ -93,8 +92,8 @@ fn what_runs(firmware: Firmware) -> String {
 struct Image<'a> {
     path: &'a Path,
     elf: Vec<u8>,
-    /// The firmware in it, if it tells.
-    firmware: Option<Firmware>,
+    /// Product and firmware, if it tells.
+    model: Option<Model>,
 }
 
 impl<'a> Image<'a> {
@@ -102,7 +101,7 @@ impl<'a> Image<'a> {
         let elf = files::read_file(path, LARGEST_IMAGE);
         let elf = elf.map_err(|error| Self::failed(path, &format!("cannot be read: {error}")))?;
         let model = image::model(&elf).map_err(|error| Self::failed(path, &error))?;
-        Ok(Image { path, elf, firmware: model.map(|model| model.firmware().into()) })
+        Ok(Image { path, elf, model })
     }
 
     fn failed(path: &Path, error: &dyn Display) -> Failure {
@@ -112,30 +111,24 @@ impl<'a> Image<'a> {
     }
 
     /// The modules that run it.
-    fn start(
-        &self,
-        options: &Options,
-        world: &WorldConfig,
-        eeproms: &[Option<&[u8]>],
-    ) -> Result<Fleet<ImageModule>, Failure> {
+    fn start(&self, options: &Options, members: &[Member<'_>]) -> Result<Fleet<ImageModule>, Failure> {
         // Only module 1 has hosts at its USB connector.
         let mut usb = options.needs_usb();
-        let model = Model::from(FirmwareKind::from(options.firmware()));
-        Fleet::start(model, eeproms, SEED, |eeprom, seed| {
+        Fleet::start(members, SEED, |Member { world, eeprom, .. }, seed| {
             let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
             ImageModule::new(&self.elf, world, eeprom, seed, setup).map_err(|stop| Self::failed(self.path, &stop))
         })
     }
 }
 
-/// Opens the links, prints where they are, and runs the modules until `stop` says so. `what_runs` completes the printed
-/// sentence "A virtual TMCM-1140 ...".
+/// Opens the links, prints where they are, and runs the modules until `stop` says so. `what_runs` tells what runs in a
+/// module of a product, as the end of a sentence: "A virtual TMCM-1140 ...".
 fn serve<M: VirtualModule>(
     options: &Options,
     stop: Ending,
     mut fleet: Fleet<M>,
     eeproms: Vec<EepromFile>,
-    what_runs: &str,
+    what_runs: impl Fn(Product) -> String,
 ) -> Result<(), Failure> {
     fleet.await_silences();
     for (mut file, module) in eeproms.into_iter().zip(fleet.modules_mut()) {
@@ -146,23 +139,13 @@ fn serve<M: VirtualModule>(
     }
     let links = Links::open(options)?;
     let mut out = std::io::stdout().lock();
-    let count = fleet.modules().len();
-    let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
-    writeln!(out, "{article} virtual TMCM-{}{plural} {what_runs}. Ctrl-C ends it.", TMCM_1140.number)?;
-    introduce::introduce(&links, options.firmware(), count, &mut out)?;
+    introduce::modules(options, what_runs, &mut out)?;
+    introduce::links(&links, options, &mut out)?;
     writeln!(out, "ready")?;
     out.flush()?;
     let pacer = Pacer::new(options.speed, Instant::now(), fleet.now());
     let nap = if options.firmware() == Firmware::Canopen { SHORT_NAP } else { NAP };
     Simulator { stop, fleet, links, pacer, nap }.run()
-}
-
-/// Reads the file of option --world.
-pub(crate) fn read_world(path: &Path) -> Result<WorldConfig, Failure> {
-    let shown = path.display();
-    let text =
-        files::read_text(path).map_err(|error| Failure::Failed(format!("--world: cannot read {shown}: {error}")))?;
-    WorldConfig::parse(&text).map_err(|error| Failure::Failed(format!("--world: {shown}: {}", error.trim_end())))
 }
 
 /// The state of the running simulator.

@@ -3,28 +3,37 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use tmcm_sim::FirmwareKind;
+use tmcm_sim::{FirmwareKind, Model, Product};
 
+use crate::asm::suggestion;
 use crate::failure::Failure;
 
 /// Most modules: as many as an RS485 bus carries.
-const MOST_MODULES: i64 = 32;
+const MOST_MODULES: u8 = 32;
 /// Permitted speeds of virtual time, as multiples of real time.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
-/// Run a virtual TMCM-1140, or several on a bus, that host software drives like real ones
+/// Run a virtual TMCM-1140, TMCM-3110 or TMCM-6110, or several on a bus, that host software drives like real ones
 ///
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
-/// runs against models of its chips, a motor and a stage. Host software connects to the ports that are printed, and
+/// runs against models of its chips, and for each axis a motor and a stage. Host software connects to the ports that are printed, and
 /// needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial port and a TCP
 /// port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted (Ctrl-C,
 /// SIGTERM or SIGHUP); then its symbolic links are removed.
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
+    /// What the module is: 1140, 3110 or 6110; or what each of several is, with commas between the names
+    ///
+    /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each; the TMCM-6110 has six. One name holds
+    /// for all modules of --modules. Of several names the first is that of module 1, and there are as many modules as
+    /// names. `TMCM-6110` is the same as 6110. Without it the product is that of --image, or else 1140.
+    #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product)]
+    pub product: Vec<Product>,
+
     /// The firmware in the module: `tmcl` speaks TMCL on all links; `canopen` is a node on the CAN bus
     ///
-    /// The same module is sold with either. A CANopen node is driven by a CANopen master (a PLC, ROS, python-canopen) at
+    /// The TMCM-1140 is sold with either, the others speak TMCL. A CANopen node is driven by a CANopen master (a PLC, ROS, python-canopen) at
     /// --slcan or --slcan-tcp; docs/tmcm1140-canopen.eds describes its objects to the master. At its USB link it tells its
     /// version (TMCL command 136) and nothing else, and its RS485 port is off.
     ///
@@ -64,20 +73,22 @@ pub struct Options {
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub slcan_tcp: Option<String>,
 
-    /// Number of modules
+    /// Number of modules; without it as many as --product names, or 1
     ///
     /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K; as in the factory,
     /// all TMCL modules reply to address and identifier 2. --serial and --tcp belong to module 1. A factory reset takes a module back to address 1.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=MOST_MODULES))]
-    pub modules: u8,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=i64::from(MOST_MODULES)))]
+    pub modules: Option<u8>,
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
     /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0 free to
     /// 1 stalled), slip STEPS, fault NAME on|off, can passive|off|on, power off|on, usb off|on, state; `module K` before
     /// it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault: `press left 2`;
-    /// without one it is axis 0. `state` tells of axis 0 among the fields of the module, and of each axis in its list
-    /// `axes`. `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does
+    /// without one it is axis 0. Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there
+    /// also 4) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others' switches and
+    /// encoders have pins of their own. `fault tmc429` is one of the controller that moves the axis, three axes each.
+    /// `state` tells of axis 0 among the fields of the module, and of each axis in its list `axes`. `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does
     /// not tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
     /// nothing comes. Port 0 takes a free one and prints it.
     ///
@@ -89,18 +100,20 @@ pub struct Options {
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// 16384 bytes as the chip has them; of several modules the second has FILE.2, the third FILE.3. What
-    /// the module has acknowledged as stored is in the file; while that cannot be written, the module answers stores
+    /// As many bytes as the chip has: 16384 in a TMCM-1140, 32768 in the others. Of several modules the second has FILE.2, the
+    /// third FILE.3. What the module has acknowledged as stored is in the file; while that cannot be written, the module answers stores
     /// with status 5, and a CANopen node with abort code 06060000h. A file has one simulator at a time. Either firmware
-    /// takes the file of the other: it finds its own defaults there, and what the other has stored is there until this
-    /// one stores something.
+    /// of a product, and another product with an EEPROM of this size, takes the file: it finds its own defaults there, and
+    /// what the other has stored is there until this one stores something.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
     /// Describe the motor, its stage, switches, encoder and supply
     ///
-    /// Without it there is a free 200-step motor on 24 V and nothing at the inputs. The tables of FILE hold for each axis; the
-    /// n-th `[[axis]]` has what is different at axis n - 1, such as `motor.load = 0.2`.
+    /// Without it there is a free 200-step motor at each axis, 24 V, and nothing at the inputs. The tables of FILE hold for
+    /// each axis; the n-th `[[axis]]` has what is different at axis n - 1, such as `motor.load = 0.2`. Each module has this
+    /// world for itself, and what its product lacks, such as a fourth axis, is refused. hal-sim/worlds/stage.toml shows
+    /// all entries, and gantry.toml three axes.
     #[arg(long, value_name = "FILE.toml")]
     pub world: Option<PathBuf>,
 
@@ -167,10 +180,22 @@ impl From<Firmware> for FirmwareKind {
 }
 
 impl Options {
-    /// The options with the firmware that the image has, if it tells. Refuses options that contradict each other, or the
-    /// image, in a way that the parser cannot see.
-    pub(super) fn checked(&self, told: Option<Firmware>) -> Result<Self, Failure> {
+    /// The options with the product of each module, and the firmware, both as the image has them if it tells. Refuses
+    /// options that contradict each other, or the image, in a way that the parser cannot see.
+    pub(super) fn checked(&self, told: Option<Model>) -> Result<Self, Failure> {
         let refused = |why: &str| Err(Failure::Arguments(why.into()));
+        let product = self.products(told.map(Model::product))?;
+        if self.firmware == Some(Firmware::Canopen)
+            && let Some(product) = product.iter().find(|product| **product != Product::Tmcm1140)
+        {
+            let (name, only) = (product.name(), Product::Tmcm1140.name());
+            let source = if told.is_some() { ", for which the image is," } else { "" };
+            return Err(Failure::Arguments(format!(
+                "--firmware canopen: the {name}{source} has no such firmware, only the {only} has. Leave out --firmware, or \
+                 run the {only}"
+            )));
+        }
+        let told = told.map(|model| Firmware::from(model.firmware()));
         if let (Some(asked), Some(told)) = (self.firmware, told)
             && asked != told
         {
@@ -185,7 +210,7 @@ impl Options {
                 }
             });
         }
-        let options = Options { firmware: told.or(self.firmware), ..self.clone() };
+        let options = Options { product, firmware: told.or(self.firmware), ..self.clone() };
         if options.firmware() == Firmware::Canopen && self.rs485.is_some() {
             return refused(
                 "--rs485: the CANopen firmware leaves the module's RS485 port off, so nobody would answer there. Drive \
@@ -193,6 +218,52 @@ impl Options {
             );
         }
         Ok(options)
+    }
+
+    /// The product of each module. `told` is the product for which the image is, if it tells.
+    fn products(&self, told: Option<Product>) -> Result<Vec<Product>, Failure> {
+        let named = &self.product;
+        let refused = |why: String| {
+            let numbers: Vec<String> = named.iter().map(|product| number(*product)).collect();
+            Err(Failure::Arguments(format!("--product {}: {why}", numbers.join(","))))
+        };
+        if let Some(told) = told
+            && named.iter().any(|product| *product != told)
+        {
+            return refused(format!(
+                "the image is one for the {}. Leave out --product, or give the image of another product",
+                told.name()
+            ));
+        }
+        let first = named.first().copied().or(told).unwrap_or_default();
+        if self.image.is_some() && named.iter().any(|product| *product != first) {
+            return refused("all modules run the image, which is for one product. Give its name alone".into());
+        }
+        if named.len() > usize::from(MOST_MODULES) {
+            return refused(format!("these are {} modules, and a bus carries {MOST_MODULES}", named.len()));
+        }
+        match self.modules {
+            Some(count) if named.len() > 1 && named.len() != usize::from(count) => refused(format!(
+                "these are {} modules, and --modules says {count}. Give one name for all of them, or leave out --modules",
+                named.len()
+            )),
+            Some(count) if named.len() < 2 => Ok(vec![first; count.into()]),
+            None if named.is_empty() => Ok(vec![first]),
+            _ => Ok(named.clone()),
+        }
+    }
+
+    /// True if the modules are not all of one product.
+    pub(super) fn is_mixed(&self) -> bool {
+        self.product.iter().any(|product| Some(product) != self.product.first())
+    }
+
+    /// What each module is.
+    pub(super) fn models(&self) -> impl Iterator<Item = Model> {
+        self.product.iter().map(|product| match self.firmware() {
+            Firmware::Tmcl => Model::Tmcl(*product),
+            Firmware::Canopen => Model::Canopen,
+        })
     }
 
     /// The firmware in the module.
@@ -233,6 +304,10 @@ Examples:
       a serial port under a name of your own; then, say: echo 'press left' | nc -N 127.0.0.1 4141
   tmcl sim --modules 3 --slcan /tmp/can --rs485 /tmp/rs485
       three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
+  tmcl sim --product 6110 --tcp 127.0.0.1:4140 --world hal-sim/worlds/gantry.toml
+      a module with six axes, of which three move a gantry
+  tmcl sim --product 1140,3110,6110 --slcan /tmp/can
+      three modules of different products on a CAN bus, with identifiers 1 to 3
   tmcl sim --firmware canopen --modules 2
       two CANopen nodes, 1 and 2, on a CAN adapter at a TCP port; prints how python-canopen gets there
   tmcl sim --tcp 127.0.0.1:0 --eeprom module.bin --world stage.toml --speed 10
@@ -249,6 +324,21 @@ fn address(text: &str) -> Result<String, String> {
         Some(_) => Ok(text.into()),
         None => Err("give an address and a port (0..65535), for example 127.0.0.1:4140".into()),
     }
+}
+
+/// The product of a name, which may have the prefix `TMCM-`.
+fn product(name: &str) -> Result<Product, String> {
+    Product::named(name).ok_or_else(|| {
+        let numbers = Product::ALL.map(number);
+        let meant = name.to_ascii_uppercase();
+        let suggestion = suggestion(meant.trim_start_matches("TMCM-"), numbers.iter().map(String::as_str));
+        format!("'{name}' is none of {}{suggestion}", numbers.join(", "))
+    })
+}
+
+/// The name of a product as an argument has it.
+fn number(product: Product) -> String {
+    product.spec().number.to_string()
 }
 
 fn speed(text: &str) -> Result<f64, String> {

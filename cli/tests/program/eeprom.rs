@@ -185,7 +185,7 @@ fn what_cannot_be_an_eeprom_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     fs::write(path("thesis.txt"), "irreplaceable").unwrap();
-    refused(&path("thesis.txt"), "has 13 bytes, an EEPROM has 16384");
+    refused(&path("thesis.txt"), "has 13 bytes, the EEPROM of a TMCM-1140 has 16384");
     assert_eq!(fs::read_to_string(path("thesis.txt")).unwrap(), "irreplaceable");
     // Nobody would live to see the end of reading it.
     File::create(path("huge")).unwrap().set_len(1 << 40).unwrap();

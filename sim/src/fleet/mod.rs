@@ -42,39 +42,60 @@ pub struct Lost {
     pub buses: bool,
 }
 
+/// A module of a fleet before it starts: what it is, where it stands, and what it has stored.
+#[derive(Clone, Copy, Debug)]
+pub struct Member<'a> {
+    /// Product and firmware.
+    pub model: Model,
+    /// The world around the module, which is one of its own.
+    pub world: &'a WorldConfig,
+    /// The contents of the EEPROM, fresh if `None`.
+    pub eeprom: Option<&'a [u8]>,
+}
+
 impl Fleet {
-    /// Modules that run the core of the TMCL firmware, each in its own world described by `config`; number of modules,
-    /// EEPROMs and seed are as in [`Fleet::start`].
+    /// Modules that run the core of the TMCL firmware of the TMCM-1140, each in its own world described by `config`: as
+    /// many as there are EEPROMs. They are numbered, and get their seeds, as in [`Fleet::start`].
     pub fn new(config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
         Self::of(Model::default(), config, eeproms, seed)
     }
 
-    /// The same with any product or firmware.
+    /// The same with any product or firmware, which all modules have; `config` is to be a world for this product.
     pub fn of(model: impl Into<Model>, config: &WorldConfig, eeproms: &[Option<&[u8]>], seed: u32) -> Self {
         let model = model.into();
-        let start = |eeprom: Option<&[u8]>, seed| Ok::<_, Infallible>(NativeModule::of(model, config, eeprom, seed));
-        let Ok(fleet) = Self::start(model, eeproms, seed, start);
+        let members: Vec<Member<'_>> =
+            eeproms.iter().map(|eeprom| Member { model, world: config, eeprom: *eeprom }).collect();
+        Self::mixed(&members, seed)
+    }
+
+    /// Modules that run the core of their firmware, each of a product of its own; the rest is as in [`Fleet::start`].
+    pub fn mixed(members: &[Member<'_>], seed: u32) -> Self {
+        let start = |Member { model, world, eeprom }: Member<'_>, seed| {
+            Ok::<_, Infallible>(NativeModule::of(model, world, eeprom, seed))
+        };
+        let Ok(fleet) = Self::start(members, seed, start);
         fleet
     }
 }
 
 impl<M: VirtualModule> Fleet<M> {
-    /// As many modules as there are EEPROMs, at most 255, numbered from 1. `start` makes a module of an EEPROM and a seed of random
-    /// numbers. For a fresh EEPROM (`None`) the module's number is its address on the buses, where the `model` has it.
+    /// A module for each of the `members`, which are 255 at most and are numbered from 1. `start` makes a module of a member
+    /// and a seed of random numbers. The number of a module with a fresh EEPROM is its address on the buses, where its
+    /// model has one: `start` finds that in the EEPROM.
     ///
     /// # Errors
     /// The first error of `start`.
     pub fn start<E>(
-        model: Model,
-        eeproms: &[Option<&[u8]>],
+        members: &[Member<'_>],
         seed: u32,
-        mut start: impl FnMut(Option<&[u8]>, u32) -> Result<M, E>,
+        mut start: impl FnMut(Member<'_>, u32) -> Result<M, E>,
     ) -> Result<Self, E> {
-        let one = |(number, eeprom): (u8, &Option<&[u8]>)| {
-            let numbered = if eeprom.is_none() { model.numbered_eeprom(number) } else { None };
-            start(eeprom.or(numbered.as_deref()), seed.wrapping_add(u32::from(number) - 1))
+        let one = |(number, member): (u8, &Member<'_>)| {
+            let numbered = if member.eeprom.is_none() { member.model.numbered_eeprom(number) } else { None };
+            let eeprom = member.eeprom.or(numbered.as_deref());
+            start(Member { eeprom, ..*member }, seed.wrapping_add(u32::from(number) - 1))
         };
-        let modules = (1..=u8::MAX).zip(eeproms).map(one).collect::<Result<Vec<M>, E>>()?;
+        let modules = (1..=u8::MAX).zip(members).map(one).collect::<Result<Vec<M>, E>>()?;
         let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
         // Modules may take different times to start; the fleet begins when the last has started.
         let now = modules.iter().map(M::now).max().unwrap_or_default();
