@@ -1,5 +1,5 @@
 //! The world file: a description in TOML of what is around the module. Every table and every entry may be left out;
-//! `hal-sim/worlds/stage.toml` shows all of them.
+//! `hal-sim/worlds/stage.toml` shows all of them, and `gantry.toml` beside it three axes.
 //!
 //! The tables `[motor]`, `[stage]`, `[abn]` and `[encoder]` hold for all axes. The n-th `[[axis]]` is that of axis n -
 //! 1: an entry in one of its tables (`[axis.motor]` ...) replaces the entry that holds for all axes, and leaves the
@@ -36,7 +36,7 @@ pub struct SupplyTable {
     pub volts: f64,
     /// Temperature of the board in degrees Celsius, -55..=200, 25 by default.
     pub temperature: i32,
-    /// Reading of the analog input IN0, 0..=4095, 0 by default.
+    /// Reading of the analog input IN0, 0..=4095, 0 by default. Other analog inputs read 0 at the start.
     pub analog: u16,
 }
 
@@ -144,7 +144,7 @@ fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::kind::AbnPins;
+    use crate::board::kind::{AbnPins, TMCM_3110, TMCM_6110};
 
     #[test]
     fn an_empty_file_is_the_default_world() {
@@ -155,16 +155,31 @@ mod tests {
     #[test]
     fn the_example_files_are_valid() {
         let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/worlds");
-        let mut seen = 0;
-        for entry in std::fs::read_dir(worlds).unwrap() {
-            let path = entry.unwrap().path();
-            let text = std::fs::read_to_string(&path).unwrap();
-            if let Err(error) = WorldConfig::parse(&text) {
-                panic!("{}: {error}", path.display());
+        let files: [(&str, &[&BoardKind]); 2] =
+            [("gantry.toml", &[&TMCM_3110, &TMCM_6110]), ("stage.toml", &[&TMCM_1140, &TMCM_3110, &TMCM_6110])];
+        let mut found: Vec<_> = std::fs::read_dir(worlds).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        found.sort();
+        assert_eq!(found, files.map(|(name, _)| name), "a file for which no product is named here");
+        for (name, kinds) in files {
+            let text = std::fs::read_to_string(format!("{worlds}/{name}")).unwrap();
+            for kind in kinds {
+                if let Err(error) = WorldConfig::parse_for(kind, &text) {
+                    panic!("{name} for the {}: {error}", kind.name);
+                }
             }
-            seen += 1;
         }
-        assert!(seen > 0);
+    }
+
+    /// What gantry.toml has in a comment, for the product that has pins for encoders.
+    #[test]
+    fn the_encoder_of_the_example_with_three_axes_is_valid_where_there_are_pins_for_it() {
+        let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/worlds/gantry.toml")).unwrap();
+        let (axes, encoder) = text.rsplit_once("# [axis.abn]").unwrap();
+        let text = format!("{axes}[axis.abn]{}", encoder.replace("# ", ""));
+        let world = WorldConfig::parse_for(&TMCM_3110, &text).unwrap();
+        assert_eq!([0, 1, 2].map(|axis| world.axis(axis).abn.is_some()), [false, false, true]);
+        let error = WorldConfig::parse_for(&TMCM_6110, &text).unwrap_err();
+        assert!(error.ends_with("axis 2: [abn]: nothing like it can be connected to the TMCM-6110"), "{error}");
     }
 
     #[test]
