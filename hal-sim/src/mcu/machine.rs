@@ -40,18 +40,21 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine with the image `elf` on `board`, a TMCM-1140, which is switched on: the firmware starts now.
+    /// A machine with the image `elf` on `board`, which is switched on: the firmware starts now.
     ///
     /// # Errors
-    /// The file is no image for this microcontroller.
+    /// The file is no image for this microcontroller, or nothing is known of the pins of such a board.
     pub fn new(elf: &[u8], board: Board) -> Result<Self, Stop> {
-        Self::wired(elf, board, &Pinout::TMCM_1140)
+        let name = board.kind().name;
+        let pinout = Pinout::of(board.kind());
+        let pinout = pinout.ok_or_else(|| Stop::Image(format!("no microcontroller is known for the {name}")))?;
+        Self::wired(elf, board, pinout)
     }
 
     /// The same with any board, at whose pins the microcontroller is.
     ///
     /// # Errors
-    /// As with [`Machine::new`].
+    /// The file is no image for this microcontroller.
     pub fn wired(elf: &[u8], board: Board, pinout: &'static Pinout) -> Result<Self, Stop> {
         let image = Image::parse(elf)?;
         let powered = board.is_powered();

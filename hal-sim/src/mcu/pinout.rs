@@ -2,7 +2,7 @@
 //! The peripherals behind the pins are the same on all of them: SPI1 has the motion chips, SPI3 the EEPROM, USART3 the RS485
 //! transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of the motion controllers.
 
-use crate::board::Chip;
+use crate::board::{BoardKind, Chip, TMCM_1140, TMCM_6110};
 
 /// Port (0 is A) and number of a pin.
 pub type Pin = (usize, u32);
@@ -10,6 +10,8 @@ pub type Pin = (usize, u32);
 /// The pins of a board. Outputs that nothing drives are off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pinout {
+    /// The board.
+    pub kind: &'static BoardKind,
     /// Chip selects, pulled up.
     pub selects: &'static [(Pin, Chip)],
     /// Clock, input and output of SPI1: the motion chips.
@@ -36,8 +38,8 @@ pub struct Pinout {
     pub stalls: &'static [(Pin, usize)],
     /// ENN of all drivers, pulled up unless the resistor is taken off.
     pub disable: Pin,
-    /// Tracks A and B of the ABN encoder of axis 0, at TIM4.
-    pub encoder: [Pin; 2],
+    /// Tracks A and B of the ABN encoder of axis 0, at TIM4; `None` on a board without it.
+    pub encoder: Option<[Pin; 2]>,
     /// The pads for a factory reset, which can be connected with each other.
     pub pads: [Pin; 2],
     /// Channels of the analog inputs, in their order.
@@ -52,6 +54,7 @@ impl Pinout {
     /// The TMCM-1140, with the pins of its closest sibling. Nothing is known of its analog channels: PC0 and PC1, and a
     /// divider by eleven.
     pub const TMCM_1140: Self = Self {
+        kind: &TMCM_1140,
         selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
         motion_bus: [(A, 5), (A, 6), (A, 7)],
         eeprom_bus: [(C, 10), (C, 11), (C, 12)],
@@ -65,13 +68,42 @@ impl Pinout {
         homes: &[],
         stalls: &[((E, 0), 0)],
         disable: (E, 1),
-        encoder: [(D, 12), (D, 13)],
+        encoder: Some([(D, 12), (D, 13)]),
         // SWDIO and SWCLK.
         pads: [(A, 13), (A, 14)],
         analog: &[10],
         supply: 11,
         supply_full_scale: 363,
     };
+
+    /// A board for the TMCM-6110. All pins are a choice of the firmware's: nothing is known of the module's own.
+    pub const TMCM_6110: Self = Self {
+        kind: &TMCM_6110,
+        selects: &[
+            ((A, 4), Chip::Tmc429(0)),
+            ((A, 3), Chip::Tmc429(1)),
+            ((E, 8), Chip::Tmc262(0)),
+            ((E, 9), Chip::Tmc262(1)),
+            ((E, 10), Chip::Tmc262(2)),
+            ((E, 11), Chip::Tmc262(3)),
+            ((E, 12), Chip::Tmc262(4)),
+            ((E, 13), Chip::Tmc262(5)),
+            ((A, 15), Chip::At25),
+        ],
+        outputs: &[(B, 12), (B, 13), (B, 14), (B, 15), (C, 6), (C, 7), (C, 8), (C, 9)],
+        pull_ups: &[(B, 8), (B, 9)],
+        inputs: &[(D, 8), (D, 9), (D, 10), (D, 11), (D, 12), (D, 13), (D, 14), (D, 15)],
+        homes: &[((D, 2), 0), ((D, 3), 1), ((D, 4), 2), ((D, 5), 3), ((D, 6), 4), ((D, 7), 5)],
+        stalls: &[((E, 2), 0), ((E, 3), 1), ((E, 4), 2), ((E, 5), 3), ((E, 6), 4), ((E, 7), 5)],
+        encoder: None,
+        analog: &[10, 12],
+        ..Self::TMCM_1140
+    };
+
+    /// The pins of a board; `None` if they are not known.
+    pub(super) fn of(kind: &BoardKind) -> Option<&'static Self> {
+        [&Self::TMCM_1140, &Self::TMCM_6110].into_iter().find(|pinout| pinout.kind == kind)
+    }
 
     /// The ports that the board drives pins of, one bit each.
     pub(super) fn driven_ports(&self) -> u32 {

@@ -227,7 +227,7 @@ impl Wiring {
 
     /// The count of the encoder on TIM4's inputs, if they are that.
     pub(super) fn encoder(&self, ports: &[Gpio]) -> Option<i64> {
-        let connected = self.pinout.encoder.iter().all(|&pin| alternate(ports, pin) == Some(AF_TIM4));
+        let connected = self.pinout.encoder?.iter().all(|&pin| alternate(ports, pin) == Some(AF_TIM4));
         connected.then(|| self.board.axis_inputs(0).abn.count)
     }
 
