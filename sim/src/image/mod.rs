@@ -20,6 +20,7 @@ use tmcm::module::Source;
 
 use crate::client::{Client, Sent};
 use crate::module::{Rs485, VirtualModule};
+use crate::native::Product;
 use cable::{Cable, GAP};
 use pieces::Pieces;
 
@@ -64,13 +65,28 @@ pub struct ImageModule {
 }
 
 impl ImageModule {
-    /// A module that runs the image `elf` in the world described by `config`, and has started. `eeprom` has the
+    /// A TMCM-1140 that runs the image `elf` in the world described by `config`, and has started. `eeprom` has the
     /// contents of the EEPROM (fresh if `None`), `seed` starts all random numbers.
     ///
     /// # Errors
     /// The file is no image for this microcontroller, or the firmware cannot start.
     pub fn new(elf: &[u8], config: &WorldConfig, eeprom: Option<&[u8]>, seed: u32, setup: Setup) -> Result<Self, Stop> {
-        let mut board = Board::new(config, seed.into());
+        Self::of(Product::Tmcm1140, elf, config, eeprom, seed, setup)
+    }
+
+    /// A module of any product for which there is an image, as [`ImageModule::new`] has it.
+    ///
+    /// # Errors
+    /// Nothing is known of the product's microcontroller, the file is no image for it, or the firmware cannot start.
+    pub fn of(
+        product: Product,
+        elf: &[u8],
+        config: &WorldConfig,
+        eeprom: Option<&[u8]>,
+        seed: u32,
+        setup: Setup,
+    ) -> Result<Self, Stop> {
+        let mut board = Board::of_kind(product.kind(), config, seed.into());
         if let Some(contents) = eeprom {
             board.at25_mut().load(contents);
         }
