@@ -19,7 +19,9 @@ fn main() {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     // A symbol that takes no memory tells the tools what is in an image: product and firmware.
-    for (image, marker) in [("tmcm1140", "tmcl"), ("tmcm1140-canopen", "canopen")] {
-        println!("cargo:rustc-link-arg-bin={image}=--defsym=_firmware_TMCM_1140_{marker}=0");
+    let images =
+        [("tmcm1140", "TMCM_1140_tmcl"), ("tmcm1140-canopen", "TMCM_1140_canopen"), ("tmcm6110", "TMCM_6110_tmcl")];
+    for (image, marker) in images {
+        println!("cargo:rustc-link-arg-bin={image}=--defsym=_firmware_{marker}=0");
     }
 }

@@ -13,6 +13,10 @@ const PACKAGE: &str = "tmcm";
 pub const TMCL: &str = "tmcm1140";
 /// The image of the TMCM-1140 that is a node of CANopen.
 pub const CANOPEN: &str = "tmcm1140-canopen";
+/// The image of the TMCM-6110, which speaks TMCL.
+pub const TMCM_6110: &str = "tmcm6110";
+/// The board for which the package builds without being told.
+const BOARD: &str = "tmcm1140";
 
 /// A program for the microcontroller.
 #[derive(Debug)]
@@ -25,7 +29,18 @@ pub struct Built {
 
 /// Builds a flash image into a build directory. The error says why not.
 pub fn image(directory: &Path, name: &str) -> Result<Built, String> {
-    build(directory, name, &["--package", PACKAGE, "--bin", name])
+    build(directory, name, &choice(name))
+}
+
+/// The arguments by which Cargo builds an image: it is a binary of the package, and a feature is its board, whose name is
+/// the first part of the image's.
+fn choice(name: &str) -> Vec<&str> {
+    let mut arguments = vec!["--package", PACKAGE, "--bin", name];
+    let board = name.split_once('-').map_or(name, |(board, _)| board);
+    if board != BOARD {
+        arguments.extend(["--no-default-features", "--features", board]);
+    }
+    arguments
 }
 
 /// Builds a program by `cargo rustc` into a build directory; what is there already is not built again. Flags meant for
@@ -50,7 +65,7 @@ pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, 
 /// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it.
 pub fn image_by(command: &str, name: &str, arguments: &[String]) -> Command {
     let mut cargo = cargo(command);
-    cargo.args(["--package", PACKAGE, "--bin", name]).args(arguments);
+    cargo.args(choice(name)).args(arguments);
     cargo
 }
 

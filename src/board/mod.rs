@@ -22,6 +22,7 @@ mod can_node;
 mod canopen;
 mod clocks;
 mod eeprom;
+#[cfg_attr(not(feature = "tmcm1140"), expect(dead_code, reason = "only some boards have encoders"))]
 mod encoder;
 mod ends;
 mod fault;
@@ -32,6 +33,7 @@ mod motion_bus;
 mod owner;
 mod pads;
 mod parts;
+mod pins;
 mod rs485;
 mod safe;
 mod signals;
@@ -40,6 +42,8 @@ mod tasks;
 mod tmcl;
 #[cfg(feature = "tmcm1140")]
 mod tmcm1140;
+#[cfg(feature = "tmcm6110")]
+mod tmcm6110;
 mod usb;
 mod wake;
 mod watchdog;
@@ -57,6 +61,8 @@ pub use tmcl::Tmcl;
 // The board of this image. Another one is another file, and another line here and above.
 #[cfg(feature = "tmcm1140")]
 use tmcm1140 as chosen;
+#[cfg(feature = "tmcm6110")]
+use tmcm6110 as chosen;
 
 use defmt_rtt as _;
 

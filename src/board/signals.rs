@@ -32,8 +32,8 @@ pub(super) struct Axis {
     pub(super) stall: Line,
     /// The home switch.
     pub(super) home: Line,
-    /// The right stop switch.
-    pub(super) right: Line,
+    /// The right stop switch; `None` on a board where the motion controller alone has it.
+    pub(super) right: Option<Line>,
     /// The external encoder; `None` on a board that does not count it.
     pub(super) encoder: Option<&'static Encoder>,
 }
@@ -52,7 +52,8 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
         let axes = from_fn(|number| {
             let Axis { stall, home, right, encoder } = &self.axes[number];
             let (external, null) = encoder.map_or((0, [None; 2]), |encoder| (encoder.count(), encoder.edges()));
-            let [stall, home, right] = [stall, home, right].map(|line| line.is_high());
+            let [stall, home] = [stall, home].map(|line| line.is_high());
+            let right = right.is_some_and(Line::is_high);
             // The built-in encoder is not read, because its pins are not known.
             Sensors { stall, home, right, encoder: None, external, null }
         });

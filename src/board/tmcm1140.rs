@@ -26,10 +26,8 @@
 //! | PE1 | ENN of the TMC262 | low switches the bridges on |
 //! | PE15 | RS485 direction | high sends |
 
-use core::mem::forget;
-
 use embassy_stm32::adc::{Adc, AdcChannel};
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, Interrupt, TIM4};
 use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
@@ -43,7 +41,7 @@ use super::line::Line;
 use super::motion_bus::MotionBus;
 use super::parts::{self, Rs485};
 use super::signals::{self, Axis};
-use super::{analog, can, clocks, pads, spi, watchdog};
+use super::{analog, can, clocks, pads, pins, spi, watchdog};
 
 /// Number of axes on the board.
 pub const AXES: usize = 1;
@@ -99,27 +97,28 @@ impl Board {
         // The TMC429's clock is the crystal's: all velocities are multiples of its 16 MHz.
         Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
 
-        // These pins are only read; a destructor would disconnect them.
-        forget([Input::new(p.PE0, Pull::Down), Input::new(p.PD11, Pull::None), Input::new(p.PD14, Pull::None)]);
-        forget(Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()));
+        pins::listen([p.PE0.into()], Pull::Down);
+        pins::listen([p.PD11.into(), p.PD14.into()], Pull::None);
+        // A destructor would disconnect these two.
+        core::mem::forget(Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()));
         let signals = Signals {
-            axes: [Axis { stall: STALL, home: IN3, right: IN2, encoder: Some(&ENCODER) }],
+            axes: [Axis { stall: STALL, home: IN3, right: Some(IN2), encoder: Some(&ENCODER) }],
             inputs: INPUTS,
-            outputs: [Output::new(p.PD8, Level::Low, Speed::Low), Output::new(p.PD9, Level::Low, Speed::Low)],
-            pull_ups: [Output::new(p.PD10, Level::High, Speed::Low)],
+            outputs: pins::outputs([p.PD8.into(), p.PD9.into()], Level::Low),
+            pull_ups: pins::outputs([p.PD10.into()], Level::High),
             led: Output::new(p.PC5, Level::Low, Speed::Low),
         };
         let bus = MotionBus::new(Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()));
         Board {
             motion: Motion {
-                tmc429: [bus.tmc429(Output::new(p.PA4, Level::High, Speed::Medium))],
-                tmc262: [bus.tmc262(Output::new(p.PC3, Level::High, Speed::Medium))],
+                tmc429: [bus.tmc429(pins::select(p.PA4.into()))],
+                tmc262: [bus.tmc262(pins::select(p.PC3.into()))],
                 enable: Output::new(p.PE1, Level::High, Speed::Low),
             },
             signals,
             eeprom: Eeprom {
                 bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
-                select: Output::new(p.PA15, Level::High, Speed::Medium),
+                select: pins::select(p.PA15.into()),
             },
             rs485: Rs485 {
                 port: p.USART3,

@@ -1,0 +1,147 @@
+//! The pins of a board for the TMCM-6110. **They are this project's choice**, not those of a module.
+//!
+//! Neither microcontroller nor pin map of the TMCM-6110 are published. This is a board of our own with the chips that are:
+//! two TMC429, six TMC262, and an STM32F405VG with an AT25256, which are chosen here. Where the TMCM-1140 has the same part
+//! the pin is the same. **The image does not fit a module as it is sold**: whoever wants to run it there has to find the
+//! module's pins first, and write them here.
+//!
+//! | pin | signal | |
+//! |---|---|---|
+//! | PA3 PA4 | TMC429 chip selects: axes 3 to 5, axes 0 to 2 | low active |
+//! | PA5 PA6 PA7 | SPI1 clock, in, out: TMC429s and TMC262s | |
+//! | PA8 | clock of both TMC429s | MCO1, 16 MHz |
+//! | PA11 PA12 | USB data | |
+//! | PA13 PA14 | SWDIO, SWCLK; connected with each other at power-up: factory reset | |
+//! | PA15 | EEPROM chip select | low active |
+//! | PB8 PB9 | pull-up resistors of the switches of axes 0 to 2, of axes 3 to 5 | high is on |
+//! | PB10 PB11 | USART3 out, in: RS485 | |
+//! | PB12..PB15 PC6..PC9 | OUT0..OUT7 | high is on |
+//! | PC0 PC1 PC2 | analog IN0, supply over a divider of 11, analog IN4 | |
+//! | PC4 PC5 | LED2 (trouble), LED1 (running) | high is on |
+//! | PC10 PC11 PC12 | SPI3 clock, in, out: EEPROM | |
+//! | PD0 PD1 | CAN in, out | |
+//! | PD2..PD7 | home switches of axes 0 to 5; the stop switches are the TMC429s' alone | |
+//! | PD8..PD15 | IN0..IN7 | |
+//! | PE1 | ENN of all TMC262s | low switches the bridges on |
+//! | PE2..PE7 | SG_TST of the TMC262s of axes 0 to 5 | high on a stall |
+//! | PE8..PE13 | TMC262 chip selects of axes 0 to 5 | low active |
+//! | PE15 | RS485 direction | high sends |
+
+use core::array::from_fn;
+
+use embassy_stm32::adc::{Adc, AdcChannel};
+use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE};
+use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
+use embassy_stm32::spi::Spi;
+use embassy_stm32::wdg::IndependentWatchdog;
+
+use super::eeprom::Eeprom;
+use super::line::Line;
+use super::motion_bus::MotionBus;
+use super::parts::{self, Rs485};
+use super::signals::{self, Axis};
+use super::{analog, can, clocks, pads, pins, spi, watchdog};
+
+/// Number of axes on the board.
+pub const AXES: usize = 6;
+
+/// Number of motion controllers on the board.
+const CONTROLLERS: usize = 2;
+
+/// ENN of all TMC262s: high switches the bridges off.
+pub(super) const ENN: Line = Line::new(GPIOE, 1);
+/// LED2, high is on.
+pub(super) const TROUBLE: Line = Line::new(GPIOC, 4);
+/// SG_TST of the TMC262s.
+const STALLS: [Line; AXES] = row(GPIOE, 2);
+/// The home switches.
+const HOMES: [Line; AXES] = row(GPIOD, 2);
+/// IN0 to IN7.
+const INPUTS: [Line; 8] = row(GPIOD, 8);
+/// Supply voltage for which the converter reads full scale: 36.3 V, in units of 0.1 V. The divider is 10 kOhm to 1
+/// kOhm.
+const SUPPLY: u32 = 363;
+
+/// Pins that follow each other, from pin `first` of a port on.
+const fn row<const N: usize>(port: Gpio, first: usize) -> [Line; N] {
+    let mut lines = [Line::new(port, first); N];
+    let mut n = 0;
+    while n < N {
+        lines[n] = Line::new(port, first + n);
+        n += 1;
+    }
+    lines
+}
+
+/// All parts of the board, ready for use; the motor drivers are off.
+pub type Board = parts::Board<Signals, AXES, CONTROLLERS>;
+/// The chips of this board, with an EEPROM that is divided as `P` says.
+pub type Chips<P> = parts::Chips<P, CONTROLLERS>;
+/// The chips that move the motors.
+pub(super) type Motion = parts::Motion<AXES, CONTROLLERS>;
+/// Six axes, eight inputs, eight outputs, two groups of pull-up resistors.
+pub(super) type Signals = signals::Signals<AXES, 8, 8, 2>;
+
+impl Board {
+    /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
+    ///
+    /// LED2 is on until the set-up has succeeded. If the crystal does not start, LED2 stays on, and the watchdog
+    /// restarts the microcontroller for another attempt.
+    pub fn start() -> Self {
+        TROUBLE.drive(true);
+        let p = clocks::start();
+        // The watchdog takes this time when it is fed first.
+        let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
+        let factory_reset = pads::connected(p.PA13, p.PA14);
+        // The TMC429s' clock is the crystal's: all velocities are multiples of its 16 MHz.
+        Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
+
+        let stalls = [p.PE2.into(), p.PE3.into(), p.PE4.into(), p.PE5.into(), p.PE6.into(), p.PE7.into()];
+        pins::listen(stalls, Pull::Down);
+        let homes = [p.PD2.into(), p.PD3.into(), p.PD4.into(), p.PD5.into(), p.PD6.into(), p.PD7.into()];
+        pins::listen(homes, Pull::None);
+        pins::listen([p.PD8.into(), p.PD9.into(), p.PD10.into(), p.PD11.into()], Pull::None);
+        pins::listen([p.PD12.into(), p.PD13.into(), p.PD14.into(), p.PD15.into()], Pull::None);
+        let [out0, out1, out2, out3] = [p.PB12.into(), p.PB13.into(), p.PB14.into(), p.PB15.into()];
+        let [out4, out5, out6, out7] = [p.PC6.into(), p.PC7.into(), p.PC8.into(), p.PC9.into()];
+        let signals = Signals {
+            axes: from_fn(|axis| Axis { stall: STALLS[axis], home: HOMES[axis], right: None, encoder: None }),
+            inputs: INPUTS,
+            outputs: pins::outputs([out0, out1, out2, out3, out4, out5, out6, out7], Level::Low),
+            pull_ups: pins::outputs([p.PB8.into(), p.PB9.into()], Level::High),
+            led: Output::new(p.PC5, Level::Low, Speed::Low),
+        };
+        let bus = MotionBus::new(Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()));
+        let drivers = [p.PE8.into(), p.PE9.into(), p.PE10.into(), p.PE11.into(), p.PE12.into(), p.PE13.into()];
+        Board {
+            motion: Motion {
+                tmc429: [p.PA4.into(), p.PA3.into()].map(|pin| bus.tmc429(pins::select(pin))),
+                tmc262: drivers.map(|pin| bus.tmc262(pins::select(pin))),
+                enable: Output::new(p.PE1, Level::High, Speed::Low),
+            },
+            signals,
+            eeprom: Eeprom {
+                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
+                select: pins::select(p.PA15.into()),
+            },
+            rs485: Rs485 {
+                port: p.USART3,
+                rx: p.PB11,
+                tx: p.PB10,
+                direction: Output::new(p.PE15, Level::Low, Speed::Medium),
+            },
+            can: can::driver(p.CAN1, p.PD0, p.PD1),
+            usb: super::usb::driver(p.USB_OTG_FS, p.PA12, p.PA11),
+            adc: Adc::new(p.ADC1),
+            analog: analog::Inputs {
+                ports: [Some(p.PC0.degrade_adc()), None, None, None, Some(p.PC2.degrade_adc())],
+                supply: p.PC1.degrade_adc(),
+                full_scale: SUPPLY,
+            },
+            watchdog,
+            factory_reset,
+        }
+    }
+}
