@@ -8,22 +8,40 @@ pub(crate) use fw::Built;
 
 /// Builds the flash image and returns its path. Panics if the image cannot be built.
 pub(crate) fn image() -> PathBuf {
-    try_image().unwrap_or_else(|error| panic!("{error}")).path
+    built(fw::TMCL)
 }
 
 /// Builds the flash image; returns its path and the compiler's messages, or an error message.
 pub(crate) fn try_image() -> Result<Built, String> {
-    fw::image(&directory(), fw::TMCL)
+    try_built(fw::TMCL)
 }
 
 /// Builds the flash image of the CANopen firmware and returns its path. Panics if the image cannot be built.
 pub(crate) fn canopen() -> PathBuf {
-    try_canopen().unwrap_or_else(|error| panic!("{error}")).path
+    built(fw::CANOPEN)
 }
 
 /// Builds the flash image of the CANopen firmware; returns its path and the compiler's messages, or an error message.
 pub(crate) fn try_canopen() -> Result<Built, String> {
-    fw::image(&directory(), fw::CANOPEN)
+    try_built(fw::CANOPEN)
+}
+
+/// Builds the flash image of the TMCM-6110 and returns its path. Panics if the image cannot be built.
+pub(crate) fn six_axes() -> PathBuf {
+    built(fw::TMCM_6110)
+}
+
+/// Builds the flash image of the TMCM-6110; returns its path and the compiler's messages, or an error message.
+pub(crate) fn try_six_axes() -> Result<Built, String> {
+    try_built(fw::TMCM_6110)
+}
+
+fn built(name: &str) -> PathBuf {
+    try_built(name).unwrap_or_else(|error| panic!("{error}")).path
+}
+
+fn try_built(name: &str) -> Result<Built, String> {
+    fw::image(&directory(), name)
 }
 
 /// Builds another program for the microcontroller with these arguments of cargo; the error is a message.

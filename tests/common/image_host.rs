@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 
 use super::{image as build, telegram};
-use hal_sim::board::Board;
+use hal_sim::board::{Board, BoardKind, TMCM_1140, TMCM_6110};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::fault::Fault;
 use hal_sim::mcu::{CanFrame, Character, Machine};
@@ -49,19 +49,28 @@ pub fn image() -> &'static [u8] {
     IMAGE.get_or_init(|| std::fs::read(build::image()).unwrap())
 }
 
-/// Addresses of the image's symbols whose names contain all these words.
-pub fn symbols(words: &[&str]) -> Vec<u32> {
-    let elf = ElfFile32::<Endianness>::parse(image()).unwrap();
-    let named = |name: &str| words.iter().all(|word| name.contains(word));
-    elf.symbols().filter(|symbol| symbol.name().is_ok_and(named)).map(|symbol| symbol.address() as u32).collect()
+/// The bytes of the image of the TMCM-6110, which is built at the first call.
+pub fn six_axes() -> &'static [u8] {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    IMAGE.get_or_init(|| std::fs::read(build::six_axes()).unwrap())
 }
 
-/// Address of the image's only symbol with exactly this name.
-pub fn symbol(name: &str) -> u32 {
-    symbol_in(image(), name)
+/// A product with an image.
+#[derive(Clone, Copy, Debug)]
+pub struct Product {
+    /// What its board consists of.
+    pub board: &'static BoardKind,
+    /// The bytes of its image, which is built at the first call.
+    pub image: fn() -> &'static [u8],
 }
 
-/// The same in any image.
+/// The TMCM-1140, and the TMCM-6110.
+pub const ONE_AXIS: Product = Product { board: &TMCM_1140, image };
+pub const SIX_AXES: Product = Product { board: &TMCM_6110, image: six_axes };
+/// Both.
+pub const PRODUCTS: [Product; 2] = [ONE_AXIS, SIX_AXES];
+
+/// Address of an image's only symbol with exactly this name.
 pub fn symbol_in(image: &[u8], name: &str) -> u32 {
     let elf = ElfFile32::<Endianness>::parse(image).unwrap();
     elf.symbols().find(|symbol| symbol.name() == Ok(name)).unwrap_or_else(|| panic!("no {name}")).address() as u32
@@ -81,44 +90,83 @@ pub fn assert_logged(log: &[String], expected: &[&str]) {
     }
 }
 
-/// A module that runs the image, and the hosts on its links.
+/// A module that runs an image, and the hosts on its links.
 pub struct Host {
     pub machine: Machine,
+    /// The image.
+    elf: &'static [u8],
     /// Bit rate of the host on RS485, in bit/s.
     pub baud: u32,
 }
 
 impl Host {
-    /// A module that has started, with a fresh EEPROM, in the world that the text describes.
+    /// A TMCM-1140 that has started, with a fresh EEPROM, in the world that the text describes.
     pub fn new(world: &str) -> Self {
-        let mut host = Self::just_on(world);
-        host.run(START);
-        host
+        Self::of(ONE_AXIS, world)
     }
 
-    /// A module that was switched on a moment ago, with a fresh EEPROM, in the world that the text describes.
+    /// A TMCM-1140 that was switched on a moment ago, with a fresh EEPROM, in the world that the text describes.
     pub fn just_on(world: &str) -> Self {
-        let board = Board::new(&WorldConfig::parse(world).unwrap(), 0);
-        Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD }
+        Self::just_on_of(ONE_AXIS, world)
     }
 
-    /// A module that has started, with these contents of its EEPROM.
+    /// A TMCM-1140 that has started, with these contents of its EEPROM.
     pub fn with_eeprom(contents: &[u8]) -> Self {
         let mut board = Board::new(&WorldConfig::default(), 0);
         board.at25_mut().load(contents);
-        let mut host = Host { machine: Machine::new(image(), board).unwrap(), baud: BAUD };
+        let mut host = Self::on(board, image());
         host.run(START);
         host
     }
 
-    /// A module whose motor is on its way, at 500, and whose log has been read.
+    /// A TMCM-1140 whose motor is on its way, at 500, and whose log has been read.
     pub fn moving() -> Self {
-        let mut host = Self::new("");
-        host.ok("ROR 0, 500");
+        Self::moving_of(ONE_AXIS)
+    }
+
+    /// A module of a product that has started, with a fresh EEPROM, in the world that the text describes.
+    pub fn of(product: Product, world: &str) -> Self {
+        let mut host = Self::just_on_of(product, world);
+        host.run(START);
+        host
+    }
+
+    /// A module of a product that was switched on a moment ago, with a fresh EEPROM, in the world that the text describes.
+    pub fn just_on_of(product: Product, world: &str) -> Self {
+        let world = WorldConfig::parse_for(product.board, world).unwrap();
+        Self::on(Board::of_kind(product.board, &world, 0), (product.image)())
+    }
+
+    /// A module of a product whose motors are all on their way, at 500, and whose log has been read.
+    pub fn moving_of(product: Product) -> Self {
+        let mut host = Self::of(product, "");
+        host.each("ROR #, 500");
         host.run(200 * MILLISECOND);
         assert_eq!(host.speed(), 500);
         host.log();
         host
+    }
+
+    /// A module that was switched on a moment ago, on this board with this image.
+    pub fn on(board: Board, elf: &'static [u8]) -> Self {
+        Host { machine: Machine::new(elf, board).unwrap(), elf, baud: BAUD }
+    }
+
+    /// Addresses of the image's symbols whose names contain all these words.
+    pub fn symbols(&self, words: &[&str]) -> Vec<u32> {
+        let elf = ElfFile32::<Endianness>::parse(self.elf).unwrap();
+        let named = |name: &str| words.iter().all(|word| name.contains(word));
+        elf.symbols().filter(|symbol| symbol.name().is_ok_and(named)).map(|symbol| symbol.address() as u32).collect()
+    }
+
+    /// Address of the image's only symbol with exactly this name.
+    pub fn symbol(&self, name: &str) -> u32 {
+        symbol_in(self.elf, name)
+    }
+
+    /// The axes, by their numbers.
+    pub fn axes(&mut self) -> std::ops::Range<usize> {
+        0..self.machine.board().kind().axes()
     }
 
     /// Lets virtual time pass.
@@ -168,6 +216,11 @@ impl Host {
         let (status, value) = self.ask(line);
         assert_eq!(status, OK, "{line}");
         value
+    }
+
+    /// Sends a request for each axis, whose number stands for the #; all must succeed. Gives the values.
+    pub fn each(&mut self, line: &str) -> Vec<i32> {
+        self.axes().map(|axis| self.ok(&line.replace('#', &axis.to_string()))).collect()
     }
 
     /// Sends bytes over RS485 and gives those that come back within a time.
@@ -228,27 +281,48 @@ impl Host {
         self.machine.log().take().into_iter().map(|line| format!("{}: {}", line.level, line.text)).collect()
     }
 
-    /// Position of the rotor in 1/256 full steps.
+    /// Position of the rotor of axis 0 in 1/256 full steps.
     pub fn rotor(&mut self) -> i64 {
-        self.machine.board().world().axis(0).motor().rotor()
+        self.rotors()[0]
     }
 
-    /// The speed in internal units, read from the model of the motion controller instead of asked for by a telegram.
+    /// Positions of all rotors in 1/256 full steps.
+    pub fn rotors(&mut self) -> Vec<i64> {
+        let axes = self.axes();
+        let board = self.machine.board();
+        axes.map(|axis| board.world().axis(axis).motor().rotor()).collect()
+    }
+
+    /// The speed of all axes in internal units, read from the models of the motion controllers instead of asked for by
+    /// telegrams. Panics if it is not the same for all.
     pub fn speed(&mut self) -> i32 {
-        self.machine.board().tmc429(0).velocity(0)
+        let speeds = self.speeds();
+        assert!(speeds.iter().all(|speed| *speed == speeds[0]), "{speeds:?}");
+        speeds[0]
     }
 
-    /// True if the driver's bridges are on, so that the motor has current.
+    /// The speeds of the axes.
+    pub fn speeds(&mut self) -> Vec<i32> {
+        let axes = self.axes();
+        let board = self.machine.board();
+        axes.map(|axis| board.kind().motor(axis).unwrap()).map(|(chip, n)| board.tmc429(chip).velocity(n)).collect()
+    }
+
+    /// True if the drivers' bridges are on, so that the motors have current. Panics if some are on and some are not.
     pub fn bridges_on(&mut self) -> bool {
-        self.machine.board().tmc262(0).bridges_on()
+        let axes = self.axes();
+        let board = self.machine.board();
+        let on: Vec<bool> = axes.map(|axis| board.tmc262(axis).bridges_on()).collect();
+        assert!(on.iter().all(|one| *one == on[0]), "{on:?}");
+        on[0]
     }
 
-    /// Asserts that the motor stands still. At a speed of 500 internal units the rotor would move by 1 500 microsteps
+    /// Asserts that all motors stand still. At a speed of 500 internal units a rotor would move by 1 500 microsteps
     /// meanwhile.
     pub fn assert_rest(&mut self) {
-        let rotor = self.rotor();
+        let rotors = self.rotors();
         self.run(100 * MILLISECOND);
-        assert_eq!((self.rotor(), self.speed()), (rotor, 0));
+        assert_eq!((self.rotors(), self.speed()), (rotors, 0));
     }
 }
 

@@ -8,7 +8,7 @@ use super::image as build;
 use super::image_host::{Host, START};
 use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
-use hal_sim::mcu::{CanBus, CanFrame, Machine};
+use hal_sim::mcu::{CanBus, CanFrame};
 use hal_sim::world::config::WorldConfig;
 
 /// Longest time that the master waits for a reply.
@@ -51,8 +51,7 @@ impl NodeHost {
         if let Some(contents) = eeprom {
             board.at25_mut().load(contents);
         }
-        let machine = Machine::new(image(), board).unwrap();
-        NodeHost { host: Host { machine, baud: super::image_host::BAUD }, node: 1, heard: Vec::new() }
+        NodeHost { host: Host::on(board, image()), node: 1, heard: Vec::new() }
     }
 
     /// A node whose motor turns in profile velocity mode with 500 internal units, and which sends its heartbeat every 20

@@ -1,7 +1,7 @@
 //! Faults of the firmware itself, in the very flash image: whatever hangs, faults or panics, the driver is off at the
 //! latest with the reset, the motor stands, and the log says what has happened.
 
-use crate::common::image_host::{HANG, Host, RECOVERY, START, UNDEFINED, assert_logged, code, symbol, symbols};
+use crate::common::image_host::{HANG, Host, PRODUCTS, Product, RECOVERY, START, UNDEFINED, assert_logged, code};
 use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 
@@ -12,7 +12,7 @@ const RETURN: [u8; 2] = 0x4770_u16.to_le_bytes();
 fn stopped_after(host: &mut Host, starts: u64) -> (u64, u64) {
     assert_eq!(host.machine.counters().starts, starts);
     let off = host.wait(MICROSECOND, SECOND, |host| !host.bridges_on());
-    let stop = host.wait(MICROSECOND, SECOND, |host| host.speed() == 0);
+    let stop = host.wait(MICROSECOND, SECOND, |host| host.speeds().iter().all(|speed| *speed == 0));
     (off / MICROSECOND, (off + stop) / MICROSECOND)
 }
 
@@ -28,20 +28,23 @@ fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
             host.reset_within(RECOVERY);
         }),
         ("by the watchdog", |host| {
-            let place = code(symbol("TIM3"));
+            let place = code(host.symbol("TIM3"));
             let before = host.machine.cpu_mut().program(place, &HANG).unwrap();
             host.reset_within(BITES);
             host.machine.cpu_mut().program(place, &before).unwrap();
         }),
         ("by a dip", |host| host.machine.brown_out()),
     ];
-    for (name, reset) in resets {
-        let mut host = Host::moving();
+    for (product, (name, reset)) in PRODUCTS.into_iter().flat_map(|product| resets.map(|reset| (product, reset))) {
+        let mut host = Host::moving_of(product);
         host.machine.wiring().fit_enable_pull_up(false);
         reset(&mut host);
         assert!(host.bridges_on() || name == "by command", "{name}: nobody has switched it off before");
         let (off, stop) = stopped_after(&mut host, 2);
-        println!("reset {name}: driver off after {off} us, motion controller stopped after {stop} us");
+        println!(
+            "{} reset {name}: driver off after {off} us, motion controller stopped after {stop} us",
+            product.board.name
+        );
         // Some instructions at 16 MHz; and what it takes to set up RAM and clocks.
         assert!(off <= 10 && stop <= 10_000, "{name}: {off} us, {stop} us");
         host.run(START);
@@ -54,26 +57,28 @@ fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
 /// The watchdog is fed for the last time at most 50 ms before, and bites 250 ms later.
 const BITES: Nanos = 301 * MILLISECOND;
 
-/// A fault in the firmware while the motor runs, made by a patch that is taken back after the restart. If the
-/// firmware notices it, the driver is off at once; at the latest it is with the watchdog's reset. From then on the motor
-/// stands, and runs again when told to; LED2 is lit until the next good start. Gives the log.
-fn assert_recovers(noticed: bool, fault: impl FnOnce(&mut Host) -> (u32, Vec<u8>)) -> Vec<String> {
-    let mut host = Host::moving();
+/// A fault in the firmware while all motors run, made by a patch that is taken back after the restart. If the
+/// firmware notices it, the drivers are off at once; at the latest they are with the watchdog's reset. From then on the
+/// motors stand, and run again when told to; LED2 is lit until the next good start. Gives the log.
+fn assert_recovers(product: Product, noticed: bool, fault: impl FnOnce(&mut Host) -> (u32, Vec<u8>)) -> Vec<String> {
+    let mut host = Host::moving_of(product);
     let undo = fault(&mut host);
     // TIM3, where the faults are, comes each millisecond.
     host.run(1_100 * MICROSECOND);
     assert_eq!((host.bridges_on(), host.machine.counters().starts), (!noticed, 1));
-    let rotor = noticed.then(|| host.rotor());
+    let rotors = noticed.then(|| host.rotors());
     host.reset_within(BITES);
-    let rotor = rotor.unwrap_or_else(|| host.rotor());
+    let rotors = rotors.unwrap_or_else(|| host.rotors());
     host.machine.cpu_mut().program(undo.0, &undo.1).unwrap();
     host.run(START);
     let log = host.log();
     assert_eq!(host.machine.counters().starts, 2);
-    assert!((host.rotor() - rotor).abs() <= 512, "it has been drawn to a full step at most");
+    for (now, then) in host.rotors().into_iter().zip(rotors) {
+        assert!((now - then).abs() <= 512, "it has been drawn to a full step at most");
+    }
     host.assert_rest();
     assert!(host.machine.board().world().outputs().leds[1]);
-    host.ok("ROR 0, 500");
+    host.each("ROR #, 500");
     host.run(200 * MILLISECOND);
     assert_eq!(host.speed(), 500);
     host.ok("255, 0, 0, 1234");
@@ -86,11 +91,13 @@ fn assert_recovers(noticed: bool, fault: impl FnOnce(&mut Host) -> (u32, Vec<u8>
 #[test]
 fn the_watchdog_restarts_a_module_whose_owner_hangs() {
     let hang = |host: &mut Host| {
-        let place = code(symbol("TIM3"));
+        let place = code(host.symbol("TIM3"));
         (place, host.machine.cpu_mut().program(place, &HANG).unwrap())
     };
-    let log = assert_recovers(false, hang);
-    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
+    for product in PRODUCTS {
+        let log = assert_recovers(product, false, hang);
+        assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
+    }
 }
 
 /// What thread mode does next, it does for ever: interrupts are served, but no task is run.
@@ -101,35 +108,43 @@ fn the_watchdog_restarts_a_module_whose_thread_mode_hangs() {
         let place = host.machine.cpu().pc();
         (place, host.machine.cpu_mut().program(place, &HANG).unwrap())
     };
-    let log = assert_recovers(false, hang);
-    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
+    for product in PRODUCTS {
+        let log = assert_recovers(product, false, hang);
+        assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
+    }
 }
 
 /// A task that is never run again, while all others are: the code that runs it does nothing.
 #[test]
 fn the_watchdog_restarts_a_module_of_which_one_task_stands_still() {
-    for (task, word) in [("usb", "carry"), ("eeprom", "keep")] {
+    let tasks = [("usb", "carry"), ("eeprom", "keep")];
+    for (product, (task, word)) in PRODUCTS.into_iter().flat_map(|product| tasks.map(|task| (product, task))) {
         let stop = |host: &mut Host| {
-            let pool = symbols(&["board", task, word, "POOL"]);
+            let pool = host.symbols(&["board", task, word, "POOL"]);
             let [pool] = *pool else { panic!("{task}: {pool:x?}") };
             // The head of a task holds the address of the code that runs it.
-            let polls = symbols(&["TaskStorage", "poll"]);
+            let polls = host.symbols(&["TaskStorage", "poll"]);
             let words = (0..16).filter_map(|n| host.machine.cpu().peek(pool + 4 * n));
             let place = code(words.into_iter().find(|word| polls.contains(word)).unwrap());
             (place, host.machine.cpu_mut().program(place, &RETURN).unwrap())
         };
-        let log = assert_recovers(false, stop);
+        let log = assert_recovers(product, false, stop);
         assert_logged(&log, &["error: no sign of life: module, EEPROM, USB", "error: restarted by the watchdog"]);
     }
 }
 
 #[test]
 fn a_hard_fault_switches_the_driver_off_and_is_told_after_the_restart() {
-    let place = code(symbol("TIM3"));
-    let fault = |host: &mut Host| (place, host.machine.cpu_mut().program(place, &UNDEFINED).unwrap());
-    let log = assert_recovers(true, fault);
-    let place = format!("hard fault at {place:#x}");
-    assert_logged(&log, &[&format!("error: {place}"), &format!("error: restarted after a {place}")]);
+    for product in PRODUCTS {
+        let mut at = 0;
+        let fault = |host: &mut Host| {
+            at = code(host.symbol("TIM3"));
+            (at, host.machine.cpu_mut().program(at, &UNDEFINED).unwrap())
+        };
+        let log = assert_recovers(product, true, fault);
+        let place = format!("hard fault at {at:#x}");
+        assert_logged(&log, &[&format!("error: {place}"), &format!("error: restarted after a {place}")]);
+    }
 }
 
 /// A stack that overflows leaves the RAM below it, in which the core stops for the watchdog; no static is overwritten.
@@ -137,9 +152,8 @@ fn a_hard_fault_switches_the_driver_off_and_is_told_after_the_restart() {
 fn a_stack_overflow_ends_in_a_restart_and_overwrites_nothing() {
     // PUSH {R0-R7}, again and again.
     const PUSH: [u8; 4] = 0xE7FD_B4FF_u32.to_le_bytes();
-    let place = code(symbol("TIM3"));
-    let stack = symbol("_stack_start");
     let overflow = |host: &mut Host| {
+        let (place, stack) = (code(host.symbol("TIM3")), host.symbol("_stack_start"));
         let before = host.machine.cpu_mut().program(place, &PUSH).unwrap();
         // The program memory, where there is no program, and all else that does not change.
         let statics =
@@ -151,8 +165,10 @@ fn a_stack_overflow_ends_in_a_restart_and_overwrites_nothing() {
         assert_ne!(host.machine.cpu().peek(stack - 0x4000), bottom, "filled to the end");
         (place, before)
     };
-    let log = assert_recovers(false, overflow);
-    assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
+    for product in PRODUCTS {
+        let log = assert_recovers(product, false, overflow);
+        assert_logged(&log, &["error: restarted by the watchdog: something hung"]);
+    }
 }
 
 /// Code for this place that calls a function with a value and does not return: MOVW, MOVT to R0, then B.
@@ -184,17 +200,19 @@ fn some_location(host: &Host) -> (u32, String) {
 
 #[test]
 fn a_panic_switches_the_driver_off_and_is_told_with_its_place_after_the_restart() {
-    let mut text = String::new();
-    let panic = |host: &mut Host| {
-        let (location, name) = some_location(host);
-        text = name;
-        let function = symbols(&["core", "option", "unwrap_failed"]);
-        let [function] = *function else { panic!("{function:x?}") };
-        let place = code(symbol("TIM3"));
-        let calls = call(place, code(function), location);
-        (place, host.machine.cpu_mut().program(place, &calls).unwrap())
-    };
-    let log = assert_recovers(true, panic);
-    let [now, after] = ["panicked", "restarted after a panic"].map(|what| format!("error: {what} at {text}"));
-    assert_logged(&log, &[&now, &after]);
+    for product in PRODUCTS {
+        let mut text = String::new();
+        let panic = |host: &mut Host| {
+            let (location, name) = some_location(host);
+            text = name;
+            let function = host.symbols(&["core", "option", "unwrap_failed"]);
+            let [function] = *function else { panic!("{function:x?}") };
+            let place = code(host.symbol("TIM3"));
+            let calls = call(place, code(function), location);
+            (place, host.machine.cpu_mut().program(place, &calls).unwrap())
+        };
+        let log = assert_recovers(product, true, panic);
+        let [now, after] = ["panicked", "restarted after a panic"].map(|what| format!("error: {what} at {text}"));
+        assert_logged(&log, &[&now, &after]);
+    }
 }

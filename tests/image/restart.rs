@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::common::image_host::{HANG, Host, LOADED, OK, START, UNDEFINED, code, decoded, image, symbol};
+use crate::common::image_host::{HANG, Host, LOADED, OK, START, UNDEFINED, code, decoded, image, symbol_in};
 use crate::common::telegram;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use object::read::elf::ElfFile32;
@@ -18,7 +18,7 @@ const TOLD: Nanos = 10 * MILLISECOND;
 
 /// Address of the code of the handler that is the owner's.
 fn owner() -> u32 {
-    code(symbol("TIM3"))
+    code(symbol_in(image(), "TIM3"))
 }
 
 /// Puts other code in the place of the owner's; gives what was there.
