@@ -17,13 +17,13 @@ use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
 use tmcm::device::{Board, Controller, Device, Inputs, Inversion, Parts};
 use tmcm::module::{
     Hooks, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Platform, Port, Product, Request, Slots, Source,
-    Spec, TMCM_1140, TMCM_1140_AXES, Tmcm1140, deliver, factory_reset, serve,
+    TMCM_1140, TMCM_1140_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm6110, deliver, factory_reset, serve,
 };
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::{Axis, Hardware, Known, Leg, Mark, Pace, Plan, Sensors, Sought, Until};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
-use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row, USER_VARIABLES};
-use tmcm::store::{Keeper, Layout, Memory, Need, Pair, Store};
+use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Parameter, Row, USER_VARIABLES, derived};
+use tmcm::store::{Keeper, Need, Store};
 use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
 use tmcm::tmcl::binary::{self, Addressed, Framer, Telegram};
 use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
@@ -59,29 +59,6 @@ impl OutputPin for Pin {
     fn set_high(&mut self) -> Result<(), digital::ErrorKind> {
         any(Ok(()))
     }
-}
-
-/// A product with as many axes as there can be.
-#[derive(Debug)]
-struct SixAxes;
-
-static SIX_AXES: Spec = Spec { axes: 6, ..TMCM_1140 };
-
-impl Product for SixAxes {
-    const SPEC: &'static Spec = &SIX_AXES;
-}
-
-impl Memory for SixAxes {
-    const SIZE: usize = 32_768;
-    const PAGE: usize = 128;
-    const LAYOUT: Layout = Layout {
-        tag: b"six axes",
-        defaults: const { &SIX_AXES.slots.defaults::<472>(&AXIS, &GLOBAL) },
-        after_erasing: 13,
-    };
-    type Program = [u8; 14_336];
-    type Values = [i32; 480];
-    type Pairs = [Pair; 16];
 }
 
 /// All of it.
@@ -144,9 +121,9 @@ pub(crate) fn all() {
     machine();
     port();
     module::<Tmcm1140, TMCM_1140_AXES, 1>();
-    module::<SixAxes, 6, 2>();
+    module::<Tmcm6110, TMCM_6110_AXES, 2>();
     device::<Tmcm1140, TMCM_1140_AXES, 1>();
-    device::<SixAxes, 6, 2>();
+    device::<Tmcm6110, TMCM_6110_AXES, 2>();
     node();
     #[cfg(feature = "deliberate")]
     any(text()[any(0)]);
@@ -222,6 +199,9 @@ fn parameters() {
     any((found(GLOBAL.find(any(0)).map(|p| &p.row)), found(GLOBAL.row(any(GlobalParameter::CanId)))));
     any((any(AxisParameter::MaximumSpeed).index(), any(GlobalParameter::CanId).index()));
     any((AXIS.defaults(), GLOBAL.defaults()));
+    // Rows are derived by the compiler, where a panic is an error.
+    const ROWS: [Parameter<AxisParameter>; AXIS.rows.len()] = derived(AXIS.rows, &[], &[]);
+    any(ROWS.len());
     if let Some((numbered, index)) = Interrupt::find(any(0), any(0), any(0)) {
         any((numbered.number(index), numbered.per.count(any(0), any(0)), any(Interrupt::Input).first()));
         let _ = numbered.parameter_name(index).map(|name| any(write!(Paper, "{name}")));
@@ -510,7 +490,7 @@ fn device<P: Product + 'static, const AXES: usize, const N: usize>() {
 
 #[inline(never)]
 fn module<P: Product + 'static, const AXES: usize, const N: usize>() {
-    let spec: &Spec = any(&TMCM_1140);
+    let spec = any(P::SPEC);
     any((spec.version_string(), spec.version_number()));
     let store: Option<&'static mut Store<P>> = any(None);
     let Some(store) = store else { return };
