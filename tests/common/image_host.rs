@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use super::{image as build, telegram};
 use hal_sim::board::{Board, BoardKind, TMCM_1140, TMCM_6110};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
+use hal_sim::control::{AxisState, Line, State};
 use hal_sim::fault::Fault;
 use hal_sim::mcu::{CanFrame, Character, Machine};
 use hal_sim::world::config::WorldConfig;
@@ -276,6 +277,16 @@ impl Host {
         self.machine.board().set_fault(fault, 0, on);
     }
 
+    /// Does what a line of the control protocol says.
+    pub fn control(&mut self, line: &str) {
+        Line::parse(line).unwrap().control.apply(&mut self.machine.board()).unwrap();
+    }
+
+    /// What the world and the chips show of the axes.
+    pub fn states(&mut self) -> Vec<AxisState> {
+        State::of(&self.machine.board()).axes
+    }
+
     /// Texts of the log since the last call, with their levels.
     pub fn log(&mut self) -> Vec<String> {
         self.machine.log().take().into_iter().map(|line| format!("{}: {}", line.level, line.text)).collect()
@@ -288,9 +299,7 @@ impl Host {
 
     /// Positions of all rotors in 1/256 full steps.
     pub fn rotors(&mut self) -> Vec<i64> {
-        let axes = self.axes();
-        let board = self.machine.board();
-        axes.map(|axis| board.world().axis(axis).motor().rotor()).collect()
+        self.states().iter().map(|axis| axis.rotor).collect()
     }
 
     /// The speed of all axes in internal units, read from the models of the motion controllers instead of asked for by
@@ -303,16 +312,12 @@ impl Host {
 
     /// The speeds of the axes.
     pub fn speeds(&mut self) -> Vec<i32> {
-        let axes = self.axes();
-        let board = self.machine.board();
-        axes.map(|axis| board.kind().motor(axis).unwrap()).map(|(chip, n)| board.tmc429(chip).velocity(n)).collect()
+        self.states().iter().map(|axis| axis.velocity).collect()
     }
 
     /// True if the drivers' bridges are on, so that the motors have current. Panics if some are on and some are not.
     pub fn bridges_on(&mut self) -> bool {
-        let axes = self.axes();
-        let board = self.machine.board();
-        let on: Vec<bool> = axes.map(|axis| board.tmc262(axis).bridges_on()).collect();
+        let on: Vec<bool> = self.states().iter().map(|axis| axis.bridges_on).collect();
         assert!(on.iter().all(|one| *one == on[0]), "{on:?}");
         on[0]
     }

@@ -18,6 +18,7 @@ mod node_soak;
 mod panic_free;
 mod replies;
 mod restart;
+mod six_axes;
 mod size;
 mod steps;
 mod timing;
