@@ -9,7 +9,7 @@ use clap::Args;
 use tmcm::tmcl::{Command, Instruction, Opcode};
 
 use crate::failure::Failure;
-use crate::product::{PRODUCT, parameter};
+use crate::product::{self, Product, parameter};
 use crate::program::{read_commands, target};
 
 /// Show an assembled TMCL program as source
@@ -22,6 +22,10 @@ pub struct Options {
     /// The assembled program; - is standard input
     #[arg(value_name = "FILE")]
     pub program: PathBuf,
+
+    /// The module that the program is for: 1140, 3110 or 6110
+    #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
+    pub product: Product,
 }
 
 const EXAMPLES: &str = "\
@@ -35,12 +39,16 @@ const COMMENT: usize = 36;
 
 /// Prints the source of a program.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    write!(std::io::stdout().lock(), "{}", source(&read_commands(&options.program)?))?;
+    write!(
+        std::io::stdout().lock(),
+        "{}",
+        source(&read_commands(&options.program, Some(options.product))?, options.product)
+    )?;
     Ok(())
 }
 
-/// A source that assembles to these commands.
-pub fn source(commands: &[Command]) -> String {
+/// A source that assembles to these commands, with the names that parameters have on a product.
+pub fn source(commands: &[Command], product: Product) -> String {
     let inside = |target: i32| usize::try_from(target).ok().filter(|target| *target < commands.len());
     let label = |command: &Command| target(command).and_then(inside);
     let labels: BTreeSet<usize> = commands.iter().filter_map(label).collect();
@@ -59,7 +67,7 @@ pub fn source(commands: &[Command]) -> String {
             Some((target, (front, _))) => format!("    {front} L{target}"),
             None => format!("    {plain}"),
         };
-        let _ = match comment(command, &plain) {
+        let _ = match comment(command, &plain, product) {
             Some(comment) => writeln!(text, "{line:COMMENT$}// {comment}"),
             None => writeln!(text, "{line}"),
         };
@@ -68,10 +76,10 @@ pub fn source(commands: &[Command]) -> String {
 }
 
 /// The comment behind a command: the name of its parameter, and its mnemonic if the command is written as numbers.
-fn comment(command: &Command, plain: &str) -> Option<String> {
+fn comment(command: &Command, plain: &str, product: Product) -> Option<String> {
     let opcode = Opcode::from_number(command.opcode)?;
     let Instruction { mnemonic, .. } = opcode.instruction();
-    let name = parameter(PRODUCT, opcode, *command).map(|parameter| parameter.name);
+    let name = parameter(product.spec(), opcode, *command).map(|parameter| parameter.name);
     match (mnemonic.is_empty() || plain.starts_with(mnemonic), name) {
         (true, name) => name,
         (false, Some(name)) => Some(format!("{mnemonic}, {name}")),

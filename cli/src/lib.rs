@@ -15,6 +15,7 @@
 //! * [`program`] - TMCL programs in files and in a module's program memory
 //! * [`load`] - `tmcl load`: a program into a module
 //! * [`debug`] - `tmcl debug`: a program in a module, step by step
+//! * [`product`] - the products that are known
 //! * [`failure`] - the failure of a subcommand, with its exit code
 //! * [`signal`] - signals that ask the program to end
 //! * [`progress`] - a progress bar
@@ -30,7 +31,7 @@ pub mod link;
 pub mod load;
 pub mod monitor;
 pub mod params;
-mod product;
+pub mod product;
 pub mod program;
 pub mod progress;
 pub mod run;
@@ -39,3 +40,4 @@ pub mod send;
 pub mod signal;
 pub mod sim;
 pub mod slcan;
+mod suggest;

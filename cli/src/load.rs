@@ -9,7 +9,7 @@ use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::Conversation;
 use crate::failure::Failure;
-use crate::product::{PRODUCT, global_number};
+use crate::product::global_number;
 use crate::program::{Program, ProgramThere, download, read_program, target, verify};
 use crate::signal::EndSignal;
 
@@ -57,19 +57,22 @@ const FROM_ADDRESS: u8 = 1;
 /// Loads a program; compares, stores the autostart and starts the program if the options say so.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let at = options.at;
-    let program = read_program(&options.program.file)?;
+    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
+    let mut module = Conversation::open(&options.program.reach)?;
+    let product = module.product()?;
+    let program = read_program(&options.program.file, product)?;
     let count = program.commands.len();
     let end = usize::from(at) + count;
-    if end > PRODUCT.commands.into() {
-        let memory = PRODUCT.commands - 1;
+    if let Some(room) = product.map(|product| product.spec().commands)
+        && end > room.into()
+    {
+        let memory = room - 1;
         let message = format!("{count} commands from address {at} on do not fit; program memory ends at {memory}");
         return Err(Failure::Failed(message));
     }
     if let Some(warning) = jump_outside(&program, at) {
         writeln!(std::io::stderr(), "tmcl: warning: {warning}")?;
     }
-    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
-    let mut module = Conversation::open(&options.program.reach)?;
     download(&mut module, &program, at, &signal)?;
     let mut out = std::io::stdout().lock();
     writeln!(out, "loaded to addresses {at} to {}", end - 1)?;
@@ -78,7 +81,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(out, "the module has them as they are in the file")?;
     }
     if options.autostart {
-        if let Some(number) = global_number(module.spec(), GlobalParameter::AutoStart) {
+        if let Some(number) = global_number(product, GlobalParameter::AutoStart) {
             module.value(Command::new(Opcode::Sgp as u8, number, 0, 1))?;
         }
         writeln!(out, "the program starts by itself after power-up")?;

@@ -1,11 +1,34 @@
-//! The product whose parameters, interrupts and program memory the tools assume.
+//! The products that the tools know, by name, and what their tables say about commands.
+//!
+//! Where the product of a module is unknown, it is `None` here: values are shown as numbers then.
 
-use tmcm::module::{Spec, TMCM_1140};
+use tmcm::module::Spec;
 use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
 use tmcm::tmcl::{Command, Opcode};
+pub use tmcm_sim::Product;
 
-/// The product that a module is assumed to be.
-pub(crate) const PRODUCT: &Spec = &TMCM_1140;
+use crate::suggest::suggestion;
+
+/// The product that programs are for, and that virtual modules are, unless the user names another one.
+pub(crate) const USUAL: &str = "1140";
+
+/// Reads the name of a product, such as `6110` or `TMCM-6110`; capitals and small letters are the same.
+///
+/// # Errors
+/// A message that lists the known names.
+pub fn named(text: &str) -> Result<Product, String> {
+    Product::named(text).ok_or_else(|| {
+        let names = Product::ALL.map(short);
+        let meant = text.to_ascii_uppercase();
+        let suggestion = suggestion(meant.trim_start_matches("TMCM").trim_start_matches('-'), names.into_iter());
+        format!("'{text}' is none of {}{suggestion}", names.join(", "))
+    })
+}
+
+/// The short name of a product, such as `6110`.
+pub(crate) fn short(product: Product) -> &'static str {
+    product.name().trim_start_matches("TMCM-")
+}
 
 /// A parameter with its full name, which for a parameter of bank 3 includes the timer, axis or input.
 pub(crate) struct Named {
@@ -39,12 +62,63 @@ pub(crate) fn parameter(spec: &Spec, opcode: Opcode, command: Command) -> Option
     }
 }
 
+/// The tables with the numbers of a product. A product that is not known is taken to have the numbers that all known ones
+/// share with the TMCM-1140.
+pub(crate) fn numbers(product: Option<Product>) -> &'static Spec {
+    product.unwrap_or_default().spec()
+}
+
 /// The number of an axis parameter, if the product has it.
-pub(crate) fn axis_number(spec: &Spec, parameter: AxisParameter) -> Option<u8> {
-    spec.axis.row(parameter).map(|row| row.number)
+pub(crate) fn axis_number(product: Option<Product>, parameter: AxisParameter) -> Option<u8> {
+    numbers(product).axis.row(parameter).map(|row| row.number)
 }
 
 /// The number of a global parameter, if the product has it.
-pub(crate) fn global_number(spec: &Spec, parameter: GlobalParameter) -> Option<u8> {
-    spec.global.row(parameter).map(|row| row.number)
+pub(crate) fn global_number(product: Option<Product>, parameter: GlobalParameter) -> Option<u8> {
+    numbers(product).global.row(parameter).map(|row| row.number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_in_every_form() {
+        for text in ["6110", "TMCM-6110", "tmcm-6110"] {
+            assert_eq!(named(text), Ok(Product::Tmcm6110), "{text}");
+        }
+        assert_eq!(named(USUAL), Ok(Product::default()));
+    }
+
+    #[test]
+    fn an_unknown_name_is_answered_with_those_there_are() {
+        let error = |text| named(text).unwrap_err();
+        assert_eq!(error("9999"), "'9999' is none of 1140, 3110, 6110");
+        assert_eq!(error("6111"), "'6111' is none of 1140, 3110, 6110; did you mean '6110'?");
+        assert!(error("tmcm3111").ends_with("did you mean '3110'?"));
+    }
+
+    /// A parameter of which the tools make use has the same number on all products that have it.
+    #[test]
+    fn products_share_their_numbers() {
+        use AxisParameter as P;
+        let used = [
+            P::ActualPosition,
+            P::ActualSpeed,
+            P::ActualLoad,
+            P::DriverErrorFlags,
+            P::ExtendedErrorFlags,
+            P::LeftSwitch,
+            P::RightSwitch,
+            P::HomeSwitch,
+        ];
+        for spec in Product::ALL.map(Product::spec) {
+            for parameter in used {
+                assert_eq!(spec.axis.row(parameter).map(|row| row.number), axis_number(None, parameter));
+            }
+            for parameter in [GlobalParameter::AutoStart, GlobalParameter::CodeProtection] {
+                assert_eq!(spec.global.row(parameter).map(|row| row.number), global_number(None, parameter));
+            }
+        }
+    }
 }

@@ -10,9 +10,10 @@ use tmcm::param::BAUD_RATES;
 use tmcm::tmcl::binary::Received;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::conversation::{Conversation, Error};
+use crate::conversation::{ASK_VERSION, Conversation, Error};
 use crate::failure::Failure;
 use crate::link::{Link, LinkError, LinkTarget};
+use crate::product::Product;
 use crate::progress::Progress;
 use crate::send::words::firmware;
 use crate::signal::EndSignal;
@@ -61,8 +62,6 @@ const LATE: Duration = Duration::from_millis(255);
 /// The first request to an address: command 135, because a module in download mode answers it, too, and does not store
 /// it.
 const ASK_STATE: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
-/// The second request to an address: command 136, type 1. A late reply to the first request has another command number.
-const ASK_VERSION: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
 
 /// Reads `FIRST-LAST`, or one address.
 fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
@@ -146,7 +145,7 @@ struct Scanner<'a> {
 
 impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
-        let mut link = Link::open(&options.link, baud, CONNECTION)?;
+        let mut link = Link::open(&options.link, baud, CONNECTION, Product::default())?;
         link.set_timeout(Duration::from_millis(options.timeout));
         let rate = match options.link {
             LinkTarget::Serial(_) => format!(" at {baud} baud"),
@@ -158,7 +157,7 @@ impl<'a> Scanner<'a> {
     fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {
         let can = matches!(self.options.link, LinkTarget::Slcan(_));
         if !can && let Some(reply) = self.find(UNUSED_ADDRESS)? {
-            self.module.address = reply.module.into();
+            self.module.turn_to(reply.module.into());
             let what = self.describe(reply.value)?;
             self.found(
                 reply.module.into(),
@@ -201,7 +200,7 @@ impl<'a> Scanner<'a> {
     }
 
     /// The version reply of the module at an address; `None` if there is no module. Two requests are sent: the reply
-    /// to the first may be a late reply to an earlier address, the reply to the second cannot.
+    /// to the first may be a late reply to an earlier address, the reply to the second, with another command number, cannot.
     fn find(&mut self, address: u16) -> Result<Option<Received>, Failure> {
         if self.probe(address, ASK_STATE)?.is_none() {
             return Ok(None);
@@ -222,7 +221,7 @@ impl<'a> Scanner<'a> {
     /// Sends a request to an address and returns its reply. Bytes that are no reply count as none: they are noise, or
     /// come from several modules that reply at once.
     fn probe(&mut self, address: u16, command: Command) -> Result<Option<Received>, Failure> {
-        self.module.address = address;
+        self.module.turn_to(address);
         match self.module.request(command) {
             Ok(reply) => Ok(Some(reply)),
             Err(

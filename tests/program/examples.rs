@@ -2,7 +2,7 @@
 //! it does is seen in the world.
 
 use std::path::{Path, PathBuf};
-use tmcm_sim::VirtualModule;
+use tmcm_sim::{Product, VirtualModule};
 
 use crate::common::{Bench, INVALID_VALUE};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
@@ -20,7 +20,8 @@ fn folder() -> PathBuf {
 }
 
 fn assembled(name: &str) -> Assembly {
-    let assembly = assemble_file(&folder().join(name)).unwrap_or_else(|errors| panic!("{errors}"));
+    let assembly =
+        assemble_file(&folder().join(name), Some(Product::Tmcm1140)).unwrap_or_else(|errors| panic!("{errors}"));
     assert!(assembly.warnings.is_empty(), "{}", assembly.warnings);
     assembly
 }
@@ -118,7 +119,8 @@ fn all_examples_are_disassembled_to_the_same_program() {
     assert_eq!(names, tested, "an example without a test here");
     for name in names {
         let commands = assembled(&name).commands;
-        let again = assemble_text(&name, &disasm::source(&commands)).unwrap();
+        let again =
+            assemble_text(&name, &disasm::source(&commands, Product::Tmcm1140), Some(Product::Tmcm1140)).unwrap();
         assert_eq!(again.commands, commands, "{name}");
     }
 }

@@ -13,14 +13,14 @@ use super::expression::evaluate;
 use super::include;
 use super::source::{Problem, Source};
 use super::statement::{self, CommandLine, Head, Name, Operand, Statement};
-use super::suggest::suggestion;
 use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
 
-use crate::product::PRODUCT;
+use crate::product::Product;
+use crate::suggest::suggestion;
 
-/// Size of program memory in commands.
-const PROGRAM_SIZE: usize = PRODUCT.commands as usize;
+/// Most commands that addresses have room for.
+const MOST_COMMANDS: usize = 1 << 16;
 /// Greatest depth of files that include each other.
 const DEEPEST: usize = 16;
 /// Most `#include` lines that are followed, so that files that include each other many times over end with an error.
@@ -66,26 +66,27 @@ impl Assembly {
     }
 }
 
-/// Assembles a file with the files that it includes.
+/// Assembles a file, with the files that it includes, for a product. For one that is not known there are no built-in files,
+/// and no warnings that need the tables of a product.
 ///
 /// # Errors
 /// The errors and warnings in the files.
-pub fn assemble_file(path: &Path) -> Result<Assembly, Diagnostics> {
+pub fn assemble_file(path: &Path, product: Option<Product>) -> Result<Assembly, Diagnostics> {
     let source = Source::read(path).map_err(|message| Diagnostics(vec![Diagnostic::without_location(message)]))?;
-    assemble(source)
+    assemble(source, product)
 }
 
-/// Assembles a text under the name `name`, which errors and warnings show. Files that the text includes are looked for
-/// in the current directory.
+/// Assembles a text under the name `name`, which errors and warnings show, as a file is assembled. Files that the text
+/// includes are looked for in the current directory.
 ///
 /// # Errors
 /// The errors and warnings in the text.
-pub fn assemble_text(name: &str, text: &str) -> Result<Assembly, Diagnostics> {
-    assemble(Source::from_text(name, text))
+pub fn assemble_text(name: &str, text: &str, product: Option<Product>) -> Result<Assembly, Diagnostics> {
+    assemble(Source::from_text(name, text), product)
 }
 
-fn assemble(source: Source) -> Result<Assembly, Diagnostics> {
-    let mut assembler = Assembler::default();
+fn assemble(source: Source, product: Option<Product>) -> Result<Assembly, Diagnostics> {
+    let mut assembler = Assembler { product, symbols: Symbols::new(product), ..Assembler::default() };
     assembler.read(Arc::new(source));
     assembler.evaluate();
     let commands = assembler.encode();
@@ -108,6 +109,7 @@ type Pending<T> = Vec<(usize, T)>;
 
 #[derive(Default)]
 struct Assembler {
+    product: Option<Product>,
     lines: Vec<SourceLine>,
     symbols: Symbols,
     constants: Pending<(Name, Operand)>,
@@ -130,6 +132,11 @@ impl Assembler {
 
     fn error(&mut self, line: usize, problem: Problem) {
         self.report(line, Severity::Error, problem);
+    }
+
+    /// Size of program memory in commands.
+    fn program_size(&self) -> usize {
+        self.product.map_or(MOST_COMMANDS, |product| product.spec().commands.into())
     }
 
     /// True after so many errors that further ones would not be shown.
@@ -188,8 +195,9 @@ impl Assembler {
                 self.constants.push((line, (name, value)));
             }
             Statement::Command(command) => {
-                if self.commands.len() == PROGRAM_SIZE {
-                    let message = format!("the program is too long: program memory holds {PROGRAM_SIZE} commands");
+                let size = self.program_size();
+                if self.commands.len() == size {
+                    let message = format!("the program is too long: program memory holds {size} commands");
                     self.error(line, Problem::new(command.span, message));
                 }
                 let address = self.commands.len();
@@ -223,7 +231,7 @@ impl Assembler {
         let including = self.lines.get(line).and_then(|line| line.source.path.as_deref());
         let path = including.and_then(Path::parent).unwrap_or(Path::new("")).join(relative);
         if !path.exists()
-            && let Some(source) = include::source(PRODUCT, name)
+            && let Some(source) = self.product.and_then(|product| include::source(product.spec(), name))
         {
             // A built-in file that is included again is skipped, because its names would be defined twice.
             let again = self.lines.iter().any(|line| line.source.built_in && line.source.name == source.name);
@@ -232,7 +240,14 @@ impl Assembler {
         if self.open.contains(&canonical(&path)) {
             return Err(format!("{} includes itself", path.display()));
         }
-        let hint = if path.exists() { "" } else { "; TMCLParam.tmc and Interrupts.inc are built in" };
+        let hint = match self.product {
+            _ if path.exists() => "",
+            Some(_) => "; TMCLParam.tmc and Interrupts.inc are built in",
+            None if include::is_built_in(name) => {
+                "; it is built in for the modules that are known here: --product NAME takes this one for one of them"
+            }
+            None => "",
+        };
         Source::read(&path).map(Some).map_err(|message| message + hint)
     }
 
@@ -271,14 +286,15 @@ impl Assembler {
         let stop = Command { opcode: Opcode::Stop as u8, ..Command::default() };
         let label_behind = self.symbols.labels().any(|(_, address)| address >= commands.len());
         if !self.no_stop && (commands.last() != Some(&stop) || label_behind) {
-            if commands.len() == PROGRAM_SIZE
+            let size = self.program_size();
+            if commands.len() == size
                 && self.errors == 0
                 && let Some((line, last)) = self.commands.last()
             {
                 let message = format!(
                     "the program is too long: with the STOP behind this it has {} commands, and program memory \
-                     holds {PROGRAM_SIZE}; make STOP the last, or write #nostop",
-                    PROGRAM_SIZE + 1
+                     holds {size}; make STOP the last, or write #nostop",
+                    size + 1
                 );
                 let (line, problem) = (*line, Problem::new(last.span, message));
                 self.error(line, problem);
@@ -296,7 +312,8 @@ impl Assembler {
                 let message = "this ends the program: a module takes command 0 for the end, none does nothing";
                 self.report(*line, Severity::Warning, Problem::new(text.span, message));
             }
-            for (part, message) in check::warnings(PRODUCT, *command, commands.len()) {
+            let spec = self.product.map(Product::spec);
+            for (part, message) in check::warnings(spec, *command, commands.len()) {
                 self.report(*line, Severity::Warning, Problem::new(encode::span(text, part), message));
             }
         }

@@ -9,6 +9,23 @@ use crate::program::target;
 
 /// Type of MVP COORD.
 const COORD: u8 = 2;
+/// Bits of the motor field of MVP COORD on a module with several axes: below them is a bit for each axis that is meant.
+const LINE: u8 = 1 << 6;
+const AT_ONCE: u8 = 1 << 7;
+/// Most axes that move on a straight line together.
+const MOST_ON_LINE: u32 = 3;
+
+/// Banks of SIO and GIO.
+const INPUTS: u8 = 0;
+const ANALOG: u8 = 1;
+const OUTPUTS: u8 = 2;
+/// The port that stands for all inputs or outputs together.
+const ALL_PORTS: u8 = 255;
+/// The port of bank 0 that tells whether the built-in encoder is at its zero.
+const ENCODER_ZERO: u8 = 11;
+/// Ports of bank 1 that every module has: supply voltage and temperature.
+const SUPPLY: u8 = 8;
+const TEMPERATURE: u8 = 9;
 
 /// The field of a command that a warning is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,20 +36,22 @@ pub(super) enum Part {
     Value,
 }
 
-/// The warnings for a command of a program with `length` commands, for this product.
-pub(super) fn warnings(spec: &Spec, command: Command, length: usize) -> Vec<(Part, String)> {
+/// The warnings for a command of a program with `length` commands, for this product; for one that is not known, `None`,
+/// those that hold for every module.
+pub(super) fn warnings(spec: Option<&Spec>, command: Command, length: usize) -> Vec<(Part, String)> {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
     let instruction = opcode.instruction();
-    if !instruction.program || spec.lacks.contains(&opcode) {
+    if !instruction.program || spec.is_some_and(|spec| spec.lacks.contains(&opcode)) {
         return unknown(command.opcode);
     }
-    let found = [
-        kind(spec, command, opcode, instruction),
-        motor(spec, command, opcode, instruction),
-        value(spec, command, opcode),
-        jump(command, length),
-    ];
-    found.into_iter().flatten().collect()
+    let of_product = spec.map(|spec| {
+        [
+            kind(spec, command, opcode, instruction),
+            motor(spec, command, opcode, instruction),
+            value(spec, command, opcode),
+        ]
+    });
+    of_product.into_iter().flatten().chain([jump(command, length)]).flatten().collect()
 }
 
 /// Warnings for an unknown command number. Number 0 has none: it ends a program, and some hosts use it for that.
@@ -61,6 +80,7 @@ fn kind(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction
             _ => None,
         },
         Opcode::Sco | Opcode::Gco | Opcode::Cco | Opcode::Aco => coordinate(i32::from(number)),
+        Opcode::Sio | Opcode::Gio => port(spec, command, opcode),
         Opcode::Ei | Opcode::Di | Opcode::Vect => {
             let all = number == ALL_INTERRUPTS && opcode != Opcode::Vect;
             let exists = all || Interrupt::find(number, spec.axes, spec.inputs).is_some();
@@ -89,6 +109,25 @@ fn access(opcode: Opcode, what: &str, number: u8, parameter: Option<Named>) -> O
     }
 }
 
+fn port(spec: &Spec, command: Command, opcode: Opcode) -> Option<String> {
+    let (port, bank) = (command.kind, command.motor);
+    let among = |what: &str, count: u8| {
+        let exists = port == ALL_PORTS || port < count;
+        (!exists).then(|| format!("there is no {what} {port}, only 0..{}", count.saturating_sub(1)))
+    };
+    match (opcode, bank) {
+        (_, OUTPUTS) => among("output", spec.outputs),
+        (Opcode::Gio, INPUTS) if port != ENCODER_ZERO => among("input", spec.inputs),
+        (Opcode::Gio, ANALOG) => {
+            let mut ports: Vec<u8> = (0..8).filter(|port| spec.analog & (1 << port) != 0).collect();
+            ports.extend([SUPPLY, TEMPERATURE]);
+            let all = ports.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
+            (!ports.contains(&port)).then(|| format!("there is no analog input {port}, only {all}"))
+        }
+        _ => None,
+    }
+}
+
 fn user_variable(opcode: Opcode, number: u8) -> Option<String> {
     let stores = matches!(opcode, Opcode::Stgp | Opcode::Rsgp) && usize::from(number) >= STORED_USER_VARIABLES;
     stores.then(|| format!("user variable {number} cannot be stored, only 0..{}", STORED_USER_VARIABLES - 1))
@@ -106,12 +145,32 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
         (_, MotorField::AxisOrAll) if motor == ALL_AXES => return None,
+        (Opcode::Mvp, _) if command.kind == COORD && spec.axes > 1 && motor & (LINE | AT_ONCE) != 0 => {
+            mask(spec, motor)?
+        }
         (_, MotorField::Axis | MotorField::AxisOrAll) if motor >= spec.axes => {
             format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
         }
         _ => return None,
     };
     Some((Part::Motor, message))
+}
+
+/// The reason why a module with several axes refuses this mask of axes.
+fn mask(spec: &Spec, motor: u8) -> Option<String> {
+    let axes = motor & !(LINE | AT_ONCE);
+    let missing = (spec.axes..6).find(|axis| axes & (1 << axis) != 0);
+    match (missing, motor & (LINE | AT_ONCE)) {
+        _ if axes == 0 => Some(format!("${motor:02X} names no axis in its bits 0..5")),
+        (Some(axis), _) => {
+            Some(format!("there is no axis {axis}; the last of this module is {}", spec.axes.saturating_sub(1)))
+        }
+        (None, LINE) if axes.count_ones() > MOST_ON_LINE => {
+            Some(format!("at most {MOST_ON_LINE} axes move on a straight line together"))
+        }
+        (None, LINE | AT_ONCE) => None,
+        (None, _) => Some("bit 6 (a straight line) and bit 7 (all at once) exclude each other".into()),
+    }
 }
 
 fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
@@ -140,11 +199,15 @@ fn jump(command: Command, length: usize) -> Option<(Part, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::product::PRODUCT;
+    use tmcm::module::{TMCM_1140, TMCM_3110, TMCM_6110};
     use tmcm::tmcl::text;
 
+    fn messages_on(spec: Option<&Spec>, line: &str) -> Vec<String> {
+        warnings(spec, text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
+    }
+
     fn messages(line: &str) -> Vec<String> {
-        warnings(PRODUCT, text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
+        messages_on(Some(&TMCM_1140), line)
     }
 
     #[test]
@@ -170,6 +233,13 @@ mod tests {
             "0, 0, 0, 0",
             "CALCX SWAP",
             "CLE ESD",
+            "SIO 1, 2, 1",
+            "SIO 255, 2, 3",
+            "SIO 0, 0, 1",
+            "GIO 3, 0",
+            "GIO 11, 0",
+            "GIO 0, 1",
+            "GIO 9, 1",
         ] {
             assert_eq!(messages(line), [""; 0], "{line}");
         }
@@ -200,6 +270,10 @@ mod tests {
             ("CALC 10, 5", Part::Kind, "CALC has no type 10, only ADD, SUB, MUL, DIV, MOD, AND, OR, XOR, NOT, LOAD"),
             ("JA 10", Part::Value, "address 10 is outside of the program, which ends at 9"),
             ("CSUB -1", Part::Value, "address -1 is outside of the program, which ends at 9"),
+            ("SIO 2, 2, 1", Part::Kind, "there is no output 2, only 0..1"),
+            ("GIO 2, 2", Part::Kind, "there is no output 2, only 0..1"),
+            ("GIO 4, 0", Part::Kind, "there is no input 4, only 0..3"),
+            ("GIO 4, 1", Part::Kind, "there is no analog input 4, only 0, 8, 9"),
             ("50, 0, 0, 0", Part::Number, "there is no command 50; a module skips it"),
             (
                 "129, 0, 0, 0",
@@ -207,7 +281,42 @@ mod tests {
                 "command 129 cannot be in a program: a module carries it out while the program is loaded",
             ),
         ] {
-            assert_eq!(warnings(PRODUCT, text::parse(line).unwrap(), 10), [(part, message.to_string())], "{line}");
+            let warnings = warnings(Some(&TMCM_1140), text::parse(line).unwrap(), 10);
+            assert_eq!(warnings, [(part, message.to_string())], "{line}");
+        }
+    }
+
+    #[test]
+    fn each_product_has_axes_and_pins_of_its_own() {
+        for line in
+            ["SAP 4, 5, 0", "SIO 7, 2, 1", "GIO 7, 0", "GIO 4, 1", "EI 8", "VECT 38, 5", "EI 46", "SAP 213, 5, 1"]
+        {
+            assert_eq!(messages_on(Some(&TMCM_6110), line), [""; 0], "{line}");
+            assert_eq!(messages_on(None, line), [""; 0], "{line}");
+            assert_ne!(messages(line), [""; 0], "{line}");
+        }
+        assert_eq!(messages_on(Some(&TMCM_6110), "MST 6"), ["there is no axis 6; the last of this module is 5"]);
+        assert_eq!(messages_on(Some(&TMCM_6110), "GAP 209, 0"), ["there is no axis parameter 209"]);
+        assert_eq!(messages_on(Some(&TMCM_3110), "GAP 209, 2"), [""; 0]);
+        assert_eq!(messages_on(Some(&TMCM_3110), "EI 6"), ["there is no interrupt 6"]);
+        assert_eq!(messages_on(None, "JA 10").len(), 1);
+        assert_eq!(messages_on(None, "50, 0, 0, 0").len(), 1);
+    }
+
+    #[test]
+    fn masks_of_axes() {
+        for good in [0x47, 0x41, 0x78, 0x87, 0xBF, 0xFF, 5] {
+            assert_eq!(messages_on(Some(&TMCM_6110), &format!("MVP COORD, {good}, 1")), [""; 0], "{good}");
+        }
+        for (spec, bad, message) in [
+            (&TMCM_6110, 0x4F, "at most 3 axes move on a straight line together"),
+            (&TMCM_6110, 0x80, "$80 names no axis in its bits 0..5"),
+            (&TMCM_6110, 0xC3, "bit 6 (a straight line) and bit 7 (all at once) exclude each other"),
+            (&TMCM_3110, 0x88, "there is no axis 3; the last of this module is 2"),
+            (&TMCM_3110, 7, "there is no axis 7; the last of this module is 2"),
+            (&TMCM_1140, 0x41, "there is no axis 65; the last of this module is 0"),
+        ] {
+            assert_eq!(messages_on(Some(spec), &format!("MVP COORD, {bad}, 1")), [message], "{bad}");
         }
     }
 }

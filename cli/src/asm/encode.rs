@@ -6,9 +6,9 @@ use super::check::Part;
 use super::expression::evaluate;
 use super::source::{Problem, Span};
 use super::statement::{CommandLine, Head, Operand};
-use super::suggest::suggestion;
 use super::symbol::Symbols;
 use super::token::{Kind, Token};
+use crate::suggest::suggestion;
 
 /// The command of a line; `text` is the line's text, which errors quote.
 pub(super) fn command(line: &CommandLine, text: &str, symbols: &Symbols) -> Result<Command, Problem> {

@@ -53,9 +53,18 @@ pub fn text(spec: &Spec, name: &str) -> Option<String> {
     Some(text)
 }
 
+/// True for the name of a built-in file. Upper and lower case are the same.
+pub(super) fn is_built_in(name: &str) -> bool {
+    canonical(name).is_some()
+}
+
+fn canonical(name: &str) -> Option<&'static str> {
+    [PARAMETERS, INTERRUPTS].into_iter().find(|file| name.eq_ignore_ascii_case(file))
+}
+
 /// The built-in file with this name as a source. Upper and lower case are the same.
 pub(super) fn source(spec: &Spec, name: &str) -> Option<Source> {
-    let canonical = [PARAMETERS, INTERRUPTS].into_iter().find(|file| name.eq_ignore_ascii_case(file))?;
+    let canonical = canonical(name)?;
     let source = Source::from_text(&format!("{canonical} (built in)"), &text(spec, canonical)?);
     Some(Source { built_in: true, ..source })
 }
@@ -99,14 +108,14 @@ fn short(prefix: &str, parameter: &impl Debug) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::product::PRODUCT;
     use std::collections::HashSet;
+    use tmcm::module::{TMCM_1140, TMCM_3110, TMCM_6110};
     use tmcm::param::Interrupt;
 
     /// Existing programs contain these names, so none of them may change.
     #[test]
     fn names_that_programs_use() {
-        let lines = |file| text(PRODUCT, file).unwrap();
+        let lines = |file| text(&TMCM_1140, file).unwrap();
         for name in ["APMaxPositioningSpeed = 4 ", "APMaxAcceleration = 5 ", "Motor0 = 0 ", "GPAutoStart = 77 "] {
             assert!(lines("tmclparam.TMC").contains(&format!("\n{name}")), "{name}");
         }
@@ -120,18 +129,33 @@ mod tests {
         ] {
             assert!(lines("Interrupts.inc").contains(&format!("\n{name}")), "{name}");
         }
-        assert_eq!(text(PRODUCT, "Other.inc"), None);
-        assert_eq!(file_with(PRODUCT, "ti_global"), Some("Interrupts.inc"));
+        assert_eq!(text(&TMCM_1140, "Other.inc"), None);
+        assert_eq!(file_with(&TMCM_1140, "ti_global"), Some("Interrupts.inc"));
     }
 
     #[test]
     fn every_parameter_has_a_name_of_its_own() {
-        let (parameters, interrupts) = (parameters(PRODUCT), interrupts(PRODUCT));
-        let all: Vec<String> = parameters.iter().chain(&interrupts).map(|c| c.name.to_lowercase()).collect();
-        assert_eq!(parameters.len(), PRODUCT.axis.rows.len() + PRODUCT.global.rows.len() + 1);
-        assert_eq!(interrupts.len(), 12 + 1);
-        let exists = |number| number == ALL_INTERRUPTS || Interrupt::find(number, 1, 4).is_some();
-        assert!(interrupts.iter().all(|constant| exists(constant.number)));
-        assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
+        for (spec, count) in [(&TMCM_1140, 12), (&TMCM_3110, 3 + 5 * 3 + 8), (&TMCM_6110, 3 + 5 * 6 + 8)] {
+            let (parameters, interrupts) = (parameters(spec), interrupts(spec));
+            let all: Vec<String> = parameters.iter().chain(&interrupts).map(|c| c.name.to_lowercase()).collect();
+            assert_eq!(parameters.len(), spec.axis.rows.len() + spec.global.rows.len() + usize::from(spec.axes));
+            assert_eq!(interrupts.len(), count + 1);
+            let exists = |n| n == ALL_INTERRUPTS || Interrupt::find(n, spec.axes, spec.inputs).is_some();
+            assert!(interrupts.iter().all(|constant| exists(constant.number)));
+            assert_eq!(all.iter().collect::<HashSet<_>>().len(), all.len());
+        }
+    }
+
+    #[test]
+    fn names_of_several_axes() {
+        let parameters = text(&TMCM_6110, PARAMETERS).unwrap();
+        for name in ["Motor5 = 5 ", "APGroupIndex = 213 "] {
+            assert!(parameters.contains(&format!("\n{name}")), "{name}");
+        }
+        assert!(!parameters.contains("\nMotor6 "));
+        let interrupts = text(&TMCM_6110, INTERRUPTS).unwrap();
+        for name in ["TI_POSITION_REACHED5 = 8 ", "TI_STALLGUARD5 = 20 ", "TI_STOP_RIGHT5 = 38 ", "TI_INPUT7 = 46 "] {
+            assert!(interrupts.contains(&format!("\n{name}")), "{name}");
+        }
     }
 }

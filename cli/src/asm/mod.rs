@@ -36,7 +36,6 @@ mod listing;
 mod messages;
 mod source;
 mod statement;
-mod suggest;
 mod symbol;
 mod token;
 
@@ -50,14 +49,13 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::files::{STANDARD, read_source};
-use crate::product::PRODUCT;
+use crate::product::{self, Product};
 use crate::program::binary;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use listing::{listing, symbols};
 pub(crate) use messages::reported;
 pub use source::Source;
-pub(crate) use suggest::suggestion;
 pub use symbol::Symbols;
 
 /// Assemble a TMCL program
@@ -91,6 +89,12 @@ pub struct Options {
     /// Show the built-in files TMCLParam.tmc and Interrupts.inc, and do nothing else
     #[arg(long, conflicts_with_all = ["source", "output", "symbols", "listing"])]
     pub names: bool,
+
+    /// The module that the program is for: 1140, 3110 or 6110
+    ///
+    /// Its axes, parameters, interrupts, inputs and outputs are those of the built-in files and of the warnings.
+    #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
+    pub product: Product,
 }
 
 const EXAMPLES: &str = "\
@@ -99,11 +103,12 @@ Examples:
   tmcl asm stage.tmc -o /tmp/program.bin   makes another file
   tmcl asm stage.tmc --symbols --listing   shows where everything is
   tmcl asm --names                         names for all parameters and interrupts
+  tmcl asm stage.tmc --product 6110        for a module with six axes
 The exit code is 1 if the program has errors; no file is written then.";
 
 /// Assembles a program into a file.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let Some(source) = &options.source else { return names() };
+    let Some(source) = &options.source else { return names(options.product) };
     let output = match &options.output {
         Some(output) => output.clone(),
         None if source == Path::new(STANDARD) => {
@@ -115,10 +120,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if to_standard && (options.symbols || options.listing) {
         return fail("standard output cannot have both the program and text; write the program to a file");
     }
+    let product = Some(options.product);
     let assembly = reported(if source == Path::new(STANDARD) {
-        assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?)
+        assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?, product)
     } else {
-        assemble_file(source)
+        assemble_file(source, product)
     })?;
     let bytes = binary::encode(&assembly.commands);
     let mut out = std::io::stdout().lock();
@@ -145,11 +151,11 @@ fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
     Err(Failure::Failed(message.into()))
 }
 
-/// Prints the built-in files.
-fn names() -> Result<(), Failure> {
+/// Prints the built-in files of a product.
+fn names(product: Product) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     for file in [include::PARAMETERS, include::INTERRUPTS] {
-        writeln!(out, "// {file}\n{}", include::text(PRODUCT, file).unwrap_or_default())?;
+        writeln!(out, "// {file}\n{}", include::text(product.spec(), file).unwrap_or_default())?;
     }
     Ok(())
 }

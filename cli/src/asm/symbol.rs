@@ -8,9 +8,8 @@ use tmcm::tmcl::Instruction;
 
 use super::include;
 use super::source::Source;
-use super::suggest::suggestion;
-
-use crate::product::PRODUCT;
+use crate::product::{self, Product};
+use crate::suggest::suggestion;
 
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,11 +31,17 @@ struct Symbol {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Symbols {
     list: Vec<Symbol>,
+    product: Option<Product>,
     /// For each name in lower case its index in `list`.
     indices: HashMap<String, usize>,
 }
 
 impl Symbols {
+    /// No names yet, in a program for this product.
+    pub(super) fn new(product: Option<Product>) -> Self {
+        Symbols { product, ..Symbols::default() }
+    }
+
     /// The labels with their addresses, in the order of the program.
     pub fn labels(&self) -> impl Iterator<Item = (&str, usize)> {
         self.list.iter().filter_map(|symbol| match symbol.meaning {
@@ -114,8 +119,19 @@ impl Symbols {
                 source.name
             ));
         }
-        if let Some(file) = include::file_with(PRODUCT, name) {
+        if let Some(file) = self.product.and_then(|product| include::file_with(product.spec(), name)) {
             return Err(format!("unknown name '{name}'; it is in a built-in file: add the line #include {file}"));
+        }
+        let others = Product::ALL.into_iter().filter(|other| include::file_with(other.spec(), name).is_some());
+        let others: Vec<&str> = others.map(product::short).collect();
+        if let Some(product) = self.product
+            && !others.is_empty()
+        {
+            let (this, others) = (product.name(), others.join(", "));
+            return Err(format!(
+                "unknown name '{name}': the {this} does not have it; --product says which module the program is for, and \
+                 there it is with {others}"
+            ));
         }
         let names = self.list.iter().map(|symbol| symbol.name.as_str());
         Err(format!("unknown name '{name}'{}", suggestion(name, names)))

@@ -1,22 +1,24 @@
 //! A host's requests to one module and the decoded replies; refusals are errors.
 
 mod answer;
+mod identity;
 mod reach;
 
 pub use answer::Answer;
 pub(crate) use answer::hexadecimal;
+pub use identity::Identity;
 pub use reach::Reach;
 
 use std::fmt;
+use std::io::Write;
 
-use tmcm::module::Spec;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::binary::{Received, Telegram};
 use tmcm::tmcl::{Command, Opcode, Status};
 
 use crate::failure::Failure;
 use crate::link::{Link, LinkError};
-use crate::product::{PRODUCT, axis_number};
+use crate::product::{Product, axis_number, short};
 
 /// The reason why a command has failed, or why its outcome is unknown.
 #[derive(Debug)]
@@ -88,29 +90,77 @@ pub(crate) fn meaning(status: u8) -> &'static str {
     Status::from_number(status).map_or("a status this program does not know", Status::meaning)
 }
 
+/// Command 136, type 1: the module tells its product and the version of its firmware as a number.
+pub(crate) const ASK_VERSION: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
+
 /// The host's side of a conversation with a module.
 #[derive(Debug)]
 pub struct Conversation {
     link: Link,
-    spec: &'static Spec,
-    /// The module's address (1..=255), or its CAN identifier (0..=2047). It may be changed at any time.
-    pub address: u16,
+    /// What the module is; `None` as long as nobody has needed it.
+    identity: Option<Identity>,
+    address: u16,
 }
 
 impl Conversation {
     /// Opens the link to the module that the options name.
     pub fn open(reach: &Reach) -> Result<Self, Failure> {
-        Ok(Self::new(Link::open(&reach.link, reach.baud, reach.patience())?, reach.address))
+        let link = Link::open(&reach.link, reach.baud, reach.patience(), reach.product.unwrap_or_default())?;
+        Ok(Conversation { link, identity: reach.product.map(Identity::from), address: reach.address })
     }
 
-    /// A conversation over an open link with the module at `address`.
+    /// A conversation over an open link with the module at `address`: 1..=255, or a CAN identifier, 0..=2047.
     pub fn new(link: Link, address: u16) -> Self {
-        Conversation { link, spec: PRODUCT, address }
+        Conversation { link, identity: None, address }
     }
 
-    /// The product whose parameters the module is assumed to have.
-    pub fn spec(&self) -> &'static Spec {
-        self.spec
+    /// Goes on with the module at another address.
+    pub fn turn_to(&mut self, address: u16) {
+        self.identity = None;
+        self.address = address;
+    }
+
+    /// What the module is: what the user has named, or else what the module tells; it is asked when this is needed for the
+    /// first time. The user is told of a product that is not known here, and of a module that does not tell what it is,
+    /// which is taken for a TMCM-1140.
+    ///
+    /// # Errors
+    /// The link has failed.
+    pub fn identity(&mut self) -> Result<Identity, Error> {
+        if let Some(identity) = self.identity {
+            return Ok(identity);
+        }
+        let usual = Product::default();
+        let name = usual.name();
+        let (identity, note) = match self.value(ASK_VERSION).map(Identity::told) {
+            Ok(told @ Identity { number, product: None, .. }) => {
+                let what = format!("a TMCM-{number}, which is not known here: its values are shown as numbers");
+                (told, Some(format!("this module is {what}; --product {} takes it for a {name}", short(usual))))
+            }
+            Ok(told) => (told, None),
+            Err(
+                Error::Link { error: LinkError::NoReply { .. }, .. } | Error::Refused { .. } | Error::Strange { .. },
+            ) => {
+                let what = "does not tell what it is (command 136)";
+                let note = format!("this module {what}: it is taken for a {name}, unless --product names another one");
+                (Identity::from(usual), Some(note))
+            }
+            Err(error) => return Err(error),
+        };
+        if let Some(note) = note {
+            // A closed standard error does not end the program.
+            let _ = writeln!(std::io::stderr(), "tmcl: {note}");
+        }
+        self.identity = Some(identity);
+        Ok(identity)
+    }
+
+    /// The product of the module, `None` for one that is not known here.
+    ///
+    /// # Errors
+    /// The link has failed.
+    pub fn product(&mut self) -> Result<Option<Product>, Error> {
+        Ok(self.identity()?.product)
     }
 
     /// Sends a command and returns the nine bytes of its reply undecoded.
@@ -143,7 +193,7 @@ impl Conversation {
     /// The value of an axis parameter. If the product does not have the parameter, the unused number 255 is asked for,
     /// so that the module refuses the command.
     pub fn axis(&mut self, axis: u8, parameter: AxisParameter) -> Result<i32, Error> {
-        let number = axis_number(self.spec, parameter).unwrap_or(u8::MAX);
+        let number = axis_number(self.product()?, parameter).unwrap_or(u8::MAX);
         self.value(Command::new(Opcode::Gap as u8, number, axis, 0))
     }
 

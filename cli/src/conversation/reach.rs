@@ -5,6 +5,7 @@ use std::time::Duration;
 use clap::Args;
 
 use crate::link::LinkTarget;
+use crate::product::{self, Product};
 
 /// The link to a module, its address and the time-out: options of every command that talks to a module.
 #[derive(Args, Clone, Debug)]
@@ -37,6 +38,13 @@ pub struct Reach {
         value_parser = clap::value_parser!(u64).range(1..=600_000)
     )]
     pub timeout: u64,
+
+    /// What the module is: 1140, 3110 or 6110; without it the module is asked where that matters
+    ///
+    /// Names of parameters and the number of axes depend on it. The module tells it by command 136, which is not sent if
+    /// this is given. For LINK sim it says what the virtual module is, a TMCM-1140 without it.
+    #[arg(long, value_name = "NAME", global = true, value_parser = product::named)]
+    pub product: Option<Product>,
 }
 
 impl Reach {

@@ -1,8 +1,6 @@
 //! The commands of the debugger as the user types them.
 
-use tmcm::tmcl::Command;
-
-use crate::send;
+use crate::send::Request;
 
 /// The help text.
 pub(super) const HELP: &str = "\
@@ -39,7 +37,7 @@ pub(super) enum Action {
     /// Show the program around a label or address, or around the program counter.
     List(Option<String>),
     /// Send a command to the module, which executes it at once.
-    Send(Command),
+    Send(Request),
     /// Show the help text.
     Help,
     /// End the debugger.
@@ -60,7 +58,7 @@ impl Action {
             "break" | "b" => Action::Break(operand()),
             "delete" | "d" => Action::Delete(operand()),
             "list" | "l" => Action::List(operand()),
-            "send" => Action::Send(send::command(rest.trim_matches('"'))?),
+            "send" => Action::Send(Request::parse(rest.trim_matches('"'))?),
             _ => return alone(word, rest),
         };
         Ok(action)
@@ -92,6 +90,7 @@ fn times(text: &str) -> Result<u32, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tmcm::tmcl::Command;
 
     #[test]
     fn lines_are_read() {
@@ -99,7 +98,10 @@ mod tests {
         assert_eq!(Action::parse("  s  12 "), Ok(Action::Step(12)));
         assert_eq!(Action::parse("break Loop"), Ok(Action::Break(Some("Loop".into()))));
         assert_eq!(Action::parse("delete"), Ok(Action::Delete(None)));
-        assert_eq!(Action::parse("send \"GAP 1, 0\""), Ok(Action::Send(Command::new(6, 1, 0, 0))));
+        assert_eq!(
+            Action::parse("send \"GAP 1, 0\""),
+            Ok(Action::Send(Request { command: Command::new(6, 1, 0, 0), numeric: false }))
+        );
         assert_eq!(Action::parse("\n"), Ok(Action::Nothing));
     }
 

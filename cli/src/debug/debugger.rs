@@ -7,11 +7,11 @@ use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
 use super::action::{Action, HELP};
-use crate::asm::suggestion;
 use crate::conversation::{Conversation, Error};
 use crate::program::{Line, Program};
 use crate::send;
 use crate::signal::EndSignal;
+use crate::suggest::suggestion;
 
 /// Number of commands that `list` shows.
 const LINES: u16 = 11;
@@ -126,7 +126,7 @@ impl<'a> Debugger<'a> {
             Action::Delete(Some(typed)) => Ok(self.delete_breakpoint(&typed).unwrap_or_else(|message| message)),
             Action::Registers => self.registers(),
             Action::List(typed) => self.list(typed),
-            Action::Send(command) => Ok(format!("{command}: {}", send::ask(self.module, command)?.text)),
+            Action::Send(request) => Ok(format!("{}: {}", request.command, send::ask(self.module, request)?.text)),
             Action::Help => Ok(HELP.into()),
             Action::Quit | Action::Nothing => Ok(String::new()),
         }

@@ -54,9 +54,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
         return Err(Failure::Failed(message.into()));
     }
-    let program = read_program(&options.program.file)?;
     let mut signal = EndSignal::watch(&[SIGINT])?;
     let mut module = Conversation::open(&options.program.reach)?;
+    let program = read_program(&options.program.file, module.product()?)?;
     if options.attach {
         // A program that is protected from being read cannot be compared with the file.
         if is_readable(&mut module)? {

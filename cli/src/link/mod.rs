@@ -13,6 +13,7 @@ use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 
 use crate::failure::Failure;
+use crate::product::Product;
 use serial::Serial;
 use simulated::Simulated;
 use slcan::Slcan;
@@ -124,16 +125,17 @@ enum Wire {
 }
 
 impl Link {
-    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply.
+    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply, `simulated`
+    /// what a virtual module inside this program is.
     ///
     /// # Errors
     /// The device or the connection cannot be opened.
-    pub fn open(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Self, Failure> {
+    pub fn open(target: &LinkTarget, baud: u32, timeout: Duration, simulated: Product) -> Result<Self, Failure> {
         let wire = match target {
             LinkTarget::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
             LinkTarget::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
             LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
-            LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new())),
+            LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new(simulated))),
         };
         Ok(Link { wire, timeout })
     }

@@ -9,6 +9,7 @@ use tmcm::module::Source;
 use tmcm::tmcl::binary::Telegram;
 
 use super::LinkError;
+use crate::product::Product;
 use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Seed of the module's random numbers.
@@ -24,8 +25,8 @@ impl fmt::Debug for Simulated {
 }
 
 impl Simulated {
-    pub(super) fn new() -> Self {
-        Simulated(NativeModule::new(&WorldConfig::default(), None, SEED))
+    pub(super) fn new(product: Product) -> Self {
+        Simulated(NativeModule::of(product, &WorldConfig::default(), None, SEED))
     }
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {

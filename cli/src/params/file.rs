@@ -2,15 +2,17 @@
 
 use std::path::Path;
 
-use tmcm::module::Spec;
 use tmcm::param::GlobalParameter;
 use tmcm::tmcl::{ALL_AXES, Command, Opcode, text};
 
 use crate::failure::Failure;
 use crate::files::read_text;
+use crate::product::{Product, numbers};
 
 /// Begins a comment.
 const COMMENT: &str = "//";
+/// Begins the first line of a file, in front of what the module is whose settings these are.
+pub(super) const TITLE: &str = "// Settings of a module ";
 /// Bank of the user variables.
 pub(super) const VARIABLES: u8 = 2;
 
@@ -104,18 +106,18 @@ impl Setting {
     }
 
     /// The function of a global parameter of bank 0; `None` for other settings.
-    pub(super) fn global(self, spec: &Spec) -> Option<GlobalParameter> {
+    pub(super) fn global(self, product: Option<Product>) -> Option<GlobalParameter> {
         match self {
-            Setting::Global { number, bank: 0, .. } => spec.global.find(number).map(|found| found.function),
+            Setting::Global { number, bank: 0, .. } => numbers(product).global.find(number).map(|found| found.function),
             _ => None,
         }
     }
 
     /// True for settings of the interfaces: two modules on a bus must not share them, or they would cut a module off.
-    pub(super) fn is_interface(self, spec: &Spec) -> bool {
+    pub(super) fn is_interface(self, product: Option<Product>) -> bool {
         use GlobalParameter as G;
         matches!(
-            self.global(spec),
+            self.global(product),
             Some(
                 G::SerialBaudRate
                     | G::SerialAddress
@@ -131,13 +133,13 @@ impl Setting {
         )
     }
 
-    /// The setting's line in a file, with the name of the parameter as a comment.
-    pub(super) fn line(self, spec: &Spec) -> String {
-        let row = match self {
+    /// The setting's line in a file, with the name that the parameter has on a product as a comment.
+    pub(super) fn line(self, product: Option<Product>) -> String {
+        let row = product.map(Product::spec).and_then(|spec| match self {
             Setting::Axis { number, .. } => spec.axis.find(number).map(|found| &found.row),
             Setting::Global { number, bank: 0, .. } => spec.global.find(number).map(|found| &found.row),
             Setting::Global { .. } | Setting::Coordinate { .. } => None,
-        };
+        });
         match row {
             Some(row) => format!("{} {COMMENT} {}", self.write(), row.name),
             None => self.write().to_string(),
@@ -145,11 +147,27 @@ impl Setting {
     }
 }
 
+/// What is in a file of settings.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Settings {
+    /// The number of the product whose settings these are; `None` in a file without a title.
+    pub(super) product: Option<u16>,
+    /// The settings in the order of their lines.
+    pub(super) list: Vec<Setting>,
+}
+
 /// Reads a file of settings.
-pub(super) fn read(path: &Path) -> Result<Vec<Setting>, Failure> {
+pub(super) fn read(path: &Path) -> Result<Settings, Failure> {
     let shown = path.display();
     let text = read_text(path).map_err(|error| Failure::Failed(format!("cannot read {shown}: {error}")))?;
-    parse(&text).map_err(|error| Failure::Failed(format!("{shown}:{error}")))
+    let list = parse(&text).map_err(|error| Failure::Failed(format!("{shown}:{error}")))?;
+    Ok(Settings { product: product(&text), list })
+}
+
+/// The number of the product in the title of a file.
+fn product(text: &str) -> Option<u16> {
+    let what = text.lines().find_map(|line| line.trim().strip_prefix(TITLE))?;
+    what.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
 /// Reads the lines of a file; an error begins with the number of the line.
@@ -167,7 +185,8 @@ fn parse(text: &str) -> Result<Vec<Setting>, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::product::PRODUCT;
+
+    const PRODUCT: Option<Product> = Some(Product::Tmcm1140);
 
     #[test]
     fn lines_are_read_as_they_are_written() {
@@ -191,6 +210,18 @@ mod tests {
         assert!(parse("// fine\nSAP 4, 0\n").unwrap_err().starts_with("2: SAP: missing <value>"));
         assert!(parse("ROR 0, 100\n").unwrap_err().starts_with("1: ROR 0, 100 is not a setting"));
         assert!(parse("SCO 0, 255, 0").is_err());
+    }
+
+    #[test]
+    fn the_title_names_the_product() {
+        assert_eq!(product("\n// Settings of a module 6110V146, saved by tmcl params\nSAP 4, 0, 7"), Some(6110));
+        assert_eq!(product("// Settings of a module 3110, saved by tmcl params"), Some(3110));
+        assert_eq!(product("// Settings of my own\nSAP 4, 0, 7"), None);
+        // The names of parameters are those of the product.
+        let home = Setting::Axis { number: 209, axis: 0, value: 7 };
+        assert_eq!(home.line(PRODUCT), "SAP 209, 0, 7 // encoder position");
+        assert_eq!(home.line(Some(Product::Tmcm6110)), "SAP 209, 0, 7");
+        assert_eq!(home.line(None), "SAP 209, 0, 7");
     }
 
     #[test]

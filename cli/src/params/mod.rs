@@ -43,7 +43,8 @@ pub enum Action {
     },
     /// Write the settings of a file to a module
     ///
-    /// Only what differs is written. Global parameters of bank 0 are stored at once by the module; the others last
+    /// A file that `save` has written is restored to the same product only; its first line names it. Only what differs
+    /// is written. Global parameters of bank 0 are stored at once by the module; the others last
     /// until power is switched off, unless --store is given. All motors have to stand still.
     Restore {
         /// The file to read
@@ -77,7 +78,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Action::Restore { file, store, interface } => {
             let settings = file::read(file)?;
             let mut module = Conversation::open(&options.reach)?;
-            restore::restore(&mut module, &options.reach, settings, *store, *interface)
+            restore::check(&mut module, &settings, file)?;
+            restore::restore(&mut module, &options.reach, settings.list, *store, *interface)
         }
     }
 }

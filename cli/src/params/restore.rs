@@ -2,15 +2,31 @@
 
 use std::collections::BTreeSet;
 use std::io::Write;
+use std::path::Path;
 
 use tmcm::param::{AxisParameter, GlobalParameter};
 use tmcm::tmcl::{ALL_AXES, Command, Opcode};
 
-use super::file::Setting;
+use super::file::{Setting, Settings, TITLE};
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::progress::Progress;
+
+/// Fails if the settings are those of another product than that of the module.
+pub(super) fn check(module: &mut Conversation, settings: &Settings, path: &Path) -> Result<(), Failure> {
+    let here = module.identity()?.number;
+    match settings.product {
+        Some(there) if there != here => {
+            let shown = path.display();
+            Err(Failure::Failed(format!(
+                "{shown} has the settings of a TMCM-{there}, and this module is a TMCM-{here}: the same number may mean \
+                 something else there. To write them all the same, take the line \"{TITLE}{there}...\" out of the file"
+            )))
+        }
+        _ => Ok(()),
+    }
+}
 
 /// Writes the settings to the module. With `store` they are also stored in the EEPROM; only with `interface` the
 /// settings of the interfaces are written, too.
@@ -21,16 +37,16 @@ pub(super) fn restore(
     store: bool,
     interface: bool,
 ) -> Result<(), Failure> {
-    let spec = module.spec();
+    let product = module.product()?;
     let (mut interfaces, settings): (Vec<_>, Vec<_>) =
-        settings.into_iter().partition(|setting| setting.is_interface(spec));
+        settings.into_iter().partition(|setting| setting.is_interface(product));
     let left = if interface { 0 } else { std::mem::take(&mut interfaces).len() };
     let effective = match reach.link {
         LinkTarget::Slcan(_) => GlobalParameter::CanId,
         LinkTarget::Serial(_) | LinkTarget::Tcp(_) | LinkTarget::Simulated => GlobalParameter::SerialAddress,
     };
     // The address in use is written last, because the module no longer answers under its old address after that.
-    interfaces.sort_by_key(|setting| setting.global(spec) == Some(effective));
+    interfaces.sort_by_key(|setting| setting.global(product) == Some(effective));
     standstill(module, &settings)?;
 
     let total = settings.len() + interfaces.len();

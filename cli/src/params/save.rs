@@ -3,12 +3,12 @@
 use std::io::Write;
 use std::path::Path;
 
-use tmcm::module::Spec;
 use tmcm::param::{COORDINATES, GlobalParameter, Row, STORED_USER_VARIABLES};
 
-use super::file::{Setting, VARIABLES};
+use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
+use crate::product::{Product, numbers};
 use crate::progress::Progress;
 
 /// A heading of the file and the settings below it.
@@ -19,9 +19,9 @@ struct Section {
 
 /// Saves a module's settings in a file. The file is written only after all settings have been read.
 pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
-    let version = module.version()?;
-    let mut text = format!("// Settings of a module {version}, saved by tmcl params\n");
-    let sections = sections(module.spec(), module.axes()?);
+    let identity = module.identity()?;
+    let mut text = format!("{TITLE}{identity}, saved by tmcl params\n");
+    let sections = sections(identity.product, module.axes()?);
     let total = sections.iter().map(|section| section.settings.len()).sum();
     let mut progress = Progress::new(format!("reading {total} settings"), total);
     let (mut asked, mut saved) = (0, 0);
@@ -29,7 +29,7 @@ pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure
         text += &format!("\n// {heading}\n");
         for setting in settings {
             if let Some(value) = value(module, setting)? {
-                text += &format!("{}\n", setting.with(value).line(module.spec()));
+                text += &format!("{}\n", setting.with(value).line(identity.product));
                 saved += 1;
             }
             asked += 1;
@@ -55,14 +55,15 @@ fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Err
     }
 }
 
-/// The settings to save of a module with `axes` axes. A parameter is a setting if it can be written and stored; the
+/// The settings to save of a module of this product, with `axes` axes. A parameter is a setting if it can be written and stored; the
 /// others are live values.
-fn sections(spec: &Spec, axes: u8) -> Vec<Section> {
+fn sections(product: Option<Product>, axes: u8) -> Vec<Section> {
+    let spec = numbers(product);
     let setting = |row: &Row| row.writable() && row.stored();
     let globals = spec.global.rows.iter().filter(|found| found.function != GlobalParameter::CodeProtection);
     let globals = globals.map(|found| &found.row).filter(|row| setting(row));
     let globals = globals.map(|row| Setting::Global { number: row.number, bank: 0, value: 0 });
-    let (interface, globals) = globals.partition(|setting| setting.is_interface(spec));
+    let (interface, globals) = globals.partition(|setting| setting.is_interface(product));
 
     let mut sections = Vec::new();
     for axis in 0..axes {

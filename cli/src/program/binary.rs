@@ -2,7 +2,7 @@
 
 use tmcm::tmcl::Command;
 
-use crate::product::PRODUCT;
+use crate::product::Product;
 
 /// Bytes of a command in a file: the seven bytes of program memory and their sum in eight bits.
 pub const RECORD: usize = Command::SIZE + 1;
@@ -18,11 +18,12 @@ pub fn record(command: Command) -> [u8; RECORD] {
     [opcode, kind, motor, a, b, c, d, sum(command)]
 }
 
-/// The commands in a file.
+/// The commands in a file for a product.
 ///
 /// # Errors
-/// A message about the first command that is cut off or has a wrong sum.
-pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
+/// A message about the first command that is cut off or has a wrong sum, or about more commands than the product has room
+/// for; that of a product that is not known is the module's matter.
+pub fn decode(bytes: &[u8], product: Option<Product>) -> Result<Vec<Command>, String> {
     let (records, rest) = bytes.as_chunks::<RECORD>();
     if !rest.is_empty() {
         let (length, address) = (bytes.len(), records.len());
@@ -32,8 +33,9 @@ pub fn decode(bytes: &[u8]) -> Result<Vec<Command>, String> {
             rest.len()
         ));
     }
-    let room = PRODUCT.commands;
-    if records.len() > room.into() {
+    if let Some(room) = product.map(|product| product.spec().commands)
+        && records.len() > room.into()
+    {
         return Err(format!("it has more commands than the {room} that program memory holds"));
     }
     let decoded = records.iter().enumerate().map(|(address, &[opcode, kind, motor, a, b, c, d, found])| {
@@ -58,18 +60,21 @@ fn sum(command: Command) -> u8 {
 mod tests {
     use super::*;
 
+    const KNOWN: Option<Product> = Some(Product::Tmcm1140);
+
     #[test]
     fn files_read_back_and_mistakes_name_the_command() {
         let commands = [Command::new(4, 1, 0, -10_000), Command::new(28, 0, 0, 0)];
         let mut bytes = encode(&commands);
         assert_eq!(bytes, [4, 1, 0, 0xFF, 0xFF, 0xD8, 0xF0, 0xCB, 28, 0, 0, 0, 0, 0, 0, 28]);
-        assert_eq!(decode(&bytes).as_deref(), Ok(&commands[..]));
+        assert_eq!(decode(&bytes, KNOWN).as_deref(), Ok(&commands[..]));
         bytes[15] = 29;
-        let error = decode(&bytes).unwrap_err();
+        let error = decode(&bytes, KNOWN).unwrap_err();
         assert!(error.starts_with("command 1 (STOP) has the checksum 1D and should have 1C"), "{error}");
-        let error = decode(&bytes[..13]).unwrap_err();
+        let error = decode(&bytes[..13], KNOWN).unwrap_err();
         assert!(error.starts_with("command 1 is cut off: it has 5 bytes in place of 8"), "{error}");
-        assert!(decode(&[0; RECORD * 2048]).is_ok());
-        assert!(decode(&[0; RECORD * 2049]).unwrap_err().contains("more commands than the 2048"));
+        assert!(decode(&[0; RECORD * 2048], KNOWN).is_ok());
+        assert!(decode(&[0; RECORD * 2049], KNOWN).unwrap_err().contains("more commands than the 2048"));
+        assert!(decode(&[0; RECORD * 2049], None).is_ok());
     }
 }

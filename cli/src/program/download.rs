@@ -63,7 +63,7 @@ fn explain(error: Error) -> Failure {
 
 /// False if the module's code protection keeps the program from being read.
 pub fn is_readable(module: &mut Conversation) -> Result<bool, Error> {
-    let Some(protection) = global_number(module.spec(), GlobalParameter::CodeProtection) else { return Ok(true) };
+    let Some(protection) = global_number(module.product()?, GlobalParameter::CodeProtection) else { return Ok(true) };
     Ok(module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))? & AGAINST_READING == 0)
 }
 

@@ -9,17 +9,18 @@ use super::{Program, binary};
 use crate::asm::{assemble_file, assemble_text, reported};
 use crate::failure::Failure;
 use crate::files::{STANDARD, is_text, name, read_named};
+use crate::product::Product;
 
 /// File name extension of a source.
 const SOURCE: &str = "tmc";
 
-/// Reads an assembled program. The message about a text says that it is one.
-pub fn read_commands(path: &Path) -> Result<Vec<Command>, Failure> {
-    commands(path, &read_named(path).map_err(Failure::Failed)?)
+/// Reads an assembled program for a product. The message about a text says that it is one.
+pub fn read_commands(path: &Path, product: Option<Product>) -> Result<Vec<Command>, Failure> {
+    commands(path, &read_named(path).map_err(Failure::Failed)?, product)
 }
 
-fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
-    binary::decode(bytes).map_err(|error| {
+fn commands(path: &Path, bytes: &[u8], product: Option<Product>) -> Result<Vec<Command>, Failure> {
+    binary::decode(bytes, product).map_err(|error| {
         let what = if is_text(bytes) {
             " is text, not an assembled program; a source has a name that ends in .tmc, and tmcl asm assembles it"
                 .into()
@@ -30,20 +31,20 @@ fn commands(path: &Path, bytes: &[u8]) -> Result<Vec<Command>, Failure> {
     })
 }
 
-/// Reads a program to be loaded into a module: a source if the file name ends in .tmc, else an assembled program.
+/// Reads a program to be loaded into a module of a product: a source if the file name ends in .tmc, else an assembled program.
 /// Standard input may hold either. The assembler's errors and warnings are printed.
-pub fn read_program(path: &Path) -> Result<Program, Failure> {
+pub fn read_program(path: &Path, product: Option<Product>) -> Result<Program, Failure> {
     let program = if path == Path::new(STANDARD) {
         let bytes = read_named(path).map_err(Failure::Failed)?;
         if is_text(&bytes) {
-            reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes)))?.into()
+            reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), product))?.into()
         } else {
-            commands(path, &bytes)?.into()
+            commands(path, &bytes, product)?.into()
         }
     } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
-        reported(assemble_file(path))?.into()
+        reported(assemble_file(path, product))?.into()
     } else {
-        Program::from(read_commands(path)?)
+        Program::from(read_commands(path, product)?)
     };
     check(&program).map_err(|error| Failure::Failed(format!("{}: {error}", name(path))))?;
     Ok(program)
@@ -72,7 +73,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();
-        read_program(&path).unwrap_err().to_string()
+        read_program(&path, Some(Product::Tmcm1140)).unwrap_err().to_string()
     }
 
     #[test]

@@ -123,6 +123,7 @@ impl From<Assembly> for Program {
 mod tests {
     use super::*;
     use crate::asm::assemble_text;
+    use crate::product::Product;
 
     #[test]
     fn commands_have_addresses() {
@@ -135,7 +136,7 @@ mod tests {
     #[test]
     fn a_source_gives_labels_and_lines() {
         let source = "#include Interrupts.inc\n\nStart: EI TI_GLOBAL // go\nLoop:\n\tJA Loop\nEnd:\n";
-        let program = Program::from(assemble_text("test.tmc", source).unwrap());
+        let program = Program::from(assemble_text("test.tmc", source, Some(Product::Tmcm1140)).unwrap());
         assert_eq!((program.address("LOOP"), program.address("end"), program.address("x")), (Some(1), Some(2), None));
         let line = |position: &str, text: &str| Some(Line { position: position.into(), text: text.into() });
         let told = [0, 1, 2].map(|address| program.line(address).cloned());

@@ -19,13 +19,14 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::files::STANDARD;
+use crate::product::{self, Product};
 use crate::program::read_program;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
 use recording::Recording;
 pub use script::{Action, Event};
 use session::Session;
-use tmcm_sim::{NativeModule, Product};
+use tmcm_sim::NativeModule;
 use trace::Trace;
 
 /// Run a TMCL program on a virtual module and show what it does
@@ -66,11 +67,16 @@ pub struct Options {
 
     /// At a time after the start, change the world or send a command as a host; may be given many times
     ///
-    /// The world: press|release left|right|home, input N 0|1, analog 0 VALUE, supply VOLTS, temperature DEGC, load X
-    /// (0 free to 1 stalled), slip STEPS, fault NAME on|off, power off|on. Commands to the module are written in
+    /// The world: press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X
+    /// (0 free to 1 stalled), slip STEPS, fault NAME on|off, power off|on. The number of an axis may stand behind press,
+    /// release, load, slip and fault: `load 0.5 1`; without one it is axis 0. Commands to the module are written in
     /// capitals, as for `tmcl send`, or as four numbers: "129, 1, 0, 5" starts the routine at address 5.
     #[arg(long, value_name = "TIME: WHAT", value_parser = Event::parse)]
     pub at: Vec<Event>,
+
+    /// What the virtual module is: 1140, 3110 or 6110
+    #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
+    pub product: Product,
 }
 
 const EXAMPLES: &str = "\
@@ -85,6 +91,8 @@ Examples:
       on a stage that stage.toml describes, with a hand at the left switch
   tmcl run stage.tmc --at \"1 s: SGP 0, 2, 500\" --at \"3 s: SGP 0, 2, 0\"
       with a host that sets user variable 0
+  tmcl run stage.tmc --product 6110 --at \"1 s: press home 5\"
+      on a module with six axes
 The exit code is 0 however the program ends, and 1 if it cannot be run.";
 
 /// Seed of the module's random numbers.
@@ -95,17 +103,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     for (option, output) in [("--trace", &options.trace), ("--plot", &options.plot)] {
         spare(option, output.as_deref(), &options.program)?;
     }
-    let program = read_program(&options.program)?;
-    let world = options
-        .world
-        .as_deref()
-        .map(|path| read_world(path, Product::default()))
-        .transpose()?
-        .unwrap_or_else(WorldConfig::default);
+    let kind = options.product.kind();
+    options.at.iter().try_for_each(|event| event.check(kind)).map_err(Failure::Arguments)?;
+    let program = read_program(&options.program, Some(options.product))?;
+    let world = options.world.as_deref().map(|path| read_world(path, options.product));
+    let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
     let recording = options.plot.is_some().then(Recording::new);
-    let module = NativeModule::new(&world, None, SEED);
+    let module = NativeModule::of(options.product, &world, None, SEED);
     let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
     let before = report::variables(&mut session.module);
     let end = session.run(options.until, &signal)?;

@@ -12,7 +12,6 @@ use super::session::{End, Session};
 use super::time::show;
 use super::trace::error_flags;
 use crate::conversation::meaning;
-use crate::product::PRODUCT;
 use crate::program::Program;
 use crate::program::target;
 use tmcm_sim::NativeModule;
@@ -117,7 +116,8 @@ fn ending(session: &Session<'_>, end: End, limit: Nanos, program: &Program) -> S
     }
     let Some(step) = &session.counts.last else { return "no command was executed".into() };
     let (command, location) = (step.executed.command, program.location(step.executed.address));
-    let outside = target(&command).is_some_and(|target| tmcm::vm::address(target, PRODUCT.commands).is_none());
+    let outside =
+        target(&command).is_some_and(|target| tmcm::vm::address(target, session.product().spec().commands).is_none());
     match Opcode::from_number(command.opcode) {
         Some(Opcode::Stop) => format!("STOP at {location}"),
         _ if machine.state() == ProgramState::Reset => format!("reset from outside, after {location}"),

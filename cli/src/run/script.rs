@@ -1,6 +1,6 @@
 //! The events of option `--at`: changes of the world and commands of the host at given times.
 
-use hal_sim::board::TMCM_1140;
+use hal_sim::board::BoardKind;
 use hal_sim::clock::Nanos;
 use hal_sim::control::{Control, Line};
 use tmcm::tmcl::{Command, text};
@@ -39,13 +39,21 @@ impl Event {
             match Line::parse(what)? {
                 Line { control: Control::State, .. } => return Err("the state cannot be shown here".into()),
                 Line { control: Control::Usb { .. }, .. } => return Err("there is no USB cable here".into()),
-                Line { module: 1, control } => control.check(&TMCM_1140).map(|()| Action::World(control))?,
+                Line { module: 1, control } => Action::World(control),
                 Line { .. } => return Err("there is one module only".into()),
             }
         } else {
             Action::Host(text::parse(what).map_err(|error| error.to_string())?)
         };
         Ok(Event { at: time::parse(at)?, text: what.into(), action })
+    }
+
+    /// Fails if the event is about something that a board of this kind does not have.
+    pub(super) fn check(&self, kind: &BoardKind) -> Result<(), String> {
+        match self.action {
+            Action::World(control) => control.check(kind).map_err(|error| format!("--at '{}': {error}", self.text)),
+            Action::Host(_) => Ok(()),
+        }
     }
 }
 
@@ -59,6 +67,7 @@ pub(super) fn in_order(events: &[Event]) -> Vec<Event> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use hal_sim::board::{TMCM_1140, TMCM_6110};
     use hal_sim::clock::MILLISECOND;
 
     #[test]
@@ -81,6 +90,18 @@ mod tests {
         assert!(error("5 s: usb off").contains("no USB cable"));
         assert!(error("5 s: module 2 press left").contains("one module"));
         assert!(error("5 s:").contains("no command"));
+    }
+
+    #[test]
+    fn events_are_about_what_there_is() {
+        let event = Event::parse("500 ms: press home 5").unwrap();
+        assert_eq!(event.check(&TMCM_6110), Ok(()));
+        assert_eq!(
+            event.check(&TMCM_1140),
+            Err("--at 'press home 5': no axis 5: the TMCM-1140 has one, axis 0".into())
+        );
+        assert!(Event::parse("1 s: input 7 1").unwrap().check(&TMCM_1140).unwrap_err().contains("no input 7"));
+        assert_eq!(Event::parse("1 s: MST 7").unwrap().check(&TMCM_1140), Ok(()));
     }
 
     #[test]

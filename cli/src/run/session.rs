@@ -14,7 +14,7 @@ use super::recording::{Mark, Recording};
 use super::script::{Action, Event};
 use super::trace::Trace;
 use crate::failure::Failure;
-use crate::product::PRODUCT;
+use crate::product::Product;
 use crate::program::Program;
 use crate::progress::Progress;
 use crate::send::words::{self, Meaning};
@@ -105,6 +105,11 @@ impl<'a> Session<'a> {
             asked: VecDeque::new(),
             started: false,
         })
+    }
+
+    /// What the module is.
+    pub(super) fn product(&self) -> Product {
+        self.module.model().product()
     }
 
     /// Virtual time since the start of the program, in nanoseconds.
@@ -205,7 +210,7 @@ impl<'a> Session<'a> {
         }
         while let Some(sent) = self.module.sent() {
             let Some(((at, command), reply)) = self.asked.pop_front().zip(sent.telegram()) else { continue };
-            let Meaning { text, done } = words::meaning(PRODUCT, command, &reply);
+            let Meaning { text, done } = words::meaning(Some(self.product()), command, &reply);
             if self.started {
                 self.notes.push((at, format!("{command}: {text}")));
             } else if done {

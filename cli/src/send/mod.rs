@@ -10,12 +10,13 @@ use tmcm::tmcl::{Command, text};
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
-use words::{Meaning, meaning, stays_unanswered};
+use words::{Meaning, meaning, needs_names, stays_unanswered};
 
 /// Send commands to a module and show its replies
 ///
 /// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands
-/// without a mnemonic are four numbers: command, type, motor or bank, value.
+/// without a mnemonic are four numbers: command, type, motor or bank, value. To show the name of a parameter, the module
+/// is asked once what it is; commands in numbers are answered in numbers, and nothing else is asked.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -24,8 +25,8 @@ pub struct Options {
     pub reach: Reach,
 
     /// The commands, each in quotes
-    #[arg(value_name = "COMMAND", required = true, value_parser = command)]
-    pub commands: Vec<Command>,
+    #[arg(value_name = "COMMAND", required = true, value_parser = Request::parse)]
+    pub commands: Vec<Request>,
 }
 
 const EXAMPLES: &str = "\
@@ -37,9 +38,21 @@ Examples:
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";
 
-/// Reads a command in mnemonic or numeric form.
-pub(crate) fn command(line: &str) -> Result<Command, String> {
-    text::parse(line).map_err(|error| error.to_string())
+/// A command as the user has typed it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Request {
+    /// The command.
+    pub command: Command,
+    /// True if it was typed in numbers alone, and is answered in numbers.
+    pub numeric: bool,
+}
+
+impl Request {
+    /// Reads a command in mnemonic or numeric form.
+    pub(crate) fn parse(line: &str) -> Result<Self, String> {
+        let command = text::parse(line).map_err(|error| error.to_string())?;
+        Ok(Request { command, numeric: line.trim_start().starts_with(|c: char| c.is_ascii_digit()) })
+    }
 }
 
 /// Sends the commands one after the other.
@@ -47,18 +60,24 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     let mut out = std::io::stdout().lock();
     let mut all_done = true;
-    for command in &options.commands {
-        let Meaning { text, done } = ask(&mut module, *command)?;
-        writeln!(out, "{command}: {text}")?;
+    for request in &options.commands {
+        let Meaning { text, done } = ask(&mut module, *request)?;
+        writeln!(out, "{}: {text}", request.command)?;
         all_done &= done;
     }
     if all_done { Ok(()) } else { Err(Failure::Reported) }
 }
 
 /// Sends a command and gives the reply in words.
-pub(crate) fn ask(module: &mut Conversation, command: Command) -> Result<Meaning, Error> {
+pub(crate) fn ask(module: &mut Conversation, Request { command, numeric }: Request) -> Result<Meaning, Error> {
     match module.exchange(command) {
-        Ok(reply) => Ok(meaning(module.spec(), command, &reply)),
+        Ok(reply) => {
+            let plain = meaning(None, command, &reply);
+            if numeric || !plain.done || !needs_names(command) {
+                return Ok(plain);
+            }
+            Ok(meaning(module.product()?, command, &reply))
+        }
         Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => {
             Ok(Meaning { text: "no reply, as it should be".into(), done: true })
         }

@@ -1,12 +1,14 @@
 //! Replies in words: the value with its unit and name, and the status.
 
-use tmcm::module::Spec;
 use tmcm::param::Unit;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::{CONFIRMATION, Command, Opcode};
 
 use crate::conversation::{self, Answer, executed, hexadecimal};
-use crate::product::{Named, parameter};
+use crate::product::{Named, Product, parameter};
+
+/// Bank of the user variables, which have no names.
+const VARIABLES: u8 = 2;
 
 /// The meaning of a reply.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,14 +28,24 @@ pub fn stays_unanswered(command: Command) -> bool {
     }
 }
 
-/// The meaning of a reply to `command` from a module of this product.
-pub fn meaning(spec: &Spec, command: Command, reply: &Telegram) -> Meaning {
+/// True for a command about a parameter, whose name and unit are in the tables of the product.
+pub(super) fn needs_names(command: Command) -> bool {
+    match Opcode::from_number(command.opcode) {
+        Some(Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Stap | Opcode::Rsap) => true,
+        Some(Opcode::Ggp | Opcode::Sgp | Opcode::Agp | Opcode::Stgp | Opcode::Rsgp) => command.motor != VARIABLES,
+        _ => false,
+    }
+}
+
+/// The meaning of a reply to `command` from a module of this product. Without a product, values of parameters have neither
+/// unit nor name.
+pub fn meaning(product: Option<Product>, command: Command, reply: &Telegram) -> Meaning {
     match Answer::read(command, reply) {
         Answer::Version(text) => Meaning { text, done: true },
         Answer::Memory(stored) => Meaning { text: stored.to_string(), done: true },
         Answer::Plain(Received { status, value, .. }) => {
             let done = executed(status);
-            let what = if done { what(spec, command, value) } else { String::new() };
+            let what = if done { what(product, command, value) } else { String::new() };
             let separator = if what.is_empty() { "" } else { ", " };
             Meaning { text: format!("{what}{separator}status {status} {}", conversation::meaning(status)), done }
         }
@@ -52,9 +64,9 @@ pub fn meaning(spec: &Spec, command: Command, reply: &Telegram) -> Meaning {
 }
 
 /// The value of a reply with its unit and name; empty where the value has no meaning.
-fn what(spec: &Spec, command: Command, value: i32) -> String {
+fn what(product: Option<Product>, command: Command, value: i32) -> String {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return value.to_string() };
-    let parameter = parameter(spec, opcode, command);
+    let parameter = product.and_then(|product| parameter(product.spec(), opcode, command));
     match opcode {
         Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp => {
             parameter.map_or_else(String::new, |parameter| parameter.name)
@@ -90,13 +102,14 @@ fn with_unit(value: i32, unit: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::product::PRODUCT;
     use tmcm::tmcl::{Reply, Status, text};
+
+    const KNOWN: Option<Product> = Some(Product::Tmcm1140);
 
     fn in_words(line: &str, status: Status, value: i32) -> String {
         let command = text::parse(line).unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Plain { status, opcode: command.opcode, value });
-        meaning(PRODUCT, command, &reply).text
+        meaning(KNOWN, command, &reply).text
     }
 
     #[test]
@@ -120,10 +133,10 @@ mod tests {
         let command = text::parse("MST 0").unwrap();
         let refused = binary::encode_reply(2, 1, &Reply::WRONG_CHECKSUM);
         let expected = Meaning { text: "status 1 wrong checksum".into(), done: false };
-        assert_eq!(meaning(PRODUCT, command, &refused), expected);
-        assert_eq!(meaning(PRODUCT, command, &[1; 9]).text, "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01");
+        assert_eq!(meaning(KNOWN, command, &refused), expected);
+        assert_eq!(meaning(KNOWN, command, &[1; 9]).text, "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01");
         let other = binary::encode_reply(2, 1, &Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
-        let in_words = meaning(PRODUCT, command, &other);
+        let in_words = meaning(KNOWN, command, &other);
         assert!(!in_words.done && in_words.text.contains("it answers command 6"), "{in_words:?}");
     }
 
@@ -131,10 +144,10 @@ mod tests {
     fn special_replies() {
         let version = text::parse("136, 0").unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Version(*b"1140V142"));
-        assert_eq!(meaning(PRODUCT, version, &reply), Meaning { text: "1140V142".into(), done: true });
+        assert_eq!(meaning(KNOWN, version, &reply), Meaning { text: "1140V142".into(), done: true });
         let read = text::parse("134, 0, 0, 12").unwrap();
         let reply = binary::encode_reply(2, 1, &Reply::Memory(text::parse("MVP ABS, 0, 90000").unwrap()));
-        assert_eq!(meaning(PRODUCT, read, &reply).text, "MVP ABS, 0, 90000");
+        assert_eq!(meaning(KNOWN, read, &reply).text, "MVP ABS, 0, 90000");
         assert_eq!(in_words("134, 0, 0, 12", Status::NotAvailable, 12), "status 6 not available in this mode or state");
     }
 }

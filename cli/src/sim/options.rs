@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use tmcm_sim::{FirmwareKind, Model, Product};
 
-use crate::asm::suggestion;
 use crate::failure::Failure;
+use crate::product;
 
 /// Most modules: as many as an RS485 bus carries.
 const MOST_MODULES: u8 = 32;
@@ -28,7 +28,7 @@ pub struct Options {
     /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each; the TMCM-6110 has six. One name holds
     /// for all modules of --modules. Of several names the first is that of module 1, and there are as many modules as
     /// names. `TMCM-6110` is the same as 6110. Without it the product is that of --image, or else 1140.
-    #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product)]
+    #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product::named)]
     pub product: Vec<Product>,
 
     /// The firmware in the module: `tmcl` speaks TMCL on all links; `canopen` is a node on the CAN bus
@@ -224,7 +224,7 @@ impl Options {
     fn products(&self, told: Option<Product>) -> Result<Vec<Product>, Failure> {
         let named = &self.product;
         let refused = |why: String| {
-            let numbers: Vec<String> = named.iter().map(|product| number(*product)).collect();
+            let numbers: Vec<&str> = named.iter().map(|named| product::short(*named)).collect();
             Err(Failure::Arguments(format!("--product {}: {why}", numbers.join(","))))
         };
         if let Some(told) = told
@@ -324,21 +324,6 @@ fn address(text: &str) -> Result<String, String> {
         Some(_) => Ok(text.into()),
         None => Err("give an address and a port (0..65535), for example 127.0.0.1:4140".into()),
     }
-}
-
-/// The product of a name, which may have the prefix `TMCM-`.
-fn product(name: &str) -> Result<Product, String> {
-    Product::named(name).ok_or_else(|| {
-        let numbers = Product::ALL.map(number);
-        let meant = name.to_ascii_uppercase();
-        let suggestion = suggestion(meant.trim_start_matches("TMCM-"), numbers.iter().map(String::as_str));
-        format!("'{name}' is none of {}{suggestion}", numbers.join(", "))
-    })
-}
-
-/// The name of a product as an argument has it.
-fn number(product: Product) -> String {
-    product.spec().number.to_string()
 }
 
 fn speed(text: &str) -> Result<f64, String> {

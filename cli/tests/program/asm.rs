@@ -219,3 +219,59 @@ fn the_names_that_are_built_in() {
     assert_eq!(folder.shown(&["asm", "names.tmc"]), "names.bin: 1 command, 8 bytes\n");
     assert_eq!(run(&["asm"]).status.code(), Some(2));
 }
+
+/// A program for several axes, which no module with one could run.
+const AXES: &str = "\
+#include TMCLParam.tmc
+#include Interrupts.inc
+        SAP APMaxPositioningSpeed, Motor2, 0
+        VECT TI_STOP_RIGHT2, Hit
+        EI TI_STOP_RIGHT2
+Hit:    MVP COORD, $47, 1
+        SIO 7, 2, 1
+        GIO 4, 1
+        RETI
+";
+
+#[test]
+fn a_program_is_for_a_product() {
+    let folder = Folder::with(&[("axes.tmc", AXES), ("wide.tmc", "SAP 4, 3, 5\nMVP COORD, $48, 1\n")]);
+    for product in ["3110", "TMCM-6110"] {
+        assert_eq!(
+            folder.shown(&["asm", "axes.tmc", "--product", product]),
+            "axes.bin: 8 commands, 64 bytes\n",
+            "{product}"
+        );
+    }
+    assert_eq!(folder.read("axes.bin")[8..16], [0x25, 32, 0, 0, 0, 0, 3, 0x48]);
+    let told = folder.complaint(&["asm", "axes.tmc"]);
+    assert!(
+        told.contains(
+            "axes.tmc:3:36: error: unknown name 'Motor2': the TMCM-1140 does not have it; --product says which module the \
+             program is for, and there it is with 3110, 6110"
+        ),
+        "{told}"
+    );
+    let warned = complaint(&folder.run(&["asm", "wide.tmc", "--product", "3110"]));
+    assert_eq!(warned.matches("there is no axis 3; the last of this module is 2").count(), 2, "{warned}");
+    assert!(complaint(&folder.run(&["asm", "wide.tmc", "--product", "6110"])).is_empty());
+    let source = |product| folder.shown(&["disasm", "axes.bin", "--product", product]);
+    assert!(source("3110").starts_with("    SAP 4, 2, 0                     // maximum positioning speed\n"));
+    std::fs::write(folder.path("encoder.tmc"), "GAP 209, 0\n").unwrap();
+    folder.shown(&["asm", "encoder.tmc"]);
+    let source = |product| folder.shown(&["disasm", "encoder.bin", "--product", product]);
+    assert_eq!(source("3110"), "    GAP 209, 0                      // encoder position\n    STOP\n");
+    assert_eq!(source("6110"), "    GAP 209, 0\n    STOP\n");
+}
+
+#[test]
+fn the_names_of_a_product() {
+    let output = run(&["asm", "--names", "--product", "6110"]);
+    let names = String::from_utf8(output.stdout).unwrap();
+    for line in
+        ["Motor5 = 5 // axis 5", "APGroupIndex = 213 // group index", "TI_STOP_LEFT5 = 37 // stop left 5 transition"]
+    {
+        assert!(names.contains(line), "{line}");
+    }
+    assert!(!names.contains("EncoderPosition"));
+}

@@ -7,6 +7,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex, MutexGuard};
 
+use tmcm::module::TMCM_1140;
 use tmcm::tmcl::binary::{self, TELEGRAM};
 use tmcm::tmcl::{Command, Opcode, Reply, Status, text};
 
@@ -33,15 +34,30 @@ pub(crate) struct State {
     pub(crate) accumulator: i32,
     pub(crate) download: Option<usize>,
     pub(crate) waiting: u32,
+    /// What it is, by the reply to command 136, type 1; 0 is a TMCM-1140.
+    pub(crate) version: i32,
+    /// It does not answer command 136.
+    pub(crate) mute: bool,
+    /// Number of its axes; 0 is one.
+    pub(crate) axes: u8,
+    /// Everything that it has been asked.
+    pub(crate) asked: Vec<Command>,
 }
 
 impl State {
-    fn answer(&mut self, command: Command) -> Reply {
+    fn answer(&mut self, command: Command) -> Option<Reply> {
+        self.asked.push(command);
         let opcode = Opcode::from_number(command.opcode);
         match self.download {
-            Some(address) if command.opcode < Opcode::StopApplication as u8 => self.store(address, command),
-            _ => self.execute(opcode, command),
+            Some(address) if command.opcode < Opcode::StopApplication as u8 => Some(self.store(address, command)),
+            _ if self.mute && opcode == Some(Opcode::FirmwareVersion) => None,
+            _ => Some(self.execute(opcode, command)),
         }
+    }
+
+    /// How often it has been asked what it is.
+    pub(crate) fn identified(&self) -> usize {
+        self.asked.iter().filter(|command| command.opcode == Opcode::FirmwareVersion as u8).count()
     }
 
     fn store(&mut self, address: usize, command: Command) -> Reply {
@@ -59,9 +75,11 @@ impl State {
         let value = |value| Reply::Plain { status: Status::Ok, opcode: command.opcode, value };
         let Command { kind, motor, value: wanted, .. } = command;
         match (opcode, kind) {
+            (Some(Opcode::FirmwareVersion), 1) if self.version == 0 => return value(TMCM_1140.version_number()),
+            (Some(Opcode::FirmwareVersion), 1) => return value(self.version),
             (Some(Opcode::Ggp), 81) => return value(self.protection),
             (Some(Opcode::Sgp), 77) => self.autostart = wanted,
-            (Some(Opcode::Gap), _) if motor > 0 => return Reply::echo(Status::InvalidValue, command),
+            (Some(Opcode::Gap), _) if motor >= self.axes.max(1) => return Reply::echo(Status::InvalidValue, command),
             (Some(Opcode::StopApplication), _) => self.mode = 0,
             (Some(Opcode::RunApplication), _) => {
                 self.mode = 1;
@@ -135,7 +153,9 @@ fn serve(mut stream: TcpStream, state: &Mutex<State>) {
     let mut request = [0; TELEGRAM];
     while stream.read_exact(&mut request).is_ok() {
         let reply = state.lock().unwrap().answer(binary::decode_command(&request).unwrap());
-        stream.write_all(&binary::encode_reply(2, 1, &reply)).unwrap();
+        if let Some(reply) = reply {
+            stream.write_all(&binary::encode_reply(2, 1, &reply)).unwrap();
+        }
     }
 }
 

@@ -23,6 +23,7 @@ mod messages;
 mod monitor;
 mod params;
 mod ports;
+mod products;
 mod programs;
 mod readme;
 mod run;

@@ -100,7 +100,9 @@ fn single_commands_are_read_as_everywhere_else() {
     ];
     for line in lines {
         let alone = text::parse(line).ok();
-        let assembled = assemble_text("test.tmc", line).ok().and_then(|assembly| assembly.commands.first().copied());
+        let assembled = assemble_text("test.tmc", line, Some(Product::Tmcm1140))
+            .ok()
+            .and_then(|assembly| assembly.commands.first().copied());
         assert_eq!(assembled, alone, "{line}");
     }
 }
@@ -296,7 +298,7 @@ impl Files {
     }
 
     fn assemble(&self, name: &str) -> Result<Assembly, Diagnostics> {
-        assemble_file(&self.0.path().join(name))
+        assemble_file(&self.0.path().join(name), Some(Product::Tmcm1140))
     }
 
     fn errors(&self, name: &str) -> String {

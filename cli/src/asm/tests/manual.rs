@@ -47,7 +47,8 @@ Loop:
     assert!(check(source, expected).warnings.is_empty());
 }
 
-/// The manual writes this program with numbers; here it also has the names of the include file.
+/// The manual writes this program with numbers; here it also has the names of the include file. It is for a module that has
+/// an output 3.
 #[test]
 fn section_3_6_6_4_timer_interrupt() {
     let main = "
@@ -87,7 +88,11 @@ Out0Off:
     let names =
         "#include Interrupts.inc\nVECT TI_TIMER0, Timer0Irq\nSGP TI_TIMER0, 3, 1000\nEI TI_TIMER0\nEI TI_GLOBAL\n";
     for head in [numbers, names] {
-        assert!(check(&format!("{head}{main}"), expected).warnings.is_empty());
+        let source = format!("{head}{main}");
+        let warnings = check(&source, expected).warnings.0;
+        let messages: Vec<&str> = warnings.iter().map(|warning| warning.message.as_str()).collect();
+        assert_eq!(messages, ["there is no output 3, only 0..1"; 2]);
+        assert!(assemble_text("test.tmc", &source, Some(Product::Tmcm6110)).unwrap().warnings.is_empty());
     }
 }
 

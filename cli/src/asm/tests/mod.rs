@@ -10,12 +10,12 @@ use tmcm::tmcl::{Command, text};
 
 /// The commands of a source, which must assemble.
 fn assembled(source: &str) -> Assembly {
-    assemble_text("test.tmc", source).unwrap_or_else(|errors| panic!("{errors}"))
+    assemble_text("test.tmc", source, Some(Product::Tmcm1140)).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 /// The diagnostics of a source that cannot be assembled.
 fn errors(source: &str) -> String {
-    assemble_text("test.tmc", source).expect_err("errors").to_string()
+    assemble_text("test.tmc", source, Some(Product::Tmcm1140)).expect_err("errors").to_string()
 }
 
 /// The commands of these lines, each read by itself.

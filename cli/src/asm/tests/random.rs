@@ -30,10 +30,11 @@ fn random_inputs() -> u64 {
 }
 
 fn check_round_trip(program: &[Command]) {
-    let source = disasm::source(program);
-    let again = assemble_text("again.tmc", &source).unwrap_or_else(|errors| panic!("{errors}\n{source}"));
+    let source = disasm::source(program, Product::Tmcm1140);
+    let again = assemble_text("again.tmc", &source, Some(Product::Tmcm1140))
+        .unwrap_or_else(|errors| panic!("{errors}\n{source}"));
     assert_eq!(again.commands, program, "{source}");
-    assert_eq!(binary::decode(&binary::encode(program)).as_deref(), Ok(program));
+    assert_eq!(binary::decode(&binary::encode(program), Some(Product::Tmcm1140)).as_deref(), Ok(program));
 }
 
 #[test]
@@ -139,7 +140,7 @@ Loop: SAP APMaxPositioningSpeed, Motor0, Speed
 
 /// Asserts that a text either assembles to a program that survives disassembling, or has errors whose locations exist.
 fn check_any(text: &str) {
-    match assemble_text("any.tmc", text) {
+    match assemble_text("any.tmc", text, Some(Product::Tmcm1140)) {
         Ok(assembly) => {
             check_round_trip(&assembly.commands);
             let rows = listing(&assembly).lines().count();
@@ -198,7 +199,7 @@ fn random_bytes_are_no_program_or_survive() {
                 record[7] = record[..7].iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte));
             }
         }
-        match binary::decode(&bytes) {
+        match binary::decode(&bytes, Some(Product::Tmcm1140)) {
             Ok(commands) => assert_eq!(binary::encode(&commands), bytes),
             Err(message) => assert!(message.starts_with("command "), "{message}"),
         }
