@@ -105,8 +105,9 @@ impl<'a> Image<'a> {
     }
 
     fn failed(path: &Path, error: &dyn Display) -> Failure {
-        let (shown, how) =
-            (path.display(), "`cargo fw` builds the image of the TMCL firmware, `cargo fw-canopen` the other");
+        let how = "`cargo fw` builds the image of the TMCM-1140, `cargo fw-canopen` that of its CANopen firmware, and \
+                   `cargo fw-6110` that of the TMCM-6110";
+        let shown = path.display();
         Failure::Failed(format!("--image: {shown}: {error}. {how}"))
     }
 
@@ -114,9 +115,10 @@ impl<'a> Image<'a> {
     fn start(&self, options: &Options, members: &[Member<'_>]) -> Result<Fleet<ImageModule>, Failure> {
         // Only module 1 has hosts at its USB connector.
         let mut usb = options.needs_usb();
-        Fleet::start(members, SEED, |Member { world, eeprom, .. }, seed| {
+        Fleet::start(members, SEED, |Member { model, world, eeprom }, seed| {
             let setup = Setup { usb: std::mem::take(&mut usb), log: options.log };
-            ImageModule::new(&self.elf, world, eeprom, seed, setup).map_err(|stop| Self::failed(self.path, &stop))
+            let module = ImageModule::of(model.product(), &self.elf, world, eeprom, seed, setup);
+            module.map_err(|stop| Self::failed(self.path, &stop))
         })
     }
 }
