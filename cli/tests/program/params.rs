@@ -105,3 +105,62 @@ fn nothing_is_restored_while_the_motor_turns() {
     assert!(said.contains("motor 0 turns; stop it first"), "{said}");
     assert_eq!(host.ok("GAP 4, 0"), 1000);
 }
+
+/// Settings that differ from axis to axis survive a factory reset in a file.
+#[test]
+fn settings_of_all_axes_come_back() {
+    for (product, axes) in [("3110", 3), ("6110", 6)] {
+        let sim = Sim::start(&["--product", product, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
+        let link = format!("tcp:{}", sim.told("tcp"));
+        let (file, again) = (sim.path("axes.tmcl"), sim.path("again.tmcl"));
+        let mut host = sim.tcp();
+        let lines: Vec<String> = (0..axes)
+            .flat_map(|axis| [format!("SAP 4, {axis}, 150{axis}"), format!("SCO 20, {axis}, -7{axis}")])
+            .chain([format!("SGP 79, 0, {}", if axes == 6 { 2 } else { 1 })])
+            .collect();
+        for line in &lines {
+            host.ok(line);
+        }
+        let (code, said) = params(&[&link], "save", &file, &[]);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(!said.contains("unknown to this module"), "{said}");
+        let saved = std::fs::read_to_string(&file).unwrap();
+        assert!(saved.starts_with(&format!("// Settings of a module {product}V1")), "{saved}");
+        for line in &lines {
+            assert!(saved.lines().any(|saved| saved.split(" // ").next() == Some(line)), "{line} is not in {saved}");
+        }
+        drop(host);
+        assert_eq!(run(&["send", &link, "--timeout", "200", "137, 0, 0, 1234"]).status.code(), Some(0));
+        let (code, said) = params(&[&link], "restore", &file, &["--store"]);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(said.contains(&format!("settings restored: {}, ", lines.len())), "{said}");
+        sim.control(&["power off", "power on"]);
+        sim.tcp().ok("GCO 0, 255");
+        let (code, said) = params(&[&link], "save", &again, &[]);
+        assert_eq!(code, Some(0), "{said}");
+        assert_eq!(std::fs::read_to_string(&again).unwrap(), saved);
+    }
+}
+
+#[test]
+fn a_file_of_another_product_is_refused() {
+    let sim = Sim::start(&["--product", "6110", "--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let file = sim.path("axis.tmcl");
+    let (code, said) = params(&["sim"], "save", &file, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    let saved = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, saved.replace("SAP 4, 0, 1000", "SAP 4, 0, 1234")).unwrap();
+    let (code, said) = params(&[&link], "restore", &file, &[]);
+    assert_eq!(code, Some(1));
+    let expected = "axis.tmcl has the settings of a TMCM-1140, and this module is a TMCM-6110";
+    assert!(said.contains(expected) && said.contains("take the line \"// Settings of a module 1140"), "{said}");
+    assert_eq!(sim.tcp().ok("GAP 4, 0"), 1000);
+    // The user knows better, in either of two ways.
+    let (code, said) = params(&[&link, "--product", "1140"], "restore", &file, &[]);
+    assert!(code == Some(1) && said.contains("refused: SAP 210, 0, "), "{said}");
+    assert_eq!(sim.tcp().ok("GAP 4, 0"), 1234);
+    std::fs::write(&file, "SAP 4, 0, 1235\n").unwrap();
+    assert_eq!(params(&[&link], "restore", &file, &[]).0, Some(0));
+    assert_eq!(sim.tcp().ok("GAP 4, 0"), 1235);
+}

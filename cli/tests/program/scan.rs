@@ -120,3 +120,14 @@ fn a_reply_that_comes_late_is_none_at_the_next_bit_rate() {
         assert!(found.lines().all(|line| line.starts_with("address 1 at 9600 baud: ")), "{delay} ms: {found}");
     }
 }
+
+#[test]
+fn each_module_is_told_by_its_product() {
+    let sim = Sim::start(&["--product", "1140,3110,6110", "--rs485", "{}/bus"]);
+    let expected = [
+        format!("address 1 at 9600 baud: {VERSION}"),
+        "address 2 at 9600 baud: TMCM-3110, firmware version 1.14 (3110V114)".into(),
+        "address 3 at 9600 baud: TMCM-6110, firmware version 1.46 (6110V146)".into(),
+    ];
+    assert_eq!(scan(&[sim.told("rs485"), "--addresses", "1-3", "--baud", "9600"]), expected);
+}
