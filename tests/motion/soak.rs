@@ -1,6 +1,7 @@
 //! Soak: random moves, rotations, reference searches, programs, faults and power cuts, one after another, across the
-//! points where a counter of milliseconds changes its sign or wraps. After each of them rotor, chip and firmware agree on
-//! where the motor is, the tick timer on how late it is, and the EEPROM has what was acknowledged.
+//! points where a counter of milliseconds changes its sign or wraps. Each of them has to do with one axis; on a product with
+//! several, the others may be on their way meanwhile. After each of them rotor, chip and firmware agree on where each motor
+//! is, the tick timer on how late it is, and the EEPROM has what was acknowledged.
 //!
 //! `cargo test --test motion soak` takes seconds; `SOAK=3 cargo test --release --test motion soak` goes on for three hours. Each life of
 //! a module is that of a seed, which is printed: `SEED=17 cargo test --test motion soak` lives that life again.
@@ -19,7 +20,7 @@ use tmcm::units::Micros;
 use tmcm::vm::ErrorFlag;
 use tmcm_sim::{NativeModule, Product, VirtualModule};
 
-/// Lives in a usual run.
+/// Lives of axes of each product in a usual run.
 const LIVES: u64 = 48;
 /// What happens in one.
 const EVENTS: usize = 40;
@@ -46,8 +47,10 @@ struct Life {
     edge: Nanos,
     /// It has gone across the edge.
     crossed: bool,
-    /// Rotor minus position while no step is lost.
-    origin: i64,
+    /// The axis that something happens to.
+    axis: usize,
+    /// Rotor minus position of each axis, while no step is lost.
+    origins: Vec<i64>,
     /// When the tick timer was zero: after this time, or so long before it.
     ticks: (Nanos, u64),
     /// User variables as acknowledged; the second value is one whose acknowledgement was cut off.
@@ -55,18 +58,20 @@ struct Life {
 }
 
 impl Life {
-    fn new(seed: u64) -> Self {
+    fn new(product: Product, seed: u64) -> Self {
         let mut random = Random(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-        let config = WorldConfig::parse(WORLD).unwrap();
+        let config = WorldConfig::parse_for(product.kind(), WORLD).unwrap();
         let edge = random.pick(&EDGES);
         // Within the first ten seconds the edge is there.
         let ahead = random.below(10_000).min(edge);
         let clock = (edge - ahead) * 1000;
-        println!("seed {seed}: the clock starts at {clock} us");
-        let module = NativeModule::with_clock(Product::Tmcm1140, &config, None, seed as u32, Micros(clock));
+        println!("{}, seed {seed}: the clock starts at {clock} us", product.name());
+        let module = NativeModule::with_clock(product, &config, None, seed as u32, Micros(clock));
         let bench = Bench { module };
         let (started, edge, stored) = (bench.module.now(), ahead * MILLISECOND, BTreeMap::new());
-        let mut life = Life { bench, random, started, edge, crossed: false, origin: 0, ticks: (started, 0), stored };
+        let origins = vec![0; product.spec().axes.into()];
+        let ticks = (started, 0);
+        let mut life = Life { bench, random, started, edge, crossed: false, axis: 0, origins, ticks, stored };
         life.bench.run(MILLISECOND);
         life.settings();
         life
@@ -75,6 +80,7 @@ impl Life {
     /// Lives, and says whether it has gone across its edge.
     fn live(mut self) -> bool {
         for _ in 0..EVENTS {
+            self.others_move();
             match self.random.below(20) {
                 0..=5 => self.moves(),
                 6 | 7 => self.rotates(),
@@ -94,25 +100,69 @@ impl Life {
         self.crossed
     }
 
+    fn axes(&self) -> std::ops::Range<usize> {
+        0..self.origins.len()
+    }
+
+    /// The next event is that of some axis. Of the others some are sent somewhere.
+    fn others_move(&mut self) {
+        self.axis = self.random.below(self.origins.len() as u64) as usize;
+        for other in self.axes() {
+            if other != self.axis && self.random.one_in(2) {
+                let target = self.place() + self.origin() - self.origins[other];
+                self.bench.ok(&format!("MVP ABS, {other}, {target}"));
+            }
+        }
+    }
+
+    /// Carries out a command, in which `#` is the axis, and gives its value.
+    fn ok(&mut self, line: &str) -> i32 {
+        self.bench.ok(&line.replace('#', &self.axis.to_string()))
+    }
+
+    /// Lets time pass until a command, in which `#` is the axis, gives a value.
+    fn until(&mut self, limit: Nanos, line: &str, value: i32) {
+        let line = line.replace('#', &self.axis.to_string());
+        self.bench.run_until(limit, |bench| bench.ok(&line) == value);
+    }
+
     /// What is set after each start.
     fn settings(&mut self) {
-        for line in ["SAP 6, 0, 255", "SAP 4, 0, 2047", "SAP 154, 0, 2", "SAP 5, 0, 1500"] {
-            self.bench.ok(line);
+        for axis in self.axes() {
+            for setting in ["6, #, 255", "4, #, 2047", "154, #, 2", "5, #, 1500"] {
+                self.bench.ok(&format!("SAP {}", setting.replace('#', &axis.to_string())));
+            }
         }
     }
 
     fn rotor(&self) -> i64 {
-        self.bench.rotor()
+        self.bench.module.board().borrow().world().axis(self.axis).motor().rotor()
     }
 
-    /// Rotor, chip and firmware are at the same place, and the tick timer tells the time.
+    fn origin(&self) -> i64 {
+        self.origins[self.axis]
+    }
+
+    /// Where the firmware knows the axis to be.
+    fn known(&self) -> i32 {
+        self.bench.module.position(self.axis).unwrap().0
+    }
+
+    /// The position of an axis as its ramp generator has it.
+    fn counter(bench: &Bench, axis: usize) -> i32 {
+        bench.module.board().borrow().tmc429(axis / 3).position(axis % 3)
+    }
+
+    /// Rotors, chips and firmware are at the same places, and the tick timer tells the time.
     fn check(&mut self) {
-        self.stand();
-        let position = self.bench.ok("GAP 1, 0");
-        let known = self.bench.module.position().unwrap().0;
-        let counter = self.bench.module.board().borrow().tmc429(0).position(0);
-        assert_eq!((known, counter), (position, position), "firmware and chip");
-        assert_eq!(self.rotor(), self.origin + i64::from(position), "the rotor");
+        for axis in self.axes() {
+            self.axis = axis;
+            self.stand();
+            let position = self.ok("GAP 1, #");
+            let counter = Self::counter(&self.bench, axis);
+            assert_eq!((self.known(), counter), (position, position), "firmware and chip, axis {axis}");
+            assert_eq!(self.rotor(), self.origin() + i64::from(position), "rotor {axis}");
+        }
         let (since, shown) = self.ticks;
         let expected = (shown + (self.bench.module.now() - since) / MILLISECOND) & BITS_31;
         let timer = u64::from(self.bench.ok("GGP 132, 0").cast_unsigned());
@@ -129,10 +179,10 @@ impl Life {
 
     /// The motor comes to a stand, if it does not yet: it has not moved for a while.
     fn stand(&mut self) {
-        let mut before = None;
+        let (axis, mut before) = (self.axis, None);
         self.bench.run_until(60 * SECOND, |bench| {
             bench.run(20 * MILLISECOND);
-            let chip = Some(bench.module.board().borrow().tmc429(0).position(0));
+            let chip = Some(Self::counter(bench, axis));
             let stands = before == chip;
             before = chip;
             stands
@@ -142,91 +192,94 @@ impl Life {
     /// A place on the stage or near it, as a position.
     fn place(&mut self) -> i64 {
         let place = self.random.below(400_000) as i64 - 200_000;
-        place - self.origin
+        place - self.origin()
     }
 
     fn moves(&mut self) {
         for (parameter, values) in [(12, &[0, 1][..]), (13, &[0, 1]), (149, &[0, 1]), (138, &[0, 0, 1])] {
             let value = self.random.pick(values);
-            self.bench.ok(&format!("SAP {parameter}, 0, {value}"));
+            self.ok(&format!("SAP {parameter}, #, {value}"));
         }
         let speed = 500 + self.random.below(1548);
-        self.bench.ok(&format!("SAP 4, 0, {speed}"));
+        self.ok(&format!("SAP 4, #, {speed}"));
         let mut target = self.place();
         for _ in 0..self.random.below(3) {
-            self.bench.ok(&format!("MVP ABS, 0, {target}"));
+            self.ok(&format!("MVP ABS, #, {target}"));
             let span = self.random.below(1_500) * MILLISECOND;
             self.bench.run(span);
             target = self.place();
         }
         // What has become of the others is told by no flag any more.
         self.bench.ok("131, 0, 0, 0");
-        self.bench.ok(&format!("MVP ABS, 0, {target}"));
-        let arrives = |bench: &mut Bench| bench.ok("GAP 8, 0") == 1;
+        self.ok(&format!("MVP ABS, #, {target}"));
+        let reached = format!("GAP 8, {}", self.axis);
+        let arrives = |bench: &mut Bench| bench.ok(&reached) == 1;
         let held = |bench: &Bench| bench.module.machine().unwrap().errors.raised(ErrorFlag::Position);
         self.bench.run_until(120 * SECOND, |bench| arrives(bench) || held(bench));
         self.stand();
         if held(&self.bench) {
-            let (left, right) = (self.bench.ok("GAP 11, 0"), self.bench.ok("GAP 10, 0"));
+            let (left, right) = (self.ok("GAP 11, #"), self.ok("GAP 10, #"));
             assert!(left + right == 1, "a move ends before {target} though no switch holds it");
         } else {
-            assert_eq!((i64::from(self.bench.ok("GAP 1, 0")), self.bench.ok("GAP 3, 0")), (target, 0));
+            assert_eq!((i64::from(self.ok("GAP 1, #")), self.ok("GAP 3, #")), (target, 0));
         }
-        for line in ["SAP 12, 0, 1", "SAP 13, 0, 1", "SAP 138, 0, 0"] {
-            self.bench.ok(line);
+        for line in ["SAP 12, #, 1", "SAP 13, #, 1", "SAP 138, #, 0"] {
+            self.ok(line);
         }
-        self.bench.ok("MST 0");
+        self.ok("MST #");
     }
 
     fn rotates(&mut self) {
         let away = self.rotor() > 0;
         let speed = 1 + self.random.below(2047);
-        self.bench.ok(&format!("{} 0, {speed}", if away { "ROL" } else { "ROR" }));
+        self.ok(&format!("{} #, {speed}", if away { "ROL" } else { "ROR" }));
         let span = self.random.below(1_200) * MILLISECOND;
         self.bench.run(span);
-        let line = self.random.pick(&["MST 0", "ROR 0, 0", "SAP 2, 0, 0", "MVP REL, 0, 500"]);
-        self.bench.ok(line);
+        let line = self.random.pick(&["MST #", "ROR #, 0", "SAP 2, #, 0", "MVP REL, #, 500"]);
+        self.ok(line);
         self.bench.run(5 * MILLISECOND);
     }
 
     fn searches(&mut self) {
         let (mode, place) = self.random.pick(&[(1, LEFT), (65, RIGHT), (2, LEFT), (66, RIGHT), (5, HOME), (6, HOME)]);
         let start =
-            ["SAP 4, 0, 2047".into(), format!("SAP 193, 0, {mode}"), "SAP 194, 0, 1500".into(), "RFS START, 0".into()];
+            ["SAP 4, #, 2047".into(), format!("SAP 193, #, {mode}"), "SAP 194, #, 1500".into(), "RFS START, #".into()];
         for line in start {
-            self.bench.ok(&line);
+            self.ok(&line);
         }
         if self.random.one_in(4) {
             let span = self.random.below(4_000) * MILLISECOND;
             self.bench.run(span);
-            let line = self.random.pick(&["RFS STOP, 0", "MST 0", "MVP REL, 0, 1000"]);
-            self.bench.ok(line);
+            let line = self.random.pick(&["RFS STOP, #", "MST #", "MVP REL, #, 1000"]);
+            self.ok(line);
             self.bench.run(5 * MILLISECOND);
             self.stand();
-            self.origin = self.rotor() - i64::from(self.bench.ok("GAP 1, 0"));
+            self.origins[self.axis] = self.rotor() - i64::from(self.ok("GAP 1, #"));
             return;
         }
-        self.bench.run_until(120 * SECOND, |bench| bench.ok("RFS STATUS, 0") == 0);
-        assert_eq!(self.bench.ok("GAP 1, 0"), 0, "mode {mode}");
-        self.origin = self.rotor();
-        assert!((self.origin - place).abs() <= 8, "mode {mode}: {} in place of {place}", self.origin);
+        self.until(120 * SECOND, "RFS STATUS, #", 0);
+        assert_eq!(self.ok("GAP 1, #"), 0, "mode {mode}");
+        let origin = self.rotor();
+        self.origins[self.axis] = origin;
+        assert!((origin - place).abs() <= 8, "mode {mode}: {origin} in place of {place}");
     }
 
     /// A program that waits so many ticks, moves, and waits for the position.
     fn waits_in_a_program(&mut self) {
         let (ticks, way) = (1 + self.random.below(300), 1 + self.random.below(60_000) as i32);
         let way = if self.rotor() > 0 { -way } else { way };
-        let lines = [&format!("WAIT TICKS, 0, {ticks}"), &format!("MVP REL, 0, {way}"), "WAIT POS, 0, 0", "STOP"];
+        let (axis, ticks_wait) = (self.axis, format!("WAIT TICKS, 0, {ticks}"));
+        let lines = [&ticks_wait, &format!("MVP REL, {axis}, {way}"), &format!("WAIT POS, {axis}, 0"), "STOP"];
         self.bench.download(0, &lines);
-        let start = self.bench.ok("GAP 1, 0");
+        let start = self.ok("GAP 1, #");
         self.bench.start(0);
         // The reply has come after a millisecond or two.
         self.bench.run(ticks * TICK - 5 * MILLISECOND);
-        assert_eq!(self.bench.module.position().unwrap().0, start, "it does not wait");
+        assert_eq!(self.known(), start, "it does not wait");
         self.bench.run(15 * MILLISECOND);
-        assert_ne!(self.bench.module.position().unwrap().0, start, "it waits on");
+        assert_ne!(self.known(), start, "it waits on");
         self.bench.await_end();
-        assert_eq!((self.bench.ok("GAP 8, 0"), self.bench.ok("GAP 1, 0")), (1, start + way));
+        assert_eq!((self.ok("GAP 8, #"), self.ok("GAP 1, #")), (1, start + way));
     }
 
     /// A program whose timer interrupt counts.
@@ -267,14 +320,14 @@ impl Life {
 
     fn is_renumbered(&mut self) {
         let position = self.random.next() as i32 / 2;
-        self.bench.ok(&format!("SAP 1, 0, {position}"));
-        self.origin = self.rotor() - i64::from(position);
+        self.ok(&format!("SAP 1, #, {position}"));
+        self.origins[self.axis] = self.rotor() - i64::from(position);
         let way = self.random.below(20_000) as i64 - 10_000;
-        self.bench.ok(&format!("MVP REL, 0, {way}"));
-        self.bench.run_until(60 * SECOND, |bench| bench.ok("GAP 8, 0") == 1);
-        assert_eq!(i64::from(self.bench.ok("GAP 1, 0")), i64::from(position) + way);
-        self.bench.ok("SAP 1, 0, 0");
-        self.origin = self.rotor();
+        self.ok(&format!("MVP REL, #, {way}"));
+        self.until(60 * SECOND, "GAP 8, #", 1);
+        assert_eq!(i64::from(self.ok("GAP 1, #")), i64::from(position) + way);
+        self.ok("SAP 1, #, 0");
+        self.origins[self.axis] = self.rotor();
     }
 
     /// Two polls without a motion controller, or a driver that has had enough: the one goes unnoticed, the other stops the
@@ -282,61 +335,66 @@ impl Life {
     fn is_disturbed(&mut self) {
         let fault = self.random.pick(&["tmc429", "spi", "spi-low", "short-a", "short-b", "overtemperature"]);
         let target = self.place();
-        self.bench.ok(&format!("MVP ABS, 0, {target}"));
+        self.ok(&format!("MVP ABS, #, {target}"));
         let span = self.random.below(300) * MILLISECOND;
         self.bench.run(span);
-        self.bench.control(&format!("fault {fault} on"));
+        // The bus is that of all chips.
+        let whose = if fault.starts_with("spi") { String::new() } else { format!(" {}", self.axis) };
+        self.bench.control(&format!("fault {fault} on{whose}"));
         self.bench.run(2 * MILLISECOND);
-        self.bench.control(&format!("fault {fault} off"));
+        self.bench.control(&format!("fault {fault} off{whose}"));
         self.bench.run(20 * MILLISECOND);
-        self.bench.ok("MST 0");
+        self.ok("MST #");
         self.stand();
         self.rebase();
     }
 
     /// The rotor has lost steps, or was let go: multiples of four full steps.
     fn rebase(&mut self) {
-        let position = i64::from(self.bench.ok("GAP 1, 0"));
+        let position = i64::from(self.ok("GAP 1, #"));
         // With the bridges on the rotor is where the field is.
-        self.bench.ok("MVP REL, 0, 0");
+        self.ok("MVP REL, #, 0");
         self.bench.run(200 * MILLISECOND);
-        let origin = self.rotor() - position;
-        assert_eq!((origin - self.origin) % 1024, 0, "{} before, {origin} now", self.origin);
-        self.origin = origin;
+        let (before, origin) = (self.origin(), self.rotor() - position);
+        assert_eq!((origin - before) % 1024, 0, "axis {}: {before} before, {origin} now", self.axis);
+        self.origins[self.axis] = origin;
     }
 
     fn stalls(&mut self) {
         let target = self.place();
-        self.bench.ok(&format!("MVP ABS, 0, {target}"));
+        self.ok(&format!("MVP ABS, #, {target}"));
         let span = self.random.below(400) * MILLISECOND;
         self.bench.run(span);
-        self.bench.control("load 1");
+        self.bench.control(&format!("load 1 {}", self.axis));
         let span = self.random.below(400) * MILLISECOND;
         self.bench.run(span);
-        self.bench.control("load 0");
-        self.bench.ok("MST 0");
+        self.bench.control(&format!("load 0 {}", self.axis));
+        self.ok("MST #");
         self.stand();
         self.rebase();
     }
 
     fn is_locked(&mut self) {
         let target = self.place();
-        self.bench.ok(&format!("MVP ABS, 0, {target}"));
+        self.ok(&format!("MVP ABS, #, {target}"));
         let span = self.random.below(300) * MILLISECOND;
         self.bench.run(span);
         self.bench.control("supply 8");
         self.bench.run(10 * MILLISECOND);
-        self.bench.refused("ROR 0, 100", NOT_AVAILABLE);
+        self.bench.refused(&format!("ROR {}, 100", self.axis), NOT_AVAILABLE);
         self.bench.control("supply 24");
         self.bench.run(10 * MILLISECOND);
-        self.rebase();
+        for axis in self.axes() {
+            self.axis = axis;
+            self.rebase();
+        }
     }
 
     /// Power is cut, now and then while something moves or is being stored: what was acknowledged is there, and what was
     /// not is there or is what it was.
     fn loses_power(&mut self) {
         if self.random.one_in(2) {
-            self.bench.ok("ROR 0, 300");
+            self.ok("ROR #, 300");
             let span = self.random.below(500) * MILLISECOND;
             self.bench.run(span);
         }
@@ -366,8 +424,11 @@ impl Life {
 
     fn begins_again(&mut self) {
         self.settings();
-        assert_eq!(self.bench.ok("GAP 1, 0"), 0);
-        self.origin = self.rotor();
+        for axis in self.axes() {
+            self.axis = axis;
+            assert_eq!(self.ok("GAP 1, #"), 0);
+            self.origins[axis] = self.rotor();
+        }
         let (now, timer) = (self.bench.module.now(), self.bench.ok("GGP 132, 0"));
         assert!((0..400).contains(&timer), "{timer} ms after the start");
         self.ticks = (now, timer as u64);
@@ -378,19 +439,28 @@ impl Life {
 #[test]
 fn modules_live() {
     let number = |name: &str| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("not a number"));
-    let one = |seed| Life::new(seed).live();
+    let one = |product, seed| Life::new(product, seed).live();
     match (number("SEED"), number("SOAK")) {
-        (Some(seed), _) => println!("across its edge: {}", one(seed)),
+        (Some(seed), _) => {
+            for product in Product::ALL {
+                println!("across its edge: {}", one(product, seed));
+            }
+        }
         (None, None) => {
-            let crossed = (1..=LIVES).filter(|seed| one(*seed)).count();
-            assert!(crossed > LIVES as usize / 2, "only {crossed} have gone across their edge");
+            for product in Product::ALL {
+                let lives = LIVES / u64::from(product.spec().axes);
+                let crossed = (1..=lives).filter(|seed| one(product, *seed)).count();
+                assert!(crossed > lives as usize / 2, "only {crossed} have gone across their edge");
+            }
         }
         (None, Some(hours)) => {
             let end = Instant::now() + Duration::from_secs(3600 * hours);
             // Other lives than the last time.
             let first = UNIX_EPOCH.elapsed().unwrap().as_secs() << 20;
             for seed in (first..).take_while(|_| Instant::now() < end) {
-                one(seed);
+                for product in Product::ALL {
+                    one(product, seed);
+                }
             }
         }
     }

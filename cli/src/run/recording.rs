@@ -99,7 +99,7 @@ impl Recording {
     /// Records the values at a time since the start. They are read from the model, which takes no virtual time.
     pub(super) fn sample(&mut self, at: Nanos, module: &NativeModule) {
         let state = State::of(&module.board().borrow());
-        let (position, target) = module.position().unzip();
+        let (position, target) = module.position(0).unzip();
         let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
         let on = |output: usize| state.outputs.get(output).copied().unwrap_or_default().into();
         let mut sample = Slice::default();

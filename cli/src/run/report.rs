@@ -75,7 +75,7 @@ pub(super) fn report(
 
 fn motor_and_pins(module: &NativeModule, row: &mut impl FnMut(&str, &str)) {
     let state = State::of(&module.board().borrow());
-    let Some((position, target)) = module.position() else { return row("power", "off") };
+    let Some((position, target)) = module.position(0) else { return row("power", "off") };
     let target = target.filter(|target| *target != position);
     let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
     let lost = match state.first.lost_steps {

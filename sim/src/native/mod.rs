@@ -152,10 +152,10 @@ impl NativeModule {
         self.firmware.as_ref()?.machine()
     }
 
-    /// Where the firmware knows the motor of axis 0 to be, and its target in the modes that have one, in microsteps; `None`
-    /// without power. Looking costs the module no time.
-    pub fn position(&self) -> Option<(i32, Option<i32>)> {
-        self.firmware.as_ref()?.position(0)
+    /// Where the firmware knows the motor of an axis to be, and its target in the modes that have one, in microsteps; `None`
+    /// without power, or without such an axis. Looking costs the module no time.
+    pub fn position(&self, axis: usize) -> Option<(i32, Option<i32>)> {
+        self.firmware.as_ref()?.position(axis)
     }
 
     /// True if the next poll of the firmware begins the turn of a millisecond; a turn has later pieces, too.

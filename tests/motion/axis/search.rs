@@ -66,15 +66,15 @@ fn a_switch_is_looked_for_up_to_the_limit() {
     let mut bench = begun(&["SAP 195, 0, 10"]);
     bench.control("press left");
     bench.poll(1);
-    let (seen, _) = bench.module.position().unwrap();
+    let (seen, _) = bench.module.position(0).unwrap();
     bench.control("release left");
     polls_until_next_leg(&mut bench);
-    let (stood, _) = bench.module.position().unwrap();
+    let (stood, _) = bench.module.position(0).unwrap();
     let limit = seen + (seen - stood) + 4 * 256;
     let mut furthest = stood;
     while leg(&mut bench) == 2 {
         bench.poll(1);
-        furthest = furthest.max(bench.module.position().unwrap().0);
+        furthest = furthest.max(bench.module.position(0).unwrap().0);
     }
     assert_eq!((leg(&mut bench), furthest), (1, limit + 1));
     // Closed at the limit it is the switch, and the search ends there.
@@ -83,7 +83,7 @@ fn a_switch_is_looked_for_up_to_the_limit() {
     bench.poll(1);
     bench.control("release left");
     polls_until_next_leg(&mut bench);
-    bench.run_until(10 * SECOND, |bench| bench.module.position().unwrap().0 == limit);
+    bench.run_until(10 * SECOND, |bench| bench.module.position(0).unwrap().0 == limit);
     bench.control("press left");
     bench.poll(20);
     assert_eq!(leg(&mut bench), 2);
