@@ -1,0 +1,105 @@
+//! Samples as lines for people.
+
+use super::sample::Sample;
+
+/// Names of the driver's error flags (axis parameter 208), from bit 0 on.
+const DRIVER_FLAGS: [&str; 8] = ["SG", "OT", "OTPW", "S2GA", "S2GB", "OLA", "OLB", "STST"];
+/// The driver flag that is no error: the motor stands.
+const STANDSTILL: i32 = 1 << 7;
+/// Names of the extended error flags (axis parameter 207), from bit 0 on.
+const EXTENDED_FLAGS: [&str; 2] = ["stall", "deviation"];
+
+/// What is shown of an axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shown {
+    pub(super) axis: u8,
+    pub(super) sample: Sample,
+    /// The extended error flags of all samples so far.
+    pub(super) seen: i32,
+}
+
+/// A sample as a line.
+pub(super) fn line(Shown { sample, seen, .. }: &Shown) -> String {
+    let [position, speed, load, driver, _, left, right, home] = *sample;
+    let pressed = [(left, "left"), (right, "right"), (home, "home")];
+    let pressed: Vec<&str> = pressed.into_iter().filter(|(value, _)| *value == Some(1)).map(|(_, name)| name).collect();
+    format!(
+        "position {:>11}  speed {:>5}  load {:>4}  switches {}  driver {}  errors {}",
+        number(position),
+        number(speed),
+        number(load),
+        listed(&pressed),
+        listed(&flags(driver.unwrap_or_default(), &DRIVER_FLAGS)),
+        listed(&flags(*seen, &EXTENDED_FLAGS)),
+    )
+}
+
+/// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and speed
+/// with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon.
+pub(super) fn status(all: &[Shown], columns: usize) -> String {
+    let roomy = |shown: &Shown| {
+        let [position, speed, _, _, _, left, right, home] = shown.sample;
+        let mark = |on: bool, mark| if on { mark } else { '-' };
+        let [left, right, home] =
+            [(left, 'l'), (right, 'r'), (home, 'h')].map(|(level, name)| mark(level == Some(1), name));
+        let error = mark(has_error(shown), '!');
+        format!("{} {:>11} {:>5} {left}{right}{home}{error}", shown.axis, number(position), number(speed))
+    };
+    let tight = |shown: &Shown| {
+        let colon = if has_error(shown) { '!' } else { ':' };
+        format!("{}{colon}{:>10}", shown.axis, number(shown.sample[0]))
+    };
+    let line = all.iter().map(roomy).collect::<Vec<_>>().join("  ");
+    if line.len() <= columns { line } else { all.iter().map(tight).collect::<Vec<_>>().join(" ") }
+}
+
+fn has_error(shown: &Shown) -> bool {
+    shown.seen != 0 || shown.sample[3].is_some_and(|flags| flags & !STANDSTILL != 0)
+}
+
+fn number(value: Option<i32>) -> String {
+    value.map_or_else(|| "-".into(), |value| value.to_string())
+}
+
+/// The names of the bits that are set.
+fn flags(bits: i32, names: &[&'static str]) -> Vec<&'static str> {
+    (0..).zip(names).filter(|(bit, _)| bits & (1 << bit) != 0).map(|(_, name)| *name).collect()
+}
+
+fn listed(names: &[&str]) -> String {
+    if names.is_empty() { "-".into() } else { names.join(" ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BUSY: Sample = [Some(-51_200), Some(1000), None, Some(0b1000_0001), Some(0), Some(1), Some(0), Some(1)];
+    const QUIET: Sample = [Some(7), Some(0), Some(0), Some(128), Some(0), Some(0), Some(0), Some(0)];
+
+    fn shown(axis: u8, sample: Sample, seen: i32) -> Shown {
+        Shown { axis, sample, seen }
+    }
+
+    #[test]
+    fn a_sample_in_words() {
+        assert_eq!(
+            line(&shown(0, BUSY, 1)),
+            "position      -51200  speed  1000  load    -  switches left home  driver SG STST  errors stall"
+        );
+        assert!(line(&shown(0, Sample::default(), 0)).ends_with("switches -  driver -  errors -"));
+    }
+
+    #[test]
+    fn several_axes_fit_into_a_line() {
+        let two = [shown(0, BUSY, 0), shown(2, QUIET, 0)];
+        assert_eq!(status(&two, 79), "0      -51200  1000 l-h!  2           7     0 ----");
+        assert_eq!(status(&two, 49), "0!    -51200 2:         7");
+        assert_eq!(status(&[shown(5, QUIET, 2)], 20), "5!         7");
+        assert_eq!(status(&[shown(5, Sample::default(), 0)], 20), "5:         -");
+        let long = [Some(-123_456_789), Some(-2047), Some(0), Some(128), Some(0), Some(1), Some(1), Some(1)];
+        let of = |axes: u8| status(&(0..axes).map(|axis| shown(axis, long, 1)).collect::<Vec<_>>(), 79);
+        assert!((1..=6).all(|axes| of(axes).len() <= 79));
+        assert!(of(3).contains("lrh!") && of(6).ends_with("5!-123456789"));
+    }
+}
