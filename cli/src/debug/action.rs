@@ -10,7 +10,8 @@ stop              halt the program that runs freely; so does Ctrl-C
 reset             back to address 0, registers and flags cleared
 break [PLACE]  b  stop before the command at PLACE; alone: list breakpoints
 delete [PLACE] d  remove a breakpoint; alone: remove all
-registers      r  mode, program counter, accumulator, X register
+registers      r  mode, program counter, accumulator, X register; of several axes also the positions
+axes           a  position and speed of each axis
 list [PLACE]   l  the program around the program counter, or from PLACE on
 send COMMAND      a direct command, for example: send GAP 1, 0
 help           h  this
@@ -34,6 +35,8 @@ pub(super) enum Action {
     Delete(Option<String>),
     /// Show the registers.
     Registers,
+    /// Show what the axes do.
+    Axes,
     /// Show the program around a label or address, or around the program counter.
     List(Option<String>),
     /// Send a command to the module, which executes it at once.
@@ -73,6 +76,7 @@ fn alone(word: &str, rest: &str) -> Result<Action, String> {
         "stop" => Action::Stop,
         "reset" => Action::Reset,
         "registers" | "r" => Action::Registers,
+        "axes" | "a" => Action::Axes,
         "help" | "h" | "?" => Action::Help,
         "quit" | "q" => Action::Quit,
         _ => return Err(format!("unknown command '{word}'; help lists them")),

@@ -90,11 +90,13 @@ pub(super) struct Debugger<'a> {
     breakpoints: BTreeSet<u16>,
     /// Address at which the last step has ended the program, for display: the module's program counter is 0 again.
     ended: Option<u16>,
+    /// The number of axes, once it is known.
+    axes: Option<u8>,
 }
 
 impl<'a> Debugger<'a> {
     pub(super) fn new(module: &'a mut Conversation, program: &'a Program) -> Self {
-        Debugger { module, program, breakpoints: BTreeSet::new(), ended: None }
+        Debugger { module, program, breakpoints: BTreeSet::new(), ended: None, axes: None }
     }
 
     /// Carries an action out and returns the text for the user.
@@ -125,6 +127,7 @@ impl<'a> Debugger<'a> {
             }
             Action::Delete(Some(typed)) => Ok(self.delete_breakpoint(&typed).unwrap_or_else(|message| message)),
             Action::Registers => self.registers(),
+            Action::Axes => self.show_axes(),
             Action::List(typed) => self.list(typed),
             Action::Send(request) => Ok(format!("{}: {}", request.command, send::ask(self.module, request)?.text)),
             Action::Help => Ok(HELP.into()),
@@ -148,7 +151,7 @@ impl<'a> Debugger<'a> {
             RunState::Running => "the program goes on running in the module; command 128 stops it".into(),
             _ => format!("the program is stopped at address {}", state.counter),
         };
-        for axis in 0..self.module.axes()? {
+        for axis in 0..self.axes()? {
             let speed = self.module.axis(axis, AxisParameter::ActualSpeed)?;
             if speed != 0 {
                 text += &format!("\nmotor {axis} turns with speed {speed}; MST {axis} stops it");
@@ -220,7 +223,34 @@ impl<'a> Debugger<'a> {
         let accumulator = self.module.control(Opcode::ApplicationStatus, kind::ACCUMULATOR, 0)?;
         let x = self.module.control(Opcode::ApplicationStatus, kind::X_REGISTER, 0)?;
         let waiting = if waiting { ", in a WAIT" } else { "" };
-        Ok(format!("{}{waiting}, program counter {counter}, accumulator {accumulator}, X {x}", mode.name()))
+        let mut text = format!("{}{waiting}, program counter {counter}, accumulator {accumulator}, X {x}", mode.name());
+        let axes = self.axes()?;
+        if axes > 1 {
+            let positions: Result<Vec<String>, Error> =
+                (0..axes).map(|axis| Ok(self.module.axis(axis, AxisParameter::ActualPosition)?.to_string())).collect();
+            text += &format!("\npositions {}", positions?.join(", "));
+        }
+        Ok(text)
+    }
+
+    /// The number of the module's axes.
+    fn axes(&mut self) -> Result<u8, Error> {
+        if let Some(axes) = self.axes {
+            return Ok(axes);
+        }
+        let axes = self.module.axes()?;
+        self.axes = Some(axes);
+        Ok(axes)
+    }
+
+    fn show_axes(&mut self) -> Result<String, Error> {
+        let mut lines = Vec::new();
+        for axis in 0..self.axes()? {
+            let position = self.module.axis(axis, AxisParameter::ActualPosition)?;
+            let speed = self.module.axis(axis, AxisParameter::ActualSpeed)?;
+            lines.push(format!("axis {axis}: position {position}, speed {speed}"));
+        }
+        Ok(lines.join("\n"))
     }
 
     fn list(&mut self, typed: Option<String>) -> Result<String, Error> {

@@ -287,3 +287,18 @@ fn a_loop_is_halted() {
     assert_eq!(told[3..], [">     0  JA 0", "the program is stopped at address 0"]);
     assert_eq!(sim.tcp().ok("GGP 128, 0"), 0);
 }
+
+#[test]
+fn a_program_of_several_axes_is_debugged() {
+    let sim = Sim::start(&["--product", "6110", "--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let lines = "#include TMCLParam.tmc\nMVP ABS, Motor5, 2000\nWAIT POS, Motor5, 0\nROR Motor1, 5\nDone: STOP\n";
+    let output = type_into(&["debug", &link, &source(&sim, lines)], "b Done\nc\nregisters\nsend MST 1\naxes\n");
+    assert!(output.status.success(), "{}", complaint(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    let told: Vec<&str> = said.lines().skip_while(|line| !line.starts_with("step by step")).collect();
+    assert!(told[1].starts_with("positions 0, ") && told[1].ends_with(", 0, 0, 0, 2000"), "{said}");
+    assert_eq!(told[3], "axis 0: position 0, speed 0");
+    assert!(told[4].starts_with("axis 1: position "), "{said}");
+    assert_eq!(told[8], "axis 5: position 2000, speed 0");
+}
