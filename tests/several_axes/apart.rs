@@ -110,6 +110,41 @@ fn what_is_written_to_one_axis_goes_to_its_own_chips() {
     }
 }
 
+/// A program that names an axis that does not exist goes on, and nothing moves.
+#[test]
+fn a_program_goes_on_where_an_axis_does_not_exist() {
+    for mut bench in Bench::bare() {
+        settled(&mut bench);
+        let before: Vec<Seen> = bench.axes().map(|axis| look(&mut bench, axis)).collect();
+        for axis in [bench.axes().end, 7, 100, 255] {
+            let commands = [
+                "ROR #, 300",
+                "ROL #, 300",
+                "MST #",
+                "MVP ABS, #, 7",
+                "MVP REL, #, 7",
+                "SAP 4, #, 9",
+                "STAP 4, #",
+                "RFS START, #",
+                "ACO 1, #",
+                "AAP 0, #",
+                "WAIT POS, #, 0",
+                "WAIT REFSW, #, 0",
+                "WAIT LIMSW, #, 0",
+                "WAIT RFS, #, 0",
+            ];
+            let number = |line: &str| line.replace('#', &axis.to_string());
+            let mut program: Vec<String> = commands.into_iter().map(number).collect();
+            program.extend([format!("SGP 5, 2, {axis}"), "STOP".into()]);
+            bench.start_program(&program);
+            bench.run(50 * MILLISECOND);
+            assert_eq!((bench.variable(5), bench.ok("GGP 128, 0")), (axis.into(), 0), "axis {axis}");
+        }
+        let after: Vec<Seen> = bench.axes().map(|axis| look(&mut bench, axis)).collect();
+        assert_eq!(after, before);
+    }
+}
+
 /// An axis number beyond the last one is refused and does nothing.
 #[test]
 fn an_axis_that_does_not_exist_is_refused() {

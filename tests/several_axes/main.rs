@@ -311,12 +311,17 @@ impl Bench {
             program.extend([format!("GGP {number}, 2"), "CALC ADD, 1".into(), format!("AGP {number}, 2")]);
             program.push("RETI".into());
         }
+        self.start_program(&program);
+        self.run(5 * MILLISECOND);
+    }
+
+    /// Downloads a program and starts it.
+    fn start_program(&mut self, lines: &[impl AsRef<str>]) {
         self.ok("132, 0, 0, 0");
-        for line in program {
-            assert_eq!(self.ask(&line).0, Status::Loaded as u8, "{line}");
+        for line in lines.iter().map(AsRef::as_ref) {
+            assert_eq!(self.ask(line).0, Status::Loaded as u8, "{line}");
         }
         self.ok("133, 0, 0, 0");
         self.ok("129, 1, 0, 0");
-        self.run(5 * MILLISECOND);
     }
 }
