@@ -56,6 +56,8 @@ pub struct Options {
     pub trace: Option<PathBuf>,
 
     /// Draw position, speed, load, current, outputs and switches over time into an SVG file, which web browsers show
+    ///
+    /// Of a module with several axes those that move are drawn, one below the other.
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
 
@@ -110,7 +112,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
-    let recording = options.plot.is_some().then(Recording::new);
+    let spec = options.product.spec();
+    let recording = options.plot.is_some().then(|| Recording::new(spec.axes.into(), spec.outputs.into()));
     let module = NativeModule::of(options.product, &world, None, SEED);
     let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
     let before = report::variables(&mut session.module);

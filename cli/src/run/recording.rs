@@ -11,9 +11,9 @@ const MOST: usize = 4096;
 /// Most kinds of marks: a slice has one bit for each.
 const KINDS: usize = 16;
 
-/// A quantity of the module or its world that is recorded.
+/// A quantity of an axis that is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Channel {
+pub(super) enum Quantity {
     /// Actual position in microsteps.
     Position,
     /// Target position in microsteps; no value outside of positioning moves.
@@ -24,18 +24,26 @@ pub(super) enum Channel {
     Load,
     /// Motor current in 1/32 of full scale.
     Current,
-    /// 1 while the program is in a WAIT. The channels that follow are 1 while an output or switch is on.
-    Waiting,
-    Out0,
-    Out1,
+    /// 1 while a switch is on.
     Left,
     Right,
     Home,
 }
 
-impl Channel {
-    /// Number of channels.
-    const COUNT: usize = Channel::Home as usize + 1;
+impl Quantity {
+    /// Number of quantities.
+    const COUNT: usize = Quantity::Home as usize + 1;
+}
+
+/// What is recorded of the module and its world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Channel {
+    /// A quantity of the axis with this number.
+    Of(usize, Quantity),
+    /// 1 while the output with this number is on.
+    Output(usize),
+    /// 1 while the program is in a WAIT.
+    Waiting,
 }
 
 /// An event in the course of a program.
@@ -49,29 +57,31 @@ pub(super) enum Mark {
     Stop,
 }
 
+/// The lowest and the highest value of a channel; `None` if there was no value.
+pub(super) type Range = Option<(i32, i32)>;
+
 /// A slice of time with the ranges of all channels and the marks within it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Slice {
-    ranges: [Option<(i32, i32)>; Channel::COUNT],
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Slice {
+    ranges: Vec<Range>,
     marks: u16,
 }
 
 impl Slice {
-    /// The lowest and the highest value of a channel in this slice; `None` if there was no value.
-    pub(super) fn range(&self, channel: Channel) -> Option<(i32, i32)> {
-        self.ranges.get(channel as usize).copied().flatten()
+    fn empty(channels: usize) -> Self {
+        Slice { ranges: vec![None; channels], marks: 0 }
     }
 
     fn join(&mut self, other: &Self) {
-        for (range, other) in self.ranges.iter_mut().zip(other.ranges) {
-            *range = joined(*range, other);
+        for (range, other) in self.ranges.iter_mut().zip(&other.ranges) {
+            *range = joined(*range, *other);
         }
         self.marks |= other.marks;
     }
 }
 
 /// The smallest range that contains both ranges.
-pub(super) fn joined(a: Option<(i32, i32)>, b: Option<(i32, i32)>) -> Option<(i32, i32)> {
+pub(super) fn joined(a: Range, b: Range) -> Range {
     match (a, b) {
         (Some((low, high)), Some((lower, higher))) => Some((low.min(lower), high.max(higher))),
         (a, b) => a.or(b),
@@ -83,8 +93,12 @@ pub(super) fn joined(a: Option<(i32, i32)>, b: Option<(i32, i32)>) -> Option<(i3
 pub(super) struct Recording {
     /// Length of a slice in nanoseconds.
     pub(super) interval: Nanos,
+    /// Number of axes of the module.
+    pub(super) axes: usize,
+    /// Number of outputs of the module.
+    pub(super) outputs: usize,
     /// The slices from the start of the program on.
-    pub(super) slices: Vec<Slice>,
+    slices: Vec<Slice>,
     /// Kinds of marks, in the order of their first appearance.
     pub(super) kinds: Vec<Mark>,
     /// Texts of the events of option `--at`, with their times.
@@ -92,35 +106,71 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    pub(super) fn new() -> Self {
-        Recording { interval: MILLISECOND, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
+    /// The recording of a module with so many axes and outputs.
+    pub(super) fn new(axes: usize, outputs: usize) -> Self {
+        Recording { interval: MILLISECOND, axes, outputs, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
+    }
+
+    /// The number of slices.
+    pub(super) fn len(&self) -> usize {
+        self.slices.len()
+    }
+
+    /// The ranges of a channel, slice by slice.
+    pub(super) fn ranges(&self, channel: Channel) -> impl Iterator<Item = Range> {
+        let index = self.index(channel);
+        self.slices.iter().map(move |slice| slice.ranges.get(index).copied().flatten())
+    }
+
+    /// The lowest and the highest value of a channel in the whole recording.
+    pub(super) fn range(&self, channel: Channel) -> Range {
+        self.ranges(channel).fold(None, joined)
+    }
+
+    /// The place of a channel in a slice.
+    fn index(&self, channel: Channel) -> usize {
+        match channel {
+            Channel::Waiting => 0,
+            Channel::Output(number) => 1 + number,
+            Channel::Of(axis, quantity) => 1 + self.outputs + axis * Quantity::COUNT + quantity as usize,
+        }
+    }
+
+    /// Number of channels: one behind the last channel.
+    fn channels(&self) -> usize {
+        self.index(Channel::Of(self.axes, Quantity::Position))
     }
 
     /// Records the values at a time since the start. They are read from the model, which takes no virtual time.
     pub(super) fn sample(&mut self, at: Nanos, module: &NativeModule) {
         let state = State::of(&module.board().borrow());
-        let (position, target) = module.position(0).unzip();
-        let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
-        let on = |output: usize| state.outputs.get(output).copied().unwrap_or_default().into();
-        let mut sample = Slice::default();
-        let values = [
-            (Channel::Position, position),
-            (Channel::Target, target.flatten()),
-            (Channel::Velocity, Some(state.first.velocity)),
-            (Channel::Load, Some(state.first.stall_guard.into())),
-            (Channel::Current, Some(state.first.current.cast_signed())),
-            (Channel::Waiting, Some(waiting.into())),
-            (Channel::Out0, Some(on(0))),
-            (Channel::Out1, Some(on(1))),
-            (Channel::Left, Some(state.first.switches.left.into())),
-            (Channel::Right, Some(state.first.switches.right.into())),
-            (Channel::Home, Some(state.first.switches.home.into())),
-        ];
-        for (channel, value) in values {
-            if let Some(range) = sample.ranges.get_mut(channel as usize) {
+        let mut sample = Slice::empty(self.channels());
+        let mut record = |channel: Channel, value: Option<i32>| {
+            if let Some(range) = sample.ranges.get_mut(self.index(channel)) {
                 *range = value.map(|value| (value, value));
             }
+        };
+        for (number, axis) in state.axes.iter().enumerate() {
+            let (position, target) = module.position(number).unzip();
+            let values = [
+                (Quantity::Position, position),
+                (Quantity::Target, target.flatten()),
+                (Quantity::Velocity, Some(axis.velocity)),
+                (Quantity::Load, Some(axis.stall_guard.into())),
+                (Quantity::Current, Some(axis.current.cast_signed())),
+                (Quantity::Left, Some(axis.switches.left.into())),
+                (Quantity::Right, Some(axis.switches.right.into())),
+                (Quantity::Home, Some(axis.switches.home.into())),
+            ];
+            for (quantity, value) in values {
+                record(Channel::Of(number, quantity), value);
+            }
         }
+        for (number, on) in state.outputs.iter().enumerate() {
+            record(Channel::Output(number), Some((*on).into()));
+        }
+        let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
+        record(Channel::Waiting, Some(waiting.into()));
         self.slice(at).join(&sample);
     }
 
@@ -144,10 +194,11 @@ impl Recording {
 
     /// The slice that contains a time.
     fn slice(&mut self, at: Nanos) -> &mut Slice {
+        let channels = self.channels();
         while at / self.interval >= MOST as Nanos {
             self.interval *= 2;
             let pairs = self.slices.chunks(2).map(|pair| {
-                let mut joined = Slice::default();
+                let mut joined = Slice::empty(channels);
                 pair.iter().for_each(|slice| joined.join(slice));
                 joined
             });
@@ -155,7 +206,7 @@ impl Recording {
         }
         let index = (at / self.interval) as usize;
         if index >= self.slices.len() {
-            self.slices.resize(index + 1, Slice::default());
+            self.slices.resize(index + 1, Slice::empty(channels));
         }
         &mut self.slices[index]
     }
@@ -166,21 +217,25 @@ mod tests {
     use super::*;
     use hal_sim::clock::SECOND;
     use hal_sim::world::config::WorldConfig;
+    use std::collections::BTreeSet;
 
     #[test]
     fn long_runs_stay_small_and_keep_their_extremes() {
-        let mut recording = Recording::new();
+        let mut recording = Recording::new(2, 3);
+        let load = Channel::Of(1, Quantity::Load);
         for millisecond in 0..20_000_u64 {
             let value = if millisecond == 12_345 { 99 } else { 1 };
             let at = millisecond * MILLISECOND;
-            recording.slice(at).join(&Slice { ranges: [Some((value, value)); _], marks: 0 });
+            let ranges = vec![Some((value, value)); recording.channels()];
+            recording.slice(at).join(&Slice { ranges, marks: 0 });
         }
         recording.mark(12_345 * MILLISECOND, Mark::Handler(7));
         recording.mark(0, Mark::Stop);
         assert_eq!(recording.interval, 8 * MILLISECOND);
-        assert_eq!(recording.slices.len(), 2_500);
-        assert_eq!(recording.slices[1543].range(Channel::Load), Some((1, 99)));
-        assert_eq!(recording.slices[1544].range(Channel::Load), Some((1, 1)));
+        assert_eq!(recording.len(), 2_500);
+        let ranges: Vec<Range> = recording.ranges(load).collect();
+        assert_eq!(ranges[1543..1545], [Some((1, 99)), Some((1, 1))]);
+        assert_eq!(recording.range(load), Some((1, 99)));
         assert_eq!(recording.marked(Mark::Handler(7)).collect::<Vec<_>>(), [1543]);
         assert_eq!(recording.marked(Mark::Stop).collect::<Vec<_>>(), [0]);
         assert_eq!(recording.marked(Mark::Refused).count(), 0);
@@ -188,11 +243,24 @@ mod tests {
 
     #[test]
     fn a_module_is_looked_at_from_outside() {
-        let mut recording = Recording::new();
+        let mut recording = Recording::new(1, 2);
         let module = NativeModule::new(&WorldConfig::default(), None, 1);
         recording.sample(2 * SECOND, &module);
-        let slice = recording.slices[2000];
-        assert_eq!([Channel::Position, Channel::Target].map(|channel| slice.range(channel)), [Some((0, 0)); 2]);
-        assert_eq!(recording.slices[0], Slice::default());
+        for quantity in [Quantity::Position, Quantity::Target] {
+            let ranges: Vec<Range> = recording.ranges(Channel::Of(0, quantity)).collect();
+            assert_eq!((ranges[2000], ranges[0]), (Some((0, 0)), None));
+        }
+    }
+
+    /// No two channels share a place, and all have one.
+    #[test]
+    fn each_channel_has_a_place_of_its_own() {
+        let recording = Recording::new(6, 8);
+        let quantities = [Quantity::Position, Quantity::Target, Quantity::Home];
+        let channels = (0..6).flat_map(|axis| quantities.map(|quantity| Channel::Of(axis, quantity)));
+        let channels = channels.chain((0..8).map(Channel::Output)).chain([Channel::Waiting]);
+        let places: BTreeSet<usize> = channels.map(|channel| recording.index(channel)).collect();
+        assert_eq!((places.len(), recording.channels()), (6 * 3 + 8 + 1, 6 * 8 + 8 + 1));
+        assert!(places.iter().all(|place| *place < recording.channels()));
     }
 }

@@ -55,7 +55,7 @@ pub(super) fn report(
         None => String::new(),
     };
     row("commands executed", &format!("{}{refused}", counts.executed));
-    motor_and_pins(&session.module, &mut row);
+    motors_and_pins(&session.module, &mut row);
     if let Some(machine) = session.module.machine() {
         row("accumulator", &machine.registers.accumulator.to_string());
         row("X register", &machine.registers.x.to_string());
@@ -73,20 +73,30 @@ pub(super) fn report(
     text
 }
 
-fn motor_and_pins(module: &NativeModule, row: &mut impl FnMut(&str, &str)) {
+fn motors_and_pins(module: &NativeModule, row: &mut impl FnMut(&str, &str)) {
     let state = State::of(&module.board().borrow());
-    let Some((position, target)) = module.position(0) else { return row("power", "off") };
-    let target = target.filter(|target| *target != position);
-    let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
-    let lost = match state.first.lost_steps {
-        0 => String::new(),
-        steps @ 1.. => format!("; the motor has lost steps, it is {steps} full steps behind"),
-        steps => format!("; the motor has lost steps, it is {} full steps ahead", steps.unsigned_abs()),
-    };
-    row("position", &format!("{position} microsteps{way}{lost}"));
-    let velocity = state.first.velocity;
-    let turns = if velocity == 0 { "the motor stands" } else { "the motor turns" };
-    row("velocity", &format!("{velocity} (internal units): {turns}"));
+    if module.machine().is_none() {
+        return row("power", "off");
+    }
+    for (number, axis) in state.axes.iter().enumerate() {
+        let Some((position, target)) = module.position(number) else { continue };
+        let target = target.filter(|target| *target != position);
+        let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
+        let lost = match axis.lost_steps {
+            0 => String::new(),
+            steps @ 1.. => format!("; the motor has lost steps, it is {steps} full steps behind"),
+            steps => format!("; the motor has lost steps, it is {} full steps ahead", steps.unsigned_abs()),
+        };
+        let position = format!("{position} microsteps{way}{lost}");
+        let turns = if axis.velocity == 0 { "the motor stands" } else { "the motor turns" };
+        let velocity = format!("{} (internal units): {turns}", axis.velocity);
+        if state.axes.len() == 1 {
+            row("position", &position);
+            row("velocity", &velocity);
+        } else {
+            row(&format!("axis {number}"), &format!("position {position}; velocity {velocity}"));
+        }
+    }
     let level = |on| if on { "on" } else { "off" };
     let outputs = (0..).zip(&state.outputs).map(|(number, &on)| format!("OUT{number} {}", level(on)));
     row("outputs", &outputs.collect::<Vec<_>>().join(", "));

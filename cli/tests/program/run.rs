@@ -259,3 +259,46 @@ program.tmc:1:8: error: unknown name 'Sped'
     let complaint = folder.complaint(1, &["fine.tmc", "--world", "dark.toml"]);
     assert!(complaint.starts_with("tmcl: the module does not start the program: status 6"), "{complaint}");
 }
+
+#[test]
+fn several_axes_move_and_are_drawn() {
+    let folder = Folder::with(
+        "#include TMCLParam.tmc\nSAP APMaxPositioningSpeed, Motor2, 2000\nMVP ABS, Motor0, 2000\nMVP ABS, Motor2, -51200\n\
+         SIO 5, 2, 1\nWAIT POS, Motor2, 0\nSTOP\n",
+    );
+    for product in ["3110", "tmcm-6110"] {
+        let events = ["--at", "400 ms: press home 2", "--at", "500 ms: load 0.5 1", "--at", "600 ms: release home 2"];
+        let options = ["program.tmc", "--product", product, "--plot", "out.svg"];
+        let report = folder.shown(&[&options[..], &events[..]].concat());
+        assert_eq!(row(&report, "axis 0"), "position 2000 microsteps; velocity 0 (internal units): the motor stands");
+        assert_eq!(row(&report, "axis 2"), "position -51200 microsteps; velocity 0 (internal units): the motor stands");
+        assert_eq!(report.contains("axis 5"), product != "3110", "{report}");
+        assert!(row(&report, "outputs").ends_with("OUT4 off, OUT5 on, OUT6 off, OUT7 off"), "{report}");
+        let svg = folder.read("out.svg");
+        let texts = texts(&svg);
+        for text in [
+            "axis 0: position in microsteps",
+            "axis 0: velocity in internal units",
+            "axis 2: position in microsteps",
+            "axis 2: stallGuard2 value (parameter 206): 0 is a stall",
+            "axis 2: motor current in 1/32 of full scale",
+            "OUT5",
+            "home switch 2",
+        ] {
+            assert!(texts.contains(&text), "{text} is not among {texts:?}");
+        }
+        let idle = |text: &&str| text.starts_with("axis 1") || text.starts_with("left") || *text == "OUT0";
+        assert!(!texts.iter().any(idle), "{texts:?}");
+    }
+    let told = folder.complaint(2, &["program.tmc", "--product", "3110", "--at", "1 s: press home 3"]);
+    assert_eq!(told, "tmcl: --at 'press home 3': no axis 3: the TMCM-3110 has axes 0 to 2\n");
+    assert!(folder.complaint(1, &["program.tmc"]).contains("unknown name 'Motor2'"));
+    folder.write("still.tmc", "STOP\n");
+    folder.shown(&["still.tmc", "--product", "3110", "--plot", "out.svg"]);
+    assert!(texts(&folder.read("out.svg")).contains(&"axis 0: position in microsteps"));
+    // A world has room for three axes.
+    folder.write("world.toml", "[[axis]]\n[[axis]]\n[[axis]]\nmotor.start = 7\n[axis.stage]\nhard_left = -20000\n");
+    let report = folder.shown(&["program.tmc", "--product", "3110", "--world", "world.toml"]);
+    assert!(row(&report, "axis 2").contains("; the motor has lost steps, it is "), "{report}");
+    assert!(folder.complaint(1, &["still.tmc", "--world", "world.toml"]).contains("the TMCM-1140 has one axis"));
+}

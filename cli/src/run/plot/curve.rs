@@ -4,7 +4,7 @@
 use std::fmt::Write;
 
 use super::scale::Scale;
-use crate::run::recording::{Channel, Recording, joined};
+use crate::run::recording::{Channel, Range, Recording, joined};
 
 /// A rectangle of the image that a curve or axis fills, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,18 +34,18 @@ impl Area {
 
 /// A column of the image, as wide as a pixel or a slice, whichever is wider: its X coordinate and the range of its
 /// values.
-type Column = (f64, Option<(i32, i32)>);
+type Column = (f64, Range);
 
 /// The columns of a channel.
 pub(super) fn columns(recording: &Recording, channel: Channel, area: &Area) -> Vec<Column> {
-    let count = recording.slices.len().max(1);
+    let count = recording.len().max(1);
     let width = area.width / count as f64;
     let mut columns: Vec<Column> = Vec::new();
-    for (index, slice) in recording.slices.iter().enumerate() {
+    for (index, slice) in recording.ranges(channel).enumerate() {
         let x = area.left + index as f64 * width;
         match columns.last_mut() {
-            Some((left, range)) if x < *left + 1.0 => *range = joined(*range, slice.range(channel)),
-            _ => columns.push((x, slice.range(channel))),
+            Some((left, range)) if x < *left + 1.0 => *range = joined(*range, slice),
+            _ => columns.push((x, slice)),
         }
     }
     columns

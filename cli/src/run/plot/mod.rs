@@ -10,7 +10,7 @@ use hal_sim::clock::Nanos;
 use curve::{Area, bars, path};
 use scale::{Scale, TimeAxis, grouped};
 
-use super::recording::{Channel, Mark, Recording, joined};
+use super::recording::{Channel, Mark, Quantity, Recording, joined};
 use super::time;
 use crate::program::Program;
 
@@ -39,7 +39,7 @@ const GRID: &str = "#d9dde1";
 
 /// A curve in a panel.
 struct Line {
-    channel: Channel,
+    quantity: Quantity,
     name: &'static str,
     colour: &'static str,
     dash: &'static str,
@@ -49,6 +49,8 @@ struct Line {
 struct Panel {
     name: &'static str,
     height: f64,
+    /// The height where there are panels for several axes.
+    small: f64,
     /// A range that the scale covers at least.
     least: Option<(i32, i32)>,
     lines: &'static [Line],
@@ -58,46 +60,45 @@ const PANELS: [Panel; 4] = [
     Panel {
         name: "position in microsteps",
         height: 170.0,
+        small: 110.0,
         least: None,
         lines: &[
-            Line { channel: Channel::Target, name: "target", colour: ORANGE, dash: "5 3" },
-            Line { channel: Channel::Position, name: "actual", colour: BLUE, dash: "" },
+            Line { quantity: Quantity::Target, name: "target", colour: ORANGE, dash: "5 3" },
+            Line { quantity: Quantity::Position, name: "actual", colour: BLUE, dash: "" },
         ],
     },
     Panel {
         name: "velocity in internal units",
         height: 120.0,
+        small: 80.0,
         least: Some((0, 1)),
-        lines: &[Line { channel: Channel::Velocity, name: "", colour: BLUE, dash: "" }],
+        lines: &[Line { quantity: Quantity::Velocity, name: "", colour: BLUE, dash: "" }],
     },
     Panel {
         name: "stallGuard2 value (parameter 206): 0 is a stall",
         height: 90.0,
+        small: 56.0,
         least: Some((0, 100)),
-        lines: &[Line { channel: Channel::Load, name: "", colour: GREEN, dash: "" }],
+        lines: &[Line { quantity: Quantity::Load, name: "", colour: GREEN, dash: "" }],
     },
     Panel {
         name: "motor current in 1/32 of full scale",
         height: 60.0,
+        small: 50.0,
         least: Some((0, 32)),
-        lines: &[Line { channel: Channel::Current, name: "", colour: PURPLE, dash: "" }],
+        lines: &[Line { quantity: Quantity::Current, name: "", colour: PURPLE, dash: "" }],
     },
 ];
 
-/// Channels with two levels, which are drawn as lanes below the panels. The home switch has a lane only if it is ever
-/// closed.
-const LANES: [(&str, Channel); 5] = [
-    ("OUT0", Channel::Out0),
-    ("OUT1", Channel::Out1),
-    ("left switch", Channel::Left),
-    ("right switch", Channel::Right),
-    ("home switch", Channel::Home),
-];
+/// Switches, which are drawn as lanes below the panels. The home switch has a lane only if it is ever closed.
+const SWITCHES: [(&str, Quantity); 3] =
+    [("left switch", Quantity::Left), ("right switch", Quantity::Right), ("home switch", Quantity::Home)];
 
 /// The SVG image of a recording.
 pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Program) -> String {
-    let mut plot = Plot { svg: String::new(), recording, span: recording.interval * recording.slices.len() as u64 };
-    let below = TITLE + PANELS.iter().map(|panel| NAME + panel.height + GAP).sum::<f64>();
+    let mut plot = Plot { svg: String::new(), recording, span: recording.interval * recording.len() as u64 };
+    let panels = plot.panels();
+    let below = TITLE + panels.iter().map(|panel| NAME + panel.height + GAP).sum::<f64>();
     let lanes = plot.lanes(program);
     let bottom = below + lanes.len() as f64 * LANE;
     let height = bottom + AXIS;
@@ -112,7 +113,7 @@ pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Pro
     plot.title(name, time);
     plot.time_axis(TITLE + NAME, bottom);
     let mut top = TITLE;
-    for panel in &PANELS {
+    for panel in &panels {
         plot.panel(panel, top + NAME);
         top += NAME + panel.height + GAP;
     }
@@ -122,6 +123,14 @@ pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Pro
     }
     plot.svg += "</svg>\n";
     plot.svg
+}
+
+/// A panel of an axis in its place.
+struct AxisPanel {
+    axis: usize,
+    panel: &'static Panel,
+    name: String,
+    height: f64,
 }
 
 /// A lane: a row below the panels that shows when a channel is on or an event occurs.
@@ -143,10 +152,40 @@ struct Plot<'a> {
 }
 
 impl Plot<'_> {
+    /// The panels: of a module with several axes those of each axis that moves, or of axis 0 if none does.
+    fn panels(&self) -> Vec<AxisPanel> {
+        let panels_of = |axis: usize| {
+            PANELS.iter().map(move |panel| match self.recording.axes {
+                1 => AxisPanel { axis, panel, name: panel.name.into(), height: panel.height },
+                _ => AxisPanel { axis, panel, name: format!("axis {axis}: {}", panel.name), height: panel.small },
+            })
+        };
+        let moving: Vec<usize> = (0..self.recording.axes).filter(|axis| self.moves(*axis)).collect();
+        if moving.is_empty() { panels_of(0).collect() } else { moving.into_iter().flat_map(panels_of).collect() }
+    }
+
+    fn moves(&self, axis: usize) -> bool {
+        let turns = self.recording.range(Channel::Of(axis, Quantity::Velocity)).is_some_and(|range| range != (0, 0));
+        turns || self.recording.range(Channel::Of(axis, Quantity::Position)).is_some_and(|(low, high)| low < high)
+    }
+
+    /// The lanes of outputs and switches: of a module with several axes those that are ever on.
+    fn levels(&self) -> Vec<Lane> {
+        let several = self.recording.axes > 1;
+        let outputs =
+            (0..self.recording.outputs).map(|number| (format!("OUT{number}"), Channel::Output(number), several));
+        let switches = (0..self.recording.axes).flat_map(|axis| {
+            SWITCHES.map(|(name, quantity)| {
+                let name = if several { format!("{name} {axis}") } else { name.into() };
+                (name, Channel::Of(axis, quantity), several || quantity == Quantity::Home)
+            })
+        });
+        let seen = |channel| self.recording.range(channel).is_some_and(|(_, high)| high > 0);
+        let wanted = outputs.chain(switches).filter(|(_, channel, only_if_seen)| !only_if_seen || seen(*channel));
+        wanted.map(|(name, channel, _)| Lane { name, content: Content::Level(channel) }).collect()
+    }
+
     fn lanes(&self, program: &Program) -> Vec<Lane> {
-        let level = |(name, channel): (&str, Channel)| Lane { name: name.into(), content: Content::Level(channel) };
-        let seen =
-            |(_, channel): &(&str, Channel)| *channel != Channel::Home || self.range(*channel).is_some_and(|r| r.1 > 0);
         let marks = self.recording.kinds.iter().map(|mark| {
             let name = match mark {
                 Mark::Handler(address) => match program.label(*address) {
@@ -159,12 +198,7 @@ impl Plot<'_> {
             Lane { name, content: Content::Marks(*mark) }
         });
         let notes = (!self.recording.notes.is_empty()).then(|| Lane { name: "events".into(), content: Content::Notes });
-        LANES.into_iter().filter(seen).map(level).chain(marks).chain(notes).collect()
-    }
-
-    /// The lowest and the highest value of a channel.
-    fn range(&self, channel: Channel) -> Option<(i32, i32)> {
-        self.recording.slices.iter().map(|slice| slice.range(channel)).fold(None, joined)
+        self.levels().into_iter().chain(marks).chain(notes).collect()
     }
 
     fn x(&self, at: u64) -> f64 {
@@ -215,12 +249,12 @@ impl Plot<'_> {
         );
     }
 
-    fn panel(&mut self, panel: &Panel, top: f64) {
-        let area = Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: panel.height };
-        let ranges = panel.lines.iter().map(|line| self.range(line.channel));
+    fn panel(&mut self, AxisPanel { axis, panel, name, height }: &AxisPanel, top: f64) {
+        let area = Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: *height };
+        let ranges = panel.lines.iter().map(|line| self.recording.range(Channel::Of(*axis, line.quantity)));
         let (low, high) = ranges.fold(panel.least, joined).unwrap_or((0, 1));
-        let scale = Scale::over(low.into(), high.into(), (panel.height / 24.0) as usize);
-        self.text(LEFT, top - 7.0, "font-weight=\"bold\"", panel.name);
+        let scale = Scale::over(low.into(), high.into(), (height / 24.0) as usize);
+        self.text(LEFT, top - 7.0, "font-weight=\"bold\"", name);
         let mut x = LEFT + 220.0;
         for line in panel.lines.iter().filter(|line| !line.name.is_empty()) {
             self.draw_path(&format!("M{x} {:.1}h24", top - 11.0), &stroke(line));
@@ -235,7 +269,7 @@ impl Plot<'_> {
         }
         self.draw_path(&grid, &format!("stroke=\"{GRID}\" fill=\"none\""));
         for line in panel.lines {
-            self.draw_path(&path(self.recording, line.channel, &area, &scale), &stroke(line));
+            self.draw_path(&path(self.recording, Channel::Of(*axis, line.quantity), &area, &scale), &stroke(line));
         }
     }
 
