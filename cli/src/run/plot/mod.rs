@@ -152,7 +152,8 @@ struct Plot<'a> {
 }
 
 impl Plot<'_> {
-    /// The panels: of a module with several axes those of each axis that moves, or of axis 0 if none does.
+    /// The panels: of a module with several axes those of each axis that moves, as far as anything happens in them; or of
+    /// axis 0 if none does.
     fn panels(&self) -> Vec<AxisPanel> {
         let panels_of = |axis: usize| {
             PANELS.iter().map(move |panel| match self.recording.axes {
@@ -161,12 +162,21 @@ impl Plot<'_> {
             })
         };
         let moving: Vec<usize> = (0..self.recording.axes).filter(|axis| self.moves(*axis)).collect();
-        if moving.is_empty() { panels_of(0).collect() } else { moving.into_iter().flat_map(panels_of).collect() }
+        if self.recording.axes == 1 || moving.is_empty() {
+            return panels_of(0).collect();
+        }
+        let panels = moving.into_iter().flat_map(panels_of);
+        panels
+            .filter(|AxisPanel { axis, panel, .. }| panel.lines.iter().any(|line| self.varies(*axis, line.quantity)))
+            .collect()
     }
 
     fn moves(&self, axis: usize) -> bool {
-        let turns = self.recording.range(Channel::Of(axis, Quantity::Velocity)).is_some_and(|range| range != (0, 0));
-        turns || self.recording.range(Channel::Of(axis, Quantity::Position)).is_some_and(|(low, high)| low < high)
+        self.varies(axis, Quantity::Velocity) || self.varies(axis, Quantity::Position)
+    }
+
+    fn varies(&self, axis: usize, quantity: Quantity) -> bool {
+        self.recording.range(Channel::Of(axis, quantity)).is_some_and(|(low, high)| low < high)
     }
 
     /// The lanes of outputs and switches: of a module with several axes those that are ever on.
