@@ -163,6 +163,8 @@ pub struct Tmc429<SPI> {
     status: u8,
     /// A datagram was not answered, and the chip has not answered [`confirm`](Self::confirm) since.
     unanswered: bool,
+    /// The states of the reference switches as read for several who ask; `None` if that is too long ago.
+    switches: Option<u32>,
     /// The contents of the registers as far as they are known, by ramp generator and register.
     shadow: [[Option<u32>; REGISTERS]; 3],
     /// The interface configuration; `None` if it is not known.
@@ -173,7 +175,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// The chip on an SPI device in mode 3, with unknown register contents: after a warm start its motors may be
     /// running.
     pub const fn new(spi: SPI) -> Self {
-        Tmc429 { spi, status: 0, unanswered: false, shadow: [[None; REGISTERS]; 3], interface: None }
+        Tmc429 { spi, status: 0, unanswered: false, switches: None, shadow: [[None; REGISTERS]; 3], interface: None }
     }
 
     /// Stops all motors at once, whatever they were doing: a zero that is written to V_ACTUAL in hold mode, the only
@@ -275,6 +277,22 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// As of [`read`](Self::read).
     pub fn reference_switches(&mut self) -> Result<u32, Error<SPI::Error>> {
         self.transfer(COMMON, Common::ReferenceSwitches as u8, None)
+    }
+
+    /// The same for several who ask within a short time: it is read once, until [it is forgotten](Self::forget_switches).
+    ///
+    /// # Errors
+    /// As of [`read`](Self::read).
+    pub fn switches_once(&mut self) -> Result<u32, Error<SPI::Error>> {
+        match self.switches {
+            Some(bits) => Ok(bits),
+            None => self.reference_switches().inspect(|bits| self.switches = Some(*bits)),
+        }
+    }
+
+    /// From now on what [`switches_once`](Self::switches_once) has read is too old.
+    pub const fn forget_switches(&mut self) {
+        self.switches = None;
     }
 
     /// Asks the chip for its type and version, which shows that chip and bus work. A bus that reads as all zeros is

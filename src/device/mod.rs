@@ -159,9 +159,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.outputs.trouble = false;
         (self.restart, self.next, self.upcoming) = (None, now, Self::PIECES);
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
-            // Each fourth reading goes to a driver. With two readings between them, two controllers do not read drivers
-            // in the same millisecond.
-            (controller.unanswered, controller.turn, controller.rotation) = (0, 0, n.wrapping_mul(2));
+            // Each fourth reading goes to a driver. With three readings between them, two controllers do not read drivers
+            // in the same millisecond, nor does one of them read one while the other is asked for its version.
+            (controller.unanswered, controller.turn, controller.rotation) = (0, 0, n.wrapping_mul(3));
         }
         if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion).is_ok()) {
             self.give_up();

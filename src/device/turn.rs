@@ -61,6 +61,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let due = self.next.after(PERIOD);
         self.next = if due > now { due } else { now.after(PERIOD) };
         self.upcoming = 0;
+        for controller in self.controllers.as_mut() {
+            T::Hardware::begin_turn(&mut controller.shared);
+        }
         self.supervise()
     }
 
@@ -72,12 +75,12 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let Some(controller) = self.controllers.as_mut().get_mut(controller_of::<T>(number)) else {
             return (number, Events::default());
         };
+        let Some(axis) = self.axes.get_mut(number) else { return (number, Events::default()) };
         let is_its_turn = number.checked_rem(T::Hardware::AXES) == Some(controller.turn.into());
-        let reading = is_its_turn.then_some(controller.rotation);
-        let events = match self.axes.get_mut(number) {
-            Some(axis) => axis.on(&mut controller.shared).poll(now, sensors, reading),
-            None => Events::default(),
-        };
+        // A search takes the other readings itself. With one axis there is time for them all the same.
+        let is_wanted = AXES == 1 || !axis.searches() || !T::Hardware::is_of_motion(controller.rotation);
+        let reading = (is_its_turn && is_wanted).then_some(controller.rotation);
+        let events = axis.on(&mut controller.shared).poll(now, sensors, reading);
         self.pass_taken();
         (number, events)
     }

@@ -163,6 +163,16 @@ pub trait Hardware {
     /// Reads the magnitude of the actual acceleration.
     fn acceleration(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
 
+    /// A turn begins, the millisecond in which each axis is polled once.
+    fn begin_turn(controller: &mut Self::Controller);
+
+    /// The stop switches in this turn, left and right: true is closed, after inversion. The hardware may read them for all
+    /// axes of the controller when the first one asks.
+    fn turn_switches(&mut self, controller: &mut Self::Controller) -> Result<[bool; 2], Error>;
+
+    /// True if the reading of this number is one of speed or switches.
+    fn is_of_motion(reading: u8) -> bool;
+
     /// Reads the stop switches, left and right: true is closed, after inversion.
     fn switches(&mut self, controller: &mut Self::Controller) -> Result<[bool; 2], Error>;
 

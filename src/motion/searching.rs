@@ -56,7 +56,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// Advances the search by one poll, in which the position has been read before. If a datagram does not get through,
     /// `search` is not kept: the next poll does the same again from the state of the poll before.
     pub(super) fn poll_search(&mut self, now: Micros, mut search: Search) -> Result<(), Error> {
-        let switches = self.switches()?;
+        let switches = self.turn_switches()?;
         self.actual_speed()?;
         let known = *self.hardware.known();
         let slack = SLACK << self.values.get(P::MicrostepResolution);

@@ -258,10 +258,24 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(signed(chip.read(self.generator, Register::AActual)?, 12).abs())
     }
 
+    fn begin_turn(chip: &mut Tmc429<M>) {
+        chip.forget_switches();
+    }
+
+    /// All switches of the chip are in one register.
+    fn turn_switches(&mut self, chip: &mut Tmc429<M>) -> Result<[bool; 2], Error> {
+        let bits = chip.switches_once()?;
+        Ok(self.own_switches(bits))
+    }
+
+    fn is_of_motion(reading: u8) -> bool {
+        let reading = reading % READINGS;
+        reading != CONFIRMATION && reading % 4 != 1
+    }
+
     fn switches(&mut self, chip: &mut Tmc429<M>) -> Result<[bool; 2], Error> {
-        let bits = chip.reference_switches()? >> (2 * self.generator as u32);
-        self.right = bits & 1 != 0;
-        Ok([bits & 2 != 0, self.right])
+        let bits = chip.reference_switches()?;
+        Ok(self.own_switches(bits))
     }
 
     /// The left switch is as old as the last datagram, the right one at most eight turns of readings of this axis.
@@ -323,6 +337,13 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 }
 
 impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
+    /// The switches of this motor, left and right, of those of the chip.
+    fn own_switches(&mut self, bits: u32) -> [bool; 2] {
+        let bits = bits >> (2 * self.generator as u32);
+        self.right = bits & 1 != 0;
+        [bits & 2 != 0, self.right]
+    }
+
     fn write_waypoint(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {
         Ok(chip.write(self.generator, Register::XTarget, self.waypoint as u32)?)
     }

@@ -135,9 +135,19 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Reads the stop switches from the hardware; the home switch is that of this poll.
     pub(super) fn switches(&mut self) -> Result<Switches, Error> {
-        let home = self.sensors.home;
         let (hardware, controller) = self.reach();
-        let [left, right] = hardware.switches(controller)?;
-        Ok(Switches { left, right: self.watched_right().unwrap_or(right), home })
+        let stops = hardware.switches(controller)?;
+        Ok(self.with_home(stops))
+    }
+
+    /// The stop switches in this turn; the home switch is that of this poll.
+    pub(super) fn turn_switches(&mut self) -> Result<Switches, Error> {
+        let (hardware, controller) = self.reach();
+        let stops = hardware.turn_switches(controller)?;
+        Ok(self.with_home(stops))
+    }
+
+    fn with_home(&self, [left, right]: [bool; 2]) -> Switches {
+        Switches { left, right: self.watched_right().unwrap_or(right), home: self.sensors.home }
     }
 }

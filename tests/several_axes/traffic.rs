@@ -106,6 +106,30 @@ fn with_all_axes_moving_each_position_is_read_and_little_more() {
     }
 }
 
+/// A search looks at position and speed of its axis in each millisecond, and at the switches, which the axes of a controller
+/// have in one register. It has no use for other readings of these.
+#[test]
+fn with_all_axes_searching_the_switches_are_read_once_for_each_controller() {
+    for mut bench in Bench::bare() {
+        bench.each("RFS START, #");
+        bench.run(SECOND);
+        let seen = milliseconds(&mut bench, 500);
+        let (axes, controllers) = (usize::from(bench.spec.axes), usize::from(bench.spec.axes / 3));
+        // One of the controllers reads a driver, or its own version.
+        within("searching", &seen, 2 * axes + controllers + 1);
+        let is_of = |datagram: &Datagram, n: usize| datagram.chip == Chip::Tmc429(n);
+        for n in 0..controllers {
+            let switches = |datagram: &Datagram| is_of(datagram, n) && datagram.bytes[0] == REFERENCE_SWITCHES;
+            let times = seen.iter().map(|datagrams| datagrams.iter().filter(|datagram| switches(datagram)).count());
+            assert!(times.clone().all(|times| times == 1), "switches of controller {n}: {:?}", times.max());
+        }
+        for axis in bench.axes() {
+            let driver = longest(&seen, |datagram| datagram.chip == Chip::Tmc262(axis.into()));
+            assert!(driver <= 12, "driver of axis {axis}: {driver} ms");
+        }
+    }
+}
+
 /// Only a motor that moves is asked for its position: one of six that moves costs one datagram a millisecond more.
 #[test]
 fn an_axis_that_moves_alone_costs_one_datagram_more() {

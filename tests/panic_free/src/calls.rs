@@ -220,6 +220,8 @@ fn chips() {
     any(controller.holds(generator, register, any(0)));
     let _ = any(controller.read(generator, register));
     let _ = any(controller.reference_switches());
+    controller.forget_switches();
+    let _ = any(controller.switches_once());
     let _ = any(controller.confirm());
     any(controller.left_switch(generator));
     any(signed(any(0), any(0)));
