@@ -9,10 +9,12 @@ usage: cargo measure                              all figures of the flash image
        cargo measure update                       and puts them into docs/performance.md
        cargo measure profile COMMAND [LINK]       where the cycles of a reply go: cargo measure profile 'GAP 5'
                                                   COMMAND is one argument, LINK is rs485, can or usb
-       cargo measure profile poll                 and those of a poll with a moving axis
+       cargo measure profile poll                 and those of a poll with all axes moving
+       cargo measure profile rest                 and those of a poll at rest
        cargo measure profile program COMMAND      and those of a millisecond of a program of such commands
        cargo measure profile canopen SUBJECT      and those of the CANopen image: SUBJECT is upload, download, target, sync
                                                   or turn, with a moving axis
+       cargo measure profile 6110 ...             any of these but the last, of the image of the TMCM-6110
        cargo measure help                         this text";
 
 /// What is to be done.
@@ -24,6 +26,8 @@ pub(crate) enum Order<'a> {
     Measure { short: bool, updates: bool },
     /// To print a profile.
     Profile(Subject<'a>),
+    /// The same of the image of the TMCM-6110.
+    SixAxes(Subject<'a>),
 }
 
 /// What a profile is of.
@@ -31,8 +35,10 @@ pub(crate) enum Order<'a> {
 pub(crate) enum Subject<'a> {
     /// The reply to a command.
     Reply(&'a str, Link),
-    /// A poll with a moving axis.
+    /// A poll with all axes moving.
     Poll,
+    /// A poll at rest.
+    Rest,
     /// A millisecond of a program that consists of a command.
     Program(&'a str),
     /// What the CANopen image does with a frame; none is a turn of it.
@@ -52,20 +58,35 @@ fn order<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
         [] => (Order::Measure { short: false, updates: false }, &[][..]),
         ["short", rest @ ..] => (Order::Measure { short: true, updates: false }, rest),
         ["update", rest @ ..] => (Order::Measure { short: false, updates: true }, rest),
-        ["profile"] => return Err("profile of what: a command, poll, or program COMMAND".into()),
-        ["profile", "poll", rest @ ..] => (Order::Profile(Subject::Poll), rest),
         ["profile", "canopen"] => return Err(format!("profile canopen of what: {NODES}")),
         ["profile", "canopen", name, rest @ ..] => (Order::Profile(Subject::Node(node(name)?)), rest),
-        ["profile", "program"] => return Err("profile program: its command is missing".into()),
-        ["profile", "program", line, rest @ ..] => (Order::Profile(Subject::Program(readable(line)?)), rest),
-        ["profile", line] => (Order::Profile(Subject::Reply(readable(line)?, Link::Rs485)), &[][..]),
-        ["profile", line, name, rest @ ..] => (Order::Profile(Subject::Reply(readable(line)?, link(name)?)), rest),
+        ["profile", "6110", of @ ..] => {
+            let (subject, rest) = subject(of)?;
+            (Order::SixAxes(subject), rest)
+        }
+        ["profile", of @ ..] => {
+            let (subject, rest) = subject(of)?;
+            (Order::Profile(subject), rest)
+        }
         [word, ..] => return Err(format!("unknown command '{word}'")),
     };
     match rest {
         [] => Ok(order),
         [word, ..] => Err(format!("'{word}' is one argument too many")),
     }
+}
+
+/// What a profile of an image with TMCL is of, and the arguments behind it.
+fn subject<'a, 'b>(arguments: &'b [&'a str]) -> Result<(Subject<'a>, &'b [&'a str]), String> {
+    Ok(match arguments {
+        [] => return Err("profile of what: a command, poll, rest, or program COMMAND".into()),
+        ["poll", rest @ ..] => (Subject::Poll, rest),
+        ["rest", rest @ ..] => (Subject::Rest, rest),
+        ["program"] => return Err("profile program: its command is missing".into()),
+        ["program", line, rest @ ..] => (Subject::Program(readable(line)?), rest),
+        [line] => (Subject::Reply(readable(line)?, Link::Rs485), &[]),
+        [line, name, rest @ ..] => (Subject::Reply(readable(line)?, link(name)?), rest),
+    })
 }
 
 fn link(name: &str) -> Result<Link, String> {

@@ -2,6 +2,7 @@
 
 use super::canopen::Canopen;
 use super::commands::Commands;
+use super::load::Budgeted as Load;
 use super::memory::Memory;
 use super::replies::Replies;
 use super::report::Report;
@@ -12,14 +13,26 @@ use super::waits::Waits;
 #[derive(Debug, Default)]
 pub(crate) struct Figures {
     pub(crate) memory: Memory,
-    /// Shares of the core that the owner takes less the SPI wire, in millionths: at rest, and with one axis moving.
-    pub(crate) owner: [u64; 2],
+    /// At rest, with the axis moving, and with it searching.
+    pub(crate) load: [Load; 3],
     pub(crate) replies: Replies,
     pub(crate) waits: Waits,
     pub(crate) commands: Commands,
     /// Of the CANopen image.
     pub(crate) node: Canopen,
     pub(crate) node_memory: Memory,
+    pub(crate) six: SixAxes,
+}
+
+/// What has been measured of the image of the TMCM-6110.
+#[derive(Debug, Default)]
+pub(crate) struct SixAxes {
+    pub(crate) memory: Memory,
+    /// At rest, with all axes moving, and with all of them searching.
+    pub(crate) load: [Load; 3],
+    pub(crate) replies: Replies,
+    /// How much longer the owner works between two looks at the links than that of the TMCM-1140, in thousandths.
+    pub(crate) piece: u64,
 }
 
 /// What a figure counts.
@@ -31,8 +44,14 @@ enum Unit {
     Bytes,
     /// Shown in percent.
     Millionths,
+    /// The same, where a miss is an error.
+    Share,
+    /// Thousandths of a datagram in a millisecond.
+    Rate,
+    /// Thousandths of what the TMCM-1140 takes.
+    Times,
 }
-use Unit::{Bytes, Cycles, Datagrams, Frames, Millionths};
+use Unit::{Bytes, Cycles, Datagrams, Frames, Millionths, Rate, Share, Times};
 
 /// A budget.
 struct Budget {
@@ -80,8 +99,10 @@ const TMCL: [Budget; 23] = [
     row("arithmetic or branch command of a program", Cycles, [0, 241], [80, 45], |f| Some(f.commands.arithmetic)),
     row("user variable command of a program", Cycles, [0, 382], [120, 70], |f| Some(f.commands.variable)),
     row("GAP 5 in a program", Cycles, [0, 1_202], [800, 300], |f| Some(f.commands.plain)),
-    row("owner less the SPI wire, at rest", Millionths, [0, 0], [19_000, 12_000], |f| Some(f.owner[0])),
-    row("owner less the SPI wire, one axis moving", Millionths, [0, 19_000], [20_000, 15_000], |f| Some(f.owner[1])),
+    row("owner less the SPI wire, at rest", Millionths, [0, 0], [19_000, 12_000], |f| Some(f.load[0].less_wire)),
+    row("owner less the SPI wire, one axis moving", Millionths, [0, 19_000], [20_000, 15_000], |f| {
+        Some(f.load[1].less_wire)
+    }),
     row("flash", Bytes, [32 * 1024, 121_608], [124 * 1024, 96 * 1024], |f| Some(f.memory.flash)),
     row("static RAM", Bytes, [3_482, 24_860], [26 * 1024, 24 * 1024], |f| Some(f.memory.statics)),
     row("stack, most in use", Bytes, [205, 7_368], [4 * 1024, 2_560], |f| Some(f.memory.stack[1])),
@@ -110,6 +131,34 @@ const CANOPEN: [Budget; 11] = [
     row("stack, most in use", Bytes, [0, 0], [5 * 1024, 5 * 1024], |f| Some(f.node_memory.stack[1])),
 ];
 
+/// Those of the image of the TMCM-6110, which are about all of its axes at once.
+const SIX_AXES: [Budget; 12] = [
+    row("owner with the SPI wire, at rest", Share, [0, 0], [110_000, 80_000], |f| Some(f.six.load[0].owner)),
+    row("owner with the SPI wire, all axes moving", Share, [0, 0], [300_000, 260_000], |f| Some(f.six.load[1].owner)),
+    row("datagrams, at rest", Rate, [0, 0], [3_000, 3_000], |f| Some(f.six.load[0].datagrams)),
+    row("datagrams, all axes moving", Rate, [0, 0], [9_000, 9_000], |f| Some(f.six.load[1].datagrams)),
+    row("datagrams, all axes searching", Rate, [0, 0], [15_000, 15_000], |f| Some(f.six.load[2].datagrams)),
+    row("longest piece between two looks at the links", Times, [0, 0], [1_200, 1_200], |f| Some(f.six.piece)),
+    row("first bit out, no chip access, RS485 at 115 200", Times, [0, 0], [1_100, 1_100], |f| {
+        times(f.six.replies.rs485.plain, f.replies.rs485.plain)
+    }),
+    row("first bit out, no chip access, CAN", Times, [0, 0], [1_100, 1_100], |f| {
+        times(f.six.replies.can.plain, f.replies.can.plain)
+    }),
+    row("first bit out, no chip access, USB", Times, [0, 0], [1_100, 1_100], |f| {
+        times(f.six.replies.usb.plain, f.replies.usb.plain)
+    }),
+    row("flash", Bytes, [0, 0], [140 * 1024, 128 * 1024], |f| Some(f.six.memory.flash)),
+    row("static RAM", Bytes, [0, 0], [40 * 1024, 32 * 1024], |f| Some(f.six.memory.statics)),
+    // At the start, where the module is made; all of its stack is 16 KiB.
+    row("stack, most in use", Bytes, [0, 0], [12 * 1024, 4 * 1024], |f| Some(f.six.memory.stack[1])),
+];
+
+/// How many times the one is the other, in thousandths.
+fn times(one: u64, other: u64) -> Option<u64> {
+    (one * 1_000).checked_div(other)
+}
+
 /// A row of the table; 0 stands for what the peer has not, or what had not been measured before.
 const fn row(
     name: &'static str,
@@ -137,14 +186,17 @@ impl Unit {
             Datagrams => "datagrams",
             Frames => "frames",
             Bytes => "bytes",
-            Millionths => "% of the core",
+            Millionths | Share => "% of the core",
+            Rate => "a millisecond",
+            Times => "times the TMCM-1140's",
         }
     }
 
     fn show(self, figure: u64) -> String {
         match self {
             Cycles | Datagrams | Frames | Bytes => grouped(figure),
-            Millionths => format!("{:.2}", figure as f64 / 10_000.0),
+            Millionths | Share => format!("{:.2}", figure as f64 / 10_000.0),
+            Rate | Times => format!("{:.2}", figure as f64 / 1_000.0),
         }
     }
 
@@ -166,7 +218,8 @@ pub(crate) fn check(figures: &Figures, report: &mut Report) -> bool {
          not been made fast yet. Replies: the longest of the medians of GAP 5, GGP and an unknown command.",
     );
     let kept = table("the image that speaks TMCL", &TMCL, figures, report);
-    table("the CANopen image", &CANOPEN, figures, report) && kept
+    let kept = table("the CANopen image", &CANOPEN, figures, report) && kept;
+    table("the image of the TMCM-6110", &SIX_AXES, figures, report) && kept
 }
 
 /// Prints the budgets of an image.

@@ -8,6 +8,7 @@ use hal_sim::mcu::{CanFrame, LogLine, Machine, Step};
 use hal_sim::world::config::WorldConfig;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, Status, can, text};
+use tmcm_sim::image;
 
 /// Anything that ends a measurement.
 pub(crate) type Failure = Box<dyn Error + Send + Sync>;
@@ -92,9 +93,10 @@ pub(crate) struct Host {
 }
 
 impl Host {
-    /// Switches on a module with the image `elf`, in the world that the text describes.
+    /// Switches on a module with the image `elf`, of whatever product that is, in the world that the text describes.
     pub(crate) fn in_world(elf: &[u8], world: &str) -> Result<Self, Failure> {
-        let board = Board::new(&WorldConfig::parse(world)?, 0);
+        let kind = image::model(elf)?.unwrap_or_default().product().kind();
+        let board = Board::of_kind(kind, &WorldConfig::parse_for(kind, world)?, 0);
         let mut host = Self { machine: Machine::new(elf, board)?, baud: SLOW };
         host.run(START)?;
         Ok(host)
@@ -244,6 +246,24 @@ impl Host {
     pub(crate) fn tell(&mut self, link: Link, line: &str) -> Result<i32, Failure> {
         let Received { status, value, .. } = self.exchange(link, command(line)?)?.reply;
         if status == Status::Ok as u8 { Ok(value) } else { Err(refusal(line, status).into()) }
+    }
+
+    /// A line for each axis, whose number stands for the #; itself, if it has none.
+    pub(crate) fn lines(&mut self, line: &str) -> Vec<String> {
+        let axes = if line.contains('#') { self.machine.board().kind().axes() } else { 1 };
+        (0..axes).map(|axis| line.replace('#', &axis.to_string())).collect()
+    }
+
+    /// Tells each axis, whose number stands for the #.
+    pub(crate) fn tell_each(&mut self, link: Link, line: &str) -> Result<(), Failure> {
+        self.lines(line).iter().try_for_each(|line| self.tell(link, line).map(drop))
+    }
+
+    /// Loads a program, and has it run.
+    pub(crate) fn run_program(&mut self, link: Link, program: &[&str]) -> Result<(), Failure> {
+        self.load(link, &program.iter().map(|&line| line.into()).collect::<Vec<String>>())?;
+        self.tell(link, "129, 0, 0, 0")?;
+        Ok(())
     }
 
     /// Loads a program.

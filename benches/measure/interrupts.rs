@@ -104,8 +104,7 @@ fn masked(watch: &Watch, symbols: &Symbols<'_>, report: &mut Report) {
 fn session(elf: &[u8], span: Nanos, observer: &mut dyn FnMut(Step)) -> Result<(), Failure> {
     let mut host = Host::start_at(elf, FAST)?;
     host.plug_usb()?;
-    host.load(Link::Can, &["GAP 1, 0", "CALC ADD, 1", "JA 0"].map(str::to_owned))?;
-    host.tell(Link::Can, "129, 0, 0, 0")?;
+    host.run_program(Link::Can, &["GAP 1, 0", "CALC ADD, 1", "JA 0"])?;
     host.tell(Link::Can, "ROR 0, 1000")?;
     let end = host.machine.now() + span;
     let mut n: u64 = 0;

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use hal_sim::board::Chip;
-use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::{Act, Machine, Step};
 
 use super::host::{Failure, Host, Link};
@@ -16,20 +16,21 @@ pub(crate) const OWNER: u16 = 16 + 29;
 /// Those in which a node of CANopen runs: of TIM3, free mailboxes and both receive queues.
 pub(crate) const OWNERS: [u16; 4] = [OWNER, 16 + 19, 16 + 20, 16 + 21];
 
-/// What the core does, and what makes it do so.
-const ROWS: [(&str, &[&str], Option<&str>); 5] = [
+/// What the core does, the program that makes it do so, and what each axis is told.
+const ROWS: [(&str, &[&str], Option<&str>); 6] = [
     ("at rest", &[], None),
-    ("ROR", &[], Some("ROR 0, 1000")),
-    ("MVP on its way", &[], Some("MVP ABS, 0, 10000000")),
+    ("ROR", &[], Some("ROR #, 1000")),
+    ("MVP on its way", &[], Some("MVP ABS, #, 10000000")),
+    ("a search on its way", &[], Some("RFS START, #")),
     (
         "ROR, a program of arithmetic on its full fuel",
         &["CALC ADD, 1", "CALCX SWAP", "COMP 7", "JC EQ, 0", "JA 0"],
-        Some("ROR 0, 1000"),
+        Some("ROR #, 1000"),
     ),
-    ("ROR, a program of GAP 1 on its full fuel", &["GAP 1, 0", "JA 0"], Some("ROR 0, 1000")),
+    ("ROR, a program of GAP 1 on its full fuel", &["GAP 1, 0", "JA 0"], Some("ROR #, 1000")),
 ];
-/// Places of the rows that the budgets are about.
-const BUDGETED: [usize; 2] = [0, 1];
+/// Places of the rows that the budgets are about: at rest, with all axes moving, and with all of them searching.
+const BUDGETED: [usize; 3] = [0, 1, 3];
 
 /// Cycles and instructions.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,21 +51,29 @@ pub(crate) struct Load {
     datagrams: u64,
 }
 
-/// Measures the load for `span` each. Gives the share of the core that the owner takes less the SPI wire, in parts of a
-/// million: at rest, and with one axis moving.
-pub(crate) fn measure(elf: &[u8], span: Nanos, report: &mut Report) -> Result<[u64; 2], Failure> {
+/// What the budgets are about.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Budgeted {
+    /// The share of the core that the owner takes, in parts of a million; and the same less the SPI wire.
+    pub(crate) owner: u64,
+    pub(crate) less_wire: u64,
+    /// Datagrams in a second.
+    pub(crate) datagrams: u64,
+}
+
+/// Measures the load for `span` each: at rest, with all axes moving, and with all of them searching.
+pub(crate) fn measure(elf: &[u8], span: Nanos, title: &str, report: &mut Report) -> Result<[Budgeted; 3], Failure> {
     let loads = parallel::map(&ROWS, |(name, program, line)| {
-        progress(&format!("load: {name}"));
+        progress(&format!("{title}: {name}"));
         observe(elf, program, *line, span)
     })?;
-    let budgeted = BUDGETED.map(|index| loads.get(index).map_or(0, |load| load.share_of(&[OWNER])));
-    report.title("Load of the core");
+    report.title(title);
     report.text(
         "The owner of the module is the handler of TIM3: the polls, the program, and what RS485 and USB ask. What comes over \
          CAN runs in the handler of CAN1_RX0; here nothing does. Waiting for the wire of SPI1 is part of its time.",
     );
     table(ROWS.iter().map(|(name, ..)| *name).zip(&loads), &[OWNER], span, report);
-    Ok(budgeted)
+    Ok(BUDGETED.map(|index| loads.get(index).map_or(Budgeted::default(), |load| load.budgeted(span))))
 }
 
 /// Prints loads that were watched for `span`, with their names. The owner runs in these exceptions.
@@ -99,12 +108,10 @@ pub(crate) fn table<'a>(
 fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Result<Load, Failure> {
     let mut host = Host::start(elf)?;
     if !program.is_empty() {
-        let program: Vec<String> = program.iter().map(|&line| line.into()).collect();
-        host.load(Link::Can, &program)?;
-        host.tell(Link::Can, "129, 0, 0, 0")?;
+        host.run_program(Link::Can, program)?;
     }
     if let Some(line) = line {
-        host.tell(Link::Can, line)?;
+        host.tell_each(Link::Can, line)?;
     }
     // Out of the ramp.
     host.run(500 * MILLISECOND)?;
@@ -115,9 +122,11 @@ fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Res
     Ok(load)
 }
 
-/// Datagrams to TMC429 and TMC262 since the module was switched on.
+/// Datagrams to the motion chips since the module was switched on.
 pub(crate) fn datagrams(machine: &mut Machine) -> u64 {
-    [Chip::Tmc429(0), Chip::Tmc262(0)].map(|chip| machine.board().datagrams(chip)).iter().sum()
+    let board = machine.board();
+    let controllers = (0..board.kind().controllers.len()).map(Chip::Tmc429);
+    controllers.chain((0..board.kind().axes()).map(Chip::Tmc262)).map(|chip| board.datagrams(chip)).sum()
 }
 
 impl Load {
@@ -135,6 +144,14 @@ impl Load {
     pub(crate) fn share_of(&self, exceptions: &[u16]) -> u64 {
         let one = self.by_any(exceptions);
         one.cycles.saturating_sub(one.wire) * 1_000_000 / self.cycles.max(1)
+    }
+
+    fn budgeted(&self, span: Nanos) -> Budgeted {
+        Budgeted {
+            owner: self.by_any(&[OWNER]).cycles * 1_000_000 / self.cycles.max(1),
+            less_wire: self.share_of(&[OWNER]),
+            datagrams: self.datagrams * SECOND / span,
+        }
     }
 
     /// Takes over how many datagrams there have been since there were so many.

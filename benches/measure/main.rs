@@ -7,6 +7,7 @@
 //! | `replies`, `waits` | how soon requests are answered, alone and behind other work |
 //! | `commands` | what commands of a program cost |
 //! | `interrupts` | how long interrupts wait, and are masked |
+//! | `pieces` | how long the owner works between two looks at the links |
 //! | `canopen` | how soon the CANopen image answers, what cyclic masters cost it, whether it loses frames |
 //! | `budgets` | what the design allows |
 //! | `profile` | where the cycles of one reply go |
@@ -27,6 +28,7 @@ mod load;
 mod master;
 mod memory;
 mod parallel;
+mod pieces;
 mod profile;
 mod replies;
 mod report;
@@ -40,7 +42,7 @@ use std::process::ExitCode;
 use hal_sim::clock::{MILLISECOND, Nanos};
 
 use arguments::{Order, Subject, USAGE};
-use budgets::Figures;
+use budgets::{Figures, SixAxes};
 use host::Failure;
 use report::{Report, progress};
 use symbols::Symbols;
@@ -72,7 +74,7 @@ const FULL: Extent = Extent {
     interrupts: 300 * MILLISECOND,
 };
 const SHORT: Extent = Extent {
-    replies: 5,
+    replies: 15,
     waits: 40,
     load: 50 * MILLISECOND,
     program: 30 * MILLISECOND,
@@ -103,11 +105,13 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
             return Ok(true);
         }
         Order::Measure { short, updates } => (if short { SHORT } else { FULL }, updates),
-        Order::Profile(subject) => return profile(subject),
+        Order::Profile(Subject::Node(frame)) => return profile(&read(build::try_canopen()?)?, Subject::Node(frame)),
+        Order::Profile(subject) => return profile(&image()?, subject),
+        Order::SixAxes(subject) => return profile(&read(build::try_six_axes()?)?, subject),
     };
-    let (elf, node) = (image()?, read(build::try_canopen()?)?);
+    let images = Images { tmcl: image()?, node: read(build::try_canopen()?)?, six: read(build::try_six_axes()?)? };
     let mut report = Report::default();
-    let kept = measure(&elf, &node, &extent, &mut report)?;
+    let kept = measure(&images, &extent, &mut report)?;
     if updates {
         report.write(Path::new(PAGE))?;
     }
@@ -123,18 +127,25 @@ fn read(image: build::Built) -> Result<Vec<u8>, Failure> {
     Ok(std::fs::read(image.path)?)
 }
 
-fn profile(subject: Subject<'_>) -> Result<bool, Failure> {
-    let elf = if let Subject::Node(_) = subject { read(build::try_canopen()?)? } else { image()? };
-    profile::run(&elf, &Symbols::read(&elf)?, subject)?;
+fn profile(elf: &[u8], subject: Subject<'_>) -> Result<bool, Failure> {
+    profile::run(elf, &Symbols::read(elf)?, subject)?;
     Ok(true)
 }
 
-fn measure(elf: &[u8], node: &[u8], extent: &Extent, report: &mut Report) -> Result<bool, Failure> {
+/// The images: of the TMCM-1140, with its two firmwares, and of the TMCM-6110.
+struct Images {
+    tmcl: Vec<u8>,
+    node: Vec<u8>,
+    six: Vec<u8>,
+}
+
+fn measure(images: &Images, extent: &Extent, report: &mut Report) -> Result<bool, Failure> {
+    let Images { tmcl: elf, node, six } = images;
     let symbols = Symbols::read(elf)?;
     progress("memory");
     let mut figures = Figures {
-        memory: memory::measure(elf, report)?,
-        owner: load::measure(elf, extent.load, report)?,
+        memory: memory::measure(elf, "Memory", report)?,
+        load: load::measure(elf, extent.load, "Load of the core", report)?,
         replies: replies::measure(elf, extent.replies, report)?,
         waits: waits::measure(elf, extent.waits, report)?,
         commands: commands::measure(elf, extent.kinds, extent.program, report)?,
@@ -144,5 +155,11 @@ fn measure(elf: &[u8], node: &[u8], extent: &Extent, report: &mut Report) -> Res
     progress("CANopen: memory");
     figures.node_memory = memory::measure_canopen(node, report)?;
     figures.node = canopen::measure(node, extent.replies, extent.load, report)?;
+    figures.six = SixAxes {
+        memory: memory::measure(six, "TMCM-6110: memory", report)?,
+        load: load::measure(six, extent.load, "TMCM-6110: load of the core", report)?,
+        replies: replies::measure_briefly(six, extent.replies, "TMCM-6110: replies", report)?,
+        piece: pieces::measure(elf, six, report)?,
+    };
     Ok(budgets::check(&figures, report))
 }

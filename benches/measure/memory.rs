@@ -38,14 +38,14 @@ const EXECUTED: u32 = 1;
 /// A stage with both switches, for the search.
 const STAGE: &str = "[stage]\nleft = -20000\nleft_width = 2049\nright = 20000\nright_width = 2049";
 
-/// Takes the measure of the image that speaks TMCL.
-pub(crate) fn measure(elf: &[u8], report: &mut Report) -> Result<Memory, Failure> {
+/// Takes the measure of an image that speaks TMCL.
+pub(crate) fn measure(elf: &[u8], title: &str, report: &mut Report) -> Result<Memory, Failure> {
     let mut memory = sections(elf)?;
     let mut host = Host::in_world(elf, STAGE)?;
     memory.stack[0] = host.machine.stack_used().into();
     session(&mut host)?;
     memory.stack[1] = host.machine.stack_used().into();
-    memory.show("Memory", "a session on all links: program, storing, search, ASCII", report);
+    memory.show(title, "a session on all links: program, storing, search, ASCII", report);
     Ok(memory)
 }
 
@@ -101,8 +101,8 @@ fn session(host: &mut Host) -> Result<(), Failure> {
         for line in ["GAP 1, 0", "GGP 66, 0", "SAP 4, 0, 1200", "STAP 4, 0", "RSAP 4, 0", "STGP 1, 2", "GIO 0, 1"] {
             host.tell(link, line)?;
         }
-        for line in ["ROR 0, 500", "MVP ABS, 0, 5000", "MVP REL, 0, -100", "MST 0", "SCO 1, 0, 7", "MVP COORD, 0, 1"] {
-            host.tell(link, line)?;
+        for line in ["ROR #, 500", "MVP ABS, #, 5000", "MVP REL, #, -100", "MST #", "SCO 1, #, 7", "MVP COORD, #, 1"] {
+            host.tell_each(link, line)?;
         }
         let program = ["SGP 1, 2, 7", "CALC ADD, 1", "AGP 2, 2", "CSUB 5", "JA 1", "ROL 0, 100", "MST 0", "RSUB"];
         host.load(link, &program.map(str::to_owned))?;
@@ -117,8 +117,8 @@ fn session(host: &mut Host) -> Result<(), Failure> {
 }
 
 fn search(host: &mut Host) -> Result<(), Failure> {
-    host.tell(Link::Rs485, "SAP 193, 0, 1")?;
-    host.tell(Link::Rs485, "RFS START, 0")?;
+    host.tell_each(Link::Rs485, "SAP 193, #, 1")?;
+    host.tell_each(Link::Rs485, "RFS START, #")?;
     let end = host.machine.now() + 20 * SECOND;
     while host.tell(Link::Rs485, "RFS STATUS, 0")? != 0 {
         if host.machine.now() > end {

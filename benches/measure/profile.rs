@@ -44,9 +44,10 @@ pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, subject: Subject<'_>) -> Re
         Subject::Reply(line, link) => reply(&mut Host::start(elf)?, line, link)?,
         Subject::Poll => {
             let mut host = Host::start(elf)?;
-            host.tell(Link::Can, "ROR 0, 1000")?;
+            host.tell_each(Link::Can, "ROR #, 1000")?;
             turn(&mut host.machine)?
         }
+        Subject::Rest => turn(&mut Host::start(elf)?.machine)?,
         Subject::Program(line) => program(elf, line)?,
         Subject::Node(Some(frame)) => canopen::median(elf, frame, SAMPLES as usize)?,
         Subject::Node(None) => turn(&mut canopen::turning(elf)?.machine)?,
@@ -55,7 +56,7 @@ pub(crate) fn run(elf: &[u8], symbols: &Symbols<'_>, subject: Subject<'_>) -> Re
     match subject {
         Subject::Reply(..) => {}
         Subject::Node(Some(_)) => println!("from the last bit in: {cycles} cycles"),
-        Subject::Poll | Subject::Program(_) | Subject::Node(None) => {
+        Subject::Poll | Subject::Rest | Subject::Program(_) | Subject::Node(None) => {
             println!("a turn of the owner of the module: {cycles} cycles");
         }
     }

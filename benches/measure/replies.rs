@@ -114,6 +114,7 @@ fn median(samples: &[u64]) -> u64 {
 
 /// Measures all commands on all links.
 pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result<Replies, Failure> {
+    let measured = sample_all(elf, samples, "replies")?;
     report.title("Replies");
     report.text(
         "With nothing else going on, at varied distances from the poll. First bit out is counted from the receiver's \
@@ -125,8 +126,45 @@ pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result
          is ready for the host. Cycles are those of a core that never waits for its flash memory; stalls are what these \
          waits add to the median in a second run. CPU share: less the time on the SPI wire and asleep, median.",
     );
-    let measured = parallel::map(&LINKS, |(link, baud, name)| {
-        progress(&format!("replies over {name}"));
+    for ((.., name), all) in LINKS.into_iter().zip(&measured) {
+        let rows: Vec<[String; 9]> =
+            AT_REST.iter().chain(&MOVING).zip(all).map(|((name, _), samples)| row(name, samples)).collect();
+        let head = [name, "first bit out", "99 %", "most", "us", "stalls", "turnaround", "CPU share", "datagrams"];
+        report.table(head, &rows);
+    }
+    Ok(Replies::of(&measured))
+}
+
+/// Measures the same, and reports the medians alone, all links in one table.
+pub(crate) fn measure_briefly(
+    elf: &[u8],
+    samples: usize,
+    title: &str,
+    report: &mut Report,
+) -> Result<Replies, Failure> {
+    let measured = sample_all(elf, samples, title)?;
+    report.title(title);
+    report.text("As those of the TMCM-1140 above: from the last bit in to the first bit out, medians, in cycles.");
+    let names = AT_REST.iter().chain(&MOVING).map(|(name, _)| *name);
+    let rows: Vec<[String; 1 + LINKS.len()]> = names
+        .enumerate()
+        .map(|(index, name)| {
+            let cell = |link: usize| measured.get(link).and_then(|all| all.get(index)).map(|one| median(&one.cycles));
+            std::array::from_fn(|column| match column.checked_sub(1) {
+                Some(link) => cell(link).map_or_else(String::new, grouped),
+                None => name.into(),
+            })
+        })
+        .collect();
+    let head = std::array::from_fn(|column| column.checked_sub(1).map_or("", |link| LINKS[link].2));
+    report.table(head, &rows);
+    Ok(Replies::of(&measured))
+}
+
+/// All samples, in the order of the links.
+fn sample_all(elf: &[u8], samples: usize, title: &str) -> Result<Vec<Vec<Samples>>, Failure> {
+    parallel::map(&LINKS, |(link, baud, name)| {
+        progress(&format!("{title} over {name}"));
         let mut all = ask(&mut Host::start_at(elf, *baud)?, *link, samples)?;
         let mut host = Host::start_at(elf, *baud)?;
         host.machine.set_flash_stalls(true);
@@ -134,23 +172,15 @@ pub(crate) fn measure(elf: &[u8], samples: usize, report: &mut Report) -> Result
             samples.stalled = stalled.cycles;
         }
         Ok(all)
-    })?;
-    let mut replies = Replies::default();
-    for ((link, baud, name), all) in LINKS.into_iter().zip(measured) {
-        let rows: Vec<[String; 9]> =
-            AT_REST.iter().chain(&MOVING).zip(&all).map(|((name, _), samples)| row(name, samples)).collect();
-        let head = [name, "first bit out", "99 %", "most", "us", "stalls", "turnaround", "CPU share", "datagrams"];
-        report.table(head, &rows);
-        let budgeted = match (link, baud) {
-            (Link::Rs485, SLOW) => &mut replies.slow,
-            (Link::Rs485, FAST) => &mut replies.rs485,
-            (Link::Rs485, _) => &mut replies.faster,
-            (Link::Can, _) => &mut replies.can,
-            (Link::Usb, _) => &mut replies.usb,
-        };
-        *budgeted = Budgeted::of(&all);
+    })
+}
+
+impl Replies {
+    fn of(measured: &[Vec<Samples>]) -> Self {
+        let of = |link: usize| measured.get(link).map(|all| Budgeted::of(all)).unwrap_or_default();
+        let [slow, rs485, faster, can, usb] = std::array::from_fn(of);
+        Self { slow, rs485, faster, can, usb }
     }
-    Ok(replies)
 }
 
 fn row(name: &str, samples: &Samples) -> [String; 9] {

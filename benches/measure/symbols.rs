@@ -50,6 +50,18 @@ impl<'e> Symbols<'e> {
         self.inlined.borrow_mut().entry(pc).or_insert_with(|| self.innermost(pc)).clone()
     }
 
+    /// Whether `pc` is in a function of the source whose name ends so, or in what is part of its code there.
+    pub(crate) fn is_in(&self, pc: u32, names: &[&str]) -> bool {
+        let Ok(mut frames) = self.context.find_frames(pc.into()).skip_all_loads() else { return false };
+        while let Ok(Some(frame)) = frames.next() {
+            let name = frame.function.and_then(|function| Some(short(&function.raw_name().ok()?)));
+            if name.is_some_and(|name| names.iter().any(|wanted| name.ends_with(wanted))) {
+                return true;
+            }
+        }
+        false
+    }
+
     fn innermost(&self, pc: u32) -> Rc<str> {
         let frames = self.context.find_frames(pc.into()).skip_all_loads();
         let frame = frames.ok().and_then(|mut frames| frames.next().ok().flatten());

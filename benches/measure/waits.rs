@@ -94,9 +94,7 @@ fn ask(elf: &[u8], work: Work, samples: usize) -> Result<Vec<u64>, Failure> {
         _ => &[],
     };
     if !program.is_empty() {
-        let program: Vec<String> = program.iter().map(|&line| line.into()).collect();
-        host.load(Link::Can, &program)?;
-        host.tell(Link::Can, "129, 0, 0, 0")?;
+        host.run_program(Link::Can, program)?;
     }
     if work.has(Work::Motion) {
         host.tell(Link::Can, "ROR 0, 1000")?;

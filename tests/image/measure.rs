@@ -24,6 +24,9 @@ fn all_that_can_be_asked_for_is_understood() {
     assert_eq!(read(&["update"]), measure(false, true));
     let profile = |subject| Ok(Order::Profile(subject));
     assert_eq!(read(&["profile", "poll"]), profile(Subject::Poll));
+    assert_eq!(read(&["profile", "rest"]), profile(Subject::Rest));
+    assert_eq!(read(&["profile", "6110", "poll"]), Ok(Order::SixAxes(Subject::Poll)));
+    assert_eq!(read(&["profile", "6110", "GAP 5", "can"]), Ok(Order::SixAxes(Subject::Reply("GAP 5", Link::Can))));
     assert_eq!(read(&["profile", "program", "CALC ADD, 1"]), profile(Subject::Program("CALC ADD, 1")));
     assert_eq!(read(&["profile", "GAP 5"]), profile(Subject::Reply("GAP 5", Link::Rs485)));
     for (name, link) in [("rs485", Link::Rs485), ("can", Link::Can), ("usb", Link::Usb)] {
@@ -47,7 +50,8 @@ fn what_is_wrong_is_said_before_the_usage() {
         (&["profile", "GAP 5", "tcp"], "unknown link 'tcp': rs485, can or usb"),
         (&["profile", "GAP 5", "can", "now"], "'now' is one argument too many"),
         (&["short", "update"], "'update' is one argument too many"),
-        (&["profile"], "profile of what: a command, poll, or program COMMAND"),
+        (&["profile"], "profile of what: a command, poll, rest, or program COMMAND"),
+        (&["profile", "6110"], "profile of what: a command, poll, rest, or program COMMAND"),
         (&["profile", "program"], "profile program: its command is missing"),
         (&["profile", "canopen"], "profile canopen of what: upload, download, target, sync or turn"),
         (&["profile", "canopen", "x"], "unknown subject 'x': upload, download, target, sync or turn"),
