@@ -12,6 +12,7 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, binary};
 use tmcm_sim::image::Setup;
+use tmcm_sim::native::Product;
 use tmcm_sim::{Client, ImageModule, NativeModule, VirtualModule};
 
 /// Virtual time of each row, in seconds: of the virtual module, and of the flash image.
@@ -63,18 +64,32 @@ fn main() -> Result<(), Box<dyn Error>> {
     image()
 }
 
-/// Rows of the firmware's core, compiled for the host.
+/// Rows of the firmware's core, compiled for the host: of the TMCM-1140, and of the TMCM-6110 with all of its axes.
 fn native() {
     println!("{:<52} {:>10} {:>10} {:>8}", "the motor for an hour", "virtual", "host", "ratio");
     for (name, commands) in ROWS {
-        let mut module = NativeModule::new(&WorldConfig::default(), None, 1);
-        prepare(&mut module, Source::Usb, commands);
-        let start = Instant::now();
-        module.run_until(module.now() + HOUR * SECOND);
-        let host = start.elapsed().as_secs_f64();
-        println!("{name:<52} {HOUR:>8} s {host:>8.2} s {:>7.0}x", HOUR as f64 / host);
-        assert_eq!(module.machine().is_some_and(|machine| machine.runs()), commands.contains(&RUN), "{name}");
+        time(name, Product::Tmcm1140, HOUR, commands);
     }
+    println!("{:<52} {:>10} {:>10} {:>8}", "the six motors of a TMCM-6110", "virtual", "host", "ratio");
+    for (name, commands) in ROWS {
+        let axes = 0..Product::Tmcm6110.spec().axes;
+        let of_all = |command: &Command| {
+            let moves = [ROR.opcode, Opcode::Sap as u8, Opcode::Mvp as u8].contains(&command.opcode);
+            axes.clone().take(if moves { 6 } else { 1 }).map(|motor| Command { motor, ..*command }).collect::<Vec<_>>()
+        };
+        time(name, Product::Tmcm6110, HOUR / 10, &commands.iter().flat_map(of_all).collect::<Vec<_>>());
+    }
+}
+
+/// Prints how long the host takes for so many seconds of a product's virtual module.
+fn time(name: &str, product: Product, seconds: u64, commands: &[Command]) {
+    let mut module = NativeModule::of(product, &WorldConfig::default(), None, 1);
+    prepare(&mut module, Source::Usb, commands);
+    let start = Instant::now();
+    module.run_until(module.now() + seconds * SECOND);
+    let host = start.elapsed().as_secs_f64();
+    println!("{name:<52} {seconds:>8} s {host:>8.2} s {:>7.0}x", seconds as f64 / host);
+    assert_eq!(module.machine().is_some_and(|machine| machine.runs()), commands.contains(&RUN), "{name}");
 }
 
 /// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
