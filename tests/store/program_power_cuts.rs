@@ -7,7 +7,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::{Command, Opcode, text};
-use tmcm_sim::VirtualModule;
+use tmcm_sim::{Product, VirtualModule};
 
 /// Commands of each program: 224 bytes, so that they end within their fourth page.
 const LENGTH: u16 = 32;
@@ -57,9 +57,15 @@ fn send(bench: &mut Bench, line: &str) -> (u8, i32) {
     (reply.status, reply.value)
 }
 
-/// An EEPROM with a program that starts by itself, after these lines.
+/// An EEPROM of a TMCM-1140 with a program that starts by itself, after these lines.
 fn prepared(lines: &[&str]) -> Vec<u8> {
-    let mut bench = Bench::resumed(&[0xFF; 16_384], 1);
+    prepared_in(Product::Tmcm1140, lines)
+}
+
+/// The same of any product.
+fn prepared_in(product: Product, lines: &[&str]) -> Vec<u8> {
+    let mut bench = Bench::of(product);
+    bench.run(MILLISECOND);
     for command in download(1) {
         assert!(exchange(&mut bench, command).is_some());
     }
@@ -69,9 +75,20 @@ fn prepared(lines: &[&str]) -> Vec<u8> {
     bench.eeprom()
 }
 
-/// Runs the script with a cut after each byte in turn, or after some. `check` sees the module after the restart and
-/// how many commands have been answered.
+/// Runs the script on a TMCM-1140 with a cut after each byte in turn, or after some. `check` sees the module after the
+/// restart and how many commands have been answered.
 fn cut_everywhere(
+    eeprom: &[u8],
+    script: &[Command],
+    stride: usize,
+    check: impl FnMut(&mut Bench, usize, &str),
+) -> usize {
+    cut_everywhere_in(Product::Tmcm1140, eeprom, script, stride, check)
+}
+
+/// The same on any product.
+fn cut_everywhere_in(
+    product: Product,
     eeprom: &[u8],
     script: &[Command],
     stride: usize,
@@ -79,7 +96,7 @@ fn cut_everywhere(
 ) -> usize {
     let mut cuts = 0;
     let bytes = |bench: &Bench| bench.module.board().borrow().eeprom_bytes();
-    let mut rehearsal = Bench::resumed(eeprom, 1);
+    let mut rehearsal = Bench::resumed_as(product, eeprom, 1);
     let first = bytes(&rehearsal);
     for command in script {
         exchange(&mut rehearsal, *command);
@@ -89,7 +106,7 @@ fn cut_everywhere(
         cuts += 1;
         let what = format!("cut after byte {} of {}", byte - first, last - first);
         // Each seed tears a page in another way.
-        let mut bench = Bench::resumed(eeprom, byte as u32);
+        let mut bench = Bench::resumed_as(product, eeprom, byte as u32);
         bench.module.board().borrow_mut().cut_power_at_byte(byte + 1);
         let answered = script.iter().take_while(|command| exchange(&mut bench, **command).is_some()).count();
         bench.module.set_power(false);
@@ -122,29 +139,35 @@ fn empty() -> Vec<Command> {
 #[test]
 fn a_download_is_the_old_program_the_new_one_or_none() {
     let script = download(2);
-    let mut seen = [0; 3];
-    let cuts = cut_everywhere(&prepared(&[]), &script, 1, |bench, answered, what| {
-        let (mark, memory, run) = (send(bench, "GGP 10, 2").1, memory(bench), send(bench, "129, 0, 0, 0").0);
-        match mark {
-            0 => {
-                assert_eq!(run, 6, "{what}: an incomplete program does not run");
-                assert_eq!(memory, empty(), "{what}");
-                assert!(answered < script.len(), "{what}: the end was acknowledged");
+    for product in [Product::Tmcm1140, Product::Tmcm6110] {
+        let mut seen = [0; 3];
+        let eeprom = prepared_in(product, &[]);
+        let cuts = cut_everywhere_in(product, &eeprom, &script, 1, |bench, answered, what| {
+            let (mark, memory, run) = (send(bench, "GGP 10, 2").1, memory(bench), send(bench, "129, 0, 0, 0").0);
+            match mark {
+                0 => {
+                    assert_eq!(run, 6, "{what}: an incomplete program does not run");
+                    assert_eq!(memory, empty(), "{what}");
+                    assert!(answered < script.len(), "{what}: the end was acknowledged");
+                }
+                1 => {
+                    assert_eq!(memory, program(1), "{what}");
+                    assert_eq!((answered, run), (0, OK), "{what}: the start was acknowledged");
+                }
+                _ => {
+                    assert_eq!(memory, program(2), "{what}");
+                    assert!(answered >= script.len() - 1 && run == OK, "{what}: not all was sent");
+                }
             }
-            1 => {
-                assert_eq!(memory, program(1), "{what}");
-                assert_eq!((answered, run), (0, OK), "{what}: the start was acknowledged");
-            }
-            _ => {
-                assert_eq!(memory, program(2), "{what}");
-                assert!(answered >= script.len() - 1 && run == OK, "{what}: not all was sent");
-            }
-        }
-        settings_are_there(bench, what);
-        seen[mark as usize] += 1;
-    });
-    println!("{cuts} power cuts during a download: {seen:?} times none, the old and the new program");
-    assert!(seen.iter().all(|times| *times > 0), "{seen:?}");
+            settings_are_there(bench, what);
+            seen[mark as usize] += 1;
+        });
+        println!(
+            "{}: {cuts} power cuts during a download: {seen:?} times none, the old and the new program",
+            product.name()
+        );
+        assert!(seen.iter().all(|times| *times > 0), "{seen:?}");
+    }
 }
 
 /// A download that was cut short can be repeated, and then all is well.
