@@ -9,6 +9,7 @@
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod io;
+mod line;
 mod safety;
 mod turn;
 
@@ -102,6 +103,8 @@ pub struct Device<T: Board, const AXES: usize> {
     inputs: Inputs<AXES>,
     outputs: Outputs,
     safety: safety::Safety,
+    /// The straight lines on which several axes go.
+    lines: line::Lines<AXES>,
     /// The time at which a restart is due.
     restart: Option<Micros>,
     /// The time at which the next turn is due.
@@ -135,6 +138,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             inputs: Inputs::default(),
             outputs: Outputs::default(),
             safety: safety::Safety::default(),
+            lines: line::Lines::default(),
             restart: None,
             next: Micros(0),
             upcoming: Self::PIECES,
@@ -158,6 +162,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.safety = safety::Safety::default();
         self.outputs.trouble = false;
         (self.restart, self.next, self.upcoming) = (None, now, Self::PIECES);
+        if AXES > 1 {
+            self.lines = line::Lines::default();
+        }
         for (n, controller) in (0_u8..).zip(self.controllers.as_mut()) {
             // Each fourth reading goes to a driver. With three readings between them, two controllers do not read drivers
             // in the same millisecond, nor does one of them read one while the other is asked for its version.

@@ -32,7 +32,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub const fn next_piece(&self) -> Piece {
         if self.upcoming < AXES {
             Piece::Axis
-        } else if self.upcoming < Self::PIECES {
+        } else if self.upcoming < Self::PIECES || self.lines_due() {
             Piece::Reading
         } else {
             Piece::Beginning
@@ -43,6 +43,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub const fn deadline(&self) -> Micros {
         match self.next_piece() {
             Piece::Axis => self.turn(),
+            Piece::Reading if self.lines_due() => self.turn(),
             Piece::Reading => self.turn().after(READINGS),
             Piece::Beginning => self.next,
         }
@@ -64,6 +65,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         for controller in self.controllers.as_mut() {
             T::Hardware::begin_turn(&mut controller.shared);
         }
+        if AXES > 1 {
+            self.begin_lines();
+        }
         self.supervise()
     }
 
@@ -81,12 +85,18 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let is_wanted = AXES == 1 || !axis.searches() || !T::Hardware::is_of_motion(controller.rotation);
         let reading = (is_its_turn && is_wanted).then_some(controller.rotation);
         let events = axis.on(&mut controller.shared).poll(now, sensors, reading);
+        if AXES > 1 {
+            self.break_line(now, number, events);
+        }
         self.pass_taken();
         (number, events)
     }
 
     /// Takes the next of the readings that were left.
     pub fn next_reading(&mut self) {
+        if self.lines_due() {
+            return self.follow_lines();
+        }
         if let Some(mut axis) = self.upcoming.checked_sub(AXES).and_then(|n| self.reading_axis(n)) {
             axis.refresh();
         }

@@ -3,10 +3,10 @@
 
 use super::outcome::{Outcome, Undo};
 use super::{Module, Platform};
-use crate::motion::{self, Events, Joined, Mode};
+use crate::motion::{self, Axis, Events, Joined, Mode};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
 use crate::store::Need;
-use crate::tmcl::{ALL_AXES, Command, Status};
+use crate::tmcl::{AxisSet, Command, Status};
 use crate::units::{INTERNAL_MAX, Micros};
 use crate::vm::ErrorFlag;
 
@@ -61,8 +61,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Rotates an axis: ROR with a positive speed, ROL with a negative one, MST with zero; in internal velocity,
-    /// -2047..=2047.
+    /// Rotates an axis and those of its group: ROR with a positive speed, ROL with a negative one, MST with zero; in internal
+    /// velocity, -2047..=2047.
     pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: i32) -> Result<(), Status> {
         if !(-INTERNAL_MAX..=INTERNAL_MAX).contains(&speed) {
             return Err(Status::InvalidValue);
@@ -70,61 +70,73 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if speed != 0 {
             self.unlocked(now)?;
         }
-        self.arrivals.disarm(axis);
-        Ok(self.axis(axis)?.rotate(now, speed)?)
+        self.each_of_group(axis, |module, axis| {
+            module.arrivals.disarm(axis);
+            Ok(module.axis(axis)?.rotate(now, speed)?)
+        })
     }
 
-    /// RFS: starts a reference search (0), stops it (1), or tells its leg (2).
+    /// RFS: starts a reference search (0), stops it (1), or tells its leg (2). The first two are for the group of the axis.
     pub(super) fn reference_search(&mut self, now: Micros, kind: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         if kind == 0 {
             self.unlocked(now)?;
         }
-        let mut state = self.axis(axis)?;
-        let searched = state.searches();
         match kind {
-            0 => state.start_search(now)?,
-            1 => state.stop_search(now)?,
-            2 => return Ok(Outcome::Read(state.search_status())),
+            0 => {
+                if AXES > 1 {
+                    self.each_of_group(axis, |module, axis| Ok(module.axis(axis)?.may_search()?))?;
+                }
+                self.each_of_group(axis, |module, axis| {
+                    module.axis(axis)?.start_search(now)?;
+                    module.arrivals.disarm(axis);
+                    module.arrivals.arm(axis);
+                    Ok(())
+                })?;
+            }
+            1 => self.each_of_group(axis, |module, axis| {
+                let mut state = module.axis(axis)?;
+                let searched = state.searches();
+                state.stop_search(now)?;
+                if searched {
+                    module.arrivals.disarm(axis);
+                }
+                Ok(())
+            })?,
+            2 => return Ok(Outcome::Read(self.axis(axis)?.search_status())),
             _ => return Err(Status::WrongType),
-        }
-        if kind == 0 {
-            self.arrivals.disarm(axis);
-            self.arrivals.arm(axis);
-        } else if searched {
-            self.arrivals.disarm(axis);
         }
         Ok(Outcome::Value(echo))
     }
 
-    /// MVP: to a position (0), by a distance (1), or to a coordinate (2). The reply carries the absolute target, that
-    /// of the first axis where several move.
+    /// MVP: to a position (0), by a distance (1), or to a coordinate (2), for the group of the axis, or a set of axes. The
+    /// reply carries the absolute target, that of the first axis where several move.
     pub(super) fn move_position(&mut self, now: Micros, command: Command) -> Result<Outcome, Status> {
         let Command { kind, motor, value, .. } = command;
-        let target = match (kind, motor) {
-            (0, _) if motor != ALL_AXES => value,
-            (1, _) if motor != ALL_AXES => self.axis(motor)?.actual_position()?.wrapping_add(value),
-            (2, _) => {
-                let number = coordinate(u8::try_from(value).map_err(|_| Status::InvalidValue)?)?;
-                let first = if motor == ALL_AXES { 0 } else { motor };
-                if motor == ALL_AXES {
-                    for axis in 1..AXES as u8 {
-                        let target = self.coordinate(axis, number)?;
-                        self.move_axis(now, axis, target)?;
-                    }
-                }
-                let target = self.coordinate(first, number)?;
-                self.move_axis(now, first, target)?;
-                return Ok(Outcome::Value(target));
-            }
-            (0 | 1, _) => return Err(Status::InvalidValue),
-            _ => return Err(Status::WrongType),
-        };
-        self.move_axis(now, motor, target)?;
+        let set = AxisSet::of(motor, AXES as u8).ok_or(Status::InvalidValue)?;
+        let one = usize::from(motor) < AXES;
+        let moving = if one { self.group(motor)? } else { set };
+        let first = if one { motor } else { moving.first() };
+        let mut targets = [None; AXES];
+        for (axis, target) in (0..).zip(&mut targets).filter(|(axis, _)| moving.contains(*axis)) {
+            *target = Some(match kind {
+                0 if one => value,
+                1 if one => self.axis(axis)?.actual_position()?.wrapping_add(value),
+                2 => self.coordinate(axis, u8::try_from(value).map_err(|_| Status::InvalidValue)?)?,
+                0 | 1 => return Err(Status::InvalidValue),
+                _ => return Err(Status::WrongType),
+            });
+        }
+        let target = targets.get(usize::from(first)).copied().flatten().ok_or(Status::InvalidValue)?;
+        self.unlocked(now)?;
+        if AXES > 1 && moving.bits.count_ones() > 1 {
+            self.move_several(now, &targets, moving.straight)?;
+        } else {
+            self.move_axis(now, first, target)?;
+        }
         Ok(Outcome::Value(target))
     }
 
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
-        self.unlocked(now)?;
         let mut axis = self.axis(number)?;
         let searched = axis.searches();
         axis.move_to(now, target)?;
@@ -133,6 +145,45 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         self.arrivals.arm(number);
         Ok(())
+    }
+
+    /// Sends axes to their targets at once, each for itself or all on a straight line.
+    fn move_several(&mut self, now: Micros, targets: &[Option<i32>; AXES], straight: bool) -> Result<(), Status> {
+        let searched = self.device.axes().each_ref().map(Axis::searches);
+        if straight {
+            self.device.start_line(now, targets)?;
+        } else {
+            self.device.start_together(now, targets)?;
+        }
+        for (axis, (_, searched)) in (0..).zip(targets.iter().zip(searched)).filter(|(_, (target, _))| target.is_some())
+        {
+            if searched {
+                self.arrivals.disarm(axis);
+            }
+            self.arrivals.arm(axis);
+        }
+        Ok(())
+    }
+
+    /// The axes that have the group index (parameter 213) of an axis, itself among them; it alone if that is 0.
+    fn group(&mut self, axis: u8) -> Result<AxisSet, Status> {
+        let mut set = AxisSet::of(axis, AXES as u8).ok_or(Status::InvalidValue)?;
+        if AXES > 1 {
+            let index = |axis: &Axis<T::Hardware>| axis.setting(AxisParameter::GroupIndex);
+            let group = self.device.axes().get(usize::from(axis)).map_or(0, index);
+            let members = (0..).zip(self.device.axes()).filter(|(_, other)| group != 0 && index(other) == group);
+            set.bits |= members.fold(0, |bits, (axis, _)| bits | 1_u8.unbounded_shl(axis));
+        }
+        Ok(set)
+    }
+
+    /// Has the axes of a group do something, one after the other.
+    fn each_of_group(&mut self, axis: u8, act: impl Fn(&mut Self, u8) -> Result<(), Status>) -> Result<(), Status> {
+        if AXES == 1 {
+            return act(self, axis);
+        }
+        let group = self.group(axis)?;
+        (0..AXES as u8).filter(|axis| group.contains(*axis)).try_for_each(|axis| act(self, axis))
     }
 
     /// GAP: reads an axis parameter.
@@ -161,7 +212,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if moves {
             self.unlocked(now)?;
         }
-        self.axis(axis)?.write(now, parameter, value)?;
+        self.write_axis(now, axis, parameter, value)?;
         let travels_on = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::ActualPosition => false,
             AxisParameter::TargetSpeed => !rotates,
@@ -186,7 +237,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub(super) fn restore_axis(&mut self, now: Micros, number: u8, axis: u8, echo: i32) -> Result<Outcome, Status> {
         let (parameter, slot) = self.stored_parameter(number, axis)?;
         let value = self.recall(slot)?;
-        self.axis(axis)?.write(now, parameter, value)?;
+        self.write_axis(now, axis, parameter, value)?;
         Ok(Outcome::Value(echo))
     }
 
@@ -233,6 +284,22 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The actual position of an axis, in microsteps, which CCO makes a coordinate.
     pub(super) fn position(&mut self, axis: u8) -> Result<i32, Status> {
         Ok(self.axis(axis)?.actual_position()?)
+    }
+
+    /// Writes a parameter of an axis. On a straight line the others have to keep up with a new speed or acceleration.
+    fn write_axis(
+        &mut self,
+        now: Micros,
+        axis: u8,
+        parameter: &Parameter<AxisParameter>,
+        value: i32,
+    ) -> Result<(), Status> {
+        self.axis(axis)?.write(now, parameter, value)?;
+        let paces = matches!(parameter.function, AxisParameter::MaximumSpeed | AxisParameter::MaximumAcceleration);
+        if AXES > 1 && paces {
+            self.device.repace(axis.into())?;
+        }
+        Ok(())
     }
 
     /// The row of an axis parameter in the product's table.

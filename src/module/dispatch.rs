@@ -40,6 +40,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         match instruction.motor {
             MotorField::Axis if !known => Err(Status::InvalidValue),
+            // Which sets of axes there are is said where they move.
+            MotorField::AxisOrAll if AXES > 1 && instruction.opcode == Opcode::Mvp => Ok(()),
             MotorField::AxisOrAll if !known && motor != ALL_AXES => Err(Status::InvalidValue),
             MotorField::Axis | MotorField::AxisOrAll | MotorField::Other => Ok(()),
         }

@@ -6,7 +6,7 @@ use core::ops::{Deref, DerefMut};
 
 use super::current::{Current, Excitation, MotionState};
 use super::encoders::Encoders;
-use super::hardware::{Course, Hardware};
+use super::hardware::{Course, Hardware, Slope};
 use super::search::Search;
 use super::sensors::Sensors;
 use super::stall::Measured;
@@ -257,6 +257,38 @@ impl<H: Hardware> Axis<H> {
         self.travelling
     }
 
+    /// True while a positioning move is under way whose pace has a speed of its own.
+    pub const fn limited(&self) -> bool {
+        self.travelling && self.pace.speed.is_some()
+    }
+
+    /// The pace of the last motion command.
+    pub const fn pace(&self) -> Pace {
+        self.pace
+    }
+
+    /// The way to the target, to either side, in microsteps, by the last reading of the position.
+    pub fn left(&self) -> u32 {
+        let known = self.hardware.known();
+        known.target.wrapping_sub(known.position).unsigned_abs()
+    }
+
+    /// The value of a setting; 0 for a parameter that is not a setting.
+    pub fn setting(&self, parameter: P) -> i32 {
+        self.values.get(parameter)
+    }
+
+    /// The ramps that the motor makes for an acceleration of `wanted` on its way to a position, at a speed of up to that of
+    /// parameter 4.
+    pub fn slope(&self, wanted: i32) -> Slope {
+        H::slope(&self.values, wanted, self.values.get(P::MaximumSpeed))
+    }
+
+    /// The difference of speed by which the motor makes up for a lag, as in [`Hardware::correction`].
+    pub fn correction(&self, way: i32) -> i32 {
+        H::correction(&self.values, way)
+    }
+
     /// True while a reference search is under way.
     pub const fn searches(&self) -> bool {
         self.search.is_some()
@@ -293,7 +325,7 @@ impl<H: Hardware> Axis<H> {
     }
 
     /// The speed at which the motor goes to a position, in the unit of parameter 4.
-    pub(super) fn positioning_speed(&self) -> i32 {
+    pub fn positioning_speed(&self) -> i32 {
         course(&self.values, self.search.as_ref(), self.pace).speed
     }
 }

@@ -63,6 +63,16 @@ pub struct Course<'a> {
     pub stops: Stops,
 }
 
+/// The ramps of a motor on its way to a position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slope {
+    /// The acceleration, in the unit of [`Course`].
+    pub acceleration: i32,
+    /// The square of the speed that the motor has one microstep behind the beginning of its way, and one before the end, in
+    /// 1/256 of the square of the unit of [`Course`]. With the way it grows in proportion.
+    pub square: u32,
+}
+
 /// What is known of a ramp generator without a datagram: what it was told last, and what was read last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Known {
@@ -128,6 +138,23 @@ pub trait Hardware {
 
     /// Gives the motor a new goal, whatever it was doing; also while it moves.
     fn head(&mut self, controller: &mut Self::Controller, goal: Goal, course: &Course<'_>) -> Result<(), Error>;
+
+    /// Makes all ready for a positioning move but the datagram that sets the motor going, which [`head`](Self::head) to
+    /// the same goal on the same course sends then; so several motors can be started at once. A motor that moves may go on
+    /// on the new course.
+    fn ready(&mut self, controller: &mut Self::Controller, target: i32, course: &Course<'_>) -> Result<(), Error>;
+
+    /// The motor goes on to its present goal, a position, on a course of another speed or acceleration, to which one datagram
+    /// is sent at a time. True if one was: then this is to be called again.
+    fn approach(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<bool, Error>;
+
+    /// The ramps that the motor really makes for an acceleration of `wanted` on its way to a position, at a speed of up to
+    /// `speed`.
+    fn slope(values: &Values, wanted: i32, speed: i32) -> Slope;
+
+    /// The difference of speed, in 1/256 of the unit of [`Course`], by which a motor makes up for a lag of `way`, in 1/256
+    /// microstep, within some 16 ms. `way` is at most 2^16 to either side.
+    fn correction(values: &Values, way: i32) -> i32;
 
     /// The motor goes on to its present goal on another course.
     fn adjust(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<(), Error>;

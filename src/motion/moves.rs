@@ -71,6 +71,46 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
+    /// Makes all ready for [`move_at`](Self::move_at) but the datagram that sets the motor going, which that sends then. A
+    /// reference search ends.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
+    pub fn ready(&mut self, now: Micros, target: i32, pace: Pace) -> Result<(), Error> {
+        self.begin(true, pace);
+        self.search = None;
+        self.wake(now)?;
+        self.on_course(|hardware, controller, course| hardware.ready(controller, target, course))
+    }
+
+    /// The positioning move that is under way goes on at another pace, of which its chips are told by one datagram at a time.
+    /// True if there was one: then this is to be called again.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take the datagram.
+    pub fn approach(&mut self, pace: Pace) -> Result<bool, Error> {
+        self.pace = pace;
+        self.on_course(H::approach)
+    }
+
+    /// The positioning move that is under way goes on at another pace, of which its chips are told at once.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
+    pub fn repace(&mut self, pace: Pace) -> Result<(), Error> {
+        self.pace = pace;
+        self.adjust()
+    }
+
+    /// Stops the motor along the ramp, and lets its move count as one that has ended before its target.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
+    pub fn break_off(&mut self, now: Micros) -> Result<(), Error> {
+        self.events.cut_short |= self.travelling;
+        self.rotate(now, 0)
+    }
+
     /// Rotates at a speed, for a command or for a leg of a reference search, which goes on.
     pub(super) fn run_at(&mut self, now: Micros, speed: i32) -> Result<(), Error> {
         if speed != 0 {

@@ -26,6 +26,15 @@ impl<H: Hardware> Joined<'_, H> {
         self.search_by(now, plan, 0, fast, Pace { speed: Some(slow), acceleration: None })
     }
 
+    /// Whether [`start_search`](Self::start_search) may begin a search.
+    ///
+    /// # Errors
+    /// [`Error::NotNow`] when one of its two speeds is zero.
+    pub fn may_search(&self) -> Result<(), Error> {
+        let speeds = [P::ReferenceSearchSpeed, P::ReferenceSwitchSpeed];
+        if speeds.into_iter().all(|speed| self.values.is_on(speed)) { Ok(()) } else { Err(Error::NotNow) }
+    }
+
     /// Begins a reference search by a plan; the zero point that it finds gets the position `home`, in microsteps. Fast
     /// legs go at the speed `fast`, slow legs at that of `pace`, or of parameter 195 where `pace` has none; both in the
     /// unit of parameter 4. The acceleration of `pace` holds for the whole search.

@@ -14,7 +14,7 @@ use embedded_hal::spi::SpiDevice;
 
 use super::Error;
 use super::current::Excitation;
-use super::hardware::{Course, Goal, Hardware, Known, Mode};
+use super::hardware::{Course, Goal, Hardware, Known, Mode, Slope};
 use super::switch::{Side, Stops};
 use super::values::Values;
 use crate::chip::tmc262::{Configuration, Tmc262, flags};
@@ -159,6 +159,47 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         }
         // For a speed the speed limit is written after velocity mode: in ramp mode the new limit would act at once.
         self.adjust(chip, course)
+    }
+
+    /// In velocity mode the target does not act yet: the datagram that sets the motor going is the mode. In the positioning
+    /// modes it is the target.
+    fn ready(&mut self, chip: &mut Tmc429<M>, target: i32, course: &Course<'_>) -> Result<(), Error> {
+        self.settled = None;
+        if !self.known.mode.positions() {
+            let waypoint = position::first(self.known.position, target);
+            chip.write(self.generator, Register::XTarget, waypoint as u32)?;
+        }
+        self.write_ramp(chip, &Settings::of(Mode::Ramp, course), None)
+    }
+
+    fn approach(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<bool, Error> {
+        let Some(settled) = self.settled.take() else { return self.adjust(chip, course).map(|()| true) };
+        let Settings { speed, acceleration, .. } = Settings::of(settled.mode, course);
+        let words = self.ramp_words(settled.basis, speed, acceleration)?;
+        let differing = || words.iter().filter(|(register, word)| !chip.holds(self.generator, *register, *word));
+        let (next, left) = (differing().next().copied(), differing().count());
+        if let Some((register, word)) = next {
+            chip.write(self.generator, register, word)?;
+        }
+        // No course has the speed -1, so one that is not the chip's yet never counts as settled.
+        let speed = if left > 1 { -1 } else { speed };
+        self.settled = Some(Settings { speed, acceleration, ..settled });
+        Ok(next.is_some())
+    }
+
+    /// From rest, or to it, with an acceleration of A, the square of the speed is 2048 p = 16 A 2^(PULSE_DIV - RAMP_DIV) for
+    /// each microstep (datasheet section 8.1.10). Of p the chip has PMUL / 2^(3 + PDIV).
+    fn slope(values: &Values, wanted: i32, speed: i32) -> Slope {
+        let (ramp_div, pulse_div) = divisors(values);
+        match ramp::braking(wanted, ramp_div, pulse_div, speed) {
+            Some(b) => Slope { acceleration: b.acceleration, square: u32::from(b.pmul) << 16 >> b.pdiv },
+            None => Slope { acceleration: wanted, square: 0 },
+        }
+    }
+
+    /// The unit of speed is 16 MHz / (2^PULSE_DIV * 2048 * 32): 4 / 2^PULSE_DIV of it are a microstep in 16.4 ms.
+    fn correction(values: &Values, way: i32) -> i32 {
+        way << divisors(values).1 >> 2
     }
 
     fn adjust(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<(), Error> {
@@ -350,6 +391,13 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
 
     /// Writes settings to the chip, without those in `known`, which the chip is known to have.
     fn write_settings(&mut self, chip: &mut Tmc429<M>, settings: &Settings, known: Option<Basis>) -> Result<(), Error> {
+        self.write_ramp(chip, settings, known)?;
+        // A new mode is written last, when the settings that it needs are in place.
+        self.set_mode(chip, settings.mode, settings.stops)
+    }
+
+    /// Writes settings to the chip but for the mode, and without those in `known`.
+    fn write_ramp(&mut self, chip: &mut Tmc429<M>, settings: &Settings, known: Option<Basis>) -> Result<(), Error> {
         let m = self.generator;
         let Settings { basis, mode, stops, speed, acceleration } = *settings;
         let Basis { minimum_speed, ramp_div, pulse_div, tolerance } = basis;
@@ -361,14 +409,23 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         if mode == Mode::Velocity {
             // In velocity mode the chip takes any acceleration.
             chip.write(m, Register::AMax, acceleration as u32)?;
-        } else {
-            let b = self.braking.braking(acceleration, ramp_div, pulse_div, speed).ok_or(Error::OutOfRange)?;
-            chip.write(m, Register::AMax, b.acceleration as u32)?;
-            chip.write(m, Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv))?;
+            return Ok(chip.write(m, Register::VMax, speed as u32)?);
         }
-        chip.write(m, Register::VMax, speed as u32)?;
-        // A new mode is written last, when the settings that it needs are in place.
-        self.set_mode(chip, mode, stops)
+        for (register, word) in self.ramp_words(basis, speed, acceleration)? {
+            chip.write(m, register, word)?;
+        }
+        Ok(())
+    }
+
+    /// The registers that make the ramps of positioning, in the order in which they are written.
+    fn ramp_words(&mut self, basis: Basis, speed: i32, acceleration: i32) -> Result<[(Register, u32); 3], Error> {
+        let Basis { ramp_div, pulse_div, .. } = basis;
+        let b = self.braking.braking(acceleration, ramp_div, pulse_div, speed).ok_or(Error::OutOfRange)?;
+        Ok([
+            (Register::AMax, b.acceleration as u32),
+            (Register::PMulPDiv, u32::from(b.pmul) << 8 | u32::from(b.pdiv)),
+            (Register::VMax, speed as u32),
+        ])
     }
 
     /// Writes the ramp mode, together with what the stop switches do, which is in the same register.

@@ -16,6 +16,10 @@ use super::switch::{SETTLED, Switches};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
+/// How much the speed of a motor that is held to a straight line may differ from its limit while it counts as turning at
+/// that speed, besides a 64th of it: the limit wavers, and the speed may have been read some milliseconds ago.
+const WAVERING: u32 = 2;
+
 impl<H: Hardware> Joined<'_, H> {
     /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
     /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later.
@@ -73,7 +77,8 @@ impl<H: Hardware> Joined<'_, H> {
         let held = self.held > 0;
         let known = self.hardware.known();
         let cruises = if known.mode.positions() {
-            known.speed.abs() == self.positioning_speed()
+            let speed = self.positioning_speed().unsigned_abs();
+            known.speed.unsigned_abs().abs_diff(speed) <= if self.limited() { speed / 64 + WAVERING } else { 0 }
         } else {
             known.speed == known.target_speed
         };

@@ -4,6 +4,7 @@
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 pub mod ascii;
+mod axis_set;
 pub mod binary;
 pub mod can;
 mod command;
@@ -11,6 +12,7 @@ mod instruction;
 mod reply;
 pub mod text;
 
+pub use axis_set::AxisSet;
 pub use command::Command;
 pub use instruction::{ALL_AXES, CONFIRMATION, Field, Instruction, MotorField, Opcode};
 pub use reply::{Reply, Status};

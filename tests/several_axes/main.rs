@@ -10,7 +10,12 @@ mod controllers;
 #[path = "../common/products.rs"]
 mod definitions;
 mod faults;
+mod groups;
+mod line;
 mod moves;
+#[path = "../common/random.rs"]
+#[allow(dead_code, unreachable_pub)]
+mod random;
 mod search;
 mod storage;
 mod switches;

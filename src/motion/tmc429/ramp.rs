@@ -32,13 +32,13 @@ pub struct Braking {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct BrakingMemo(Option<(Question, Option<Braking>)>);
 
-/// The arguments of [`braking`].
-type Question = (Internal, u8, u8, Internal);
+/// The arguments of [`braking`]; of the speed it is only asked whether half the smallest acceleration is enough for it.
+type Question = (Internal, u8, u8, bool);
 
 impl BrakingMemo {
     /// The answer of [`braking`] to these arguments.
     pub fn braking(&mut self, wanted: Internal, ramp_div: u8, pulse_div: u8, speed: Internal) -> Option<Braking> {
-        let question = (wanted, ramp_div, pulse_div, speed);
+        let question = (wanted, ramp_div, pulse_div, speed > HALF_LIMIT_SPEED);
         match self.0 {
             Some((known, answer)) if known == question => answer,
             _ => {

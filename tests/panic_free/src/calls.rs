@@ -26,7 +26,7 @@ use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Parameter, Row, USE
 use tmcm::store::{Keeper, Need, Store};
 use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
 use tmcm::tmcl::binary::{self, Addressed, Framer, Telegram};
-use tmcm::tmcl::{Command, Instruction, Opcode, Reply, Status, can, text};
+use tmcm::tmcl::{AxisSet, Command, Instruction, Opcode, Reply, Status, can, text};
 use tmcm::units::{CurrentScale, Micros};
 use tmcm::vm::{self, Awaited, Condition, ErrorFlag, Errors, Interrupts, Machine, Registers, Signals};
 
@@ -142,6 +142,7 @@ fn language() {
     any(Status::from_number(any(0)).map(Status::meaning));
     any(Reply::echo(any(Status::Ok), command()).is_event());
     any(Instruction::numbered(any(0)).map(|instruction| instruction.opcode));
+    any(AxisSet::of(any(0), any(0)).map(|set| (set.contains(any(0)), set.first())));
     let instruction = Opcode::from_number(any(0)).map(Opcode::instruction);
     any(instruction.map(|instruction| (instruction.required(), instruction.operands().len())));
     if let Ok(line) = core::str::from_utf8(text()) {
@@ -332,6 +333,12 @@ fn motion() {
     let _ = any(axis.set_positions(now(), any(0)));
     any(axis.poll(now(), any(Sensors::default()), any(None)));
     axis.refresh();
+    any((axis.limited(), axis.pace(), axis.left(), axis.positioning_speed(), axis.correction(any(0))));
+    any((axis.slope(any(0)), axis.may_search(), parameter.map(|parameter| axis.setting(parameter.function))));
+    let _ = any(axis.ready(now(), any(0), any(Pace::default())));
+    let _ = any(axis.approach(any(Pace::default())));
+    let _ = any(axis.repace(any(Pace::default())));
+    let _ = any(axis.break_off(now()));
 }
 
 #[inline(never)]
@@ -486,6 +493,9 @@ fn device<P: Product + 'static, const AXES: usize, const N: usize>() {
     any((*device.outputs(), device.inputs().digital, device.axes().len()));
     device.restart_at(now());
     any(device.restart());
+    let _ = any(device.start_together(now(), &any([None; AXES])));
+    let _ = any(device.start_line(now(), &any([None; AXES])));
+    let _ = any(device.repace(any(0)));
     any(device.store().get(any(0)));
     any(device.store_mut().next_job());
 }
