@@ -29,4 +29,6 @@ mod readme;
 mod run;
 mod scan;
 mod send;
+mod sim_products;
+mod sim_worlds;
 mod turns;
