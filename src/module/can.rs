@@ -31,13 +31,13 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let can::Request { id, command, length } = frame;
         let LinkSettings { can_id, can_secondary, can_reply, .. } = self.link_settings;
         let [_, overheard] = &mut self.overheard;
-        if id == can_reply && overheard.is_reply(now, command) {
+        if id == can_reply && overheard.is_reply::<AXES>(now, command) {
             return Poll::Ready(None);
         }
         // The second identifier may be that of a group of modules: the others of the group answer as well.
         if id != can_id && id != can_reply {
             let [_, low] = id.as_raw().to_be_bytes();
-            overheard.asked(now, low, Some(command));
+            overheard.asked::<AXES>(now, low, Some(command));
         }
         if id != can_id && Some(id) != can_secondary {
             return Poll::Ready(None);

@@ -105,12 +105,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if source == Source::Rs485 {
             let LinkSettings { address, secondary, host, .. } = self.link_settings;
             let [overheard, _] = &mut self.overheard;
-            if to == host && overheard.is_reply(now, command) {
+            if to == host && overheard.is_reply::<AXES>(now, command) {
                 return (Poll::Ready(None), LinkMode::Binary);
             }
             // Another module may share the second address and answer as well.
             if to != address && to != host {
-                overheard.asked(now, to, intact.then_some(command));
+                overheard.asked::<AXES>(now, to, intact.then_some(command));
             }
             if to != address && (secondary == 0 || to != secondary) {
                 return (Poll::Ready(None), LinkMode::Binary);

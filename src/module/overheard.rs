@@ -8,13 +8,16 @@
 //!
 //! - A reply to one of the commands whose numbers could be motors or banks (0 to 3, and 255 for all motors) carries
 //!   the value of its request.
+//! - Where there are motors 4 and 5, so does a refusal of MVP and SAP; that these were executed is known by the shape. And
+//!   where MVP COORD takes a set of axes, so does the refusal of a command from 64 on by module 4, the number of MVP.
 //! - A command out of program memory, and the version in characters, have no shape: as long as a module has been asked
 //!   for one and has not answered, a telegram is taken for this reply, unless it stops a motor or a program.
 //!
 //! Two cases remain in which the module is wrong. A request to this module that has the shape of a reply is lost: its type
 //! is the number of a status, and its motor or bank either does not exist, so that the answer would be status 4, or is
 //! the number of a command that another module was asked to execute with the same value a moment ago, and has not
-//! answered (or whose address several modules have in common). And a reply to command 0, or to a telegram with a wrong
+//! answered (or whose address several modules have in common), or is motor 4 or 5 with type 100, 101 or 128, which no
+//! command has. And a reply to command 0, or to a telegram with a wrong
 //! checksum, is taken for a request if its module was addressed by its second address. Neither can happen where the
 //! host has an address of its own.
 
@@ -29,9 +32,13 @@ const PATIENCE: Micros = Micros::from_millis(400);
 /// The number of requests that are remembered; of more the oldest are forgotten.
 const OPEN: usize = 8;
 
-/// Numbers of motors and of banks are less than this: a request has one of 0 to 3 where a reply has the number of a
-/// command.
+/// Banks, and the motors of most products, have numbers below this: a request has one of 0 to 3 where a reply has the number
+/// of a command.
 const MOTORS: u8 = 4;
+
+/// The least number that stands for a set of axes in the place of the motor in MVP COORD. Its type, 2, is the number of the
+/// status "invalid command".
+const SETS: u8 = 0x40;
 
 /// In place of a motor, 255 stands for all motors.
 const ALL: u8 = 255;
@@ -68,8 +75,9 @@ enum Fit {
 
 impl Overheard {
     /// Remembers a request to other modules; `None` stands for a command with a wrong checksum.
-    pub(super) fn asked(&mut self, now: Micros, address: u8, command: Option<Command>) {
-        if command.is_some_and(|command| !is_place(command.opcode) && !is_special(command)) {
+    pub(super) fn asked<const AXES: usize>(&mut self, now: Micros, address: u8, command: Option<Command>) {
+        let unclear = |opcode| is_place(opcode) || is_motors::<AXES>(address, opcode);
+        if command.is_some_and(|command| !unclear(command.opcode) && !is_special(command)) {
             return;
         }
         if self.open.is_full() {
@@ -80,21 +88,23 @@ impl Overheard {
     }
 
     /// Whether the seven bytes that came to the host's address are another module's reply - address, status, command number
-    /// and value - or its event of command 138. They are given as the command that they would be. If they are no reply,
-    /// they are a request.
-    pub(super) fn is_reply(&mut self, now: Micros, content: Command) -> bool {
-        let Command { kind: status, motor: opcode, .. } = content;
-        if Status::from_number(status).is_some() && !is_place(opcode) {
+    /// and value - or its event of command 138. They are given as the command that they would be for this module, which has
+    /// `AXES` axes. If they are no reply, they are a request.
+    pub(super) fn is_reply<const AXES: usize>(&mut self, now: Micros, content: Command) -> bool {
+        let Command { opcode: module, motor: opcode, .. } = content;
+        let shaped = is_shaped::<AXES>(content);
+        // Where its request was not remembered, the shape is all there is.
+        if shaped && !is_motors::<AXES>(module, opcode) {
             return true;
         }
         let fit = |open: &Option<Asked>| open.map_or(Fit::Not, |asked| asked.fit(now, content));
-        let Some(open) = self.open.iter_mut().max_by_key(|open| fit(open)) else { return false };
+        let Some(open) = self.open.iter_mut().max_by_key(|open| fit(open)) else { return shaped };
         let fit = fit(open);
         // The module that was asked answers once.
         if matches!(fit, Fit::Anything | Fit::Own) {
             *open = None;
         }
-        fit != Fit::Not
+        shaped || fit != Fit::Not
     }
 }
 
@@ -102,7 +112,8 @@ impl Asked {
     fn fit(&self, now: Micros, content: Command) -> Fit {
         let Command { opcode: module, kind: status, motor: opcode, value } = content;
         let Asked { at, address, command } = *self;
-        let echo = |asked: Command| opcode == asked.opcode && value == asked.value;
+        // MVP has the target for an answer, which is not always what was asked for.
+        let echo = |asked: Command| opcode == asked.opcode && (value == asked.value || opcode == Opcode::Mvp as u8);
         let plain = match command {
             None => status == Status::WrongChecksum as u8 && echo(Command::default()),
             Some(command) => Status::from_number(status).is_some() && echo(command),
@@ -126,6 +137,31 @@ const fn stops(command: Command) -> bool {
     opcode == Opcode::Mst as u8 || opcode == Opcode::StopApplication as u8 || opcode == Opcode::Rfs as u8 && kind == 1
 }
 
+/// Whether seven bytes have the shape of a reply, and cannot be a request to a module of `AXES` axes.
+const fn is_shaped<const AXES: usize>(content: Command) -> bool {
+    let Command { opcode: module, kind: status, motor: opcode, .. } = content;
+    match Status::from_number(status) {
+        None => false,
+        _ if is_place(opcode) => false,
+        // No command for a motor has a type of such a number.
+        Some(Status::Ok | Status::Loaded | Status::PositionReached) => true,
+        // The only command for a set of axes is MVP COORD.
+        Some(Status::InvalidCommand) => !is_motors::<AXES>(module, opcode),
+        Some(_) => !is_motor::<AXES>(opcode),
+    }
+}
+
+/// Whether this number of a command could be that of a motor above those that all products have, or in the place of the
+/// motor in MVP, which the number of the module would be, a set of axes.
+const fn is_motors<const AXES: usize>(module: u8, opcode: u8) -> bool {
+    is_motor::<AXES>(opcode) || AXES > 1 && module == Opcode::Mvp as u8 && opcode >= SETS
+}
+
+/// Whether this number of a command could be that of a motor above those that all products have.
+const fn is_motor<const AXES: usize>(opcode: u8) -> bool {
+    opcode >= MOTORS && (opcode as usize) < AXES
+}
+
 /// Whether this number of a command could be that of a motor or a bank.
 const fn is_place(opcode: u8) -> bool {
     opcode < MOTORS || opcode == ALL
@@ -144,7 +180,7 @@ mod tests {
     const AT: fn(u64) -> Micros = Micros::from_millis;
 
     fn is_reply(overheard: &mut Overheard, at: Micros, content: [u8; Command::SIZE]) -> bool {
-        overheard.is_reply(at, Command::from_bytes(content))
+        overheard.is_reply::<1>(at, Command::from_bytes(content))
     }
 
     #[test]
@@ -166,30 +202,64 @@ mod tests {
         }
     }
 
+    /// With six axes there are requests where with one there are replies.
+    #[test]
+    fn with_six_axes_refusals_of_mvp_and_sap_have_no_shape() {
+        let mut overheard = Overheard::default();
+        // Who has been asked nothing does not refuse anything: these are SAP 4 and MVP REL of axes 4 and 5, and MVP COORD of
+        // sets of axes.
+        for request in
+            [[5, 4, 5, 0, 0, 3, 4], [4, 1, 4, 0, 0, 0, 9], [4, 2, 0x47, 0, 0, 0, 1], [4, 2, 0x87, 0, 0, 0, 1]]
+        {
+            let content = Command::from_bytes(request);
+            assert!(overheard.is_reply::<1>(AT(0), content) && !overheard.is_reply::<6>(AT(0), content), "{request:?}");
+        }
+        // What was executed is known, and so is what is no set of axes.
+        for reply in
+            [[5, 100, 5, 0, 0, 3, 4], [4, 101, 4, 0, 0, 0, 9], [4, 4, 0x47, 0, 0, 0, 1], [3, 2, 0x47, 0, 0, 0, 1]]
+        {
+            assert!(overheard.is_reply::<6>(AT(1), Command::from_bytes(reply)), "{reply:?}");
+        }
+        for (address, asked, reply) in [
+            (5, Command::new(5, 0, 0, 772), [5, 4, 5, 0, 0, 3, 4]),
+            (4, Command::new(4, 1, 0, -9), [4, 1, 4, 0, 0, 0, 9]),
+            (4, Command::new(0x47, 0, 0, 1), [4, 2, 0x47, 0, 0, 0, 1]),
+        ] {
+            overheard.asked::<6>(AT(2), address, Some(asked));
+            let content = Command::from_bytes(reply);
+            assert!(overheard.is_reply::<6>(AT(3), content), "{reply:?}");
+            assert!(!overheard.is_reply::<6>(AT(4), content), "it has answered: {reply:?}");
+        }
+        // What was executed is an answer, too.
+        overheard.asked::<6>(AT(5), 5, Some(Command::new(5, 0, 0, 772)));
+        assert!(overheard.is_reply::<6>(AT(6), Command::from_bytes([5, 100, 5, 0, 0, 3, 4])));
+        assert!(!overheard.is_reply::<6>(AT(7), Command::from_bytes([5, 4, 5, 0, 0, 3, 4])));
+    }
+
     #[test]
     fn the_others_fit_what_was_asked() {
         let mut overheard = Overheard::default();
         let reply = |module, value| [module, 100, 2, 0, 0, 0, value];
-        overheard.asked(AT(0), 9, Some(Command::new(2, 0, 0, 100)));
-        overheard.asked(AT(1), 8, Some(Command::new(2, 0, 0, 100)));
+        overheard.asked::<1>(AT(0), 9, Some(Command::new(2, 0, 0, 100)));
+        overheard.asked::<1>(AT(1), 8, Some(Command::new(2, 0, 0, 100)));
         assert!(!is_reply(&mut overheard, AT(2), reply(9, 99)), "another value");
         assert!(is_reply(&mut overheard, AT(3), reply(9, 100)));
         assert!(is_reply(&mut overheard, AT(4), reply(7, 100)), "7 may have 8 for a second address");
         assert!(is_reply(&mut overheard, AT(5), reply(8, 100)));
         assert!(!is_reply(&mut overheard, AT(6), reply(9, 100)), "both have answered");
-        overheard.asked(AT(10), 9, Some(Command::new(2, 0, 0, 100)));
+        overheard.asked::<1>(AT(10), 9, Some(Command::new(2, 0, 0, 100)));
         assert!(!is_reply(&mut overheard, AT(411), reply(9, 100)), "nobody waits that long");
     }
 
     #[test]
     fn the_reply_to_nothing_comes_from_who_was_asked() {
         let mut overheard = Overheard::default();
-        overheard.asked(AT(0), 3, None);
+        overheard.asked::<1>(AT(0), 3, None);
         for request in [[6, 1, 0, 0, 0, 0, 0], [3, 2, 0, 0, 0, 0, 0], [3, 1, 0, 0, 0, 0, 1]] {
             assert!(!is_reply(&mut overheard, AT(1), request));
         }
         assert!(is_reply(&mut overheard, AT(2), [3, 1, 0, 0, 0, 0, 0]));
-        overheard.asked(AT(3), 6, Some(Command::new(0, 0, 0, 0)));
+        overheard.asked::<1>(AT(3), 6, Some(Command::new(0, 0, 0, 0)));
         assert!(!is_reply(&mut overheard, AT(4), [5, 4, 0, 0, 0, 0, 0]));
         assert!(is_reply(&mut overheard, AT(5), [6, 2, 0, 0, 0, 0, 0]));
     }
@@ -198,10 +268,10 @@ mod tests {
     fn special_replies_are_expected() {
         let mut overheard = Overheard::default();
         assert!(!is_reply(&mut overheard, AT(0), *b"1140V14"));
-        overheard.asked(AT(1), 3, Some(Command::new(136, 0, 0, 0)));
+        overheard.asked::<1>(AT(1), 3, Some(Command::new(136, 0, 0, 0)));
         assert!(is_reply(&mut overheard, AT(2), *b"1140V14"));
         assert!(!is_reply(&mut overheard, AT(4), [136, 0, 0, 0, 0, 0, 0]), "it scans the bus");
-        overheard.asked(AT(5), 3, Some(Command::new(134, 0, 0, 0)));
+        overheard.asked::<1>(AT(5), 3, Some(Command::new(134, 0, 0, 0)));
         for stop in [[3, 0, 0, 0, 0, 0, 0], [13, 1, 0, 0, 0, 0, 0], [128, 0, 0, 0, 0, 0, 0]] {
             assert!(!is_reply(&mut overheard, AT(5), stop));
         }

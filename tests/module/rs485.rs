@@ -4,6 +4,7 @@ use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::world::config::WorldConfig;
 use tmcm::tmcl::binary::{self, Received, Telegram};
 use tmcm::tmcl::text;
+use tmcm_sim::Product;
 use tmcm_sim::fleet::Fleet;
 
 /// Longest time a test waits for a reply.
@@ -104,6 +105,62 @@ fn a_module_with_the_address_of_the_host_knows_its_requests() {
             bus.0.run(10 * MILLISECOND);
             assert!(bus.ask(2, line).is_some(), "{line}");
         }
+    }
+}
+
+/// Requests for axes 4 and 5, and for several axes at once, look like refusals of MVP, SAP and what nobody knows.
+#[test]
+fn a_module_with_the_address_of_the_host_knows_requests_for_each_of_its_axes() {
+    let mut bus = Bus(Fleet::of(Product::Tmcm6110, &WorldConfig::default(), &[None; 2], 1));
+    for axis in 0..6 {
+        for number in 1..=6 {
+            bus.ok(2, &format!("GAP {number}, {axis}"));
+        }
+        bus.ok(2, &format!("SCO 1, {axis}, 77"));
+        for line in ["SAP 1, #, 0", "SAP 4, #, 900", "STAP 4, #", "RSAP 5, #", "MVP REL, #, 0", "MVP COORD, #, 1"] {
+            bus.ok(2, &line.replace('#', &axis.to_string()));
+        }
+        for line in ["GCO 1, #", "RFS STATUS, #", "RFS STOP, #", "SAP 3, #, 1", "ROR #, 0"] {
+            assert!(bus.ask(2, &line.replace('#', &axis.to_string())).is_some(), "{line}, axis {axis}");
+        }
+    }
+    for motors in [0x47, 0x7F, 0x87, 0xBF, 0xC1, 255] {
+        assert!(bus.ask(2, &format!("MVP COORD, {motors}, 1")).is_some(), "{motors}");
+    }
+}
+
+/// And the other way round: nobody takes such a reply for a request, so that nothing moves and nobody answers it.
+#[test]
+fn a_module_with_the_address_of_the_host_and_six_axes_knows_replies_to_others() {
+    let mut bus = Bus(Fleet::of(Product::Tmcm6110, &WorldConfig::default(), &[None; 5], 1));
+    for asked in [1, 3, 4, 5] {
+        for (line, status) in [
+            ("MVP ABS, 4, 300", 100),
+            ("MVP REL, 5, -200", 100),
+            ("SAP 4, 5, 700", 100),
+            ("MVP ABS, 6, 300", 4),
+            ("MVP REL, 7, 300", 4),
+            ("MVP 3, 0, 300", 3),
+            ("SAP 4, 5, 5000", 4),
+            ("SAP 3, 5, 5", 3),
+            ("SAP 250, 0, 5", 3),
+            ("SAP 0, 250, 5", 4),
+            ("STAP 1, 1", 3),
+            ("0, 0, 0, 0", 2),
+            ("72, 0, 0, 1", 2),
+            ("127, 0, 0, 9", 2),
+            ("191, 0, 0, 9", 2),
+            ("254, 0, 0, 9", 2),
+        ] {
+            assert_eq!(bus.ask(asked, line).map(|reply| reply.status), Some(status), "{asked}: {line}");
+        }
+        for axis in 0..6 {
+            assert_eq!((bus.ok(2, &format!("GAP 3, {axis}")), bus.ok(2, &format!("GAP 1, {axis}"))), (0, 0));
+            assert_eq!((bus.ok(2, &format!("GAP 4, {axis}")), bus.ok(2, &format!("GAP 0, {axis}"))), (1000, 0));
+        }
+        // Their own requests have not made the module expect anything.
+        bus.ok(2, &format!("SAP 4, 5, {}", 800 + i32::from(asked)));
+        bus.ok(2, "SAP 4, 5, 1000");
     }
 }
 
