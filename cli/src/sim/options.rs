@@ -127,8 +127,8 @@ pub struct Options {
     /// Run the firmware's flash image on an emulated microcontroller, in place of its core
     ///
     /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140; that of the
-    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen. A symbol in it tells which one it is; in an image
-    /// without this symbol --firmware does. Board, world and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
+    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen, and that of the TMCM-6110 by `cargo fw-6110`:
+    /// tmcm6110. A symbol in it tells which one it is; for an image without this symbol --product and --firmware do. Board, world and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
     /// are one USB cable, on which hosts take turns. One that has made the module leave the mode of global parameter 67
     /// loses its connection when another has something to say.
     ///
@@ -315,7 +315,7 @@ Examples:
   tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140 --log
       the flash image itself runs, and what it logs is printed
   tmcl sim --image target/thumbv7em-none-eabi/release/tmcm1140-canopen
-      that of the CANopen firmware, which is told by the file";
+      that of the CANopen firmware, which is told by the file, as the product is";
 
 /// Checks the form of an address to listen on. Whether the address can be used shows when the port is opened.
 fn address(text: &str) -> Result<String, String> {

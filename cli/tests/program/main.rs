@@ -15,6 +15,7 @@ mod ending;
 mod fake;
 mod harness;
 mod image;
+mod image_6110;
 mod image_canopen;
 mod image_hosts;
 mod links;
