@@ -2,18 +2,15 @@
 
 use tmcm::module::Spec;
 use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES};
-use tmcm::tmcl::{ALL_AXES, Command, Field, Instruction, MotorField, Opcode};
+use tmcm::tmcl::{ALL_AXES, AxisSet, Command, Field, Instruction, MotorField, Opcode};
 
 use crate::product::{Named, parameter};
 use crate::program::target;
 
 /// Type of MVP COORD.
 const COORD: u8 = 2;
-/// Bits of the motor field of MVP COORD on a module with several axes: below them is a bit for each axis that is meant.
-const LINE: u8 = 1 << 6;
-const AT_ONCE: u8 = 1 << 7;
-/// Most axes that move on a straight line together.
-const MOST_ON_LINE: u32 = 3;
+/// The lowest motor field of MVP COORD that stands for a set of axes on modules with several.
+const FIRST_SET: u8 = 1 << 6;
 
 /// Banks of SIO and GIO.
 const INPUTS: u8 = 0;
@@ -145,32 +142,18 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
         (_, MotorField::AxisOrAll) if motor == ALL_AXES => return None,
-        (Opcode::Mvp, _) if command.kind == COORD && spec.axes > 1 && motor & (LINE | AT_ONCE) != 0 => {
-            mask(spec, motor)?
-        }
+        (Opcode::Mvp, _) if command.kind == COORD && AxisSet::of(motor, spec.axes).is_some() => return None,
+        (Opcode::Mvp, _) if command.kind == COORD && spec.axes > 1 && motor >= FIRST_SET => format!(
+            "${motor:02X} is no set of axes: bits 0..{} are the axes of this module, and bit 7 moves them at once, bit 6 up to \
+             three of them on a straight line",
+            spec.axes.saturating_sub(1)
+        ),
         (_, MotorField::Axis | MotorField::AxisOrAll) if motor >= spec.axes => {
             format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
         }
         _ => return None,
     };
     Some((Part::Motor, message))
-}
-
-/// The reason why a module with several axes refuses this mask of axes.
-fn mask(spec: &Spec, motor: u8) -> Option<String> {
-    let axes = motor & !(LINE | AT_ONCE);
-    let missing = (spec.axes..6).find(|axis| axes & (1 << axis) != 0);
-    match (missing, motor & (LINE | AT_ONCE)) {
-        _ if axes == 0 => Some(format!("${motor:02X} names no axis in its bits 0..5")),
-        (Some(axis), _) => {
-            Some(format!("there is no axis {axis}; the last of this module is {}", spec.axes.saturating_sub(1)))
-        }
-        (None, LINE) if axes.count_ones() > MOST_ON_LINE => {
-            Some(format!("at most {MOST_ON_LINE} axes move on a straight line together"))
-        }
-        (None, LINE | AT_ONCE) => None,
-        (None, _) => Some("bit 6 (a straight line) and bit 7 (all at once) exclude each other".into()),
-    }
 }
 
 fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
@@ -308,13 +291,19 @@ mod tests {
         for good in [0x47, 0x41, 0x78, 0x87, 0xBF, 0xFF, 5] {
             assert_eq!(messages_on(Some(&TMCM_6110), &format!("MVP COORD, {good}, 1")), [""; 0], "{good}");
         }
+        let no_set = |mask: &str, last: u8| {
+            format!(
+                "{mask} is no set of axes: bits 0..{last} are the axes of this module, and bit 7 moves them at once, bit 6 up \
+                 to three of them on a straight line"
+            )
+        };
         for (spec, bad, message) in [
-            (&TMCM_6110, 0x4F, "at most 3 axes move on a straight line together"),
-            (&TMCM_6110, 0x80, "$80 names no axis in its bits 0..5"),
-            (&TMCM_6110, 0xC3, "bit 6 (a straight line) and bit 7 (all at once) exclude each other"),
-            (&TMCM_3110, 0x88, "there is no axis 3; the last of this module is 2"),
-            (&TMCM_3110, 7, "there is no axis 7; the last of this module is 2"),
-            (&TMCM_1140, 0x41, "there is no axis 65; the last of this module is 0"),
+            (&TMCM_6110, 0x4F, no_set("$4F", 5)),
+            (&TMCM_6110, 0x80, no_set("$80", 5)),
+            (&TMCM_6110, 0xC3, no_set("$C3", 5)),
+            (&TMCM_3110, 0x88, no_set("$88", 2)),
+            (&TMCM_3110, 7, "there is no axis 7; the last of this module is 2".into()),
+            (&TMCM_1140, 0x41, "there is no axis 65; the last of this module is 0".into()),
         ] {
             assert_eq!(messages_on(Some(spec), &format!("MVP COORD, {bad}, 1")), [message], "{bad}");
         }
