@@ -1,12 +1,15 @@
 //! The example programs do what their comments say. Each is assembled, loaded by telegrams as a host does it, and run; what
 //! it does is seen in the world.
 
+mod axes;
+
 use std::path::{Path, PathBuf};
-use tmcm_sim::{Product, VirtualModule};
+use tmcm_sim::{NativeModule, Product, VirtualModule};
 
 use crate::common::{Bench, INVALID_VALUE};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::State;
+use hal_sim::world::config::WorldConfig;
 use tmcl_cli::asm::{Assembly, assemble_file, assemble_text};
 use tmcl_cli::disasm;
 use tmcm::tmcl::{Command, Opcode, Status};
@@ -19,12 +22,14 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("examples")
 }
 
-fn assembled(name: &str) -> Assembly {
-    let assembly =
-        assemble_file(&folder().join(name), Some(Product::Tmcm1140)).unwrap_or_else(|errors| panic!("{errors}"));
+fn assembled(name: &str, product: Product) -> Assembly {
+    let assembly = assemble_file(&folder().join(name), Some(product)).unwrap_or_else(|errors| panic!("{errors}"));
     assert!(assembly.warnings.is_empty(), "{}", assembly.warnings);
     assembly
 }
+
+/// The examples for modules with three axes or more.
+const SEVERAL_AXES: [&str; 3] = ["homing_axes.tmc", "pick_and_place.tmc", "straight_line.tmc"];
 
 /// A module with an example in its memory.
 struct Example {
@@ -34,9 +39,14 @@ struct Example {
 
 impl Example {
     fn load(name: &str, world: &str) -> Self {
-        let mut bench = Bench::in_world(world);
+        Self::load_into(Product::Tmcm1140, name, world)
+    }
+
+    fn load_into(product: Product, name: &str, world: &str) -> Self {
+        let world = WorldConfig::parse_for(product.kind(), world).unwrap();
+        let mut bench = Bench { module: NativeModule::of(product, &world, None, 1) };
         bench.ok("132");
-        for command in assembled(name).commands {
+        for command in assembled(name, product).commands {
             assert_eq!(bench.send(command).status, Status::Loaded as u8, "{command}");
         }
         bench.ok("133");
@@ -107,10 +117,13 @@ fn all_examples_are_disassembled_to_the_same_program() {
         .collect();
     names.sort();
     let tested = [
+        "homing_axes.tmc",
         "jog.tmc",
         "main_loop.tmc",
+        "pick_and_place.tmc",
         "routines.tmc",
         "stall_homing.tmc",
+        "straight_line.tmc",
         "subroutines.tmc",
         "there_and_back.tmc",
         "timer_interrupt.tmc",
@@ -118,9 +131,9 @@ fn all_examples_are_disassembled_to_the_same_program() {
     ];
     assert_eq!(names, tested, "an example without a test here");
     for name in names {
-        let commands = assembled(&name).commands;
-        let again =
-            assemble_text(&name, &disasm::source(&commands, Product::Tmcm1140), Some(Product::Tmcm1140)).unwrap();
+        let product = if SEVERAL_AXES.contains(&&*name) { Product::Tmcm3110 } else { Product::Tmcm1140 };
+        let commands = assembled(&name, product).commands;
+        let again = assemble_text(&name, &disasm::source(&commands, product), Some(product)).unwrap();
         assert_eq!(again.commands, commands, "{name}");
     }
 }
@@ -211,7 +224,7 @@ fn subroutines() {
         assert!((rest[1] - rest[0]).abs_diff(500) <= 4, "{rests:?}");
     }
     assert_eq!(rests.len() / 2, 4, "{rests:?}");
-    let text = assembled("subroutines.tmc").symbols.value("SubW");
+    let text = assembled("subroutines.tmc", Product::Tmcm1140).symbols.value("SubW");
     assert_eq!(text, Some(5));
     example.executed();
 }
@@ -219,7 +232,7 @@ fn subroutines() {
 /// The host starts the routines one after the other.
 #[test]
 fn routines() {
-    let symbols = assembled("routines.tmc").symbols;
+    let symbols = assembled("routines.tmc", Product::Tmcm1140).symbols;
     assert_eq!(["Func1", "Func2", "Func3"].map(|name| symbols.value(name)), [Some(0), Some(1), Some(2)]);
     let mut example = Example::load("routines.tmc", "");
     example.begin("129, 1, 0, 0");

@@ -145,7 +145,7 @@ fn source(text: &str, name: &str) -> String {
 }
 
 /// The words of a command line; quotes keep them together.
-fn words(command: &str) -> Vec<String> {
+pub(crate) fn words(command: &str) -> Vec<String> {
     let mut words = Vec::new();
     for (number, piece) in command.split('"').enumerate() {
         if number % 2 == 1 {

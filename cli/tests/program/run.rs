@@ -1,8 +1,10 @@
 //! `tmcl run`: a program in, a report, a trace and a plot out.
 
+use std::path::Path;
 use std::process::Output;
 
 use super::harness::{complaint, names, tmcl};
+use super::readme::words;
 
 const SOURCE: &str = "\
         CALC LOAD, 2
@@ -305,4 +307,37 @@ fn several_axes_move_and_are_drawn() {
     let report = folder.shown(&["program.tmc", "--product", "3110", "--world", "world.toml"]);
     assert!(row(&report, "axis 2").contains("; the motor has lost steps, it is "), "{report}");
     assert!(folder.complaint(1, &["still.tmc", "--world", "world.toml"]).contains("the TMCM-1140 has one axis"));
+}
+
+/// Plots in `docs` are what the commands in the comments of the examples draw. `UPDATE_DOCS=1` in the environment writes
+/// them anew.
+#[test]
+fn the_plots_of_the_examples_are_up_to_date() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let page = std::fs::read_to_string(root.join("examples/README.md")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let names = ["homing_axes", "straight_line", "pick_and_place"];
+    for name in names {
+        assert!(page.contains(&format!("(../docs/{name}.svg)")), "{name}");
+        let source = std::fs::read_to_string(root.join(format!("examples/{name}.tmc"))).unwrap();
+        // The command and the lines with further options are indented.
+        let lines = source.lines().filter_map(|line| line.strip_prefix("//     "));
+        let command =
+            lines.filter(|line| line.contains(" --") || line.starts_with("tmcl ")).collect::<Vec<_>>().join(" ");
+        let (plot, drawn) = (format!("{name}.svg"), folder.path().join(format!("{name}.svg")));
+        let words: Vec<String> = words(&command)
+            .into_iter()
+            .map(|word| if word == plot { drawn.to_str().unwrap().to_owned() } else { word })
+            .collect();
+        assert_eq!(words[..2], ["tmcl", "run"], "{command}");
+        let words: Vec<&str> = words[1..].iter().map(String::as_str).collect();
+        let output = tmcl(&words).current_dir(&root).output().unwrap();
+        assert!(output.status.success(), "{command}: {}", complaint(&output));
+        let there = root.join("docs").join(plot);
+        if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+            std::fs::copy(&drawn, &there).unwrap();
+        }
+        let same = std::fs::read(&there).is_ok_and(|found| found == std::fs::read(&drawn).unwrap());
+        assert!(same, "docs/{name}.svg is stale: UPDATE_DOCS=1 cargo test -p tmcl-cli --test program the_plots_of");
+    }
 }
