@@ -208,7 +208,7 @@ impl<F: Firmware<AXES>> Owner<F> {
     #[inline(never)]
     fn poll(&mut self, now: Micros) -> bool {
         if self.firmware.takes_inputs(now) {
-            self.inputs = self.signals.read();
+            self.signals.read(&mut self.inputs);
         }
         let outputs = self.firmware.poll(now, &self.inputs);
         if let Some(outputs) = &outputs {

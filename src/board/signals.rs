@@ -1,8 +1,6 @@
 //! The signals that the firmware exchanges with the board in each poll. Which pins they are is the table that the board
 //! makes of [`Signals`]; the analog ones come from `analog`, counts of encoders from `encoder`.
 
-use core::array::from_fn;
-
 use embassy_stm32::gpio::Output;
 
 use super::analog;
@@ -46,20 +44,20 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
         self.axes.iter().filter_map(|axis| axis.encoder).for_each(Encoder::start);
     }
 
-    /// Reads all inputs. Never inlined: slices of a program, for which nothing is read, are not to have its registers.
+    /// Reads all inputs, to their place: copies of them take as long as the reading. Never inlined: slices of a program,
+    /// for which nothing is read, are not to have its registers.
     #[inline(never)]
-    pub(super) fn read(&self) -> Inputs<AXES> {
-        let axes = from_fn(|number| {
-            let Axis { stall, home, right, encoder } = &self.axes[number];
+    pub(super) fn read(&self, inputs: &mut Inputs<AXES>) {
+        for (Axis { stall, home, right, encoder }, sensors) in self.axes.iter().zip(&mut inputs.axes) {
             let (external, null) = encoder.map_or((0, [None; 2]), |encoder| (encoder.count(), encoder.edges()));
             let [stall, home] = [stall, home].map(|line| line.is_high());
             let right = right.is_some_and(Line::is_high);
             // The built-in encoder is not read, because its pins are not known.
-            Sensors { stall, home, right, encoder: None, external, null }
-        });
-        let digital = (0..).zip(&self.inputs).fold(0, |bits, (n, line)| bits | u16::from(line.is_high()) << n);
-        let (supply, temperature) = (Some(analog::supply()), analog::temperature());
-        Inputs { axes, digital, analog: analog::ports(), supply, temperature }
+            *sensors = Sensors { stall, home, right, encoder: None, external, null };
+        }
+        inputs.digital = (0..).zip(&self.inputs).fold(0, |bits, (n, line)| bits | u16::from(line.is_high()) << n);
+        inputs.analog = analog::ports();
+        (inputs.supply, inputs.temperature) = (Some(analog::supply()), analog::temperature());
     }
 
     /// Sets all outputs. LED2 is `fault`'s.

@@ -28,6 +28,9 @@ impl<const MODULUS: u32> Counter<MODULUS> {
     /// passed zero, in either direction.
     pub fn update(&mut self, raw: u32, prescaler: i32, reverse: bool) -> bool {
         let raw = raw % MODULUS;
+        if self.raw == Some(raw) {
+            return false;
+        }
         let Some(last) = self.raw.replace(raw) else { return false };
         let moved = Self::distance(last, raw);
         let counts = if reverse { -moved } else { moved };

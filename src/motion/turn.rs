@@ -76,22 +76,20 @@ impl<H: Hardware> Joined<'_, H> {
     fn motion_state(&self) -> MotionState {
         let held = self.held > 0;
         let known = self.hardware.known();
+        let moving = known.ahead() != 0 || known.speed != 0;
+        if !moving || (held && self.values.is_on(P::EndSwitchPowerDown)) {
+            return MotionState::Standing;
+        }
+        if held {
+            return MotionState::Held;
+        }
         let cruises = if known.mode.positions() {
             let speed = self.positioning_speed().unsigned_abs();
             known.speed.unsigned_abs().abs_diff(speed) <= if self.limited() { speed / 64 + WAVERING } else { 0 }
         } else {
             known.speed == known.target_speed
         };
-        let moving = known.ahead() != 0 || known.speed != 0;
-        if !moving || (held && self.values.is_on(P::EndSwitchPowerDown)) {
-            MotionState::Standing
-        } else if held {
-            MotionState::Held
-        } else if cruises {
-            MotionState::Cruising
-        } else {
-            MotionState::Changing
-        }
+        if cruises { MotionState::Cruising } else { MotionState::Changing }
     }
 
     /// Gives the motor the current that belongs to this state of motion; a driver that has it already is not written
