@@ -16,7 +16,7 @@ use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
 /// The lag of a follower, in 1/256 microstep, that is left to itself: what is read are whole microsteps.
-const SLACK: u64 = 192;
+const SLACK: i32 = 192;
 /// The largest lag, in 1/256 microstep, by which the correction of a follower's speed grows.
 const LARGEST_LAG: i64 = 1 << 16;
 /// How far ahead of an accelerating leader its speed is looked at, in microsteps and besides a quarter of its way: until the
@@ -33,13 +33,13 @@ pub(super) struct Lines<const AXES: usize> {
     followers: [Option<Follower>; AXES],
     /// The axis that is corrected first in the next millisecond: only one is in each.
     next: usize,
-    /// The followers are still to be looked at in the turn under way.
-    due: bool,
+    /// There may be followers.
+    pub(super) any: bool,
 }
 
 impl<const AXES: usize> Default for Lines<AXES> {
     fn default() -> Self {
-        Lines { followers: [None; AXES], next: 0, due: false }
+        Lines { followers: [None; AXES], next: 0, any: false }
     }
 }
 
@@ -71,15 +71,15 @@ impl Follower {
         let come = self.way.saturating_sub(left);
         let ramp = come.saturating_add(come / 4).saturating_add(AHEAD).min(left);
         let square = u64::from(ramp).wrapping_mul(self.square.into()) >> 8;
-        let square = square.min(u64::from(top).wrapping_mul(top.into())) as u32;
-        let sixteenths = square.wrapping_shl(8).isqrt();
-        let speed = self.ratio.times(sixteenths) >> 4;
+        let square = square.min(top.wrapping_mul(top).into()) as u32;
+        let speed = self.ratio.times((square << 8).isqrt()) >> 4;
+        // A lag as large as this is as good as any larger one.
         let lag = (u64::from(own) << 8).wrapping_sub(self.ratio.times(left)) as i64;
-        let slack = SLACK.max(self.ratio.times(1)) as i64;
-        let lag = lag.saturating_sub(slack).max(0).saturating_add(lag.saturating_add(slack).min(0));
-        let lag = lag.clamp(-LARGEST_LAG, LARGEST_LAG);
-        let speed = (speed as i64).saturating_add(correction(lag as i32).into()).saturating_add(128) >> 8;
-        speed.max(0).min(most.into()) as i32
+        let lag = lag.clamp(-LARGEST_LAG, LARGEST_LAG) as i32;
+        let slack = SLACK.max(self.ratio.times(1).min(LARGEST_LAG as u64) as i32);
+        let lag = lag.wrapping_sub(slack).max(0).wrapping_add(lag.wrapping_add(slack).min(0));
+        let speed = (speed as i32).wrapping_add(correction(lag)).wrapping_add(128) >> 8;
+        speed.max(0).min(most)
     }
 }
 
@@ -120,30 +120,15 @@ impl Ratio {
     }
 }
 
-/// An axis that is to go on a line.
-#[derive(Clone, Copy, Debug)]
-struct Traveller {
-    number: usize,
-    /// Its way in microsteps, to either side.
-    way: u32,
-    /// How long it would take alone.
-    duration: u64,
-    /// It moves already.
-    moves: bool,
-}
-
-/// How long a motor would take, from rest to rest, in 1/65536 of the time in which it makes a microstep at speed 1.
+/// How long a motor takes, from rest to rest, in 1/65536 of the time in which it makes a microstep at speed 1.
 fn duration(way: u32, speed: i32, square: u32) -> u64 {
-    let (way, speed, square) = (u64::from(way), u64::from(speed.unsigned_abs()), u64::from(square));
-    // The way on which the motor reaches its speed, together with that on which it comes to rest.
-    let ramps = (speed.wrapping_mul(speed) << 9).checked_div(square).unwrap_or(u64::MAX);
-    if ramps <= way {
-        let cruise = (way << 16).checked_div(speed).unwrap_or(u64::MAX);
-        cruise.saturating_add((speed << 25).checked_div(square).unwrap_or(u64::MAX))
-    } else {
-        // It does not reach its speed.
-        ((way << 32).checked_div(square).unwrap_or(u64::MAX >> 9) << 9).isqrt().saturating_mul(2)
-    }
+    // The speed in the middle of the way, if the motor does not reach the other one before.
+    let highest = (u64::from(way).wrapping_mul(square.into()) >> 9).min(1 << 24) as u32;
+    let speed = speed.unsigned_abs().min(highest.isqrt());
+    // Between the ramps the motor goes at its speed; the ramps take as long again as they would at that.
+    let steady = (u64::from(way) << 16).checked_div(speed.into());
+    let ramps = (u64::from(speed) << 25).checked_div(square.into());
+    steady.zip(ramps).map_or(u64::MAX, |(steady, ramps)| steady.wrapping_add(ramps))
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
@@ -152,6 +137,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn start_together(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
+        self.leave_lines(targets)?;
         self.set_going(now, targets, &[Pace::default(); AXES])
     }
 
@@ -161,68 +147,70 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// [`Error::NotNow`] when they have different units of speed or acceleration; then nothing moves. [`Error::Chip`] when a
     /// chip did not take a datagram.
     pub fn start_line(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
-        let members = || self.axes.iter().zip(targets).filter_map(|(axis, target)| target.and(Some(axis)));
-        let units = |axis: &Axis<T::Hardware>| [P::RampDivisor, P::PulseDivisor].map(|divisor| axis.setting(divisor));
-        let first = members().next().map(units);
-        if members().any(|axis| Some(units(axis)) != first) {
-            return Err(Error::NotNow);
-        }
-        let mut travellers = [None; AXES];
-        for (number, (traveller, target)) in travellers.iter_mut().zip(targets).enumerate() {
-            if let Some(target) = *target {
-                *traveller = self.traveller(number, target)?;
+        let mut ways = [0; AXES];
+        let (mut units, mut moving, mut travellers) = (None, false, 0_u8);
+        // The axis that would take longest alone; of several the one with the longest way.
+        let (mut leader, mut longest) = (0, (0, 0));
+        for (number, (target, way)) in targets.iter().zip(&mut ways).enumerate() {
+            let (Some(target), Some(mut axis)) = (target, self.axis(number)) else { continue };
+            let divisors = [P::RampDivisor, P::PulseDivisor].map(|divisor| axis.setting(divisor));
+            if *units.get_or_insert(divisors) != divisors {
+                return Err(Error::NotNow);
+            }
+            if !axis.rests() {
+                axis.actual_position()?;
+                moving |= axis.read(P::ActualSpeed)? != 0;
+            }
+            *way = target.wrapping_sub(axis.last_position()).unsigned_abs();
+            if *way == 0 {
+                continue;
+            }
+            travellers = travellers.saturating_add(1);
+            let square = axis.slope(axis.setting(P::MaximumAcceleration)).square;
+            let rank = (duration(*way, axis.setting(P::MaximumSpeed), square), *way);
+            if rank > longest {
+                (leader, longest) = (number, rank);
             }
         }
-        let longest = travellers.iter().flatten().max_by_key(|traveller| (traveller.duration, traveller.way));
-        let mut followers = [None; AXES];
+        self.leave_lines(targets)?;
         let mut paces = [Pace::default(); AXES];
         // One axis that has a way to go moves as it would alone.
-        if let Some(leader) = longest.filter(|_| travellers.iter().flatten().count() > 1) {
-            for (follower, traveller) in followers.iter_mut().zip(&travellers) {
-                let Some(traveller) = traveller.filter(|traveller| traveller.number != leader.number) else { continue };
-                let ratio = Ratio::new(traveller.way, leader.way);
-                *follower = Some(Follower { leader: leader.number, ratio, way: leader.way, square: 0, last: 0 });
-            }
-            self.pace(leader.number, &mut followers, &mut paces);
-            // One that moves may be where it has to turn round, or to catch up: so the axes keep their own accelerations.
-            if travellers.iter().flatten().any(|traveller| traveller.moves) {
-                for pace in &mut paces {
-                    pace.acceleration = None;
+        if travellers > 1 {
+            self.lines.any = true;
+            let whole = longest.1;
+            for (number, (follower, way)) in self.lines.followers.iter_mut().zip(ways).enumerate() {
+                if way != 0 && number != leader {
+                    *follower =
+                        Some(Follower { leader, ratio: Ratio::new(way, whole), way: whole, square: 0, last: 0 });
                 }
             }
-            // What a leader that moves has behind it, as if it had come from rest.
-            let speed = u64::from(self.axes.get(leader.number).map_or(0, Axis::last_speed).unsigned_abs());
-            for follower in followers.iter_mut().flatten() {
-                let run_up = (speed.wrapping_mul(speed) << 8).checked_div(follower.square.into()).unwrap_or_default();
-                follower.way = follower.way.saturating_add(run_up as u32);
+            self.pace(leader, &mut paces);
+            if moving {
+                self.join_moving(leader, &mut paces);
             }
         }
-        self.set_going(now, targets, &paces)?;
-        for (place, follower) in self.lines.followers.iter_mut().zip(followers) {
-            *place = follower.or(*place);
-        }
-        Ok(())
+        self.set_going(now, targets, &paces)
     }
 
-    /// An axis that is to go to a position; `None` if it is there.
-    fn traveller(&mut self, number: usize, target: i32) -> Result<Option<Traveller>, Error> {
-        let Some(mut axis) = self.axis(number) else { return Ok(None) };
-        // Of a motor that rests, both are known.
-        let (here, moves) = match axis.rests() {
-            true => (axis.last_position(), false),
-            false => (axis.actual_position()?, axis.read(P::ActualSpeed)? != 0),
-        };
-        let way = target.wrapping_sub(here).unsigned_abs();
-        let speed = axis.setting(P::MaximumSpeed);
-        let duration = duration(way, speed, axis.slope(axis.setting(P::MaximumAcceleration)).square);
-        Ok((way != 0).then_some(Traveller { number, way, duration, moves }))
+    /// Changes what was worked out for axes that stand: one that moves may be where it has to turn round, or to catch up, so
+    /// the axes keep their own accelerations; and a leader that moves has a way behind it as if it had come from rest.
+    fn join_moving(&mut self, leader: usize, paces: &mut [Pace; AXES]) {
+        for pace in paces {
+            pace.acceleration = None;
+        }
+        let speed = u64::from(self.axes.get(leader).map_or(0, Axis::last_speed).unsigned_abs());
+        for follower in self.lines.followers.iter_mut().flatten().filter(|follower| follower.leader == leader) {
+            let run_up = (speed.wrapping_mul(speed) << 8).checked_div(follower.square.into()).unwrap_or_default();
+            follower.way = follower.way.saturating_add(run_up as u32);
+        }
     }
 
     /// Works out at what paces the axes of a line are to go, as their parameters are now.
-    fn pace(&self, leader: usize, followers: &mut [Option<Follower>; AXES], paces: &mut [Pace; AXES]) {
+    fn pace(&mut self, leader: usize, paces: &mut [Pace; AXES]) {
         let Some(axis) = self.axes.get(leader) else { return };
         let mut speed = axis.setting(P::MaximumSpeed);
         let mut acceleration = axis.setting(P::MaximumAcceleration).max(1);
+        let followers = &mut self.lines.followers;
         for (follower, axis) in followers.iter().zip(&self.axes) {
             let Some(Follower { ratio, .. }) = follower.filter(|follower| follower.leader == leader) else { continue };
             speed = ratio.limit(axis.setting(P::MaximumSpeed), speed);
@@ -234,14 +222,14 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 *pace = Pace { speed: Some(speed), acceleration: Some(acceleration) };
             }
             let Some(follower) = follower.as_mut().filter(|follower| follower.leader == leader) else { continue };
-            let wanted = follower.ratio.up(acceleration, axis.setting(P::MaximumAcceleration).max(1));
+            let own = axis.setting(P::MaximumAcceleration).max(1);
+            let wanted = axis.slope(follower.ratio.up(acceleration, own)).acceleration;
             let speed = follower.ratio.up(speed, axis.setting(P::MaximumSpeed));
-            *pace = Pace { speed: Some(speed), acceleration: Some(axis.slope(wanted).acceleration) };
+            *pace = Pace { speed: Some(speed), acceleration: Some(wanted) };
             // From rest it makes the microstep in the time in which the leader, which comes to rest, makes so many; of its
             // last ones the leader makes two more while the follower's speed limit is written.
-            let own = axis.slope(axis.setting(P::MaximumAcceleration).max(1)).square;
             follower.square = square;
-            follower.last = square.checked_div(own).unwrap_or_default().saturating_add(2);
+            follower.last = square.checked_div(axis.slope(own).square).unwrap_or_default().saturating_add(2);
         }
     }
 
@@ -254,12 +242,12 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             let alone = self.axis(number).filter(|axis| axis.limited());
             return alone.map_or(Ok(()), |mut axis| axis.repace(Pace::default()));
         };
-        let mut followers = self.lines.followers;
         let mut paces = [Pace::default(); AXES];
-        self.pace(leader, &mut followers, &mut paces);
-        self.lines.followers = followers;
-        for (number, pace) in paces.into_iter().enumerate().filter(|(_, pace)| *pace != Pace::default()) {
-            if let Some(mut axis) = self.axis(number).filter(|axis| axis.limited()) {
+        self.pace(leader, &mut paces);
+        for (number, pace) in paces.into_iter().enumerate() {
+            if pace.speed.is_some()
+                && let Some(mut axis) = self.axis(number).filter(|axis| axis.limited())
+            {
                 axis.repace(pace)?;
             }
         }
@@ -277,28 +265,30 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// Sets axes going at once: all that has to be told their chips comes before, so that one datagram to each of them is
     /// left.
     fn set_going(&mut self, now: Micros, targets: &[Option<i32>; AXES], paces: &[Pace; AXES]) -> Result<(), Error> {
-        let moves =
-            || targets.iter().zip(paces).enumerate().filter_map(|(n, (target, pace))| Some((n, (*target)?, *pace)));
-        for (number, target, pace) in moves() {
-            self.leave_line(number)?;
-            if let Some(mut axis) = self.axis(number) {
-                axis.ready(now, target, pace)?;
-            }
-        }
         let mut told = Ok(());
-        for (number, target, pace) in moves() {
-            if let Some(mut axis) = self.axis(number) {
-                told = told.and(axis.move_at(now, target, pace));
+        for is_ready in [false, true] {
+            for (number, (target, pace)) in targets.iter().zip(paces).enumerate() {
+                let (Some(target), Some(mut axis)) = (*target, self.axis(number)) else { continue };
+                if is_ready {
+                    told = told.and(axis.move_at(now, target, *pace));
+                } else {
+                    axis.ready(now, target, *pace)?;
+                }
             }
         }
         told
     }
 
-    /// Takes an axis out of its line, of which the others go on by themselves if it was the leader.
-    fn leave_line(&mut self, number: usize) -> Result<(), Error> {
-        for follower in 0..AXES {
-            if follower == number || self.leader(follower) == Some(number) {
-                self.release(follower)?;
+    /// Takes axes, those with a target, out of their lines. Where that was the leader, the others go on by themselves.
+    fn leave_lines(&mut self, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
+        for number in 0..AXES {
+            let Some(leader) = self.lines.followers.get(number).copied().flatten().map(|follower| follower.leader)
+            else {
+                continue;
+            };
+            let leaves = |number: usize| targets.get(number).is_some_and(Option::is_some);
+            if leaves(number) || leaves(leader) {
+                self.release(number)?;
             }
         }
         Ok(())
@@ -313,19 +303,11 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         }
     }
 
-    /// Notes that the turn under way has lines to look after.
-    pub(super) fn begin_lines(&mut self) {
-        self.lines.due = AXES > 1 && self.lines.followers.iter().any(Option::is_some);
-    }
-
-    /// True while the lines are still to be looked after in the turn under way.
-    pub(super) const fn lines_due(&self) -> bool {
-        AXES > 1 && self.lines.due
-    }
-
     /// Looks after the lines, when the positions of all axes have been read: one follower at most gets another speed limit.
+    /// Never inlined, because most turns have no lines.
+    #[inline(never)]
     pub(super) fn follow_lines(&mut self) {
-        self.lines.due = false;
+        self.lines.any = self.lines.followers.iter().any(Option::is_some);
         let first = self.lines.next;
         for number in (first..AXES).chain(0..first.min(AXES)) {
             // A datagram that did not get through is sent again in the next turn.
@@ -365,12 +347,17 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         Ok(told)
     }
 
-    /// Stops the others of the line of an axis whose events tell that it was stopped before its target.
-    pub(super) fn break_line(&mut self, now: Micros, number: usize, events: Events) {
+    /// Stops the line of an axis whose events tell that it was stopped before its target.
+    pub(super) fn look_at_line(&mut self, now: Micros, number: usize, events: Events) {
         let Events { stall, cut_short, deviation, alarm, .. } = events;
-        if !(stall || cut_short || deviation || alarm) {
-            return;
+        if self.lines.any && (stall || cut_short || deviation || alarm) {
+            self.break_line(now, number);
         }
+    }
+
+    /// Stops the other axes of the line of an axis that was stopped before its target.
+    #[inline(never)]
+    fn break_line(&mut self, now: Micros, number: usize) {
         let Some(leader) = self.leader(number) else { return };
         for other in 0..AXES {
             if self.leader(other) != Some(leader) {

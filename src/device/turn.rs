@@ -1,7 +1,8 @@
 //! The turn of each millisecond. A turn has pieces, so that the firmware's owner can serve the links in between: its
 //! [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised, then
-//! [one axis](Device::next_axis) after the other; and, half a millisecond later, [a reading](Device::next_reading) of
-//! each motion controller whose axis had no time for it, because its motor moves. As a rule a piece has one datagram to a
+//! [one axis](Device::next_axis) after the other, and the straight lines on which several of them go; and, half a
+//! millisecond later, [a reading](Device::next_reading) of each motion controller whose axis had no time for it, because its
+//! motor moves. As a rule a piece has one datagram to a
 //! chip at most; `motion/turn.rs` says which are longer.
 
 use super::{Board, Controllers, Device, Inputs, Outputs, Supervised, controller_of};
@@ -20,30 +21,35 @@ pub enum Piece {
     Beginning,
     /// [An axis](Device::next_axis) is polled.
     Axis,
-    /// [A reading](Device::next_reading) is taken.
+    /// [A reading](Device::next_reading) is taken; or, before the readings, the straight lines are looked after on which axes
+    /// go.
     Reading,
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// Number of pieces of a turn behind its beginning, at most: the axes, and a reading of each motion controller.
-    pub(super) const PIECES: usize = AXES.saturating_add(T::Controllers::COUNT);
+    /// The pieces of a turn behind its axes in which its lines are looked after. One axis makes no line.
+    const LINES: usize = if AXES > 1 { 1 } else { 0 };
+    /// Number of the first reading among the pieces of a turn.
+    const FIRST_READING: usize = AXES.saturating_add(Self::LINES);
+    /// Number of pieces of a turn behind its beginning, at most: the axes, the lines, and a reading of each motion controller.
+    pub(super) const PIECES: usize = Self::FIRST_READING.saturating_add(T::Controllers::COUNT);
 
     /// The piece that comes next.
     pub const fn next_piece(&self) -> Piece {
         if self.upcoming < AXES {
             Piece::Axis
-        } else if self.upcoming < Self::PIECES || self.lines_due() {
+        } else if self.upcoming < Self::PIECES {
             Piece::Reading
         } else {
             Piece::Beginning
         }
     }
 
-    /// The time at which the next piece is due. For an axis this is a time in the past.
+    /// The time at which the next piece is due. For an axis, and for the lines, this is a time in the past.
     pub const fn deadline(&self) -> Micros {
         match self.next_piece() {
             Piece::Axis => self.turn(),
-            Piece::Reading if self.lines_due() => self.turn(),
+            Piece::Reading if self.upcoming < Self::FIRST_READING => self.turn(),
             Piece::Reading => self.turn().after(READINGS),
             Piece::Beginning => self.next,
         }
@@ -65,9 +71,6 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         for controller in self.controllers.as_mut() {
             T::Hardware::begin_turn(&mut controller.shared);
         }
-        if AXES > 1 {
-            self.begin_lines();
-        }
         self.supervise()
     }
 
@@ -86,28 +89,32 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let reading = (is_its_turn && is_wanted).then_some(controller.rotation);
         let events = axis.on(&mut controller.shared).poll(now, sensors, reading);
         if AXES > 1 {
-            self.break_line(now, number, events);
+            self.look_at_line(now, number, events);
         }
         self.pass_taken();
         (number, events)
     }
 
-    /// Takes the next of the readings that were left.
+    /// Takes the next of the readings that were left; before the first of them it looks after the lines, if there are any.
     pub fn next_reading(&mut self) {
-        if self.lines_due() {
-            return self.follow_lines();
-        }
-        if let Some(mut axis) = self.upcoming.checked_sub(AXES).and_then(|n| self.reading_axis(n)) {
+        if self.upcoming < Self::FIRST_READING {
+            self.upcoming = Self::FIRST_READING;
+            self.follow_lines();
+        } else if let Some(mut axis) = self.upcoming.checked_sub(Self::FIRST_READING).and_then(|n| self.reading_axis(n))
+        {
             axis.refresh();
         }
         self.pass_taken();
     }
 
-    /// Passes the motion controllers whose readings have been taken, and advances the rotation of each. The axes of a
+    /// Passes the lines if there are none, and the motion controllers whose readings have been taken, and advances the rotation of each. The axes of a
     /// controller take turns: only one of them takes one reading in a millisecond, so a controller with three axes needs
     /// no more datagrams for readings than one with a single axis.
     fn pass_taken(&mut self) {
-        while let Some(n) = self.upcoming.checked_sub(AXES)
+        if AXES > 1 && self.upcoming == AXES && !self.lines.any {
+            self.upcoming = Self::FIRST_READING;
+        }
+        while let Some(n) = self.upcoming.checked_sub(Self::FIRST_READING)
             && !self.reading_axis(n).is_some_and(|axis| axis.has_reading())
             && let Some(controller) = self.controllers.as_mut().get_mut(n)
         {
