@@ -4,9 +4,10 @@
 use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, SIX_AXES, START, assert_logged, six_axes};
 use crate::common::{Bench, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
+use hal_sim::world::config::WorldConfig;
 use tmcm::module::TMCM_6110;
 use tmcm::param::GlobalParameter;
-use tmcm_sim::image::model;
+use tmcm_sim::image::{ImageModule, Setup, model};
 use tmcm_sim::native::{Model, Product};
 
 /// Status of a reply: there is no such axis.
@@ -32,6 +33,13 @@ fn it_boots_and_answers_on_all_links() {
         assert_eq!(ask(&mut host, "ROR 6, 100").0, INVALID_VALUE);
     }
     assert_eq!(host.said_to(&telegram("136, 0, 0, 0"), 50 * MILLISECOND)[1..], *b"6110V146");
+}
+
+#[test]
+fn a_product_whose_microcontroller_is_not_known_has_no_image() {
+    let module = ImageModule::of(Product::Tmcm3110, six_axes(), &WorldConfig::default(), None, 1, Setup::default());
+    let told = module.err().map(|stop| stop.to_string());
+    assert_eq!(told.as_deref(), Some("the image cannot be used: no microcontroller is known for the TMCM-3110"));
 }
 
 /// What each axis does, what its world does to it meanwhile, where its rotor then stands, as far as that is known to a few

@@ -117,3 +117,36 @@ const B: usize = 1;
 const C: usize = 2;
 const D: usize = 3;
 const E: usize = 4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::Input;
+    use crate::world::pin::Pin as Switch;
+    use std::collections::HashSet;
+
+    /// Each part of the board has its pin, and no pin has two parts but where an encoder is at inputs.
+    #[test]
+    fn the_pins_are_those_of_the_parts_of_the_board() {
+        for pinout in [Pinout::TMCM_1140, Pinout::TMCM_6110] {
+            let Pinout { kind, selects, outputs, pull_ups, inputs, homes, stalls, analog, .. } = pinout;
+            let axes = kind.axes();
+            let chips: HashSet<String> = selects.iter().map(|(_, chip)| format!("{chip:?}")).collect();
+            assert_eq!((chips.len(), selects.len()), (kind.controllers.len() + axes + 1, chips.len()), "{}", kind.name);
+            assert_eq!((outputs.len(), pull_ups.len()), (kind.outputs as usize, kind.pull_ups as usize));
+            assert_eq!((inputs.len(), analog.len()), (kind.inputs.len(), kind.analog().count()));
+            let at_inputs = |axis: usize| kind.inputs.contains(&Input::Switch(axis, Switch::Home));
+            let expected: Vec<usize> = (0..axes).filter(|axis| !at_inputs(*axis)).collect();
+            assert_eq!(homes.iter().map(|(_, axis)| *axis).collect::<Vec<_>>(), expected);
+            assert!(stalls.iter().map(|(_, axis)| *axis).eq(0..axes));
+
+            let of_axes = homes.iter().chain(stalls).map(|(pin, _)| *pin);
+            let single = [pinout.motion_clock, pinout.disable];
+            let groups = [pinout.motion_bus, pinout.eeprom_bus, pinout.rs485].concat();
+            let pairs = [pinout.can, pinout.leds, pinout.pads].concat();
+            let listed = [outputs, pull_ups, inputs, &single, &groups, &pairs].concat();
+            let pins: Vec<Pin> = selects.iter().map(|(pin, _)| *pin).chain(of_axes).chain(listed).collect();
+            assert_eq!(pins.iter().collect::<HashSet<_>>().len(), pins.len(), "{}: {pins:?}", kind.name);
+        }
+    }
+}
