@@ -104,9 +104,20 @@ impl Life {
         0..self.origins.len()
     }
 
-    /// The next event is that of some axis. Of the others some are sent somewhere.
+    /// The next event is that of some axis. Of the others some are sent somewhere; or three axes, this one perhaps among them,
+    /// are on a straight line.
     fn others_move(&mut self) {
         self.axis = self.random.below(self.origins.len() as u64) as usize;
+        if self.origins.len() > 1 && self.random.one_in(3) {
+            let lines = [0b111, 0b10_1010, 0b11_1000, 0b10_0101];
+            let line = if self.origins.len() == 3 { lines[0] } else { self.random.pick(&lines) };
+            for axis in self.axes() {
+                let target = self.place() + self.origin() - self.origins[axis];
+                self.bench.ok(&format!("SCO 1, {axis}, {target}"));
+            }
+            self.bench.ok(&format!("MVP COORD, {}, 1", 0x40 | line));
+            return;
+        }
         for other in self.axes() {
             if other != self.axis && self.random.one_in(2) {
                 let target = self.place() + self.origin() - self.origins[other];
@@ -189,6 +200,12 @@ impl Life {
         });
     }
 
+    /// The axis stands, if it was on a line with others; they go on.
+    fn leaves_its_line(&mut self) {
+        self.ok("MST #");
+        self.stand();
+    }
+
     /// A place on the stage or near it, as a position.
     fn place(&mut self) -> i64 {
         let place = self.random.below(400_000) as i64 - 200_000;
@@ -266,6 +283,7 @@ impl Life {
 
     /// A program that waits so many ticks, moves, and waits for the position.
     fn waits_in_a_program(&mut self) {
+        self.leaves_its_line();
         let (ticks, way) = (1 + self.random.below(300), 1 + self.random.below(60_000) as i32);
         let way = if self.rotor() > 0 { -way } else { way };
         let (axis, ticks_wait) = (self.axis, format!("WAIT TICKS, 0, {ticks}"));
@@ -319,6 +337,7 @@ impl Life {
     }
 
     fn is_renumbered(&mut self) {
+        self.leaves_its_line();
         let position = self.random.next() as i32 / 2;
         self.ok(&format!("SAP 1, #, {position}"));
         self.origins[self.axis] = self.rotor() - i64::from(position);
