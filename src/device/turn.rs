@@ -49,7 +49,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub const fn deadline(&self) -> Micros {
         match self.next_piece() {
             Piece::Axis => self.turn(),
-            Piece::Reading if self.upcoming < Self::FIRST_READING => self.turn(),
+            Piece::Reading if AXES > 1 && self.upcoming < Self::FIRST_READING => self.turn(),
             Piece::Reading => self.turn().after(READINGS),
             Piece::Beginning => self.next,
         }
@@ -97,7 +97,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 
     /// Takes the next of the readings that were left; before the first of them it looks after the lines, if there are any.
     pub fn next_reading(&mut self) {
-        if self.upcoming < Self::FIRST_READING {
+        if AXES > 1 && self.upcoming < Self::FIRST_READING {
             self.upcoming = Self::FIRST_READING;
             self.follow_lines();
         } else if let Some(mut axis) = self.upcoming.checked_sub(Self::FIRST_READING).and_then(|n| self.reading_axis(n))

@@ -83,13 +83,11 @@ impl<H: Hardware> Joined<'_, H> {
         if held {
             return MotionState::Held;
         }
-        let speed = self.positioning_speed();
-        let cruises = if !known.mode.positions() {
-            known.speed == known.target_speed
-        } else if self.limited() {
-            known.speed.abs().abs_diff(speed) <= speed.unsigned_abs() / 64 + WAVERING
+        let cruises = if known.mode.positions() {
+            let speed = self.positioning_speed().unsigned_abs();
+            known.speed.unsigned_abs().abs_diff(speed) <= if self.limited() { speed / 64 + WAVERING } else { 0 }
         } else {
-            known.speed.abs() == speed
+            known.speed == known.target_speed
         };
         if cruises { MotionState::Cruising } else { MotionState::Changing }
     }
