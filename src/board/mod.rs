@@ -61,8 +61,11 @@ pub use tmcl::Tmcl;
 // The board of this image. Another one is another file, and another line here and above.
 #[cfg(feature = "tmcm1140")]
 use tmcm1140 as chosen;
-#[cfg(feature = "tmcm6110")]
+#[cfg(all(feature = "tmcm6110", not(feature = "tmcm1140")))]
 use tmcm6110 as chosen;
+
+#[cfg(all(feature = "tmcm1140", feature = "tmcm6110"))]
+compile_error!("an image is for one board: another than the TMCM-1140's takes --no-default-features as well");
 
 use defmt_rtt as _;
 
