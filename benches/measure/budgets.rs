@@ -14,7 +14,7 @@ use super::waits::Waits;
 pub(crate) struct Figures {
     pub(crate) memory: Memory,
     /// At rest, with the axis moving, and with it searching.
-    pub(crate) load: [Load; 3],
+    pub(crate) load: [Load; 4],
     pub(crate) replies: Replies,
     pub(crate) waits: Waits,
     pub(crate) commands: Commands,
@@ -28,8 +28,8 @@ pub(crate) struct Figures {
 #[derive(Debug, Default)]
 pub(crate) struct SixAxes {
     pub(crate) memory: Memory,
-    /// At rest, with all axes moving, and with all of them searching.
-    pub(crate) load: [Load; 3],
+    /// At rest, with all axes moving, with all of them searching, and with all of them on straight lines.
+    pub(crate) load: [Load; 4],
     pub(crate) replies: Replies,
     /// How much longer the owner works between two looks at the links than that of the TMCM-1140, in thousandths.
     pub(crate) piece: u64,
@@ -132,11 +132,14 @@ const CANOPEN: [Budget; 11] = [
 ];
 
 /// Those of the image of the TMCM-6110, which are about all of its axes at once.
-const SIX_AXES: [Budget; 12] = [
+const SIX_AXES: [Budget; 13] = [
     row("owner with the SPI wire, at rest", Share, [0, 0], [110_000, 80_000], |f| Some(f.six.load[0].owner)),
     row("owner with the SPI wire, all axes moving", Share, [0, 0], [300_000, 260_000], |f| Some(f.six.load[1].owner)),
+    row("owner with the SPI wire, all axes on lines", Share, [0, 0], [300_000, 260_000], |f| Some(f.six.load[3].owner)),
     row("datagrams, at rest", Rate, [0, 0], [3_000, 3_000], |f| Some(f.six.load[0].datagrams)),
-    row("datagrams, all axes moving", Rate, [0, 0], [9_000, 9_000], |f| Some(f.six.load[1].datagrams)),
+    row("datagrams, all axes moving", Rate, [0, 0], [9_000, 9_000], |f| {
+        Some(f.six.load[1].datagrams.max(f.six.load[3].datagrams))
+    }),
     row("datagrams, all axes searching", Rate, [0, 0], [15_000, 15_000], |f| Some(f.six.load[2].datagrams)),
     row("longest piece between two looks at the links", Times, [0, 0], [1_200, 1_200], |f| Some(f.six.piece)),
     row("first bit out, no chip access, RS485 at 115 200", Times, [0, 0], [1_100, 1_100], |f| {

@@ -16,21 +16,41 @@ pub(crate) const OWNER: u16 = 16 + 29;
 /// Those in which a node of CANopen runs: of TIM3, free mailboxes and both receive queues.
 pub(crate) const OWNERS: [u16; 4] = [OWNER, 16 + 19, 16 + 20, 16 + 21];
 
-/// What the core does, the program that makes it do so, and what each axis is told.
-const ROWS: [(&str, &[&str], Option<&str>); 6] = [
-    ("at rest", &[], None),
-    ("ROR", &[], Some("ROR #, 1000")),
-    ("MVP on its way", &[], Some("MVP ABS, #, 10000000")),
-    ("a search on its way", &[], Some("RFS START, #")),
+/// What the core does, the program that makes it do so, and what is told before, each axis where its number stands for
+/// the #.
+type Row = (&'static str, &'static [&'static str], &'static [&'static str]);
+
+pub(crate) const ROWS: [Row; 6] = [
+    ("at rest", &[], &[]),
+    ("ROR", &[], &["ROR #, 1000"]),
+    ("MVP on its way", &[], &["MVP ABS, #, 10000000"]),
+    ("a search on its way", &[], &["RFS START, #"]),
     (
         "ROR, a program of arithmetic on its full fuel",
         &["CALC ADD, 1", "CALCX SWAP", "COMP 7", "JC EQ, 0", "JA 0"],
-        Some("ROR #, 1000"),
+        &["ROR #, 1000"],
     ),
-    ("ROR, a program of GAP 1 on its full fuel", &["GAP 1, 0", "JA 0"], Some("ROR #, 1000")),
+    ("ROR, a program of GAP 1 on its full fuel", &["GAP 1, 0", "JA 0"], &["ROR #, 1000"]),
 ];
-/// Places of the rows that the budgets are about: at rest, with all axes moving, and with all of them searching.
-const BUDGETED: [usize; 3] = [0, 1, 3];
+
+/// The same for six axes, and two straight lines of three axes each.
+pub(crate) const SIX_AXES: [Row; 7] = {
+    let [rest, ror, mvp, search, arithmetic, reading] = ROWS;
+    let told: &[&str] = &[
+        "SCO 1, 0, 9000000",
+        "SCO 1, 1, 7000000",
+        "SCO 1, 2, 800000",
+        "SCO 1, 3, -900000",
+        "SCO 1, 4, 9000000",
+        "SCO 1, 5, 5000000",
+        "MVP COORD, 71, 1",
+        "MVP COORD, 120, 1",
+    ];
+    [rest, ror, mvp, search, arithmetic, reading, ("two straight lines of three axes each", &[], told)]
+};
+
+/// Places of the rows that the budgets are about: at rest, with all axes moving, with all of them searching, and on lines.
+const BUDGETED: [usize; 4] = [0, 1, 3, 6];
 
 /// Cycles and instructions.
 #[derive(Clone, Copy, Debug, Default)]
@@ -61,18 +81,24 @@ pub(crate) struct Budgeted {
     pub(crate) datagrams: u64,
 }
 
-/// Measures the load for `span` each: at rest, with all axes moving, and with all of them searching.
-pub(crate) fn measure(elf: &[u8], span: Nanos, title: &str, report: &mut Report) -> Result<[Budgeted; 3], Failure> {
-    let loads = parallel::map(&ROWS, |(name, program, line)| {
+/// Measures the load of each row for `span`. Gives what the budgets are about; of a row that is not there, nothing.
+pub(crate) fn measure(
+    elf: &[u8],
+    rows: &[Row],
+    span: Nanos,
+    title: &str,
+    report: &mut Report,
+) -> Result<[Budgeted; 4], Failure> {
+    let loads = parallel::map(rows, |(name, program, told)| {
         progress(&format!("{title}: {name}"));
-        observe(elf, program, *line, span)
+        observe(elf, program, told, span)
     })?;
     report.title(title);
     report.text(
         "The owner of the module is the handler of TIM3: the polls, the program, and what RS485 and USB ask. What comes over \
          CAN runs in the handler of CAN1_RX0; here nothing does. Waiting for the wire of SPI1 is part of its time.",
     );
-    table(ROWS.iter().map(|(name, ..)| *name).zip(&loads), &[OWNER], span, report);
+    table(rows.iter().map(|(name, ..)| *name).zip(&loads), &[OWNER], span, report);
     Ok(BUDGETED.map(|index| loads.get(index).map_or(Budgeted::default(), |load| load.budgeted(span))))
 }
 
@@ -105,12 +131,12 @@ pub(crate) fn table<'a>(
     );
 }
 
-fn observe(elf: &[u8], program: &[&str], line: Option<&str>, span: Nanos) -> Result<Load, Failure> {
+fn observe(elf: &[u8], program: &[&str], told: &[&str], span: Nanos) -> Result<Load, Failure> {
     let mut host = Host::start(elf)?;
     if !program.is_empty() {
         host.run_program(Link::Can, program)?;
     }
-    if let Some(line) = line {
+    for line in told {
         host.tell_each(Link::Can, line)?;
     }
     // Out of the ramp.

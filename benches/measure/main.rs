@@ -145,7 +145,7 @@ fn measure(images: &Images, extent: &Extent, report: &mut Report) -> Result<bool
     progress("memory");
     let mut figures = Figures {
         memory: memory::measure(elf, "Memory", report)?,
-        load: load::measure(elf, extent.load, "Load of the core", report)?,
+        load: load::measure(elf, &load::ROWS, extent.load, "Load of the core", report)?,
         replies: replies::measure(elf, extent.replies, report)?,
         waits: waits::measure(elf, extent.waits, report)?,
         commands: commands::measure(elf, extent.kinds, extent.program, report)?,
@@ -157,7 +157,7 @@ fn measure(images: &Images, extent: &Extent, report: &mut Report) -> Result<bool
     figures.node = canopen::measure(node, extent.replies, extent.load, report)?;
     figures.six = SixAxes {
         memory: memory::measure(six, "TMCM-6110: memory", report)?,
-        load: load::measure(six, extent.load, "TMCM-6110: load of the core", report)?,
+        load: load::measure(six, &load::SIX_AXES, extent.load, "TMCM-6110: load of the core", report)?,
         replies: replies::measure_briefly(six, extent.replies, "TMCM-6110: replies", report)?,
         piece: pieces::measure(elf, six, report)?,
     };
