@@ -8,7 +8,7 @@
 //! * [`native`] - a module that runs the firmware's core on the simulated board
 //! * [`image`] - a module that runs the flash image on the emulated microcontroller
 //! * [`module`] - the one face of both
-//! * [`fleet`] - several modules on an RS485 bus and a CAN bus
+//! * [`fleet`] - several modules, of one product or of different ones, on an RS485 bus and a CAN bus
 //! * [`client`] - the clients that share a link to a module, and the bytes sent to them
 //! * [`tracer`] - a recorder of the commands that a program in a module executes
 //!

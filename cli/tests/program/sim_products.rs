@@ -189,6 +189,28 @@ fn different_products_share_the_buses() {
     assert_eq!(error("module 4 state"), "no module 4: there are 3 modules");
 }
 
+/// Module 2 has the address to which replies go, and hears what module 1 says. With six axes its requests look like refusals
+/// of others: SAP and MVP have the numbers 5 and 4.
+#[test]
+fn module_2_hears_what_is_for_any_of_its_axes() {
+    let sim = Sim::start(&["--product", "1140,6110", "--rs485", "{}/bus", "--slcan-tcp", "127.0.0.1:0"]);
+    let (mut bus, mut can) = (Bus::of(&sim), Master::new(&sim));
+    for axis in 0..6 {
+        for (module, status) in [(1, if axis == 0 { 100 } else { 4 }), (2, 100)] {
+            let value = place(module, axis);
+            for line in [format!("SAP 4, {axis}, {value}"), format!("GAP 4, {axis}"), format!("MVP REL, {axis}, 0")] {
+                assert_eq!(bus.ask(module, &line).status, status, "{module}: {line}");
+            }
+            // SAP 5, GAP 5 and MVP REL over CAN; what is refused comes back as it is.
+            let [high, low] = value.to_be_bytes()[2..] else { continue };
+            for request in [[5, 5, axis, 0, 0, high, low], [6, 5, axis, 0, 0, high, low], [4, 1, axis, 0, 0, 0, 0]] {
+                can.send(module.into(), &request);
+                can.until(2, &[&[module, status, request[0]], &request[3..]].concat());
+            }
+        }
+    }
+}
+
 /// Each module has a file of its product's size, and finds there what it has stored, however the simulator ended.
 #[test]
 fn each_product_has_an_eeprom_of_its_own_size() {
