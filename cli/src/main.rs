@@ -7,7 +7,7 @@ use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{asm, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
 
-/// A virtual Trinamic TMCM-1140 stepper motor module, and tools for TMCL, the language it speaks.
+/// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-6110 - and tools for TMCL, the language they speak.
 ///
 /// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
 /// it prints; talk to a module - virtual or real - with the other commands.
@@ -25,6 +25,7 @@ Examples:
   tmcl asm stage.tmc                             is the program right?
   tmcl debug tcp:127.0.0.1:4140 stage.tmc        try it step by step
   tmcl load /dev/ttyACM0 stage.tmc --autostart   into a real module, to be run after power-up
+  tmcl run stage.tmc --product 3110              what would it do on a module with three axes?
 Each command has examples of its own: tmcl load --help";
 
 #[derive(Subcommand, Debug)]
