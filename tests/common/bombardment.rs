@@ -192,7 +192,10 @@ impl Bombardment<'_> {
         let known = Status::from_number(command.kind).is_some();
         let to_host = source != Source::Usb && to == host;
         let looks_like_a_reply = to_host && known && (4..255).contains(&command.motor);
-        let doubtful = to_host && self.bench.module.now() < self.doubtful;
+        // With several axes there are motors, and sets of axes, with numbers of commands.
+        let axes = self.bench.product().spec().axes;
+        let a_motor = (4..axes).contains(&command.motor) || axes > 1 && command.opcode == 4 && command.motor >= 0x40;
+        let doubtful = to_host && (a_motor || self.bench.module.now() < self.doubtful);
         if for_others && (!valid || [0, 1, 2, 3, 134, 136, 255].contains(&command.opcode)) {
             self.doubtful = self.bench.module.now() + SECOND;
         }

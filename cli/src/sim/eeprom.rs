@@ -41,13 +41,21 @@ impl EepromFile {
     /// unchanged.
     pub fn open(path: &Path, product: Product) -> Result<Self, Failure> {
         let failed = |why: String| Failure::Failed(format!("--eeprom: {}{why}", path.display()));
-        let real = match fs::canonicalize(path) {
-            Ok(real) => real,
-            Err(error) if error.kind() == ErrorKind::NotFound && fs::symlink_metadata(path).is_err() => {
-                let path = std::path::absolute(path).map_err(|error| failed(format!(" cannot be made: {error}")))?;
-                return Ok(EepromFile { path, product, found: None, held: None, failing: false });
+        let real = loop {
+            let error = match fs::canonicalize(path) {
+                Ok(real) => break real,
+                Err(error) => error,
+            };
+            match fs::symlink_metadata(path) {
+                // Another simulator has made the file meanwhile.
+                Ok(found) if error.kind() == ErrorKind::NotFound && !found.is_symlink() => {}
+                Err(_) if error.kind() == ErrorKind::NotFound => {
+                    let path =
+                        std::path::absolute(path).map_err(|error| failed(format!(" cannot be made: {error}")))?;
+                    return Ok(EepromFile { path, product, found: None, held: None, failing: false });
+                }
+                _ => return Err(failed(format!(" cannot be read: {error}"))),
             }
-            Err(error) => return Err(failed(format!(" cannot be read: {error}"))),
         };
         let size = product.kind().eeprom.size;
         let cannot = |error: io::Error| failed(format!(" cannot be read and written: {error}"));
