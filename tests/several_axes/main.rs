@@ -12,6 +12,7 @@ mod definitions;
 mod faults;
 mod groups;
 mod line;
+mod line_ends;
 mod moves;
 #[path = "../common/random.rs"]
 #[allow(dead_code, unreachable_pub)]

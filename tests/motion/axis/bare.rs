@@ -130,6 +130,20 @@ fn a_move_is_aimed_anew_while_the_motor_turns() {
     assert_eq!((bare.get(P::MaximumSpeed), bare.get(P::MaximumAcceleration)), (1000, 1000));
 }
 
+/// A unit of speed is 16 MHz / (2^divisor * 2048 * 32). Whatever the divisor, a motor that is too slow by one microstep gets
+/// as much speed as makes up for it in 2^18 clocks, which are 16.4 ms.
+#[test]
+fn a_lag_is_made_up_for_in_the_same_time_at_every_pulse_divisor() {
+    let mut bare = Bare::in_world("");
+    for divisor in 0..=12 {
+        bare.set(154, divisor);
+        let correction = bare.device.axes()[0].correction(256);
+        let unit = 16e6 / f64::from(1 << divisor) / 65_536.0;
+        let way = f64::from(correction) / 256.0 * unit * f64::from(1 << 18) / 16e6;
+        assert!((way - 1.0).abs() < 1e-9, "{divisor}: {way}");
+    }
+}
+
 /// A firmware may keep the drivers off until it is told to switch them on. Those of a device whose motion controller is
 /// silent stay off all the same.
 #[test]

@@ -1,0 +1,121 @@
+//! What ends a straight line: for one of its axes, which is told something else, or for all of them.
+
+use crate::Bench;
+use hal_sim::clock::{MILLISECOND, SECOND};
+
+/// What is told to one axis of a line is for that axis: the others go on to their targets by themselves.
+#[test]
+fn a_command_takes_an_axis_out_of_its_line() {
+    for (command, told) in [
+        ("MST 0", 0),
+        ("MST 1", 1),
+        ("ROL 2, 300", 2),
+        ("MVP ABS, 0, -20000", 0),
+        ("SAP 0, 1, 7000", 1),
+        ("SAP 1, 0, 5", 0),
+    ] {
+        let mut bench = Bench::six("");
+        bench.draw(&[0, 1, 2], &[100_000, 50_000, 30_000]);
+        bench.run(SECOND);
+        bench.ok("138, 1, 0, 255");
+        bench.ok(command);
+        bench.run(6 * SECOND);
+        for (axis, place) in [(0, 100_000), (1, 50_000), (2, 30_000)] {
+            assert_eq!(bench.get(1, axis) == place, axis != told, "{command}: axis {axis}");
+        }
+    }
+    // The speed is that of parameter 4 again, and a new line takes axes out of an old one.
+    let mut bench = Bench::six("");
+    bench.draw(&[0, 1, 2], &[200_000, 50_000, 30_000]);
+    bench.run(SECOND);
+    bench.ok("MST 0");
+    bench.run(200 * MILLISECOND);
+    assert_eq!(bench.speeds()[1..3], [1_000, 1_000]);
+    bench.draw(&[1, 3, 4], &[-40_000, 80_000, 20_000]);
+    bench.run(8 * SECOND);
+    assert_eq!(bench.all(8), [0, 1, 1, 1, 1, 1]);
+    assert_eq!((bench.get(1, 2), bench.get(1, 3), bench.get(1, 4)), (30_000, 80_000, 20_000));
+}
+
+/// An axis goes from one line to another: the leader of the old one, and a follower that leads the new one. Those that are
+/// left go on at their own speeds.
+#[test]
+fn an_axis_goes_from_one_line_to_another() {
+    let mut bench = Bench::six("");
+    bench.draw(&[0, 1, 2], &[200_000, 50_000, 30_000]);
+    bench.run(SECOND);
+    bench.draw(&[0, 3], &[-100_000, 20_000]);
+    bench.run(SECOND / 2);
+    assert_eq!(bench.speeds()[..3], [-1_000, 1_000, 1_000]);
+    let mut bench = Bench::six("");
+    bench.draw(&[0, 1, 2], &[200_000, 50_000, 30_000]);
+    bench.run(SECOND);
+    bench.draw(&[1, 3], &[150_000, 10_000]);
+    bench.run(SECOND / 2);
+    let speeds = bench.speeds();
+    assert_eq!((speeds[0], speeds[1]), (1_000, 1_000));
+    assert!((147..=153).contains(&speeds[2]) && (64..=69).contains(&speeds[3]), "{speeds:?}");
+}
+
+/// A line that has lost an axis is no line any more: when a switch, a stall or its driver stops one of its axes, the others
+/// are stopped along their ramps. Axes that are not of the line go on.
+#[test]
+fn what_stops_one_axis_of_a_line_stops_the_line() {
+    for (event, axes) in [("press right #", [0, 2, 4]), ("load 1 #", [4, 0, 2]), ("fault short-a on #", [2, 4, 0])] {
+        for met in axes {
+            let mut bench = Bench::six("");
+            bench.each("SAP 12, #, 0");
+            bench.each("SAP 174, #, 9");
+            bench.each("SAP 181, #, 300");
+            bench.ok("138, 1, 0, 255");
+            bench.draw(&axes, &[200_000, 190_000, 180_000]);
+            bench.ok("MVP ABS, 1, 20000");
+            bench.run(SECOND);
+            bench.control(&event.replace('#', &met.to_string()));
+            bench.run(SECOND);
+            assert!(bench.speeds().iter().all(|speed| *speed == 0), "{event} {met}: {:?}", bench.speeds());
+            assert_eq!(bench.arrivals(), [1], "{event} {met}");
+            assert!(axes.iter().all(|axis| (10_000..150_000).contains(&bench.ramp(*axis).1)));
+            // The host waits for none of them any more, so it is told nothing when SAP has them go on.
+            bench.control(
+                &event
+                    .replace("press", "release")
+                    .replace("load 1", "load 0")
+                    .replace(" on ", " off ")
+                    .replace('#', &met.to_string()),
+            );
+            for axis in axes {
+                bench.ok(&format!("SAP 138, {axis}, 0"));
+            }
+            bench.run(7 * SECOND);
+            assert_eq!((bench.all(8), bench.arrivals()), (vec![1; 6], vec![]), "{event} {met}");
+        }
+    }
+}
+
+/// What stops all axes ends the line, too, and nothing goes on by itself afterwards.
+#[test]
+fn a_line_does_not_go_on_after_the_supply_was_lost() {
+    let mut bench = Bench::six("");
+    bench.draw(&[0, 1, 2], &[200_000, 190_000, 180_000]);
+    bench.run(SECOND);
+    bench.control("supply 5");
+    bench.run(100 * MILLISECOND);
+    bench.control("supply 24");
+    bench.run(SECOND);
+    assert_eq!((bench.speeds(), bench.all(8)), (vec![0; 6], vec![0, 0, 0, 1, 1, 1]));
+    bench.straight(&[0, 1, 2], &[20_000, 10_000, 5_000], 10);
+}
+
+/// The first motion command after a line is as any other.
+#[test]
+fn moves_after_a_line_have_their_own_pace() {
+    let mut bench = Bench::six("");
+    bench.straight(&[0, 1, 2], &[20_000, 5_000, 333], 10);
+    for axis in [0, 1, 2] {
+        bench.ok(&format!("MVP REL, {axis}, 50000"));
+        bench.run(SECOND);
+        assert_eq!(bench.ramp(axis).0, 1_000);
+        bench.run(3 * SECOND);
+    }
+}
