@@ -21,5 +21,6 @@ mod restart;
 mod six_axes;
 mod size;
 mod steps;
+mod straight_line;
 mod timing;
 mod usb;
