@@ -141,7 +141,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.set_going(now, targets, &[Pace::default(); AXES])
     }
 
-    /// Sends axes to positions, `targets` by axis, on a straight line: they arrive at once.
+    /// Sends axes to positions, `targets` by axis, on a straight line: they arrive at once. All of them have trapezoidal ramps
+    /// there, and afterwards.
     ///
     /// # Errors
     /// [`Error::NotNow`] when they have different units of speed or acceleration; then nothing moves. [`Error::Chip`] when a
@@ -189,7 +190,12 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 self.join_moving(leader, &mut paces);
             }
         }
-        self.set_going(now, targets, &paces)
+        let told = self.set_going(now, targets, &paces);
+        if told.is_err() {
+            // Axes that may not all have been told of it are on no line.
+            self.leave_lines(targets)?;
+        }
+        told
     }
 
     /// Changes what was worked out for axes that stand: one that moves may be where it has to turn round, or to catch up, so
@@ -277,6 +283,25 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             }
         }
         told
+    }
+
+    /// Takes an axis out of its line: it goes on to its target at its own pace. Where it was the leader, the others do so, too.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
+    pub fn leave_line(&mut self, number: usize) -> Result<(), Error> {
+        if self.leader(number).is_none() {
+            return Ok(());
+        }
+        let mut leaving = [None; AXES];
+        if let Some(leaves) = leaving.get_mut(number) {
+            *leaves = Some(0);
+        }
+        self.leave_lines(&leaving)?;
+        match self.axis(number) {
+            Some(mut axis) if axis.limited() => axis.repace(Pace::default()),
+            _ => Ok(()),
+        }
     }
 
     /// Takes axes, those with a target, out of their lines. Where that was the leader, the others go on by themselves.

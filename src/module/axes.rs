@@ -286,7 +286,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(self.axis(axis)?.actual_position()?)
     }
 
-    /// Writes a parameter of an axis. On a straight line the others have to keep up with a new speed or acceleration.
+    /// Writes a parameter of an axis. On a straight line the others have to keep up with a new speed or acceleration; and one
+    /// that gets other units, or another kind of ramps, is on it no longer.
     fn write_axis(
         &mut self,
         now: Micros,
@@ -295,9 +296,14 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         value: i32,
     ) -> Result<(), Status> {
         self.axis(axis)?.write(now, parameter, value)?;
-        let paces = matches!(parameter.function, AxisParameter::MaximumSpeed | AxisParameter::MaximumAcceleration);
-        if AXES > 1 && paces {
-            self.device.repace(axis.into())?;
+        if AXES > 1 {
+            match parameter.function {
+                AxisParameter::MaximumSpeed | AxisParameter::MaximumAcceleration => self.device.repace(axis.into())?,
+                AxisParameter::RampDivisor | AxisParameter::PulseDivisor | AxisParameter::RampMode => {
+                    self.device.leave_line(axis.into())?;
+                }
+                _ => {}
+            }
         }
         Ok(())
     }

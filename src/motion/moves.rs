@@ -102,13 +102,13 @@ impl<H: Hardware> Joined<'_, H> {
         self.adjust()
     }
 
-    /// Stops the motor along the ramp, and lets its move count as one that has ended before its target.
+    /// Stops the motor along the ramp of its present pace, and lets its move count as one that has ended before its target.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn break_off(&mut self, now: Micros) -> Result<(), Error> {
         self.events.cut_short |= self.travelling;
-        self.rotate(now, 0)
+        self.rotate_at(now, 0, self.pace.acceleration)
     }
 
     /// Rotates at a speed, for a command or for a leg of a reference search, which goes on.
@@ -122,7 +122,8 @@ impl<H: Hardware> Joined<'_, H> {
     /// Goes to a position, for a command or for the end of a reference search, which goes on.
     pub(super) fn travel_to(&mut self, now: Micros, target: i32) -> Result<(), Error> {
         self.wake(now)?;
-        let soft = self.hardware.known().mode == Mode::Soft;
+        // A speed that was worked out for the motion is that of a trapezoidal ramp.
+        let soft = self.hardware.known().mode == Mode::Soft && self.pace.speed.is_none();
         self.head(Goal::Position { target, soft })
     }
 
@@ -159,6 +160,7 @@ impl<H: Hardware> Joined<'_, H> {
         if known.mode != Mode::Velocity || self.search.is_some() {
             self.search = None;
             self.travelling = false;
+            self.pace = Pace::default();
             self.run_at(now, 0)?;
         }
         self.place(value)?;

@@ -20,7 +20,7 @@ pub(super) struct Seen {
 }
 
 impl Bench {
-    fn rotor(&self, axis: u8) -> i64 {
+    pub(crate) fn rotor(&self, axis: u8) -> i64 {
         self.board.borrow().world().axis(axis.into()).motor().rotor()
     }
 
@@ -94,7 +94,7 @@ impl Bench {
     }
 
     /// Sets parameters 4 and 5 of all axes.
-    fn pace(&mut self, speed: i32, acceleration: i32) {
+    pub(crate) fn pace(&mut self, speed: i32, acceleration: i32) {
         self.each(&format!("SAP 4, #, {speed}"));
         self.each(&format!("SAP 5, #, {acceleration}"));
     }

@@ -119,3 +119,75 @@ fn moves_after_a_line_have_their_own_pace() {
         bench.run(3 * SECOND);
     }
 }
+
+/// A divisor, or soft mode, is for the axis that it is written to: its units, or its ramps, are not those of its line any more.
+/// It goes on to its target, and so do the others.
+#[test]
+fn a_divisor_or_soft_mode_takes_an_axis_out_of_its_line() {
+    for setting in ["SAP 154, 1, 4", "SAP 154, 0, 4", "SAP 153, 2, 8", "SAP 138, 1, 1"] {
+        let mut bench = Bench::six("");
+        bench.draw(&[0, 1, 2], &[100_000, 50_000, 30_000]);
+        bench.run(SECOND);
+        assert_eq!(bench.ramp(2).0, 300, "on the line");
+        bench.ok(setting);
+        bench.run(200 * MILLISECOND);
+        let alone = setting[9..10].parse::<u8>().unwrap();
+        let speed = |axis: u8| bench.ramp(axis).0;
+        assert_eq!(speed(alone), 1_000, "{setting}: its own speed");
+        // What is left of the line has a leader, or all go on alone.
+        for axis in (0..3).filter(|axis| *axis != alone) {
+            let expected = if alone == 0 { 1_000 } else { [1_000, 500, 300][usize::from(axis)] };
+            assert!((speed(axis) - expected).abs() <= 2, "{setting}: axis {axis} turns at {}", speed(axis));
+        }
+        bench.run(20 * SECOND);
+        assert_eq!((bench.get(1, 0), bench.get(1, 1), bench.get(1, 2)), (100_000, 50_000, 30_000), "{setting}");
+    }
+    // A refused one changes nothing.
+    let mut bench = Bench::six("");
+    bench.draw(&[0, 1, 2], &[100_000, 50_000, 30_000]);
+    bench.run(SECOND);
+    assert_eq!(bench.ask("SAP 154, 1, 14").0, 4);
+    bench.run(200 * MILLISECOND);
+    assert!((bench.ramp(1).0 - 500).abs() <= 2);
+}
+
+/// In soft mode an axis would come late: on a line it has the ramps of the others, and is not in soft mode any more.
+#[test]
+fn a_line_is_straight_for_axes_in_soft_mode() {
+    let mut bench = Bench::six("");
+    for axis in [0, 2] {
+        bench.ok(&format!("SAP 138, {axis}, 1"));
+    }
+    bench.straight(&[0, 1, 2], &[100_000, 50_000, -30_000], 10);
+    assert_eq!(bench.all(138)[..3], [0, 0, 0]);
+}
+
+/// What stops an axis that is on a line stops it by its own parameter 5: SAP 1 as MST.
+#[test]
+fn an_axis_that_leaves_its_line_brakes_by_itself() {
+    let rest = |command: &str| {
+        let mut bench = Bench::six("");
+        bench.draw(&[0, 1, 2], &[200_000, 20_000, 10_000]);
+        bench.run(SECOND);
+        let before = bench.rotor(1);
+        bench.ok(command);
+        bench.run(SECOND);
+        bench.rotor(1) - before
+    };
+    let (stopped, renumbered) = (rest("MST 1"), rest("SAP 1, 1, 0"));
+    assert!((stopped - renumbered).abs() <= 2, "{stopped} and {renumbered} microsteps");
+}
+
+/// While the others of a broken line come to rest they are where the line is.
+#[test]
+fn a_broken_line_is_straight_to_its_end() {
+    let mut bench = Bench::six("");
+    bench.pace(2_000, 200);
+    bench.draw(&[0, 1, 2], &[100_000, 300_000, 200_000]);
+    bench.run(2 * SECOND);
+    bench.control("fault short-a on 0");
+    bench.run(5 * SECOND);
+    assert!(bench.rotor(1) < 299_000, "it has stopped");
+    let off = bench.rotor(1) as f64 / 300_000.0 - bench.rotor(2) as f64 / 200_000.0;
+    assert!((off * 300_000.0).abs() < 300.0, "{off}: {} and {}", bench.rotor(1), bench.rotor(2));
+}

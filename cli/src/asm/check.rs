@@ -9,6 +9,8 @@ use crate::program::target;
 
 /// Type of MVP COORD.
 const COORD: u8 = 2;
+/// Type of WAIT TICKS, which has no motor.
+const TICKS: u8 = 0;
 /// The lowest motor field of MVP COORD that stands for a set of axes on modules with several.
 const FIRST_SET: u8 = 1 << 6;
 
@@ -151,6 +153,10 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
         (_, MotorField::Axis | MotorField::AxisOrAll) if motor >= spec.axes => {
             format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
         }
+        (Opcode::Wait, _) if command.kind != TICKS && motor >= spec.axes => format!(
+            "there is no axis {motor}, for which the program would not wait at all; the last of this module is {}",
+            spec.axes.saturating_sub(1)
+        ),
         _ => return None,
     };
     Some((Part::Motor, message))
@@ -278,6 +284,9 @@ mod tests {
             assert_eq!(messages_on(None, line), [""; 0], "{line}");
             assert_ne!(messages(line), [""; 0], "{line}");
         }
+        let wait = |line: &str| messages_on(Some(&TMCM_6110), line);
+        assert!(wait("WAIT POS, 6, 0")[0].contains("no axis 6, for which the program would not wait"));
+        assert_eq!((wait("WAIT POS, 5, 0").len(), wait("WAIT TICKS, 6, 0").len()), (0, 0));
         assert_eq!(messages_on(Some(&TMCM_6110), "MST 6"), ["there is no axis 6; the last of this module is 5"]);
         assert_eq!(messages_on(Some(&TMCM_6110), "GAP 209, 0"), ["there is no axis parameter 209"]);
         assert_eq!(messages_on(Some(&TMCM_3110), "GAP 209, 2"), [""; 0]);

@@ -24,8 +24,8 @@ pub(super) fn modules(
         let modules = modules.collect::<Vec<_>>().join(", ");
         return writeln!(out, "{count} virtual modules: {modules}. Ctrl-C ends them.");
     }
-    let (article, plural) = if count == 1 { ("A".into(), "") } else { (count.to_string(), "s") };
-    writeln!(out, "{article} virtual {}{plural} {}. Ctrl-C ends it.", first.name(), what_runs(first))
+    let (article, plural, them) = if count == 1 { ("A".into(), "", "it") } else { (count.to_string(), "s", "them") };
+    writeln!(out, "{article} virtual {}{plural} {}. Ctrl-C ends {them}.", first.name(), what_runs(first))
 }
 
 /// Prints where the modules can be reached, each link under the name of its option. How is for a host of their firmware.

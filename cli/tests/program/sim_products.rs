@@ -88,10 +88,10 @@ fn a_product_has_a_name_with_or_without_its_prefix() {
 #[test]
 fn one_name_is_that_of_all_modules_and_a_list_has_one_for_each() {
     let first = |arguments: &[&str]| said(&[arguments, &TCP].concat()).lines().next().unwrap().to_owned();
-    let three = "3 virtual TMCM-3110s with firmware version 1.14. Ctrl-C ends it.";
+    let three = "3 virtual TMCM-3110s with firmware version 1.14. Ctrl-C ends them.";
     assert_eq!(first(&["--product", "3110", "--modules", "3"]), three);
     assert_eq!(first(&["--product", "3110,TMCM-3110,3110"]), three);
-    assert_eq!(first(&["--modules", "2"]), "2 virtual TMCM-1140s with firmware version 1.42. Ctrl-C ends it.");
+    assert_eq!(first(&["--modules", "2"]), "2 virtual TMCM-1140s with firmware version 1.42. Ctrl-C ends them.");
     let mixed = "3 virtual modules: 1 is a TMCM-6110 with firmware version 1.46, 2 a TMCM-1140 with firmware version \
                  1.42, 3 a TMCM-6110 with firmware version 1.46. Ctrl-C ends them.";
     assert_eq!(first(&["--product", "6110,1140,6110"]), mixed);

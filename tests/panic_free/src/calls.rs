@@ -496,6 +496,7 @@ fn device<P: Product + 'static, const AXES: usize, const N: usize>() {
     any(device.restart());
     let _ = any(device.start_together(now(), &any([None; AXES])));
     let _ = any(device.start_line(now(), &any([None; AXES])));
+    let _ = any(device.leave_line(any(0)));
     let _ = any(device.repace(any(0)));
     any(device.store().get(any(0)));
     any(device.store_mut().next_job());
