@@ -5,8 +5,10 @@
 //! registers are written in such an order that none of them acts before the others are right. A register that already
 //! has its value costs no datagram: the drivers in [`crate::chip`] see to that.
 
+mod configuration;
 mod position;
 pub mod ramp;
+mod settings;
 
 use core::marker::PhantomData;
 
@@ -17,49 +19,17 @@ use super::current::Excitation;
 use super::hardware::{Course, Goal, Hardware, Known, Mode, Slope};
 use super::switch::{Side, Stops};
 use super::values::Values;
-use crate::chip::tmc262::{Configuration, Tmc262, flags};
+use crate::chip::tmc262::{Tmc262, flags};
 use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, signed};
-use crate::param::AxisParameter as P;
 use crate::units::INTERNAL_MAX;
+use configuration::configuration;
+use settings::{Basis, Settings, divisors};
 
 /// Length of the rotation of readings. Each second reading is the speed, each fourth the driver's, and each fourth the
 /// switches; the last one is, in place of the switches, the version of the TMC429, which shows that the chip is there.
 const READINGS: u8 = 64;
 /// Number of the reading that asks the TMC429 for its version.
 const CONFIRMATION: u8 = READINGS - 1;
-
-/// The settings of a ramp generator, in the chip's units. As a rule the next move has the same settings; then none of
-/// their registers has to be compared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Settings {
-    basis: Basis,
-    mode: Mode,
-    stops: Stops,
-    /// V_MAX in internal velocity, 0..=2047.
-    speed: i32,
-    /// A_MAX as wanted, in internal acceleration, 0..=2047; for positioning the chip may get a larger one.
-    acceleration: i32,
-}
-
-/// The settings that do not depend on the ramp mode.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Basis {
-    minimum_speed: i32,
-    ramp_div: u8,
-    pulse_div: u8,
-    tolerance: i32,
-}
-
-impl Settings {
-    fn of(mode: Mode, course: &Course<'_>) -> Self {
-        let Course { values, speed, acceleration, tolerance, stops } = *course;
-        let (ramp_div, pulse_div) = divisors(values);
-        let basis = Basis { minimum_speed: values.get(P::MinimumSpeed), ramp_div, pulse_div, tolerance };
-        // In velocity mode the target speed may be any, whatever parameter 4 says.
-        let speed = if mode == Mode::Velocity { INTERNAL_MAX } else { speed };
-        Settings { basis, mode, stops, speed, acceleration }
-    }
-}
 
 /// Whether the position of a motor has to be read. Its known speed may be some milliseconds old; since then the motor may
 /// have been set going and told to stop again.
@@ -465,42 +435,5 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         self.set_mode(chip, Mode::Velocity, stops)?;
         // In ramp mode the ramp generator has changed V_TARGET itself.
         Ok(chip.write(self.generator, Register::VTarget, target_speed as u32)?)
-    }
-}
-
-/// RAMP_DIV and PULSE_DIV (parameters 153 and 154), 0..=13.
-fn divisors(values: &Values) -> (u8, u8) {
-    (values.get(P::RampDivisor) as u8, values.get(P::PulseDivisor) as u8)
-}
-
-/// The configuration of the TMC262 for the parameters of an axis and the current that its motion needs.
-fn configuration(values: &Values, excitation: Excitation) -> Configuration {
-    let byte = |parameter: P| values.get(parameter) as u8;
-    let flag = |parameter: P| values.is_on(parameter);
-    Configuration {
-        microsteps: byte(P::MicrostepResolution),
-        interpolation: flag(P::StepInterpolation),
-        double_edge: flag(P::DoubleStep),
-        blank_time: byte(P::ChopperBlankTime),
-        constant_toff: flag(P::ConstantToffMode),
-        no_fast_decay_comparator: flag(P::DisableFastDecayComparator),
-        hysteresis_decrement: byte(P::ChopperHysteresisDecrement),
-        hysteresis_end: byte(P::ChopperHysteresisEnd),
-        hysteresis_start: byte(P::ChopperHysteresisStart),
-        off_time: if excitation.free { 0 } else { byte(P::ChopperOffTime) },
-        random_off_time: flag(P::RandomToffMode),
-        current_minimum: byte(P::SmartEnergyCurrentMinimum),
-        down_step: byte(P::SmartEnergyDownStep),
-        hysteresis: byte(P::SmartEnergyHysteresis),
-        up_step: byte(P::SmartEnergyUpStep),
-        cool_step: if excitation.cool_step { byte(P::SmartEnergyHysteresisStart) } else { 0 },
-        filter: flag(P::StallGuardFilter),
-        threshold: values.get(P::StallGuardThreshold) as i8,
-        current: excitation.scale,
-        slope_high: byte(P::SlopeHighSide),
-        slope_low: byte(P::SlopeLowSide),
-        no_short_protection: flag(P::ShortProtectionDisable),
-        short_timer: byte(P::ShortDetectionTimer),
-        vsense: flag(P::Vsense),
     }
 }
