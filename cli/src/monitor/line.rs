@@ -9,6 +9,9 @@ const STANDSTILL: i32 = 1 << 7;
 /// Names of the extended error flags (axis parameter 207), from bit 0 on.
 const EXTENDED_FLAGS: [&str; 2] = ["stall", "deviation"];
 
+/// What stands for axes that are left out.
+const DOTS: &str = "...";
+
 /// What is shown of an axis.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shown {
@@ -35,7 +38,8 @@ pub(super) fn line(Shown { sample, seen, .. }: &Shown) -> String {
 }
 
 /// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and speed
-/// with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon.
+/// with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon. Axes for which
+/// there is no room at all are three dots.
 pub(super) fn status(all: &[Shown], columns: usize) -> String {
     let roomy = |shown: &Shown| {
         let [position, speed, _, _, _, left, right, home] = shown.sample;
@@ -50,7 +54,18 @@ pub(super) fn status(all: &[Shown], columns: usize) -> String {
         format!("{}{colon}{:>10}", shown.axis, number(shown.sample[0]))
     };
     let line = all.iter().map(roomy).collect::<Vec<_>>().join("  ");
-    if line.len() <= columns { line } else { all.iter().map(tight).collect::<Vec<_>>().join(" ") }
+    if line.len() <= columns {
+        return line;
+    }
+    let mut axes: Vec<String> = all.iter().map(tight).collect();
+    let length = |axes: &[String]| axes.iter().map(|axis| axis.len() + 1).sum::<usize>();
+    if length(&axes) > columns + 1 {
+        while !axes.is_empty() && length(&axes) + DOTS.len() > columns {
+            axes.pop();
+        }
+        axes.push(DOTS.into());
+    }
+    axes.join(" ")
 }
 
 fn has_error(shown: &Shown) -> bool {
@@ -101,5 +116,9 @@ mod tests {
         let of = |axes: u8| status(&(0..axes).map(|axis| shown(axis, long, 1)).collect::<Vec<_>>(), 79);
         assert!((1..=6).all(|axes| of(axes).len() <= 79));
         assert!(of(3).contains("lrh!") && of(6).ends_with("5!-123456789"));
+        // Where there is no room for an axis, nobody takes half of it for the whole.
+        assert_eq!(status(&two, 25), "0!    -51200 2:         7");
+        assert_eq!(status(&two, 24), "0!    -51200 ...");
+        assert_eq!((status(&two, 16).as_str(), status(&two, 15).as_str()), ("0!    -51200 ...", "..."));
     }
 }
