@@ -95,11 +95,9 @@ axis 2  position        -300  speed     0  load    0  switches home  driver STST
 /// Six axes in one line of a terminal, however wide that is.
 #[test]
 fn a_terminal_has_one_line_for_all_axes() {
-    for (columns, shown) in [
-        (200, "0           0     0 ----  1           0"),
-        (80, "0:         0 1:         0"),
-        (20, "0:         0 ..."),
-    ] {
+    for (columns, shown) in
+        [(200, "0           0     0 ----  1           0"), (80, "0:         0 1:         0"), (20, "0:         0 ...")]
+    {
         let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
         rustix::pty::grantpt(&master).unwrap();
         rustix::pty::unlockpt(&master).unwrap();
