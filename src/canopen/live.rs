@@ -7,17 +7,17 @@ use crate::param::AxisParameter as P;
 /// The flags of the driver.
 pub(super) mod flags {
     /// The driver is shut down by over-temperature.
-    pub(crate) const OVERTEMPERATURE: u8 = 1 << 1;
+    pub(crate) const OVERTEMPERATURE: u32 = 1 << 1;
     /// The driver is close to that.
-    pub(crate) const WARNING: u8 = 1 << 2;
+    pub(crate) const WARNING: u32 = 1 << 2;
     /// Short to ground at bridge A.
-    pub(crate) const SHORT_A: u8 = 1 << 3;
+    pub(crate) const SHORT_A: u32 = 1 << 3;
     /// Short to ground at bridge B.
-    pub(crate) const SHORT_B: u8 = 1 << 4;
+    pub(crate) const SHORT_B: u32 = 1 << 4;
     /// Open load at bridge A.
-    pub(crate) const OPEN_A: u8 = 1 << 5;
+    pub(crate) const OPEN_A: u32 = 1 << 5;
     /// Open load at bridge B.
-    pub(crate) const OPEN_B: u8 = 1 << 6;
+    pub(crate) const OPEN_B: u32 = 1 << 6;
 }
 
 /// What was read in the last turn.
@@ -32,7 +32,7 @@ pub(super) struct Live {
     /// The load value of the driver.
     pub(super) load: u16,
     /// The [flags] of the driver.
-    pub(super) flags: u8,
+    pub(super) flags: u32,
     /// Left and right stop switch, true is closed; and the home switch, true is a high input.
     pub(super) switches: [bool; 3],
     /// The digital inputs, IN0 in bit 0.

@@ -214,9 +214,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 }
 
 /// The driver's errors as 2102h has them, from the bits of axis parameter 208.
-fn driver_errors(flags: u8, lacks_supply: bool) -> u32 {
+fn driver_errors(flags: u32, lacks_supply: bool) -> u32 {
     // Bits of 208: OT, OTPW, S2GA, S2GB, OLA, OLB; each with its bit of 2102h.
-    const BITS: [(u8, u32); 6] = [(1, 7), (2, 6), (3, 0), (4, 1), (5, 2), (6, 3)];
-    let bit = |(from, to): (u8, u32)| u32::from(flags.unbounded_shr(from.into()) & 1).unbounded_shl(to);
+    const BITS: [(u32, u32); 6] = [(1, 7), (2, 6), (3, 0), (4, 1), (5, 2), (6, 3)];
+    let bit = |(from, to)| (flags.unbounded_shr(from) & 1).unbounded_shl(to);
     BITS.into_iter().map(bit).fold(u32::from(lacks_supply) << 5, |all, bit| all | bit)
 }

@@ -66,7 +66,7 @@ pub struct Axis<H> {
     /// Bits of parameter 207: why the motor was stopped, since the last motion command and the last reading of 207.
     pub(super) errors: i32,
     /// The driver's shut-downs since the last motion command, as bits of parameter 208.
-    pub(super) alarms: u8,
+    pub(super) alarms: u32,
     /// The motor has been stopped because an encoder deviates, and has not been sent anywhere since.
     pub(super) deviating: bool,
     /// The datagrams of a hard stop did not all get through to the chip. Each poll sends them again.

@@ -78,12 +78,12 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// The driver's flags as parameter 208 shows them: those read last, and all shut-downs since the last motion
     /// command.
-    pub(super) fn driver_flags(&self) -> u8 {
+    pub(super) fn driver_flags(&self) -> u32 {
         self.last_flags() | self.alarms
     }
 
     /// The driver's flags as read last, as the bits of parameter 208.
-    pub fn last_flags(&self) -> u8 {
+    pub fn last_flags(&self) -> u32 {
         self.hardware.flags(self.controller())
     }
 

@@ -8,6 +8,7 @@ use super::Error;
 use super::current::Excitation;
 use super::switch::Stops;
 use super::values::Values;
+use crate::param::AxisParameter;
 
 /// The ramp mode of an axis, by the numbers of parameter 138.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -109,7 +110,7 @@ pub trait Hardware {
     const AXES: usize;
 
     /// The driver's [flags](Self::flags) that mean that the driver has switched the motor off.
-    const SHUT_DOWN: u8;
+    const SHUT_DOWN: u32;
 
     /// Sets a motion controller up, with its motors at a stand. Afterwards each of its axes is [placed](Self::place)
     /// and given a [goal](Self::head).
@@ -227,6 +228,36 @@ pub trait Hardware {
     /// Notes that the driver may have lost its registers: the next [`drive`](Self::drive) writes all of them.
     fn forget(&mut self, controller: &mut Self::Controller);
 
+    /// Reads a parameter that is known to this kind of hardware alone, in its unit in the product's table. Hardware that
+    /// has no such parameters leaves this function and [`write`](Self::write) as they are.
+    ///
+    /// # Errors
+    /// [`Error::NotNow`] if this kind of hardware does not have the parameter.
+    fn reading(
+        &mut self,
+        controller: &mut Self::Controller,
+        values: &Values,
+        parameter: AxisParameter,
+    ) -> Result<i32, Error> {
+        let _ = (controller, values, parameter);
+        Err(Error::NotNow)
+    }
+
+    /// Writes a parameter that is known to this kind of hardware alone.
+    ///
+    /// # Errors
+    /// [`Error::NotNow`] if this kind of hardware does not have the parameter, or does not let it be written.
+    fn write(
+        &mut self,
+        controller: &mut Self::Controller,
+        values: &Values,
+        parameter: AxisParameter,
+        value: i32,
+    ) -> Result<(), Error> {
+        let _ = (controller, values, parameter, value);
+        Err(Error::NotNow)
+    }
+
     /// The load value of the motor as read last, 0..=1023 (parameter 206): 0 is the largest load.
     fn load(&self, controller: &Self::Controller) -> u16;
 
@@ -234,7 +265,7 @@ pub trait Hardware {
     fn current(&self, controller: &Self::Controller) -> u8;
 
     /// The driver's flags as read last, as the bits of parameter 208.
-    fn flags(&self, controller: &Self::Controller) -> u8;
+    fn flags(&self, controller: &Self::Controller) -> u32;
 
     /// True if the motor stalls, by the driver's last measurement of its load. `pin` is the level of the driver's
     /// output for this, on a driver that has such an output.

@@ -38,7 +38,8 @@ pub enum Error {
     ReadOnly,
     /// The value is out of range, or the divisors admit no positioning ramp.
     OutOfRange,
-    /// The values of other parameters do not allow the command, for example a reference search at speed 0.
+    /// The values of other parameters do not allow the command, for example a reference search at speed 0; or the
+    /// hardware does not have what is asked for.
     NotNow,
     /// A chip did not take, or did not answer, a datagram.
     Chip,

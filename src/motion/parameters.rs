@@ -28,7 +28,7 @@ impl<H: Hardware> Joined<'_, H> {
             P::SmartEnergyActualCurrent => self.hardware.current(self.controller()).into(),
             P::ActualLoad => self.hardware.load(self.controller()).into(),
             P::ExtendedErrorFlags => core::mem::take(&mut self.errors),
-            P::DriverErrorFlags => self.driver_flags().into(),
+            P::DriverErrorFlags => self.driver_flags() as i32,
             P::EncoderPosition => self.encoders.built_in.position(),
             P::AbsoluteResolverValue => self.sensors.encoder.unwrap_or_default().into(),
             P::ExternalEncoderPosition => self.encoders.external.position(),
@@ -84,7 +84,45 @@ impl<H: Hardware> Joined<'_, H> {
             | P::MaximumExternalEncoderDeviation
             | P::GroupIndex
             | P::EncoderMode
-            | P::StepDirectionMode => self.values.get(parameter),
+            | P::StepDirectionMode
+            | P::SwapSwitches
+            | P::FirstAcceleration
+            | P::FirstVelocity
+            | P::MaximumDeceleration
+            | P::LastDeceleration
+            | P::StartVelocity
+            | P::StopVelocity
+            | P::RampWaitTime
+            | P::HighSpeedThreshold
+            | P::DcStepMinimumSpeed
+            | P::RightSwitchPolarity
+            | P::LeftSwitchPolarity
+            | P::HighSpeedChopperMode
+            | P::HighSpeedFullStepMode
+            | P::PowerDownRamp
+            | P::DcStepTime
+            | P::DcStepStallGuard
+            | P::RelativePositioning
+            | P::ChopperSynchronization
+            | P::PwmThresholdSpeed
+            | P::PwmGradient
+            | P::PwmAmplitude
+            | P::PwmFrequency
+            | P::PwmAutoscale
+            | P::FullStepResolution
+            | P::FreewheelingMode
+            | P::EncoderResolution
+            | P::ChipEncoderDeviation
+            | P::ReverseShaft
+            | P::UnitMode => self.values.get(parameter),
+            P::MeasuredSpeed
+            | P::PwmScale
+            | P::PwmMode
+            | P::LatchedPosition
+            | P::LatchedEncoderPosition
+            | P::ChipEncoderPosition => {
+                self.on_course(|hardware, controller, course| hardware.reading(controller, course.values, parameter))?
+            }
         })
     }
 
@@ -144,7 +182,25 @@ impl<H: Hardware> Joined<'_, H> {
             | P::LeftSwitchDisable
             | P::MinimumSpeed
             | P::ReferenceTolerance
-            | P::SoftStop => self.change(parameter, value, Self::adjust),
+            | P::SoftStop
+            | P::SwapSwitches
+            | P::FirstAcceleration
+            | P::FirstVelocity
+            | P::MaximumDeceleration
+            | P::LastDeceleration
+            | P::StartVelocity
+            | P::StopVelocity
+            | P::RampWaitTime
+            | P::RightSwitchPolarity
+            | P::LeftSwitchPolarity
+            | P::ReverseShaft => self.change(parameter, value, Self::adjust),
+            // The ramps and the driver's thresholds are in this unit.
+            P::UnitMode => self.change(parameter, value, |axis| {
+                axis.adjust()?;
+                axis.write_driver()
+            }),
+            P::ChipEncoderPosition => self
+                .on_course(|hardware, controller, course| hardware.write(controller, course.values, parameter, value)),
             P::MicrostepResolution | P::StallGuardFilter | P::StallGuardThreshold => {
                 let before = self.values.get(parameter);
                 self.change(parameter, value, Self::write_driver)?;
@@ -172,7 +228,24 @@ impl<H: Hardware> Joined<'_, H> {
             | P::SlopeLowSide
             | P::ShortProtectionDisable
             | P::ShortDetectionTimer
-            | P::RandomToffMode => self.change(parameter, value, Self::write_driver),
+            | P::RandomToffMode
+            | P::HighSpeedThreshold
+            | P::DcStepMinimumSpeed
+            | P::HighSpeedChopperMode
+            | P::HighSpeedFullStepMode
+            | P::PowerDownRamp
+            | P::DcStepTime
+            | P::DcStepStallGuard
+            | P::PwmThresholdSpeed
+            | P::PwmGradient
+            | P::PwmAmplitude
+            | P::PwmFrequency
+            | P::PwmAutoscale
+            | P::EncoderMode
+            | P::FullStepResolution
+            | P::FreewheelingMode
+            | P::EncoderResolution
+            | P::ChipEncoderDeviation => self.change(parameter, value, Self::write_driver),
             P::StopOnStall => {
                 if value > self.values.get(parameter) {
                     // The motor may have been at or below the new speed a moment ago.
@@ -197,8 +270,10 @@ impl<H: Hardware> Joined<'_, H> {
             | P::PowerDownDelay
             | P::MaximumExternalEncoderDeviation
             | P::GroupIndex
-            | P::EncoderMode
-            | P::StepDirectionMode => {
+            | P::StepDirectionMode
+            | P::Vsense
+            | P::RelativePositioning
+            | P::ChopperSynchronization => {
                 self.values.set(parameter, value);
                 Ok(())
             }
@@ -208,14 +283,18 @@ impl<H: Hardware> Joined<'_, H> {
             | P::RightSwitch
             | P::LeftSwitch
             | P::ActualAcceleration
-            | P::Vsense
             | P::SmartEnergyActualCurrent
             | P::EndSwitchDistance
             | P::LastReferencePosition
             | P::ActualLoad
             | P::ExtendedErrorFlags
             | P::DriverErrorFlags
-            | P::AbsoluteResolverValue => Err(Error::ReadOnly),
+            | P::AbsoluteResolverValue
+            | P::MeasuredSpeed
+            | P::PwmScale
+            | P::PwmMode
+            | P::LatchedPosition
+            | P::LatchedEncoderPosition => Err(Error::ReadOnly),
         }
     }
 

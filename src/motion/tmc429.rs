@@ -85,7 +85,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     const AXES: usize = RampGenerator::ALL.len();
 
-    const SHUT_DOWN: u8 = flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B;
+    const SHUT_DOWN: u32 = (flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B) as u32;
 
     fn start(chip: &mut Tmc429<M>) -> Result<(), Error> {
         chip.confirm()?;
@@ -337,8 +337,8 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         self.driver.current()
     }
 
-    fn flags(&self, _: &Tmc429<M>) -> u8 {
-        self.driver.flags()
+    fn flags(&self, _: &Tmc429<M>) -> u32 {
+        self.driver.flags().into()
     }
 
     /// `pin` is the level of SG_TST, which is high while the load value is zero.

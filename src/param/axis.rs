@@ -73,7 +73,8 @@ functions! {
         ShortProtectionDisable,
         /// Time after which a short to ground is detected, as a choice.
         ShortDetectionTimer,
-        /// Full-scale voltage of the sense resistors, 0: high, 1: low.
+        /// Full-scale voltage of the sense resistors, 0: high, 1: low. It is kept, without effect where the driver has
+        /// no such field.
         Vsense,
         /// Speed in internal units above which a load value of zero stops the motor; 0: never.
         StopOnStall,
@@ -109,10 +110,71 @@ functions! {
         MaximumExternalEncoderDeviation,
         /// The group of axes that move together, 1..=255; 0: none.
         GroupIndex,
-        /// Mode of the encoder. It is kept, without effect.
+        /// Mode of the encoder. It is kept, without effect where the counter is not in the driver.
         EncoderMode,
         /// Mode of the step and direction inputs. It is kept, without effect.
         StepDirectionMode,
+        /// 1: the inputs of the left and the right stop switch are swapped.
+        SwapSwitches,
+        /// Acceleration A1 of a ramp in two parts, from its start to its first velocity.
+        FirstAcceleration,
+        /// Velocity V1 at which a ramp goes over from A1 to parameter 5, and from DMAX to D1; 0: it has one part only.
+        FirstVelocity,
+        /// Deceleration DMAX from the top speed to the first velocity.
+        MaximumDeceleration,
+        /// Deceleration D1 from the first velocity to the stop.
+        LastDeceleration,
+        /// Speed VSTART with which a ramp begins.
+        StartVelocity,
+        /// Speed VSTOP with which a positioning ramp ends.
+        StopVelocity,
+        /// Time at standstill before the motor may move again, in units of 512 clocks, 32 us.
+        RampWaitTime,
+        /// Speed above which the chopper works as parameters 27 and 28 say; 0: none.
+        HighSpeedThreshold,
+        /// Speed above which dcStep works; 0: never.
+        DcStepMinimumSpeed,
+        /// 1: the right stop switch is closed while its input is low.
+        RightSwitchPolarity,
+        /// 1: the left stop switch is closed while its input is low.
+        LeftSwitchPolarity,
+        /// 1: above the speed of parameter 22 the chopper works with constant off time.
+        HighSpeedChopperMode,
+        /// 1: above the speed of parameter 22 the motor turns in full steps.
+        HighSpeedFullStepMode,
+        /// Time of each step in which the current of a resting motor falls, as a choice of clock counts.
+        PowerDownRamp,
+        /// Reference pulse width of dcStep, in clocks.
+        DcStepTime,
+        /// Length of the step at dcStep below which a stall is detected, in 1/16 clocks.
+        DcStepStallGuard,
+        /// What the distance of MVP REL counts from, 0: the target, 1: the actual position, 2: the encoder's position.
+        RelativePositioning,
+        /// Synchronization of both phases' choppers. It is kept, without effect where the driver has no such field.
+        ChopperSynchronization,
+        /// Speed below which the driver regulates voltage (stealthChop); 0: never.
+        PwmThresholdSpeed,
+        /// Gradient of the voltage over the speed in stealthChop.
+        PwmGradient,
+        /// Amplitude of the voltage at rest in stealthChop.
+        PwmAmplitude,
+        /// Frequency of the voltage's pulses in stealthChop, as a choice.
+        PwmFrequency,
+        /// 1: stealthChop finds the amplitude by itself.
+        PwmAutoscale,
+        /// Full steps of a turn of the motor.
+        FullStepResolution,
+        /// What a motor without standby current does, 0: it is held, 1: it turns freely, 2 and 3: its windings are
+        /// shorted.
+        FreewheelingMode,
+        /// Counts of a turn of the encoder whose counter is in the driver; 0: there is no encoder.
+        EncoderResolution,
+        /// Deviation from the encoder whose counter is in the driver that stops the motor, in encoder steps; 0: none.
+        ChipEncoderDeviation,
+        /// 1: the motor turns the other way round.
+        ReverseShaft,
+        /// The unit of all speeds and accelerations, 0: that of the ramp generator's registers, 1: pps and pps2.
+        UnitMode,
     }
     computed {
         /// Target position in microsteps; writing it starts a positioning move.
@@ -141,7 +203,7 @@ functions! {
         ActualLoad,
         /// What has stopped the motor: bit 0 a stall, bit 1 an encoder deviation.
         ExtendedErrorFlags,
-        /// Status bits of the TMC262.
+        /// Status bits of the driver.
         DriverErrorFlags,
         /// Position of the built-in encoder, in microsteps.
         EncoderPosition,
@@ -149,5 +211,17 @@ functions! {
         AbsoluteResolverValue,
         /// Position of the external encoder, in microsteps.
         ExternalEncoderPosition,
+        /// Speed of the motor as the driver has measured it between two steps, signed.
+        MeasuredSpeed,
+        /// Amplitude that stealthChop uses now.
+        PwmScale,
+        /// 1 while the driver works with stealthChop.
+        PwmMode,
+        /// Actual position in microsteps that the ramp generator has latched last at a stop switch.
+        LatchedPosition,
+        /// Position of the encoder whose counter is in the driver, as it was latched last.
+        LatchedEncoderPosition,
+        /// Position of the encoder whose counter is in the driver, in encoder steps.
+        ChipEncoderPosition,
     }
 }
