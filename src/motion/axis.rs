@@ -348,7 +348,7 @@ fn course<'a>(values: &'a Values, search: Option<&Search>, pace: Pace) -> Course
                 left: !values.is_on(P::LeftSwitchDisable),
                 right: !values.is_on(P::RightSwitchDisable),
                 soft: values.is_on(P::SoftStop),
-                latch: Side::Left,
+                latch: None,
             },
         },
     }

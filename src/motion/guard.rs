@@ -19,9 +19,13 @@ impl<H: Hardware> Joined<'_, H> {
     /// new. A motor that was stopped for a deviation may go on deviating until a motion command moves it again:
     /// otherwise it could never be moved back.
     pub(super) fn guard(&mut self) -> Result<(), Error> {
-        let deviation = self.encoders.deviate(self.last_position(), &self.values) && !self.deviating;
+        if self.hardware.is_lost(self.controller()) {
+            return self.recover();
+        }
+        let deviates = self.encoders.deviate(self.last_position(), &self.values) || self.hardware.deviates();
+        let deviation = deviates && !self.deviating;
         let faults = self.last_flags() & H::SHUT_DOWN & !self.alarms;
-        // If the speed cannot be read now, the next poll reads it.
+        // If the chip does not answer now, the next poll asks it again.
         let stall = self.stalled().unwrap_or(false);
         if !(stall || deviation || faults != 0) {
             return Ok(());
@@ -34,6 +38,17 @@ impl<H: Hardware> Joined<'_, H> {
         self.deviating |= deviation;
         self.alarms |= faults;
         self.hard_stop()
+    }
+
+    /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
+    /// a reference search has ended.
+    fn recover(&mut self) -> Result<(), Error> {
+        self.events.cut_short |= self.travelling || self.search.is_some();
+        self.hard_stop()?;
+        let position = self.last_position();
+        let (hardware, controller) = self.reach();
+        hardware.place_encoder(controller, position)?;
+        self.restart_driver()
     }
 
     /// Stops a motor that turns or is to turn right while the right stop switch is closed, where the axis watches this
@@ -102,14 +117,16 @@ impl<H: Hardware> Joined<'_, H> {
         Ok(())
     }
 
-    /// Stop on stall: true if the driver signals a stall by a measurement made wholly above the speed of parameter 181,
-    /// and the motor is still faster than that now.
+    /// Stop on stall: true if the hardware has stopped the motor for a stall, or if the driver signals one by a measurement
+    /// made wholly above the speed of parameter 181, and the motor is still faster than that now.
     fn stalled(&mut self) -> Result<bool, Error> {
         let above = self.values.get(P::StopOnStall);
         let span = stall::span(self.values.is_on(P::StallGuardFilter), self.values.get(P::MicrostepResolution));
         let known = *self.hardware.known();
-        let measured = self.measured.look(known.position, known.speed, above, span);
+        let measured = self.measured.look(known.position, known.speed, above, span) && above > 0;
+        let (hardware, controller) = self.reach();
+        let stopped = hardware.watch_stall(controller, measured)?;
         let stalled = self.hardware.stalled(self.controller(), self.sensors.stall);
-        Ok(above > 0 && measured && stalled && self.actual_speed()?.abs() > above)
+        Ok(stopped || measured && stalled && self.actual_speed()?.abs() > above)
     }
 }

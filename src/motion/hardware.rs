@@ -96,6 +96,15 @@ impl Known {
     }
 }
 
+/// What [`Hardware::follow`] has found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Followed {
+    /// The motor stands where it is to stand.
+    pub rests: bool,
+    /// The reading that was wanted, where it has not been taken yet.
+    pub left: Option<u8>,
+}
+
 /// What an axis runs on. A value of this type is what one axis has to itself; what several axes have in common is the
 /// [`Controller`](Self::Controller). Positions are in microsteps, speeds and accelerations in the units of [`Course`].
 ///
@@ -167,12 +176,12 @@ pub trait Hardware {
     /// speed.
     fn place(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error>;
 
-    /// Follows the motor: reads the actual position of one that does not stand. True if that took a datagram. This comes
-    /// once in a millisecond.
-    fn follow(&mut self, controller: &mut Self::Controller) -> Result<bool, Error>;
+    /// Follows the motor: reads the actual position of one that does not stand. `reading` is the number of the reading that
+    /// is wanted as well, if there is one. This comes once in a millisecond.
+    fn follow(&mut self, controller: &mut Self::Controller, reading: Option<u8>) -> Result<Followed, Error>;
 
     /// Takes one of the other readings, in rotation; `reading` is its number, wrapping at 256. This comes once in a
-    /// millisecond; the axes of a motion controller take turns in it.
+    /// millisecond, where [`follow`](Self::follow) has left it; the axes of a motion controller take turns in it.
     fn refresh(&mut self, controller: &mut Self::Controller, reading: u8) -> Result<(), Error>;
 
     /// What is known without a datagram.
@@ -187,9 +196,6 @@ pub trait Hardware {
     /// Reads the speed to which the motor is accelerating or braking: the commanded one, or, on the way to a position,
     /// the ramp generator's own.
     fn target_speed(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
-
-    /// Reads the magnitude of the actual acceleration.
-    fn acceleration(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
 
     /// A turn begins, the millisecond in which each axis is polled once.
     fn begin_turn(controller: &mut Self::Controller);
@@ -229,7 +235,7 @@ pub trait Hardware {
     fn forget(&mut self, controller: &mut Self::Controller);
 
     /// Reads a parameter that is known to this kind of hardware alone, in its unit in the product's table. Hardware that
-    /// has no such parameters leaves this function and [`write`](Self::write) as they are.
+    /// has no such parameters leaves this function as it is.
     ///
     /// # Errors
     /// [`Error::NotNow`] if this kind of hardware does not have the parameter.
@@ -243,19 +249,11 @@ pub trait Hardware {
         Err(Error::NotNow)
     }
 
-    /// Writes a parameter that is known to this kind of hardware alone.
-    ///
-    /// # Errors
-    /// [`Error::NotNow`] if this kind of hardware does not have the parameter, or does not let it be written.
-    fn write(
-        &mut self,
-        controller: &mut Self::Controller,
-        values: &Values,
-        parameter: AxisParameter,
-        value: i32,
-    ) -> Result<(), Error> {
-        let _ = (controller, values, parameter, value);
-        Err(Error::NotNow)
+    /// Makes `position` that of an encoder whose counter is in the hardware, in the unit of parameter 209; without such a
+    /// counter this does nothing.
+    fn place_encoder(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error> {
+        let _ = (controller, position);
+        Ok(())
     }
 
     /// The load value of the motor as read last, 0..=1023 (parameter 206): 0 is the largest load.
@@ -270,4 +268,24 @@ pub trait Hardware {
     /// True if the motor stalls, by the driver's last measurement of its load. `pin` is the level of the driver's
     /// output for this, on a driver that has such an output.
     fn stalled(&self, controller: &Self::Controller, pin: bool) -> bool;
+
+    /// Has the hardware stop the motor at once when it stalls, where it can do so itself, or no longer do so. True if it has
+    /// stopped the motor, which then stands until it is told to [stop](Self::stop).
+    fn watch_stall(&mut self, controller: &mut Self::Controller, armed: bool) -> Result<bool, Error> {
+        let _ = (controller, armed);
+        Ok(false)
+    }
+
+    /// True if an encoder whose counter is in the hardware deviates from the position further than it may, by the last
+    /// reading.
+    fn deviates(&self) -> bool {
+        false
+    }
+
+    /// True if the hardware has lost its registers, because of its supply. Then the motor stands, and is to be told to
+    /// [stop](Self::stop), which sets the hardware up again.
+    fn is_lost(&self, controller: &Self::Controller) -> bool {
+        let _ = controller;
+        false
+    }
 }

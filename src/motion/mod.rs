@@ -23,7 +23,7 @@ mod values;
 
 pub use axis::{Axis, Events, Joined, Pace};
 pub use current::Excitation;
-pub use hardware::{Course, Goal, Hardware, Known, Mode, Slope};
+pub use hardware::{Course, Followed, Goal, Hardware, Known, Mode, Slope};
 pub use plan::{Leg, Mark, Plan, Sought, Until};
 pub use sensors::Sensors;
 pub use switch::{Side, Stops};

@@ -179,7 +179,8 @@ impl<H: Hardware> Joined<'_, H> {
     pub fn set_positions(&mut self, now: Micros, value: i32) -> Result<(), Error> {
         self.set_position(now, value)?;
         self.encoders.set(value);
-        Ok(())
+        let (hardware, controller) = self.reach();
+        hardware.place_encoder(controller, value)
     }
 
     /// Notes that a motion command begins: parameter 207 is cleared, and if the command `moves` the motor, an encoder

@@ -23,7 +23,6 @@ impl<H: Hardware> Joined<'_, H> {
             P::HomeSwitch => i32::from(self.sensors.home),
             P::RightSwitch => i32::from(self.switches()?.right),
             P::LeftSwitch => i32::from(self.switches()?.left),
-            P::ActualAcceleration => self.actual_acceleration()?,
             P::RampMode => self.hardware.known().mode as i32,
             P::SmartEnergyActualCurrent => self.hardware.current(self.controller()).into(),
             P::ActualLoad => self.hardware.load(self.controller()).into(),
@@ -115,7 +114,8 @@ impl<H: Hardware> Joined<'_, H> {
             | P::ChipEncoderDeviation
             | P::ReverseShaft
             | P::UnitMode => self.values.get(parameter),
-            P::MeasuredSpeed
+            P::ActualAcceleration
+            | P::MeasuredSpeed
             | P::PwmScale
             | P::PwmMode
             | P::LatchedPosition
@@ -192,15 +192,16 @@ impl<H: Hardware> Joined<'_, H> {
             | P::StopVelocity
             | P::RampWaitTime
             | P::RightSwitchPolarity
-            | P::LeftSwitchPolarity
-            | P::ReverseShaft => self.change(parameter, value, Self::adjust),
+            | P::LeftSwitchPolarity => self.change(parameter, value, Self::adjust),
             // The ramps and the driver's thresholds are in this unit.
             P::UnitMode => self.change(parameter, value, |axis| {
                 axis.adjust()?;
                 axis.write_driver()
             }),
-            P::ChipEncoderPosition => self
-                .on_course(|hardware, controller, course| hardware.write(controller, course.values, parameter, value)),
+            P::ChipEncoderPosition => {
+                let (hardware, controller) = self.reach();
+                hardware.place_encoder(controller, value)
+            }
             P::MicrostepResolution | P::StallGuardFilter | P::StallGuardThreshold => {
                 let before = self.values.get(parameter);
                 self.change(parameter, value, Self::write_driver)?;
@@ -229,6 +230,7 @@ impl<H: Hardware> Joined<'_, H> {
             | P::ShortProtectionDisable
             | P::ShortDetectionTimer
             | P::RandomToffMode
+            | P::ReverseShaft
             | P::HighSpeedThreshold
             | P::DcStepMinimumSpeed
             | P::HighSpeedChopperMode

@@ -184,7 +184,12 @@ impl Search {
         let latch = if positive { Side::Right } else { Side::Left };
         let over = self.plan.sought == Sought::Stop && self.leg().over;
         let [left, right] = self.plan.stops;
-        Stops { left: left && (!over || positive), right: right && (!over || !positive), soft: false, latch }
+        Stops {
+            left: left && (!over || positive),
+            right: right && (!over || !positive),
+            soft: false,
+            latch: Some(latch),
+        }
     }
 
     /// Takes in what this poll sees: to be called once in each poll, before [`Search::act`].

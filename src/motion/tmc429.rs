@@ -16,11 +16,12 @@ use embedded_hal::spi::SpiDevice;
 
 use super::Error;
 use super::current::Excitation;
-use super::hardware::{Course, Goal, Hardware, Known, Mode, Slope};
+use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode, Slope};
 use super::switch::{Side, Stops};
 use super::values::Values;
 use crate::chip::tmc262::{Tmc262, flags};
 use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, signed};
+use crate::param::AxisParameter as P;
 use crate::units::INTERNAL_MAX;
 use configuration::configuration;
 use settings::{Basis, Settings, divisors};
@@ -205,15 +206,15 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(())
     }
 
-    fn follow(&mut self, chip: &mut Tmc429<M>) -> Result<bool, Error> {
+    fn follow(&mut self, chip: &mut Tmc429<M>, reading: Option<u8>) -> Result<Followed, Error> {
         if self.rest == Rest::Rests {
-            return Ok(false);
+            return Ok(Followed { rests: true, left: reading });
         }
         self.position(chip)?;
         if self.rest == Rest::Stands {
             self.rest = Rest::Rests;
         }
-        Ok(true)
+        Ok(Followed { rests: false, left: reading })
     }
 
     /// Takes one datagram, to the TMC429 or to the driver. A waypoint is moved on in place of a reading.
@@ -265,8 +266,11 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
     }
 
     /// A_ACTUAL is smoothed by the chip.
-    fn acceleration(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
-        Ok(signed(chip.read(self.generator, Register::AActual)?, 12).abs())
+    fn reading(&mut self, chip: &mut Tmc429<M>, _: &Values, parameter: P) -> Result<i32, Error> {
+        match parameter {
+            P::ActualAcceleration => Ok(signed(chip.read(self.generator, Register::AActual)?, 12).abs()),
+            _ => Err(Error::NotNow),
+        }
     }
 
     fn begin_turn(chip: &mut Tmc429<M>) {
@@ -415,7 +419,7 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         let reference = bit(!stops.left, reference::DISABLE_STOP_L)
             | bit(!stops.right, reference::DISABLE_STOP_R)
             | bit(stops.soft, reference::SOFT_STOP)
-            | bit(stops.latch == Side::Right, reference::REF_RNL);
+            | bit(stops.latch == Some(Side::Right), reference::REF_RNL);
         Ok(chip.write(self.generator, Register::RefConfMode, reference | mode as u32)?)
     }
 

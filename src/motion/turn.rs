@@ -10,7 +10,7 @@
 use super::Error;
 use super::axis::{Events, Joined};
 use super::current::MotionState;
-use super::hardware::Hardware;
+use super::hardware::{Followed, Hardware};
 use super::sensors::Sensors;
 use super::switch::{SETTLED, Switches};
 use crate::param::AxisParameter as P;
@@ -46,11 +46,10 @@ impl<H: Hardware> Joined<'_, H> {
             self.hard_stop()?;
         }
         let (hardware, controller) = self.reach();
-        let followed = hardware.follow(controller)?;
-        let rests = !followed;
-        if followed {
-            self.later = reading;
-        } else if let Some(reading) = reading {
+        let Followed { rests, left } = hardware.follow(controller, reading)?;
+        if !rests {
+            self.later = left;
+        } else if let Some(reading) = left {
             hardware.refresh(controller, reading)?;
         }
         self.rests = rests;
@@ -128,12 +127,6 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn actual_speed(&mut self) -> Result<i32, Error> {
         let (hardware, controller) = self.reach();
         hardware.speed(controller)
-    }
-
-    /// Reads the magnitude of the actual acceleration from the hardware.
-    pub(super) fn actual_acceleration(&mut self) -> Result<i32, Error> {
-        let (hardware, controller) = self.reach();
-        hardware.acceleration(controller)
     }
 
     /// Reads the stop switches from the hardware; the home switch is that of this poll.
