@@ -10,6 +10,68 @@ functions! {
         MaximumSpeed,
         /// Acceleration and deceleration of all ramps, in internal acceleration units.
         MaximumAcceleration,
+        /// Speed at which a ramp ends (V_MIN of the TMC429), in internal velocity units.
+        MinimumSpeed,
+        /// Tolerance in microsteps around the reference switch (DX_REF_TOLERANCE of the TMC429).
+        ReferenceTolerance,
+        /// stallGuard2 threshold, signed: a higher value makes stall detection less sensitive.
+        StallGuardThreshold,
+        /// Speed in internal units above which a load value of zero stops the motor; 0: never.
+        StopOnStall,
+        /// Speed in internal units above which coolStep works; 0: always.
+        SmartEnergyThresholdSpeed,
+        /// Speed at which a reference search looks for a switch, in internal velocity units.
+        ReferenceSearchSpeed,
+        /// Speed at which a reference search approaches the found switch, in internal velocity units.
+        ReferenceSwitchSpeed,
+        /// Distance in microsteps between the end switches, as the last reference search measured it.
+        EndSwitchDistance,
+        /// Position in microsteps just before a reference search set it to zero.
+        LastReferencePosition,
+        /// Time at standstill after which the driver stage is switched off, in units of 10 ms; 0: never.
+        Freewheeling,
+        /// Microsteps per step of the built-in encoder, in 1/512, with a special function in bit 2.
+        EncoderPrescaler,
+        /// Deviation from the built-in encoder that stops the motor, in encoder steps; 0: none.
+        MaximumEncoderDeviation,
+        /// Time at standstill after which the standby current applies, in units of 10 ms.
+        PowerDownDelay,
+        /// Microsteps per step of the external encoder, in 1/512, with special functions in bits 2..4.
+        ExternalEncoderPrescaler,
+        /// Deviation from the external encoder that stops the motor, in encoder steps; 0: none.
+        MaximumExternalEncoderDeviation,
+        /// Mode of the encoder. It is kept, without effect where the counter is not in the driver.
+        EncoderMode,
+        /// Acceleration A1 of a ramp in two parts, from its start to its first velocity.
+        FirstAcceleration,
+        /// Velocity V1 at which a ramp goes over from A1 to parameter 5, and from DMAX to D1; 0: it has one part only.
+        FirstVelocity,
+        /// Deceleration DMAX from the top speed to the first velocity.
+        MaximumDeceleration,
+        /// Deceleration D1 from the first velocity to the stop.
+        LastDeceleration,
+        /// Speed VSTART with which a ramp begins.
+        StartVelocity,
+        /// Speed VSTOP with which a positioning ramp ends.
+        StopVelocity,
+        /// Time at standstill before the motor may move again, in units of 512 clocks, 32 us.
+        RampWaitTime,
+        /// Speed above which the chopper works as parameters 27 and 28 say; 0: none.
+        HighSpeedThreshold,
+        /// Speed above which dcStep works; 0: never.
+        DcStepMinimumSpeed,
+        /// Reference pulse width of dcStep, in clocks.
+        DcStepTime,
+        /// Speed below which the driver regulates voltage (stealthChop); 0: never.
+        PwmThresholdSpeed,
+        /// Full steps of a turn of the motor.
+        FullStepResolution,
+        /// Counts of a turn of the encoder whose counter is in the driver; 0: there is no encoder.
+        EncoderResolution,
+        /// Deviation from the encoder whose counter is in the driver that stops the motor, in encoder steps; 0: none.
+        ChipEncoderDeviation,
+    }
+    bytes {
         /// Current of the moving motor, in 1/255 of the module's full current.
         MaximumCurrent,
         /// Current of the resting motor, in 1/255 of the module's full current.
@@ -18,12 +80,8 @@ functions! {
         RightSwitchDisable,
         /// 1: the left stop switch does not stop the motor.
         LeftSwitchDisable,
-        /// Speed at which a ramp ends (V_MIN of the TMC429), in internal velocity units.
-        MinimumSpeed,
         /// Microsteps per full step, as the exponent of a power of two.
         MicrostepResolution,
-        /// Tolerance in microsteps around the reference switch (DX_REF_TOLERANCE of the TMC429).
-        ReferenceTolerance,
         /// At a stop switch, 0: the motor stops at once; 1: the motor decelerates along the ramp.
         SoftStop,
         /// 1: a motor stopped by an end switch gets the standby current, and may freewheel.
@@ -63,8 +121,6 @@ functions! {
         SmartEnergyHysteresisStart,
         /// 1: stallGuard2 takes one load reading per four full steps.
         StallGuardFilter,
-        /// stallGuard2 threshold, signed: a higher value makes stall detection less sensitive.
-        StallGuardThreshold,
         /// Slope of the high side gate drivers, 0 (slowest) to 3.
         SlopeHighSide,
         /// Slope of the low side gate drivers, 0 (slowest) to 3.
@@ -76,64 +132,20 @@ functions! {
         /// Full-scale voltage of the sense resistors, 0: high, 1: low. It is kept, without effect where the driver has
         /// no such field.
         Vsense,
-        /// Speed in internal units above which a load value of zero stops the motor; 0: never.
-        StopOnStall,
-        /// Speed in internal units above which coolStep works; 0: always.
-        SmartEnergyThresholdSpeed,
         /// Current of a motor below the coolStep threshold speed, in 1/255 of the module's full current.
         SmartEnergySlowRunCurrent,
         /// 1: the chopper off time varies at random.
         RandomToffMode,
         /// Which switches a reference search goes to, and from which side (manual section 7.1).
         ReferenceSearchMode,
-        /// Speed at which a reference search looks for a switch, in internal velocity units.
-        ReferenceSearchSpeed,
-        /// Speed at which a reference search approaches the found switch, in internal velocity units.
-        ReferenceSwitchSpeed,
-        /// Distance in microsteps between the end switches, as the last reference search measured it.
-        EndSwitchDistance,
-        /// Position in microsteps just before a reference search set it to zero.
-        LastReferencePosition,
         /// Current while the speed changes, in 1/255 of the module's full current; 0: none of its own.
         BoostCurrent,
-        /// Time at standstill after which the driver stage is switched off, in units of 10 ms; 0: never.
-        Freewheeling,
-        /// Microsteps per step of the built-in encoder, in 1/512, with a special function in bit 2.
-        EncoderPrescaler,
-        /// Deviation from the built-in encoder that stops the motor, in encoder steps; 0: none.
-        MaximumEncoderDeviation,
-        /// Time at standstill after which the standby current applies, in units of 10 ms.
-        PowerDownDelay,
-        /// Microsteps per step of the external encoder, in 1/512, with special functions in bits 2..4.
-        ExternalEncoderPrescaler,
-        /// Deviation from the external encoder that stops the motor, in encoder steps; 0: none.
-        MaximumExternalEncoderDeviation,
         /// The group of axes that move together, 1..=255; 0: none.
         GroupIndex,
-        /// Mode of the encoder. It is kept, without effect where the counter is not in the driver.
-        EncoderMode,
         /// Mode of the step and direction inputs. It is kept, without effect.
         StepDirectionMode,
         /// 1: the inputs of the left and the right stop switch are swapped.
         SwapSwitches,
-        /// Acceleration A1 of a ramp in two parts, from its start to its first velocity.
-        FirstAcceleration,
-        /// Velocity V1 at which a ramp goes over from A1 to parameter 5, and from DMAX to D1; 0: it has one part only.
-        FirstVelocity,
-        /// Deceleration DMAX from the top speed to the first velocity.
-        MaximumDeceleration,
-        /// Deceleration D1 from the first velocity to the stop.
-        LastDeceleration,
-        /// Speed VSTART with which a ramp begins.
-        StartVelocity,
-        /// Speed VSTOP with which a positioning ramp ends.
-        StopVelocity,
-        /// Time at standstill before the motor may move again, in units of 512 clocks, 32 us.
-        RampWaitTime,
-        /// Speed above which the chopper works as parameters 27 and 28 say; 0: none.
-        HighSpeedThreshold,
-        /// Speed above which dcStep works; 0: never.
-        DcStepMinimumSpeed,
         /// 1: the right stop switch is closed while its input is low.
         RightSwitchPolarity,
         /// 1: the left stop switch is closed while its input is low.
@@ -144,16 +156,12 @@ functions! {
         HighSpeedFullStepMode,
         /// Time of each step in which the current of a resting motor falls, as a choice of clock counts.
         PowerDownRamp,
-        /// Reference pulse width of dcStep, in clocks.
-        DcStepTime,
         /// Length of the step at dcStep below which a stall is detected, in 1/16 clocks.
         DcStepStallGuard,
         /// What the distance of MVP REL counts from, 0: the target, 1: the actual position, 2: the encoder's position.
         RelativePositioning,
         /// Synchronization of both phases' choppers. It is kept, without effect where the driver has no such field.
         ChopperSynchronization,
-        /// Speed below which the driver regulates voltage (stealthChop); 0: never.
-        PwmThresholdSpeed,
         /// Gradient of the voltage over the speed in stealthChop.
         PwmGradient,
         /// Amplitude of the voltage at rest in stealthChop.
@@ -162,15 +170,9 @@ functions! {
         PwmFrequency,
         /// 1: stealthChop finds the amplitude by itself.
         PwmAutoscale,
-        /// Full steps of a turn of the motor.
-        FullStepResolution,
         /// What a motor without standby current does, 0: it is held, 1: it turns freely, 2 and 3: its windings are
         /// shorted.
         FreewheelingMode,
-        /// Counts of a turn of the encoder whose counter is in the driver; 0: there is no encoder.
-        EncoderResolution,
-        /// Deviation from the encoder whose counter is in the driver that stops the motor, in encoder steps; 0: none.
-        ChipEncoderDeviation,
         /// 1: the motor turns the other way round.
         ReverseShaft,
         /// The unit of all speeds and accelerations, 0: that of the ramp generator's registers, 1: pps and pps2.

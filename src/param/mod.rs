@@ -168,6 +168,12 @@ impl Row {
         }
     }
 
+    /// True if all accepted values are 0..=255.
+    const fn fits_byte(&self) -> bool {
+        let last = self.ranges[self.ranges.len() - 1];
+        0 <= self.ranges[0].0 && last.1 <= u8::MAX as i32
+    }
+
     /// Panics, at compile time for a table in a `static`, unless the ranges ascend and one of them holds the default.
     const fn check(&self) {
         let (mut i, mut fits) = (0, false);
@@ -251,11 +257,13 @@ pub const fn derived<F: Copy, const N: usize>(
 }
 
 /// Makes an enum of parameter functions, and the constructor of tables for it. The value of a setting is kept in an
-/// array of values; the value of a computed parameter is found when it is read.
+/// array of values, or of bytes if it is 0..=255 on all products; the value of a computed parameter is found when it is
+/// read.
 macro_rules! functions {
     (
         $(#[$meta:meta])* $name:ident;
         settings { $($(#[$setting_meta:meta])* $setting:ident,)* }
+        $(bytes { $($(#[$byte_meta:meta])* $byte:ident,)* })?
         computed { $($(#[$computed_meta:meta])* $computed:ident,)* }
     ) => {
         $(#[$meta])*
@@ -263,14 +271,20 @@ macro_rules! functions {
         #[repr(u8)]
         pub enum $name {
             $($(#[$setting_meta])* $setting,)*
+            $($($(#[$byte_meta])* $byte,)*)?
             $($(#[$computed_meta])* $computed,)*
         }
 
         impl $name {
-            /// All functions: settings first, then computed parameters.
-            pub const ALL: &'static [$name] = &[$($name::$setting,)* $($name::$computed,)*];
+            /// All functions: settings first, those of a byte behind the others, then computed parameters.
+            pub const ALL: &'static [$name] =
+                &[$($name::$setting,)* $($($name::$byte,)*)? $($name::$computed,)*];
             /// Number of settings: the length of an array of their values.
-            pub const SETTINGS: usize = [$($name::$setting),*].len();
+            pub const SETTINGS: usize = Self::WORDS + Self::BYTES;
+            /// Number of settings that may take more than a byte.
+            pub(crate) const WORDS: usize = [$($name::$setting),*].len();
+            /// Number of settings that take a byte, 0..=255.
+            pub(crate) const BYTES: usize = { let all: &[$name] = &[$($($name::$byte),*)?]; all.len() };
 
             /// Index of a setting in an array of [`SETTINGS`](Self::SETTINGS) values; for a computed parameter an index
             /// beyond that array.
@@ -293,6 +307,8 @@ macro_rules! functions {
                 while i < rows.len() {
                     let $crate::param::Parameter { function, row } = &rows[i];
                     row.check();
+                    let byte = $name::WORDS <= function.index() && function.index() < $name::SETTINGS;
+                    assert!(!byte || row.fits_byte(), "a setting of a byte has other values");
                     assert!(i == 0 || rows[i - 1].row.number < row.number, "numbers do not ascend");
                     assert!(!functions[*function as usize], "two parameters do the same");
                     functions[*function as usize] = true;
