@@ -1,7 +1,10 @@
 //! The chips of a module as seen from their pins, one model per file, written from the datasheets.
 
 pub mod at25;
+mod bits;
 pub mod encoder;
+pub mod load;
+mod ticks;
 pub mod tmc262;
 pub mod tmc429;
 

@@ -7,7 +7,7 @@
 //! torque suffices and the field moves no faster than the pull-in speed, or stands: at the nearest position that looks
 //! the same to the rotor, a multiple of four full steps away. With the bridges off friction holds the rotor.
 
-use crate::chip::tmc262::{FULL_LOAD, LoadRatio};
+use crate::chip::load::{FULL_LOAD, LoadRatio};
 use crate::clock::{Nanos, SECOND};
 
 /// Number of units of position in a full step.

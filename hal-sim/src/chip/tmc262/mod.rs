@@ -15,11 +15,10 @@
 //! two microsteps; the open load bits show injected faults only (the real ones give false alarms at
 //! standstill and at speed); OT falls as soon as the temperature is below its threshold again.
 
-mod load;
-
 use super::SpiSlave;
+use super::bits::{field, sign_extend};
+use super::load::{CoolStep, LoadRatio, StallGuard, Threshold};
 use crate::clock::{Nanos, SECOND};
-use load::{CoolStep, StallGuard};
 
 /// Frequency of the chip's internal oscillator in Hz (typical).
 pub const CLOCK_HZ: u64 = 15_000_000;
@@ -31,12 +30,6 @@ pub const PERIOD: i64 = 1024;
 pub const PREWARNING_CELSIUS: i32 = 100;
 /// Temperature in degrees Celsius from which the bridges are shut down.
 pub const SHUTDOWN_CELSIUS: i32 = 150;
-
-/// The load on the motor as a ratio of the torque it demands to the torque the current gives:
-/// [`FULL_LOAD`] is the load that stalls it.
-pub type LoadRatio = u32;
-/// The load ratio at which the motor stalls.
-pub const FULL_LOAD: LoadRatio = 65_536;
 
 /// The five configuration words as last written, 20 bits each with their register addresses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -87,10 +80,6 @@ pub struct Tmc262 {
 }
 
 const COIL_FULL_SCALE: u32 = 248;
-
-fn field(word: u32, low: u32, bits: u32) -> u32 {
-    word >> low & ((1 << bits) - 1)
-}
 
 impl Tmc262 {
     /// A chip right after power-on, with its pin ENN high (disabled), at 25 degrees Celsius. `noise` (0..=1023) is the
@@ -148,8 +137,9 @@ impl Tmc262 {
     /// Measures stallGuard2 at the end of a full step, at `at`, with `load` on the motor, and lets coolStep react.
     pub fn take_reading(&mut self, at: Nanos, load: LoadRatio) {
         let sgcsconf = self.registers.sgcsconf;
-        if let Some(reading) = self.stall_guard.measure(at, load, sgcsconf, self.bridges_on) {
-            self.cool_step.adapt(reading, self.registers.smarten, sgcsconf);
+        let threshold = Threshold { sgt: sign_extend(field(sgcsconf, 8, 7), 7), filtered: field(sgcsconf, 16, 1) == 1 };
+        if let Some(reading) = self.stall_guard.measure(at, load, threshold, self.bridges_on) {
+            self.cool_step.adapt(reading, self.registers.smarten, field(sgcsconf, 0, 5));
         }
     }
 
@@ -297,7 +287,7 @@ impl Tmc262 {
             self.amplitude = COIL_FULL_SCALE;
             self.turn_field_to(self.pointer);
         }
-        self.cool_step.limit(self.registers.smarten, self.registers.sgcsconf);
+        self.cool_step.limit(self.registers.smarten, field(self.registers.sgcsconf, 0, 5));
         self.update();
     }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::chip::load::FULL_LOAD;
 use crate::clock::MILLISECOND;
 
 /// Words of application note AN016, table 4.1.

@@ -4,6 +4,7 @@ mod motion;
 
 use super::ramp::{FRACTION_BITS, Proportion};
 use super::registers::{axis as reg, interrupt, ref_conf};
+use crate::chip::bits::sign_extend;
 
 /// "Never" as a tick.
 pub(super) const NEVER: u64 = u64::MAX;
@@ -233,12 +234,6 @@ impl Axis {
     fn rate(&self) -> u32 {
         self.velocity.unsigned_abs() >> FRACTION_BITS
     }
-}
-
-/// A two's complement number of `bits` bits.
-fn sign_extend(value: u32, bits: u32) -> i32 {
-    let unused = 32 - bits;
-    (value << unused).cast_signed() >> unused
 }
 
 /// A position in the range of the 24 bit counter.

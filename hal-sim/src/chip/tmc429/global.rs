@@ -1,7 +1,7 @@
 //! The common registers, the on-chip RAM, and the little of the SPI driver chain that can be seen from outside.
 
+use super::CYCLES_PER_TICK;
 use super::registers::{common, global, interface, ram};
-use super::ticks::TickClock;
 
 /// Left and right switches in REFERENCE_SWITCHES order (datasheet 8.2.4.5).
 const RIGHT_SWITCHES: u8 = 0b01_01_01;
@@ -142,7 +142,7 @@ impl Global {
     /// Begins the datagram that a step sends to the driver chain. It is timed only if CDGW shows that data wait for it.
     pub(super) fn send_datagram(&mut self, tick: u64) {
         if !self.step_direction() && self.datagram_waiting() && self.sent_at.is_none() {
-            self.sent_at = Some(tick + TickClock::ticks_for(self.datagram_cycles()));
+            self.sent_at = Some(tick + self.datagram_cycles().div_ceil(CYCLES_PER_TICK));
         }
     }
 

@@ -34,17 +34,16 @@ mod axis;
 mod global;
 mod ramp;
 mod registers;
-mod ticks;
 
 #[cfg(test)]
 mod tests;
 
+use super::ticks::TickClock;
 use super::{SpiSlave, StepDir};
 use crate::clock::Nanos;
 use axis::{Axis, NEVER};
 use global::Global;
 use registers::{axis as axis_register, common};
-use ticks::TickClock;
 
 /// Number of axes of the chip.
 const MOTORS: usize = 3;
@@ -91,7 +90,7 @@ impl Tmc429 {
     /// A chip that is powered at time 0, clocked with `clock_hz` (4 to 32 MHz), all switch inputs low.
     pub fn new(clock_hz: u32) -> Self {
         Self {
-            clock: TickClock::new(clock_hz),
+            clock: TickClock::new(clock_hz, CYCLES_PER_TICK),
             now: 0,
             due: Nanos::MAX,
             powered_down: false,

@@ -1,8 +1,14 @@
-//! How the TMC262 reacts to the load on the motor: stallGuard2 measures it, and coolStep sets the current by it.
+//! How the drivers react to the load on the motor: stallGuard2 measures it, and coolStep sets the current by it.
 
-use super::{FULL_LOAD, LoadRatio, field};
+use super::bits::field;
 use crate::clock::{MILLISECOND, Nanos};
 use crate::random::Random;
+
+/// The load on the motor as a ratio of the torque it demands to the torque the current gives:
+/// [`FULL_LOAD`] is the load that stalls it.
+pub type LoadRatio = u32;
+/// The load ratio at which the motor stalls.
+pub const FULL_LOAD: LoadRatio = 65_536;
 
 /// The longest time of a full step, at 50 full steps a second, in which the back-EMF can be measured; a slower one
 /// reads zero.
@@ -15,6 +21,15 @@ const SGT_SPAN: i64 = 64;
 const SGT_MATCHED: i64 = 13;
 /// With SFILT there is one reading for this many full steps, of the mean of their loads.
 const FILTERED: u32 = 4;
+
+/// The settings of stallGuard2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Threshold {
+    /// SGT, -64..=63.
+    pub(super) sgt: i32,
+    /// SFILT.
+    pub(super) filtered: bool,
+}
 
 /// The measurement stallGuard2. For a load ratio l (0 is a free motor, 1 stalls it) the reading is `512 x (1 - l) + 64
 /// x (SGT - 13)`, held within 0..=1023: 0 for the free motor at SGT 5, 64 more for each unit of SGT above, and at SGT
@@ -48,13 +63,12 @@ impl StallGuard {
 
     /// Takes the load in a full step that ended at `at`. Returns the value of a reading that this full step completes.
     /// At standstill no full step ends, and the last value stays.
-    pub(super) fn measure(&mut self, at: Nanos, load: LoadRatio, sgcsconf: u32, driven: bool) -> Option<u16> {
+    pub(super) fn measure(&mut self, at: Nanos, load: LoadRatio, threshold: Threshold, driven: bool) -> Option<u16> {
         let took = at.saturating_sub(self.last);
         self.last = at;
         self.full_steps += 1;
         self.loads += load.min(FULL_LOAD);
-        let filtered = field(sgcsconf, 16, 1) == 1;
-        if filtered && self.full_steps < FILTERED {
+        if threshold.filtered && self.full_steps < FILTERED {
             return None;
         }
         let load = self.loads / self.full_steps;
@@ -64,8 +78,8 @@ impl StallGuard {
             0
         } else {
             let reserve = FULL_LOAD - load;
-            let sgt = signed_threshold(sgcsconf);
-            let mut value = RESERVE_SPAN * i64::from(reserve) / i64::from(FULL_LOAD) + SGT_SPAN * (sgt - SGT_MATCHED);
+            let over = i64::from(threshold.sgt) - SGT_MATCHED;
+            let mut value = RESERVE_SPAN * i64::from(reserve) / i64::from(FULL_LOAD) + SGT_SPAN * over;
             if self.noise > 0 {
                 let spread = 2 * self.noise + 1;
                 value += i64::from(self.random.below(spread)) - i64::from(self.noise);
@@ -76,15 +90,11 @@ impl StallGuard {
     }
 }
 
-/// The threshold SGT, -64..=63.
-fn signed_threshold(sgcsconf: u32) -> i64 {
-    let raw = i64::from(field(sgcsconf, 8, 7));
-    if raw >= 64 { raw - 128 } else { raw }
-}
-
 /// coolStep: with SEMIN > 0 a reading below SEMIN x 32 raises the current scale by SEUP's step, and as many
 /// readings of at least (SEMIN + SEMAX + 1) x 32 as SEDN says lower it by one, between CS and the half or
 /// quarter of CS that SEIMIN selects (rounded down).
+///
+/// `control` are the 16 low bits of SMARTEN or COOLCONF, which are alike; `full` is CS or IRUN.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CoolStep {
     scale: u32,
@@ -103,24 +113,24 @@ impl CoolStep {
 
     /// Brings the current scale to a changed configuration: to CS with coolStep off, and within its limits with
     /// coolStep on.
-    pub(super) fn limit(&mut self, smarten: u32, sgcsconf: u32) {
-        let (lowest, highest) = limits(smarten, sgcsconf);
-        self.scale = if field(smarten, 0, 4) == 0 { highest } else { self.scale.clamp(lowest, highest) };
+    pub(super) fn limit(&mut self, control: u32, full: u32) {
+        let (lowest, highest) = limits(control, full);
+        self.scale = if field(control, 0, 4) == 0 { highest } else { self.scale.clamp(lowest, highest) };
     }
 
-    pub(super) fn adapt(&mut self, reading: u16, smarten: u32, sgcsconf: u32) {
-        let semin = field(smarten, 0, 4);
+    pub(super) fn adapt(&mut self, reading: u16, control: u32, full: u32) {
+        let semin = field(control, 0, 4);
         if semin == 0 {
             return;
         }
-        let (lowest, highest) = limits(smarten, sgcsconf);
+        let (lowest, highest) = limits(control, full);
         let reading = u32::from(reading);
         if reading < semin * 32 {
             self.above = 0;
-            self.scale = (self.scale + (1 << field(smarten, 5, 2))).min(highest);
-        } else if reading >= (semin + field(smarten, 8, 4) + 1) * 32 {
+            self.scale = (self.scale + (1 << field(control, 5, 2))).min(highest);
+        } else if reading >= (semin + field(control, 8, 4) + 1) * 32 {
             self.above += 1;
-            let needed = match field(smarten, 13, 2) {
+            let needed = match field(control, 13, 2) {
                 0 => 32,
                 1 => 8,
                 2 => 2,
@@ -134,8 +144,7 @@ impl CoolStep {
     }
 }
 
-/// The lowest and highest current scale: a half or quarter of CS, and CS.
-fn limits(smarten: u32, sgcsconf: u32) -> (u32, u32) {
-    let highest = field(sgcsconf, 0, 5);
-    (highest >> (1 + field(smarten, 15, 1)), highest)
+/// The lowest and highest current scale: a half or quarter of the full one, and that.
+fn limits(control: u32, full: u32) -> (u32, u32) {
+    (full >> (1 + field(control, 15, 1)), full)
 }
