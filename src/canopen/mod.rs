@@ -395,6 +395,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let mut events = Events::default();
         match piece {
             _ if self.device.in_tmcl_mode() => self.device.take_turn(self.now, inputs),
+            // One axis goes on no line.
+            Piece::Lines => {}
             Piece::Reading => self.device.next_reading(),
             Piece::Axis | Piece::Beginning => {
                 if piece == Piece::Beginning {

@@ -11,7 +11,7 @@
 //! the line.
 
 use super::{Board, Device};
-use crate::motion::{Axis, Error, Events, Pace, Slope};
+use crate::motion::{Axis, Error, Events, Hardware, Pace, Ratio, Shape, Slope, Slopes, root};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -53,82 +53,55 @@ struct Follower {
     /// The way of the leader from rest to its target, in microsteps. One that moved when the line began counts as having come
     /// from rest.
     way: u32,
-    /// The square of the leader's speed for each microstep from rest, as in [`Slope::square`].
-    square: u32,
+    /// How the leader's speed grows with its way from rest, and falls with its way to rest.
+    up: Slope,
+    down: Slope,
     /// The microsteps that the leader has left at most when the follower makes its last one.
     last: u32,
 }
 
 impl Follower {
-    /// The speed at which a follower is to go on that has `own` microsteps left, while its leader has `left`. `top` is the
-    /// speed of the leader between its ramps, `most` the largest one of the follower, and `correction` that of
-    /// [`Axis::correction`].
-    fn speed(&self, own: u32, left: u32, top: u32, most: i32, correction: impl Fn(i32) -> i32) -> i32 {
+    /// The speed at which a follower on the hardware `H` is to go on that has `own` microsteps left, while its leader has
+    /// `left`. `top` is the speed of the leader between its ramps, `most` the largest one of the follower, and `correction`
+    /// that of [`Axis::correction`].
+    fn speed<H: Hardware>(&self, own: u32, left: u32, top: u32, most: i32, correction: impl Fn(i32) -> i32) -> i32 {
         if own <= 1 {
             return if left > self.last { 0 } else { most };
         }
         // The leader's speed follows from its way.
         let come = self.way.saturating_sub(left);
-        let ramp = come.saturating_add(come / 4).saturating_add(AHEAD).min(left);
-        let square = u64::from(ramp).wrapping_mul(self.square.into()) >> 8;
-        let square = square.min(top.wrapping_mul(top).into()) as u32;
-        let speed = self.ratio.times((square << 8).isqrt()) >> 4;
+        let ahead = come.saturating_add(come / 4).saturating_add(AHEAD);
+        let square = self.up.square(ahead).min(self.down.square(left)) >> 8;
+        let square = square.min(u64::from(top).wrapping_mul(top.into()));
+        let speed = self.ratio.times(root(square << 8)) >> 4;
         // A lag as large as this is as good as any larger one.
         let lag = (u64::from(own) << 8).wrapping_sub(self.ratio.times(left)) as i64;
         let lag = lag.clamp(-LARGEST_LAG, LARGEST_LAG) as i32;
         let slack = SLACK.max(self.ratio.times(1).min(LARGEST_LAG as u64) as i32);
+        let slack = slack.saturating_add(H::skew((speed >> 8) as i32));
         let lag = lag.wrapping_sub(slack).max(0).wrapping_add(lag.wrapping_add(slack).min(0));
         let speed = (speed as i32).wrapping_add(correction(lag)).wrapping_add(128) >> 8;
         speed.max(0).min(most)
     }
 }
 
-/// A ratio of two ways.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Ratio {
-    mantissa: u32,
-    /// By how much a product with the mantissa is shifted right for a result in 1/256; at most 24.
-    shift: u32,
-}
-
-impl Ratio {
-    /// The ratio of `way` to `whole`, at most 2^24: an axis with so much longer a way would lead.
-    fn new(way: u32, whole: u32) -> Self {
-        let quotient = (u64::from(way) << 32).checked_div(whole.into()).unwrap_or(u64::MAX);
-        let excess = 32_u32.saturating_sub(quotient.leading_zeros());
-        match 24_u32.checked_sub(excess) {
-            Some(shift) => Ratio { mantissa: quotient.unbounded_shr(excess) as u32, shift },
-            None => Ratio { mantissa: u32::MAX, shift: 0 },
-        }
-    }
-
-    /// The product with a number, in 1/256.
-    fn times(self, number: u32) -> u64 {
-        u64::from(self.mantissa).wrapping_mul(number.into()).unbounded_shr(self.shift)
-    }
-
-    /// The product with a number that is not negative, rounded up, and at most `most`.
-    fn up(self, number: i32, most: i32) -> i32 {
-        self.times(number.unsigned_abs()).div_ceil(256).min(u64::from(most.unsigned_abs())) as i32
-    }
-
-    /// The largest number whose product is not above `product`, in 1..=`most`; 0 if that or `product` is.
-    fn limit(self, product: i32, most: i32) -> i32 {
-        let number = u64::from(product.unsigned_abs()).unbounded_shl(self.shift.saturating_add(8));
-        let number = number.checked_div(self.mantissa.into()).unwrap_or(u64::MAX);
-        number.max(product.min(1) as u64).min(u64::from(most.unsigned_abs())) as i32
-    }
-}
-
 /// How long a motor takes, from rest to rest, in 1/65536 of the time in which it makes a microstep at speed 1.
 fn duration(way: u32, speed: i32, square: u32) -> u64 {
     // The speed in the middle of the way, if the motor does not reach the other one before.
-    let highest = (u64::from(way).wrapping_mul(square.into()) >> 9).min(1 << 24) as u32;
-    let speed = speed.unsigned_abs().min(highest.isqrt());
+    let highest = root(u64::from(way).wrapping_mul(square.into()) >> 9);
+    let speed = speed.unsigned_abs().min(highest);
     // Between the ramps the motor goes at its speed; the ramps take as long again as they would at that.
     let steady = (u64::from(way) << 16).checked_div(speed.into());
     let ramps = (u64::from(speed) << 25).checked_div(square.into());
     steady.zip(ramps).map_or(u64::MAX, |(steady, ramps)| steady.wrapping_add(ramps))
+}
+
+/// The paces of axes, by axis.
+type Paces<T, const AXES: usize> = [Pace<<<T as Board>::Hardware as Hardware>::Shape>; AXES];
+
+/// True if an axis has a target.
+fn is_sent<const AXES: usize>(targets: &[Option<i32>; AXES], number: usize) -> bool {
+    targets.get(number).is_some_and(Option::is_some)
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
@@ -137,7 +110,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn start_together(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
-        self.leave_lines(targets)?;
+        self.leave_lines(|number| is_sent(targets, number))?;
         self.set_going(now, targets, &[Pace::default(); AXES])
     }
 
@@ -149,15 +122,15 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// chip did not take a datagram.
     pub fn start_line(&mut self, now: Micros, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
         let mut ways = [0; AXES];
-        let (mut units, mut moving, mut travellers) = (None, false, 0_u8);
+        let (mut first, mut moving, mut travellers) = (None, false, 0_u8);
         // The axis that would take longest alone; of several the one with the longest way.
         let (mut leader, mut longest) = (0, (0, 0));
         for (number, (target, way)) in targets.iter().zip(&mut ways).enumerate() {
-            let (Some(target), Some(mut axis)) = (target, self.axis(number)) else { continue };
-            let divisors = [P::RampDivisor, P::PulseDivisor].map(|divisor| axis.setting(divisor));
-            if *units.get_or_insert(divisors) != divisors {
+            let Some(target) = target else { continue };
+            if !self.have_same_units(*first.get_or_insert(number), number) {
                 return Err(Error::NotNow);
             }
+            let Some(mut axis) = self.axis(number) else { continue };
             if !axis.rests() {
                 axis.actual_position()?;
                 moving |= axis.read(P::ActualSpeed)? != 0;
@@ -167,13 +140,13 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 continue;
             }
             travellers = travellers.saturating_add(1);
-            let square = axis.slope(axis.setting(P::MaximumAcceleration)).square;
-            let rank = (duration(*way, axis.setting(P::MaximumSpeed), square), *way);
+            let Slopes { up, .. } = axis.slopes(&axis.shape(), axis.setting(P::MaximumAcceleration));
+            let rank = (duration(*way, axis.setting(P::MaximumSpeed), up.main()), *way);
             if rank > longest {
                 (leader, longest) = (number, rank);
             }
         }
-        self.leave_lines(targets)?;
+        self.leave_lines(|number| is_sent(targets, number))?;
         let mut paces = [Pace::default(); AXES];
         // One axis that has a way to go moves as it would alone.
         if travellers > 1 {
@@ -181,8 +154,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             let whole = longest.1;
             for (number, (follower, way)) in self.lines.followers.iter_mut().zip(ways).enumerate() {
                 if way != 0 && number != leader {
-                    *follower =
-                        Some(Follower { leader, ratio: Ratio::new(way, whole), way: whole, square: 0, last: 0 });
+                    let ratio = Ratio::new(way, whole);
+                    let (up, down) = (Slope::default(), Slope::default());
+                    *follower = Some(Follower { leader, ratio, way: whole, up, down, last: 0 });
                 }
             }
             self.pace(leader, &mut paces);
@@ -193,49 +167,58 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let told = self.set_going(now, targets, &paces);
         if told.is_err() {
             // Axes that may not all have been told of it are on no line.
-            self.leave_lines(targets)?;
+            self.leave_lines(|number| is_sent(targets, number))?;
         }
         told
     }
 
+    /// True if the speeds and accelerations of two axes are in the same units.
+    fn have_same_units(&self, one: usize, other: usize) -> bool {
+        let (Some(one), Some(other)) = (self.axes.get(one), self.axes.get(other)) else { return false };
+        T::Hardware::UNITS.iter().all(|parameter| one.setting(*parameter) == other.setting(*parameter))
+    }
+
     /// Changes what was worked out for axes that stand: one that moves may be where it has to turn round, or to catch up, so
     /// the axes keep their own accelerations; and a leader that moves has a way behind it as if it had come from rest.
-    fn join_moving(&mut self, leader: usize, paces: &mut [Pace; AXES]) {
+    fn join_moving(&mut self, leader: usize, paces: &mut Paces<T, AXES>) {
         for pace in paces {
-            pace.acceleration = None;
+            (pace.acceleration, pace.shape) = (None, None);
         }
-        let speed = u64::from(self.axes.get(leader).map_or(0, Axis::last_speed).unsigned_abs());
+        let speed = self.axes.get(leader).map_or(0, Axis::last_speed).unsigned_abs();
         for follower in self.lines.followers.iter_mut().flatten().filter(|follower| follower.leader == leader) {
-            let run_up = (speed.wrapping_mul(speed) << 8).checked_div(follower.square.into()).unwrap_or_default();
-            follower.way = follower.way.saturating_add(run_up as u32);
+            follower.way = follower.way.saturating_add(follower.up.way(speed));
         }
     }
 
     /// Works out at what paces the axes of a line are to go, as their parameters are now.
-    fn pace(&mut self, leader: usize, paces: &mut [Pace; AXES]) {
+    fn pace(&mut self, leader: usize, paces: &mut Paces<T, AXES>) {
         let Some(axis) = self.axes.get(leader) else { return };
         let mut speed = axis.setting(P::MaximumSpeed);
         let mut acceleration = axis.setting(P::MaximumAcceleration).max(1);
+        let mut shape = axis.shape();
         let followers = &mut self.lines.followers;
         for (follower, axis) in followers.iter().zip(&self.axes) {
             let Some(Follower { ratio, .. }) = follower.filter(|follower| follower.leader == leader) else { continue };
             speed = ratio.limit(axis.setting(P::MaximumSpeed), speed);
             acceleration = ratio.limit(axis.setting(P::MaximumAcceleration).max(1), acceleration);
+            shape.limit(ratio, &axis.shape());
         }
-        let Slope { acceleration, square } = axis.slope(acceleration);
+        let Slopes { acceleration, up, down } = axis.slopes(&shape, acceleration);
         for (number, ((follower, axis), pace)) in followers.iter_mut().zip(&self.axes).zip(paces).enumerate() {
             if number == leader {
-                *pace = Pace { speed: Some(speed), acceleration: Some(acceleration) };
+                *pace = Pace { speed: Some(speed), acceleration: Some(acceleration), shape: Some(shape) };
             }
             let Some(follower) = follower.as_mut().filter(|follower| follower.leader == leader) else { continue };
-            let own = axis.setting(P::MaximumAcceleration).max(1);
-            let wanted = axis.slope(follower.ratio.up(acceleration, own)).acceleration;
+            let (own, own_shape) = (axis.setting(P::MaximumAcceleration).max(1), axis.shape());
+            let shape = shape.scaled(follower.ratio, &own_shape);
+            let wanted = axis.slopes(&shape, follower.ratio.up(acceleration, own)).acceleration;
             let speed = follower.ratio.up(speed, axis.setting(P::MaximumSpeed));
-            *pace = Pace { speed: Some(speed), acceleration: Some(wanted) };
+            *pace = Pace { speed: Some(speed), acceleration: Some(wanted), shape: Some(shape) };
             // From rest it makes the microstep in the time in which the leader, which comes to rest, makes so many; of its
             // last ones the leader makes two more while the follower's speed limit is written.
-            follower.square = square;
-            follower.last = square.checked_div(axis.slope(own).square).unwrap_or_default().saturating_add(2);
+            (follower.up, follower.down) = (up, down);
+            let own = axis.slopes(&own_shape, own).down.foot();
+            follower.last = down.foot().checked_div(own).unwrap_or_default().saturating_add(2);
         }
     }
 
@@ -270,7 +253,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 
     /// Sets axes going at once: all that has to be told their chips comes before, so that one datagram to each of them is
     /// left.
-    fn set_going(&mut self, now: Micros, targets: &[Option<i32>; AXES], paces: &[Pace; AXES]) -> Result<(), Error> {
+    fn set_going(&mut self, now: Micros, targets: &[Option<i32>; AXES], paces: &Paces<T, AXES>) -> Result<(), Error> {
         let mut told = Ok(());
         for is_ready in [false, true] {
             for (number, (target, pace)) in targets.iter().zip(paces).enumerate() {
@@ -293,25 +276,21 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         if self.leader(number).is_none() {
             return Ok(());
         }
-        let mut leaving = [None; AXES];
-        if let Some(leaves) = leaving.get_mut(number) {
-            *leaves = Some(0);
-        }
-        self.leave_lines(&leaving)?;
+        self.leave_lines(|leaving| leaving == number)?;
         match self.axis(number) {
             Some(mut axis) if axis.limited() => axis.repace(Pace::default()),
             _ => Ok(()),
         }
     }
 
-    /// Takes axes, those with a target, out of their lines. Where that was the leader, the others go on by themselves.
-    fn leave_lines(&mut self, targets: &[Option<i32>; AXES]) -> Result<(), Error> {
+    /// Takes axes out of their lines, those of which `leaves` says so. Where that was the leader, the others go on by
+    /// themselves.
+    fn leave_lines(&mut self, leaves: impl Fn(usize) -> bool) -> Result<(), Error> {
         for number in 0..AXES {
             let Some(leader) = self.lines.followers.get(number).copied().flatten().map(|follower| follower.leader)
             else {
                 continue;
             };
-            let leaves = |number: usize| targets.get(number).is_some_and(Option::is_some);
             if leaves(number) || leaves(leader) {
                 self.release(number)?;
             }
@@ -353,9 +332,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let pace = if coupled {
             let (own, left, most) = (axis.left(), leader.left(), axis.setting(P::MaximumSpeed));
             let top = leader.positioning_speed().unsigned_abs();
-            let speed = follower.speed(own, left, top, most, |lag| axis.correction(lag));
-            let acceleration = axis.pace().acceleration.filter(|_| own > TAIL);
-            Pace { speed: Some(speed), acceleration }
+            let speed = follower.speed::<T::Hardware>(own, left, top, most, |lag| axis.correction(lag));
+            let pace = if own > TAIL { axis.pace() } else { Pace::default() };
+            Pace { speed: Some(speed), ..pace }
         } else {
             Pace::default()
         };

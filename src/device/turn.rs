@@ -1,9 +1,9 @@
 //! The turn of each millisecond. A turn has pieces, so that the firmware's owner can serve the links in between: its
 //! [beginning](Device::begin), in which the inputs are taken and motion controllers and supply supervised, then
-//! [one axis](Device::next_axis) after the other, and the straight lines on which several of them go; and, half a
-//! millisecond later, [a reading](Device::next_reading) of each motion controller whose axis had no time for it, because its
-//! motor moves. As a rule a piece has one datagram to a
-//! chip at most; `motion/turn.rs` says which are longer.
+//! [one axis](Device::next_axis) after the other, and [the straight lines](Device::next_lines) on which several of them go;
+//! and, half a millisecond later, [a reading](Device::next_reading) of each motion controller whose axis had no time for it,
+//! because its motor moves. As a rule a piece has the datagrams of one reading at most; `motion/turn.rs` says which are
+//! longer.
 
 use super::{Board, Controllers, Device, Inputs, Outputs, Supervised, controller_of};
 use crate::motion::{Events, Hardware, Joined};
@@ -21,8 +21,9 @@ pub enum Piece {
     Beginning,
     /// [An axis](Device::next_axis) is polled.
     Axis,
-    /// [A reading](Device::next_reading) is taken; or, before the readings, the straight lines are looked after on which axes
-    /// go.
+    /// [The straight lines](Device::next_lines) are looked after on which axes go.
+    Lines,
+    /// [A reading](Device::next_reading) is taken.
     Reading,
 }
 
@@ -38,6 +39,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub const fn next_piece(&self) -> Piece {
         if self.upcoming < AXES {
             Piece::Axis
+        } else if self.upcoming < Self::FIRST_READING {
+            Piece::Lines
         } else if self.upcoming < Self::PIECES {
             Piece::Reading
         } else {
@@ -48,8 +51,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// The time at which the next piece is due. For an axis, and for the lines, this is a time in the past.
     pub const fn deadline(&self) -> Micros {
         match self.next_piece() {
-            Piece::Axis => self.turn(),
-            Piece::Reading if AXES > 1 && self.upcoming < Self::FIRST_READING => self.turn(),
+            Piece::Axis | Piece::Lines => self.turn(),
             Piece::Reading => self.turn().after(READINGS),
             Piece::Beginning => self.next,
         }
@@ -95,21 +97,24 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         (number, events)
     }
 
-    /// Takes the next of the readings that were left; before the first of them it looks after the lines, if there are any.
+    /// Looks after the lines, when all axes of the turn have been polled.
+    pub fn next_lines(&mut self) {
+        self.upcoming = Self::FIRST_READING;
+        self.follow_lines();
+        self.pass_taken();
+    }
+
+    /// Takes the next of the readings that were left.
     pub fn next_reading(&mut self) {
-        if AXES > 1 && self.upcoming < Self::FIRST_READING {
-            self.upcoming = Self::FIRST_READING;
-            self.follow_lines();
-        } else if let Some(mut axis) = self.upcoming.checked_sub(Self::FIRST_READING).and_then(|n| self.reading_axis(n))
-        {
+        if let Some(mut axis) = self.upcoming.checked_sub(Self::FIRST_READING).and_then(|n| self.reading_axis(n)) {
             axis.refresh();
         }
         self.pass_taken();
     }
 
-    /// Passes the lines if there are none, and the motion controllers whose readings have been taken, and advances the rotation of each. The axes of a
-    /// controller take turns: only one of them takes one reading in a millisecond, so a controller with three axes needs
-    /// no more datagrams for readings than one with a single axis.
+    /// Passes the lines if there are none, and the motion controllers whose readings have been taken, and advances the
+    /// rotation of each. The axes of a controller take turns: only one of them takes one reading in a millisecond, so a
+    /// controller with three axes needs no more datagrams for readings than one with a single axis.
     fn pass_taken(&mut self) {
         if AXES > 1 && self.upcoming == AXES && !self.lines.any {
             self.upcoming = Self::FIRST_READING;

@@ -3,7 +3,7 @@
 
 use super::outcome::{Outcome, Undo};
 use super::{Module, Platform};
-use crate::motion::{self, Axis, Events, Joined, Mode};
+use crate::motion::{self, Axis, Events, Hardware, Joined, Mode};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
 use crate::store::Need;
 use crate::tmcl::{AxisSet, Command, Status};
@@ -297,12 +297,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     ) -> Result<(), Status> {
         self.axis(axis)?.write(now, parameter, value)?;
         if AXES > 1 {
-            match parameter.function {
-                AxisParameter::MaximumSpeed | AxisParameter::MaximumAcceleration => self.device.repace(axis.into())?,
-                AxisParameter::RampDivisor | AxisParameter::PulseDivisor | AxisParameter::RampMode => {
-                    self.device.leave_line(axis.into())?;
-                }
-                _ => {}
+            let function = parameter.function;
+            if T::Hardware::RAMPS.contains(&function) {
+                self.device.repace(axis.into())?;
+            } else if T::Hardware::UNITS.contains(&function) || function == AxisParameter::RampMode {
+                self.device.leave_line(axis.into())?;
             }
         }
         Ok(())

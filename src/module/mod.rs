@@ -268,6 +268,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     #[inline(never)]
     pub(crate) fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
         match self.device.next_piece() {
+            Piece::Lines => return self.device.next_lines(),
             Piece::Reading => return self.device.next_reading(),
             Piece::Axis => {}
             Piece::Beginning => {

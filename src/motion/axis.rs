@@ -6,9 +6,10 @@ use core::ops::{Deref, DerefMut};
 
 use super::current::{Current, Excitation, MotionState};
 use super::encoders::Encoders;
-use super::hardware::{Course, Hardware, Slope};
+use super::hardware::{Course, Hardware};
 use super::search::Search;
 use super::sensors::Sensors;
+use super::slope::Slopes;
 use super::stall::Measured;
 use super::switch::{Side, Stops};
 use super::values::Values;
@@ -37,18 +38,26 @@ pub struct Events {
 }
 
 /// The speed and the acceleration of one motion, where they differ from parameters 4 and 5; in the units of these.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Pace {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pace<S = ()> {
     /// The speed at which the motor goes to a position; `None` for that of parameter 4.
     pub speed: Option<i32>,
     /// The acceleration of the motor's ramps, up and down; `None` for that of parameter 5.
     pub acceleration: Option<i32>,
+    /// What the ramps have besides, where the ramp generator has more; `None` for that of the parameters.
+    pub shape: Option<S>,
+}
+
+impl<S> Default for Pace<S> {
+    fn default() -> Self {
+        Pace { speed: None, acceleration: None, shape: None }
+    }
 }
 
 /// The state of one axis on the hardware `H`. The functions that exchange datagrams with a chip need the motion
 /// controller as well: [`Axis::on`] joins the two.
 #[derive(Debug)]
-pub struct Axis<H> {
+pub struct Axis<H: Hardware> {
     pub(super) hardware: H,
     /// The axis parameters of the product.
     pub(super) table: &'static Table<P>,
@@ -62,7 +71,7 @@ pub struct Axis<H> {
     /// The reference search that is under way.
     pub(super) search: Option<Search>,
     /// The pace of the last motion command.
-    pub(super) pace: Pace,
+    pub(super) pace: Pace<H::Shape>,
     /// Bits of parameter 207: why the motor was stopped, since the last motion command and the last reading of 207.
     pub(super) errors: i32,
     /// The driver's shut-downs since the last motion command, as bits of parameter 208.
@@ -97,10 +106,7 @@ pub struct Joined<'a, H: Hardware> {
     controller: &'a mut H::Controller,
 }
 
-impl<H> Deref for Joined<'_, H>
-where
-    H: Hardware,
-{
+impl<H: Hardware> Deref for Joined<'_, H> {
     type Target = Axis<H>;
 
     fn deref(&self) -> &Axis<H> {
@@ -123,7 +129,7 @@ impl<'a, H: Hardware> Joined<'a, H> {
     /// Calls a function of the hardware with the motion controller and with the course that the motor is to take.
     pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
         let Axis { hardware, values, search, pace, watched, .. } = &mut *self.axis;
-        let mut course = course(values, search.as_ref(), *pace);
+        let mut course = course(values, search.as_ref(), pace);
         course.stops.right &= watched.is_none();
         act(hardware, self.controller, &course)
     }
@@ -208,7 +214,7 @@ impl<H: Hardware> Axis<H> {
 
     /// What closed stop switches do to the motor now, whoever watches them.
     pub(super) fn stops(&self) -> Stops {
-        course(&self.values, self.search.as_ref(), self.pace).stops
+        course(&self.values, self.search.as_ref(), &self.pace).stops
     }
 
     /// True when writing parameter 2 (target speed) rotates the motor, as ROR does: in velocity mode, and in a
@@ -263,7 +269,7 @@ impl<H: Hardware> Axis<H> {
     }
 
     /// The pace of the last motion command.
-    pub const fn pace(&self) -> Pace {
+    pub const fn pace(&self) -> Pace<H::Shape> {
         self.pace
     }
 
@@ -278,10 +284,15 @@ impl<H: Hardware> Axis<H> {
         self.values.get(parameter)
     }
 
-    /// The ramps that the motor makes for an acceleration of `wanted` on its way to a position, at a speed of up to that of
-    /// parameter 4.
-    pub fn slope(&self, wanted: i32) -> Slope {
-        H::slope(&self.values, wanted, self.values.get(P::MaximumSpeed))
+    /// The shape that the parameters give the ramps.
+    pub fn shape(&self) -> H::Shape {
+        H::shape(&self.values)
+    }
+
+    /// The slopes that the motor has for an acceleration of `wanted` on its way to a position, with ramps of a shape, at a
+    /// speed of up to that of parameter 4.
+    pub fn slopes(&self, shape: &H::Shape, wanted: i32) -> Slopes {
+        H::slopes(&self.values, shape, wanted, self.values.get(P::MaximumSpeed))
     }
 
     /// The difference of speed by which the motor makes up for a lag, as in [`Hardware::correction`].
@@ -326,14 +337,14 @@ impl<H: Hardware> Axis<H> {
 
     /// The speed at which the motor goes to a position, in the unit of parameter 4.
     pub fn positioning_speed(&self) -> i32 {
-        course(&self.values, self.search.as_ref(), self.pace).speed
+        course(&self.values, self.search.as_ref(), &self.pace).speed
     }
 }
 
 /// How the motor is to move: as the parameters and the pace of the last motion command say, or as a reference search
 /// says. In a search the stop switches act as the leg under way needs them, and near position zero as anywhere else
 /// (tolerance 0).
-fn course<'a>(values: &'a Values, search: Option<&Search>, pace: Pace) -> Course<'a> {
+fn course<'a, S>(values: &'a Values, search: Option<&Search>, pace: &Pace<S>) -> Course<'a> {
     let acceleration = pace.acceleration.unwrap_or(values.get(P::MaximumAcceleration));
     match search {
         Some(search) => {

@@ -4,8 +4,12 @@
 //! An axis reaches its chips by [`Hardware`] alone and so knows none of them. What a chip demands - how wide its
 //! positions are, in which order its registers are written - is known in one file for each kind of hardware.
 
+use core::fmt;
+
 use super::Error;
 use super::current::Excitation;
+use super::ratio::Ratio;
+use super::slope::Slopes;
 use super::switch::Stops;
 use super::values::Values;
 use crate::param::AxisParameter;
@@ -64,14 +68,21 @@ pub struct Course<'a> {
     pub stops: Stops,
 }
 
-/// The ramps of a motor on its way to a position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slope {
-    /// The acceleration, in the unit of [`Course`].
-    pub acceleration: i32,
-    /// The square of the speed that the motor has one microstep behind the beginning of its way, and one before the end, in
-    /// 1/256 of the square of the unit of [`Course`]. With the way it grows in proportion.
-    pub square: u32,
+/// What the ramps of a ramp generator have besides a top speed and one acceleration. Axes on a straight line have the same in
+/// the ratio of their ways.
+pub trait Shape: Copy + fmt::Debug {
+    /// Reduces what is so much that an axis with the `ratio` of the way does not exceed its `own`.
+    fn limit(&mut self, ratio: Ratio, own: &Self);
+
+    /// The same in the ratio of the ways, rounded up, and at most its `own`.
+    fn scaled(&self, ratio: Ratio, own: &Self) -> Self;
+}
+
+/// A ramp generator that has nothing besides.
+impl Shape for () {
+    fn limit(&mut self, _: Ratio, (): &()) {}
+
+    fn scaled(&self, _: Ratio, (): &()) {}
 }
 
 /// What is known of a ramp generator without a datagram: what it was told last, and what was read last.
@@ -115,8 +126,17 @@ pub trait Hardware {
     /// What the axes of one motion controller have in common: the bus to it, and what is known of its registers.
     type Controller;
 
+    /// What the ramps have besides a top speed and an acceleration.
+    type Shape: Shape;
+
     /// How many axes one motion controller moves: axis n of a module belongs to controller n / `AXES`.
     const AXES: usize;
+
+    /// The parameters that determine the units of speeds and accelerations.
+    const UNITS: &'static [AxisParameter];
+
+    /// The parameters of positioning ramps, in those units.
+    const RAMPS: &'static [AxisParameter];
 
     /// The driver's [flags](Self::flags) that mean that the driver has switched the motor off.
     const SHUT_DOWN: u32;
@@ -158,9 +178,20 @@ pub trait Hardware {
     /// is sent at a time. True if one was: then this is to be called again.
     fn approach(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<bool, Error>;
 
-    /// The ramps that the motor really makes for an acceleration of `wanted` on its way to a position, at a speed of up to
-    /// `speed`.
-    fn slope(values: &Values, wanted: i32, speed: i32) -> Slope;
+    /// The shape that the parameters of an axis give its ramps.
+    fn shape(values: &Values) -> Self::Shape;
+
+    /// Gives the ramps of the motor, from its next goal on, another shape than that of its parameters; `None` gives them that
+    /// again.
+    fn reshape(&mut self, shape: Option<Self::Shape>);
+
+    /// The slopes that the motor really has for an acceleration of `wanted` on its way to a position, with ramps of a shape,
+    /// at a speed of up to `speed`.
+    fn slopes(values: &Values, shape: &Self::Shape, wanted: i32, speed: i32) -> Slopes;
+
+    /// By how much, in 1/256 microstep, two motors seem to lag because their positions are not read at the same time, at a
+    /// speed.
+    fn skew(speed: i32) -> i32;
 
     /// The difference of speed, in 1/256 of the unit of [`Course`], by which a motor makes up for a lag of `way`, in 1/256
     /// microstep, within some 16 ms. `way` is at most 2^16 to either side.

@@ -12,9 +12,11 @@ mod hardware;
 mod moves;
 mod parameters;
 mod plan;
+mod ratio;
 mod search;
 mod searching;
 mod sensors;
+mod slope;
 mod stall;
 mod switch;
 pub mod tmc429;
@@ -23,9 +25,11 @@ mod values;
 
 pub use axis::{Axis, Events, Joined, Pace};
 pub use current::Excitation;
-pub use hardware::{Course, Followed, Goal, Hardware, Known, Mode, Slope};
+pub use hardware::{Course, Followed, Goal, Hardware, Known, Mode, Shape};
 pub use plan::{Leg, Mark, Plan, Sought, Until};
+pub use ratio::Ratio;
 pub use sensors::Sensors;
+pub use slope::{Slope, Slopes, root};
 pub use switch::{Side, Stops};
 pub use values::Values;
 

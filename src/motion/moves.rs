@@ -43,7 +43,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn rotate_at(&mut self, now: Micros, speed: i32, acceleration: Option<i32>) -> Result<(), Error> {
-        self.begin(speed != 0, Pace { speed: None, acceleration });
+        self.begin(speed != 0, Pace { acceleration, ..Pace::default() });
         self.search = None;
         self.travelling = false;
         self.run_at(now, speed)
@@ -63,7 +63,7 @@ impl<H: Hardware> Joined<'_, H> {
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
-    pub fn move_at(&mut self, now: Micros, target: i32, pace: Pace) -> Result<(), Error> {
+    pub fn move_at(&mut self, now: Micros, target: i32, pace: Pace<H::Shape>) -> Result<(), Error> {
         self.begin(true, pace);
         self.search = None;
         self.travel_to(now, target)?;
@@ -76,7 +76,7 @@ impl<H: Hardware> Joined<'_, H> {
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
-    pub fn ready(&mut self, now: Micros, target: i32, pace: Pace) -> Result<(), Error> {
+    pub fn ready(&mut self, now: Micros, target: i32, pace: Pace<H::Shape>) -> Result<(), Error> {
         self.begin(true, pace);
         self.search = None;
         self.wake(now)?;
@@ -88,8 +88,8 @@ impl<H: Hardware> Joined<'_, H> {
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take the datagram.
-    pub fn approach(&mut self, pace: Pace) -> Result<bool, Error> {
-        self.pace = pace;
+    pub fn approach(&mut self, pace: Pace<H::Shape>) -> Result<bool, Error> {
+        self.set_pace(pace);
         self.on_course(H::approach)
     }
 
@@ -97,8 +97,8 @@ impl<H: Hardware> Joined<'_, H> {
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
-    pub fn repace(&mut self, pace: Pace) -> Result<(), Error> {
-        self.pace = pace;
+    pub fn repace(&mut self, pace: Pace<H::Shape>) -> Result<(), Error> {
+        self.set_pace(pace);
         self.adjust()
     }
 
@@ -160,7 +160,7 @@ impl<H: Hardware> Joined<'_, H> {
         if known.mode != Mode::Velocity || self.search.is_some() {
             self.search = None;
             self.travelling = false;
-            self.pace = Pace::default();
+            self.set_pace(Pace::default());
             self.run_at(now, 0)?;
         }
         self.place(value)?;
@@ -185,10 +185,15 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Notes that a motion command begins: parameter 207 is cleared, and if the command `moves` the motor, an encoder
     /// deviation may stop the motor again.
-    fn begin(&mut self, moves: bool, pace: Pace) {
-        self.pace = pace;
+    fn begin(&mut self, moves: bool, pace: Pace<H::Shape>) {
+        self.set_pace(pace);
         self.errors = 0;
         self.deviating &= !moves;
+    }
+
+    pub(super) fn set_pace(&mut self, pace: Pace<H::Shape>) {
+        self.hardware.reshape(pace.shape);
+        self.pace = pace;
     }
 
     /// Prepares the driver for a motion: it gets the current of a motor whose speed changes, so that this current flows

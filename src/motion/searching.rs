@@ -23,7 +23,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub fn start_search(&mut self, now: Micros) -> Result<(), Error> {
         let (fast, slow) = (self.values.get(P::ReferenceSearchSpeed), self.values.get(P::ReferenceSwitchSpeed));
         let plan = Plan::of(self.values.get(P::ReferenceSearchMode));
-        self.search_by(now, plan, 0, fast, Pace { speed: Some(slow), acceleration: None })
+        self.search_by(now, plan, 0, fast, Pace { speed: Some(slow), ..Pace::default() })
     }
 
     /// Whether [`start_search`](Self::start_search) may begin a search.
@@ -42,7 +42,14 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::NotNow`] when one of the two speeds is zero, because the search would never end; [`Error::Chip`] when a
     /// chip did not take a datagram.
-    pub fn search_by(&mut self, now: Micros, plan: Plan, home: i32, fast: i32, pace: Pace) -> Result<(), Error> {
+    pub fn search_by(
+        &mut self,
+        now: Micros,
+        plan: Plan,
+        home: i32,
+        fast: i32,
+        pace: Pace<H::Shape>,
+    ) -> Result<(), Error> {
         let slow = pace.speed.unwrap_or(self.values.get(P::ReferenceSwitchSpeed));
         if fast == 0 || slow == 0 {
             return Err(Error::NotNow);
@@ -102,7 +109,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// Ends a search. From then on the stop switches act as their parameters say.
     fn end_search(&mut self, found: bool) -> Result<(), Error> {
         self.search = None;
-        self.pace = Pace::default();
+        self.set_pace(Pace::default());
         self.events.reached |= found;
         self.events.cut_short |= !found;
         self.adjust()

@@ -16,7 +16,8 @@ use embedded_hal::spi::SpiDevice;
 
 use super::Error;
 use super::current::Excitation;
-use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode, Slope};
+use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode};
+use super::slope::{Slope, Slopes};
 use super::switch::{Side, Stops};
 use super::values::Values;
 use crate::chip::tmc262::{Tmc262, flags};
@@ -84,7 +85,13 @@ impl<M, D: SpiDevice> Tmc429Tmc262<M, D> {
 impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
     type Controller = Tmc429<M>;
 
+    type Shape = ();
+
     const AXES: usize = RampGenerator::ALL.len();
+
+    const UNITS: &'static [P] = &[P::RampDivisor, P::PulseDivisor];
+
+    const RAMPS: &'static [P] = &[P::MaximumSpeed, P::MaximumAcceleration];
 
     const SHUT_DOWN: u32 = (flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B) as u32;
 
@@ -158,14 +165,24 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(next.is_some())
     }
 
+    fn shape(_: &Values) {}
+
+    fn reshape(&mut self, _: Option<()>) {}
+
     /// From rest, or to it, with an acceleration of A, the square of the speed is 2048 p = 16 A 2^(PULSE_DIV - RAMP_DIV) for
     /// each microstep (datasheet section 8.1.10). Of p the chip has PMUL / 2^(3 + PDIV).
-    fn slope(values: &Values, wanted: i32, speed: i32) -> Slope {
+    fn slopes(values: &Values, (): &(), wanted: i32, speed: i32) -> Slopes {
         let (ramp_div, pulse_div) = divisors(values);
-        match ramp::braking(wanted, ramp_div, pulse_div, speed) {
-            Some(b) => Slope { acceleration: b.acceleration, square: u32::from(b.pmul) << 16 >> b.pdiv },
-            None => Slope { acceleration: wanted, square: 0 },
-        }
+        let (acceleration, square) = match ramp::braking(wanted, ramp_div, pulse_div, speed) {
+            Some(b) => (b.acceleration, u32::from(b.pmul) << 16 >> b.pdiv),
+            None => (wanted, 0),
+        };
+        Slopes { acceleration, up: Slope::straight(square), down: Slope::straight(square) }
+    }
+
+    /// Its motors are so slow that they make less than a microstep in that time.
+    fn skew(_: i32) -> i32 {
+        0
     }
 
     /// The unit of speed is 16 MHz / (2^PULSE_DIV * 2048 * 32): 4 / 2^PULSE_DIV of it are a microstep in 16.4 ms.

@@ -91,7 +91,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let plan = plan(method, self.switch_settings())?;
         let speed = |object| self.scale().velocity(self.values.of_object(object).into());
         let (fast, slow) = (speed(Object::HomingFastSpeed), speed(Object::HomingSlowSpeed));
-        let pace = Pace { speed: Some(slow), acceleration: Some(self.ramp()) };
+        let pace = Pace { speed: Some(slow), acceleration: Some(self.ramp()), ..Pace::default() };
         let home = (self.values.of_object(Object::HomeOffset) as i32).wrapping_neg();
         let now = self.now;
         self.device.axis(0)?.search_by(now, plan, home, fast, pace).ok()

@@ -131,7 +131,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let told = match task {
             Task::Stand => axis.rotate_at(now, 0, Some(ramp)),
             Task::Turn(speed) => axis.rotate_at(now, speed, Some(ramp)),
-            Task::Go(target) => axis.move_at(now, target, Pace { speed: Some(speed), acceleration: Some(ramp) }),
+            Task::Go(target) => {
+                axis.move_at(now, target, Pace { speed: Some(speed), acceleration: Some(ramp), ..Pace::default() })
+            }
         };
         told.is_ok()
     }

@@ -102,7 +102,7 @@ fn a_move_is_aimed_anew_while_the_motor_turns() {
     let mut bare = Bare::in_world("");
     bare.tell(|axis, now| axis.move_to(now, 100_000));
     bare.polls_until(|bare, _| bare.speed() == 1000);
-    let pace = Pace { speed: Some(300), acceleration: Some(500) };
+    let pace = Pace { speed: Some(300), acceleration: Some(500), shape: None };
     bare.tell(|axis, now| axis.move_at(now, 200_000, pace));
     let mut slowest = i32::MAX;
     let mut arrivals = 0;
@@ -120,7 +120,7 @@ fn a_move_is_aimed_anew_while_the_motor_turns() {
     // Back at the speed of parameter 4, and round again.
     bare.tell(|axis, now| axis.move_to(now, 0));
     bare.polls_until(|bare, _| bare.speed() == -1000);
-    bare.tell(|axis, now| axis.move_at(now, 300_000, Pace { speed: Some(700), acceleration: None }));
+    bare.tell(|axis, now| axis.move_at(now, 300_000, Pace { speed: Some(700), acceleration: None, shape: None }));
     let mut fastest = 0;
     bare.polls_until(|bare, events| {
         fastest = fastest.max(bare.speed());

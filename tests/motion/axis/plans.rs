@@ -8,7 +8,7 @@ use tmcm::param::AxisParameter as P;
 use tmcm::units::Micros;
 
 /// The pace of slow legs: one microstep in a poll or none.
-const PACE: Pace = Pace { speed: Some(20), acceleration: Some(800) };
+const PACE: Pace = Pace { speed: Some(20), acceleration: Some(800), shape: None };
 
 /// Searches for a zero point by a list of legs, and gives where on the rotor's scale it is, unless the search gives up.
 /// The zero point gets the position -777.
@@ -87,12 +87,14 @@ fn a_search_is_refused_or_gives_up() {
     let mut bare = Bare::in_world("[stage]\nleft = -1000\nright = 1000\n");
     let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: None };
     for (fast, slow) in [(0, 100), (500, 0)] {
-        let pace = Pace { speed: Some(slow), acceleration: None };
+        let pace = Pace { speed: Some(slow), acceleration: None, shape: None };
         let mut axis = bare.device.axis(0).unwrap();
         assert_eq!(axis.search_by(Micros(0), plan, 0, fast, pace), Err(Error::NotNow));
     }
     bare.set(12, 0);
-    bare.tell(|axis, now| axis.search_by(now, plan, 0, 500, Pace { speed: Some(100), acceleration: None }));
+    bare.tell(|axis, now| {
+        axis.search_by(now, plan, 0, 500, Pace { speed: Some(100), acceleration: None, shape: None })
+    });
     let mut limit = None;
     bare.polls_until(|bare, events| {
         limit = limit.or(events.limit);
@@ -133,7 +135,7 @@ fn the_next_index_is_counted_from_the_edge() {
         for start in [0, -9100] {
             let world = format!("[stage]\nleft = -9000\nright = 90000\n[encoder]\noffset = {}\n", beyond - 9000);
             let mut bare = Bare::in_world(&world);
-            let pace = Pace { speed: Some(400), acceleration: Some(100) };
+            let pace = Pace { speed: Some(400), acceleration: Some(100), shape: None };
             let zero = zero_of(&mut bare, plan, start, pace).unwrap();
             assert!((zero + 9000 - place).abs() <= 50 + way(400), "{beyond} from {start}: {zero}");
         }
@@ -146,7 +148,7 @@ fn the_next_index_is_counted_from_the_edge() {
 fn an_index_counts_where_it_was_though_the_position_was_not_heard() {
     let mut bare = Bare::in_world("[encoder]\noffset = 13000\n");
     let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: &[Leg::INDEX], turned: None };
-    let pace = Pace { speed: Some(2000), acceleration: Some(2000) };
+    let pace = Pace { speed: Some(2000), acceleration: Some(2000), shape: None };
     bare.tell(|axis, now| axis.search_by(now, plan, 0, 500, pace));
     bare.polls_until(|bare, _| bare.rotor() + way(2000) > 13_000);
     bare.board.borrow_mut().set_fault(Fault::Tmc429, 0, true);

@@ -334,7 +334,8 @@ fn motion() {
     any(axis.poll(now(), any(Sensors::default()), any(None)));
     axis.refresh();
     any((axis.limited(), axis.pace(), axis.left(), axis.positioning_speed(), axis.correction(any(0))));
-    any((axis.slope(any(0)), parameter.map(|parameter| axis.setting(parameter.function))));
+    any(axis.slopes(&axis.shape(), any(0)));
+    any(parameter.map(|parameter| axis.setting(parameter.function)));
     let _ = any(axis.may_search());
     let _ = any(axis.ready(now(), any(0), any(Pace::default())));
     let _ = any(axis.approach(any(Pace::default())));
