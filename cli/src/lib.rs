@@ -9,6 +9,7 @@
 //! * [`disasm`] - `tmcl disasm`: the source of an assembled program
 //! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
 //! * [`params`] - `tmcl params`: a module's settings in a file
+//! * [`calc`] - `tmcl calc`: speeds, accelerations and times in the units of a product
 //! * [`eds`] - `tmcl eds`: the objects of the CANopen firmware as a file for masters
 //! * [`monitor`] - `tmcl monitor`: samples of an axis
 //! * [`scan`] - `tmcl scan`: the modules on a link
@@ -21,6 +22,7 @@
 //! * [`progress`] - a progress bar
 
 pub mod asm;
+pub mod calc;
 pub mod conversation;
 pub mod debug;
 pub mod disasm;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
-use tmcl_cli::{asm, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
+use tmcl_cli::{asm, calc, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-6110 - and tools for TMCL, the language they speak.
 ///
@@ -40,6 +40,7 @@ enum Command {
     Run(run::Options),
     Load(load::Options),
     Debug(debug::Options),
+    Calc(calc::Options),
     Eds(eds::Options),
 }
 
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         Command::Run(options) => run::run(&options),
         Command::Load(options) => load::run(&options),
         Command::Debug(options) => debug::run(&options),
+        Command::Calc(options) => calc::run(&options),
         Command::Eds(options) => eds::run(&options),
     };
     match done {

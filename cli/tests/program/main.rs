@@ -5,6 +5,7 @@
 mod asm;
 #[path = "../../../tests/common/image.rs"]
 mod build;
+mod calc;
 mod canopen;
 mod connections;
 mod control;

@@ -93,7 +93,7 @@ fn links_that_cannot_be_opened_are_told() {
 
 #[test]
 fn help_is_there() {
-    for command in ["sim", "send", "asm", "disasm", "params", "monitor", "scan", "load", "debug", "eds"] {
+    for command in ["sim", "send", "asm", "disasm", "params", "monitor", "scan", "load", "debug", "calc", "eds"] {
         let output = run(&[command, "--help"]);
         assert!(output.status.success());
         assert!(String::from_utf8_lossy(&output.stdout).contains(&format!("Usage: tmcl {command}")));

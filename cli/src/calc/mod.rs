@@ -1,0 +1,176 @@
+//! `tmcl calc`: speeds, accelerations and times in all units of a product.
+
+mod axis;
+mod exact;
+mod scale;
+mod table;
+mod time;
+mod value;
+
+use std::io::Write;
+
+use clap::Args;
+use tmcm::param::AxisParameter;
+
+use self::axis::{Axis, MOST_DIVIDED, Made};
+use self::exact::Exact;
+use self::scale::{Generator, Quantity, Scale, Unit};
+use self::table::Line;
+use self::value::{Meaning, Value};
+use crate::failure::Failure;
+use crate::product::{self, Product};
+
+/// Convert speeds, accelerations and times between the units of a product
+///
+/// Numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean what
+/// pulse and ramp divisor make of them. All products also understand microsteps per second (pps), full steps per
+/// second, turns per second (rps) and per minute (rpm), here; and for accelerations pps2, full steps/s2, rps/s and
+/// rpm/s. A value without these is a time: us, ms, s, min, or a product's own, such as x10 ms.
+///
+/// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so it
+/// has something next to that, which is in the column "gets".
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// Values with their units, for example 60 rpm
+    #[arg(value_name = "VALUE", required = true)]
+    pub values: Vec<String>,
+
+    /// The product: the number in its name
+    #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
+    pub product: Product,
+
+    /// The pulse divisor, axis parameter 154 of products that have it; without it that of a new module
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=i64::from(MOST_DIVIDED)))]
+    pub pulse_divisor: Option<u8>,
+
+    /// The ramp divisor, axis parameter 153 of products that have it; without it that of a new module
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=i64::from(MOST_DIVIDED)))]
+    pub ramp_divisor: Option<u8>,
+
+    /// Microsteps per full step: 1, 2, 4, 8, 16, 32, 64, 128 or 256
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = microsteps)]
+    pub microsteps: u16,
+
+    /// Full steps per turn of the motor
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
+    pub steps: u16,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl calc 60 rpm                                   which number turns the motor of a TMCM-1140 so fast
+  tmcl calc --product 6110 --pulse-divisor 5 1000 int
+      what a number means, as a speed and as an acceleration
+  tmcl calc --microsteps 16 --steps 400 2.5 rps 10 rps/s
+      with another motor at another resolution
+  tmcl calc 1.5 s                                    which numbers are that time
+  tmcl calc -- -500 int                              a speed to the left";
+
+/// Reads a number of microsteps per full step.
+fn microsteps(text: &str) -> Result<u16, String> {
+    let number = text.parse().ok().filter(|number: &u16| number.is_power_of_two() && *number <= 256);
+    number.ok_or_else(|| "give 1, 2, 4, 8, 16, 32, 64, 128 or 256".into())
+}
+
+/// Prints a table for each value.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let axis = axis(options).map_err(Failure::Arguments)?;
+    let values = value::read(options.product.spec(), &options.values).map_err(Failure::Arguments)?;
+    let mut text = Vec::new();
+    for value in values {
+        write_value(&mut text, axis, &value)?;
+    }
+    let mut out = std::io::stdout().lock();
+    out.write_all(&text)?;
+    Ok(out.flush()?)
+}
+
+/// The axis that the options describe.
+fn axis(options: &Options) -> Result<Axis, String> {
+    let default = |parameter, asked: Option<u8>, name: &str| {
+        let row = options.product.spec().axis.row(parameter);
+        match (row, asked) {
+            (Some(row), None) => Ok(u8::try_from(row.default).ok()),
+            (None, Some(_)) => Err(format!("--{name}: the {} has no such divisor", options.product.name())),
+            (_, asked) => Ok(asked),
+        }
+    };
+    let pulse_divisor = default(AxisParameter::PulseDivisor, options.pulse_divisor, "pulse-divisor")?;
+    let ramp_divisor = default(AxisParameter::RampDivisor, options.ramp_divisor, "ramp-divisor")?;
+    let generator = match (pulse_divisor, ramp_divisor) {
+        (Some(pulse_divisor), Some(ramp_divisor)) => Generator::Tmc429 { pulse_divisor, ramp_divisor },
+        _ => Generator::Tmc5160,
+    };
+    let Options { microsteps, steps, .. } = *options;
+    Ok(Axis { product: options.product, scale: Scale { generator, microsteps, steps } })
+}
+
+/// Writes what a value is, in each of its meanings that the product can have.
+fn write_value(out: &mut Vec<u8>, axis: Axis, value: &Value) -> Result<(), Failure> {
+    let mut refused = Vec::new();
+    for meaning in &value.meanings {
+        match *meaning {
+            Meaning::Time(seconds) => write_time(out, axis, value, seconds)?,
+            Meaning::Motion(quantity, unit) => match axis.make(value, quantity, unit) {
+                Ok(made) => write_motion(out, axis, value, quantity, made)?,
+                Err(why) => refused.push(why),
+            },
+        }
+    }
+    // Of a unit of speeds and accelerations it is enough that one of them is possible.
+    if refused.len() < value.meanings.len() {
+        return Ok(());
+    }
+    Err(Failure::Arguments(refused.into_iter().next().unwrap_or_default()))
+}
+
+/// Writes a speed or an acceleration.
+fn write_motion(out: &mut Vec<u8>, axis: Axis, value: &Value, quantity: Quantity, made: Made) -> Result<(), Failure> {
+    let Scale { generator, microsteps, steps } = axis.scale;
+    let divisors = match (generator, quantity) {
+        (Generator::Tmc429 { pulse_divisor, .. }, Quantity::Speed) => format!("pulse divisor {pulse_divisor}, "),
+        (Generator::Tmc429 { pulse_divisor, ramp_divisor }, Quantity::Acceleration) => {
+            format!("pulse divisor {pulse_divisor}, ramp divisor {ramp_divisor}, ")
+        }
+        (Generator::Tmc5160, _) => String::new(),
+    };
+    writeln!(
+        out,
+        "{} as {} of a {}: {divisors}{microsteps} microsteps per full step, {steps} full steps per turn",
+        value.text,
+        quantity.name(),
+        axis.product.name()
+    )?;
+    let (whole, written) = made.written;
+    let remark = |unit| if unit == written { format!("write {whole}") } else { String::new() };
+    let line = |unit: Unit| {
+        let number = |pulses| axis.scale.number(quantity, unit, pulses).map_or_else(String::new, Exact::shown);
+        Line {
+            unit: unit.name(quantity).into(),
+            numbers: vec![number(made.wanted), number(made.actual)],
+            remark: remark(unit),
+        }
+    };
+    let lines: Vec<Line> = axis.scale.units().map(line).collect();
+    table::write(out, &["wanted", "gets"], &lines)?;
+    Ok(())
+}
+
+/// Writes a time, of which one unit is so many seconds.
+fn write_time(out: &mut Vec<u8>, axis: Axis, value: &Value, seconds: Exact) -> Result<(), Failure> {
+    let wanted = value.number * seconds;
+    if wanted.is_negative() {
+        return Err(Failure::Arguments(format!("{}: a time is not negative", value.text)));
+    }
+    writeln!(out, "{} as a time of a {}", value.text, axis.product.name())?;
+    let mut lines = vec![Line { unit: "s".into(), numbers: vec![wanted.shown()], remark: String::new() }];
+    for tick in time::ticks(axis.product.spec(), wanted) {
+        let number = wanted * tick.seconds.inverse();
+        let numbers = [Some(number.shown()), tick.number.map(|number| number.to_string())];
+        let numbers = numbers.into_iter().flatten().collect();
+        lines.push(Line { unit: tick.name.into(), numbers, remark: tick.takers.join(", ") });
+    }
+    table::write(out, &["wanted", "gets"], &lines)?;
+    Ok(())
+}

@@ -1,0 +1,261 @@
+//! The formulas: what one of a unit is in pps or pps2, on a ramp generator and with a motor.
+
+use super::exact::Exact;
+
+/// Clock of the ramp generators of all products, in Hz (manual section 6.1; TMC5160 datasheet section 12.1).
+const CLOCK: i128 = 16_000_000;
+
+/// What is converted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Quantity {
+    /// A speed, in pps at last: microsteps per second.
+    Speed,
+    /// An acceleration, in pps2 at last: microsteps per second, per second.
+    Acceleration,
+}
+
+/// A unit of speed, and of acceleration, where it is per second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unit {
+    /// The internal units of a TMC429.
+    Internal,
+    /// The units of the registers of a TMC5160.
+    Chip,
+    /// Microsteps per second.
+    Pulses,
+    /// Full steps per second.
+    FullSteps,
+    /// Turns per second.
+    PerSecond,
+    /// Turns per minute.
+    PerMinute,
+}
+
+/// A ramp generator, with the divisors that it has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Generator {
+    /// A TMC429 with its divisors, 0..=13 each.
+    Tmc429 {
+        /// The pulse divisor: axis parameter 154.
+        pulse_divisor: u8,
+        /// The ramp divisor: axis parameter 153.
+        ramp_divisor: u8,
+    },
+    /// A TMC5160.
+    Tmc5160,
+}
+
+/// What numbers mean on an axis: its ramp generator and its motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Scale {
+    pub(super) generator: Generator,
+    /// Microsteps per full step, a power of two up to 256.
+    pub(super) microsteps: u16,
+    /// Full steps per turn of the motor, at least 1.
+    pub(super) steps: u16,
+}
+
+impl Quantity {
+    /// All quantities.
+    pub(super) const ALL: [Quantity; 2] = [Quantity::Speed, Quantity::Acceleration];
+
+    /// The quantity in words, with its article.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Quantity::Speed => "a speed",
+            Quantity::Acceleration => "an acceleration",
+        }
+    }
+}
+
+impl Unit {
+    /// All units, in the order in which they are shown.
+    pub(super) const ALL: [Unit; 6] =
+        [Unit::Internal, Unit::Chip, Unit::Pulses, Unit::FullSteps, Unit::PerSecond, Unit::PerMinute];
+
+    /// The unit as it is shown, and read.
+    pub(super) fn name(self, quantity: Quantity) -> &'static str {
+        match (self, quantity) {
+            (Unit::Internal, _) => "int",
+            (Unit::Chip, _) => "chip",
+            (Unit::Pulses, Quantity::Speed) => "pps",
+            (Unit::Pulses, Quantity::Acceleration) => "pps2",
+            (Unit::FullSteps, Quantity::Speed) => "full steps/s",
+            (Unit::FullSteps, Quantity::Acceleration) => "full steps/s2",
+            (Unit::PerSecond, Quantity::Speed) => "rps",
+            (Unit::PerSecond, Quantity::Acceleration) => "rps/s",
+            (Unit::PerMinute, Quantity::Speed) => "rpm",
+            (Unit::PerMinute, Quantity::Acceleration) => "rpm/s",
+        }
+    }
+}
+
+impl Generator {
+    /// The unit of the generator's registers, which take whole numbers.
+    pub(super) fn own_unit(self) -> Unit {
+        match self {
+            Generator::Tmc429 { .. } => Unit::Internal,
+            Generator::Tmc5160 => Unit::Chip,
+        }
+    }
+
+    /// The largest number that its registers take: V_MAX and A_MAX of the TMC429 have 11 bits; VMAX of the TMC5160 ends at
+    /// 2^23 - 512, and AMAX has 16 bits (its datasheet, sections 6.3.1 and 12.2).
+    pub(super) fn largest(self, quantity: Quantity) -> i128 {
+        match (self, quantity) {
+            (Generator::Tmc429 { .. }, _) => 2047,
+            (Generator::Tmc5160, Quantity::Speed) => (1 << 23) - 512,
+            (Generator::Tmc5160, Quantity::Acceleration) => (1 << 16) - 1,
+        }
+    }
+
+    /// One of the generator's own units in pps or pps2.
+    fn own(self, quantity: Quantity) -> Exact {
+        match (self, quantity) {
+            // v * 16 MHz / (2^pulse_div * 2048 * 32), a * (16 MHz)^2 / 2^(ramp_div + pulse_div + 29): manual section 6.1.
+            (Generator::Tmc429 { pulse_divisor, .. }, Quantity::Speed) => {
+                Exact::ratio(CLOCK, (2048 * 32) << pulse_divisor)
+            }
+            (Generator::Tmc429 { pulse_divisor, ramp_divisor }, Quantity::Acceleration) => {
+                Exact::ratio(CLOCK * CLOCK, 1 << (u32::from(pulse_divisor) + u32::from(ramp_divisor) + 29))
+            }
+            // v * f/2 / 2^23, a * f^2 / (512 * 256) / 2^24: section 12.1 of the datasheet.
+            (Generator::Tmc5160, Quantity::Speed) => Exact::ratio(CLOCK, 1 << 24),
+            (Generator::Tmc5160, Quantity::Acceleration) => Exact::ratio(CLOCK * CLOCK, (512 * 256) << 24),
+        }
+    }
+}
+
+impl Scale {
+    /// The units that there are on this axis, in the order in which they are shown.
+    pub(super) fn units(self) -> impl Iterator<Item = Unit> {
+        Unit::ALL.into_iter().filter(move |unit| self.factor(Quantity::Speed, *unit).is_some())
+    }
+
+    /// A number of `unit`, in pps or pps2; `None` if the generator has no such unit.
+    pub(super) fn pulses(self, quantity: Quantity, unit: Unit, number: Exact) -> Option<Exact> {
+        Some(number * self.factor(quantity, unit)?)
+    }
+
+    /// A speed or acceleration in pps or pps2, as a number of `unit`; `None` if the generator has no such unit.
+    pub(super) fn number(self, quantity: Quantity, unit: Unit, pulses: Exact) -> Option<Exact> {
+        Some(pulses * self.factor(quantity, unit)?.inverse())
+    }
+
+    /// One of a unit in pps or pps2 (manual section 6.1.4).
+    fn factor(self, quantity: Quantity, unit: Unit) -> Option<Exact> {
+        let (microsteps, steps) = (i128::from(self.microsteps), i128::from(self.steps));
+        match unit {
+            Unit::Internal | Unit::Chip => (unit == self.generator.own_unit()).then(|| self.generator.own(quantity)),
+            Unit::Pulses => Some(Exact::whole(1)),
+            Unit::FullSteps => Some(Exact::whole(microsteps)),
+            Unit::PerSecond => Some(Exact::whole(microsteps * steps)),
+            Unit::PerMinute => Some(Exact::ratio(microsteps * steps, 60)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A usual motor, at the finest resolution.
+    fn scale(generator: Generator) -> Scale {
+        Scale { generator, microsteps: 256, steps: 200 }
+    }
+
+    fn tmc429(pulse_divisor: u8, ramp_divisor: u8) -> Scale {
+        scale(Generator::Tmc429 { pulse_divisor, ramp_divisor })
+    }
+
+    /// The unit in pps or pps2.
+    fn one(scale: Scale, quantity: Quantity, unit: Unit) -> String {
+        scale.pulses(quantity, unit, Exact::whole(1)).map_or_else(|| "none".into(), Exact::shown)
+    }
+
+    /// Manual section 6.1.1: 1678 at pulse divisor 3 is about 51208.5 pps. 1678 * 16e6 / (8 * 65536) = 51208.49609375.
+    #[test]
+    fn the_manuals_speed() {
+        let pps = tmc429(3, 7).pulses(Quantity::Speed, Unit::Internal, Exact::whole(1678));
+        assert_eq!(pps.map(Exact::shown).as_deref(), Some("51208.496094"));
+    }
+
+    /// Manual section 6.1.2: 100 at divisors 7 and 3 is about 46566 pps2. 100 * 256e12 / 2^39 = 46566.1287...
+    #[test]
+    fn the_manuals_acceleration() {
+        let pps2 = tmc429(3, 7).pulses(Quantity::Acceleration, Unit::Internal, Exact::whole(100));
+        assert_eq!(pps2.map(Exact::shown).as_deref(), Some("46566.128731"));
+    }
+
+    /// Manual section 6.1.4: with 200 full steps and 256 microsteps 51200 pps is 1 rps, 60 rpm.
+    #[test]
+    fn the_manuals_turn() {
+        let pulses = Exact::whole(51_200);
+        for (unit, number) in [(Unit::PerSecond, 1), (Unit::PerMinute, 60), (Unit::FullSteps, 200)] {
+            assert_eq!(tmc429(3, 7).number(Quantity::Speed, unit, pulses), Some(Exact::whole(number)), "{unit:?}");
+        }
+    }
+
+    /// Each divisor more halves a speed; an acceleration is halved by either. At divisors of 0 one unit is 16e6 / 65536 =
+    /// 244.140625 pps and 256e12 / 2^29 = 476837.158203125 pps2.
+    #[test]
+    fn divisors_halve() {
+        assert_eq!(one(tmc429(0, 0), Quantity::Speed, Unit::Internal), "244.140625");
+        assert_eq!(one(tmc429(0, 13), Quantity::Speed, Unit::Internal), "244.140625");
+        assert_eq!(one(tmc429(13, 0), Quantity::Speed, Unit::Internal), "0.029802");
+        assert_eq!(one(tmc429(0, 0), Quantity::Acceleration, Unit::Internal), "476837.158203");
+        assert_eq!(one(tmc429(2, 1), Quantity::Acceleration, Unit::Internal), "59604.644775");
+        assert_eq!(one(tmc429(13, 13), Quantity::Acceleration, Unit::Internal), "0.007105");
+    }
+
+    /// TMC5160 at 16 MHz: a unit is 16e6 / 2^24 = 0.953674 pps and 256e12 / 2^41 = 116.415322 pps2; so AMAX at most is
+    /// 65535 * 116.415322 = 7629278 pps2, the limit of the TMCM-3212, and VMAX at most is 8388096 * 0.953674 = 7999512 pps.
+    #[test]
+    fn the_units_of_the_tmc5160() {
+        let scale = scale(Generator::Tmc5160);
+        assert_eq!(one(scale, Quantity::Speed, Unit::Chip), "0.953674");
+        assert_eq!(one(scale, Quantity::Acceleration, Unit::Chip), "116.415322");
+        let most = |quantity| Exact::whole(Generator::Tmc5160.largest(quantity));
+        let rounded = |quantity| scale.pulses(quantity, Unit::Chip, most(quantity)).map(Exact::rounded);
+        assert_eq!(rounded(Quantity::Speed), Some(7_999_512));
+        assert_eq!(rounded(Quantity::Acceleration), Some(7_629_278));
+    }
+
+    #[test]
+    fn a_generator_has_its_own_unit_only() {
+        let units = |scale: Scale| scale.units().map(|unit| unit.name(Quantity::Speed)).collect::<Vec<_>>();
+        assert_eq!(units(tmc429(3, 7)), ["int", "pps", "full steps/s", "rps", "rpm"]);
+        assert_eq!(units(scale(Generator::Tmc5160)), ["chip", "pps", "full steps/s", "rps", "rpm"]);
+    }
+
+    /// To and fro, at the largest and the smallest that there is: exactly what it was.
+    #[test]
+    fn nothing_is_lost_between_units() {
+        for generator in [
+            Generator::Tmc429 { pulse_divisor: 13, ramp_divisor: 13 },
+            Generator::Tmc429 { pulse_divisor: 0, ramp_divisor: 0 },
+            Generator::Tmc5160,
+        ] {
+            for (microsteps, steps) in [(256, u16::MAX), (1, 1), (256, 65_521)] {
+                let scale = Scale { generator, microsteps, steps };
+                for number in [Exact::parse("999999999999999"), Exact::parse("-0.00000000000001")] {
+                    let number = number.expect("a number");
+                    for (from, to) in scale.units().flat_map(|from| scale.units().map(move |to| (from, to))) {
+                        for quantity in Quantity::ALL {
+                            let there = scale
+                                .pulses(quantity, from, number)
+                                .and_then(|pulses| scale.number(quantity, to, pulses));
+                            let there = there.expect("both units are the generator's");
+                            let back = scale
+                                .pulses(quantity, to, there)
+                                .and_then(|pulses| scale.number(quantity, from, pulses));
+                            assert_eq!(back, Some(number), "{from:?} to {to:?}");
+                            // The number can be shown, too.
+                            assert!(!there.shown().is_empty());
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
