@@ -5,6 +5,8 @@
 //!   use a parameter table ([`APART`]).
 //! * What a motion chip demands is known by its driver and by one file in `motion`: no other file names its registers
 //!   ([`AT_CHIPS`]).
+//! * The device, the interpreter, the language TMCL and its firmware name no chip and no product, not even in comments, but
+//!   for the file with the products' data ([`NAMELESS`]).
 //! * Chip drivers and the store do not name a parameter by its number, not even in comments ([`NUMBERED`]).
 //! * No two files of a crate import each other, directly or through other files; `layers/imports.rs` defines
 //!   imports.
@@ -193,6 +195,46 @@ fn named_of_motion_chips<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
         }
     }
     named
+}
+
+/// Modules that must not name a chip or a product, and the file in them that may: products are data.
+const NAMELESS: [&str; 4] = ["tmcl", "device", "vm", "module"];
+const PRODUCTS: &str = "module/spec.rs";
+#[test]
+fn what_holds_for_all_products_names_none() {
+    let mut found = String::new();
+    let mut checked = 0;
+    for module in NAMELESS {
+        for (path, text, _) in files_of(module).into_iter().filter(|(path, ..)| !path.ends_with(PRODUCTS)) {
+            for (number, line) in (1..).zip(text.lines()) {
+                for name in names_of_products(line) {
+                    found.push_str(&format!("{}:{number}: {name}\n", path.display()));
+                }
+            }
+            checked += 1;
+        }
+    }
+    assert!(found.is_empty(), "chips or products are named:\n{found}");
+    assert!(checked > 30, "{checked} files");
+}
+
+/// The words of a line that name a chip (TMC and a number, AT25...), or a product by its name or number.
+fn names_of_products(line: &str) -> Vec<&str> {
+    const NUMBERS: [&str; 4] = ["1140", "3110", "3212", "6110"];
+    let words = line.split(|c: char| !c.is_alphanumeric());
+    let names = |word: &&str| {
+        let word = word.to_lowercase();
+        let chip = word.strip_prefix("tmc").is_some_and(|rest| rest.starts_with(|c: char| c == 'm' || c.is_numeric()));
+        chip || word.starts_with("at25") || NUMBERS.iter().any(|number| word.contains(number))
+    };
+    words.filter(names).collect()
+}
+
+#[test]
+fn names_of_products_are_recognised() {
+    let all =
+        names_of_products("TMCM-3212 of tmcm6110::AXIS, Tmc429 and AT25512; TMCL 1234 \"1140V142\" TMCM_1140 tmc");
+    assert_eq!(all, ["TMCM", "3212", "tmcm6110", "Tmc429", "AT25512", "1140V142", "TMCM", "1140"]);
 }
 
 /// Modules that must not name a TMCL parameter by its number.

@@ -3,7 +3,7 @@
 
 use crate::motion::Sensors;
 
-/// Number of analog inputs that a board can have: ports 0 to 4, as on the sisters of the TMCM-1140 that have most.
+/// Number of analog inputs that a board can have: ports 0 to 4, as on the products that have most.
 pub const ANALOG: usize = 5;
 
 /// The signals at the inputs of a module with `AXES` axes. Aligned to words, because it is copied each millisecond.
@@ -12,9 +12,10 @@ pub const ANALOG: usize = 5;
 pub struct Inputs<const AXES: usize> {
     /// The sensors of each axis. Which pin is the home switch of which axis is the board's matter.
     pub axes: [Sensors; AXES],
-    /// The levels of the digital inputs, IN0 in bit 0. A pin that is also a switch of an axis appears here as well.
+    /// The levels of the digital inputs, IN0 in bit 0. A pin that is also a switch of an axis appears here as well. The
+    /// input that enables the drivers, on a board that has one, is bit 10, the number of its port.
     pub digital: u16,
-    /// The analog inputs by port number, in the units of the board's converter: 0..=4095 with 12 bits.
+    /// The analog inputs by port number, in the units of the board's converter, which has 12 bits: 0..=4095.
     pub analog: [u16; ANALOG],
     /// Supply voltage in units of 0.1 V; `None` on a board that does not measure it.
     pub supply: Option<u16>,

@@ -2,12 +2,12 @@
 //! 3.7.27).
 
 use super::outcome::{Outcome, Undo};
-use super::{Module, Platform};
+use super::{Module, Platform, Product};
 use crate::motion::{self, Axis, Events, Hardware, Joined, Mode};
 use crate::param::{AxisParameter, COORDINATES, GlobalParameter as G, Parameter};
 use crate::store::Need;
 use crate::tmcl::{AxisSet, Command, Status};
-use crate::units::{INTERNAL_MAX, Micros};
+use crate::units::Micros;
 use crate::vm::ErrorFlag;
 
 impl From<motion::Error> for Status {
@@ -61,12 +61,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
     }
 
-    /// Rotates an axis and those of its group: ROR with a positive speed, ROL with a negative one, MST with zero; in internal
-    /// velocity, -2047..=2047.
+    /// Rotates an axis and those of its group: ROR with a positive speed, ROL with a negative one, MST with zero; in
+    /// the unit and the range of the parameter "target speed".
     pub(super) fn rotate(&mut self, now: Micros, axis: u8, speed: i32) -> Result<(), Status> {
-        if !(-INTERNAL_MAX..=INTERNAL_MAX).contains(&speed) {
+        let (lowest, highest) = const { T::Product::SPEC.speeds() };
+        let limited = speed.clamp(lowest, highest);
+        if limited != speed && !self.spec().limits_speed {
             return Err(Status::InvalidValue);
         }
+        let speed = limited;
         if speed != 0 {
             self.unlocked(now)?;
         }
@@ -120,7 +123,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         for (axis, target) in (0..).zip(&mut targets).filter(|(axis, _)| moving.contains(*axis)) {
             *target = Some(match kind {
                 0 if one => value,
-                1 if one => self.axis(axis)?.actual_position()?.wrapping_add(value),
+                1 if one => self.base(axis)?.wrapping_add(value),
                 2 => self.coordinate(axis, u8::try_from(value).map_err(|_| Status::InvalidValue)?)?,
                 0 | 1 => return Err(Status::InvalidValue),
                 _ => return Err(Status::WrongType),
@@ -134,6 +137,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.move_axis(now, first, target)?;
         }
         Ok(Outcome::Value(target))
+    }
+
+    /// Where the distance of MVP REL counts from: the actual position, or, on products that leave it to a parameter,
+    /// what this says.
+    fn base(&mut self, axis: u8) -> Result<i32, Status> {
+        let chosen = const { T::Product::SPEC.has(AxisParameter::RelativePositioning) };
+        let mut axis = self.axis(axis)?;
+        Ok(match axis.setting(AxisParameter::RelativePositioning) {
+            0 if chosen => axis.read(AxisParameter::TargetPosition)?,
+            2 if chosen => axis.read(AxisParameter::ChipEncoderPosition)?,
+            _ => axis.actual_position()?,
+        })
     }
 
     fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {

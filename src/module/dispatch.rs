@@ -3,7 +3,7 @@
 use super::outcome::Outcome;
 use super::{Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
 use crate::param::{ALL_INTERRUPTS, Interrupt};
-use crate::tmcl::{ALL_AXES, CONFIRMATION, Command, Instruction, MotorField, Opcode, Reply, Status};
+use crate::tmcl::{ALL_AXES, AxisSet, CONFIRMATION, Command, Instruction, MotorField, Opcode, Reply, Status};
 use crate::units::Micros;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -40,10 +40,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         match instruction.motor {
             MotorField::Axis if !known => Err(Status::InvalidValue),
-            // Which sets of axes there are is said where they move.
-            MotorField::AxisOrAll if AXES > 1 && instruction.opcode == Opcode::Mvp => Ok(()),
             MotorField::AxisOrAll if !known && motor != ALL_AXES => Err(Status::InvalidValue),
-            MotorField::Axis | MotorField::AxisOrAll | MotorField::Other => Ok(()),
+            MotorField::AxisSet if !known && AxisSet::of(motor, AXES as u8).is_none() => Err(Status::InvalidValue),
+            MotorField::Axis | MotorField::AxisOrAll | MotorField::AxisSet | MotorField::Other => Ok(()),
         }
     }
 
@@ -58,7 +57,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let Command { kind, motor, value, .. } = command;
         match opcode {
             Opcode::Ror => self.rotate(now, motor, value)?,
-            Opcode::Rol => self.rotate(now, motor, value.checked_neg().ok_or(Status::InvalidValue)?)?,
+            Opcode::Rol => self.rotate(now, motor, value.saturating_neg())?,
             Opcode::Mst => self.rotate(now, motor, 0)?,
             Opcode::Mvp => return self.move_position(now, command),
             Opcode::Sap => return self.set_axis(now, kind, motor, value, value),

@@ -1,15 +1,15 @@
 //! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
 
 use super::outcome::Outcome;
-use super::{Module, Platform, Spec};
+use super::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS, Signal};
+use super::{CONVERTER_BITS, Module, Platform, Spec};
 use crate::tmcl::Status;
 use crate::units::Micros;
 
 /// The time that the status LED is on, and then off, in milliseconds.
 const BLINK_MS: u64 = 1000;
-/// The port number of SIO and GIO that stands for all ports of a bank.
-const ALL: u8 = 255;
-/// How far from its absolute zero the built-in encoder still counts as there, for GIO 11, 0; in 1/1024 turn.
+/// How far from its absolute zero the built-in encoder still counts as there, for [`Signal::EncoderZero`]; in 1/1024
+/// turn.
 const NEAR_ZERO: u16 = 4;
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -27,12 +27,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         match (bank, port) {
             // Published configuration tools write 3 to every module, the default of sisters with two pull-up groups; so 3 is
             // accepted, and bit 0 decides.
-            (0, 0) if self.spec().pull_ups == 0 => return Err(Status::WrongType),
-            (0, 0) if (0..=3).contains(&value) => {
+            (INPUTS, 0) if self.spec().pull_ups == 0 => return Err(Status::WrongType),
+            (INPUTS, 0) if (0..=3).contains(&value) => {
                 self.device.outputs_mut().pull_ups = value as u8 & bits(self.spec().pull_ups);
             }
-            (0, 0) => return Err(Status::InvalidValue),
-            (2, ALL) => {
+            (INPUTS, 0) => return Err(Status::InvalidValue),
+            (OUTPUTS, ALL_PORTS) => {
                 let bits = if value == -1 { self.machine.registers.accumulator } else { value };
                 // Bits of outputs that the product does not have are ignored, in a constant as in the accumulator.
                 if value != -1 && !(0..=255).contains(&value) {
@@ -40,42 +40,52 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
                 self.device.outputs_mut().digital = (bits & i32::from(all)) as u8;
             }
-            (2, port) if port < self.spec().outputs => {
+            (OUTPUTS, port) if port < self.spec().outputs => {
                 let bit = 1_u8.checked_shl(port.into()).unwrap_or(0);
                 let on = flag(value)?;
                 let digital = &mut self.device.outputs_mut().digital;
                 *digital = if on { *digital | bit } else { *digital & !bit };
             }
-            (0 | 2, _) => return Err(Status::WrongType),
+            (INPUTS | OUTPUTS, _) => return Err(Status::WrongType),
             _ => return Err(Status::InvalidValue),
         }
         Ok(Outcome::Value(value))
     }
 
     pub(super) fn get_input(&self, port: u8, bank: u8) -> Result<Outcome, Status> {
-        let Spec { inputs, outputs, analog, .. } = *self.spec();
+        let Spec { inputs, outputs, analog, analog_bits, signals, .. } = *self.spec();
         let seen = self.device.inputs();
         let all = 1_u16.unbounded_shl(inputs.into()).wrapping_sub(1);
+        let level = |levels: u16, port: u8| (levels.unbounded_shr(port.into()) & 1).into();
         let value = match (bank, port) {
-            (0, ALL) => (seen.digital & all).into(),
-            (0, 11) => {
-                let angle = seen.axes.first().and_then(|sensors| sensors.encoder).unwrap_or_default();
-                let turn = crate::chip::encoder::TURN;
-                (angle.min(turn.saturating_sub(angle)) <= NEAR_ZERO).into()
+            (INPUTS, ALL_PORTS) => (seen.digital & all).into(),
+            (INPUTS, port) if port < inputs => level(seen.digital, port),
+            (ANALOG, port) if analog.unbounded_shr(port.into()) & 1 != 0 => {
+                widened(seen.analog.get(usize::from(port)).copied().unwrap_or_default(), analog_bits)
             }
-            (0, port) if port < inputs => (seen.digital.unbounded_shr(port.into()) & 1).into(),
-            (1, 8) => seen.supply.ok_or(Status::NotAvailable)?.into(),
-            (1, 9) => seen.temperature.into(),
-            (1, port) if analog.unbounded_shr(port.into()) & 1 != 0 => {
-                seen.analog.get(usize::from(port)).copied().unwrap_or_default().into()
-            }
-            (2, port) if port < outputs => (self.device.outputs().digital.unbounded_shr(port.into()) & 1).into(),
-            (0, _) => return Err(Status::WrongType),
-            (1 | 2, _) => return Err(Status::WrongType),
-            _ => return Err(Status::InvalidValue),
+            (OUTPUTS, port) if port < outputs => level(self.device.outputs().digital.into(), port),
+            _ => match signals.iter().find(|signal| signal.place() == (bank, port)) {
+                Some(Signal::Supply) => seen.supply.ok_or(Status::NotAvailable)?.into(),
+                Some(Signal::Temperature) => seen.temperature.into(),
+                Some(Signal::Enable) => level(seen.digital, port),
+                Some(Signal::EncoderZero) => {
+                    let angle = seen.axes.first().and_then(|sensors| sensors.encoder).unwrap_or_default();
+                    let turn = crate::chip::encoder::TURN;
+                    (angle.min(turn.saturating_sub(angle)) <= NEAR_ZERO).into()
+                }
+                None if matches!(bank, INPUTS | ANALOG | OUTPUTS) => return Err(Status::WrongType),
+                None => return Err(Status::InvalidValue),
+            },
         };
         Ok(Outcome::Read(value))
     }
+}
+
+/// A reading of the converter as a value of so many bits, 12 to 16: the highest reading becomes the highest value.
+fn widened(reading: u16, bits: u8) -> i32 {
+    let more = bits.saturating_sub(CONVERTER_BITS);
+    let fraction = reading.unbounded_shr(CONVERTER_BITS.saturating_sub(more).into());
+    (reading.unbounded_shl(more.into()) | fraction).into()
 }
 
 /// As many bits as a product has outputs, or groups of pull-up resistors.

@@ -119,7 +119,8 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if !intact {
             return (Poll::Ready(Some(Reply::WRONG_CHECKSUM)), LinkMode::Binary);
         }
-        let mode = if command.opcode == Opcode::EnterAscii as u8 { LinkMode::Ascii } else { LinkMode::Binary };
+        let ascii = command.opcode == Opcode::EnterAscii as u8 && !self.spec().lacks.contains(&Opcode::EnterAscii);
+        let mode = if ascii { LinkMode::Ascii } else { LinkMode::Binary };
         (self.obey(now, source.into(), command), mode)
     }
 

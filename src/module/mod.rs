@@ -22,9 +22,10 @@ mod origin;
 mod outcome;
 mod overheard;
 mod port;
+pub mod ports;
 mod program;
 mod slots;
-mod spec;
+pub mod spec;
 mod supervision;
 mod waiting;
 
@@ -34,10 +35,7 @@ pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
 pub use origin::{Answer, Due, Origin, Source};
 pub use port::{Message, Port, Request};
 pub use slots::Slots;
-pub use spec::{
-    Product, Spec, TMCM_1140, TMCM_1140_AXES, TMCM_3110, TMCM_3110_AXES, TMCM_6110, TMCM_6110_AXES, Tmcm1140, Tmcm3110,
-    Tmcm6110, factory_reset,
-};
+pub use spec::*;
 
 use arrival::Arrivals;
 use outcome::Outcome;

@@ -8,22 +8,22 @@
 //!
 //! - A reply to one of the commands whose numbers could be motors or banks (0 to 3, and 255 for all motors) carries
 //!   the value of its request.
-//! - Where there are motors 4 and 5, so does a refusal of MVP and SAP; that these were executed is known by the shape. And
-//!   where MVP COORD takes a set of axes, so does the refusal of a command from 64 on by module 4, the number of MVP.
+//! - Where there are motors 4 and 5, so does a refusal of MVP and SAP; that these were executed is known by the shape.
+//!   And where MVP COORD takes a set of axes, so does the refusal of a command from 64 on by module 4, the number of
+//!   MVP.
 //! - A command out of program memory, and the version in characters, have no shape: as long as a module has been asked
 //!   for one and has not answered, a telegram is taken for this reply, unless it stops a motor or a program.
 //!
-//! Two cases remain in which the module is wrong. A request to this module that has the shape of a reply is lost: its type
-//! is the number of a status, and its motor or bank either does not exist, so that the answer would be status 4, or is
-//! the number of a command that another module was asked to execute with the same value a moment ago, and has not
-//! answered (or whose address several modules have in common), or is motor 4 or 5 with type 100, 101 or 128, which no
-//! command has. And a reply to command 0, or to a telegram with a wrong
-//! checksum, is taken for a request if its module was addressed by its second address. Neither can happen where the
-//! host has an address of its own.
+//! Two cases remain in which the module is wrong. A request to this module that has the shape of a reply is lost: its
+//! type is the number of a status, and its motor or bank either does not exist, so that the answer would be status 4,
+//! or is the number of a command that another module was asked to execute with the same value a moment ago, and has
+//! not answered (or whose address several modules have in common), or is motor 4 or 5 with type 100, 101 or 128, which
+//! no command has. And a reply to command 0, or to a telegram with a wrong checksum, is taken for a request if its
+//! module was addressed by its second address. Neither can happen where the host has an address of its own.
 
 use heapless::Deque;
 
-use crate::tmcl::{Command, Opcode, Status};
+use crate::tmcl::{Command, FIRST_SET, Opcode, Status};
 use crate::units::Micros;
 
 /// How long a reply may keep the bus waiting: the longest telegram pause, some EEPROM pages, and the wire.
@@ -32,13 +32,9 @@ const PATIENCE: Micros = Micros::from_millis(400);
 /// The number of requests that are remembered; of more the oldest are forgotten.
 const OPEN: usize = 8;
 
-/// Banks, and the motors of most products, have numbers below this: a request has one of 0 to 3 where a reply has the number
-/// of a command.
+/// Banks, and the motors of most products, have numbers below this: a request has one of 0 to 3 where a reply has the
+/// number of a command.
 const MOTORS: u8 = 4;
-
-/// The least number that stands for a set of axes in the place of the motor in MVP COORD. Its type, 2, is the number of the
-/// status "invalid command".
-const SETS: u8 = 0x40;
 
 /// In place of a motor, 255 stands for all motors.
 const ALL: u8 = 255;
@@ -87,9 +83,9 @@ impl Overheard {
         let _ = self.open.push_back(Some(Asked { at: now, address, command }));
     }
 
-    /// Whether the seven bytes that came to the host's address are another module's reply - address, status, command number
-    /// and value - or its event of command 138. They are given as the command that they would be for this module, which has
-    /// `AXES` axes. If they are no reply, they are a request.
+    /// Whether the seven bytes that came to the host's address are another module's reply - address, status, command
+    /// number and value - or its event of command 138. They are given as the command that they would be for this
+    /// module, which has `AXES` axes. If they are no reply, they are a request.
     pub(super) fn is_reply<const AXES: usize>(&mut self, now: Micros, content: Command) -> bool {
         let Command { opcode: module, motor: opcode, .. } = content;
         let shaped = is_shaped::<AXES>(content);
@@ -145,7 +141,7 @@ const fn is_shaped<const AXES: usize>(content: Command) -> bool {
         _ if is_place(opcode) => false,
         // No command for a motor has a type of such a number.
         Some(Status::Ok | Status::Loaded | Status::PositionReached) => true,
-        // The only command for a set of axes is MVP COORD.
+        // The only command for a set of axes is MVP COORD, whose type, 2, is the number of this status.
         Some(Status::InvalidCommand) => !is_motors::<AXES>(module, opcode),
         Some(_) => !is_motor::<AXES>(opcode),
     }
@@ -154,7 +150,7 @@ const fn is_shaped<const AXES: usize>(content: Command) -> bool {
 /// Whether this number of a command could be that of a motor above those that all products have, or in the place of the
 /// motor in MVP, which the number of the module would be, a set of axes.
 const fn is_motors<const AXES: usize>(module: u8, opcode: u8) -> bool {
-    is_motor::<AXES>(opcode) || AXES > 1 && module == Opcode::Mvp as u8 && opcode >= SETS
+    is_motor::<AXES>(opcode) || AXES > 1 && module == Opcode::Mvp as u8 && opcode >= FIRST_SET
 }
 
 /// Whether this number of a command could be that of a motor above those that all products have.
@@ -206,8 +202,8 @@ mod tests {
     #[test]
     fn with_six_axes_refusals_of_mvp_and_sap_have_no_shape() {
         let mut overheard = Overheard::default();
-        // Who has been asked nothing does not refuse anything: these are SAP 4 and MVP REL of axes 4 and 5, and MVP COORD of
-        // sets of axes.
+        // Who has been asked nothing does not refuse anything: these are SAP 4 and MVP REL of axes 4 and 5, and MVP
+        // COORD of sets of axes.
         for request in
             [[5, 4, 5, 0, 0, 3, 4], [4, 1, 4, 0, 0, 0, 9], [4, 2, 0x47, 0, 0, 0, 1], [4, 2, 0x87, 0, 0, 0, 1]]
         {
@@ -267,9 +263,9 @@ mod tests {
     #[test]
     fn special_replies_are_expected() {
         let mut overheard = Overheard::default();
-        assert!(!is_reply(&mut overheard, AT(0), *b"1140V14"));
+        assert!(!is_reply(&mut overheard, AT(0), *b"1234V14"));
         overheard.asked::<1>(AT(1), 3, Some(Command::new(136, 0, 0, 0)));
-        assert!(is_reply(&mut overheard, AT(2), *b"1140V14"));
+        assert!(is_reply(&mut overheard, AT(2), *b"1234V14"));
         assert!(!is_reply(&mut overheard, AT(4), [136, 0, 0, 0, 0, 0, 0]), "it scans the bus");
         overheard.asked::<1>(AT(5), 3, Some(Command::new(134, 0, 0, 0)));
         for stop in [[3, 0, 0, 0, 0, 0, 0], [13, 1, 0, 0, 0, 0, 0], [128, 0, 0, 0, 0, 0, 0]] {

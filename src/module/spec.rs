@@ -1,7 +1,8 @@
 //! A product as data: its [`Spec`], and as a type, [`Product`], for the sizes of its memories.
 
+use super::ports::Signal;
 use super::slots::Slots;
-use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140, tmcm3110, tmcm6110};
+use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140, tmcm3110, tmcm3212, tmcm6110};
 use crate::store::{Array, Layout, Memory, Pair, Store};
 use crate::tmcl::{Command, Opcode};
 
@@ -26,10 +27,16 @@ pub struct Spec {
     pub outputs: u8,
     /// Analog inputs: bit n is set if port n of bank 1 is one.
     pub analog: u8,
+    /// Number of bits of the value of an analog input. The converter has [`CONVERTER_BITS`].
+    pub analog_bits: u8,
+    /// The signals that have ports of their own.
+    pub signals: &'static [Signal],
     /// Number of groups of pull-up resistors; those of a group are switched together.
     pub pull_ups: u8,
     /// Commands that sisters have and this product lacks: they are answered with status 2.
     pub lacks: &'static [Opcode],
+    /// Whether ROR and ROL limit a speed to the range of the parameter "target speed"; else they refuse one beyond it.
+    pub limits_speed: bool,
     /// Axis parameters. A number without a row is answered with status 3.
     pub axis: &'static Table<AxisParameter>,
     /// Global parameters of bank 0.
@@ -49,6 +56,9 @@ pub trait Product: Memory {
     const SPEC: &'static Spec;
 }
 
+/// Number of bits of a reading of an analog input, on all boards.
+pub const CONVERTER_BITS: u8 = 12;
+
 /// Number of axes of the TMCM-1140.
 pub const TMCM_1140_AXES: usize = 1;
 
@@ -63,8 +73,11 @@ pub static TMCM_1140: Spec = Spec {
     inputs: 4,
     outputs: 2,
     analog: 0b1,
+    analog_bits: CONVERTER_BITS,
+    signals: &[Signal::Supply, Signal::Temperature, Signal::EncoderZero],
     pull_ups: 1,
     lacks: &[],
+    limits_speed: false,
     axis: &tmcm1140::AXIS,
     global: &tmcm1140::GLOBAL,
     commands: 2048,
@@ -180,7 +193,84 @@ impl Memory for Tmcm3110 {
     type Pairs = [Pair; 20];
 }
 
+/// Number of axes of the TMCM-3212.
+pub const TMCM_3212_AXES: usize = 3;
+
+/// The TMCM-3212 with its TMCL firmware: three axes, each with a motion controller of its own. Version 1.05 is that of
+/// the manual.
+pub static TMCM_3212: Spec = Spec {
+    name: *b"3212",
+    number: 3212,
+    major: 1,
+    minor: 5,
+    usb: "TMCM-3212",
+    axes: TMCM_3212_AXES as u8,
+    inputs: 4,
+    outputs: 4,
+    analog: 0b1111,
+    analog_bits: 16,
+    signals: &[Signal::Supply, Signal::Temperature, Signal::Enable],
+    pull_ups: 0,
+    lacks: &[Opcode::Stap, Opcode::Rsap, Opcode::EnterAscii],
+    limits_speed: true,
+    axis: &tmcm3212::AXIS,
+    global: &tmcm3212::GLOBAL,
+    commands: 6144,
+    slots: TMCM_3212_SLOTS,
+    ..TMCM_1140
+};
+
+/// The slots of the TMCM-3212: no axis parameters, only coordinates.
+const TMCM_3212_SLOTS: Slots = Slots { variables: 20, axes: 76, each: 20, coordinates: 0 };
+
+/// The TMCM-3212 as a type. Which EEPROM it has is not published: an AT25512 has room for its programs.
+#[derive(Clone, Copy, Debug)]
+pub struct Tmcm3212;
+
+impl Product for Tmcm3212 {
+    const SPEC: &'static Spec = &TMCM_3212;
+}
+
+impl Memory for Tmcm3212 {
+    const SIZE: usize = 65_536;
+    const PAGE: usize = 128;
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm 3212 settings 1",
+        defaults: const { &TMCM_3212_SLOTS.defaults::<136>(&tmcm3212::AXIS, &tmcm3212::GLOBAL) },
+        after_erasing: 13,
+    };
+    type Program = [u8; TMCM_3212.commands as usize * Command::SIZE];
+    type Values = [i32; 150];
+    type Pairs = [Pair; 5];
+}
+
 impl Spec {
+    /// The lowest and the highest speed of the parameter "target speed", which are those of ROR and ROL.
+    ///
+    /// # Panics
+    /// The product has no such parameter, which a compiler notices.
+    #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
+    pub(super) const fn speeds(&self) -> (i32, i32) {
+        let mut i = 0;
+        while self.axis.rows[i].function as u8 != AxisParameter::TargetSpeed as u8 {
+            i += 1;
+        }
+        self.axis.rows[i].row.ranges[0]
+    }
+
+    /// Whether the product has an axis parameter of this function.
+    #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
+    pub(super) const fn has(&self, function: AxisParameter) -> bool {
+        let mut i = 0;
+        while i < self.axis.rows.len() {
+            if self.axis.rows[i].function as u8 == function as u8 {
+                return true;
+            }
+            i += 1;
+        }
+        false
+    }
+
     /// The version string of command 136, type 0: `1140V142`.
     pub fn version_string(&self) -> [u8; 8] {
         let digit = |n: u8| b'0'.saturating_add(n % 10);
@@ -233,5 +323,30 @@ mod tests {
     fn a_module_has_as_many_axes_as_its_product() {
         check::<Tmcm1140>(1);
         assert!(std::panic::catch_unwind(|| check::<Tmcm1140>(2)).is_err());
+    }
+
+    /// Global parameters of the TMCM-1140 have slots up to 19, its axis parameters 46 slots.
+    const GOOD: Slots = SLOTS;
+
+    fn complaint(slots: Slots, axes: usize, count: usize) -> Option<String> {
+        let panic = std::panic::catch_unwind(|| slots.check(&tmcm1140::AXIS, &tmcm1140::GLOBAL, axes, count)).err()?;
+        Some(panic.downcast_ref::<&str>().copied().unwrap_or_default().to_owned())
+    }
+
+    /// The compiler evaluates the same function for each product, so what panics here does not compile there.
+    #[test]
+    fn settings_without_a_slot_of_their_own_are_refused() {
+        assert_eq!(complaint(GOOD, 1, 142), None);
+        assert_eq!(complaint(GOOD, 2, 208), None);
+        for (slots, axes, count, reason) in [
+            (GOOD, 1, 141, "an axis has no slots"),
+            (GOOD, 3, 208, "an axis has no slots"),
+            (Slots { variables: 19, ..GOOD }, 1, 208, "a global parameter has the slot of something else"),
+            (Slots { coordinates: 45, ..GOOD }, 1, 208, "an axis parameter has the slot of a coordinate"),
+            (Slots { axes: 75, ..GOOD }, 1, 208, "user variables have slots of an axis"),
+            (Slots { each: 65, ..GOOD }, 1, 208, "coordinates have slots of the next axis"),
+        ] {
+            assert_eq!(complaint(slots, axes, count).as_deref(), Some(reason), "{slots:?}");
+        }
     }
 }

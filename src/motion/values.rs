@@ -35,8 +35,8 @@ impl Values {
         self.get(parameter) != 0
     }
 
-    /// Changes the value of a setting; a parameter that is not a setting is ignored. Of a setting that is 0..=255 on all
-    /// products another value counts as the nearest of these.
+    /// Changes the value of a setting; a parameter that is not a setting is ignored. Of a setting that is 0..=255 on
+    /// all products another value counts as the nearest of these.
     pub(super) fn set(&mut self, parameter: P, value: i32) {
         let index = parameter.index();
         if let Some(word) = self.words.get_mut(index) {

@@ -12,6 +12,7 @@ mod global;
 mod interrupt;
 pub mod tmcm1140;
 pub mod tmcm3110;
+pub mod tmcm3212;
 pub mod tmcm6110;
 
 pub use axis::AxisParameter;
@@ -69,6 +70,18 @@ pub enum Unit {
     CanId,
     /// A plain number.
     Number,
+    /// Microsteps per second.
+    Pps,
+    /// Microsteps per second in each second.
+    Pps2,
+    /// 32 microseconds, 512 clocks of 16 MHz.
+    Clocks512,
+    /// 16.384 milliseconds, 2^18 clocks of 16 MHz.
+    Clocks2To18,
+    /// Full steps per turn of the motor.
+    FullStepsPerTurn,
+    /// Counts per turn of an encoder.
+    CountsPerTurn,
 }
 
 impl Unit {
@@ -84,6 +97,12 @@ impl Unit {
             Unit::Turn1024 => "1/1024 turn",
             Unit::CurrentScale => "1/32",
             Unit::Milliseconds => "ms",
+            Unit::Pps => "pps",
+            Unit::Pps2 => "pps2",
+            Unit::Clocks512 => "x32 us",
+            Unit::Clocks2To18 => "x16.384 ms",
+            Unit::FullStepsPerTurn => "full steps/turn",
+            Unit::CountsPerTurn => "counts/turn",
             Unit::Flag
             | Unit::Choice
             | Unit::Chip
@@ -253,6 +272,16 @@ pub const fn derived<F: Copy, const N: usize>(
     }
     assert!(left_out == without.len(), "a row that is left out does not exist, or comes too early");
     assert!(n == N, "the product has another number of rows");
+    rows
+}
+
+/// The rows of a sister, for a product that does not store them.
+const fn unstored<F: Copy, const N: usize>(mut rows: [Parameter<F>; N]) -> [Parameter<F>; N] {
+    let mut i = 0;
+    while i < N {
+        rows[i].row.storage = Storage::Volatile;
+        i += 1;
+    }
     rows
 }
 

@@ -8,6 +8,8 @@ const TOGETHER: u8 = 0x80;
 const STRAIGHT: u8 = 0x40;
 /// The bits of the motor field that stand for axes, bit n for axis n.
 const AXES: u8 = 0x3F;
+/// The lowest motor field that stands for a set of axes, of products that have several.
+pub const FIRST_SET: u8 = STRAIGHT;
 /// Number of axes that can move on a straight line.
 const STRAIGHT_AXES: u32 = 3;
 

@@ -201,7 +201,7 @@ mod tests {
 
     #[test]
     fn special_replies_have_their_own_shape() {
-        assert_eq!(&encode_reply(2, 1, &Reply::Version(*b"1140V142")), b"\x021140V142");
+        assert_eq!(&encode_reply(2, 1, &Reply::Version(*b"1234V142")), b"\x021234V142");
         let stored = Command::new(4, 0, 0, 90_000);
         assert_eq!(encode_reply(2, 1, &Reply::Memory(stored)), [2, 4, 0, 0, 0, 1, 0x5F, 0x90, 0xF6]);
         assert_eq!(encode_reply(2, 1, &Reply::WRONG_CHECKSUM), [2, 1, 1, 0, 0, 0, 0, 0, 4]);

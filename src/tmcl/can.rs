@@ -84,7 +84,7 @@ mod tests {
         let reply = Reply::Plain { status: Status::Ok, opcode: 6, value: -2 };
         assert_eq!(encode_reply(id(0x701), 7, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE]);
         assert_eq!(encode_reply(id(0x701), 8, &reply).as_slice(), [1, 100, 6, 0xFF, 0xFF, 0xFF, 0xFE, 0]);
-        assert_eq!(encode_reply(id(1), 8, &Reply::Version(*b"1140V142")).as_slice(), b"1140V142");
+        assert_eq!(encode_reply(id(1), 8, &Reply::Version(*b"1234V142")).as_slice(), b"1234V142");
     }
 
     #[test]

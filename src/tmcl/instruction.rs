@@ -25,11 +25,13 @@ pub enum MotorField {
     Axis,
     /// An axis, or [`ALL_AXES`] for a form of the command that concerns all axes.
     AxisOrAll,
+    /// An axis, or a set of them that [`AxisSet::of`](super::AxisSet::of) knows.
+    AxisSet,
     /// A bank of parameters or ports, or no meaning.
     Other,
 }
 
-/// Motor field that stands for all axes, as in MVP COORD.
+/// Motor field that stands for all axes, as in SCO and MVP COORD.
 pub const ALL_AXES: u8 = 255;
 
 /// Value that commands 137 (factory settings) and 255 (software reset) need, as a safeguard.
@@ -120,7 +122,7 @@ instructions! {
     1 Ror "ROR" [AXIS, Value] Axis 1 1 1 1,
     2 Rol "ROL" [AXIS, Value] Axis 1 1 1 1,
     3 Mst "MST" [AXIS] Axis 1 1 1 1,
-    4 Mvp "MVP" [Named(MVP), AXIS, Value] AxisOrAll 1 1 1 1,
+    4 Mvp "MVP" [Named(MVP), AXIS, Value] AxisSet 1 1 1 1,
     5 Sap "SAP" [Kind, AXIS, Value] Axis 1 1 1 1,
     6 Gap "GAP" [Kind, AXIS] Axis 1 1 1 1,
     7 Stap "STAP" [Kind, AXIS, Zero] Axis 1 1 1 1,

@@ -12,7 +12,7 @@ mod instruction;
 mod reply;
 pub mod text;
 
-pub use axis_set::AxisSet;
+pub use axis_set::{AxisSet, FIRST_SET};
 pub use command::Command;
 pub use instruction::{ALL_AXES, CONFIRMATION, Field, Instruction, MotorField, Opcode};
 pub use reply::{Reply, Status};

@@ -1,8 +1,9 @@
 //! Warnings about commands that can be assembled but that a module would refuse.
 
 use tmcm::module::Spec;
+use tmcm::module::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS};
 use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES};
-use tmcm::tmcl::{ALL_AXES, AxisSet, Command, Field, Instruction, MotorField, Opcode};
+use tmcm::tmcl::{ALL_AXES, AxisSet, Command, FIRST_SET, Field, Instruction, MotorField, Opcode};
 
 use crate::product::{Named, parameter};
 use crate::program::target;
@@ -11,20 +12,6 @@ use crate::program::target;
 const COORD: u8 = 2;
 /// Type of WAIT TICKS, which has no motor.
 const TICKS: u8 = 0;
-/// The lowest motor field of MVP COORD that stands for a set of axes on modules with several.
-const FIRST_SET: u8 = 1 << 6;
-
-/// Banks of SIO and GIO.
-const INPUTS: u8 = 0;
-const ANALOG: u8 = 1;
-const OUTPUTS: u8 = 2;
-/// The port that stands for all inputs or outputs together.
-const ALL_PORTS: u8 = 255;
-/// The port of bank 0 that tells whether the built-in encoder is at its zero.
-const ENCODER_ZERO: u8 = 11;
-/// Ports of bank 1 that every module has: supply voltage and temperature.
-const SUPPLY: u8 = 8;
-const TEMPERATURE: u8 = 9;
 
 /// The field of a command that a warning is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,12 +101,16 @@ fn port(spec: &Spec, command: Command, opcode: Opcode) -> Option<String> {
         let exists = port == ALL_PORTS || port < count;
         (!exists).then(|| format!("there is no {what} {port}, only 0..{}", count.saturating_sub(1)))
     };
+    if opcode == Opcode::Gio && spec.signals.iter().any(|signal| signal.place() == (bank, port)) {
+        return None;
+    }
     match (opcode, bank) {
         (_, OUTPUTS) => among("output", spec.outputs),
-        (Opcode::Gio, INPUTS) if port != ENCODER_ZERO => among("input", spec.inputs),
+        (Opcode::Gio, INPUTS) => among("input", spec.inputs),
         (Opcode::Gio, ANALOG) => {
             let mut ports: Vec<u8> = (0..8).filter(|port| spec.analog & (1 << port) != 0).collect();
-            ports.extend([SUPPLY, TEMPERATURE]);
+            let signals = spec.signals.iter().map(|signal| signal.place());
+            ports.extend(signals.filter(|(bank, _)| *bank == ANALOG).map(|(_, port)| port));
             let all = ports.iter().map(u8::to_string).collect::<Vec<_>>().join(", ");
             (!ports.contains(&port)).then(|| format!("there is no analog input {port}, only {all}"))
         }
@@ -143,14 +134,14 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
         (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _) if !matches!(motor, 0 | 2 | 3) => {
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
-        (_, MotorField::AxisOrAll) if motor == ALL_AXES => return None,
+        (_, MotorField::AxisOrAll | MotorField::AxisSet) if motor == ALL_AXES => return None,
         (Opcode::Mvp, _) if command.kind == COORD && AxisSet::of(motor, spec.axes).is_some() => return None,
         (Opcode::Mvp, _) if command.kind == COORD && spec.axes > 1 && motor >= FIRST_SET => format!(
             "${motor:02X} is no set of axes: bits 0..{} are the axes of this module, and bit 7 moves them at once, bit 6 up to \
              three of them on a straight line",
             spec.axes.saturating_sub(1)
         ),
-        (_, MotorField::Axis | MotorField::AxisOrAll) if motor >= spec.axes => {
+        (_, MotorField::Axis | MotorField::AxisOrAll | MotorField::AxisSet) if motor >= spec.axes => {
             format!("there is no axis {motor}; the last of this module is {}", spec.axes.saturating_sub(1))
         }
         (Opcode::Wait, _) if command.kind != TICKS && motor >= spec.axes => format!(

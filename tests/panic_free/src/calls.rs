@@ -15,6 +15,7 @@ use tmcm::chip::encoder::Counter;
 use tmcm::chip::tmc262::{Configuration, Tmc262};
 use tmcm::chip::tmc429::{RampGenerator, Register, Tmc429, signed};
 use tmcm::device::{Board, Controller, Device, Inputs, Inversion, Parts};
+use tmcm::module::ports::Signal;
 use tmcm::module::{
     Hooks, LinkEnds, LinkMode, LinkSettings, Message, Module, Origin, Platform, Port, Product, Request, Slots, Source,
     TMCM_1140, TMCM_1140_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm6110, deliver, factory_reset, serve,
@@ -354,6 +355,7 @@ fn store() {
     any(&mut keeper);
     any(&mut store);
     any(keeper.poll(now(), || store.next_job()));
+    any(any(Signal::Enable).place());
     let slots: &Slots = any(&TMCM_1140.slots);
     for slot in [slots.variable(any(0)), slots.axis(any(0), any(0)), slots.coordinate(any(0), any(0)), any(Some(0))] {
         any(slot.map(|slot| store.set(slot, any(0))));
