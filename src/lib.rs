@@ -64,6 +64,7 @@
 //! * [`module`] - the TMCL firmware, a device and the language: `execute(command)`, `poll(now)`
 //! * [`canopen`] - the CANopen firmware, a device and CiA 301: `receive(frame)`, `next_frame()`, `poll(now)`
 //! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
+//! * [`image!`] - the binary of an image
 //!
 //! The core has no clock, no executor and no heap: time is passed in, a call returns what to do next.
 
@@ -95,3 +96,5 @@ pub mod canopen;
 #[cfg(all(target_os = "none", feature = "board"))]
 #[allow(unsafe_code)]
 pub mod board;
+
+mod image;

@@ -29,6 +29,8 @@ static TEMPERATURE: AtomicI16 = AtomicI16::new(0);
 
 /// The analog inputs of a board.
 pub(super) struct Inputs {
+    /// The converter.
+    pub(super) adc: Adc<'static, ADC1>,
     /// The ports by their numbers.
     pub(super) ports: [Option<AnyAdcChannel<'static, ADC1>>; ANALOG],
     /// The supply, over a divider.
@@ -40,23 +42,26 @@ pub(super) struct Inputs {
 /// The converter with its inputs.
 pub(super) struct Sensors {
     adc: Adc<'static, ADC1>,
-    inputs: Inputs,
+    ports: [Option<AnyAdcChannel<'static, ADC1>>; ANALOG],
+    supply: AnyAdcChannel<'static, ADC1>,
+    full_scale: u32,
     temperature: Temperature,
     /// The last reading of the supply.
-    supply: u16,
+    last: u16,
 }
 
 impl Sensors {
     /// Reads all inputs for the first time.
-    pub(super) fn new(adc: Adc<'static, ADC1>, inputs: Inputs) -> Self {
+    pub(super) fn new(inputs: Inputs) -> Self {
+        let Inputs { adc, ports, supply, full_scale } = inputs;
         let temperature = adc.enable_temperature();
-        let mut sensors = Sensors { adc, inputs, temperature, supply: 0 };
+        let mut sensors = Sensors { adc, ports, supply, full_scale, temperature, last: 0 };
         sensors.read();
         sensors
     }
 
     fn read(&mut self) {
-        let Sensors { adc, inputs: Inputs { ports, supply, full_scale }, temperature, .. } = self;
+        let Sensors { adc, ports, supply, full_scale, temperature, .. } = self;
         // At 21 MHz 84 cycles are 4 us, enough for a source of 50 kOhm. The temperature sensor needs 10 us; 480 cycles
         // are 23 us.
         let (time, long) = (SampleTime::CYCLES84, SampleTime::CYCLES480);
@@ -69,7 +74,7 @@ impl Sensors {
         let temperature = adc.blocking_read(temperature, long);
         // The motor's chopper makes dips of microseconds in the supply voltage. Of two readings the larger one counts,
         // as no dip lasts from one to the next.
-        let before = core::mem::replace(&mut self.supply, supply);
+        let before = core::mem::replace(&mut self.last, supply);
         SUPPLY.store(scaled(supply.max(before), *full_scale) as u16, Ordering::Relaxed);
         let above = scaled(temperature, REFERENCE).cast_signed() - AT_25_DEGREES.cast_signed();
         let degrees = 25 + (above + PER_DEGREE / 2).div_euclid(PER_DEGREE);

@@ -2,14 +2,18 @@
 
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::pac::{DBGMCU, FLASH, IWDG, RCC};
+use embassy_stm32::peripherals::MCO1;
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Mco, Mco1Source, McoConfig, McoPin, Pll, PllMul, PllPDiv, PllPreDiv,
+    PllQDiv, PllSource, Sysclk,
 };
 use embassy_stm32::time::Hertz;
-use embassy_stm32::{Config, Peripherals};
+use embassy_stm32::{Config, Peri, Peripherals};
 
-/// Sets up watchdog and clocks, and hands out what the microcontroller has. To be called once. The watchdog runs from now
-/// on, with its default time of 512 ms: if the crystal does not start, it restarts the microcontroller for another attempt.
+/// Sets up watchdog and clocks, and hands out what the microcontroller has. To be called once.
+///
+/// The watchdog runs from now on, with its default time of 512 ms: if the crystal does not start, it restarts the
+/// microcontroller for another attempt.
 pub(super) fn start() -> Peripherals {
     IWDG.kr().write(|w| w.set_key(Key::START));
     let peripherals = embassy_stm32::init(clocks());
@@ -17,6 +21,11 @@ pub(super) fn start() -> Peripherals {
     // A crystal that stops later raises NMI: without the TMC429's clock nothing is known of the motor.
     RCC.cr().modify(|w| w.set_csson(true));
     peripherals
+}
+
+/// Gives the motion chips the crystal's 16 MHz at their clock inputs: all velocities are multiples of them.
+pub(super) fn give(output: Peri<'static, MCO1>, pin: Peri<'static, impl McoPin<MCO1>>) {
+    Mco::new(output, pin, Mco1Source::HSE, McoConfig::default());
 }
 
 /// Switches the flash accelerator on, without which the core, at 168 MHz, waits five cycles for each line of 16 bytes.

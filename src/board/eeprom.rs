@@ -1,13 +1,15 @@
 //! The EEPROM: it is read at start-up before the links are served, and later written page by page in thread mode, while
 //! motion and links go on.
 
-use embassy_stm32::gpio::Output;
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AnyPin, Output};
+use embassy_stm32::spi::{Instance, MisoPin, MosiPin, SckPin};
 use embassy_time::Timer;
 use embedded_hal_bus::spi::{ExclusiveDevice, NoDelay};
 
 use super::mail::{PAGE, WRITTEN};
-use super::spi::Bus;
-use super::{now, watchdog};
+use super::spi::{self, Bus};
+use super::{now, pins, watchdog};
 use crate::chip::at25::At25;
 use crate::store::{Integrity, Keeper, Memory, Store};
 
@@ -15,8 +17,22 @@ type Device = ExclusiveDevice<Bus, Output<'static>, NoDelay>;
 
 /// The EEPROM, which has an SPI bus of its own.
 pub(super) struct Eeprom {
-    pub(super) bus: Bus,
-    pub(super) select: Output<'static>,
+    bus: Bus,
+    select: Output<'static>,
+}
+
+impl Eeprom {
+    /// Sets up the bus, with the pins of its clock, output and input, and the chip select.
+    #[inline(always)]
+    pub(super) fn new<T: Instance>(
+        port: Peri<'static, T>,
+        clock: Peri<'static, impl SckPin<T>>,
+        output: Peri<'static, impl MosiPin<T>>,
+        input: Peri<'static, impl MisoPin<T>>,
+        select: Peri<'static, AnyPin>,
+    ) -> Self {
+        Eeprom { bus: spi::port(port, clock, output, input), select: pins::select(select) }
+    }
 }
 
 /// Makes the keeper of the EEPROM, which reads and writes it for the store.

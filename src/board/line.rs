@@ -5,7 +5,7 @@ use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Moder, Pupdr};
 use embassy_stm32::pac::{GPIOA, GPIOB, RCC};
 
-/// A pin of a port, whatever it is used for.
+/// A pin of a port, whatever it is used for. After reset it is an input without a resistor.
 #[derive(Clone, Copy)]
 pub(super) struct Line {
     port: Gpio,
@@ -16,6 +16,17 @@ impl Line {
     /// Pin `pin`, 0..=15, of a port.
     pub(super) const fn new(port: Gpio, pin: usize) -> Self {
         Line { port, pin }
+    }
+
+    /// Pins that follow each other, from pin `first` of a port on.
+    pub(super) const fn row<const N: usize>(port: Gpio, first: usize) -> [Self; N] {
+        let mut lines = [Line::new(port, first); N];
+        let mut n = 0;
+        while n < N {
+            lines[n] = Line::new(port, first + n);
+            n += 1;
+        }
+        lines
     }
 
     /// The number of the pin in its port. The remainder shows the compiler that no bit beyond a register is meant.
@@ -33,6 +44,11 @@ impl Line {
     #[inline]
     pub(super) fn is_high(self) -> bool {
         self.port.idr().read().0 >> self.pin & 1 != 0
+    }
+
+    /// Gives the pin a resistor that keeps it low while nobody drives it. The clock of its port has to be on.
+    pub(super) fn pull_down(self) {
+        self.port.pupdr().modify(|w| w.set_pupdr(self.pin, Pupdr::PULL_DOWN));
     }
 
     /// Makes the pin an output with this level, and with a pull-up resistor that keeps a high level while the mode

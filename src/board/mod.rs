@@ -39,6 +39,8 @@ mod safe;
 mod signals;
 mod spi;
 mod tasks;
+#[cfg(any(feature = "tmcm1140", feature = "tmcm6110"))]
+mod tmc429_tmc262;
 mod tmcl;
 #[cfg(feature = "tmcm1140")]
 mod tmcm1140;
@@ -49,20 +51,22 @@ mod wake;
 mod watchdog;
 
 pub use can::Identifiers;
-pub use canopen::Canopen;
-pub use chosen::{AXES, Board, Chips};
 pub use ends::Ends;
 pub use fault::panicked;
 pub use firmware::Firmware;
 pub use owner::Room;
 pub use tasks::run;
-pub use tmcl::Tmcl;
 
 // The board of this image. Another one is another file, and another line here and above.
 #[cfg(feature = "tmcm1140")]
 use tmcm1140 as chosen;
 #[cfg(all(feature = "tmcm6110", not(feature = "tmcm1140")))]
 use tmcm6110 as chosen;
+
+/// The firmware that speaks TMCL, for the product `P` on this board.
+pub type Tmcl<P> = tmcl::Tmcl<chosen::Chips<P>, { chosen::AXES }>;
+/// The node of CANopen, for the product `P` on this board.
+pub type Canopen<P> = canopen::Canopen<chosen::Chips<P>>;
 
 #[cfg(all(feature = "tmcm1140", feature = "tmcm6110"))]
 compile_error!("an image is for one board: another than the TMCM-1140's takes --no-default-features as well");

@@ -7,18 +7,15 @@
 use core::convert::Infallible;
 
 use cortex_m::asm;
-use embassy_stm32::gpio::Output;
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AnyPin, Output};
 use embassy_stm32::pac::SPI1;
 use embassy_stm32::pac::spi::vals::{Br, Dff};
+use embassy_stm32::peripherals;
+use embassy_stm32::spi::{MisoPin, MosiPin, SckPin};
 use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
-use super::spi::Bus;
-
-/// SPI clock of the TMC429: 84 MHz / 64 = 1.3125 MHz. The chip, which itself runs at 16 MHz, allows 2 MHz at most
-/// (eight of its clocks per bit); 84 MHz / 32 would be too fast.
-const TMC429_CLOCK: Br = Br::DIV64;
-/// SPI clock of the TMC262: 84 MHz / 32 = 2.625 MHz.
-const TMC262_CLOCK: Br = Br::DIV32;
+use super::{pins, spi};
 
 /// Core cycles to wait after chip select. The TMC429 needs it low for three of its clocks, 188 ns or 32 cycles, before
 /// the first edge; from the end of this wait to that edge more than another 16 cycles pass.
@@ -37,21 +34,21 @@ pub struct Chip {
 }
 
 impl MotionBus {
-    /// Takes the port over. From now on it is used at its registers.
-    pub(super) fn new(bus: Bus) -> Self {
-        // The destructor of `bus` would switch the port off.
-        core::mem::forget(bus);
+    /// Sets the port up, with the pins of its clock, output and input. From now on it is used at its registers.
+    pub(super) fn new(
+        port: Peri<'static, peripherals::SPI1>,
+        clock: Peri<'static, impl SckPin<peripherals::SPI1>>,
+        output: Peri<'static, impl MosiPin<peripherals::SPI1>>,
+        input: Peri<'static, impl MisoPin<peripherals::SPI1>>,
+    ) -> Self {
+        // Its destructor would switch the port off.
+        core::mem::forget(spi::port(port, clock, output, input));
         MotionBus(())
     }
 
-    /// A TMC429 with its chip select, which is high.
-    pub(super) fn tmc429(&self, select: Output<'static>) -> Chip {
-        Chip { select, clock: TMC429_CLOCK }
-    }
-
-    /// A TMC262 with its chip select, which is high.
-    pub(super) fn tmc262(&self, select: Output<'static>) -> Chip {
-        Chip { select, clock: TMC262_CLOCK }
+    /// Chips with their chip selects, which take this division of 84 MHz as their SPI clock.
+    pub(super) fn chips<const N: usize>(&self, selects: [Peri<'static, AnyPin>; N], clock: Br) -> [Chip; N] {
+        selects.map(|select| Chip { select: pins::select(select), clock })
     }
 }
 

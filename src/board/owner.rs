@@ -12,10 +12,11 @@ use embassy_stm32::interrupt;
 use embassy_stm32::pac::Interrupt;
 use static_cell::{ConstStaticCell, StaticCell};
 
-use super::chosen::{AXES, Chips, Motion, Signals};
+use super::chosen::{AXES, Chips, Motors, Signals};
 use super::ends::Ends;
 use super::firmware::Firmware;
 use super::mail::{PAGE, USB, USB_GONE, USB_REQUESTS, WRITTEN, put_in_force};
+use super::parts::Motors as _;
 use super::safe::{drivers_off, show_trouble};
 use super::{can, now, rs485, wake, watchdog};
 use crate::device::{self, Inputs, Outputs};
@@ -73,7 +74,7 @@ pub(super) struct Owner<F> {
 /// Builds a firmware in its static memory; `seed` starts its random numbers. Never inlined: what it takes of the stack
 /// is free again before anything else starts.
 #[inline(never)]
-pub(super) fn build<F, P>(room: &'static Room<F>, motion: Motion, signals: Signals, seed: u32) -> &'static mut Owner<F>
+pub(super) fn build<F, P>(room: &'static Room<F>, motors: Motors, signals: Signals, seed: u32) -> &'static mut Owner<F>
 where
     F: Firmware<AXES, Board = Chips<P>>,
     P: Memory + 'static,
@@ -81,7 +82,7 @@ where
     let store = room.store.take();
     room.owner.init_with(|| {
         let (inputs, ends) = (Inputs::default(), Ends { can: None });
-        let firmware = F::new(motion.parts(store), seed);
+        let firmware = F::new(motors.parts(store), seed);
         Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false }
     })
 }

@@ -1,16 +1,16 @@
 //! Several pins at a time.
 
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pull, Speed};
-
-/// Makes these pins inputs, which are read as [`Line`](super::line::Line)s only. A destructor would disconnect them.
-pub(super) fn listen<const N: usize>(pins: [Peri<'static, AnyPin>; N], pull: Pull) {
-    core::mem::forget(pins.map(|pin| Input::new(pin, pull)));
-}
+use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 
 /// Makes these pins outputs with this level.
 pub(super) fn outputs<const N: usize>(pins: [Peri<'static, AnyPin>; N], level: Level) -> [Output<'static>; N] {
-    pins.map(|pin| Output::new(pin, level, Speed::Low))
+    pins.map(|pin| output(pin, level))
+}
+
+/// Makes a pin an output with this level.
+pub(super) fn output(pin: Peri<'static, AnyPin>, level: Level) -> Output<'static> {
+    Output::new(pin, level, Speed::Low)
 }
 
 /// Makes a pin a chip select, which is high.

@@ -15,7 +15,7 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use cortex_m::register::primask::{self, Primask};
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{Output, Pull};
+use embassy_stm32::gpio::{AnyPin, Level, Output, Pull, Speed};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::pac::usart::regs::Sr;
@@ -84,14 +84,24 @@ struct Rs485 {
 
 /// The port and its pins before the link is started, because its baud rate is a stored setting.
 pub(super) struct Pins<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> {
-    pub(super) port: Peri<'static, peripherals::USART3>,
-    pub(super) rx: Peri<'static, Rx>,
-    pub(super) tx: Peri<'static, Tx>,
+    port: Peri<'static, peripherals::USART3>,
+    rx: Peri<'static, Rx>,
+    tx: Peri<'static, Tx>,
     /// The direction of the transceiver: high sends.
-    pub(super) direction: Output<'static>,
+    direction: Output<'static>,
 }
 
 impl<Rx: RxPin<peripherals::USART3>, Tx: TxPin<peripherals::USART3>> Pins<Rx, Tx> {
+    /// The port, with the pins of its input, its output and the direction, which is to the module.
+    pub(super) fn new(
+        port: Peri<'static, peripherals::USART3>,
+        rx: Peri<'static, Rx>,
+        tx: Peri<'static, Tx>,
+        direction: Peri<'static, AnyPin>,
+    ) -> Self {
+        Pins { port, rx, tx, direction: Output::new(direction, Level::Low, Speed::Medium) }
+    }
+
     /// Sets up the port and starts the link. The port's clock of 42 MHz gives the rates of parameter 65 within 0.2 %.
     pub(super) fn start(self, baud: u32, mode: LinkMode) -> Result<(), usart::ConfigError> {
         let mut config = usart::Config::default();

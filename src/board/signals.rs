@@ -11,7 +11,7 @@ use crate::motion::Sensors;
 
 /// The pins of the signals of a board with `AXES` axes, `INPUTS` digital inputs, `OUTPUTS` digital outputs, and pull-up
 /// resistors that are switched in `GROUPS` groups.
-pub struct Signals<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS: usize> {
+pub(super) struct Signals<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS: usize> {
     /// The signals of each axis.
     pub(super) axes: [Axis; AXES],
     /// IN0 and the others. An input may be something else as well: a switch of an axis, a track of an encoder.

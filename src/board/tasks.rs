@@ -4,16 +4,14 @@
 use core::arch::global_asm;
 
 use embassy_executor::{SpawnError, SpawnToken, Spawner};
-use embassy_stm32::adc::Adc;
-use embassy_stm32::peripherals::{ADC1, USB_OTG_FS};
+use embassy_stm32::peripherals::USB_OTG_FS;
 use embassy_stm32::usb::Driver;
 
-use super::chosen::{AXES, Board, Chips};
+use super::chosen::{AXES, Board, Chips, Rs485};
 use super::eeprom::Eeprom;
 use super::firmware::Firmware;
 use super::owner::Room;
-use super::parts::Rs485;
-use super::safe::drivers_off;
+use super::safe::{drivers_off, show_trouble};
 use super::{analog, can, eeprom, fault, now, owner, usb, watchdog};
 use crate::store::Memory;
 
@@ -23,20 +21,24 @@ use crate::store::Memory;
 // be defined in assembler only.
 global_asm!(".global __pre_init", ".thumb_func", "__pre_init: b {first}", first = sym drivers_off);
 
-/// Starts a firmware in its `room`: first its motors are stopped and what is stored is read, then come the links.
+/// Sets up the board, and starts a firmware in its `room`: first its motors are stopped and what is stored is read, then come
+/// the links.
 /// `spawner` is that of thread mode.
 ///
 /// Each step is a function of its own that is not inlined: what it takes of the stack is free again for the next one.
 #[inline(always)]
-pub fn run<F, P>(board: Board, room: &'static Room<F>, spawner: Spawner)
+pub fn run<F, P>(room: &'static Room<F>, spawner: Spawner)
 where
     F: Firmware<AXES, Board = Chips<P>>,
     P: Memory + 'static,
 {
+    // LED2 is on until the set-up has succeeded: it stays on if the crystal does not start.
+    show_trouble(true);
+    let board = Board::start();
     let recovering = fault::report();
     // The supply is measured before the first poll, so that without a supply no program starts.
-    start_sensors(board.adc, board.analog, spawner);
-    let owner = owner::build(room, board.motion, board.signals, seed());
+    start_sensors(board.analog, spawner);
+    let owner = owner::build(room, board.motors, board.signals, seed());
     start_store(&mut owner.firmware, board.eeprom, board.factory_reset, spawner);
     if recovering {
         owner.firmware.recover();
@@ -50,8 +52,8 @@ where
 }
 
 #[inline(never)]
-fn start_sensors(adc: Adc<'static, ADC1>, inputs: analog::Inputs, spawner: Spawner) {
-    spawn(spawner, analog::watch(analog::Sensors::new(adc, inputs)));
+fn start_sensors(inputs: analog::Inputs, spawner: Spawner) {
+    spawn(spawner, analog::watch(analog::Sensors::new(inputs)));
 }
 
 /// Reads what is stored, and starts the task that will write it.

@@ -27,27 +27,22 @@
 //! | PE15 | RS485 direction | high sends |
 
 use embassy_stm32::adc::{Adc, AdcChannel};
-use embassy_stm32::gpio::{Level, Output, Pull, Speed};
+use embassy_stm32::gpio::Level;
 use embassy_stm32::interrupt;
 use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE, Interrupt, TIM4};
-use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
-use embassy_stm32::spi::Spi;
+use embassy_stm32::peripherals::{PB10, PB11};
 use embassy_stm32::timer::qei::{self, Qei};
-use embassy_stm32::wdg::IndependentWatchdog;
 
 use super::eeprom::Eeprom;
 use super::encoder::Encoder;
 use super::line::Line;
 use super::motion_bus::MotionBus;
-use super::parts::{self, Rs485};
 use super::signals::{self, Axis};
-use super::{analog, can, clocks, pads, pins, spi, watchdog};
+use super::tmc429_tmc262::StepMotors;
+use super::{analog, can, clocks, pads, parts, pins, rs485, usb, watchdog};
 
 /// Number of axes on the board.
-pub const AXES: usize = 1;
-
-/// Number of motion controllers on the board.
-const CONTROLLERS: usize = 1;
+pub(super) const AXES: usize = 1;
 
 /// ENN of the TMC262: high switches the bridges off.
 pub(super) const ENN: Line = Line::new(GPIOE, 1);
@@ -55,12 +50,11 @@ pub(super) const ENN: Line = Line::new(GPIOE, 1);
 pub(super) const TROUBLE: Line = Line::new(GPIOC, 4);
 /// SG_TST of the TMC262.
 const STALL: Line = Line::new(GPIOE, 0);
-/// IN0 to IN3. IN1 and IN2 are inputs of the encoder's timer, where their levels can still be read.
-const INPUTS: [Line; 4] = [Line::new(GPIOD, 11), Line::new(GPIOD, 12), IN2, IN3];
-/// IN2, which is also the right stop switch.
-const IN2: Line = Line::new(GPIOD, 13);
-/// IN3, which is also the home switch and N of the encoder.
-const IN3: Line = Line::new(GPIOD, 14);
+/// IN0 to IN3. IN1 and IN2 are A and B of the encoder: their levels can be read although they are inputs of its timer. IN2 is
+/// also the right stop switch, IN3 the home switch and N of the encoder.
+const INPUTS: [Line; 4] = Line::row(GPIOD, 11);
+const IN2: Line = INPUTS[2];
+const IN3: Line = INPUTS[3];
 /// Supply voltage for which the converter reads full scale: 36.3 V, in units of 0.1 V. The divider is 10 kOhm to 1
 /// kOhm.
 const SUPPLY: u32 = 363;
@@ -75,30 +69,22 @@ unsafe fn EXTI15_10() {
 }
 
 /// All parts of the board, ready for use; the motor drivers are off.
-pub type Board = parts::Board<Signals, AXES, CONTROLLERS>;
+pub(super) type Board = parts::Board<Motors, Signals, Rs485>;
 /// The chips of this board, with an EEPROM that is divided as `P` says.
-pub type Chips<P> = parts::Chips<P, CONTROLLERS>;
+pub(super) type Chips<P> = parts::Chips<P, Motors, AXES>;
 /// The chips that move the motor.
-pub(super) type Motion = parts::Motion<AXES, CONTROLLERS>;
+pub(super) type Motors = StepMotors<AXES, 1>;
 /// One axis, four inputs, two outputs, one group of pull-up resistors.
 pub(super) type Signals = signals::Signals<AXES, 4, 2, 1>;
+/// The RS485 interface.
+pub(super) type Rs485 = rs485::Pins<PB11, PB10>;
 
 impl Board {
     /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
-    ///
-    /// LED2 is on until the set-up has succeeded. If the crystal does not start, LED2 stays on, and the watchdog
-    /// restarts the microcontroller for another attempt.
-    pub fn start() -> Self {
-        TROUBLE.drive(true);
+    pub(super) fn start() -> Self {
         let p = clocks::start();
-        // The watchdog takes this time when it is fed first.
-        let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
-        let factory_reset = pads::connected(p.PA13, p.PA14);
-        // The TMC429's clock is the crystal's: all velocities are multiples of its 16 MHz.
-        Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
-
-        pins::listen([p.PE0.into()], Pull::Down);
-        pins::listen([p.PD11.into(), p.PD14.into()], Pull::None);
+        clocks::give(p.MCO1, p.PA8);
+        STALL.pull_down();
         // A destructor would disconnect these two.
         core::mem::forget(Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()));
         let signals = Signals {
@@ -106,36 +92,24 @@ impl Board {
             inputs: INPUTS,
             outputs: pins::outputs([p.PD8.into(), p.PD9.into()], Level::Low),
             pull_ups: pins::outputs([p.PD10.into()], Level::High),
-            led: Output::new(p.PC5, Level::Low, Speed::Low),
+            led: pins::output(p.PC5.into(), Level::Low),
         };
-        let bus = MotionBus::new(Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()));
+        let bus = MotionBus::new(p.SPI1, p.PA5, p.PA7, p.PA6);
         Board {
-            motion: Motion {
-                tmc429: [bus.tmc429(pins::select(p.PA4.into()))],
-                tmc262: [bus.tmc262(pins::select(p.PC3.into()))],
-                enable: Output::new(p.PE1, Level::High, Speed::Low),
-            },
+            motors: StepMotors::new(&bus, [p.PA4.into()], [p.PC3.into()], p.PE1.into()),
             signals,
-            eeprom: Eeprom {
-                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
-                select: pins::select(p.PA15.into()),
-            },
-            rs485: Rs485 {
-                port: p.USART3,
-                rx: p.PB11,
-                tx: p.PB10,
-                direction: Output::new(p.PE15, Level::Low, Speed::Medium),
-            },
+            eeprom: Eeprom::new(p.SPI3, p.PC10, p.PC12, p.PC11, p.PA15.into()),
+            rs485: Rs485::new(p.USART3, p.PB11, p.PB10, p.PE15.into()),
             can: can::driver(p.CAN1, p.PD0, p.PD1),
-            usb: super::usb::driver(p.USB_OTG_FS, p.PA12, p.PA11),
-            adc: Adc::new(p.ADC1),
+            usb: usb::driver(p.USB_OTG_FS, p.PA12, p.PA11),
             analog: analog::Inputs {
+                adc: Adc::new(p.ADC1),
                 ports: [Some(p.PC0.degrade_adc()), None, None, None, None],
                 supply: p.PC1.degrade_adc(),
                 full_scale: SUPPLY,
             },
-            watchdog,
-            factory_reset,
+            watchdog: watchdog::start(p.IWDG),
+            factory_reset: pads::connected(p.PA13, p.PA14),
         }
     }
 }

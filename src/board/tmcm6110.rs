@@ -30,80 +30,51 @@
 use core::array::from_fn;
 
 use embassy_stm32::adc::{Adc, AdcChannel};
-use embassy_stm32::gpio::{Level, Output, Pull, Speed};
-use embassy_stm32::pac::gpio::Gpio;
+use embassy_stm32::gpio::Level;
 use embassy_stm32::pac::{GPIOC, GPIOD, GPIOE};
-use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
-use embassy_stm32::spi::Spi;
-use embassy_stm32::wdg::IndependentWatchdog;
+use embassy_stm32::peripherals::{PB10, PB11};
 
 use super::eeprom::Eeprom;
 use super::line::Line;
 use super::motion_bus::MotionBus;
-use super::parts::{self, Rs485};
 use super::signals::{self, Axis};
-use super::{analog, can, clocks, pads, pins, spi, watchdog};
+use super::tmc429_tmc262::StepMotors;
+use super::{analog, can, clocks, pads, parts, pins, rs485, usb, watchdog};
 
 /// Number of axes on the board.
-pub const AXES: usize = 6;
-
-/// Number of motion controllers on the board.
-const CONTROLLERS: usize = 2;
+pub(super) const AXES: usize = 6;
 
 /// ENN of all TMC262s: high switches the bridges off.
 pub(super) const ENN: Line = Line::new(GPIOE, 1);
 /// LED2, high is on.
 pub(super) const TROUBLE: Line = Line::new(GPIOC, 4);
 /// SG_TST of the TMC262s.
-const STALLS: [Line; AXES] = row(GPIOE, 2);
+const STALLS: [Line; AXES] = Line::row(GPIOE, 2);
 /// The home switches.
-const HOMES: [Line; AXES] = row(GPIOD, 2);
+const HOMES: [Line; AXES] = Line::row(GPIOD, 2);
 /// IN0 to IN7.
-const INPUTS: [Line; 8] = row(GPIOD, 8);
+const INPUTS: [Line; 8] = Line::row(GPIOD, 8);
 /// Supply voltage for which the converter reads full scale: 36.3 V, in units of 0.1 V. The divider is 10 kOhm to 1
 /// kOhm.
 const SUPPLY: u32 = 363;
 
-/// Pins that follow each other, from pin `first` of a port on.
-const fn row<const N: usize>(port: Gpio, first: usize) -> [Line; N] {
-    let mut lines = [Line::new(port, first); N];
-    let mut n = 0;
-    while n < N {
-        lines[n] = Line::new(port, first + n);
-        n += 1;
-    }
-    lines
-}
-
 /// All parts of the board, ready for use; the motor drivers are off.
-pub type Board = parts::Board<Signals, AXES, CONTROLLERS>;
+pub(super) type Board = parts::Board<Motors, Signals, Rs485>;
 /// The chips of this board, with an EEPROM that is divided as `P` says.
-pub type Chips<P> = parts::Chips<P, CONTROLLERS>;
+pub(super) type Chips<P> = parts::Chips<P, Motors, AXES>;
 /// The chips that move the motors.
-pub(super) type Motion = parts::Motion<AXES, CONTROLLERS>;
+pub(super) type Motors = StepMotors<AXES, 2>;
 /// Six axes, eight inputs, eight outputs, two groups of pull-up resistors.
 pub(super) type Signals = signals::Signals<AXES, 8, 8, 2>;
+/// The RS485 interface.
+pub(super) type Rs485 = rs485::Pins<PB11, PB10>;
 
 impl Board {
     /// Sets up the microcontroller, first the clocks, then the pins. The motor drivers stay off. To be called once.
-    ///
-    /// LED2 is on until the set-up has succeeded. If the crystal does not start, LED2 stays on, and the watchdog
-    /// restarts the microcontroller for another attempt.
-    pub fn start() -> Self {
-        TROUBLE.drive(true);
+    pub(super) fn start() -> Self {
         let p = clocks::start();
-        // The watchdog takes this time when it is fed first.
-        let watchdog = IndependentWatchdog::new(p.IWDG, watchdog::TIMEOUT_US);
-        let factory_reset = pads::connected(p.PA13, p.PA14);
-        // The TMC429s' clock is the crystal's: all velocities are multiples of its 16 MHz.
-        Mco::new(p.MCO1, p.PA8, Mco1Source::HSE, McoConfig::default());
-
-        let stalls = [p.PE2.into(), p.PE3.into(), p.PE4.into(), p.PE5.into(), p.PE6.into(), p.PE7.into()];
-        pins::listen(stalls, Pull::Down);
-        let homes = [p.PD2.into(), p.PD3.into(), p.PD4.into(), p.PD5.into(), p.PD6.into(), p.PD7.into()];
-        pins::listen(homes, Pull::None);
-        pins::listen([p.PD8.into(), p.PD9.into(), p.PD10.into(), p.PD11.into()], Pull::None);
-        pins::listen([p.PD12.into(), p.PD13.into(), p.PD14.into(), p.PD15.into()], Pull::None);
+        clocks::give(p.MCO1, p.PA8);
+        STALLS.iter().for_each(|stall| stall.pull_down());
         let [out0, out1, out2, out3] = [p.PB12.into(), p.PB13.into(), p.PB14.into(), p.PB15.into()];
         let [out4, out5, out6, out7] = [p.PC6.into(), p.PC7.into(), p.PC8.into(), p.PC9.into()];
         let signals = Signals {
@@ -111,37 +82,25 @@ impl Board {
             inputs: INPUTS,
             outputs: pins::outputs([out0, out1, out2, out3, out4, out5, out6, out7], Level::Low),
             pull_ups: pins::outputs([p.PB8.into(), p.PB9.into()], Level::High),
-            led: Output::new(p.PC5, Level::Low, Speed::Low),
+            led: pins::output(p.PC5.into(), Level::Low),
         };
-        let bus = MotionBus::new(Spi::new_blocking(p.SPI1, p.PA5, p.PA7, p.PA6, spi::config()));
+        let bus = MotionBus::new(p.SPI1, p.PA5, p.PA7, p.PA6);
         let drivers = [p.PE8.into(), p.PE9.into(), p.PE10.into(), p.PE11.into(), p.PE12.into(), p.PE13.into()];
         Board {
-            motion: Motion {
-                tmc429: [p.PA4.into(), p.PA3.into()].map(|pin| bus.tmc429(pins::select(pin))),
-                tmc262: drivers.map(|pin| bus.tmc262(pins::select(pin))),
-                enable: Output::new(p.PE1, Level::High, Speed::Low),
-            },
+            motors: StepMotors::new(&bus, [p.PA4.into(), p.PA3.into()], drivers, p.PE1.into()),
             signals,
-            eeprom: Eeprom {
-                bus: Spi::new_blocking(p.SPI3, p.PC10, p.PC12, p.PC11, spi::config()),
-                select: pins::select(p.PA15.into()),
-            },
-            rs485: Rs485 {
-                port: p.USART3,
-                rx: p.PB11,
-                tx: p.PB10,
-                direction: Output::new(p.PE15, Level::Low, Speed::Medium),
-            },
+            eeprom: Eeprom::new(p.SPI3, p.PC10, p.PC12, p.PC11, p.PA15.into()),
+            rs485: Rs485::new(p.USART3, p.PB11, p.PB10, p.PE15.into()),
             can: can::driver(p.CAN1, p.PD0, p.PD1),
-            usb: super::usb::driver(p.USB_OTG_FS, p.PA12, p.PA11),
-            adc: Adc::new(p.ADC1),
+            usb: usb::driver(p.USB_OTG_FS, p.PA12, p.PA11),
             analog: analog::Inputs {
+                adc: Adc::new(p.ADC1),
                 ports: [Some(p.PC0.degrade_adc()), None, None, None, Some(p.PC2.degrade_adc())],
                 supply: p.PC1.degrade_adc(),
                 full_scale: SUPPLY,
             },
-            watchdog,
-            factory_reset,
+            watchdog: watchdog::start(p.IWDG),
+            factory_reset: pads::connected(p.PA13, p.PA14),
         }
     }
 }

@@ -5,13 +5,14 @@ use core::future::Future;
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use embassy_futures::select::{Either, select};
+use embassy_stm32::Peri;
 use embassy_stm32::peripherals::IWDG;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_time::Timer;
 
 /// Time in us after which the watchdog restarts a firmware that does not feed it. Its clock, the LSI, has between 17
 /// and 47 kHz in place of 32 kHz, so the real time is 170 to 470 ms.
-pub(super) const TIMEOUT_US: u32 = 250_000;
+const TIMEOUT_US: u32 = 250_000;
 /// Time between two feedings, in ms, while all parts are alive.
 const ROUND_MS: u64 = 50;
 /// Time between two signs of life of a task that waits, in ms.
@@ -36,6 +37,11 @@ impl Part {
     fn was_alive(&self) -> bool {
         self.0.swap(false, Ordering::Relaxed)
     }
+}
+
+/// Sets the watchdog up, which runs already: it takes [`TIMEOUT_US`] when it is fed first.
+pub(super) fn start(watchdog: Peri<'static, IWDG>) -> IndependentWatchdog<'static, IWDG> {
+    IndependentWatchdog::new(watchdog, TIMEOUT_US)
 }
 
 /// Waits for a future and gives signs of life meanwhile: a task may wait for any time, but it has to be run.

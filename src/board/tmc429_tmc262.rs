@@ -1,0 +1,53 @@
+//! Motors that are moved by TMC429s, each of three of them at most, and by a TMC262 each.
+
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AnyPin, Level, Output};
+use embassy_stm32::pac::spi::vals::Br;
+
+use super::motion_bus::{Chip, MotionBus};
+use super::parts::{Chips, Motors};
+use super::pins;
+use crate::chip::tmc429::Tmc429;
+use crate::device::{Controller, Parts};
+use crate::motion::tmc429::Tmc429Tmc262;
+use crate::store::{Memory, Store};
+
+/// SPI clock of the TMC429: 84 MHz / 64 = 1.3125 MHz. The chip, which itself runs at 16 MHz, allows 2 MHz at most
+/// (eight of its clocks per bit); 84 MHz / 32 would be too fast.
+const TMC429_CLOCK: Br = Br::DIV64;
+/// SPI clock of the TMC262: 84 MHz / 32 = 2.625 MHz.
+const TMC262_CLOCK: Br = Br::DIV32;
+
+/// `AXES` motors at `N` TMC429s.
+pub struct StepMotors<const AXES: usize, const N: usize> {
+    tmc429: [Chip; N],
+    tmc262: [Chip; AXES],
+    enable: Output<'static>,
+}
+
+impl<const AXES: usize, const N: usize> StepMotors<AXES, N> {
+    /// The chips with their chip selects, and ENN of all TMC262s, which is high: no current flows.
+    pub(super) fn new(
+        bus: &MotionBus,
+        tmc429: [Peri<'static, AnyPin>; N],
+        tmc262: [Peri<'static, AnyPin>; AXES],
+        enable: Peri<'static, AnyPin>,
+    ) -> Self {
+        StepMotors {
+            tmc429: bus.chips(tmc429, TMC429_CLOCK),
+            tmc262: bus.chips(tmc262, TMC262_CLOCK),
+            enable: pins::output(enable, Level::High),
+        }
+    }
+}
+
+impl<const AXES: usize, const N: usize> Motors<AXES> for StepMotors<AXES, N> {
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; N];
+
+    fn parts<P: Memory>(self, store: &'static mut Store<P>) -> Parts<Chips<P, Self, AXES>, AXES> {
+        let StepMotors { tmc429, tmc262, enable } = self;
+        let controllers = tmc429.map(|chip| Controller::new(Tmc429::new(chip)));
+        Parts { controllers, axes: Tmc429Tmc262::axes(tmc262), enable, store }
+    }
+}
