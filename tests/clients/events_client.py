@@ -10,12 +10,10 @@ Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
 import struct
-import tempfile
 import time
-from pathlib import Path
 
 import can
-from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal
+from virtual_module import PATIENCE, check, drive, equal
 
 MODULE, HOST = 1, 2
 MVP, SAP, GAP, RFS, EVENT = 4, 5, 6, 13, 138
@@ -70,7 +68,15 @@ class Driver:
         self.events.clear()
 
 
-def session(driver, simulator):
+def session(simulator):
+    driver = Driver(simulator)
+    try:
+        events(driver, simulator)
+    finally:
+        driver.bus.shutdown()
+
+
+def events(driver, simulator):
     equal("mask of all axes", driver.ask(EVENT, EVERY_MOVE, 0, ALL_AXES), ALL_AXES)
     for turn, distance in enumerate((2000, 900, -2900)):
         for axis in AXES:
@@ -96,23 +102,5 @@ def session(driver, simulator):
     equal("places", [driver.ask(GAP, 1, axis, 0) for axis in AXES], [1000 * (axis + 1) for axis in AXES])
 
 
-def main():
-    options = command_line("Waits for the events of a virtual TMCM-6110 over CAN.")
-    with tempfile.TemporaryDirectory() as folder:
-        world = Path(folder) / "world.toml"
-        world.write_text(WORLD)
-        links = ("--slcan-tcp", "127.0.0.1:0", "--world", str(world))
-        simulator = Simulator(options.binary, "--product", "6110", *links, image=options.image)
-        driver = Driver(simulator)
-        try:
-            session(driver, simulator)
-        except Exception as error:  # The simulator is to be ended, and what was counted told.
-            check("to the end", False, repr(error))
-        finally:
-            driver.bus.shutdown()
-            simulator.end()
-    conclude()
-
-
 if __name__ == "__main__":
-    main()
+    drive("Waits for the events of a virtual TMCM-6110 over CAN.", {"6110": (session, WORLD)}, "--slcan-tcp", "127.0.0.1:0")

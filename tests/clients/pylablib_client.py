@@ -8,11 +8,8 @@ With --image the module is the flash image on the emulated microcontroller. Star
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
-import tempfile
-from pathlib import Path
-
 from pylablib.devices import Trinamic
-from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
+from virtual_module import PATIENCE, check, drive, equal, wait_for
 
 AXES = 6
 # Microsteps from the zero of each motor to its left end switch.
@@ -78,26 +75,14 @@ def motion(stage):
         equal(f"analog input {port}", stage.get_general_input(port, bank=1).value, 0)
 
 
-def main():
-    options = command_line("Drives a virtual TMCM-6110 with pylablib.")
-    with tempfile.TemporaryDirectory() as folder:
-        serial, world = f"{folder}/usb", Path(folder) / "world.toml"
-        world.write_text(WORLD)
-        links = ("--serial", serial, "--world", str(world))
-        simulator = Simulator(options.binary, "--product", "6110", *links, image=options.image)
-        try:
-            stage = Trinamic.TMCMx110((serial, 9600))
-            information(stage)
-            polarity(stage, simulator)
-            homing(stage, simulator)
-            motion(stage)
-            stage.close()
-        except Exception as error:  # The simulator is to be ended, and what was counted told.
-            check("to the end", False, repr(error))
-        finally:
-            simulator.end()
-    conclude()
+def session(simulator):
+    stage = Trinamic.TMCMx110((simulator.told["serial"], 9600))
+    information(stage)
+    polarity(stage, simulator)
+    homing(stage, simulator)
+    motion(stage)
+    stage.close()
 
 
 if __name__ == "__main__":
-    main()
+    drive("Drives a virtual TMCM-6110 with pylablib.", {"6110": (session, WORLD)}, "--serial", "{folder}/usb")

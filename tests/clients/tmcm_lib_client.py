@@ -7,11 +7,8 @@ union that moves at once or on a straight line.
 Starts `tmcl sim` itself. Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
-import tempfile
-from pathlib import Path
-
 from tmcm_lib import Module, MotorUnion, Port
-from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
+from virtual_module import check, drive, equal, wait_for
 
 MOTORS = 3
 WORLD = "".join(f"[[axis]]\n[axis.stage]\nhome = [{2000 + 800 * n}, {2400 + 800 * n}]\n" for n in range(MOTORS))
@@ -87,23 +84,12 @@ def union(module, simulator):
                 check("a straight line", max(off) <= 0.005 * longest, (place, off))
 
 
-def main():
-    options = command_line("Drives a virtual TMCM-3110 with TMCM-Lib.")
-    with tempfile.TemporaryDirectory() as folder:
-        serial, world = f"{folder}/usb", Path(folder) / "world.toml"
-        world.write_text(WORLD)
-        simulator = Simulator(options.binary, "--product", "3110", "--serial", serial, "--world", str(world))
-        try:
-            module = Module.construct(Port(serial))
-            module_settings(module, simulator)
-            motors_alone(module, simulator)
-            union(module, simulator)
-        except Exception as error:  # The simulator is to be ended, and what was counted told.
-            check("to the end", False, repr(error))
-        finally:
-            simulator.end()
-    conclude()
+def session(simulator):
+    module = Module.construct(Port(simulator.told["serial"]))
+    module_settings(module, simulator)
+    motors_alone(module, simulator)
+    union(module, simulator)
 
 
 if __name__ == "__main__":
-    main()
+    drive("Drives a virtual TMCM-3110 with TMCM-Lib.", {"3110": (session, WORLD)}, "--serial", "{folder}/usb")

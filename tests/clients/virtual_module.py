@@ -6,8 +6,10 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+from pathlib import Path
 
 # Longest time to wait for anything, in seconds; a busy computer is slow, and an emulated microcontroller slower.
 PATIENCE = 180
@@ -107,3 +109,23 @@ class Simulator:
         self.process.send_signal(signal.SIGTERM)
         equal("exit code of tmcl sim", self.process.wait(timeout=PATIENCE), 0)
         self.process.stdout.close()
+
+
+def drive(description, sessions, *links):
+    """All of a client that drives one module of each product in `sessions`: a session, and what is in the world around the
+    axes. The session gets a simulator with these links, in which {folder} is a folder that is there until the end. An image
+    is one for the first product."""
+    options = command_line(description)
+    for product, (session, world) in list(sessions.items())[: 1 if options.image else None]:
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "world.toml"
+            path.write_text(world)
+            arguments = ("--product", product, "--world", str(path), *(link.format(folder=folder) for link in links))
+            simulator = Simulator(options.binary, *arguments, image=options.image)
+            try:
+                session(simulator)
+            except Exception as error:  # The simulator is to be ended, and what was counted told.
+                check(f"TMCM-{product}: to the end", False, repr(error))
+            finally:
+                simulator.end()
+    conclude()
