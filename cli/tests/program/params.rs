@@ -10,41 +10,70 @@ fn params(link: &[&str], action: &str, file: &Path, options: &[&str]) -> (Option
     (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned() + &complaint(&output))
 }
 
+/// A module whose settings go into a file, and come back from there.
+struct Journey {
+    sim: Sim,
+    link: String,
+}
+
+impl Journey {
+    /// Starts the module, sets what `lines` say, and saves it; gives what was said to that, and the file.
+    fn begin(options: &[&str], lines: &[String]) -> (Self, String, String) {
+        let sim = Sim::start(&[options, &["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]].concat());
+        let link = format!("tcp:{}", sim.told("tcp"));
+        let journey = Journey { sim, link };
+        for line in lines {
+            journey.sim.tcp().ok(line);
+        }
+        let (said, saved) = journey.saved("axis.tmcl");
+        for line in lines {
+            assert!(saved.lines().any(|saved| saved.split(" // ").next() == Some(line)), "{line} is not in {saved}");
+        }
+        (journey, said, saved)
+    }
+
+    /// Saves the settings in a file of this name; gives what was said, and the file.
+    fn saved(&self, name: &str) -> (String, String) {
+        let file = self.sim.path(name);
+        let (code, said) = params(&[&self.link], "save", &file, &[]);
+        assert_eq!(code, Some(0), "{said}");
+        (said, std::fs::read_to_string(&file).unwrap())
+    }
+
+    /// Takes the module back to its factory defaults.
+    fn forget(&self) {
+        let reset = ["send", &self.link, "--timeout", "200", "137, 0, 0, 1234"];
+        assert_eq!(run(&reset).status.code(), Some(0));
+    }
+
+    /// Restores the settings from the first file, stores them, and switches the module off and on; gives what was said, and
+    /// what is saved then.
+    fn end(self) -> (String, String) {
+        let (code, said) = params(&[&self.link], "restore", &self.sim.path("axis.tmcl"), &["--store"]);
+        assert_eq!(code, Some(0), "{said}");
+        self.sim.control(&["power off", "power on"]);
+        // Coordinates are taken from the EEPROM on request.
+        self.sim.tcp().ok("GCO 0, 255");
+        (said, self.saved("again.tmcl").1)
+    }
+}
+
 #[test]
 fn settings_come_back_and_stay() {
-    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
-    let link = format!("tcp:{}", sim.told("tcp"));
-    let (file, again) = (sim.path("axis.tmcl"), sim.path("again.tmcl"));
-    let mut host = sim.tcp();
     let lines = ["SAP 153, 0, 13", "SAP 154, 0, 5", "SAP 4, 0, 1500", "SGP 79, 0, 1", "SGP 55, 2, -7", "SCO 20, 0, 9"];
-    for line in lines {
-        host.ok(line);
-    }
-    let (code, said) = params(&[&link], "save", &file, &[]);
-    assert_eq!(code, Some(0), "{said}");
+    let (journey, said, saved) = Journey::begin(&[], &lines.map(String::from));
     assert!(said.contains("139 settings saved"), "{said}");
-    let saved = std::fs::read_to_string(&file).unwrap();
-    for line in lines {
-        assert!(saved.lines().any(|saved| saved.split(" // ").next() == Some(line)), "{line} is not in {saved}");
-    }
     assert!(["SAP 0,", "SAP 1,", "SAP 209,", "SGP 132,", "SGP 81,"].iter().all(|live| !saved.contains(live)));
 
-    drop(host);
-    assert_eq!(run(&["send", &link, "--timeout", "200", "137, 0, 0, 1234"]).status.code(), Some(0));
+    journey.forget();
     // From here the ramp divisor 13 cannot be reached before the pulse divisor has changed.
     for line in ["SAP 153, 0, 0", "SAP 154, 0, 0"] {
-        sim.tcp().ok(line);
+        journey.sim.tcp().ok(line);
     }
-    let (code, said) = params(&[&link], "restore", &file, &["--store"]);
-    assert_eq!(code, Some(0), "{said}");
+    let (said, again) = journey.end();
     assert!(said.contains("settings restored: 6, the same already: 123, all stored"), "{said}");
     assert!(said.contains("settings of the interfaces left as they are: 10;"), "{said}");
-    sim.control(&["power off", "power on"]);
-    // Coordinates are taken from the EEPROM on request.
-    sim.tcp().ok("GCO 0, 255");
-    let (code, said) = params(&[&link], "save", &again, &[]);
-    assert_eq!(code, Some(0), "{said}");
-    assert_eq!(std::fs::read_to_string(&again).unwrap(), saved);
+    assert_eq!(again, saved);
 }
 
 #[test]
@@ -110,35 +139,17 @@ fn nothing_is_restored_while_the_motor_turns() {
 #[test]
 fn settings_of_all_axes_come_back() {
     for (product, axes) in [("3110", 3), ("6110", 6)] {
-        let sim = Sim::start(&["--product", product, "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
-        let link = format!("tcp:{}", sim.told("tcp"));
-        let (file, again) = (sim.path("axes.tmcl"), sim.path("again.tmcl"));
-        let mut host = sim.tcp();
         let lines: Vec<String> = (0..axes)
             .flat_map(|axis| [format!("SAP 4, {axis}, 150{axis}"), format!("SCO 20, {axis}, -7{axis}")])
             .chain([format!("SGP 79, 0, {}", if axes == 6 { 2 } else { 1 })])
             .collect();
-        for line in &lines {
-            host.ok(line);
-        }
-        let (code, said) = params(&[&link], "save", &file, &[]);
-        assert_eq!(code, Some(0), "{said}");
+        let (journey, said, saved) = Journey::begin(&["--product", product], &lines);
         assert!(!said.contains("unknown to this module"), "{said}");
-        let saved = std::fs::read_to_string(&file).unwrap();
         assert!(saved.starts_with(&format!("// Settings of a module {product}V1")), "{saved}");
-        for line in &lines {
-            assert!(saved.lines().any(|saved| saved.split(" // ").next() == Some(line)), "{line} is not in {saved}");
-        }
-        drop(host);
-        assert_eq!(run(&["send", &link, "--timeout", "200", "137, 0, 0, 1234"]).status.code(), Some(0));
-        let (code, said) = params(&[&link], "restore", &file, &["--store"]);
-        assert_eq!(code, Some(0), "{said}");
+        journey.forget();
+        let (said, again) = journey.end();
         assert!(said.contains(&format!("settings restored: {}, ", lines.len())), "{said}");
-        sim.control(&["power off", "power on"]);
-        sim.tcp().ok("GCO 0, 255");
-        let (code, said) = params(&[&link], "save", &again, &[]);
-        assert_eq!(code, Some(0), "{said}");
-        assert_eq!(std::fs::read_to_string(&again).unwrap(), saved);
+        assert_eq!(again, saved);
     }
 }
 
