@@ -62,8 +62,8 @@ pub(crate) fn parameter(spec: &Spec, opcode: Opcode, command: Command) -> Option
     }
 }
 
-/// The tables with the numbers of a product. A product that is not known is taken to have the numbers that all known ones
-/// share with the TMCM-1140.
+/// The tables with the numbers of a product. A product that is not known is taken to have the numbers that all known
+/// ones share with the TMCM-1140.
 pub(crate) fn numbers(product: Option<Product>) -> &'static Spec {
     product.unwrap_or_default().spec()
 }

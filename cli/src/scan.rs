@@ -199,8 +199,9 @@ impl<'a> Scanner<'a> {
         Ok(out.flush()?)
     }
 
-    /// The version reply of the module at an address; `None` if there is no module. Two requests are sent: the reply
-    /// to the first may be a late reply to an earlier address, the reply to the second, with another command number, cannot.
+    /// The version reply of the module at an address; `None` if there is no module. Two requests are sent: the reply to
+    /// the first may be a late reply to an earlier address, the reply to the second, with another command number,
+    /// cannot.
     fn find(&mut self, address: u16) -> Result<Option<Received>, Failure> {
         if self.probe(address, ASK_STATE)?.is_none() {
             return Ok(None);

@@ -66,8 +66,8 @@ impl Assembly {
     }
 }
 
-/// Assembles a file, with the files that it includes, for a product. For one that is not known there are no built-in files,
-/// and no warnings that need the tables of a product.
+/// Assembles a file, with the files that it includes, for a product. For one that is not known there are no built-in
+/// files, and no warnings that need the tables of a product.
 ///
 /// # Errors
 /// The errors and warnings in the files.

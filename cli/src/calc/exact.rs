@@ -64,8 +64,8 @@ impl Exact {
         self.numerator == 0
     }
 
-    /// The number as a decimal: in full if six decimals are enough, else rounded to them, or to four digits if there are
-    /// that many zeros before them.
+    /// The number as a decimal: in full if six decimals are enough, else rounded to them, or to four digits if there
+    /// are that many zeros before them.
     pub(super) fn shown(self) -> String {
         let magnitude = self.numerator.abs();
         let (mut whole, mut rest) = (magnitude / self.denominator, magnitude % self.denominator);

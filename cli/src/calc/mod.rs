@@ -27,8 +27,8 @@ use crate::product::{self, Product};
 /// second, turns per second (rps) and per minute (rpm), here; and for accelerations pps2, full steps/s2, rps/s and
 /// rpm/s. A value without these is a time: us, ms, s, min, or a product's own, such as x10 ms.
 ///
-/// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so it
-/// has something next to that, which is in the column "gets".
+/// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so
+/// it has something next to that, which is in the column "gets".
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {

@@ -99,8 +99,8 @@ impl Generator {
         }
     }
 
-    /// The largest number that its registers take: V_MAX and A_MAX of the TMC429 have 11 bits; VMAX of the TMC5160 ends at
-    /// 2^23 - 512, and AMAX has 16 bits (its datasheet, sections 6.3.1 and 12.2).
+    /// The largest number that its registers take: V_MAX and A_MAX of the TMC429 have 11 bits; VMAX of the TMC5160 ends
+    /// at 2^23 - 512, and AMAX has 16 bits (its datasheet, sections 6.3.1 and 12.2).
     pub(super) fn largest(self, quantity: Quantity) -> i128 {
         match (self, quantity) {
             (Generator::Tmc429 { .. }, _) => 2047,
@@ -112,7 +112,8 @@ impl Generator {
     /// One of the generator's own units in pps or pps2.
     fn own(self, quantity: Quantity) -> Exact {
         match (self, quantity) {
-            // v * 16 MHz / (2^pulse_div * 2048 * 32), a * (16 MHz)^2 / 2^(ramp_div + pulse_div + 29): manual section 6.1.
+            // v * 16 MHz / (2^pulse_div * 2048 * 32), a * (16 MHz)^2 / 2^(ramp_div + pulse_div + 29): manual section
+            // 6.1.
             (Generator::Tmc429 { pulse_divisor, .. }, Quantity::Speed) => {
                 Exact::ratio(CLOCK, (2048 * 32) << pulse_divisor)
             }
@@ -196,8 +197,8 @@ mod tests {
         }
     }
 
-    /// Each divisor more halves a speed; an acceleration is halved by either. At divisors of 0 one unit is 16e6 / 65536 =
-    /// 244.140625 pps and 256e12 / 2^29 = 476837.158203125 pps2.
+    /// Each divisor more halves a speed; an acceleration is halved by either. At divisors of 0 one unit is 16e6 / 65536
+    /// = 244.140625 pps and 256e12 / 2^29 = 476837.158203125 pps2.
     #[test]
     fn divisors_halve() {
         assert_eq!(one(tmc429(0, 0), Quantity::Speed, Unit::Internal), "244.140625");
@@ -209,7 +210,8 @@ mod tests {
     }
 
     /// TMC5160 at 16 MHz: a unit is 16e6 / 2^24 = 0.953674 pps and 256e12 / 2^41 = 116.415322 pps2; so AMAX at most is
-    /// 65535 * 116.415322 = 7629278 pps2, the limit of the TMCM-3212, and VMAX at most is 8388096 * 0.953674 = 7999512 pps.
+    /// 65535 * 116.415322 = 7629278 pps2, the limit of the TMCM-3212, and VMAX at most is 8388096 * 0.953674 = 7999512
+    /// pps.
     #[test]
     fn the_units_of_the_tmc5160() {
         let scale = scale(Generator::Tmc5160);

@@ -100,7 +100,8 @@ fn plain(name: &str) -> String {
     name.to_lowercase().replace("^2", "2").replace('²', "2").replace('µ', "u").split_whitespace().collect()
 }
 
-/// The units that can be written, and what each means; one that means several things is there as often, one after the other.
+/// The units that can be written, and what each means; one that means several things is there as often, one after the
+/// other.
 fn known(spec: &Spec) -> Vec<(String, Meaning)> {
     let motion = Unit::ALL.into_iter().flat_map(|unit| {
         Quantity::ALL.map(|quantity| (unit.name(quantity).to_owned(), Meaning::Motion(quantity, unit)))

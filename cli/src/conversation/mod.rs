@@ -120,9 +120,9 @@ impl Conversation {
         self.address = address;
     }
 
-    /// What the module is: what the user has named, or else what the module tells; it is asked when this is needed for the
-    /// first time. The user is told of a product that is not known here, and of a module that does not tell what it is,
-    /// which is taken for a TMCM-1140.
+    /// What the module is: what the user has named, or else what the module tells; it is asked when this is needed for
+    /// the first time. The user is told of a product that is not known here, and of a module that does not tell what it
+    /// is, which is taken for a TMCM-1140.
     ///
     /// # Errors
     /// The link has failed.

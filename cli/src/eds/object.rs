@@ -99,8 +99,8 @@ impl Described {
         }
     }
 
-    /// The value after a factory reset; `None` if it cannot be said beforehand. Without a node ID, a COB-ID that follows
-    /// it has it as a variable.
+    /// The value after a factory reset; `None` if it cannot be said beforehand. Without a node ID, a COB-ID that
+    /// follows it has it as a variable.
     pub fn default(&self, node: Option<u8>) -> Option<String> {
         let number = |node| self.row.data.value(self.row.default_number(self.nth, node));
         match (self.row.default, node) {

@@ -125,8 +125,8 @@ enum Wire {
 }
 
 impl Link {
-    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply, `simulated`
-    /// what a virtual module inside this program is.
+    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply,
+    /// `simulated` what a virtual module inside this program is.
     ///
     /// # Errors
     /// The device or the connection cannot be opened.

@@ -37,9 +37,9 @@ pub(super) fn line(Shown { sample, seen, .. }: &Shown) -> String {
     )
 }
 
-/// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and speed
-/// with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon. Axes for which
-/// there is no room at all are three dots.
+/// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and
+/// speed with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon. Axes
+/// for which there is no room at all are three dots.
 pub(super) fn status(all: &[Shown], columns: usize) -> String {
     let roomy = |shown: &Shown| {
         let [position, speed, _, _, _, left, right, home] = shown.sample;

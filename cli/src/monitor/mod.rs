@@ -18,11 +18,11 @@ use sample::{headline, numbers, sample};
 
 /// Watch the axes: position, speed, load, error flags and switches, as they change
 ///
-/// On a terminal one line is refreshed; elsewhere each sample is a line of its own for each axis. Several axes share the
-/// line of a terminal: "2      -51200  1000 l-h!" is axis 2 at -51200 with speed 1000, its left and its home switch
-/// closed, and with errors. Where even that is too long, there are positions alone: "2!    -51200". Ctrl-C ends it. Beware:
-/// the module forgets its extended error flags (axis parameter 207: a stall, a deviation of the encoder) when they are
-/// read, so other host software may miss them while this runs. The line shows all that have been seen.
+/// On a terminal one line is refreshed; elsewhere each sample is a line of its own for each axis. Several axes share
+/// the line of a terminal: "2      -51200  1000 l-h!" is axis 2 at -51200 with speed 1000, its left and its home switch
+/// closed, and with errors. Where even that is too long, there are positions alone: "2!    -51200". Ctrl-C ends it.
+/// Beware: the module forgets its extended error flags (axis parameter 207: a stall, a deviation of the encoder) when
+/// they are read, so other host software may miss them while this runs. The line shows all that have been seen.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {

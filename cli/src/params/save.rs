@@ -55,8 +55,8 @@ fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Err
     }
 }
 
-/// The settings to save of a module of this product, with `axes` axes. A parameter is a setting if it can be written and stored; the
-/// others are live values.
+/// The settings to save of a module of this product, with `axes` axes. A parameter is a setting if it can be written
+/// and stored; the others are live values.
 fn sections(product: Option<Product>, axes: u8) -> Vec<Section> {
     let spec = numbers(product);
     let setting = |row: &Row| row.writable() && row.stored();

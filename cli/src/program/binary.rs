@@ -20,9 +20,8 @@ pub fn record(command: Command) -> [u8; RECORD] {
 
 /// The commands in a file for a product.
 ///
-/// # Errors
-/// A message about the first command that is cut off or has a wrong sum, or about more commands than the product has room
-/// for; that of a product that is not known is the module's matter.
+/// # Errors A message about the first command that is cut off or has a wrong sum, or about more commands than the
+/// product has room for; that of a product that is not known is the module's matter.
 pub fn decode(bytes: &[u8], product: Option<Product>) -> Result<Vec<Command>, String> {
     let (records, rest) = bytes.as_chunks::<RECORD>();
     if !rest.is_empty() {

@@ -31,8 +31,8 @@ fn commands(path: &Path, bytes: &[u8], product: Option<Product>) -> Result<Vec<C
     })
 }
 
-/// Reads a program to be loaded into a module of a product: a source if the file name ends in .tmc, else an assembled program.
-/// Standard input may hold either. The assembler's errors and warnings are printed.
+/// Reads a program to be loaded into a module of a product: a source if the file name ends in .tmc, else an assembled
+/// program. Standard input may hold either. The assembler's errors and warnings are printed.
 pub fn read_program(path: &Path, product: Option<Product>) -> Result<Program, Failure> {
     let program = if path == Path::new(STANDARD) {
         let bytes = read_named(path).map_err(Failure::Failed)?;

@@ -14,9 +14,9 @@ use words::{Meaning, meaning, needs_names, stays_unanswered};
 
 /// Send commands to a module and show its replies
 ///
-/// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands
-/// without a mnemonic are four numbers: command, type, motor or bank, value. To show the name of a parameter, the module
-/// is asked once what it is; commands in numbers are answered in numbers, and nothing else is asked.
+/// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands without
+/// a mnemonic are four numbers: command, type, motor or bank, value. To show the name of a parameter, the module is
+/// asked once what it is; commands in numbers are answered in numbers, and nothing else is asked.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {

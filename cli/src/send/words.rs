@@ -37,8 +37,8 @@ pub(super) fn needs_names(command: Command) -> bool {
     }
 }
 
-/// The meaning of a reply to `command` from a module of this product. Without a product, values of parameters have neither
-/// unit nor name.
+/// The meaning of a reply to `command` from a module of this product. Without a product, values of parameters have
+/// neither unit nor name.
 pub fn meaning(product: Option<Product>, command: Command, reply: &Telegram) -> Meaning {
     match Answer::read(command, reply) {
         Answer::Version(text) => Meaning { text, done: true },

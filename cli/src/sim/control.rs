@@ -42,8 +42,8 @@ impl Controller {
         Controller { stream, unread: VecDeque::new(), line: Vec::new(), trusted: false, heard: Instant::now() }
     }
 
-    /// Takes what has arrived and answers some lines, each with what `execute` makes of it. While answers wait for a client
-    /// that does not read them, no more of its lines are taken.
+    /// Takes what has arrived and answers some lines, each with what `execute` makes of it. While answers wait for a
+    /// client that does not read them, no more of its lines are taken.
     pub fn receive(&mut self, mut execute: impl FnMut(&str) -> String) {
         if self.wants_more() {
             let mut buffer = [0; LONGEST_LINE];

@@ -95,8 +95,8 @@ impl EepromFile {
         }
     }
 
-    /// Opens the files of several modules, of which the products are given: `path` for the first module, `path` with `.2`,
-    /// `.3` ... for the others.
+    /// Opens the files of several modules, of which the products are given: `path` for the first module, `path` with
+    /// `.2`, `.3` ... for the others.
     pub fn open_all(path: &Path, products: &[Product]) -> Result<Vec<Self>, Failure> {
         // A write beyond the limit for file sizes must fail instead of ending the program by SIGXFSZ.
         signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())

@@ -28,7 +28,8 @@ pub(super) fn modules(
     writeln!(out, "{article} virtual {}{plural} {}. Ctrl-C ends {them}.", first.name(), what_runs(first))
 }
 
-/// Prints where the modules can be reached, each link under the name of its option. How is for a host of their firmware.
+/// Prints where the modules can be reached, each link under the name of its option. How is for a host of their
+/// firmware.
 pub(super) fn links(links: &Links, options: &Options, out: &mut impl Write) -> io::Result<()> {
     let count = options.product.len();
     let tmcl = options.firmware() == Firmware::Tmcl;
@@ -97,8 +98,8 @@ fn remark(options: &Options, module: usize) -> String {
     }
 }
 
-/// Prints the lines that reach the modules over a bus: those of module 1, or of the first module of each product. `link`
-/// is the bus for `tmcl`, `python` for PyTrinamic.
+/// Prints the lines that reach the modules over a bus: those of module 1, or of the first module of each product.
+/// `link` is the bus for `tmcl`, `python` for PyTrinamic.
 fn addressed(out: &mut impl Write, link: &str, python: &str, options: &Options) -> io::Result<()> {
     for (index, product) in options.product.iter().enumerate() {
         if options.product.iter().take(index).all(|other| other != product) {

@@ -43,8 +43,8 @@ pub struct Links {
 }
 
 impl Links {
-    /// Opens the links that the options ask for; if they ask for none, a serial port and a TCP port, or for a CANopen node
-    /// a CAN adapter on a TCP port.
+    /// Opens the links that the options ask for; if they ask for none, a serial port and a TCP port, or for a CANopen
+    /// node a CAN adapter on a TCP port.
     pub fn open(options: &Options) -> Result<Self, Failure> {
         let bare = options.default_usb();
         let tcp = if bare { Some(usual("--tcp", USUAL_PORT)?) } else { listen("--tcp", options.tcp.as_deref())? };

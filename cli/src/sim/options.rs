@@ -16,26 +16,27 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 /// Run a virtual TMCM-1140, TMCM-3110 or TMCM-6110, or several on a bus, that host software drives like real ones
 ///
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
-/// runs against models of its chips, and for each axis a motor and a stage. Host software connects to the ports that are printed, and
-/// needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial port and a TCP
-/// port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a line of its own when the module can be used, and runs until it is interrupted (Ctrl-C,
-/// SIGTERM or SIGHUP); then its symbolic links are removed.
+/// runs against models of its chips, and for each axis a motor and a stage. Host software connects to the ports that
+/// are printed, and needs no change. Without any of --serial, --rs485, --tcp, --slcan and --slcan-tcp it makes a serial
+/// port and a TCP port, or with --firmware canopen a CAN adapter on a TCP port. It prints `ready` on a line of its own
+/// when the module can be used, and runs until it is interrupted (Ctrl-C, SIGTERM or SIGHUP); then its symbolic links
+/// are removed.
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
     /// What the module is: 1140, 3110 or 6110; or what each of several is, with commas between the names
     ///
-    /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each; the TMCM-6110 has six. One name holds
-    /// for all modules of --modules. Of several names the first is that of module 1, and there are as many modules as
-    /// names. `TMCM-6110` is the same as 6110. Without it the product is that of --image, or else 1140.
+    /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each; the TMCM-6110 has six. One name
+    /// holds for all modules of --modules. Of several names the first is that of module 1, and there are as many
+    /// modules as names. `TMCM-6110` is the same as 6110. Without it the product is that of --image, or else 1140.
     #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product::named)]
     pub product: Vec<Product>,
 
     /// The firmware in the module: `tmcl` speaks TMCL on all links; `canopen` is a node on the CAN bus
     ///
-    /// The TMCM-1140 is sold with either, the others speak TMCL. A CANopen node is driven by a CANopen master (a PLC, ROS, python-canopen) at
-    /// --slcan or --slcan-tcp; docs/tmcm1140-canopen.eds describes its objects to the master. At its USB link it tells its
-    /// version (TMCL command 136) and nothing else, and its RS485 port is off.
+    /// The TMCM-1140 is sold with either, the others speak TMCL. A CANopen node is driven by a CANopen master (a PLC,
+    /// ROS, python-canopen) at --slcan or --slcan-tcp; docs/tmcm1140-canopen.eds describes its objects to the master.
+    /// At its USB link it tells its version (TMCL command 136) and nothing else, and its RS485 port is off.
     ///
     /// Without it the firmware is that of --image, or else tmcl.
     #[arg(long, value_name = "NAME", value_enum)]
@@ -64,8 +65,8 @@ pub struct Options {
 
     /// Offer the CAN bus of all modules as a serial CAN adapter (SLCAN) on a port made as that of --serial
     ///
-    /// The adapter speaks the protocol of LAWICEL adapters; the bit rate that a host sets has no effect. Nor has the bit
-    /// rate of the modules: they hear each other, and the host, at any.
+    /// The adapter speaks the protocol of LAWICEL adapters; the bit rate that a host sets has no effect. Nor has the
+    /// bit rate of the modules: they hear each other, and the host, at any.
     #[arg(long, value_name = "PATH")]
     pub slcan: Option<PathBuf>,
 
@@ -75,22 +76,27 @@ pub struct Options {
 
     /// Number of modules; without it as many as --product names, or 1
     ///
-    /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K; as in the factory,
-    /// all TMCL modules reply to address and identifier 2. --serial and --tcp belong to module 1. A factory reset takes a module back to address 1.
+    /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K; as in the
+    /// factory, all TMCL modules reply to address and identifier 2. --serial and --tcp belong to module 1. A factory
+    /// reset takes a module back to address 1.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=i64::from(MOST_MODULES)))]
     pub modules: Option<u8>,
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
-    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0 free to
-    /// 1 stalled), slip STEPS, fault NAME on|off, can passive|off|on, power off|on, usb off|on, state; `module K` before
-    /// it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault: `press left 2`;
-    /// without one it is axis 0. Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there
-    /// also 4) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others' switches and
-    /// encoders have pins of their own. `fault tmc429` is one of the controller that moves the axis, three axes each.
-    /// `state` tells of axis 0 among the fields of the module, and of each axis in its list `axes`. `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does
-    /// not tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the ports of --serial and --tcp stay; what is sent into them is lost, and
-    /// nothing comes. Port 0 takes a free one and prints it.
+    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0 free to 1
+    /// stalled), slip STEPS, fault NAME on|off, can passive|off|on, power off|on, usb off|on, state; `module K` before
+    /// it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault:
+    /// `press left 2`; without one it is axis 0. Port 0 takes a free one and prints it.
+    ///
+    /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4) are those of
+    /// the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others' switches and encoders have pins
+    /// of their own. `fault tmc429` is one of the controller that moves the axis, three axes each. `state` tells of
+    /// axis 0 among the fields of the module, and of each axis in its list `axes`.
+    ///
+    /// `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does not
+    /// tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the
+    /// ports of --serial and --tcp stay; what is sent into them is lost, and nothing comes.
     ///
     /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so
     /// that no web page reaches the module. Commands of a client that does not read its answers wait until it does. At
@@ -100,20 +106,20 @@ pub struct Options {
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// As many bytes as the chip has: 16384 in a TMCM-1140, 32768 in the others. Of several modules the second has FILE.2, the
-    /// third FILE.3. What the module has acknowledged as stored is in the file; while that cannot be written, the module answers stores
-    /// with status 5, and a CANopen node with abort code 06060000h. A file has one simulator at a time. Either firmware
-    /// of a product, and another product with an EEPROM of this size, takes the file: it finds its own defaults there, and
-    /// what the other has stored is there until this one stores something.
+    /// As many bytes as the chip has: 16384 in a TMCM-1140, 32768 in the others. Of several modules the second has
+    /// FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file; while that cannot be
+    /// written, the module answers stores with status 5, and a CANopen node with abort code 06060000h. A file has one
+    /// simulator at a time. Either firmware of a product, and another product with an EEPROM of this size, takes the
+    /// file: it finds its own defaults there, and what the other has stored is there until this one stores something.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
     /// Describe the motor, its stage, switches, encoder and supply
     ///
-    /// Without it there is a free 200-step motor at each axis, 24 V, and nothing at the inputs. The tables of FILE hold for
-    /// each axis; the n-th `[[axis]]` has what is different at axis n - 1, such as `motor.load = 0.2`. Each module has this
-    /// world for itself, and what its product lacks, such as a fourth axis, is refused. hal-sim/worlds/stage.toml shows
-    /// all entries, and gantry.toml three axes.
+    /// Without it there is a free 200-step motor at each axis, 24 V, and nothing at the inputs. The tables of FILE hold
+    /// for each axis; the n-th `[[axis]]` has what is different at axis n - 1, such as `motor.load = 0.2`. Each module
+    /// has this world for itself, and what its product lacks, such as a fourth axis, is refused.
+    /// hal-sim/worlds/stage.toml shows all entries, and gantry.toml three axes.
     #[arg(long, value_name = "FILE.toml")]
     pub world: Option<PathBuf>,
 
@@ -128,9 +134,10 @@ pub struct Options {
     ///
     /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140; that of the
     /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen, and that of the TMCM-6110 by `cargo fw-6110`:
-    /// tmcm6110. A symbol in it tells which one it is; for an image without this symbol --product and --firmware do. Board, world and links are the same. A start takes the module its time, and bytes and frames take theirs. --serial and --tcp
-    /// are one USB cable, on which hosts take turns. One that has made the module leave the mode of global parameter 67
-    /// loses its connection when another has something to say.
+    /// tmcm6110. A symbol in it tells which one it is; for an image without this symbol --product and --firmware do.
+    /// Board, world and links are the same. A start takes the module its time, and bytes and frames take theirs.
+    /// --serial and --tcp are one USB cable, on which hosts take turns. One that has made the module leave the mode of
+    /// global parameter 67 loses its connection when another has something to say.
     ///
     /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically
     /// it goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the
@@ -140,8 +147,8 @@ pub struct Options {
 
     /// End when standard input ends
     ///
-    /// For programs that start the simulator with a pipe: the simulator ends when they end, in whatever way. Other input
-    /// is ignored.
+    /// For programs that start the simulator with a pipe: the simulator ends when they end, in whatever way. Other
+    /// input is ignored.
     #[arg(long)]
     pub exit_with_stdin: bool,
 

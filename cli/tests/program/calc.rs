@@ -41,7 +41,8 @@ fn a_speed_in_all_units() {
     );
 }
 
-/// Section 6.1.2 of the manual: 100 at ramp divisor 7 and pulse divisor 3 is 46566 pps2. The same number as a speed is 100
+/// Section 6.1.2 of the manual: 100 at ramp divisor 7 and pulse divisor 3 is 46566 pps2. The same number as a speed is
+/// 100
 /// * 16e6 / (8 * 65536) = 3051.8 pps.
 #[test]
 fn a_number_is_a_speed_or_an_acceleration() {
@@ -100,7 +101,8 @@ fn values_in_many_forms() {
 
 #[test]
 fn what_no_module_can_have_is_refused_with_a_way_out() {
-    // 2047 * 30.517578125 * 60 / 51200 = 73.206425 rpm at pulse divisor 3; half of 100 rpm is less, at 2 it is twice that.
+    // 2047 * 30.517578125 * 60 / 51200 = 73.206425 rpm at pulse divisor 3; half of 100 rpm is less, at 2 it is twice
+    // that.
     let fast = refused("100 rpm");
     assert!(fast.contains("at most 73.206425 rpm (2047 int). It is possible with --pulse-divisor 2\n"), "{fast}");
     // At pulse divisor 0 it is eight times that.

@@ -72,7 +72,8 @@ fn nothing_that_a_web_page_sends_is_carried_out() {
     assert_eq!(controller.ask("press left")["ok"], true);
 }
 
-/// In each turn of the simulator time passes and everybody is served; what waits of a client's lines waits for the next one.
+/// In each turn of the simulator time passes and everybody is served; what waits of a client's lines waits for the next
+/// one.
 #[test]
 fn a_client_has_few_lines_carried_out_in_a_turn() {
     const LINES: usize = 600;

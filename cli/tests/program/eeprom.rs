@@ -62,7 +62,8 @@ fn a_file_has_one_simulator_at_a_time() {
     refused(&path, "is the EEPROM of another simulator that runs");
 }
 
-/// There is no file yet that could be locked: still one of two that start together has it, and the other is told why not.
+/// There is no file yet that could be locked: still one of two that start together has it, and the other is told why
+/// not.
 #[test]
 fn of_two_that_start_together_on_a_new_file_one_is_refused() {
     for round in 0..20 {

@@ -26,8 +26,8 @@ fn it_is_told_by_the_file_and_fresh_modules_are_numbered() {
     assert_eq!(sim.end(Signal::TERM).0.code(), Some(0));
 }
 
-/// The bus of a module that runs an image has the bit rate of the module, also while nobody but the module has anything to
-/// say.
+/// The bus of a module that runs an image has the bit rate of the module, also while nobody but the module has anything
+/// to say.
 #[test]
 fn it_is_heard_again_after_bus_off_and_at_another_bit_rate() {
     let links = ["--slcan-tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];

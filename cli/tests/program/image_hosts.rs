@@ -1,5 +1,5 @@
-//! Hosts of `tmcl sim --image` that come, go and send without end: they share one USB cable, and what one of them does is
-//! nothing to the next.
+//! Hosts of `tmcl sim --image` that come, go and send without end: they share one USB cable, and what one of them does
+//! is nothing to the next.
 //!
 //! Times are the module's, and pass slowly: what this computer is busy with costs next to nothing of them.
 
@@ -40,8 +40,8 @@ fn mixed() -> Vec<u8> {
     bytes
 }
 
-/// Whoever comes finds the link in the mode that parameter 67 had at the start of the module, whatever those before have
-/// made of it, and whoever else is there.
+/// Whoever comes finds the link in the mode that parameter 67 had at the start of the module, whatever those before
+/// have made of it, and whoever else is there.
 #[test]
 fn each_connection_begins_in_the_start_mode() {
     let sim = start(&[&TCP, &CONTROL]);

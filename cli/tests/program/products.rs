@@ -9,8 +9,8 @@ fn version(product: u16) -> i32 {
     i32::from_be_bytes([high, low, 1, 0])
 }
 
-/// Runs the program with a fake module in place of `LINK`. Gives how often the module was asked what it is, what was said
-/// on standard output, and the notes about what it is on standard error.
+/// Runs the program with a fake module in place of `LINK`. Gives how often the module was asked what it is, what was
+/// said on standard output, and the notes about what it is on standard error.
 fn with(state: State, arguments: &[&str]) -> (usize, String, String) {
     let fake = Fake::start(state);
     let arguments: Vec<&str> =

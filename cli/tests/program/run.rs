@@ -309,8 +309,8 @@ fn several_axes_move_and_are_drawn() {
     assert!(folder.complaint(1, &["still.tmc", "--world", "world.toml"]).contains("the TMCM-1140 has one axis"));
 }
 
-/// Plots in `docs` are what the commands in the comments of the examples draw. `UPDATE_DOCS=1` in the environment writes
-/// them anew.
+/// Plots in `docs` are what the commands in the comments of the examples draw. `UPDATE_DOCS=1` in the environment
+/// writes them anew.
 #[test]
 fn the_plots_of_the_examples_are_up_to_date() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

@@ -149,8 +149,8 @@ fn the_canopen_firmware_is_that_of_one_product() {
     }
 }
 
-/// Modules of three products on an RS485 bus and a CAN bus: each has the address of its number, its own axes, and its own
-/// settings, and nobody takes what another one says for a request.
+/// Modules of three products on an RS485 bus and a CAN bus: each has the address of its number, its own axes, and its
+/// own settings, and nobody takes what another one says for a request.
 #[test]
 fn different_products_share_the_buses() {
     let sim =
@@ -189,8 +189,8 @@ fn different_products_share_the_buses() {
     assert_eq!(error("module 4 state"), "no module 4: there are 3 modules");
 }
 
-/// Module 2 has the address to which replies go, and hears what module 1 says. With six axes its requests look like refusals
-/// of others: SAP and MVP have the numbers 5 and 4.
+/// Module 2 has the address to which replies go, and hears what module 1 says. With six axes its requests look like
+/// refusals of others: SAP and MVP have the numbers 5 and 4.
 #[test]
 fn module_2_hears_what_is_for_any_of_its_axes() {
     let sim = Sim::start(&["--product", "1140,6110", "--rs485", "{}/bus", "--slcan-tcp", "127.0.0.1:0"]);

@@ -86,8 +86,8 @@ fn a_world_file_has_no_more_axes_than_the_product() {
     assert_eq!(output.status.code(), Some(1));
 }
 
-/// The example with three axes: each finds its own switches, on either product; the other axes of the TMCM-6110 have what
-/// the file says for all of them, and nothing in their way.
+/// The example with three axes: each finds its own switches, on either product; the other axes of the TMCM-6110 have
+/// what the file says for all of them, and nothing in their way.
 #[test]
 fn each_axis_of_the_gantry_finds_its_own_place() {
     assert!(Path::new(GANTRY).exists());
@@ -284,8 +284,8 @@ fn each_axis_has_its_own_encoder() {
     let mut host = sim.tcp();
     let mut counts = || [0, 1, 2].map(|axis| host.ok(&format!("GAP 209, {axis}")));
     assert_eq!(counts(), [0; 3]);
-    // 200 full steps are a turn of axes 0 and 1, which is 1024 and 2048 counts. The default prescaler makes 50 microsteps of
-    // each.
+    // 200 full steps are a turn of axes 0 and 1, which is 1024 and 2048 counts. The default prescaler makes 50
+    // microsteps of each.
     for (axis, expected) in [(0, [51_200, 0, 0]), (1, [51_200, 102_400, 0]), (2, [51_200, 102_400, 25_600])] {
         let before = of_axes(&sim.control(&["state"]), "abn");
         let after = of_axes(&state(&sim, &[&format!("slip 200 {axis}")]), "abn");

@@ -1,7 +1,7 @@
 //! Several clients of one `tmcl sim`: each gets its turn, whatever the others send.
 //!
-//! Times are virtual. They are read off a second module's clock, which nobody keeps busy, and pass slowly here: what this
-//! computer is busy with costs next to nothing of them.
+//! Times are virtual. They are read off a second module's clock, which nobody keeps busy, and pass slowly here: what
+//! this computer is busy with costs next to nothing of them.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};

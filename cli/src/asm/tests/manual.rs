@@ -47,8 +47,8 @@ Loop:
     assert!(check(source, expected).warnings.is_empty());
 }
 
-/// The manual writes this program with numbers; here it also has the names of the include file. It is for a module that has
-/// an output 3.
+/// The manual writes this program with numbers; here it also has the names of the include file. It is for a module that
+/// has an output 3.
 #[test]
 fn section_3_6_6_4_timer_interrupt() {
     let main = "

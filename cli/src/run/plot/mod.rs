@@ -152,8 +152,8 @@ struct Plot<'a> {
 }
 
 impl Plot<'_> {
-    /// The panels: of a module with several axes those of each axis that moves, as far as anything happens in them; or of
-    /// axis 0 if none does.
+    /// The panels: of a module with several axes those of each axis that moves, as far as anything happens in them; or
+    /// of axis 0 if none does.
     fn panels(&self) -> Vec<AxisPanel> {
         let panels_of = |axis: usize| {
             PANELS.iter().map(move |panel| match self.recording.axes {
