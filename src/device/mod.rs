@@ -103,6 +103,7 @@ pub struct Device<T: Board, const AXES: usize> {
     inputs: Inputs<AXES>,
     outputs: Outputs,
     safety: safety::Safety,
+    inversion: Inversion,
     /// The straight lines on which several axes go.
     lines: line::Lines<AXES>,
     /// The time at which a restart is due.
@@ -138,6 +139,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             inputs: Inputs::default(),
             outputs: Outputs::default(),
             safety: safety::Safety::default(),
+            inversion: Inversion::default(),
             lines: line::Lines::default(),
             restart: None,
             next: Micros(0),
@@ -198,6 +200,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// # Errors
     /// [`Error::Chip`] when a motion controller has not taken its datagram; the others were written to all the same.
     pub fn invert(&mut self, inversion: Inversion) -> Result<(), Error> {
+        self.inversion = inversion;
         let Inversion { switches, shafts } = inversion;
         let is_set = |bits: u8, n: usize| bits.unbounded_shr(n as u32) & 1 != 0;
         for (number, axis) in self.axes.iter_mut().enumerate() {

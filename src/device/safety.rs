@@ -6,6 +6,7 @@ use embedded_hal::digital::OutputPin;
 
 use super::{Board, Device};
 use crate::motion::{Error, Hardware, Joined};
+use crate::units::Micros;
 
 /// Supply voltage in 0.1 V below which the motors are stopped and locked.
 const LOCK: u16 = 85;
@@ -82,7 +83,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// Checks the motion controllers and the supply, and stops the motors if one of them demands it.
-    pub(super) fn supervise(&mut self) -> Supervised {
+    pub(super) fn supervise(&mut self, now: Micros) -> Supervised {
         let silent = self.listen();
         if silent {
             self.give_up();
@@ -93,26 +94,40 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             ended = Some(self.end_moves(|axis| axis.hard_stop()));
         }
         if supply == Supply::Restored {
+            if self.safety.given_up {
+                self.resume(now);
+            }
             ended = Some(ended.unwrap_or_default() | self.end_moves(|axis| axis.restart_driver()));
         }
         Supervised { supply, silent, ended }
     }
 
+    /// Sets motion controllers that were given up going again: they may have been silent because they had no supply.
+    fn resume(&mut self, now: Micros) {
+        self.safety.given_up = false;
+        self.outputs.trouble = false;
+        if self.set_up(now, self.inversion).is_err() {
+            self.give_up();
+        }
+    }
+
     /// Counts for how many turns each motion controller has been silent. True if one is to be given up now and none was
-    /// before.
+    /// before. While the supply is too low, for a controller that lives on it as well, this is no reason to give it up.
     fn listen(&mut self) -> bool {
         let mut silent = false;
         for controller in self.controllers.as_mut() {
             // A controller that was given up is asked as well: if it is back, it gets the stop that each of its axes
             // still has to do.
             let answers = T::Hardware::answers(&mut controller.shared);
-            controller.unanswered = if answers { 0 } else { controller.unanswered.saturating_add(1) };
+            let counts = !(answers || self.safety.locked);
+            controller.unanswered = if counts { controller.unanswered.saturating_add(1) } else { 0 };
             silent |= controller.unanswered >= PATIENCE;
         }
         silent && !self.safety.given_up
     }
 
-    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start.
+    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start, or until the
+    /// supply has been lost and has come back.
     pub(super) fn give_up(&mut self) {
         self.safety.given_up = true;
         // An output pin of a microcontroller cannot fail.

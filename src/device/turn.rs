@@ -73,7 +73,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         for controller in self.controllers.as_mut() {
             T::Hardware::begin_turn(&mut controller.shared);
         }
-        self.supervise()
+        self.supervise(now)
     }
 
     /// Polls the next axis of the turn. Returns its number and its events since the poll before.

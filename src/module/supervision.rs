@@ -60,6 +60,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         if supply == Supply::Restored {
             self.starts = true;
+            self.device.enable_drivers(true);
         }
         if self.heartbeat_missed(now) && self.is_under_way() {
             let ended = self.device.end_moves(|axis| axis.rotate(now, 0));

@@ -42,7 +42,7 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
     /// a reference search has ended.
-    fn recover(&mut self) -> Result<(), Error> {
+    pub(super) fn recover(&mut self) -> Result<(), Error> {
         self.events.cut_short |= self.travelling || self.search.is_some();
         self.hard_stop()?;
         let position = self.last_position();

@@ -42,7 +42,9 @@ impl<H: Hardware> Joined<'_, H> {
     }
 
     fn turn(&mut self, now: Micros, reading: Option<u8>) -> Result<(), Error> {
-        if self.stopping {
+        if self.hardware.is_lost(self.controller()) {
+            self.recover()?;
+        } else if self.stopping {
             self.hard_stop()?;
         }
         let (hardware, controller) = self.reach();

@@ -281,6 +281,33 @@ fn a_motion_bus_that_reads_zeros_is_noticed_while_a_program_and_a_host_read() {
     assert_eq!((bench.ok("GGP 128, 0"), bench.ask("GAP 1, 0").0), (0, NOT_AVAILABLE));
 }
 
+/// A motion controller that is silent while the supply is too low may have lost its own: it is not given up for that. One that
+/// was given up before is tried once more when the supply is back.
+#[test]
+fn a_controller_that_was_given_up_is_tried_again_when_the_supply_comes_back() {
+    let mut bench = Bench::new();
+    bench.control("supply 8");
+    bench.control("fault tmc429 on");
+    bench.run(100 * MILLISECOND);
+    bench.control("fault tmc429 off");
+    bench.control("supply 24");
+    bench.run(10 * MILLISECOND);
+    assert_eq!((bench.ask("ROR 0, 300").0, bench.current() > 0), (OK, true));
+
+    bench.control("fault tmc429 on");
+    bench.run(100 * MILLISECOND);
+    bench.control("fault tmc429 off");
+    bench.run(100 * MILLISECOND);
+    assert_eq!((bench.ask("ROR 0, 300").0, bench.current() > 0), (NOT_AVAILABLE, false));
+    for volts in [8, 24] {
+        bench.control(&format!("supply {volts}"));
+        bench.run(10 * MILLISECOND);
+    }
+    assert_eq!((bench.ask("ROR 0, 300").0, bench.current() > 0), (OK, true));
+    bench.run(SECOND);
+    assert_eq!(bench.speed(), 300);
+}
+
 /// Another firmware may have left an interrupt of the motion controller pending: that is no silence.
 #[test]
 fn a_pending_interrupt_of_the_motion_controller_does_not_look_like_silence() {
