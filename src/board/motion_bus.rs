@@ -17,9 +17,16 @@ use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
 
 use super::{pins, spi};
 
-/// Core cycles to wait after chip select. The TMC429 needs it low for three of its clocks, 188 ns or 32 cycles, before
-/// the first edge; from the end of this wait to that edge more than another 16 cycles pass.
-const SETUP_CYCLES: u32 = 16;
+/// What a kind of chip wants of the bus.
+#[derive(Clone, Copy)]
+pub(super) struct Pace {
+    /// The SPI clock, as a division of 84 MHz.
+    pub(super) clock: Br,
+    /// Core cycles to wait before chip select falls, in addition to those that pass between two datagrams anyway.
+    pub(super) before: u32,
+    /// Core cycles to wait between that and the first edge, in addition to more than 16 that pass anyway.
+    pub(super) after: u32,
+}
 
 /// A datagram of the TMC429.
 type Datagram = [u8; 4];
@@ -30,7 +37,7 @@ pub(super) struct MotionBus(());
 /// A chip on the bus. Only the owner of the firmware uses the chips, so no exchange interrupts another.
 pub struct Chip {
     select: Output<'static>,
-    clock: Br,
+    pace: &'static Pace,
 }
 
 impl MotionBus {
@@ -46,9 +53,9 @@ impl MotionBus {
         MotionBus(())
     }
 
-    /// Chips with their chip selects, which take this division of 84 MHz as their SPI clock.
-    pub(super) fn chips<const N: usize>(&self, selects: [Peri<'static, AnyPin>; N], clock: Br) -> [Chip; N] {
-        selects.map(|select| Chip { select: pins::select(select), clock })
+    /// Chips of one kind with their chip selects.
+    pub(super) fn chips<const N: usize>(&self, selects: [Peri<'static, AnyPin>; N], pace: &'static Pace) -> [Chip; N] {
+        selects.map(|select| Chip { select: pins::select(select), pace })
     }
 }
 
@@ -62,15 +69,17 @@ impl SpiDevice for Chip {
             [Operation::TransferInPlace(bytes)] => <&mut Datagram>::try_from(&mut **bytes).ok(),
             _ => None,
         };
-        set_up(self.clock, if datagram.is_some() { Dff::BITS16 } else { Dff::BITS8 });
+        let &Pace { clock, before, after } = self.pace;
+        set_up(clock, if datagram.is_some() { Dff::BITS16 } else { Dff::BITS8 });
+        asm::delay(before);
         self.select.set_low();
-        asm::delay(SETUP_CYCLES);
+        asm::delay(after);
         match datagram {
             Some(datagram) => exchange_datagram(datagram),
             None => operations.iter_mut().for_each(exchange_bytes),
         }
-        // The last edge is in the middle of the last bit. The other half of that bit, 64 cycles, is longer than the
-        // three clocks for which the TMC429 needs chip select low.
+        // The last edge is in the middle of the last bit. The other half of that bit is longer than a chip needs its select
+        // low after it: with a TMC429 64 cycles for three of its clocks, with a TMC5160 16 cycles for 10 ns.
         while SPI1.sr().read().bsy() {}
         self.select.set_high();
         Ok(())

@@ -9,13 +9,19 @@ use super::line::Line;
 use crate::device::{Inputs, Outputs};
 use crate::motion::Sensors;
 
+/// The number of the ENABLE input among the digital inputs.
+const ENABLE: u32 = 10;
+
 /// The pins of the signals of a board with `AXES` axes, `INPUTS` digital inputs, `OUTPUTS` digital outputs, and pull-up
 /// resistors that are switched in `GROUPS` groups.
 pub(super) struct Signals<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS: usize> {
     /// The signals of each axis.
     pub(super) axes: [Axis; AXES],
-    /// IN0 and the others. An input may be something else as well: a switch of an axis, a track of an encoder.
+    /// IN0 and the others. An input may be something else as well: a switch of an axis, a track of an
+    /// encoder.
     pub(super) inputs: [Line; INPUTS],
+    /// The ENABLE input; `None` on a board without one.
+    pub(super) enable: Option<Line>,
     /// OUT0 and the others; high is on.
     pub(super) outputs: [Output<'static>; OUTPUTS],
     /// The pull-up resistors of inputs; high is on.
@@ -26,8 +32,8 @@ pub(super) struct Signals<const AXES: usize, const INPUTS: usize, const OUTPUTS:
 
 /// The signals of an axis.
 pub(super) struct Axis {
-    /// SG_TST of the driver, high while the load value is 0.
-    pub(super) stall: Line,
+    /// SG_TST of the driver, high while the load value is 0; `None` on a board whose drivers tell of a stall by SPI.
+    pub(super) stall: Option<Line>,
     /// The home switch.
     pub(super) home: Line,
     /// The right stop switch; `None` on a board where the motion controller alone has it.
@@ -50,12 +56,13 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
     pub(super) fn read(&self, inputs: &mut Inputs<AXES>) {
         for (Axis { stall, home, right, encoder }, sensors) in self.axes.iter().zip(&mut inputs.axes) {
             let (external, null) = encoder.map_or((0, [None; 2]), |encoder| (encoder.count(), encoder.edges()));
-            let [stall, home] = [stall, home].map(|line| line.is_high());
-            let right = right.is_some_and(Line::is_high);
+            let [stall, right] = [stall, right].map(|line| line.is_some_and(Line::is_high));
+            let home = home.is_high();
             // The built-in encoder is not read, because its pins are not known.
             *sensors = Sensors { stall, home, right, encoder: None, external, null };
         }
         inputs.digital = (0..).zip(&self.inputs).fold(0, |bits, (n, line)| bits | u16::from(line.is_high()) << n);
+        inputs.digital |= u16::from(self.enable.is_some_and(Line::is_high)) << ENABLE;
         inputs.analog = analog::ports();
         (inputs.supply, inputs.temperature) = (Some(analog::supply()), analog::temperature());
     }

@@ -4,7 +4,7 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AnyPin, Level, Output};
 use embassy_stm32::pac::spi::vals::Br;
 
-use super::motion_bus::{Chip, MotionBus};
+use super::motion_bus::{Chip, MotionBus, Pace};
 use super::parts::{Chips, Motors};
 use super::pins;
 use crate::chip::tmc429::Tmc429;
@@ -12,11 +12,11 @@ use crate::device::{Controller, Parts};
 use crate::motion::tmc429::Tmc429Tmc262;
 use crate::store::{Memory, Store};
 
-/// SPI clock of the TMC429: 84 MHz / 64 = 1.3125 MHz. The chip, which itself runs at 16 MHz, allows 2 MHz at most
-/// (eight of its clocks per bit); 84 MHz / 32 would be too fast.
-const TMC429_CLOCK: Br = Br::DIV64;
-/// SPI clock of the TMC262: 84 MHz / 32 = 2.625 MHz.
-const TMC262_CLOCK: Br = Br::DIV32;
+/// The TMC429 runs at 16 MHz. Eight of its clocks per bit allow 2 MHz at most: 84 MHz / 64 = 1.3125 MHz. Three of them, 188 ns
+/// or 32 cycles, pass before the first edge.
+const TMC429: Pace = Pace { clock: Br::DIV64, before: 0, after: 16 };
+/// The TMC262 allows 4 MHz: 84 MHz / 32 = 2.625 MHz.
+const TMC262: Pace = Pace { clock: Br::DIV32, ..TMC429 };
 
 /// `AXES` motors at `N` TMC429s.
 pub struct StepMotors<const AXES: usize, const N: usize> {
@@ -34,8 +34,8 @@ impl<const AXES: usize, const N: usize> StepMotors<AXES, N> {
         enable: Peri<'static, AnyPin>,
     ) -> Self {
         StepMotors {
-            tmc429: bus.chips(tmc429, TMC429_CLOCK),
-            tmc262: bus.chips(tmc262, TMC262_CLOCK),
+            tmc429: bus.chips(tmc429, &TMC429),
+            tmc262: bus.chips(tmc262, &TMC262),
             enable: pins::output(enable, Level::High),
         }
     }

@@ -88,8 +88,9 @@ impl Board {
         // A destructor would disconnect these two.
         core::mem::forget(Qei::new(p.TIM4, p.PD12, p.PD13, qei::Config::default()));
         let signals = Signals {
-            axes: [Axis { stall: STALL, home: IN3, right: Some(IN2), encoder: Some(&ENCODER) }],
+            axes: [Axis { stall: Some(STALL), home: IN3, right: Some(IN2), encoder: Some(&ENCODER) }],
             inputs: INPUTS,
+            enable: None,
             outputs: pins::outputs([p.PD8.into(), p.PD9.into()], Level::Low),
             pull_ups: pins::outputs([p.PD10.into()], Level::High),
             led: pins::output(p.PC5.into(), Level::Low),

@@ -78,8 +78,9 @@ impl Board {
         let [out0, out1, out2, out3] = [p.PB12.into(), p.PB13.into(), p.PB14.into(), p.PB15.into()];
         let [out4, out5, out6, out7] = [p.PC6.into(), p.PC7.into(), p.PC8.into(), p.PC9.into()];
         let signals = Signals {
-            axes: from_fn(|axis| Axis { stall: STALLS[axis], home: HOMES[axis], right: None, encoder: None }),
+            axes: from_fn(|axis| Axis { stall: Some(STALLS[axis]), home: HOMES[axis], right: None, encoder: None }),
             inputs: INPUTS,
+            enable: None,
             outputs: pins::outputs([out0, out1, out2, out3, out4, out5, out6, out7], Level::Low),
             pull_ups: pins::outputs([p.PB8.into(), p.PB9.into()], Level::High),
             led: pins::output(p.PC5.into(), Level::Low),
