@@ -10,6 +10,7 @@ use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
 use tmcm::store::{Layout, Memory, Pair};
 use tmcm::tmcl::Opcode;
+use tmcm_sim::native::{Tmc429s, Wired};
 
 /// Axis parameters of the product with three axes. Number 204, the freewheeling time of the TMCM-1140, is the maximum
 /// current here; number 210 is the standby current.
@@ -113,8 +114,12 @@ impl Memory for Three {
     type Pairs = [Pair; 7];
 }
 
-/// A product that has a simulated board.
-pub trait OnBoard: Product + 'static {
+impl Wired for Three {
+    type Motion = Tmc429s;
+}
+
+/// A product with what its simulated board consists of.
+pub trait OnBoard: Wired + Product {
     /// What the board consists of.
     const BOARD: &'static BoardKind;
 }

@@ -1,44 +1,98 @@
 //! The simulated board as a firmware sees it: chips over SPI, the enable pin, inputs and outputs.
 
+use std::fmt::Debug;
 use std::marker::PhantomData;
 
 use hal_sim::board::{Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::world::{self, stage::Abn};
+use tmcm::canopen;
 use tmcm::chip::tmc429::Tmc429;
 use tmcm::device::{self, Controller, Inputs, Outputs, Parts};
-use tmcm::module::{Hooks, Platform, Product, Tmcm1140};
-use tmcm::motion::Sensors;
+use tmcm::module::{Hooks, Platform, Product, Tmcm1140, Tmcm3110, Tmcm6110};
 use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::motion::{Hardware, Sensors};
 use tmcm::store::{Memory, Store};
 
-/// SPI clock of the TMC429s: 84 MHz / 64, as on the target.
-const TMC429_HZ: u32 = 1_312_500;
-/// SPI clock of the TMC262s: 84 MHz / 32, as on the target.
-const TMC262_HZ: u32 = 2_625_000;
+/// The motion controllers and drivers on a product's board, as a firmware reaches them.
+pub trait Motion: Debug + 'static {
+    /// What an axis runs on.
+    type Hardware: Hardware;
+
+    /// The motion controller of this number.
+    fn controller(board: &SharedBoard, number: usize) -> Controller<Self::Hardware>;
+
+    /// What each axis runs on, in the order of their numbers.
+    fn axes<const AXES: usize>(board: &SharedBoard) -> [Self::Hardware; AXES];
+}
+
+/// A TMC429 for each three axes, with a TMC262 for each of them.
+#[derive(Debug)]
+pub struct Tmc429s;
+
+impl Tmc429s {
+    /// SPI clock of the TMC429s: 84 MHz / 64, as on the target.
+    const CONTROLLER_HZ: u32 = 1_312_500;
+    /// SPI clock of the TMC262s: 84 MHz / 32, as on the target.
+    const DRIVER_HZ: u32 = 2_625_000;
+}
+
+impl Motion for Tmc429s {
+    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
+
+    fn controller(board: &SharedBoard, number: usize) -> Controller<Self::Hardware> {
+        Controller::new(Tmc429::new(board.spi(Chip::Tmc429(number), Self::CONTROLLER_HZ)))
+    }
+
+    fn axes<const AXES: usize>(board: &SharedBoard) -> [Self::Hardware; AXES] {
+        Tmc429Tmc262::axes(std::array::from_fn(|axis| board.spi(Chip::Tmc262(axis), Self::DRIVER_HZ)))
+    }
+}
+
+/// A product that has a simulated board.
+pub trait Wired: Memory + 'static {
+    /// What moves its motors.
+    type Motion: Motion;
+}
+
+impl Wired for Tmcm1140 {
+    type Motion = Tmc429s;
+}
+
+impl Wired for canopen::Tmcm1140 {
+    type Motion = Tmc429s;
+}
+
+impl Wired for Tmcm3110 {
+    type Motion = Tmc429s;
+}
+
+impl Wired for Tmcm6110 {
+    type Motion = Tmc429s;
+}
 
 /// A simulated board as a firmware has it, with additions `H` of a platform, for a product `P` with `N` motion controllers.
 #[derive(Debug)]
 pub struct Simulated<H, P = Tmcm1140, const N: usize = 1>(PhantomData<(H, P)>);
 
-impl<H: Hooks, P: Memory + 'static, const N: usize> device::Board for Simulated<H, P, N> {
+impl<H: Hooks, P: Wired, const N: usize> device::Board for Simulated<H, P, N> {
     type Product = P;
-    type Hardware = Tmc429Tmc262<SimSpi, SimSpi>;
+    type Hardware = <P::Motion as Motion>::Hardware;
     type Controllers = [Controller<Self::Hardware>; N];
     type Enable = SimPin;
     type Store = Box<Store<P>>;
 }
 
-impl<H: Hooks, P: Product + 'static, const N: usize> Platform for Simulated<H, P, N> {
+impl<H: Hooks, P: Wired + Product, const N: usize> Platform for Simulated<H, P, N> {
     type Hooks = H;
 }
 
 /// The parts of which a device on a simulated board is made.
-pub fn parts<H: Hooks, P: Memory + 'static, const AXES: usize, const N: usize>(
+pub fn parts<H: Hooks, P: Wired, const AXES: usize, const N: usize>(
     board: &SharedBoard,
 ) -> Parts<Simulated<H, P, N>, AXES> {
     Parts {
-        controllers: std::array::from_fn(|n| Controller::new(Tmc429::new(board.spi(Chip::Tmc429(n), TMC429_HZ)))),
-        axes: Tmc429Tmc262::axes(std::array::from_fn(|axis| board.spi(Chip::Tmc262(axis), TMC262_HZ))),
+        controllers: std::array::from_fn(|number| P::Motion::controller(board, number)),
+        axes: P::Motion::axes(board),
         enable: board.enable_pin(),
         store: Box::new(Store::new()),
     }

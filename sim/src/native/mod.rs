@@ -22,7 +22,7 @@ use tmcm::tmcl::binary::Telegram;
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
-pub use board::{Simulated, parts};
+pub use board::{Motion, Simulated, Tmc429s, Wired, parts};
 pub use product::{FirmwareKind, Model, Product};
 
 use crate::client::{Client, Sent};

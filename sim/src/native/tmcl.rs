@@ -11,7 +11,7 @@ use tmcm::tmcl::{Command, Reply, Status, can};
 use tmcm::units::Micros;
 use tmcm::vm::Machine;
 
-use super::board::{Simulated, parts};
+use super::board::{Simulated, Wired, parts};
 use super::firmware::{Firmware, Start, messages};
 use super::ports::Ports;
 use super::surroundings::{Surroundings, keeper};
@@ -20,7 +20,7 @@ use crate::module::Rs485;
 use crate::tracer::{Step, Tracer};
 
 /// The TMCL firmware of product `P`.
-struct Tmcl<P: Product + 'static, const AXES: usize, const N: usize> {
+struct Tmcl<P: Wired + Product, const AXES: usize, const N: usize> {
     module: Module<Simulated<Tracer, P, N>, AXES>,
     around: Surroundings<AXES>,
     ports: Ports,
@@ -28,7 +28,7 @@ struct Tmcl<P: Product + 'static, const AXES: usize, const N: usize> {
 }
 
 /// Starts the TMCL firmware of product `P`; the messages for a person are about its EEPROM.
-pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
+pub(super) fn start<P: Wired + Product, const AXES: usize, const N: usize>(
     Start { board, clock, seed, tracing }: Start<'_>,
 ) -> (Box<dyn Firmware>, Vec<String>) {
     let mut keeper = keeper(board);
@@ -44,7 +44,7 @@ pub(super) fn start<P: Product + 'static, const AXES: usize, const N: usize>(
     (Box::new(firmware), messages(&report))
 }
 
-impl<P: Product + 'static, const AXES: usize, const N: usize> Firmware for Tmcl<P, AXES, N> {
+impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P, AXES, N> {
     fn deadline(&self) -> Nanos {
         self.around.when(self.module.deadline())
     }
