@@ -1,11 +1,11 @@
 //! The axis for which values are converted: what its product can have, and what it makes of a number.
 
+use tmcm::module::Spec;
 use tmcm::param::{self, AxisParameter};
 
 use super::exact::Exact;
 use super::scale::{Generator, Quantity, Scale, Unit};
 use super::value::Value;
-use crate::product::Product;
 
 /// Largest pulse divisor, and ramp divisor (manual chapter 4, parameters 153 and 154).
 pub(super) const MOST_DIVIDED: u8 = 13;
@@ -13,7 +13,9 @@ pub(super) const MOST_DIVIDED: u8 = 13;
 /// An axis of a product.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
-    pub(super) product: Product,
+    /// What its product is.
+    pub(super) spec: &'static Spec,
+    /// What its numbers mean.
     pub(super) scale: Scale,
 }
 
@@ -32,8 +34,8 @@ pub(super) struct Made {
 
 impl Axis {
     /// The unit in which the product's parameters have speeds and accelerations unless a setting says otherwise.
-    fn usual_unit(self) -> Unit {
-        let row = self.product.spec().axis.row(AxisParameter::MaximumSpeed);
+    pub(super) fn usual_unit(self) -> Unit {
+        let row = self.spec.axis.row(AxisParameter::MaximumSpeed);
         match row.map(|row| row.unit) {
             Some(param::Unit::Internal) => Unit::Internal,
             _ => Unit::Pulses,
@@ -46,7 +48,7 @@ impl Axis {
             Quantity::Speed => AxisParameter::MaximumSpeed,
             Quantity::Acceleration => AxisParameter::MaximumAcceleration,
         };
-        let row = self.product.spec().axis.row(parameter);
+        let row = self.spec.axis.row(parameter);
         row.and_then(|row| row.ranges.last()).map_or(0, |(_, high)| i128::from(*high))
     }
 
@@ -56,7 +58,7 @@ impl Axis {
     /// Why it cannot have it, with what could be done about it.
     pub(super) fn make(self, value: &Value, quantity: Quantity, unit: Unit) -> Result<Made, String> {
         let Value { text, number, .. } = value;
-        let (name, generator) = (self.product.name(), self.scale.generator);
+        let (name, generator) = (self.spec.usb, self.scale.generator);
         let Some(wanted) = self.scale.pulses(quantity, unit, *number) else {
             let units: Vec<&str> = self.scale.units().map(|unit| unit.name(quantity)).collect();
             let (unit, units) = (unit.name(quantity), units.join(", "));
@@ -133,5 +135,51 @@ impl Asked {
             }
             _ => written,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::value;
+    use super::*;
+    use tmcm::module::TMCM_3212;
+
+    const AXIS: Axis =
+        Axis { spec: &TMCM_3212, scale: Scale { generator: Generator::Tmc5160, microsteps: 256, steps: 200 } };
+
+    /// What the module makes of a value as the first thing that it can be.
+    fn made(text: &str, quantity: Quantity, unit: Unit) -> Result<Made, String> {
+        let values = value::read(&TMCM_3212, &[text.into()]).expect("a value");
+        AXIS.make(values.first().expect("one"), quantity, unit)
+    }
+
+    /// 60 rpm are 51200 pps, 51200 * 2^24 / 16e6 = 53687.0912 of the chip's units; it gets 53687, of which each is 16e6 /
+    /// 2^24 = 15625 / 16384 pps.
+    #[test]
+    fn a_number_goes_through_pps_into_the_chip() {
+        let made = made("60 rpm", Quantity::Speed, Unit::PerMinute).unwrap();
+        assert_eq!((made.wanted, made.written, made.own), (Exact::whole(51_200), (51_200, Unit::Pulses), 53_687));
+        assert_eq!(made.actual, Exact::ratio(53_687 * 15_625, 16_384));
+    }
+
+    /// The largest speed of the manual is beyond what the chip documents, 2^23 - 512, which it gets.
+    #[test]
+    fn the_chip_ends_before_the_parameter() {
+        let made = |text: &str| made(text, Quantity::Speed, Unit::Pulses);
+        assert_eq!(made("7999774 pps").map(|made| made.own), Ok(8_388_096));
+        assert_eq!(made("7999775 pps").unwrap_err(), "7999775 pps: a speed of a TMCM-3212 is at most 7999774 pps");
+    }
+
+    /// While the unit mode is 0, a number is the chip's own.
+    #[test]
+    fn a_number_of_the_chip_is_taken_as_it_is() {
+        let chip = |text: &str, quantity| made(text, quantity, Unit::Chip);
+        let made = chip("10 chip", Quantity::Speed).unwrap();
+        assert_eq!((made.own, made.written, made.actual), (10, (10, Unit::Chip), Exact::ratio(156_250, 16_384)));
+        assert!(chip("65536 chip", Quantity::Speed).is_ok());
+        assert_eq!(
+            chip("65536 chip", Quantity::Acceleration).unwrap_err(),
+            "65536 chip: an acceleration of a TMCM-3212 is at most 65535 chip"
+        );
     }
 }

@@ -103,7 +103,7 @@ fn axis(options: &Options) -> Result<Axis, String> {
         _ => Generator::Tmc5160,
     };
     let Options { microsteps, steps, .. } = *options;
-    Ok(Axis { product: options.product, scale: Scale { generator, microsteps, steps } })
+    Ok(Axis { spec: options.product.spec(), scale: Scale { generator, microsteps, steps } })
 }
 
 /// Writes what a value is, in each of its meanings that the product can have.
@@ -140,10 +140,17 @@ fn write_motion(out: &mut Vec<u8>, axis: Axis, value: &Value, quantity: Quantity
         "{} as {} of a {}: {divisors}{microsteps} microsteps per full step, {steps} full steps per turn",
         value.text,
         quantity.name(),
-        axis.product.name()
+        axis.spec.usb
     )?;
     let (whole, written) = made.written;
-    let remark = |unit| if unit == written { format!("write {whole}") } else { String::new() };
+    let (usual, own) = (axis.usual_unit(), generator.own_unit());
+    // A product whose usual unit is not that of its chip takes numbers of the chip while its unit mode is 0.
+    let mode = axis.spec.axis.row(AxisParameter::UnitMode).filter(|_| usual != own);
+    let remark = |unit| match mode {
+        Some(mode) if unit == own => format!("write {} while AP {} is 0", made.own, mode.number),
+        _ if unit == written => format!("write {whole}"),
+        _ => String::new(),
+    };
     let line = |unit: Unit| {
         let number = |pulses| axis.scale.number(quantity, unit, pulses).map_or_else(String::new, Exact::shown);
         Line {
@@ -163,9 +170,9 @@ fn write_time(out: &mut Vec<u8>, axis: Axis, value: &Value, seconds: Exact) -> R
     if wanted.is_negative() {
         return Err(Failure::Arguments(format!("{}: a time is not negative", value.text)));
     }
-    writeln!(out, "{} as a time of a {}", value.text, axis.product.name())?;
+    writeln!(out, "{} as a time of a {}", value.text, axis.spec.usb)?;
     let mut lines = vec![Line { unit: "s".into(), numbers: vec![wanted.shown()], remark: String::new() }];
-    for tick in time::ticks(axis.product.spec(), wanted) {
+    for tick in time::ticks(axis.spec, wanted) {
         let number = wanted * tick.seconds.inverse();
         let numbers = [Some(number.shown()), tick.number.map(|number| number.to_string())];
         let numbers = numbers.into_iter().flatten().collect();

@@ -3,7 +3,7 @@
 use super::exact::Exact;
 
 /// Clock of the ramp generators of all products, in Hz (manual section 6.1; TMC5160 datasheet section 12.1).
-const CLOCK: i128 = 16_000_000;
+pub(super) const CLOCK: i128 = 16_000_000;
 
 /// What is converted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
