@@ -27,8 +27,12 @@ pub(super) enum Part {
 pub(super) fn warnings(spec: Option<&Spec>, command: Command, length: usize) -> Vec<(Part, String)> {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
     let instruction = opcode.instruction();
-    if !instruction.program || spec.is_some_and(|spec| spec.lacks.contains(&opcode)) {
+    if !instruction.program {
         return unknown(command.opcode);
+    }
+    if let Some(spec) = spec.filter(|spec| spec.lacks.contains(&opcode)) {
+        let message = format!("a {} has no {}, and skips it", spec.usb, instruction.mnemonic);
+        return vec![(Part::Number, message)];
     }
     let of_product = spec.map(|spec| {
         [
@@ -107,6 +111,10 @@ fn port(spec: &Spec, command: Command, opcode: Opcode) -> Option<String> {
     match (opcode, bank) {
         (_, OUTPUTS) => among("output", spec.outputs),
         (Opcode::Gio, INPUTS) => among("input", spec.inputs),
+        (Opcode::Sio, INPUTS) => {
+            let exists = port == 0 && spec.pull_ups > 0;
+            (!exists).then(|| format!("there are no pull-up resistors at port {port}"))
+        }
         (Opcode::Gio, ANALOG) => {
             let mut ports: Vec<u8> = (0..8).filter(|port| spec.analog & (1 << port) != 0).collect();
             let signals = spec.signals.iter().map(|signal| signal.place());
@@ -156,7 +164,11 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
 fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
     let message = match opcode {
         Opcode::Sap | Opcode::Sgp => range(&parameter(spec, opcode, command)?, command.value),
-        Opcode::Ror | Opcode::Rol => range(&spec.axis.row(AxisParameter::TargetSpeed)?.into(), command.value),
+        Opcode::Ror | Opcode::Rol => {
+            let message = range(&spec.axis.row(AxisParameter::TargetSpeed)?.into(), command.value)?;
+            let limited = if spec.limits_speed { "; the motor turns at that limit" } else { "" };
+            Some(message + limited)
+        }
         Opcode::Mvp if command.kind == COORD => coordinate(command.value),
         _ => None,
     };
@@ -179,7 +191,7 @@ fn jump(command: Command, length: usize) -> Option<(Part, String)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tmcm::module::{TMCM_1140, TMCM_3110, TMCM_6110};
+    use tmcm::module::{TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
     use tmcm::tmcl::text;
 
     fn messages_on(spec: Option<&Spec>, line: &str) -> Vec<String> {
@@ -284,6 +296,41 @@ mod tests {
         assert_eq!(messages_on(Some(&TMCM_3110), "EI 6"), ["there is no interrupt 6"]);
         assert_eq!(messages_on(None, "JA 10").len(), 1);
         assert_eq!(messages_on(None, "50, 0, 0, 0").len(), 1);
+    }
+
+    /// Three axes with four inputs and outputs, of which the inputs are analog, too; ENABLE is input 10; and nothing of an
+    /// axis is stored.
+    #[test]
+    fn what_the_tmcm_3212_has_and_lacks() {
+        let on = |line: &str| messages_on(Some(&TMCM_3212), line);
+        for line in [
+            "ROR 2, 7999774",
+            "SAP 5, 0, 7629278",
+            "SAP 255, 1, 0",
+            "GIO 3, 1",
+            "GIO 10, 0",
+            "SIO 3, 2, 1",
+            "EI 42",
+            "VECT 32, 5",
+            "MVP COORD, 71, 20",
+            "STGP 55, 2",
+            "GGP 84, 0",
+        ] {
+            assert_eq!(on(line), [""; 0], "{line}");
+        }
+        assert_eq!(on("STAP 4, 0"), ["a TMCM-3212 has no STAP, and skips it"]);
+        assert_eq!(on("RSAP 4, 0"), ["a TMCM-3212 has no RSAP, and skips it"]);
+        let beyond = "8000000 is out of range: target speed takes -7999774..7999774";
+        assert_eq!(on("SAP 2, 0, 8000000"), [beyond]);
+        assert_eq!(on("ROL 0, 8000000"), [format!("{beyond}; the motor turns at that limit")]);
+        assert_eq!(on("ROR 3, 100"), ["there is no axis 3; the last of this module is 2"]);
+        assert_eq!(on("SAP 153, 0, 7"), ["there is no axis parameter 153"]);
+        assert_eq!(on("SGP 79, 0, 1"), ["there is no global parameter 79"]);
+        assert_eq!(on("GIO 4, 1"), ["there is no analog input 4, only 0, 1, 2, 3, 8, 9"]);
+        assert_eq!(on("GIO 11, 0"), ["there is no input 11, only 0..3"]);
+        assert_eq!(on("SIO 4, 2, 1"), ["there is no output 4, only 0..3"]);
+        assert_eq!(on("SIO 0, 0, 1"), ["there are no pull-up resistors at port 0"]);
+        assert_eq!(on("EI 43"), ["there is no interrupt 43"]);
     }
 
     #[test]
