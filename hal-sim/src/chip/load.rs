@@ -118,6 +118,12 @@ impl CoolStep {
         self.scale = if field(control, 0, 4) == 0 { highest } else { self.scale.clamp(lowest, highest) };
     }
 
+    /// Returns to the full current, because coolStep is not in charge.
+    pub(super) fn release(&mut self, full: u32) {
+        self.scale = full;
+        self.above = 0;
+    }
+
     pub(super) fn adapt(&mut self, reading: u16, control: u32, full: u32) {
         let semin = field(control, 0, 4);
         if semin == 0 {

@@ -7,6 +7,7 @@ pub mod load;
 mod ticks;
 pub mod tmc262;
 pub mod tmc429;
+pub mod tmc5160;
 
 use crate::clock::Nanos;
 
@@ -28,4 +29,38 @@ pub trait StepDir {
     /// Returns the levels of the six reference switch pins after the step, in the order of the chip's
     /// REFERENCE_SWITCHES register: bit 0 REFR1, 1 REFL1, 2 REFR2, 3 REFL2, 4 REFR3, 5 REFL3.
     fn step(&mut self, at: Nanos, motor: usize, dir_pin: bool) -> u8;
+}
+
+/// The levels of an ABN encoder's outputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tracks {
+    /// Track A.
+    pub a: bool,
+    /// Track B.
+    pub b: bool,
+    /// The null track.
+    pub n: bool,
+}
+
+/// What a chip that drives a motor by itself finds at its inputs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sensed {
+    /// The level at REFL.
+    pub left: bool,
+    /// The level at REFR.
+    pub right: bool,
+    /// The position of the encoder in quadrature counts; 0 without an encoder.
+    pub count: i64,
+}
+
+/// What is connected to the coils and the inputs of a TMC5160: a motor, with what it drives.
+pub trait Mechanics {
+    /// The field of the coils has moved to `field`, in 1/256 full steps, at `at`. Returns the inputs after that.
+    fn turn(&mut self, at: Nanos, field: i64) -> Sensed;
+    /// The current that makes torque is now `current`, in 1/32 of the full current; 0 with the bridges off.
+    fn energise(&mut self, current: u32);
+    /// The load on the motor.
+    fn load(&self) -> load::LoadRatio;
+    /// The levels of the encoder's outputs where it has counted to `count`.
+    fn tracks(&self, count: i64) -> Tracks;
 }

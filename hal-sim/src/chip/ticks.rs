@@ -23,7 +23,7 @@ pub(super) struct TickClock {
 /// The length of a tick in 2^-n ns, and this n, which is 9 at most: 10^9 has nine factors of two.
 fn binary(hz: u64, divider: u64) -> Option<(Nanos, u32)> {
     (0..=9)
-        .map(|shift| (divider * SECOND << shift, shift))
+        .map(|shift| ((divider * SECOND) << shift, shift))
         .find(|(length, _)| length.is_multiple_of(hz))
         .map(|(length, shift)| (length / hz, shift))
 }
