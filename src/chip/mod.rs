@@ -5,3 +5,4 @@ pub mod at25;
 pub mod encoder;
 pub mod tmc262;
 pub mod tmc429;
+pub mod tmc5160;

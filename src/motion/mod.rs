@@ -1,8 +1,9 @@
 //! What an axis does: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
 //!
 //! An [`Axis`] keeps what it was told and what it has noticed. It reaches its chips by the trait [`Hardware`] alone,
-//! which [`tmc429`] implements for the TMC429 with its TMC262 drivers. The device polls each axis once in a millisecond
-//! ([`Joined::poll`]); between two polls the firmware gives motion commands and reads and writes parameters.
+//! which [`tmc429`] implements for the TMC429 with its TMC262 drivers, and [`tmc5160`] for the TMC5160. The device polls
+//! each axis once in a millisecond ([`Joined::poll`]); between two polls the firmware gives motion commands and reads and
+//! writes parameters.
 
 mod axis;
 mod current;
@@ -20,6 +21,7 @@ mod slope;
 mod stall;
 mod switch;
 pub mod tmc429;
+pub mod tmc5160;
 mod turn;
 mod values;
 

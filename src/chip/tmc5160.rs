@@ -1,0 +1,474 @@
+//! Driver of the TMC5160, a ramp generator and a stepper driver in one chip, behind datagrams of 40 bits (TMC5160
+//! datasheet, chapters 4 and 6).
+//!
+//! What is read from a register comes with the datagram after the one that asks for it. So a reading costs two datagrams,
+//! but of several readings in a row each costs one: [`Tmc5160::turn`] makes use of that. Registers that only the firmware
+//! changes are shadowed: writing a value that the chip already has costs no datagram. Every datagram brings the chip's
+//! status byte along; the last one is kept.
+
+use embedded_hal::spi::{self, ErrorKind, SpiDevice};
+
+/// Frequency of the clock at the chip's pin CLK, in Hz. It is what all speeds, accelerations and times of the chip are
+/// counted in.
+pub const CLOCK: u32 = 16_000_000;
+
+/// Why a datagram did not get through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Error<E> {
+    /// The SPI bus failed.
+    Spi(E),
+    /// The chip did not answer as a TMC5160 does.
+    NoAnswer,
+}
+
+impl<E: spi::Error> spi::Error for Error<E> {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Error::Spi(error) => error.kind(),
+            Error::NoAnswer => ErrorKind::Other,
+        }
+    }
+}
+
+/// The registers, by address (datasheet chapter 6). Speeds are in 2^-24 microsteps per clock, accelerations in 2^-41
+/// microsteps per square of a clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Register {
+    /// General configuration, see [`gconf`].
+    Gconf = 0x00,
+    /// What has happened since the firmware looked last, see [`gstat`]: a one that is written clears its flag.
+    Gstat = 0x01,
+    /// Levels of pins, and in bits 31..24 the version.
+    Ioin = 0x04,
+    /// Scale of the motor current, in 1/256; 0 is the full scale.
+    GlobalScaler = 0x0B,
+    /// Standstill current in bits 4..0, run current in 12..8, both in 1/32 less one, and in 19..16 the delay between two
+    /// steps of the power down ramp.
+    IholdIrun = 0x10,
+    /// Time from standstill to the power down ramp, in 2^18 clocks.
+    TPowerDown = 0x11,
+    /// Clocks in 1/256 of a full step, as measured; 2^20 - 1 at standstill.
+    TStep = 0x12,
+    /// stealthChop works while TSTEP is not below this.
+    TPwmThrs = 0x13,
+    /// coolStep and stop on stall work while TSTEP is not above this.
+    TCoolThrs = 0x14,
+    /// The chopper is in its mode for high speeds while TSTEP is not above this.
+    THigh = 0x15,
+    /// How the ramp generator moves, see [`RampMode`].
+    RampMode = 0x20,
+    /// Actual position in microsteps, signed.
+    XActual = 0x21,
+    /// Actual speed, signed, 24 bits.
+    VActual = 0x22,
+    /// Speed at which a motor starts.
+    VStart = 0x23,
+    /// Acceleration between VSTART and V1.
+    A1 = 0x24,
+    /// Speed at which the other acceleration and deceleration begin; 0: they hold everywhere.
+    V1 = 0x25,
+    /// Acceleration above V1, and in velocity mode everywhere.
+    AMax = 0x26,
+    /// Top speed of positioning, target speed in velocity mode.
+    VMax = 0x27,
+    /// Deceleration above V1.
+    DMax = 0x28,
+    /// Deceleration between V1 and VSTOP.
+    D1 = 0x2A,
+    /// Speed at which a motor stops.
+    VStop = 0x2B,
+    /// Time at a stand before the next move, in 512 clocks.
+    TZeroWait = 0x2C,
+    /// Target position in microsteps, signed. In positioning mode a write sets the motor going.
+    XTarget = 0x2D,
+    /// Speed above which dcStep works; 0: nowhere.
+    VdcMin = 0x33,
+    /// What switches and stalls do, see [`sw_mode`].
+    SwMode = 0x34,
+    /// State of ramp and switches, see [`ramp_stat`]: a one that is written clears a flag of an event.
+    RampStat = 0x35,
+    /// The position that a switch has latched.
+    XLatch = 0x36,
+    /// Mode of the encoder.
+    EncMode = 0x38,
+    /// Position of the encoder.
+    XEnc = 0x39,
+    /// By what each count of the encoder changes its position, as a fixed point number of 16.16 bits.
+    EncConst = 0x3A,
+    /// Events of the encoder, see [`enc_status`]: a one that is written clears its flag.
+    EncStatus = 0x3B,
+    /// The position of the encoder that was latched.
+    EncLatch = 0x3C,
+    /// How far the encoder may deviate from the position, in microsteps; 0: anywhere.
+    EncDeviation = 0x3D,
+    /// Configuration of the chopper.
+    ChopConf = 0x6C,
+    /// Configuration of stallGuard2 and coolStep.
+    CoolConf = 0x6D,
+    /// Configuration of dcStep.
+    DcCtrl = 0x6E,
+    /// State of the driver, see [`drv_status`].
+    DrvStatus = 0x6F,
+    /// Configuration of stealthChop.
+    PwmConf = 0x70,
+    /// Duty cycle of stealthChop, in bits 7..0.
+    PwmScale = 0x71,
+}
+
+/// Bits of [`Register::Gconf`].
+pub mod gconf {
+    /// en_pwm_mode: stealthChop is switched on, which is allowed at standstill only.
+    pub const EN_PWM_MODE: u32 = 1 << 2;
+    /// multistep_filt: the filter of the step input, which is on after a reset.
+    pub const MULTISTEP_FILT: u32 = 1 << 3;
+    /// shaft: the motor turns the other way.
+    pub const SHAFT: u32 = 1 << 4;
+}
+
+/// Bits of [`Register::Gstat`].
+pub mod gstat {
+    /// reset: the registers are at their reset values.
+    pub const RESET: u32 = 1 << 0;
+    /// drv_err: the driver has shut down.
+    pub const DRV_ERR: u32 = 1 << 1;
+}
+
+/// Bits of [`Register::SwMode`].
+pub mod sw_mode {
+    /// stop_l_enable: the left switch stops the motor.
+    pub const STOP_L_ENABLE: u32 = 1 << 0;
+    /// stop_r_enable: the right switch stops the motor.
+    pub const STOP_R_ENABLE: u32 = 1 << 1;
+    /// pol_stop_l: the left switch is closed at a low level.
+    pub const POL_STOP_L: u32 = 1 << 2;
+    /// pol_stop_r: the right switch is closed at a low level.
+    pub const POL_STOP_R: u32 = 1 << 3;
+    /// swap_lr: left and right are swapped.
+    pub const SWAP_LR: u32 = 1 << 4;
+    /// latch_l_active: the position is latched when the left switch closes.
+    pub const LATCH_L_ACTIVE: u32 = 1 << 5;
+    /// latch_l_inactive: the position is latched when the left switch opens.
+    pub const LATCH_L_INACTIVE: u32 = 1 << 6;
+    /// latch_r_active: the position is latched when the right switch closes.
+    pub const LATCH_R_ACTIVE: u32 = 1 << 7;
+    /// latch_r_inactive: the position is latched when the right switch opens.
+    pub const LATCH_R_INACTIVE: u32 = 1 << 8;
+    /// en_latch_encoder: the encoder's position is latched together with the motor's.
+    pub const EN_LATCH_ENCODER: u32 = 1 << 9;
+    /// sg_stop: a stall stops the motor.
+    pub const SG_STOP: u32 = 1 << 10;
+    /// en_softstop: switches stop the motor along the ramp.
+    pub const EN_SOFTSTOP: u32 = 1 << 11;
+}
+
+/// Bits of [`Register::RampStat`].
+pub mod ramp_stat {
+    /// status_stop_l: the left switch is closed.
+    pub const STOP_L: u32 = 1 << 0;
+    /// status_stop_r: the right switch is closed.
+    pub const STOP_R: u32 = 1 << 1;
+    /// status_latch_l and status_latch_r: a position has been latched.
+    pub const LATCHES: u32 = 0b11 << 2;
+    /// event_stop_sg: a stall has stopped the motor.
+    pub const EVENT_STOP_SG: u32 = 1 << 6;
+}
+
+/// Bits of [`Register::EncStatus`].
+pub mod enc_status {
+    /// deviation_warn: the encoder deviates too far.
+    pub const DEVIATION_WARN: u32 = 1 << 1;
+}
+
+/// Fields of [`Register::DrvStatus`].
+pub mod drv_status {
+    /// SG_RESULT: the load value.
+    pub const SG_RESULT: u32 = 0x3FF;
+    /// s2vsa and s2vsb, of which the first one is this bit: a short to the supply.
+    pub const S2VSA_BIT: u32 = 12;
+    /// stealth: stealthChop drives the motor.
+    pub const STEALTH: u32 = 1 << 14;
+    /// CS_ACTUAL, from this bit on, five bits: the current scale.
+    pub const CS_ACTUAL_BIT: u32 = 16;
+    /// StallGuard, from this bit on, and seven more flags up to stst.
+    pub const FLAGS_BIT: u32 = 24;
+}
+
+/// How the ramp generator moves ([`Register::RampMode`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum RampMode {
+    /// To XTARGET.
+    Positioning = 0,
+    /// At VMAX, towards positive positions.
+    Positive = 1,
+    /// At VMAX, towards negative positions.
+    Negative = 2,
+    /// On at the speed that the motor has.
+    Hold = 3,
+}
+
+/// The bit of the address byte that makes a datagram a write.
+const WRITE: u8 = 1 << 7;
+/// The version in bits 31..24 of [`Register::Ioin`].
+const VERSION: u32 = 0x30;
+
+/// Bits of the status byte.
+mod status {
+    /// reset_flag: the chip has been reset.
+    pub(super) const RESET: u8 = 1 << 0;
+    /// driver_error: the driver has shut down.
+    pub(super) const DRIVER_ERROR: u8 = 1 << 1;
+    /// sg2: a stall.
+    pub(super) const STALL: u8 = 1 << 2;
+    /// status_stop_l: the left switch is closed.
+    pub(super) const STOP_L: u8 = 1 << 6;
+    /// status_stop_r: the right switch is closed.
+    pub(super) const STOP_R: u8 = 1 << 7;
+}
+
+/// The registers that only the firmware changes: they are shadowed.
+const SHADOWED: [Register; 26] = [
+    Register::Gconf,
+    Register::GlobalScaler,
+    Register::IholdIrun,
+    Register::TPowerDown,
+    Register::TPwmThrs,
+    Register::TCoolThrs,
+    Register::THigh,
+    Register::RampMode,
+    Register::VStart,
+    Register::A1,
+    Register::V1,
+    Register::AMax,
+    Register::VMax,
+    Register::DMax,
+    Register::D1,
+    Register::VStop,
+    Register::TZeroWait,
+    Register::VdcMin,
+    Register::SwMode,
+    Register::EncMode,
+    Register::EncConst,
+    Register::EncDeviation,
+    Register::ChopConf,
+    Register::CoolConf,
+    Register::DcCtrl,
+    Register::PwmConf,
+];
+
+/// The place of each register in the shadow, by address; the length of the shadow for those that have none.
+#[allow(clippy::indexing_slicing, clippy::arithmetic_side_effects)]
+const PLACES: [u8; 128] = {
+    let mut places = [SHADOWED.len() as u8; 128];
+    let mut place = 0;
+    while place < SHADOWED.len() {
+        places[SHADOWED[place] as usize] = place as u8;
+        place += 1;
+    }
+    places
+};
+
+/// What [`Tmc5160::turn`] has read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Turn {
+    /// The actual position, in microsteps.
+    pub position: i32,
+    /// What has come of a register for which an earlier call has asked.
+    pub reading: Option<(Register, u32)>,
+}
+
+/// The chip on its SPI bus.
+#[derive(Debug)]
+pub struct Tmc5160<SPI> {
+    spi: SPI,
+    /// Status byte of the last datagram.
+    status: u8,
+    /// The register for which the last datagram has asked.
+    asked: Option<Register>,
+    /// A reading that has come, and that nobody has taken yet.
+    reading: Option<(Register, u32)>,
+    /// The chip has not answered as a TMC5160 does, and has not been [confirmed](Self::confirm) since.
+    unanswered: bool,
+    /// The chip has told of a reset, and has not been [set up](Self::initialise) since.
+    lost: bool,
+    /// The registers whose contents are known, by their places in the shadow.
+    known: u32,
+    shadow: [u32; SHADOWED.len()],
+}
+
+impl<SPI: SpiDevice> Tmc5160<SPI> {
+    /// The chip on an SPI device in mode 3, with unknown register contents: after a warm start its motor may be running.
+    pub const fn new(spi: SPI) -> Self {
+        Tmc5160 {
+            spi,
+            status: 0,
+            asked: None,
+            reading: None,
+            unanswered: false,
+            lost: false,
+            known: 0,
+            shadow: [0; SHADOWED.len()],
+        }
+    }
+
+    /// Notes the end of whatever reset the chip: from now on its registers count as set up anew.
+    ///
+    /// # Errors
+    /// A datagram did not get through, or the chip does not answer as a TMC5160 does.
+    pub fn initialise(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.confirm()?;
+        self.known = 0;
+        self.write(Register::Gstat, gstat::RESET | gstat::DRV_ERR)?;
+        self.write(Register::GlobalScaler, 0)?;
+        // The status byte of a datagram is older than what the datagram before it has done.
+        self.confirm()?;
+        self.lost = false;
+        Ok(())
+    }
+
+    /// Stops the motor at once, whatever it was doing. The speed cannot be written, but both switches stop the motor
+    /// without a ramp where both count as closed: their polarities are set so (datasheet section 12.2.4, option d). What
+    /// switches do is to be written anew when the motor stands.
+    ///
+    /// # Errors
+    /// A datagram did not get through.
+    pub fn halt(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.write(Register::VMax, 0)?;
+        if !self.turns() {
+            self.write(Register::RampMode, RampMode::Positive as u32)?;
+        }
+        let both = sw_mode::STOP_L_ENABLE | sw_mode::STOP_R_ENABLE;
+        self.write(Register::SwMode, both)?;
+        let closed = self.read(Register::RampStat)?;
+        let bit = |closed_bit: u32, polarity: u32| if closed & closed_bit == 0 { polarity } else { 0 };
+        let polarities = bit(ramp_stat::STOP_L, sw_mode::POL_STOP_L) | bit(ramp_stat::STOP_R, sw_mode::POL_STOP_R);
+        self.write(Register::SwMode, both | polarities)
+    }
+
+    /// True if the ramp generator is known to be in one of the two velocity modes.
+    fn turns(&self) -> bool {
+        self.holds(Register::RampMode, RampMode::Positive as u32)
+            || self.holds(Register::RampMode, RampMode::Negative as u32)
+    }
+
+    /// Writes to a register, unless it is known to have that value.
+    ///
+    /// # Errors
+    /// The datagram did not get through; then the register's contents count as unknown.
+    pub fn write(&mut self, register: Register, word: u32) -> Result<(), Error<SPI::Error>> {
+        if self.holds(register, word) {
+            return Ok(());
+        }
+        let bit = self.bit(register);
+        self.known &= !bit;
+        self.exchange(register, Some(word))?;
+        if let Some(shadow) = self.shadow.get_mut(place(register)) {
+            *shadow = word;
+            self.known |= bit;
+        }
+        Ok(())
+    }
+
+    /// True when the chip is known to hold `word` in this register.
+    pub fn holds(&self, register: Register, word: u32) -> bool {
+        self.known & self.bit(register) != 0 && self.shadow.get(place(register)) == Some(&word)
+    }
+
+    /// Notes that the contents of all registers are unknown.
+    pub const fn forget(&mut self) {
+        self.known = 0;
+    }
+
+    /// Reads a register, with two datagrams.
+    ///
+    /// # Errors
+    /// A datagram did not get through, or the chip has not been [confirmed](Self::confirm) since it once did not answer.
+    pub fn read(&mut self, register: Register) -> Result<u32, Error<SPI::Error>> {
+        self.exchange(register, None)?;
+        let reading = self.reading;
+        let word = self.exchange(register, None)?;
+        // The second datagram has asked once more, for an answer that nobody waits for.
+        (self.reading, self.asked) = (reading, None);
+        if self.unanswered { Err(Error::NoAnswer) } else { Ok(word) }
+    }
+
+    /// Reads the actual position and asks for the register `next`, with two datagrams.
+    ///
+    /// # Errors
+    /// As of [`read`](Self::read).
+    pub fn turn(&mut self, next: Register) -> Result<Turn, Error<SPI::Error>> {
+        self.exchange(Register::XActual, None)?;
+        let reading = self.reading.take();
+        let position = self.exchange(next, None)?;
+        self.reading = None;
+        if let Some((Register::Ioin, word)) = reading {
+            self.unanswered |= version(word) != VERSION;
+        }
+        if self.unanswered { Err(Error::NoAnswer) } else { Ok(Turn { position: position as i32, reading }) }
+    }
+
+    /// Asks the chip for its version, which shows that chip and bus work.
+    ///
+    /// # Errors
+    /// The chip did not answer with its version. Until it does, no reading counts as answered.
+    pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
+        self.unanswered = false;
+        let word = self.read(Register::Ioin)?;
+        self.unanswered = version(word) != VERSION;
+        if self.unanswered { Err(Error::NoAnswer) } else { Ok(()) }
+    }
+
+    /// True while the chip has answered as a TMC5160 does since the last [`confirm`](Self::confirm).
+    pub const fn answers(&self) -> bool {
+        !self.unanswered
+    }
+
+    /// True if the chip has been reset, by its supply, and so has lost its registers and the motor's position.
+    pub const fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    /// The stop switches at the last datagram, left and right, true is closed; after polarity and swap.
+    pub const fn switches(&self) -> [bool; 2] {
+        [self.status & status::STOP_L != 0, self.status & status::STOP_R != 0]
+    }
+
+    /// True if the driver had told of a shut-down, or of a stall, at the last datagram.
+    pub const fn is_alarmed(&self) -> bool {
+        self.status & (status::DRIVER_ERROR | status::STALL) != 0
+    }
+
+    /// The bit of a register in [`known`](Self::known); 0 for a register that is not shadowed.
+    fn bit(&self, register: Register) -> u32 {
+        if place(register) < SHADOWED.len() { 1_u32.unbounded_shl(place(register) as u32) } else { 0 }
+    }
+
+    /// Exchanges one datagram: an address, and then 32 bits to be written, or zeros. The first byte of the answer is the
+    /// status, the others are what the datagram before has asked for.
+    fn exchange(&mut self, register: Register, write: Option<u32>) -> Result<u32, Error<SPI::Error>> {
+        let [a, b, c, d] = write.unwrap_or(0).to_be_bytes();
+        let address = register as u8 | if write.is_some() { WRITE } else { 0 };
+        let mut datagram = [address, a, b, c, d];
+        let asked = core::mem::replace(&mut self.asked, if write.is_some() { None } else { Some(register) });
+        self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
+        let [status, a, b, c, d] = datagram;
+        let word = u32::from_be_bytes([a, b, c, d]);
+        self.status = status;
+        self.lost |= status & status::RESET != 0;
+        if let Some(asked) = asked {
+            self.reading = Some((asked, word));
+        }
+        Ok(word)
+    }
+}
+
+/// The place of a register in the shadow; beyond its end for one that is not shadowed.
+fn place(register: Register) -> usize {
+    PLACES.get(register as usize).copied().unwrap_or(u8::MAX).into()
+}
+
+/// The version in a reading of [`Register::Ioin`].
+const fn version(word: u32) -> u32 {
+    word >> 24
+}

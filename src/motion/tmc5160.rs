@@ -1,0 +1,499 @@
+//! The hardware of an axis that runs on a TMC5160, which is ramp generator, driver and encoder counter in one: each axis is
+//! on a motion controller of its own.
+//!
+//! Here is all that this chip demands: its unit of time ([`unit`]), ramps of six points ([`ramp`]), the driver's many
+//! settings ([`configuration`]), and a way to stop at once although its speed cannot be written. Most of what is known of
+//! the motor comes with two datagrams in each millisecond: the actual position and, in rotation, one of the other readings;
+//! the stop switches are in the status byte of each datagram. By its supply the chip can be reset: then it has lost all
+//! registers, and the motor stands.
+
+mod configuration;
+mod ramp;
+mod unit;
+
+use core::marker::PhantomData;
+
+use embedded_hal::spi::SpiDevice;
+
+use super::Error;
+use super::current::Excitation;
+use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode};
+use super::slope::Slopes;
+use super::switch::Side;
+use super::values::Values;
+use crate::chip::tmc5160::{RampMode, Register, Tmc5160, Turn, drv_status, enc_status, gstat, ramp_stat, sw_mode};
+use crate::param::AxisParameter as P;
+pub use ramp::Shape;
+use unit::Unit;
+
+/// Number of turns, one in a millisecond, after which a reading of the speed is younger than the last goal: it is asked for
+/// in one of two turns, and comes in the next one.
+const SETTLING: u8 = 4;
+/// Number of turns for which the switches stay as they stop the motor at once, so that the ramp generator has seen them.
+const HALTING: u8 = 2;
+/// A difference between two readings of the position, in microsteps, that a motor does not make: at its top speed of
+/// 7 999 512 pps it makes 8000 in a millisecond.
+const LEAP: u32 = 1 << 17;
+
+/// What one axis has of its TMC5160. `D` is the SPI device of the chip.
+#[derive(Debug)]
+pub struct Tmc5160Axis<D> {
+    known: Known,
+    /// The shape of the ramps, where it is not that of the parameters.
+    shape: Option<Shape>,
+    /// The number of the next reading in the rotation, wrapping at 256.
+    rotation: u8,
+    /// For how many turns a reading of the speed may still be older than the goal.
+    settling: u8,
+    /// For how many turns the switches still stop the motor at once, whatever they are.
+    halting: u8,
+    /// SW_MODE as the course of the motor has it, but for sg_stop.
+    switches: u32,
+    /// A stall stops the motor.
+    armed: bool,
+    /// A stall has stopped the motor.
+    stalled: bool,
+    /// The encoder deviates.
+    deviates: bool,
+    /// stealthChop is switched on.
+    pwm: bool,
+    /// DRV_STATUS as read last.
+    driver: u32,
+    /// The unit of speeds.
+    unit: Unit,
+    /// The top speed of the course, in that unit.
+    top_speed: i32,
+    device: PhantomData<D>,
+}
+
+impl<D: SpiDevice> Tmc5160Axis<D> {
+    /// The hardware of the axes of a module. The chips are not told anything yet.
+    pub fn axes<const N: usize>() -> [Self; N] {
+        [(); N].map(|()| Tmc5160Axis {
+            known: Known::default(),
+            shape: None,
+            rotation: 0,
+            settling: 0,
+            halting: 0,
+            switches: 0,
+            armed: false,
+            stalled: false,
+            deviates: false,
+            pwm: false,
+            driver: 0,
+            unit: Unit::Pps,
+            top_speed: 0,
+            device: PhantomData,
+        })
+    }
+}
+
+impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
+    type Controller = Tmc5160<D>;
+
+    type Shape = Shape;
+
+    const AXES: usize = 1;
+
+    const UNITS: &'static [P] = &[P::UnitMode];
+
+    const RAMPS: &'static [P] = &[
+        P::MaximumSpeed,
+        P::MaximumAcceleration,
+        P::StartVelocity,
+        P::FirstAcceleration,
+        P::FirstVelocity,
+        P::MaximumDeceleration,
+        P::LastDeceleration,
+        P::StopVelocity,
+    ];
+
+    const SHUT_DOWN: u32 = flags::OVERTEMPERATURE | flags::SHORTS_TO_GROUND | flags::SHORTS_TO_SUPPLY;
+
+    fn start(chip: &mut Tmc5160<D>) -> Result<(), Error> {
+        chip.initialise()?;
+        Ok(chip.halt()?)
+    }
+
+    fn halt(chip: &mut Tmc5160<D>) -> Result<(), Error> {
+        chip.forget();
+        Ok(chip.halt()?)
+    }
+
+    fn answers(chip: &mut Tmc5160<D>) -> bool {
+        chip.answers() || chip.confirm().is_ok()
+    }
+
+    /// Each chip inverts its switches and its motor by parameters of its axis (24, 25 and 251), so there is nothing that its
+    /// axes have in common.
+    fn invert(_: &mut Tmc5160<D>, _: bool, _: bool) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// The chip takes all values that the ranges of the parameters allow.
+    fn accepts(_: &Values) -> bool {
+        true
+    }
+
+    fn head(&mut self, chip: &mut Tmc5160<D>, goal: Goal, course: &Course<'_>) -> Result<(), Error> {
+        self.settling = SETTLING;
+        match goal {
+            Goal::Speed(speed) => {
+                self.known.mode = Mode::Velocity;
+                self.known.target_speed = speed;
+                self.adjust(chip, course)?;
+                let mode = if speed < 0 { RampMode::Negative } else { RampMode::Positive };
+                Ok(chip.write(Register::RampMode, mode as u32)?)
+            }
+            Goal::Position { target, .. } => {
+                self.ready(chip, target, course)?;
+                self.known.mode = Mode::Ramp;
+                self.known.target = target;
+                if !chip.holds(Register::RampMode, RampMode::Positioning as u32) {
+                    return Ok(chip.write(Register::RampMode, RampMode::Positioning as u32)?);
+                }
+                Ok(chip.write(Register::XTarget, target as u32)?)
+            }
+        }
+    }
+
+    /// In velocity mode the top speed would set the motor going: so the chip is in hold mode, in which the motor keeps the
+    /// speed that it has, until positioning begins. In positioning mode the motor goes when it gets its target.
+    fn ready(&mut self, chip: &mut Tmc5160<D>, target: i32, course: &Course<'_>) -> Result<(), Error> {
+        self.write_switches(chip, course)?;
+        let positions = chip.holds(Register::RampMode, RampMode::Positioning as u32);
+        if !positions {
+            chip.write(Register::RampMode, RampMode::Hold as u32)?;
+        }
+        for (register, word) in ramp::words(course, self.ramps(course)) {
+            chip.write(register, word)?;
+        }
+        if !positions {
+            chip.write(Register::XTarget, target as u32)?;
+        }
+        Ok(())
+    }
+
+    fn approach(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
+        let words = ramp::words(course, self.ramps(course));
+        let Some((register, word)) = words.into_iter().find(|(register, word)| !chip.holds(*register, *word)) else {
+            return Ok(false);
+        };
+        chip.write(register, word)?;
+        Ok(true)
+    }
+
+    fn shape(values: &Values) -> Shape {
+        Shape::of(values).in_two_parts(values)
+    }
+
+    fn reshape(&mut self, shape: Option<Shape>) {
+        self.shape = shape;
+    }
+
+    fn slopes(values: &Values, shape: &Shape, wanted: i32, _: i32) -> Slopes {
+        shape.slopes(Unit::of(values), wanted)
+    }
+
+    /// The positions of two chips are read within some 60 us: at 1 pps the motor makes 1/65 of 1/256 microstep meanwhile.
+    fn skew(speed: i32) -> i32 {
+        speed >> 6
+    }
+
+    /// A lag of a microstep is made up for in 16.4 ms by 61 pps.
+    fn correction(_: &Values, way: i32) -> i32 {
+        way.saturating_mul(61)
+    }
+
+    fn adjust(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<(), Error> {
+        self.write_switches(chip, course)?;
+        if self.known.mode.positions() {
+            for (register, word) in ramp::words(course, self.ramps(course)) {
+                chip.write(register, word)?;
+            }
+            return Ok(());
+        }
+        let unit = Unit::of(course.values);
+        chip.write(Register::AMax, unit.acceleration(course.acceleration))?;
+        chip.write(Register::TZeroWait, course.values.get(P::RampWaitTime) as u32)?;
+        Ok(chip.write(Register::VMax, unit.speed(self.known.target_speed).min(unit::TOP_SPEED))?)
+    }
+
+    /// A chip that has been reset is set up with the motor where it was last known to be. What its driver has lost is written
+    /// by [`drive`](Self::drive).
+    fn stop(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<(), Error> {
+        self.known.mode = Mode::Hold;
+        if chip.is_lost() {
+            Self::start(chip)?;
+            self.place(chip, self.known.position)?;
+        } else {
+            chip.halt()?;
+            chip.write(Register::RampStat, ramp_stat::EVENT_STOP_SG)?;
+        }
+        self.halting = HALTING;
+        (self.armed, self.stalled) = (false, false);
+        self.known.speed = 0;
+        self.head(chip, Goal::Speed(0), course)
+    }
+
+    fn place(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
+        chip.write(Register::XActual, position as u32)?;
+        chip.write(Register::XTarget, position as u32)?;
+        self.known.position = position;
+        self.known.target = position;
+        Ok(())
+    }
+
+    /// Also takes one of the other readings, whatever is asked for: two datagrams bring two.
+    fn follow(&mut self, chip: &mut Tmc5160<D>, _: Option<u8>) -> Result<Followed, Error> {
+        self.settling = self.settling.saturating_sub(1);
+        if let Some(turns) = self.halting.checked_sub(1) {
+            self.halting = turns;
+            if turns == 0 {
+                self.show_switches(chip)?;
+            }
+        }
+        let Turn { position, reading } = chip.turn(self.next_reading(chip))?;
+        if position.wrapping_sub(self.known.position).unsigned_abs() > LEAP && !chip.is_lost() {
+            chip.confirm()?;
+        }
+        if !chip.is_lost() {
+            self.known.position = position;
+        }
+        if let Some((register, word)) = reading {
+            self.take(chip, register, word)?;
+        }
+        let rests = self.settling == 0 && self.known.speed == 0 && self.known.ahead() == 0;
+        Ok(Followed { rests, left: None })
+    }
+
+    /// All readings come with [`follow`](Self::follow).
+    fn refresh(&mut self, _: &mut Tmc5160<D>, _: u8) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn known(&self) -> &Known {
+        &self.known
+    }
+
+    fn position(&mut self, chip: &mut Tmc5160<D>) -> Result<i32, Error> {
+        self.known.position = chip.read(Register::XActual)? as i32;
+        Ok(self.known.position)
+    }
+
+    fn speed(&mut self, chip: &mut Tmc5160<D>) -> Result<i32, Error> {
+        let speed = signed_speed(chip.read(Register::VActual)?);
+        self.known.speed = self.unit.of_register(speed);
+        Ok(self.known.speed)
+    }
+
+    /// On the way to a position the chip does not tell to what speed it is accelerating or braking: it is the top speed until
+    /// the motor is there.
+    fn target_speed(&mut self, chip: &mut Tmc5160<D>) -> Result<i32, Error> {
+        if !self.known.mode.positions() {
+            return Ok(self.known.target_speed);
+        }
+        self.position(chip)?;
+        Ok(self.top_speed.saturating_mul(self.known.ahead().signum()))
+    }
+
+    /// Stop switches come with each datagram.
+    fn begin_turn(_: &mut Tmc5160<D>) {}
+
+    fn turn_switches(&mut self, chip: &mut Tmc5160<D>) -> Result<[bool; 2], Error> {
+        Ok(chip.switches())
+    }
+
+    /// No reading but those of [`follow`](Self::follow) is ever asked for.
+    fn is_of_motion(_: u8) -> bool {
+        false
+    }
+
+    fn switches(&mut self, chip: &mut Tmc5160<D>) -> Result<[bool; 2], Error> {
+        let word = chip.read(Register::RampStat)?;
+        Ok([word & ramp_stat::STOP_L != 0, word & ramp_stat::STOP_R != 0])
+    }
+
+    fn last_switches(&self, chip: &Tmc5160<D>) -> [bool; 2] {
+        chip.switches()
+    }
+
+    fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
+        let ahead = self.known.ahead();
+        Ok(course.stops.hold(ahead, chip.switches()) && self.speed(chip)? == 0)
+    }
+
+    fn latch(&mut self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
+        Ok(chip.write(Register::RampStat, ramp_stat::LATCHES)?)
+    }
+
+    fn latched(&mut self, chip: &mut Tmc5160<D>) -> Result<Option<i32>, Error> {
+        if chip.read(Register::RampStat)? & ramp_stat::LATCHES == 0 {
+            return Ok(None);
+        }
+        Ok(Some(chip.read(Register::XLatch)? as i32))
+    }
+
+    /// The chip itself goes over to the standby current, so the state of motion decides only whether the bridges are on and
+    /// coolStep works.
+    fn drive(&mut self, chip: &mut Tmc5160<D>, values: &Values, excitation: Excitation) -> Result<(), Error> {
+        self.unit = Unit::of(values);
+        if excitation.free {
+            chip.write(Register::Gstat, gstat::DRV_ERR)?;
+        }
+        let pwm = self.known.speed == 0 || self.pwm;
+        self.pwm = pwm && configuration::pwm_wanted(values);
+        for (register, word) in configuration::words(values, excitation, self.pwm) {
+            chip.write(register, word)?;
+        }
+        Ok(())
+    }
+
+    fn forget(&mut self, chip: &mut Tmc5160<D>) {
+        chip.forget();
+    }
+
+    fn reading(&mut self, chip: &mut Tmc5160<D>, values: &Values, parameter: P) -> Result<i32, Error> {
+        Ok(match parameter {
+            P::MeasuredSpeed => {
+                let period = chip.read(Register::TStep)?;
+                let speed = Unit::of(values).of_period(period, values.get(P::MicrostepResolution));
+                speed.saturating_mul(self.known.speed.signum())
+            }
+            P::PwmScale => (chip.read(Register::PwmScale)? & 0xFF) as i32,
+            P::PwmMode => i32::from(chip.read(Register::DrvStatus)? & drv_status::STEALTH != 0),
+            P::LatchedPosition => chip.read(Register::XLatch)? as i32,
+            P::LatchedEncoderPosition => chip.read(Register::EncLatch)? as i32,
+            P::ChipEncoderPosition => chip.read(Register::XEnc)? as i32,
+            _ => return Err(Error::NotNow),
+        })
+    }
+
+    fn place_encoder(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
+        chip.write(Register::XEnc, position as u32)?;
+        self.deviates = false;
+        Ok(chip.write(Register::EncStatus, enc_status::DEVIATION_WARN)?)
+    }
+
+    fn load(&self, _: &Tmc5160<D>) -> u16 {
+        (self.driver & drv_status::SG_RESULT) as u16
+    }
+
+    fn current(&self, _: &Tmc5160<D>) -> u8 {
+        (self.driver >> drv_status::CS_ACTUAL_BIT & 0x1F) as u8
+    }
+
+    fn flags(&self, _: &Tmc5160<D>) -> u32 {
+        self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8
+    }
+
+    /// The chip stops the motor itself, see [`watch_stall`](Self::watch_stall).
+    fn stalled(&self, _: &Tmc5160<D>, _: bool) -> bool {
+        false
+    }
+
+    /// A motor that a stall has stopped would be let go if the stop were switched off, so it is asked before.
+    fn watch_stall(&mut self, chip: &mut Tmc5160<D>, armed: bool) -> Result<bool, Error> {
+        if self.armed && !armed {
+            self.stalled = chip.read(Register::RampStat)? & ramp_stat::EVENT_STOP_SG != 0;
+        }
+        if self.armed != armed && !self.stalled {
+            self.armed = armed;
+            self.show_switches(chip)?;
+        }
+        Ok(self.stalled)
+    }
+
+    fn deviates(&self) -> bool {
+        self.deviates
+    }
+
+    fn is_lost(&self, chip: &Tmc5160<D>) -> bool {
+        chip.is_lost()
+    }
+}
+
+/// The flags of the driver as parameter 208 shows them: bits 0 to 7 are those of DRV_STATUS from StallGuard to stst, as on a
+/// TMC262, and bits 8 and 9 the shorts to the supply.
+mod flags {
+    /// ot: over-temperature.
+    pub(super) const OVERTEMPERATURE: u32 = 1 << 1;
+    /// s2ga and s2gb: a short to ground.
+    pub(super) const SHORTS_TO_GROUND: u32 = 0b11 << 3;
+    /// s2vsa and s2vsb: a short to the supply.
+    pub(super) const SHORTS_TO_SUPPLY: u32 = 0b11 << 8;
+}
+
+impl<D: SpiDevice> Tmc5160Axis<D> {
+    /// The register for which this turn asks: the speed in one of two turns, else in rotation the state of driver, ramp,
+    /// encoder and, for its version, of the chip. Where the status byte tells of an alarm, the others are passed over.
+    fn next_reading(&mut self, chip: &Tmc5160<D>) -> Register {
+        self.rotation = self.rotation.wrapping_add(1);
+        match self.rotation % 32 {
+            n if n % 2 == 0 => Register::VActual,
+            n if n % 4 == 1 => Register::DrvStatus,
+            n if n % 8 == 3 || chip.is_alarmed() => Register::RampStat,
+            31 => Register::Ioin,
+            _ => Register::EncStatus,
+        }
+    }
+
+    /// The shape that the ramps of a course have.
+    fn ramps(&self, course: &Course<'_>) -> Shape {
+        self.shape.unwrap_or(Shape::of(course.values))
+    }
+
+    /// Takes in a reading of the rotation.
+    fn take(&mut self, chip: &mut Tmc5160<D>, register: Register, word: u32) -> Result<(), Error> {
+        match register {
+            Register::VActual => self.known.speed = self.unit.of_register(signed_speed(word)),
+            Register::DrvStatus => self.driver = word,
+            Register::RampStat => self.stalled = self.armed && word & ramp_stat::EVENT_STOP_SG != 0,
+            Register::EncStatus => {
+                self.deviates = word & enc_status::DEVIATION_WARN != 0;
+                if self.deviates {
+                    // The flag stays until it is cleared, and does not go while the encoder deviates.
+                    chip.write(Register::EncStatus, enc_status::DEVIATION_WARN)?;
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Brings SW_MODE to the course.
+    fn write_switches(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<(), Error> {
+        let Course { values, stops, .. } = *course;
+        self.unit = Unit::of(values);
+        self.top_speed = course.speed;
+        let bit = |set: bool, bit: u32| if set { bit } else { 0 };
+        let latch = match stops.latch {
+            Some(Side::Left) => sw_mode::LATCH_L_INACTIVE,
+            Some(Side::Right) => sw_mode::LATCH_R_INACTIVE,
+            None => sw_mode::LATCH_L_ACTIVE | sw_mode::LATCH_R_ACTIVE,
+        };
+        self.switches = bit(stops.left, sw_mode::STOP_L_ENABLE)
+            | bit(stops.right, sw_mode::STOP_R_ENABLE)
+            | bit(values.is_on(P::LeftSwitchPolarity), sw_mode::POL_STOP_L)
+            | bit(values.is_on(P::RightSwitchPolarity), sw_mode::POL_STOP_R)
+            | bit(values.is_on(P::SwapSwitches), sw_mode::SWAP_LR)
+            | bit(stops.soft, sw_mode::EN_SOFTSTOP)
+            | sw_mode::EN_LATCH_ENCODER
+            | latch;
+        self.show_switches(chip)
+    }
+
+    /// Writes SW_MODE, unless the switches are still what stops the motor at once.
+    fn show_switches(&self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
+        if self.halting > 0 {
+            return Ok(());
+        }
+        let stall = if self.armed { sw_mode::SG_STOP } else { 0 };
+        Ok(chip.write(Register::SwMode, self.switches | stall)?)
+    }
+}
+
+/// VACTUAL, a number of 24 bits in two's complement.
+const fn signed_speed(word: u32) -> i32 {
+    ((word << 8) as i32) >> 8
+}

@@ -1,0 +1,151 @@
+//! The units of speed and acceleration in which the parameters of an axis on a TMC5160 are (parameter 255), and those of
+//! its registers (TMC5160 datasheet section 12.1).
+//!
+//! With the clock of 16 MHz a speed of 1 in a register is 16e6 / 2^24 = 0.9537 microsteps per second (pps), and an
+//! acceleration of 1 is 16e6^2 / 2^41 = 116.4 pps per second.
+
+use crate::chip::tmc5160::CLOCK;
+use crate::motion::values::Values;
+use crate::param::AxisParameter as P;
+
+/// The largest speed that VMAX takes: 2^23 - 512, which is 7 999 512 pps.
+pub(super) const TOP_SPEED: u32 = (1 << 23) - 512;
+/// The largest number of a register with the period of a microstep: 20 bits.
+pub(super) const LONGEST: u32 = (1 << 20) - 1;
+
+/// Register units in a pps, less one, in 2^-32: 2^24 / 16e6 = 1.048576.
+const SPEED: u64 = 208_632_331;
+/// Register units in a pps per second, in 2^-32: 2^41 / 16e6^2 = 0.008 589 934 592.
+const ACCELERATION: u64 = 36_893_488;
+/// One half in 2^-32, for rounding.
+const HALF: u64 = 1 << 31;
+
+/// The unit of an axis' speeds and accelerations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Unit {
+    /// That of the registers.
+    Register,
+    /// Microsteps per second (pps), and pps per second.
+    Pps,
+}
+
+impl Unit {
+    /// The unit that parameter 255 chooses.
+    pub(super) fn of(values: &Values) -> Self {
+        if values.is_on(P::UnitMode) { Unit::Pps } else { Unit::Register }
+    }
+
+    /// The magnitude of a speed in the unit of the registers, rounded.
+    pub(super) fn speed(self, speed: i32) -> u32 {
+        let speed = speed.unsigned_abs();
+        match self {
+            Unit::Register => speed,
+            Unit::Pps => {
+                let more = u64::from(speed).wrapping_mul(SPEED).wrapping_add(HALF) >> 32;
+                speed.saturating_add(more as u32)
+            }
+        }
+    }
+
+    /// An acceleration in the unit of the registers, rounded, 0..=65535; one that is not 0 is at least 1.
+    pub(super) fn acceleration(self, acceleration: i32) -> u32 {
+        let acceleration = acceleration.unsigned_abs();
+        let register = match self {
+            Unit::Register => acceleration,
+            Unit::Pps => (u64::from(acceleration).wrapping_mul(ACCELERATION).wrapping_add(HALF) >> 32) as u32,
+        };
+        register.clamp(acceleration.min(1), u32::from(u16::MAX))
+    }
+
+    /// The speed of a register, in the unit of the axis, rounded.
+    pub(super) fn of_register(self, speed: i32) -> i32 {
+        match self {
+            Unit::Register => speed,
+            // 16e6 / 2^24 is 15625 / 2^14.
+            Unit::Pps => (i64::from(speed).wrapping_mul(15_625).wrapping_add(1 << 13) >> 14) as i32,
+        }
+    }
+
+    /// The acceleration of a register, in the unit of the axis, rounded: the register of that is the same again.
+    pub(super) fn of_acceleration(self, register: u32) -> i32 {
+        match self {
+            Unit::Register => register as i32,
+            // 16e6^2 / 2^41 is 15 258 789.06 / 2^17.
+            Unit::Pps => (u64::from(register).wrapping_mul(15_258_789).wrapping_add(1 << 16) >> 17) as i32,
+        }
+    }
+
+    /// By what the square of the speed grows with each microstep at an acceleration of a register, in 1/256 of the square of
+    /// the unit of the axis: 2 a in pps, and in registers 2^8 a (datasheet section 12.1, ramp steps).
+    pub(super) fn growth(self, register: u32) -> u32 {
+        match self {
+            Unit::Register => register.saturating_mul(1 << 16),
+            Unit::Pps => self.of_acceleration(register).unsigned_abs().saturating_mul(2 << 8),
+        }
+    }
+
+    /// The clocks in 1/256 of a full step at a speed, with 2^`resolution` microsteps in a full step; at most [`LONGEST`],
+    /// which is also that of speed 0.
+    pub(super) fn period(self, speed: i32, resolution: i32) -> u32 {
+        let pps = self.of_speed(speed).unsigned_abs();
+        let clocks = CLOCK.unbounded_shr(8_u32.saturating_sub(resolution.unsigned_abs()));
+        clocks.checked_div(pps).unwrap_or(LONGEST).min(LONGEST)
+    }
+
+    /// The speed that a period of 1/256 of a full step is, in the unit of the axis; 0 for [`LONGEST`].
+    pub(super) fn of_period(self, period: u32, resolution: i32) -> i32 {
+        let clocks = CLOCK.unbounded_shr(8_u32.saturating_sub(resolution.unsigned_abs()));
+        let pps = if period == LONGEST { 0 } else { clocks.checked_div(period).unwrap_or_default() };
+        match self {
+            Unit::Register => Unit::Pps.speed(pps as i32) as i32,
+            Unit::Pps => pps as i32,
+        }
+    }
+
+    /// A speed in pps.
+    fn of_speed(self, speed: i32) -> i32 {
+        match self {
+            Unit::Register => Unit::Pps.of_register(speed),
+            Unit::Pps => speed,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 51 200 pps * 2^24 / 16e6 = 53 687.09; 51 200 pps/s * 2^41 / 16e6^2 = 439.80.
+    #[test]
+    fn numbers_are_converted_by_the_formulas_of_the_datasheet() {
+        assert_eq!(Unit::Pps.speed(51_200), 53_687);
+        assert_eq!(Unit::Pps.speed(-51_200), 53_687);
+        assert_eq!(Unit::Pps.acceleration(51_200), 440);
+        assert_eq!(Unit::Pps.of_register(53_687), 51_200);
+        assert_eq!(Unit::Pps.of_register(-53_687), -51_200);
+        assert_eq!([Unit::Register.speed(1_000), Unit::Register.acceleration(1_000)], [1_000, 1_000]);
+    }
+
+    /// 7 999 774 pps is 8 388 371.0 (0x7FFF13); 7 629 278 pps/s is 65 535.0.
+    #[test]
+    fn the_ends_of_the_published_ranges_are_those_of_the_registers() {
+        assert_eq!(Unit::Pps.speed(7_999_774), 0x7F_FF13);
+        assert_eq!(Unit::Pps.acceleration(7_629_278), 65_535);
+        assert_eq!(Unit::Pps.acceleration(i32::MAX), 65_535);
+        assert_eq!([Unit::Pps.acceleration(0), Unit::Pps.acceleration(1)], [0, 1]);
+        assert_eq!([1, 440, 65_535].map(|register| Unit::Pps.of_acceleration(register)), [116, 51_223, 7_629_278]);
+    }
+
+    /// At 1000 pps a microstep of 1/256 lasts 16e6 / 1000 = 16 000 clocks; of 1/16 (resolution 4) it has 16 parts.
+    #[test]
+    fn periods_are_those_of_the_finest_microsteps() {
+        assert_eq!(Unit::Pps.period(1_000, 8), 16_000);
+        assert_eq!(Unit::Pps.period(1_000, 4), 1_000);
+        assert_eq!([Unit::Pps.period(0, 8), Unit::Pps.period(1, 8)], [LONGEST; 2]);
+        assert_eq!(Unit::Pps.of_period(16_000, 8), 1_000);
+        assert_eq!(Unit::Pps.of_period(LONGEST, 8), 0);
+        // 1049 in the register is 1000.4 pps.
+        assert_eq!(Unit::Register.period(1_049, 8), 16_000);
+        assert_eq!(Unit::Register.of_period(16_000, 8), 1_049);
+    }
+}

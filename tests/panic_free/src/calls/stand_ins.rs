@@ -1,0 +1,154 @@
+//! What stands in for the board: chips, pins and links that answer anything, or fail.
+
+use core::fmt::{self, Write};
+use core::hint::black_box as any;
+use core::marker::PhantomData;
+
+use embedded_hal::digital::{self, OutputPin};
+use embedded_hal::spi::{self, Operation, SpiDevice};
+use tmcm::canopen;
+use tmcm::chip::tmc429::Tmc429;
+use tmcm::chip::tmc5160::Tmc5160;
+use tmcm::device::{Board, Controller, Controllers, Parts};
+use tmcm::module::{
+    Hooks, LinkEnds, LinkMode, LinkSettings, Origin, Platform, Product, Request, Source, Tmcm1140, Tmcm3212, Tmcm6110,
+};
+use tmcm::motion::Hardware;
+use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::motion::tmc5160::Tmc5160Axis;
+use tmcm::store::Store;
+use tmcm::tmcl::binary::Addressed;
+use tmcm::tmcl::{Command, Reply, Status};
+
+/// A chip that answers anything, or fails.
+pub(super) struct Chip;
+
+impl spi::ErrorType for Chip {
+    type Error = spi::ErrorKind;
+}
+
+impl SpiDevice for Chip {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::ErrorKind> {
+        any(operations);
+        any(Ok(()))
+    }
+}
+
+/// A pin that may fail.
+pub(super) struct Pin;
+
+impl digital::ErrorType for Pin {
+    type Error = digital::ErrorKind;
+}
+
+impl OutputPin for Pin {
+    fn set_low(&mut self) -> Result<(), digital::ErrorKind> {
+        any(Ok(()))
+    }
+
+    fn set_high(&mut self) -> Result<(), digital::ErrorKind> {
+        any(Ok(()))
+    }
+}
+
+/// A product with `AXES` axes on its chips.
+pub(super) trait Built<const AXES: usize>: Product + 'static {
+    type Hardware: Hardware;
+    type Controllers: Controllers<Self::Hardware>;
+
+    fn chips() -> (Self::Controllers, [Self::Hardware; AXES]);
+}
+
+impl Built<1> for Tmcm1140 {
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+
+    fn chips() -> (Self::Controllers, [Self::Hardware; 1]) {
+        ([Controller::new(Tmc429::new(Chip))], Tmc429Tmc262::axes([Chip]))
+    }
+}
+
+impl Built<6> for Tmcm6110 {
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; 2];
+
+    fn chips() -> (Self::Controllers, [Self::Hardware; 6]) {
+        ([(); 2].map(|()| Controller::new(Tmc429::new(Chip))), Tmc429Tmc262::axes([const { Chip }; 6]))
+    }
+}
+
+impl Built<3> for Tmcm3212 {
+    type Hardware = Tmc5160Axis<Chip>;
+    type Controllers = [Controller<Self::Hardware>; 3];
+
+    fn chips() -> (Self::Controllers, [Self::Hardware; 3]) {
+        ([(); 3].map(|()| Controller::new(Tmc5160::new(Chip))), Tmc5160Axis::axes())
+    }
+}
+
+/// All of it.
+pub(super) struct Bare<P, const AXES: usize>(PhantomData<P>);
+
+impl<P: Built<AXES>, const AXES: usize> Board for Bare<P, AXES> {
+    type Product = P;
+    type Hardware = P::Hardware;
+    type Controllers = P::Controllers;
+    type Enable = Pin;
+    type Store = &'static mut Store<P>;
+}
+
+impl<P: Built<AXES>, const AXES: usize> Platform for Bare<P, AXES> {
+    type Hooks = Added;
+}
+
+/// The parts of a product; `None` as long as the compiler cannot know that there is a store.
+pub(super) fn parts<P: Built<AXES>, const AXES: usize>() -> Option<Parts<Bare<P, AXES>, AXES>> {
+    let (controllers, axes) = P::chips();
+    let store: Option<&'static mut Store<P>> = any(None);
+    Some(Parts { controllers, axes, enable: Pin, store: store? })
+}
+
+/// The board of a CANopen node.
+pub(super) struct BareNode;
+
+impl Board for BareNode {
+    type Product = canopen::Tmcm1140;
+    type Hardware = Tmc429Tmc262<Chip, Chip>;
+    type Controllers = [Controller<Self::Hardware>; 1];
+    type Enable = Pin;
+    type Store = &'static mut Store<canopen::Tmcm1140>;
+}
+
+/// User functions of which nothing is known.
+pub(super) struct Added;
+
+impl Hooks for Added {
+    fn call(&mut self, number: u8, command: Command) -> Result<i32, Status> {
+        any((number, command));
+        any(Ok(0))
+    }
+}
+
+/// Links that bring anything.
+pub(super) struct Nobody;
+
+impl LinkEnds for Nobody {
+    fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request> {
+        any((source, settings));
+        any(Some(Request::Telegram(Addressed::default())))
+    }
+
+    fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
+        any((to, reply, mode, settings));
+    }
+}
+
+/// Takes any text, or fails.
+pub(super) struct Paper;
+
+impl Write for Paper {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        any(text);
+        any(Ok(()))
+    }
+}
