@@ -138,6 +138,10 @@ pub trait Hardware {
     /// The parameters of positioning ramps, in those units.
     const RAMPS: &'static [AxisParameter];
 
+    /// Of the parameters on which the excitation of the motor depends those that [`drive`](Self::drive) also takes from the
+    /// values themselves: so it is called when they are written.
+    const DRIVEN: &'static [AxisParameter];
+
     /// The driver's [flags](Self::flags) that mean that the driver has switched the motor off.
     const SHUT_DOWN: u32;
 

@@ -253,8 +253,7 @@ impl<H: Hardware> Joined<'_, H> {
                     // The motor may have been at or below the new speed a moment ago.
                     self.measured = Measured::default();
                 }
-                self.values.set(parameter, value);
-                Ok(())
+                self.keep(parameter, value)
             }
             // The next poll, or the next reference search, works with the new values of these parameters.
             P::MaximumCurrent
@@ -275,10 +274,7 @@ impl<H: Hardware> Joined<'_, H> {
             | P::StepDirectionMode
             | P::Vsense
             | P::RelativePositioning
-            | P::ChopperSynchronization => {
-                self.values.set(parameter, value);
-                Ok(())
-            }
+            | P::ChopperSynchronization => self.keep(parameter, value),
             P::ActualSpeed
             | P::PositionReached
             | P::HomeSwitch
@@ -312,6 +308,15 @@ impl<H: Hardware> Joined<'_, H> {
                 if H::accepts(&axis.values) { axis.adjust() } else { Err(Error::OutOfRange) }
             })
         })
+    }
+
+    /// Sets a value with which the next poll works, and of which the driver is told at once where it has to know.
+    fn keep(&mut self, parameter: P, value: i32) -> Result<(), Error> {
+        if H::DRIVEN.contains(&parameter) {
+            return self.change(parameter, value, Self::write_driver);
+        }
+        self.values.set(parameter, value);
+        Ok(())
     }
 
     /// Sets a value and calls `tell`, which writes it to a chip; takes the value back if that fails.

@@ -93,6 +93,8 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     const RAMPS: &'static [P] = &[P::MaximumSpeed, P::MaximumAcceleration];
 
+    const DRIVEN: &'static [P] = &[];
+
     const SHUT_DOWN: u32 = (flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B) as u32;
 
     fn start(chip: &mut Tmc429<M>) -> Result<(), Error> {

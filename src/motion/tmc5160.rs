@@ -108,6 +108,9 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         P::StopVelocity,
     ];
 
+    const DRIVEN: &'static [P] =
+        &[P::MaximumCurrent, P::StandbyCurrent, P::PowerDownDelay, P::StopOnStall, P::SmartEnergyThresholdSpeed];
+
     const SHUT_DOWN: u32 = flags::OVERTEMPERATURE | flags::SHORTS_TO_GROUND | flags::SHORTS_TO_SUPPLY;
 
     fn start(chip: &mut Tmc5160<D>) -> Result<(), Error> {

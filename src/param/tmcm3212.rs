@@ -52,6 +52,7 @@ pub static AXIS: Table<AxisParameter> = {
             192 PwmAutoscale "PWM autoscale" Flag FLAG, ReadWrite Volatile 1 "1 = stealthChop finds the amplitude itself",
             194 ReferenceSearchSpeed "reference search speed" Pps &[(0, 7_999_774)], ReadWrite Volatile 51200 "coarse search; taken at RFS START, which refuses 0",
             195 ReferenceSwitchSpeed "reference switch speed" Pps &[(0, 7_999_774)], ReadWrite Volatile 25600 "fine search; taken at RFS START, which refuses 0",
+            196 EndSwitchDistance "reference switch distance" Microsteps ANY, Read Volatile 0 "after modes 2 and 3",
             198 LatchedPosition "latched actual position" Microsteps ANY, Read Volatile 0 "XLATCH: where a stop switch has closed or opened, as a reference search has armed it",
             199 LatchedEncoderPosition "latched encoder position" EncoderSteps ANY, Read Volatile 0 "ENC_LATCH: where the last N event was, if 201 has it latched",
             201 EncoderMode "encoder mode" Bits &[(0, 65_535)], ReadWrite Volatile 0 "ENCMODE of the chip, bits 0..10",
