@@ -49,6 +49,8 @@ pub struct Tmc5160Axis<D> {
     halting: u8,
     /// SW_MODE as the course of the motor has it, but for sg_stop.
     switches: u32,
+    /// The stop switches as read last, left and right.
+    closed: [bool; 2],
     /// A stall stops the motor.
     armed: bool,
     /// A stall has stopped the motor.
@@ -76,6 +78,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
             settling: 0,
             halting: 0,
             switches: 0,
+            closed: [false; 2],
             armed: false,
             stalled: false,
             deviates: false,
@@ -263,6 +266,9 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         if !chip.is_lost() {
             self.known.position = position;
         }
+        if self.halting == 0 {
+            self.closed = chip.switches();
+        }
         if let Some((register, word)) = reading {
             self.take(chip, register, word)?;
         }
@@ -303,8 +309,8 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     /// Stop switches come with each datagram.
     fn begin_turn(_: &mut Tmc5160<D>) {}
 
-    fn turn_switches(&mut self, chip: &mut Tmc5160<D>) -> Result<[bool; 2], Error> {
-        Ok(chip.switches())
+    fn turn_switches(&mut self, _: &mut Tmc5160<D>) -> Result<[bool; 2], Error> {
+        Ok(self.closed)
     }
 
     /// No reading but those of [`follow`](Self::follow) is ever asked for.
@@ -312,18 +318,22 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         false
     }
 
+    /// While their polarities are such that both stop the motor, the chip does not know their states.
     fn switches(&mut self, chip: &mut Tmc5160<D>) -> Result<[bool; 2], Error> {
-        let word = chip.read(Register::RampStat)?;
-        Ok([word & ramp_stat::STOP_L != 0, word & ramp_stat::STOP_R != 0])
+        if self.halting == 0 {
+            let word = chip.read(Register::RampStat)?;
+            self.closed = [word & ramp_stat::STOP_L != 0, word & ramp_stat::STOP_R != 0];
+        }
+        Ok(self.closed)
     }
 
-    fn last_switches(&self, chip: &Tmc5160<D>) -> [bool; 2] {
-        chip.switches()
+    fn last_switches(&self, _: &Tmc5160<D>) -> [bool; 2] {
+        self.closed
     }
 
     fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
         let ahead = self.known.ahead();
-        Ok(course.stops.hold(ahead, chip.switches()) && self.speed(chip)? == 0)
+        Ok(course.stops.hold(ahead, self.closed) && self.speed(chip)? == 0)
     }
 
     fn latch(&mut self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
