@@ -19,8 +19,12 @@ fn main() {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     // A symbol that takes no memory tells the tools what is in an image: product and firmware.
-    let images =
-        [("tmcm1140", "TMCM_1140_tmcl"), ("tmcm1140-canopen", "TMCM_1140_canopen"), ("tmcm6110", "TMCM_6110_tmcl")];
+    let images = [
+        ("tmcm1140", "TMCM_1140_tmcl"),
+        ("tmcm1140-canopen", "TMCM_1140_canopen"),
+        ("tmcm6110", "TMCM_6110_tmcl"),
+        ("tmcm3212", "TMCM_3212_tmcl"),
+    ];
     for (image, marker) in images {
         println!("cargo:rustc-link-arg-bin={image}=--defsym=_firmware_{marker}=0");
     }

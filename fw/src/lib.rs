@@ -15,6 +15,8 @@ pub const TMCL: &str = "tmcm1140";
 pub const CANOPEN: &str = "tmcm1140-canopen";
 /// The image of the TMCM-6110, which speaks TMCL.
 pub const TMCM_6110: &str = "tmcm6110";
+/// The image of the TMCM-3212, which speaks TMCL.
+pub const TMCM_3212: &str = "tmcm3212";
 /// The board for which the package builds without being told.
 const BOARD: &str = "tmcm1140";
 

@@ -1,5 +1,6 @@
 //! `cargo fw` builds the flash image, `cargo fw-run` brings it to a module; `cargo fw-canopen` and `cargo fw-canopen-run`
-//! do so with that of the CANopen firmware, `cargo fw-6110` and `cargo fw-6110-run` with that of the TMCM-6110.
+//! do so with that of the CANopen firmware, `cargo fw-6110` and `cargo fw-6110-run` with that of the TMCM-6110, `cargo
+//! fw-3212` and `cargo fw-3212-run` with that of the TMCM-3212.
 
 use std::os::unix::process::CommandExt;
 use std::process::ExitCode;

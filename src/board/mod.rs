@@ -41,9 +41,13 @@ mod spi;
 mod tasks;
 #[cfg(any(feature = "tmcm1140", feature = "tmcm6110"))]
 mod tmc429_tmc262;
+#[cfg(feature = "tmcm3212")]
+mod tmc5160;
 mod tmcl;
 #[cfg(feature = "tmcm1140")]
 mod tmcm1140;
+#[cfg(feature = "tmcm3212")]
+mod tmcm3212;
 #[cfg(feature = "tmcm6110")]
 mod tmcm6110;
 mod usb;
@@ -60,6 +64,8 @@ pub use tasks::run;
 // The board of this image. Another one is another file, and another line here and above.
 #[cfg(feature = "tmcm1140")]
 use tmcm1140 as chosen;
+#[cfg(all(feature = "tmcm3212", not(any(feature = "tmcm1140", feature = "tmcm6110"))))]
+use tmcm3212 as chosen;
 #[cfg(all(feature = "tmcm6110", not(feature = "tmcm1140")))]
 use tmcm6110 as chosen;
 
@@ -68,7 +74,11 @@ pub type Tmcl<P> = tmcl::Tmcl<chosen::Chips<P>, { chosen::AXES }>;
 /// The node of CANopen, for the product `P` on this board.
 pub type Canopen<P> = canopen::Canopen<chosen::Chips<P>>;
 
-#[cfg(all(feature = "tmcm1140", feature = "tmcm6110"))]
+#[cfg(any(
+    all(feature = "tmcm1140", feature = "tmcm6110"),
+    all(feature = "tmcm1140", feature = "tmcm3212"),
+    all(feature = "tmcm6110", feature = "tmcm3212")
+))]
 compile_error!("an image is for one board: another than the TMCM-1140's takes --no-default-features as well");
 
 use defmt_rtt as _;

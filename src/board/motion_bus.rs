@@ -2,7 +2,8 @@
 //!
 //! Words are exchanged at the port's registers, which is faster than Embassy's driver: a datagram of the TMC429 goes out
 //! with each request that needs a reading, and in each poll. Its four bytes are two words of 16 bits, the second of which
-//! lies in the port when the first one ends, so that the clock runs through.
+//! lies in the port when the first one ends, so that the clock runs through. Those of the other chips go out byte by byte,
+//! because at their pace a handler that comes in between would be too late for the second of two words.
 
 use core::convert::Infallible;
 
