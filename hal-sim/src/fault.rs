@@ -7,7 +7,7 @@ use serde::Serialize;
 pub enum Fault {
     /// The EEPROM does not answer: its output stays high and it takes no commands.
     Eeprom,
-    /// The motion bus reads all ones; what is sent to TMC429s and TMC262s still arrives.
+    /// The motion bus reads all ones; what is sent to its chips still arrives.
     Spi,
     /// The motion bus reads all zeros; what is sent still arrives.
     SpiLow,
@@ -15,6 +15,10 @@ pub enum Fault {
     Tmc429,
     /// The driver does not answer and takes no datagrams.
     Tmc262,
+    /// The TMC5160 of the axis does not answer and takes no datagrams.
+    Tmc5160,
+    /// The supply of the TMC5160 itself fails: the chip is in reset for as long as this lasts.
+    ChipSupply,
     /// Short to ground at bridge A of the driver.
     ShortA,
     /// Short to ground at bridge B.
@@ -31,12 +35,14 @@ pub enum Fault {
 
 impl Fault {
     /// All faults.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 13] = [
         Self::Eeprom,
         Self::Spi,
         Self::SpiLow,
         Self::Tmc429,
         Self::Tmc262,
+        Self::Tmc5160,
+        Self::ChipSupply,
         Self::ShortA,
         Self::ShortB,
         Self::OpenA,
@@ -53,6 +59,8 @@ impl Fault {
             Self::SpiLow => "spi-low",
             Self::Tmc429 => "tmc429",
             Self::Tmc262 => "tmc262",
+            Self::Tmc5160 => "tmc5160",
+            Self::ChipSupply => "chip-supply",
             Self::ShortA => "short-a",
             Self::ShortB => "short-b",
             Self::OpenA => "open-a",

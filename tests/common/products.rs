@@ -91,6 +91,7 @@ static THREE_BOARD: BoardKind = BoardKind {
     magnetic_encoders: false,
     abn: AbnPins::Own,
     eeprom: AT25512,
+    ..TMCM_3110
 };
 
 /// The product with three axes, ABN encoders and an EEPROM of 64 KiB in pages of 128 bytes.

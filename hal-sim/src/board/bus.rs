@@ -1,21 +1,14 @@
 //! The chip selects of the board, and the bytes that go over its SPI buses.
 
-use super::{Board, BoardKind};
+use super::Board;
+use super::kind::{BoardKind, Chip};
+use super::motion::Motion;
 use crate::chip::SpiSlave;
+use crate::chip::tmc5160::Tmc5160;
+use crate::clock::Nanos;
 
 /// The byte that a bus reads if no chip drives it.
 const FLOATING: u8 = 0xFF;
-
-/// The chips that have a chip select.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Chip {
-    /// A motion controller, by its number from 0; it is on the motion bus.
-    Tmc429(usize),
-    /// The driver of an axis, by the number of the axis; it is on the motion bus.
-    Tmc262(usize),
-    /// The EEPROM, which has a bus of its own.
-    At25,
-}
 
 /// The bytes that are sent to a chip of the motion bus between the fall and the rise of its chip select, also to a chip
 /// that does not hear it.
@@ -34,14 +27,15 @@ pub(super) struct Line {
     /// Number of times that the chip select fell.
     datagrams: u64,
     pub(super) selected: bool,
+    /// When the chip select rose last.
+    deselected: Nanos,
 }
 
 impl Line {
-    /// The lines of a board, in the order of [`Board::line`].
+    /// The lines of a board.
     pub(super) fn all(kind: &BoardKind) -> Vec<Self> {
-        let (controllers, axes) = (kind.controllers.len(), kind.axes());
-        let chips = (0..controllers).map(Chip::Tmc429).chain((0..axes).map(Chip::Tmc262)).chain([Chip::At25]);
-        chips.map(|chip| Self { chip, datagrams: 0, selected: false }).collect()
+        let chips = kind.motion_bus().chain([Chip::At25]);
+        chips.map(|chip| Self { chip, datagrams: 0, selected: false, deselected: 0 }).collect()
     }
 }
 
@@ -99,15 +93,23 @@ impl Board {
     /// The chip select of `chip` rises, and the datagram takes effect.
     pub fn deselect(&mut self, chip: Chip) {
         let Some(index) = self.line(chip) else { return };
-        self.lines[index].selected = false;
         let now = self.now;
+        (self.lines[index].selected, self.lines[index].deselected) = (false, now);
         if let Some(slave) = self.slave(chip) {
             slave.deselect(now);
-            if let Chip::Tmc262(axis) = chip {
+            if let Chip::Tmc262(axis) | Chip::Tmc5160(axis) = chip {
                 self.connect_axis(axis);
             }
             self.settle();
         }
+    }
+
+    /// The first time at which `chip` understands another select after its last datagram. Chips that demand nothing of
+    /// the kind take it at any time.
+    pub(super) fn ready(&self, chip: Chip) -> Nanos {
+        let (Motion::Tmc5160s(chips), Chip::Tmc5160(axis)) = (&self.motion, chip) else { return 0 };
+        let high = chips.tmc5160(axis).map_or(0, Tmc5160::select_high);
+        self.line(chip).map_or(0, |index| self.lines[index].deselected + high)
     }
 
     /// Number of datagrams to `chip`, that is, of times that its chip select fell, since the board was made.
@@ -140,41 +142,22 @@ impl Board {
 
     /// The fault "does not hear its chip select" of a chip of the motion bus.
     fn deafness(&mut self, chip: Chip) -> Option<&mut bool> {
-        match chip {
-            Chip::Tmc429(number) => self.controllers.get_mut(number).map(|controller| &mut controller.deaf),
-            Chip::Tmc262(axis) => self.drives.get_mut(axis).map(|drive| &mut drive.deaf),
-            Chip::At25 => None,
-        }
+        self.motion.chips_mut().deafness(chip)
     }
 
     /// The index of a chip among the lines; `None` if the board does not have the chip.
     #[inline]
     fn line(&self, chip: Chip) -> Option<usize> {
-        let (controllers, axes) = (self.controllers.len(), self.drives.len());
-        match chip {
-            Chip::Tmc429(number) => (number < controllers).then_some(number),
-            Chip::Tmc262(axis) => (axis < axes).then_some(controllers + axis),
-            Chip::At25 => Some(controllers + axes),
-        }
+        self.lines.iter().position(|line| line.chip == chip)
     }
 
     /// A chip, brought to the present time; `None` if it has no power or does not hear its chip select.
     #[inline]
     fn slave(&mut self, chip: Chip) -> Option<&mut dyn SpiSlave> {
-        if !self.powered {
-            return None;
-        }
         match chip {
-            Chip::Tmc429(number) => {
-                let controller = self.controllers.get_mut(number).filter(|controller| !controller.deaf)?;
-                controller.chip.rest(self.now);
-                Some(&mut controller.chip)
-            }
-            Chip::Tmc262(axis) => {
-                let drive = self.drives.get_mut(axis).filter(|drive| !drive.deaf)?;
-                Some(&mut drive.chip)
-            }
+            _ if !self.powered => None,
             Chip::At25 => Some(&mut self.at25),
+            chip => self.motion.chips_mut().slave(chip, self.now),
         }
     }
 }

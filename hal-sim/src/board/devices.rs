@@ -44,7 +44,8 @@ impl SharedBoard {
 }
 
 /// An SPI device on the board, which cannot fail. A transaction takes its time on the wire - [`SELECT_TIME`], eight
-/// clocks per byte, [`SELECT_TIME`] - and the world moves on meanwhile.
+/// clocks per byte, [`SELECT_TIME`] - and the world moves on meanwhile. It begins no earlier than the chip understands
+/// another select.
 #[derive(Clone, Debug)]
 pub struct SimSpi {
     board: SharedBoard,
@@ -83,6 +84,8 @@ impl spi::ErrorType for SimSpi {
 impl SpiDevice for SimSpi {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         let mut board = self.board.borrow_mut();
+        let ready = board.ready(self.chip);
+        board.advance_to(ready);
         board.select(self.chip);
         let from = board.now();
         let mut clocks = Clocks { board: &mut board, chip: self.chip, hz: self.hz, from, bytes: 0 };

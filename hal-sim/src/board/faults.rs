@@ -1,14 +1,12 @@
 //! Faults of a board, and the disturbance of its CAN controller.
 
 use super::{Board, Chip};
-use crate::chip::tmc262::Bridge;
 use crate::fault::{CanState, Fault};
 
 impl Board {
-    /// Injects or removes a fault. `axis`, which the board has to have, counts for faults of a driver, an encoder or a
-    /// motion controller.
+    /// Injects or removes a fault. `axis`, which the board has to have, counts for faults of an axis. A fault of what the
+    /// board does not have changes nothing.
     pub fn set_fault(&mut self, fault: Fault, axis: usize, on: bool) {
-        let drive = &mut self.drives[axis];
         match fault {
             Fault::Eeprom => self.at25.set_answering(!on),
             Fault::Spi => self.motion_bus_stuck = on.then_some(0xFF),
@@ -19,12 +17,8 @@ impl Board {
                 }
             }
             Fault::Tmc262 => self.set_deaf(Chip::Tmc262(axis), on),
-            Fault::ShortA => drive.chip.set_short(Bridge::A, on),
-            Fault::ShortB => drive.chip.set_short(Bridge::B, on),
-            Fault::OpenA => drive.chip.set_open(Bridge::A, on),
-            Fault::OpenB => drive.chip.set_open(Bridge::B, on),
-            Fault::Overtemperature => drive.overtemperature = on,
-            Fault::Encoder => drive.encoder.set_stuck(on, self.world.axis(axis).motor().rotor()),
+            Fault::Tmc5160 => self.set_deaf(Chip::Tmc5160(axis), on),
+            fault => self.motion.chips_mut().set_fault(fault, axis, self.world.axis(axis), on),
         }
         self.connect();
     }

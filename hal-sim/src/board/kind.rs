@@ -1,21 +1,46 @@
 //! The parts of a product's board, as data: a further product of these chips is one more value of [`BoardKind`].
 
-use crate::chip::at25::{AT25128, AT25256, Part};
+use crate::chip::at25::{AT25128, AT25256, AT25512, Part};
 use crate::world::pin::Pin;
 
 /// The largest number of analog channels that a board can have.
 pub const MOST_ANALOG: usize = 8;
 
-/// A kind of board. Each axis has a TMC262 of its own. The axes of the second TMC429 are numbered after those of the
-/// first.
+/// The chips that have a chip select.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chip {
+    /// A motion controller, by its number from 0; it is on the motion bus.
+    Tmc429(usize),
+    /// The driver of an axis, by the number of the axis; it is on the motion bus.
+    Tmc262(usize),
+    /// Motion controller and driver of an axis in one, by the number of the axis; it is on the motion bus.
+    Tmc5160(usize),
+    /// The EEPROM, which has a bus of its own.
+    At25,
+}
+
+/// What moves the motors of a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MotionChips {
+    /// TMC429s, and a TMC262 for each axis. The axes of the second TMC429 are numbered after those of the first.
+    Tmc429Tmc262,
+    /// A TMC5160 for each axis.
+    Tmc5160,
+}
+
+/// A kind of board.
 #[derive(Debug, PartialEq, Eq)]
 pub struct BoardKind {
     /// The product's name.
     pub name: &'static str,
-    /// The number of axes of each TMC429, 1..=3.
+    /// What moves the motors.
+    pub motion: MotionChips,
+    /// The number of axes of each motion controller: 1..=3 for a TMC429, 1 for a TMC5160.
     pub controllers: &'static [usize],
     /// What is connected to the digital inputs, IN0 first; 32 at most, of which at most [`MOST_ANALOG`] are analog.
     pub inputs: &'static [Input],
+    /// The number that the ENABLE input has among the digital inputs, beyond those of `inputs` and 31 at most.
+    pub enable_input: Option<usize>,
     /// Number of digital outputs, OUT0 and up; 32 at most.
     pub outputs: u32,
     /// Number of groups of inputs whose pull-up resistors can be switched; 32 at most.
@@ -53,8 +78,10 @@ pub enum AbnPins {
 /// The TMCM-1140: one axis on one TMC429. IN0 is the analog input, IN1 to IN3 are the switches.
 pub static TMCM_1140: BoardKind = BoardKind {
     name: "TMCM-1140",
+    motion: MotionChips::Tmc429Tmc262,
     controllers: &[1],
     inputs: &[Input::Analog, Input::Switch(0, Pin::Left), Input::Switch(0, Pin::Right), Input::Switch(0, Pin::Home)],
+    enable_input: None,
     outputs: 2,
     pull_ups: 1,
     magnetic_encoders: true,
@@ -66,6 +93,7 @@ pub static TMCM_1140: BoardKind = BoardKind {
 /// IN4 are the analog inputs. Its EEPROM is not published.
 pub static TMCM_6110: BoardKind = BoardKind {
     name: "TMCM-6110",
+    motion: MotionChips::Tmc429Tmc262,
     controllers: &[3, 3],
     inputs: &[
         Input::Analog,
@@ -77,6 +105,7 @@ pub static TMCM_6110: BoardKind = BoardKind {
         Input::Free,
         Input::Free,
     ],
+    enable_input: None,
     outputs: 8,
     pull_ups: 2,
     magnetic_encoders: false,
@@ -88,13 +117,42 @@ pub static TMCM_6110: BoardKind = BoardKind {
 pub static TMCM_3110: BoardKind =
     BoardKind { name: "TMCM-3110", controllers: &[3], pull_ups: 1, abn: AbnPins::Own, ..TMCM_6110 };
 
+/// The TMCM-3212: three axes, each on a TMC5160 with an ABN encoder. All of its inputs are analog, too; switches, also
+/// home switches, have pins of their own.
+pub static TMCM_3212: BoardKind = BoardKind {
+    name: "TMCM-3212",
+    motion: MotionChips::Tmc5160,
+    controllers: &[1, 1, 1],
+    inputs: &[Input::Analog; 4],
+    enable_input: Some(10),
+    outputs: 4,
+    pull_ups: 0,
+    magnetic_encoders: false,
+    abn: AbnPins::Own,
+    eeprom: AT25512,
+};
+
 impl BoardKind {
     /// The number of axes of the board.
     pub fn axes(&self) -> usize {
         self.controllers.iter().sum()
     }
 
-    /// The number of the TMC429 that moves an axis, and the number of the axis' motor there; `None` if the board has no
+    /// The chips on the motion bus.
+    pub fn motion_bus(&self) -> impl Iterator<Item = Chip> {
+        let (chip, more): (fn(usize) -> Chip, _) = match self.motion {
+            MotionChips::Tmc429Tmc262 => (Chip::Tmc429, self.axes()),
+            MotionChips::Tmc5160 => (Chip::Tmc5160, 0),
+        };
+        (0..self.controllers.len()).map(chip).chain((0..more).map(Chip::Tmc262))
+    }
+
+    /// Whether the board has a digital input of this number.
+    pub fn has_input(&self, number: usize) -> bool {
+        number < self.inputs.len() || self.enable_input == Some(number)
+    }
+
+    /// The number of the motion controller that moves an axis, and the number of the axis' motor there; `None` if the board has no
     /// such axis.
     pub fn motor(&self, axis: usize) -> Option<(usize, usize)> {
         let mut first = 0;

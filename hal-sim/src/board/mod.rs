@@ -1,40 +1,38 @@
 //! The native board: the chips of a module, wired to the world, in virtual time.
 //!
 //! Time passes only by [`Board::advance_to`] and by SPI transfers, which take their time on the wire. A [`BoardKind`]
-//! says which parts the board has. Wiring: each motor of a TMC429 steps the TMC262 of its axis, whose field turns the
-//! motor; the stop switches of the axis are at the reference inputs of that motor; the TMC429s run on 16 MHz. One pin
-//! enables all drivers; one bus has all chips but the EEPROM. A restart of the firmware changes nothing in the chips,
-//! so a TMC429 keeps running; they forget only when the power is switched off.
+//! says which parts the board has, also what moves its motors. One pin enables all drivers; one bus has all chips but
+//! the EEPROM, and the motion controllers run on 16 MHz. A restart of the firmware changes nothing in the chips, so a
+//! motor that moves keeps moving; they forget only when the power is switched off.
 
 mod bus;
 mod devices;
 mod faults;
 pub(crate) mod kind;
+mod motion;
+mod tmc429_tmc262;
+mod tmc5160;
 
-pub use bus::{Chip, Datagram};
+pub use bus::Datagram;
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
-pub use kind::{AbnPins, BoardKind, Input, MOST_ANALOG, TMCM_1140, TMCM_3110, TMCM_6110};
+pub use kind::{AbnPins, BoardKind, Chip, Input, MOST_ANALOG, MotionChips, TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
+pub use motion::Observed;
+pub use tmc429_tmc262::TMC429_CLOCK_HZ;
 
-use crate::chip::StepDir;
 use crate::chip::at25::At25;
-use crate::chip::encoder::MagneticEncoder;
-use crate::chip::tmc262::{SHUTDOWN_CELSIUS, Tmc262};
+use crate::chip::tmc262::Tmc262;
 use crate::chip::tmc429::Tmc429;
+use crate::chip::tmc5160::Tmc5160;
 use crate::clock::Nanos;
 use crate::fault::CanState;
 use crate::world::config::WorldConfig;
 use crate::world::pin::Pin;
 use crate::world::stage::Abn;
-use crate::world::{Axis, Outputs, World};
+use crate::world::{Outputs, World};
 use bus::Line;
-
-/// Clock of the TMC429s, in Hz.
-pub const TMC429_CLOCK_HZ: u32 = 16_000_000;
-/// The lowest supply voltage at which a TMC262 works, in units of 0.1 V.
-const DRIVER_SUPPLY: u16 = 50;
-/// The levels of reference inputs of a TMC429 to which nothing is wired: REFR2 and REFR3 have pull-up resistors in the
-/// chip and read high, the others low.
-const UNWIRED: u8 = 0b01_0100;
+use motion::{Motion, Surroundings};
+use tmc429_tmc262::Tmc429sTmc262s;
+use tmc5160::Tmc5160s;
 
 /// What the microcontroller can read without SPI of the board as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,30 +63,6 @@ pub struct AxisInputs {
     pub stall: bool,
 }
 
-/// A motion controller.
-#[derive(Debug)]
-struct Controller {
-    chip: Tmc429,
-    /// The number of the axis of the controller's first motor, and the number of its axes.
-    first: usize,
-    axes: usize,
-    /// Levels of the controller's reference inputs, in the order of its register REFERENCE_SWITCHES.
-    pins: u8,
-    /// Fault: the controller does not hear its chip select.
-    deaf: bool,
-}
-
-/// The driver of an axis, and the built-in encoder at its motor.
-#[derive(Debug)]
-struct Drive {
-    chip: Tmc262,
-    encoder: MagneticEncoder,
-    /// Fault: the driver is too hot.
-    overtemperature: bool,
-    /// Fault: the driver does not hear its chip select.
-    deaf: bool,
-}
-
 /// The board, with the world around it.
 #[derive(Debug)]
 pub struct Board {
@@ -98,11 +72,10 @@ pub struct Board {
     /// outside.
     due: Nanos,
     powered: bool,
-    controllers: Vec<Controller>,
-    drives: Vec<Drive>,
+    motion: Motion,
     at25: At25,
     world: World,
-    /// The chip selects, in the order of [`Board::line`].
+    /// The chip selects.
     lines: Vec<Line>,
     /// The datagrams on the motion bus since the last [`take_datagrams`](Board::take_datagrams); `None` before the
     /// first.
@@ -117,51 +90,6 @@ pub struct Board {
     cut_at: Option<u64>,
 }
 
-/// The connections of a TMC429's step/direction outputs and reference inputs. The first axis is that of its motor 0.
-struct Wiring<'a> {
-    drives: &'a mut [Drive],
-    axes: &'a mut [Axis],
-    pins: &'a mut u8,
-}
-
-impl Wiring<'_> {
-    /// Sets the two reference inputs of a motor to the levels of its stop switches.
-    #[inline]
-    fn connect(pins: &mut u8, motor: usize, axis: &Axis) {
-        *pins = *pins & !(0b11 << (2 * motor)) | axis.reference_pins() << (2 * motor);
-    }
-}
-
-impl StepDir for Wiring<'_> {
-    #[inline]
-    fn step(&mut self, at: Nanos, motor: usize, dir_pin: bool) -> u8 {
-        if let (Some(drive), Some(axis)) = (self.drives.get_mut(motor), self.axes.get_mut(motor)) {
-            let driver = &mut drive.chip;
-            let full_step = driver.step(at, dir_pin);
-            axis.follow(at, driver.field());
-            if full_step {
-                let load = axis.motor().load_ratio();
-                driver.take_reading(at, load);
-                axis.motor_mut().set_current(driver.torque_current());
-            }
-            Self::connect(self.pins, motor, axis);
-        }
-        *self.pins
-    }
-}
-
-impl Controller {
-    fn new(first: usize, axes: usize) -> Self {
-        Self { chip: Tmc429::new(TMC429_CLOCK_HZ), first, axes, pins: UNWIRED, deaf: false }
-    }
-
-    fn advance(&mut self, to: Nanos, drives: &mut [Drive], axes: &mut [Axis]) {
-        let own = self.first..self.first + self.axes;
-        let mut wiring = Wiring { drives: &mut drives[own.clone()], axes: &mut axes[own], pins: &mut self.pins };
-        self.chip.advance(to, &mut wiring);
-    }
-}
-
 impl Board {
     /// A TMCM-1140 in the world that `config` describes, just powered on, at time 0, with a fresh EEPROM.
     /// `seed` is added to the world's own.
@@ -172,26 +100,19 @@ impl Board {
     /// A board of any kind, as [`new`](Self::new) makes a TMCM-1140.
     pub fn of_kind(kind: &'static BoardKind, config: &WorldConfig, seed: u64) -> Self {
         let seed = config.seed.wrapping_add(seed);
-        let firsts = (0..kind.axes()).filter(|axis| kind.motor(*axis).is_some_and(|(_, motor)| motor == 0));
-        let controllers = firsts.zip(kind.controllers).map(|(first, &axes)| Controller::new(first, axes));
-        let drives = (0..kind.axes()).map(|axis| {
-            let config = config.axis(axis);
-            Drive {
-                chip: Tmc262::new(config.motor.stall_guard_noise, seed.wrapping_add(axis as u64)),
-                encoder: MagneticEncoder::new(config.units_per_turn(), config.encoder.offset),
-                overtemperature: false,
-                deaf: false,
-            }
-        });
+        let world = World::new(kind, config);
+        let motion = match kind.motion {
+            MotionChips::Tmc429Tmc262 => Motion::Tmc429sTmc262s(Tmc429sTmc262s::new(kind, config, seed)),
+            MotionChips::Tmc5160 => Motion::Tmc5160s(Tmc5160s::new(kind, config, world.axes(), seed)),
+        };
         let mut board = Self {
             kind,
             now: 0,
             due: 0,
             powered: true,
-            controllers: controllers.collect(),
-            drives: drives.collect(),
+            motion,
             at25: At25::new(kind.eeprom, seed),
-            world: World::new(kind, config),
+            world,
             lines: Line::all(kind),
             recorded: None,
             motion_bus_stuck: None,
@@ -223,11 +144,7 @@ impl Board {
             return;
         }
         if self.powered {
-            for controller in &mut self.controllers {
-                if !controller.chip.rest(to) {
-                    controller.advance(to, &mut self.drives, self.world.axes_mut());
-                }
-            }
+            self.motion.chips_mut().advance(to, self.world.axes_mut());
             self.at25.advance(to);
         }
         if self.world.settle(to) {
@@ -248,10 +165,7 @@ impl Board {
         let due = |event: Option<Nanos>| event.unwrap_or(Nanos::MAX);
         let mut next = Nanos::MAX;
         if self.powered {
-            next = due(self.at25.next_event());
-            for controller in &self.controllers {
-                next = next.min(due(controller.chip.next_event()));
-            }
+            next = due(self.at25.next_event()).min(self.motion.chips().next_due());
         }
         for axis in self.world.axes() {
             next = next.min(due(axis.motor().next_event()));
@@ -271,10 +185,7 @@ impl Board {
             self.powered = false;
             self.at25.power_cut();
             self.world.set_outputs(Outputs::default());
-            for drive in &mut self.drives {
-                drive.chip.set_disable_pin(true);
-                drive.chip.reset();
-            }
+            self.motion.chips_mut().power_off();
             self.connect();
         }
     }
@@ -283,14 +194,7 @@ impl Board {
     pub fn power_on(&mut self) {
         if !self.powered {
             self.powered = true;
-            for controller in &mut self.controllers {
-                *controller =
-                    Controller { deaf: controller.deaf, ..Controller::new(controller.first, controller.axes) };
-                controller.advance(self.now, &mut self.drives, self.world.axes_mut());
-            }
-            for (drive, axis) in self.drives.iter().zip(self.world.axes_mut()) {
-                axis.motor_mut().restart(drive.chip.field());
-            }
+            self.motion.chips_mut().power_on(self.now, self.world.axes_mut());
             self.connect();
         }
     }
@@ -319,14 +223,13 @@ impl Board {
 
     /// What the microcontroller can read of an axis, which the board has to have, without SPI.
     pub fn axis_inputs(&self, axis: usize) -> AxisInputs {
-        let (drive, world) = (&self.drives[axis], self.world.axis(axis));
-        let rotor = world.motor().rotor();
+        let world = self.world.axis(axis);
         AxisInputs {
             home: world.level(Pin::Home),
             right: world.level(Pin::Right),
-            encoder: self.kind.magnetic_encoders.then(|| drive.encoder.position(rotor)),
+            encoder: self.kind.magnetic_encoders.then(|| self.observe(axis).encoder),
             abn: world.stage().abn(),
-            stall: self.powered && drive.chip.stall_pin(self.now),
+            stall: self.powered && self.motion.chips().stall_pin(axis, self.now),
         }
     }
 
@@ -337,18 +240,14 @@ impl Board {
 
     /// Sets the level of the pin ENN of all drivers: low (false) enables them.
     pub fn set_disable_pin(&mut self, high: bool) {
-        for drive in &mut self.drives {
-            drive.chip.set_disable_pin(high);
-        }
+        self.motion.chips_mut().set_disable_pin(high);
         self.connect();
     }
 
-    /// Lets the TMC429s' clock run, as it does from power-on, or stops it: then they stand still.
+    /// Lets the clock of the motion controllers run, as it does from power-on, or stops it: then TMC429s stand still,
+    /// and TMC5160s go on with their internal clocks.
     pub fn set_motion_clock(&mut self, running: bool) {
-        for controller in &mut self.controllers {
-            controller.chip.rest(self.now);
-            controller.chip.set_clocked(self.now, running);
-        }
+        self.motion.chips_mut().set_clock(self.now, running);
         self.due = 0;
     }
 
@@ -359,14 +258,51 @@ impl Board {
         result
     }
 
-    /// The motion controller of a number, which the board has to have, to look at.
-    pub fn tmc429(&self, number: usize) -> &Tmc429 {
-        &self.controllers[number].chip
+    /// What can be seen of the chips of an axis, which the board has to have.
+    pub fn observe(&self, axis: usize) -> Observed {
+        self.motion.chips().observe(axis, self.world.axis(axis))
     }
 
-    /// The driver of an axis, which the board has to have, to look at.
+    /// The TMC429 of a number, to look at.
+    ///
+    /// # Panics
+    /// If the board does not have it.
+    pub fn tmc429(&self, number: usize) -> &Tmc429 {
+        match &self.motion {
+            Motion::Tmc429sTmc262s(chips) => chips.tmc429(number),
+            Motion::Tmc5160s(_) => None,
+        }
+        .unwrap_or_else(|| self.lacks(Chip::Tmc429(number)))
+    }
+
+    /// The TMC262 of an axis, to look at.
+    ///
+    /// # Panics
+    /// If the board does not have it.
     pub fn tmc262(&self, axis: usize) -> &Tmc262 {
-        &self.drives[axis].chip
+        match &self.motion {
+            Motion::Tmc429sTmc262s(chips) => chips.tmc262(axis),
+            Motion::Tmc5160s(_) => None,
+        }
+        .unwrap_or_else(|| self.lacks(Chip::Tmc262(axis)))
+    }
+
+    /// The TMC5160 of an axis, to look at.
+    ///
+    /// # Panics
+    /// If the board does not have it.
+    pub fn tmc5160(&self, axis: usize) -> &Tmc5160 {
+        match &self.motion {
+            Motion::Tmc5160s(chips) => chips.tmc5160(axis),
+            Motion::Tmc429sTmc262s(_) => None,
+        }
+        .unwrap_or_else(|| self.lacks(Chip::Tmc5160(axis)))
+    }
+
+    /// Whoever looks at a chip that the board does not have is told so.
+    #[expect(clippy::panic, reason = "a mistake of the caller's")]
+    fn lacks(&self, chip: Chip) -> ! {
+        panic!("the {} has no {chip:?}", self.kind.name)
     }
 
     /// The EEPROM, to look at.
@@ -386,24 +322,17 @@ impl Board {
 
     /// Brings all levels between chips and world up to date after something has changed.
     fn connect(&mut self) {
-        for axis in 0..self.drives.len() {
+        for axis in 0..self.kind.axes() {
             self.connect_axis(axis);
         }
         self.settle();
     }
 
-    /// Brings the levels between driver and world of one axis up to date.
+    /// Brings the levels between chips and world of one axis up to date.
     fn connect_axis(&mut self, axis: usize) {
-        let drive = &mut self.drives[axis];
-        drive.chip.set_supplied(self.powered && self.world.supply() >= DRIVER_SUPPLY);
-        let mut temperature = self.world.temperature();
-        if drive.overtemperature {
-            temperature = temperature.max(SHUTDOWN_CELSIUS);
-        }
-        drive.chip.set_temperature(temperature);
-        let motor = self.world.axis_mut(axis).motor_mut();
-        motor.set_current(drive.chip.torque_current());
-        motor.turn_field(self.now, drive.chip.field());
+        let supply = if self.powered { self.world.supply() } else { 0 };
+        let around = Surroundings { now: self.now, supply, temperature: self.world.temperature() };
+        self.motion.chips_mut().connect(axis, self.world.axis_mut(axis), around);
     }
 
     fn settle(&mut self) {
@@ -411,19 +340,11 @@ impl Board {
         self.show_switches();
     }
 
-    /// Brings the reference inputs of the motion controllers to the levels of the stop switches.
+    /// Brings the inputs of the motion controllers to the levels of switches and encoders.
     fn show_switches(&mut self) {
         self.due = 0;
-        if !self.powered {
-            return;
-        }
-        for controller in &mut self.controllers {
-            let axes = &self.world.axes()[controller.first..controller.first + controller.axes];
-            for (motor, axis) in axes.iter().enumerate() {
-                Wiring::connect(&mut controller.pins, motor, axis);
-            }
-            controller.chip.rest(self.now);
-            controller.chip.set_reference_pins(controller.pins);
+        if self.powered {
+            self.motion.chips_mut().sense(self.now, self.world.axes());
         }
     }
 }

@@ -1,4 +1,5 @@
 mod axes;
+mod tmcm3212;
 
 use super::*;
 use crate::clock::{MICROSECOND, MILLISECOND, SECOND};

@@ -1,7 +1,7 @@
 //! How the drivers react to the load on the motor: stallGuard2 measures it, and coolStep sets the current by it.
 
 use super::bits::field;
-use crate::clock::{MILLISECOND, Nanos};
+use crate::clock::{Nanos, SECOND};
 use crate::random::Random;
 
 /// The load on the motor as a ratio of the torque it demands to the torque the current gives:
@@ -10,9 +10,9 @@ pub type LoadRatio = u32;
 /// The load ratio at which the motor stalls.
 pub const FULL_LOAD: LoadRatio = 65_536;
 
-/// The longest time of a full step, at 50 full steps a second, in which the back-EMF can be measured; a slower one
-/// reads zero.
-const SLOWEST: Nanos = 20 * MILLISECOND;
+/// The longest time of a full step, at 32 full steps a second, in which the back-EMF of this model's motor can be
+/// measured; a slower one reads zero.
+const SLOWEST: Nanos = SECOND / 32;
 /// Contribution of the whole torque reserve to the reading.
 const RESERVE_SPAN: i64 = 512;
 /// Contribution of one unit of SGT to the reading.

@@ -4,7 +4,7 @@ mod state;
 
 pub use state::{AxisState, State, Switches};
 
-use crate::board::{Board, BoardKind};
+use crate::board::{Board, BoardKind, MotionChips};
 use crate::fault::{CanState, Fault};
 use crate::world::ANALOG_MAX;
 use crate::world::pin::Pin;
@@ -184,9 +184,15 @@ impl Control {
             Self::Fault { fault: Fault::Encoder, .. } if !kind.magnetic_encoders => {
                 Err(format!("fault 'encoder': the {name} has no built-in encoder"))
             }
+            Self::Fault { fault, .. } if !has_chip(kind, fault) => {
+                Err(format!("fault '{}': the {name} has no such chip", fault.name()))
+            }
             Self::Fault { axis, .. } => kind.check_axis(axis),
-            Self::Input { number, .. } if number >= kind.inputs.len() => {
-                Err(format!("no input {number}: the {name} has inputs 0 to {}", kind.inputs.len().saturating_sub(1)))
+            Self::Input { number, .. } if !kind.has_input(number) => {
+                let more =
+                    kind.enable_input.map_or(String::new(), |number| format!(", and {number}, its ENABLE input"));
+                let last = kind.inputs.len().saturating_sub(1);
+                Err(format!("no input {number}: the {name} has inputs 0 to {last}{more}"))
             }
             Self::Analog { number, .. } if kind.analog().all(|channel| channel != number) => {
                 let there_are: Vec<String> = kind.analog().map(|channel| channel.to_string()).collect();
@@ -222,6 +228,15 @@ impl Control {
             Self::State => return Ok(Some(State::of(board))),
         }
         Ok(None)
+    }
+}
+
+/// Whether a board has the chip that a fault is of; true for faults of anything else.
+fn has_chip(kind: &BoardKind, fault: Fault) -> bool {
+    match fault {
+        Fault::Tmc429 | Fault::Tmc262 => kind.motion == MotionChips::Tmc429Tmc262,
+        Fault::Tmc5160 | Fault::ChipSupply => kind.motion == MotionChips::Tmc5160,
+        _ => true,
     }
 }
 

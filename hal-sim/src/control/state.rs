@@ -18,6 +18,9 @@ pub struct State {
     pub first: AxisState,
     /// Levels of the digital inputs, IN0 and up.
     pub inputs: Vec<bool>,
+    /// Level of the ENABLE input; left out where the board has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub enable: Option<bool>,
     /// Reading of the first analog input, 0..=4095.
     pub analog: u16,
     /// Readings of all analog inputs, in the order of their numbers.
@@ -43,9 +46,9 @@ pub struct State {
 /// What `state` tells of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AxisState {
-    /// X_ACTUAL of the TMC429, in microsteps.
+    /// The position in the motion controller, X_ACTUAL or XACTUAL, in microsteps.
     pub position: i32,
-    /// V_ACTUAL of the TMC429, in its internal unit.
+    /// The velocity in the motion controller, V_ACTUAL or VACTUAL, in its internal unit.
     pub velocity: i32,
     /// Rotor position in 1/256 full steps.
     pub rotor: i64,
@@ -92,6 +95,7 @@ impl State {
             power: board.is_powered(),
             first: AxisState::of(board, 0),
             inputs: bits(world.inputs(), kind.inputs.len() as u32),
+            enable: kind.enable_input.map(|number| world.inputs() >> number & 1 != 0),
             analog: world.analog().first().copied().unwrap_or_default(),
             analogs: world.analog().to_vec(),
             outputs: bits(outputs.digital, kind.outputs),
@@ -108,19 +112,17 @@ impl State {
 
 impl AxisState {
     fn of(board: &Board, axis: usize) -> Self {
-        let (world, inputs, driver) = (board.world().axis(axis), board.axis_inputs(axis), board.tmc262(axis));
+        let (world, inputs, chips) = (board.world().axis(axis), board.axis_inputs(axis), board.observe(axis));
         let motor = world.motor();
-        let (controller, number) = board.kind().motor(axis).unwrap_or_default();
-        let controller = board.tmc429(controller);
         Self {
-            position: controller.position(number),
-            velocity: controller.velocity(number),
+            position: chips.position,
+            velocity: chips.velocity,
             rotor: motor.rotor(),
             field: motor.field(),
             lost_steps: motor.lost_steps(),
-            bridges_on: driver.bridges_on(),
-            current: driver.current(),
-            stall_guard: driver.stall_guard(),
+            bridges_on: chips.bridges_on,
+            current: chips.current,
+            stall_guard: chips.stall_guard,
             load: f64::from(motor.load()) / f64::from(FULL_TORQUE),
             switches: Switches {
                 left: world.level(Pin::Left),

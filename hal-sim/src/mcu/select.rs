@@ -21,11 +21,13 @@ const fn clocks(number: Nanos) -> Nanos {
 
 impl Limits {
     /// The TMC429 wants eight of its clocks a bit and three around its select (its datasheet, section 6.2.1). The TMC262
-    /// takes 4 MHz, the AT25128 5 MHz, and both want no more than 100 ns.
+    /// takes 4 MHz, the AT25128 5 MHz, and both want no more than 100 ns. The TMC5160 with its external clock takes 8 MHz,
+    /// and two periods of that clock and 10 ns between datagrams (4.3).
     const fn of(chip: Chip) -> Self {
         match chip {
             Chip::Tmc429(_) => Self { bit: clocks(8), select: clocks(3) },
             Chip::Tmc262(_) => Self { bit: 250, select: 100 },
+            Chip::Tmc5160(_) => Self { bit: 125, select: clocks(2) + 10 },
             Chip::At25 => Self { bit: 200, select: 100 },
         }
     }

@@ -135,11 +135,11 @@ impl World {
     }
 
     /// Sets digital input `number` to a level: presses or releases the switch that is connected to it, or sets the
-    /// analog channel to an end of its range.
+    /// analog channel to an end of its range. The ENABLE input is set like any other, and is low at the start.
     pub fn set_input(&mut self, number: usize, high: bool) {
         match self.kind.inputs.get(number) {
-            None => {}
-            Some(Input::Free) => self.free = self.free & !(1 << number) | u32::from(high) << number,
+            None if self.kind.enable_input != Some(number) => {}
+            None | Some(Input::Free) => self.free = self.free & !(1 << number) | u32::from(high) << number,
             Some(Input::Analog) => self.set_analog(number, if high { ANALOG_MAX } else { 0 }),
             Some(&Input::Switch(axis, pin)) => self.axes[axis].set_level(pin, high),
         }

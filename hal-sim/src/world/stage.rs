@@ -125,6 +125,14 @@ impl Stage {
         self.abn
     }
 
+    /// The levels of the tracks A, B and N where the encoder has counted to `count`; all low without an encoder.
+    /// Counting up, A leads B.
+    pub fn tracks(&self, count: i64) -> [bool; 3] {
+        let Some(abn) = &self.abn_config else { return [false; 3] };
+        let quarter = count.rem_euclid(4);
+        [quarter == 1 || quarter == 2, quarter >= 2, count.rem_euclid(abn.counts_per_turn()) == 0]
+    }
+
     fn count(&self, abn: &AbnConfig, rotor: i64) -> i64 {
         let units = i128::from(rotor - abn.index) * i128::from(abn.counts_per_turn());
         units.div_euclid(i128::from(self.units_per_turn)) as i64
@@ -177,20 +185,14 @@ impl Stage {
             self.abn.null_low.add(to.abs_diff(from), to * per_turn + 1);
         }
         self.abn.count = count;
-        // Counting up, A leads B: 00, 10, 11, 01.
-        let (a, b) = match count.rem_euclid(4) {
-            0 => (0, 0),
-            1 => (Pin::Left.bit(), 0),
-            2 => (Pin::Left.bit(), Pin::Right.bit()),
-            _ => (0, Pin::Right.bit()),
-        };
-        let n = if count.rem_euclid(per_turn) == 0 { Pin::Home.bit() } else { 0 };
+        let levels = self.tracks(count).into_iter().zip([Pin::Left, Pin::Right, Pin::Home]);
+        let tracks = levels.fold(0, |pins, (high, pin)| if high { pins | pin.bit() } else { pins });
         // The first position at which the encoder has this count, rounded up.
         let begin = |count: i64| {
             let units = -i128::from(count) * i128::from(self.units_per_turn);
             -units.div_euclid(i128::from(per_turn)) as i64 + abn.index
         };
-        (a | b | n, Window { lowest: begin(count), highest: begin(count + 1) - 1 })
+        (tracks, Window { lowest: begin(count), highest: begin(count + 1) - 1 })
     }
 }
 

@@ -1,29 +1,8 @@
 //! Boards with several axes and controllers: nothing of one axis shows in another.
 
 use super::*;
-use crate::chip::at25::{AT25256, AT25512};
+use crate::chip::at25::AT25512;
 use crate::control::{AxisState, Line, State};
-
-/// Six axes on two TMC429s. The home switches have pins of their own.
-static SIX: BoardKind = BoardKind {
-    name: "board of six",
-    controllers: &[3, 3],
-    inputs: &[
-        Input::Analog,
-        Input::Free,
-        Input::Free,
-        Input::Free,
-        Input::Analog,
-        Input::Free,
-        Input::Free,
-        Input::Free,
-    ],
-    outputs: 8,
-    pull_ups: 2,
-    magnetic_encoders: false,
-    abn: AbnPins::None,
-    eeprom: AT25256,
-};
 
 /// Three axes on one TMC429, with ABN encoders on pins of their own and the home switches at the inputs.
 static THREE: BoardKind = BoardKind {
@@ -32,7 +11,7 @@ static THREE: BoardKind = BoardKind {
     inputs: &[Input::Switch(0, Pin::Home), Input::Switch(1, Pin::Home), Input::Switch(2, Pin::Home)],
     abn: AbnPins::Own,
     eeprom: AT25512,
-    ..SIX
+    ..TMCM_6110
 };
 
 /// A board whose axes stand in velocity mode, with their bridges on.
@@ -96,7 +75,7 @@ fn others(states: &[AxisState], apart: &[usize]) -> Vec<AxisState> {
 
 #[test]
 fn each_axis_turns_at_its_own_speed_and_stands_when_it_is_told_to() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     let speeds = [1_000, -800, 600, -400, 200, 1_200];
     for (axis, speed) in speeds.into_iter().enumerate() {
         let before = axes(&board);
@@ -140,7 +119,7 @@ fn each_axis_stops_at_its_own_switches() {
         [[axis]]
         stage.right = 30000
     ";
-    let board = board(&SIX, world);
+    let board = board(&TMCM_6110, world);
     for axis in 0..6 {
         turn(&board, axis, if axis == 3 { -500 } else { 500 });
     }
@@ -163,7 +142,7 @@ fn each_axis_stops_at_its_own_switches() {
 #[test]
 fn a_switch_pressed_by_hand_stops_one_axis() {
     for axis in 0..6 {
-        let board = board(&SIX, "");
+        let board = board(&TMCM_6110, "");
         for axis in 0..6 {
             turn(&board, axis, 1_000);
         }
@@ -189,7 +168,7 @@ fn a_load_a_blow_and_the_faults_of_a_driver_concern_one_axis() {
         ("fault open-b on", 0),
         ("fault overtemperature on 4", 4),
     ] {
-        let (touched, untouched) = (board(&SIX, ""), board(&SIX, ""));
+        let (touched, untouched) = (board(&TMCM_6110, ""), board(&TMCM_6110, ""));
         for board in [&touched, &untouched] {
             (0..6).for_each(|axis| turn(board, axis, 1_500));
             run(board, SECOND);
@@ -208,7 +187,7 @@ fn a_load_a_blow_and_the_faults_of_a_driver_concern_one_axis() {
 
 #[test]
 fn one_controller_of_two_is_silent_and_its_motors_run_on() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     (0..6).for_each(|axis| turn(&board, axis, 1_000));
     run(&board, SECOND);
     control(&board, "fault tmc429 on 4");
@@ -231,7 +210,7 @@ fn one_controller_of_two_is_silent_and_its_motors_run_on() {
 
 #[test]
 fn a_silent_driver_leaves_the_others_on_the_bus() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     control(&board, "fault tmc262 on 5");
     for axis in 0..6 {
         assert_eq!(driver(&board, axis, 0xE_F050) == 0xF_FFFF, axis == 5, "axis {axis}");
@@ -245,7 +224,7 @@ fn a_silent_driver_leaves_the_others_on_the_bus() {
 
 #[test]
 fn datagrams_are_counted_and_recorded_chip_by_chip() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     board.borrow_mut().take_datagrams();
     let chips = [Chip::Tmc429(0), Chip::Tmc429(1), Chip::Tmc262(0), Chip::Tmc262(5)];
     let counted = || chips.map(|chip| board.borrow().datagrams(chip));
@@ -264,7 +243,7 @@ fn datagrams_are_counted_and_recorded_chip_by_chip() {
 
 #[test]
 fn all_axes_run_on_over_a_warm_reset_and_all_forget_without_power() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     (0..6).for_each(|axis| turn(&board, axis, 1_000));
     run(&board, SECOND);
     board.borrow_mut().warm_reset();
@@ -283,7 +262,7 @@ fn all_axes_run_on_over_a_warm_reset_and_all_forget_without_power() {
 
 #[test]
 fn the_enable_pin_and_the_supply_are_common_to_all_axes() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     let bridges = || axes(&board).iter().map(|axis| axis.bridges_on).collect::<Vec<_>>();
     assert_eq!(bridges(), [true; 6]);
     board.enable_pin().set_high().unwrap();
@@ -328,7 +307,7 @@ fn each_axis_has_its_encoder_and_its_home_switch_at_the_inputs() {
 
 #[test]
 fn inputs_and_outputs_are_as_many_as_the_kind_says() {
-    let board = board(&SIX, "");
+    let board = board(&TMCM_6110, "");
     for line in ["input 7 1", "input 0 1", "analog 4 2048", "analog 0 100", "input 3 1"] {
         control(&board, line);
     }
@@ -343,7 +322,7 @@ fn inputs_and_outputs_are_as_many_as_the_kind_says() {
 
 #[test]
 fn the_eeprom_is_that_of_the_kind() {
-    for (kind, size) in [(&SIX, 32_768), (&THREE, 65_536)] {
+    for (kind, size) in [(&TMCM_6110, 32_768), (&THREE, 65_536)] {
         assert_eq!(board(kind, "").borrow().at25().contents().len(), size);
     }
 }
@@ -351,7 +330,7 @@ fn the_eeprom_is_that_of_the_kind() {
 #[test]
 fn the_next_event_of_the_board_is_that_of_any_axis() {
     for axis in 0..6 {
-        let board = board(&SIX, "");
+        let board = board(&TMCM_6110, "");
         run(&board, SECOND);
         assert_eq!(board.borrow().next_event(), None);
         turn(&board, axis, 1_000);
@@ -372,7 +351,7 @@ fn the_next_event_of_the_board_is_that_of_any_axis() {
 #[test]
 fn the_size_of_the_time_steps_does_not_matter_with_six_axes() {
     let final_state = |piece: Nanos| {
-        let board = board(&SIX, "[stage]\nright = 20000\n[motor]\nfriction = 0.1\nstall_guard_noise = 9");
+        let board = board(&TMCM_6110, "[stage]\nright = 20000\n[motor]\nfriction = 0.1\nstall_guard_noise = 9");
         (0..6).for_each(|axis| turn(&board, axis, 300 * (axis as i32 / 2) + 400));
         let end = board.borrow().now() + 2 * SECOND;
         while board.borrow().now() < end {

@@ -198,8 +198,8 @@ fn slow_motion_cannot_be_measured_and_standstill_keeps_the_value() {
     assert_eq!(chip.stall_guard(), 320);
     assert!(!chip.stall_pin(now + 2 * STANDSTILL));
     assert_eq!(chip.stall_guard(), 320);
-    // A full step takes 256 x 80 us = 20.48 ms.
-    let now = turn(&mut chip, now, 80_000, 2, 0.0);
+    // A full step takes 256 x 130 us = 33.28 ms.
+    let now = turn(&mut chip, now, 130_000, 2, 0.0);
     assert_eq!(chip.stall_guard(), 0);
     assert!(chip.stall_pin(now));
     assert!(!chip.stall_pin(now + STANDSTILL));

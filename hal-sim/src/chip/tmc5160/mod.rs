@@ -167,11 +167,14 @@ impl Tmc5160 {
     }
 
     /// Tells the chip what is at its inputs after a change without a step, at the time to which it was advanced. The
-    /// encoder passes through all of its positions on the way.
-    pub fn sense(&mut self, sensed: Sensed, mechanics: &impl Mechanics) {
-        let clock = self.present();
-        self.take_inputs(sensed, clock, mechanics);
-        self.reschedule();
+    /// encoder passes through all of its positions on the way, where it has the levels that `tracks` gives.
+    #[inline]
+    pub fn sense(&mut self, sensed: Sensed, tracks: impl Fn(i64) -> Tracks) {
+        if self.differs(sensed) {
+            let clock = self.present();
+            self.take_inputs(sensed, clock, tracks);
+            self.reschedule();
+        }
     }
 
     /// Connects the encoder where it stands, without counting.
@@ -204,11 +207,10 @@ impl Tmc5160 {
     /// Sets the supply in 0.1 V. Below [`LOWEST_SUPPLY`] the chip is held in reset, and its SPI output reads zero.
     pub fn set_supply(&mut self, supply: u16) {
         self.bridges.set_supply(supply);
-        let supplied = supply >= LOWEST_SUPPLY;
-        if self.supplied && !supplied {
+        let was_supplied = std::mem::replace(&mut self.supplied, supply >= LOWEST_SUPPLY);
+        if was_supplied && !self.supplied {
             self.reset();
         }
-        self.supplied = supplied;
         self.check_bridges();
     }
 
@@ -300,9 +302,8 @@ impl Tmc5160 {
         }
         let at = self.clock.time_of(clock);
         let sensed = mechanics.turn(at, self.driver.field());
-        let levels = self.switches.levels();
-        if sensed.left != levels.left || sensed.right != levels.right || sensed.count != self.encoder.count() {
-            self.take_inputs(sensed, clock, mechanics);
+        if self.differs(sensed) {
+            self.take_inputs(sensed, clock, |count| mechanics.tracks(count));
         }
         self.encoder.compare(self.ramp.position(), &self.registers);
         if full_step {
@@ -326,12 +327,22 @@ impl Tmc5160 {
         }
     }
 
+    /// Whether this is not what the inputs were.
+    #[inline]
+    fn differs(&self, sensed: Sensed) -> bool {
+        let Pair { left, right } = self.switches.levels();
+        sensed.left != left || sensed.right != right || sensed.count != self.encoder.count()
+    }
+
     /// Brings switches and encoder to the levels at their pins.
-    fn take_inputs(&mut self, sensed: Sensed, clock: u64, mechanics: &impl Mechanics) {
+    fn take_inputs(&mut self, sensed: Sensed, clock: u64, tracks: impl Fn(i64) -> Tracks) {
+        if !self.supplied {
+            self.encoder.plug(sensed.count, tracks(sensed.count));
+        }
         while self.encoder.count() != sensed.count {
             let up = self.encoder.count() < sensed.count;
-            let tracks = mechanics.tracks(self.encoder.count() + if up { 1 } else { -1 });
-            let event = self.encoder.edge(up, tracks, &mut self.registers);
+            let levels = tracks(self.encoder.count() + if up { 1 } else { -1 });
+            let event = self.encoder.edge(up, levels, &mut self.registers);
             self.heed_null(event);
             self.encoder.compare(self.ramp.position(), &self.registers);
         }

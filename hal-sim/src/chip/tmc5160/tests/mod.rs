@@ -135,8 +135,8 @@ impl Rig {
 
     /// The inputs have changed without a step.
     fn sense(&mut self) {
-        let sensed = self.stage.sensed();
-        self.chip.sense(sensed, &self.stage);
+        let stage = &self.stage;
+        self.chip.sense(stage.sensed(), |count| stage.tracks(count));
     }
 
     /// Runs until the motor has nothing more to do; returns the time to the last step.
