@@ -10,6 +10,7 @@ pub mod node_host;
 pub mod program;
 pub mod random;
 pub mod table;
+pub mod tmcm3212;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use hal_sim::control::Line;

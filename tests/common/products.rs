@@ -1,11 +1,11 @@
-//! Products with several axes: the TMCM-6110, the TMCM-3110, and one with three axes that exists in tests alone. Its
+//! Products with several axes: the TMCM-6110, the TMCM-3110, the TMCM-3212, and one with three axes that exists in tests alone. Its
 //! parameters, commands and EEPROM are others than those of them all.
 
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
-use hal_sim::board::{AbnPins, BoardKind, Input, TMCM_3110, TMCM_6110};
+use hal_sim::board::{AbnPins, BoardKind, Input, TMCM_3110, TMCM_3212, TMCM_6110};
 use hal_sim::chip::at25::AT25512;
-use tmcm::module::{Product, Slots, Spec, TMCM_1140, Tmcm3110, Tmcm6110};
+use tmcm::module::{Product, Slots, Spec, TMCM_1140, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
 use tmcm::store::{Layout, Memory, Pair};
@@ -135,4 +135,8 @@ impl OnBoard for Tmcm6110 {
 
 impl OnBoard for Tmcm3110 {
     const BOARD: &'static BoardKind = &TMCM_3110;
+}
+
+impl OnBoard for Tmcm3212 {
+    const BOARD: &'static BoardKind = &TMCM_3212;
 }

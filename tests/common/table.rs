@@ -1,7 +1,7 @@
 //! The parameters of each product as its manual, or else what is published of it, has them. The tables are typed
 //! independently of the firmware's own, and tests compare them.
 
-use super::Bench;
+use super::{Bench, tmcm3212};
 use tmcm::tmcl::Command;
 use tmcm_sim::Product;
 
@@ -20,7 +20,9 @@ pub struct Row {
 pub enum Kind {
     /// Can be read, written and stored in the EEPROM; with the value after a factory reset.
     Stored(i32),
-    /// Can be read and written, in RAM only; with the value after power-on.
+    /// A setting in RAM only, which reads as it was written; with the value after power-on.
+    Kept(i32),
+    /// Can be read and written, in RAM only, but may change by itself; with the value after power-on.
     Volatile(i32),
     /// A measured or computed value that can only be read.
     ReadOnly,
@@ -39,10 +41,15 @@ impl Row {
         matches!(self.kind, Kind::Stored(_))
     }
 
+    /// True for a parameter that reads as it was written until it is written again.
+    pub fn is_setting(&self) -> bool {
+        matches!(self.kind, Kind::Stored(_) | Kind::Kept(_))
+    }
+
     /// The value after a factory reset; `None` for a read-only parameter.
     pub fn default(&self) -> Option<i32> {
         match self.kind {
-            Kind::Stored(value) | Kind::Volatile(value) => Some(value),
+            Kind::Stored(value) | Kind::Kept(value) | Kind::Volatile(value) => Some(value),
             Kind::ReadOnly => None,
         }
     }
@@ -109,9 +116,14 @@ impl Table {
         self.rows.iter().filter(|row| row.is_stored())
     }
 
-    /// The values of all parameters that can be written.
+    /// The values of all settings.
     pub fn settings(&self, bench: &mut Bench) -> Vec<i32> {
-        self.stored().map(|row| self.value(bench, row)).collect()
+        self.rows.iter().filter(|row| row.is_setting()).map(|row| self.value(bench, row)).collect()
+    }
+
+    /// True for the table of bank 0.
+    pub fn is_global(&self) -> bool {
+        (self.get, self.motor_or_bank) == (GLOBAL.get, GLOBAL.motor_or_bank)
     }
 }
 
@@ -124,10 +136,11 @@ pub const INTERRUPT: Table = Table { rows: INTERRUPT_ROWS, get: 10, set: 9, moto
 
 /// All tables of a product: one for each axis, bank 0 and bank 3.
 pub fn tables(product: Product) -> Vec<Table> {
-    let (axes, axis, global) = match product {
-        Product::Tmcm1140 => (1, AXIS_ROWS.to_vec(), GLOBAL_ROWS.to_vec()),
-        Product::Tmcm3110 => (3, changed(&sisters_axis_rows(), ENCODERS_3110), GLOBAL_ROWS.to_vec()),
-        Product::Tmcm6110 => (6, sisters_axis_rows(), changed(GLOBAL_ROWS, BOTH_CONTROLLERS)),
+    let (axes, inputs, axis, global) = match product {
+        Product::Tmcm1140 => (1, 4, AXIS_ROWS.to_vec(), GLOBAL_ROWS.to_vec()),
+        Product::Tmcm3110 => (3, 8, changed(&sisters_axis_rows(), ENCODERS_3110), GLOBAL_ROWS.to_vec()),
+        Product::Tmcm3212 => (3, 4, tmcm3212::AXIS_ROWS.to_vec(), without(GLOBAL_ROWS, &[67, 79, 90])),
+        Product::Tmcm6110 => (6, 8, sisters_axis_rows(), changed(GLOBAL_ROWS, BOTH_CONTROLLERS)),
     };
     let mut interrupts = INTERRUPT_ROWS.to_vec();
     if axes > 1 {
@@ -137,7 +150,7 @@ pub fn tables(product: Product) -> Vec<Table> {
                 interrupts.push(volatile(number, format!("{name} {axis} transition").leak(), &[(0, 3)], 0));
             }
         }
-        interrupts.extend((0..8).map(|n| volatile(39 + n, format!("input {n} transition").leak(), &[(0, 3)], 0)));
+        interrupts.extend((0..inputs).map(|n| volatile(39 + n, format!("input {n} transition").leak(), &[(0, 3)], 0)));
     }
     let (axis, global, interrupts): (&[Row], &[Row], &[Row]) = (axis.leak(), global.leak(), interrupts.leak());
     let of_axes = (0..axes).map(|number| Table { rows: axis, motor_or_bank: number, ..AXIS });
@@ -152,10 +165,15 @@ fn changed(rows: &[Row], by: &[Row]) -> Vec<Row> {
     rows
 }
 
+/// The rows without some numbers.
+fn without(rows: &[Row], numbers: &[u8]) -> Vec<Row> {
+    rows.iter().filter(|row| !numbers.contains(&row.number)).copied().collect()
+}
+
 /// The axis parameters that the TMCM-6110 has, and the TMCM-3110 as well: those of the TMCM-1140 without its two encoders, and
 /// with a group index.
 fn sisters_axis_rows() -> Vec<Row> {
-    let mut rows = changed(
+    let rows = changed(
         AXIS_ROWS,
         &[
             stored(4, "maximum positioning speed", &[(0, 2047)], 1000),
@@ -165,8 +183,7 @@ fn sisters_axis_rows() -> Vec<Row> {
             volatile(213, "group index", &[(0, 255)], 0),
         ],
     );
-    rows.retain(|row| ![209, 210, 212, 215, 216, 217, 218].contains(&row.number));
-    rows
+    without(&rows, &[209, 210, 212, 215, 216, 217, 218])
 }
 
 /// Axis parameters that the TMCM-3110 has and the TMCM-6110 has not.
@@ -182,18 +199,22 @@ const ENCODERS_3110: &[Row] = &[
 const BOTH_CONTROLLERS: &[Row] =
     &[stored(79, "end switch polarity", &[(0, 3)], 0), stored(90, "reverse shaft", &[(0, 3)], 0)];
 
-const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
-const FLAG: &[(i32, i32)] = &[(0, 1)];
+pub(super) const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
+pub(super) const FLAG: &[(i32, i32)] = &[(0, 1)];
 
 const fn stored(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
     Row { number, name, ranges, kind: Kind::Stored(default) }
 }
 
-const fn volatile(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
+pub(super) const fn kept(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
+    Row { number, name, ranges, kind: Kind::Kept(default) }
+}
+
+pub(super) const fn volatile(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
     Row { number, name, ranges, kind: Kind::Volatile(default) }
 }
 
-const fn read_only(number: u8, name: &'static str, ranges: &'static [(i32, i32)]) -> Row {
+pub(super) const fn read_only(number: u8, name: &'static str, ranges: &'static [(i32, i32)]) -> Row {
     Row { number, name, ranges, kind: Kind::ReadOnly }
 }
 

@@ -7,9 +7,11 @@ use hal_sim::board::{Chip, SharedBoard, SimPin, SimSpi};
 use hal_sim::world::{self, stage::Abn};
 use tmcm::canopen;
 use tmcm::chip::tmc429::Tmc429;
+use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::device::{self, Controller, Inputs, Outputs, Parts};
-use tmcm::module::{Hooks, Platform, Product, Tmcm1140, Tmcm3110, Tmcm6110};
+use tmcm::module::{Hooks, Platform, Product, Tmcm1140, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::motion::tmc429::Tmc429Tmc262;
+use tmcm::motion::tmc5160::Tmc5160Axis;
 use tmcm::motion::{Hardware, Sensors};
 use tmcm::store::{Memory, Store};
 
@@ -48,6 +50,27 @@ impl Motion for Tmc429s {
     }
 }
 
+/// A TMC5160 for each axis.
+#[derive(Debug)]
+pub struct Tmc5160s;
+
+impl Tmc5160s {
+    /// SPI clock of the TMC5160s: 84 MHz / 16, as on the target.
+    const HZ: u32 = 5_250_000;
+}
+
+impl Motion for Tmc5160s {
+    type Hardware = Tmc5160Axis<SimSpi>;
+
+    fn controller(board: &SharedBoard, number: usize) -> Controller<Self::Hardware> {
+        Controller::new(Tmc5160::new(board.spi(Chip::Tmc5160(number), Self::HZ)))
+    }
+
+    fn axes<const AXES: usize>(_: &SharedBoard) -> [Self::Hardware; AXES] {
+        Tmc5160Axis::axes()
+    }
+}
+
 /// A product that has a simulated board.
 pub trait Wired: Memory + 'static {
     /// What moves its motors.
@@ -64,6 +87,10 @@ impl Wired for canopen::Tmcm1140 {
 
 impl Wired for Tmcm3110 {
     type Motion = Tmc429s;
+}
+
+impl Wired for Tmcm3212 {
+    type Motion = Tmc5160s;
 }
 
 impl Wired for Tmcm6110 {

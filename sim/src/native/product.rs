@@ -2,7 +2,9 @@
 
 use hal_sim::board::{self, BoardKind};
 use tmcm::canopen::{self, Entry, Object};
-use tmcm::module::{self, Spec, TMCM_1140_AXES, TMCM_3110_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm3110, Tmcm6110};
+use tmcm::module::{
+    self, Spec, TMCM_1140_AXES, TMCM_3110_AXES, TMCM_3212_AXES, TMCM_6110_AXES, Tmcm1140, Tmcm3110, Tmcm3212, Tmcm6110,
+};
 use tmcm::param::{GlobalParameter, Row};
 use tmcm::store::{Memory, Need, Store};
 
@@ -17,6 +19,8 @@ pub enum Product {
     Tmcm1140,
     /// The TMCM-3110.
     Tmcm3110,
+    /// The TMCM-3212.
+    Tmcm3212,
     /// The TMCM-6110.
     Tmcm6110,
 }
@@ -64,7 +68,7 @@ impl From<FirmwareKind> for Model {
 
 impl Product {
     /// All products, in the order of their numbers.
-    pub const ALL: [Product; 3] = [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm6110];
+    pub const ALL: [Product; 4] = [Product::Tmcm1140, Product::Tmcm3110, Product::Tmcm3212, Product::Tmcm6110];
 
     /// The product's name, such as `TMCM-1140`.
     pub fn name(self) -> &'static str {
@@ -90,6 +94,7 @@ impl Product {
         match self {
             Product::Tmcm1140 => &module::TMCM_1140,
             Product::Tmcm3110 => &module::TMCM_3110,
+            Product::Tmcm3212 => &module::TMCM_3212,
             Product::Tmcm6110 => &module::TMCM_6110,
         }
     }
@@ -99,6 +104,7 @@ impl Product {
         match self {
             Product::Tmcm1140 => &board::TMCM_1140,
             Product::Tmcm3110 => &board::TMCM_3110,
+            Product::Tmcm3212 => &board::TMCM_3212,
             Product::Tmcm6110 => &board::TMCM_6110,
         }
     }
@@ -126,6 +132,7 @@ impl Model {
         match self {
             Model::Tmcl(Product::Tmcm1140) => tmcl::start::<Tmcm1140, TMCM_1140_AXES, 1>(start),
             Model::Tmcl(Product::Tmcm3110) => tmcl::start::<Tmcm3110, TMCM_3110_AXES, 1>(start),
+            Model::Tmcl(Product::Tmcm3212) => tmcl::start::<Tmcm3212, TMCM_3212_AXES, TMCM_3212_AXES>(start),
             Model::Tmcl(Product::Tmcm6110) => tmcl::start::<Tmcm6110, TMCM_6110_AXES, 2>(start),
             Model::Canopen => node::start(start),
         }
@@ -137,6 +144,7 @@ impl Model {
         match self {
             Model::Tmcl(Product::Tmcm1140) => numbered::<Tmcm1140>(number, tmcl_slots::<Tmcm1140>()),
             Model::Tmcl(Product::Tmcm3110) => numbered::<Tmcm3110>(number, tmcl_slots::<Tmcm3110>()),
+            Model::Tmcl(Product::Tmcm3212) => numbered::<Tmcm3212>(number, tmcl_slots::<Tmcm3212>()),
             Model::Tmcl(Product::Tmcm6110) => numbered::<Tmcm6110>(number, tmcl_slots::<Tmcm6110>()),
             Model::Canopen => numbered::<canopen::Tmcm1140>(number, Entry::of(Object::NodeId).row().slot(0)),
         }
