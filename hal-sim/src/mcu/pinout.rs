@@ -2,7 +2,7 @@
 //! The peripherals behind the pins are the same on all of them: SPI1 has the motion chips, SPI3 the EEPROM, USART3 the RS485
 //! transceiver, CAN1 the CAN transceiver, TIM4 the encoder, MCO1 the clock of the motion controllers.
 
-use crate::board::{BoardKind, Chip, TMCM_1140, TMCM_6110};
+use crate::board::{BoardKind, Chip, TMCM_1140, TMCM_3212, TMCM_6110};
 
 /// Port (0 is A) and number of a pin.
 pub type Pin = (usize, u32);
@@ -18,7 +18,7 @@ pub struct Pinout {
     pub motion_bus: [Pin; 3],
     /// Clock, input and output of SPI3: the EEPROM.
     pub eeprom_bus: [Pin; 3],
-    /// Clock inputs of the TMC429s, all of them at once.
+    /// Clock inputs of the TMC429s or TMC5160s, all of them at once.
     pub motion_clock: Pin,
     /// RS485 transceiver: data to it and from it, and its direction (pulled down); while it sends, it does not receive.
     pub rs485: [Pin; 3],
@@ -32,6 +32,8 @@ pub struct Pinout {
     pub pull_ups: &'static [Pin],
     /// Digital inputs, IN0 first.
     pub inputs: &'static [Pin],
+    /// The ENABLE input, which has a number of its own among the digital inputs; `None` on a board without it.
+    pub enable: Option<Pin>,
     /// Home switches that are at none of the digital inputs, with the numbers of their axes.
     pub homes: &'static [(Pin, usize)],
     /// SG_TST of drivers, with the numbers of their axes.
@@ -65,6 +67,7 @@ impl Pinout {
         outputs: &[(D, 8), (D, 9)],
         pull_ups: &[(D, 10)],
         inputs: &[(D, 11), (D, 12), (D, 13), (D, 14)],
+        enable: None,
         homes: &[],
         stalls: &[((E, 0), 0)],
         disable: (E, 1),
@@ -100,15 +103,42 @@ impl Pinout {
         ..Self::TMCM_1140
     };
 
+    /// A board for the TMCM-3212, whose pins are a choice of the firmware's as well. The home switches are not at the chips.
+    pub const TMCM_3212: Self = Self {
+        kind: &TMCM_3212,
+        selects: &[
+            ((E, 8), Chip::Tmc5160(0)),
+            ((E, 9), Chip::Tmc5160(1)),
+            ((E, 10), Chip::Tmc5160(2)),
+            ((A, 15), Chip::At25),
+        ],
+        outputs: &[(B, 12), (B, 13), (B, 14), (B, 15)],
+        pull_ups: &[],
+        inputs: &[(D, 8), (D, 9), (D, 10), (D, 11)],
+        enable: Some((D, 12)),
+        homes: &[((D, 2), 0), ((D, 3), 1), ((D, 4), 2)],
+        stalls: &[],
+        encoder: None,
+        analog: &[0, 1, 2, 3],
+        supply_full_scale: 627,
+        ..Self::TMCM_1140
+    };
+
     /// The pins of a board; `None` if they are not known.
     pub(super) fn of(kind: &BoardKind) -> Option<&'static Self> {
-        [&Self::TMCM_1140, &Self::TMCM_6110].into_iter().find(|pinout| pinout.kind == kind)
+        [&Self::TMCM_1140, &Self::TMCM_6110, &Self::TMCM_3212].into_iter().find(|pinout| pinout.kind == kind)
+    }
+
+    /// The digital inputs with their numbers.
+    pub(super) fn numbered_inputs(&self) -> impl Iterator<Item = (usize, Pin)> {
+        self.inputs.iter().copied().enumerate().chain(self.kind.enable_input.zip(self.enable))
     }
 
     /// The ports that the board drives pins of, one bit each.
     pub(super) fn driven_ports(&self) -> u32 {
-        let switches = self.homes.iter().chain(self.stalls).map(|(pin, _)| pin);
-        self.inputs.iter().chain(switches).fold(0, |ports, (port, _)| ports | 1 << port)
+        let switches = self.homes.iter().chain(self.stalls).map(|(pin, _)| *pin);
+        let inputs = self.numbered_inputs().map(|(_, pin)| pin);
+        inputs.chain(switches).fold(0, |ports, (port, _)| ports | 1 << port)
     }
 }
 
@@ -128,23 +158,29 @@ mod tests {
     /// Each part of the board has its pin, and no pin has two parts but where an encoder is at inputs.
     #[test]
     fn the_pins_are_those_of_the_parts_of_the_board() {
-        for pinout in [Pinout::TMCM_1140, Pinout::TMCM_6110] {
+        for pinout in [Pinout::TMCM_1140, Pinout::TMCM_6110, Pinout::TMCM_3212] {
             let Pinout { kind, selects, outputs, pull_ups, inputs, homes, stalls, analog, .. } = pinout;
             let axes = kind.axes();
-            let chips: HashSet<String> = selects.iter().map(|(_, chip)| format!("{chip:?}")).collect();
-            assert_eq!((chips.len(), selects.len()), (kind.controllers.len() + axes + 1, chips.len()), "{}", kind.name);
+            let chips =
+                |chips: &mut dyn Iterator<Item = Chip>| chips.map(|chip| format!("{chip:?}")).collect::<HashSet<_>>();
+            let selected = chips(&mut selects.iter().map(|(_, chip)| *chip));
+            let expected = chips(&mut kind.motion_bus().chain([Chip::At25]));
+            assert_eq!((&selected, selects.len()), (&expected, expected.len()), "{}", kind.name);
             assert_eq!((outputs.len(), pull_ups.len()), (kind.outputs as usize, kind.pull_ups as usize));
             assert_eq!((inputs.len(), analog.len()), (kind.inputs.len(), kind.analog().count()));
+            assert_eq!(pinout.enable.is_some(), kind.enable_input.is_some());
             let at_inputs = |axis: usize| kind.inputs.contains(&Input::Switch(axis, Switch::Home));
             let expected: Vec<usize> = (0..axes).filter(|axis| !at_inputs(*axis)).collect();
             assert_eq!(homes.iter().map(|(_, axis)| *axis).collect::<Vec<_>>(), expected);
-            assert!(stalls.iter().map(|(_, axis)| *axis).eq(0..axes));
+            // Only the TMC262 has the pin.
+            let drivers = kind.motion_bus().filter(|chip| matches!(chip, Chip::Tmc262(_))).count();
+            assert!(stalls.iter().map(|(_, axis)| *axis).eq(0..drivers));
 
             let of_axes = homes.iter().chain(stalls).map(|(pin, _)| *pin);
             let single = [pinout.motion_clock, pinout.disable];
             let groups = [pinout.motion_bus, pinout.eeprom_bus, pinout.rs485].concat();
             let pairs = [pinout.can, pinout.leds, pinout.pads].concat();
-            let listed = [outputs, pull_ups, inputs, &single, &groups, &pairs].concat();
+            let listed = [outputs, pull_ups, inputs, pinout.enable.as_slice(), &single, &groups, &pairs].concat();
             let pins: Vec<Pin> = selects.iter().map(|(pin, _)| *pin).chain(of_axes).chain(listed).collect();
             assert_eq!(pins.iter().collect::<HashSet<_>>().len(), pins.len(), "{}: {pins:?}", kind.name);
         }

@@ -32,7 +32,7 @@ const REFERENCE_VOLTAGE: i64 = 1_210_000;
 /// An SPI bus of the board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SpiBus {
-    /// SPI1: TMC429s and TMC262s.
+    /// SPI1: the motion chips.
     Motion,
     /// SPI3: the EEPROM.
     Eeprom,
@@ -142,7 +142,7 @@ impl Wiring {
                 } else {
                     self.board.deselect(chip)
                 }
-                select.set(low, now, time)?;
+                select.set(low, self.clocked, now, time)?;
             }
         }
         let on = |pin| level(ports, pin) == Some(true);
@@ -164,7 +164,7 @@ impl Wiring {
         let mco = if alternate(ports, pinout.motion_clock) == Some(AF_MCO) { mco } else { 0 };
         let clocked = mco != 0;
         if clocked && mco != u64::from(TMC429_CLOCK_HZ) {
-            return Err("MCO1 gives the TMC429 another clock than the 16 MHz of its model");
+            return Err("MCO1 gives the motion chips another clock than the 16 MHz of their models");
         }
         if clocked != self.clocked {
             self.clocked = clocked;
@@ -192,7 +192,7 @@ impl Wiring {
             }
         };
         let levels = self.board.world().inputs();
-        for (number, &pin) in self.pinout.inputs.iter().enumerate() {
+        for (number, pin) in self.pinout.numbered_inputs() {
             drive(pin, levels >> number & 1 != 0);
         }
         for &(pin, axis) in self.pinout.homes {
@@ -205,9 +205,9 @@ impl Wiring {
 
     /// Whether events of the board may change the level of this pin.
     pub(super) fn moves(&self, pin: Pin) -> bool {
-        let Pinout { inputs, homes, stalls, .. } = self.pinout;
-        let input = inputs.iter().position(|input| *input == pin);
-        input.is_some_and(|number| self.board.world().moves_input(number))
+        let Pinout { homes, stalls, .. } = self.pinout;
+        let input = self.pinout.numbered_inputs().find(|(_, input)| *input == pin);
+        input.is_some_and(|(number, _)| self.board.world().moves_input(number))
             || homes.iter().chain(*stalls).any(|(other, _)| *other == pin)
     }
 
@@ -280,7 +280,7 @@ impl Wiring {
         if mode != SPI_MODE {
             return Err("the chips on this bus want SPI mode 3");
         }
-        self.on(bus).try_for_each(|select| select.check(word, time))?;
+        self.on(bus).try_for_each(|select| select.check(word, self.clocked, time))?;
         let chip = self.selected(bus);
         if self.on(bus).count() > 1 {
             return Err("two chips are selected on one bus");
