@@ -164,11 +164,12 @@ impl Driver {
         self.stall_guard.value()
     }
 
-    /// TSTEP: the clocks of 1/256 of a full step, as measured between steps, or since the last one, if that is longer.
+    /// TSTEP: the clocks of 1/256 of a full step, as measured between the last two steps.
     pub(super) fn step_time(&self, state: State) -> u32 {
-        let Some(last) = self.last_step.filter(|_| !self.stands_still(state)) else { return LONGEST_STEP };
-        let clocks = self.interval.max(state.clock - last) >> self.resolution;
-        u32::try_from(clocks).map_or(LONGEST_STEP, |clocks| clocks.min(LONGEST_STEP))
+        if self.stands_still(state) {
+            return LONGEST_STEP;
+        }
+        u32::try_from(self.interval >> self.resolution).map_or(LONGEST_STEP, |clocks| clocks.min(LONGEST_STEP))
     }
 
     /// The flag stst.

@@ -1,5 +1,8 @@
 //! Expected numbers come from the datasheet's formulas. The clock is an external one of 16 MHz unless a test says so.
 
+mod driver;
+mod encoder;
+mod invariants;
 mod ramp;
 mod spi;
 mod switches;
