@@ -17,12 +17,21 @@ Generated from the tables in `src/param` - do not edit. After a change there:
 
 *Access*: R can be read, RW also written. *Stored*: *yes* by STAP (user variables: STGP) and restored at start-up,
 *at once* by the command that sets it, nothing: lost with the power. A value outside the range is answered with
-status 4, a write to a parameter that can only be read with status 3, and nothing changes. Internal units (*int*)
+status 4, a write to a parameter that can only be read with status 3, and nothing changes. ";
+
+/// What the units of speed and acceleration are.
+const INTERNAL: &str = "\
+Internal units (*int*)
 of velocity and acceleration are those of the TMC429.
+";
+const PPS: &str = "\
+Speeds are in
+microsteps per second (*pps*), accelerations in pps per second (*pps2*).
 ";
 
 /// What stands above each table.
 const AXIS: &str = "Read by GAP, written by SAP and AAP, stored by STAP, restored by RSAP.";
+const AXIS_UNSTORED: &str = "Read by GAP, written by SAP and AAP. None is stored.";
 const GLOBAL: &str = "Read by GGP, written by SGP and AGP.";
 const INTERRUPT: &str = "Read by GGP, written by SGP and AGP; the timers are unsigned.";
 
@@ -74,8 +83,10 @@ fn interrupts(spec: &Spec) -> Vec<Named> {
 
 fn render(product: Product) -> String {
     let spec = product.spec();
-    let mut text = format!("# Parameters of the {}\n\n{HEAD}", product.name());
-    text += &table("Axis parameters", AXIS, &spec.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
+    let units = if spec.axis.rows.iter().any(|p| p.row.unit == Unit::Internal) { INTERNAL } else { PPS };
+    let mut text = format!("# Parameters of the {}\n\n{HEAD}{units}", product.name());
+    let axis = if spec.axis.rows.iter().any(|p| p.row.stored()) { AXIS } else { AXIS_UNSTORED };
+    text += &table("Axis parameters", axis, &spec.axis.rows.iter().map(|p| named(&p.row)).collect::<Vec<_>>());
     text += &table(
         "Global parameters, bank 0",
         GLOBAL,
