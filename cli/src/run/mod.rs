@@ -76,7 +76,7 @@ pub struct Options {
     #[arg(long, value_name = "TIME: WHAT", value_parser = Event::parse)]
     pub at: Vec<Event>,
 
-    /// What the virtual module is: 1140, 3110 or 6110
+    /// What the virtual module is: 1140, 3110, 3212 or 6110
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
     pub product: Product,
 }

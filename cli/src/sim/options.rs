@@ -24,7 +24,7 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 #[derive(Args, Clone, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// What the module is: 1140, 3110 or 6110; or what each of several is, with commas between the names
+    /// What the module is: 1140, 3110, 3212 or 6110; or what each of several is, with commas between the names
     ///
     /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each; the TMCM-6110 has six. One name
     /// holds for all modules of --modules. Of several names the first is that of module 1, and there are as many

@@ -248,7 +248,7 @@ fn a_program_is_for_a_product() {
     assert!(
         told.contains(
             "axes.tmc:3:36: error: unknown name 'Motor2': the TMCM-1140 does not have it; --product says which module the \
-             program is for, and there it is with 3110, 6110"
+             program is for, and there it is with 3110, 3212, 6110"
         ),
         "{told}"
     );

@@ -79,10 +79,10 @@ fn a_product_has_a_name_with_or_without_its_prefix() {
         assert_eq!(said(&[&["--product", name][..], &TCP].concat()).lines().next(), Some(is));
     }
     assert!(said(&TCP).starts_with("A virtual TMCM-1140 with firmware version 1.42. "), "that is the default");
-    refused(&["--product", "6111"], 2, &["'6111' is none of 1140, 3110, 6110; did you mean '6110'?"]);
-    refused(&["--product", "tmcm-3111"], 2, &["'tmcm-3111' is none of 1140, 3110, 6110; did you mean '3110'?"]);
-    refused(&["--product", "1140,servo"], 2, &["'servo' is none of 1140, 3110, 6110\n"]);
-    refused(&["--product", "1140,"], 2, &["'' is none of 1140, 3110, 6110\n"]);
+    refused(&["--product", "6111"], 2, &["'6111' is none of 1140, 3110, 3212, 6110; did you mean '6110'?"]);
+    refused(&["--product", "tmcm-3111"], 2, &["'tmcm-3111' is none of 1140, 3110, 3212, 6110; did you mean '3110'?"]);
+    refused(&["--product", "1140,servo"], 2, &["'servo' is none of 1140, 3110, 3212, 6110\n"]);
+    refused(&["--product", "1140,"], 2, &["'' is none of 1140, 3110, 3212, 6110\n"]);
 }
 
 #[test]
