@@ -217,8 +217,6 @@ const VERSION: u32 = 0x30;
 mod status {
     /// reset_flag: the chip has been reset.
     pub(super) const RESET: u8 = 1 << 0;
-    /// driver_error: the driver has shut down.
-    pub(super) const DRIVER_ERROR: u8 = 1 << 1;
     /// sg2: a stall.
     pub(super) const STALL: u8 = 1 << 2;
     /// status_stop_l: the left switch is closed.
@@ -434,9 +432,9 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         [self.status & status::STOP_L != 0, self.status & status::STOP_R != 0]
     }
 
-    /// True if the driver had told of a shut-down, or of a stall, at the last datagram.
-    pub const fn is_alarmed(&self) -> bool {
-        self.status & (status::DRIVER_ERROR | status::STALL) != 0
+    /// True if the driver had told of a stall at the last datagram.
+    pub const fn is_stalled(&self) -> bool {
+        self.status & status::STALL != 0
     }
 
     /// The bit of a register in [`known`](Self::known); 0 for a register that is not shadowed.

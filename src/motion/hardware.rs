@@ -178,8 +178,8 @@ pub trait Hardware {
     /// on the new course.
     fn ready(&mut self, controller: &mut Self::Controller, target: i32, course: &Course<'_>) -> Result<(), Error>;
 
-    /// The motor goes on to its present goal, a position, on a course of another speed or acceleration, to which one datagram
-    /// is sent at a time. True if one was: then this is to be called again.
+    /// The motor goes on to its present goal, a position, on a course of another speed or acceleration. Only so many datagrams
+    /// are sent as one piece of a turn has time for. True if there were any: then this is to be called again.
     fn approach(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<bool, Error>;
 
     /// The shape that the parameters of an axis give its ramps.

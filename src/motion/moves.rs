@@ -83,8 +83,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.on_course(|hardware, controller, course| hardware.ready(controller, target, course))
     }
 
-    /// The positioning move that is under way goes on at another pace, of which its chips are told by one datagram at a time.
-    /// True if there was one: then this is to be called again.
+    /// The positioning move that is under way goes on at another pace, of which its chips are told by so many datagrams as one
+    /// piece of a turn has time for. True if there were any: then this is to be called again.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take the datagram.

@@ -171,22 +171,16 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         if !positions {
             chip.write(Register::RampMode, RampMode::Hold as u32)?;
         }
-        for (register, word) in ramp::words(course, self.ramps(course)) {
-            chip.write(register, word)?;
-        }
+        self.write_ramp(chip, course)?;
         if !positions {
             chip.write(Register::XTarget, target as u32)?;
         }
         Ok(())
     }
 
+    /// A datagram takes 8 us, so all are sent at once.
     fn approach(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
-        let words = ramp::words(course, self.ramps(course));
-        let Some((register, word)) = words.into_iter().find(|(register, word)| !chip.holds(*register, *word)) else {
-            return Ok(false);
-        };
-        chip.write(register, word)?;
-        Ok(true)
+        self.write_ramp(chip, course)
     }
 
     fn shape(values: &Values) -> Shape {
@@ -214,10 +208,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     fn adjust(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<(), Error> {
         self.write_switches(chip, course)?;
         if self.known.mode.positions() {
-            for (register, word) in ramp::words(course, self.ramps(course)) {
-                chip.write(register, word)?;
-            }
-            return Ok(());
+            return self.write_ramp(chip, course).map(drop);
         }
         let unit = Unit::of(course.values);
         chip.write(Register::AMax, unit.acceleration(course.acceleration))?;
@@ -231,7 +222,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         self.known.mode = Mode::Hold;
         if chip.is_lost() {
             Self::start(chip)?;
-            self.place(chip, self.known.position)?;
+            chip.write(Register::XActual, self.known.position as u32)?;
         } else {
             chip.halt()?;
             chip.write(Register::RampStat, ramp_stat::EVENT_STOP_SG)?;
@@ -438,22 +429,35 @@ mod flags {
 }
 
 impl<D: SpiDevice> Tmc5160Axis<D> {
-    /// The register for which this turn asks: the speed in one of two turns, else in rotation the state of driver, ramp,
-    /// encoder and, for its version, of the chip. Where the status byte tells of an alarm, the others are passed over.
+    /// The register for which this turn asks: the speed in one of two turns, else in rotation the states of driver, ramp and
+    /// encoder, and now and then the version of the chip. Where a stall may have stopped the motor, the state of the ramp
+    /// takes the place of the driver's.
     fn next_reading(&mut self, chip: &Tmc5160<D>) -> Register {
         self.rotation = self.rotation.wrapping_add(1);
         match self.rotation % 32 {
             n if n % 2 == 0 => Register::VActual,
-            n if n % 4 == 1 => Register::DrvStatus,
-            n if n % 8 == 3 || chip.is_alarmed() => Register::RampStat,
+            n if n % 4 == 1 && !(self.armed && chip.is_stalled()) => Register::DrvStatus,
             31 => Register::Ioin,
-            _ => Register::EncStatus,
+            n if n % 8 == 7 => Register::EncStatus,
+            _ => Register::RampStat,
         }
     }
 
-    /// The shape that the ramps of a course have.
-    fn ramps(&self, course: &Course<'_>) -> Shape {
-        self.shape.unwrap_or(Shape::of(course.values))
+    /// Brings the registers of positioning ramps to the course. True if one was written. A motor that already brakes before its
+    /// target speeds up again for a stronger brake only when the target is written once more (datasheet section 6.3.1, XTARGET).
+    fn write_ramp(&self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
+        let (mut written, mut brakes) = (false, false);
+        for (register, word) in ramp::words(course, self.shape.unwrap_or(Shape::of(course.values))) {
+            if !chip.holds(register, word) {
+                chip.write(register, word)?;
+                written = true;
+                brakes |= matches!(register, Register::V1 | Register::DMax | Register::D1);
+            }
+        }
+        if brakes && self.known.mode.positions() && self.known.ahead() != 0 {
+            chip.write(Register::XTarget, self.known.target as u32)?;
+        }
+        Ok(written)
     }
 
     /// Takes in a reading of the rotation.

@@ -46,7 +46,7 @@ pub(super) fn chips() {
     let _ = any(chip.read(register));
     let _ = any(chip.turn(register));
     let _ = any(chip.confirm());
-    any((chip.answers(), chip.is_lost(), chip.switches(), chip.is_alarmed()));
+    any((chip.answers(), chip.is_lost(), chip.switches(), chip.is_stalled()));
 
     let mut memory = At25::new(Chip);
     any(&mut memory);

@@ -1,0 +1,111 @@
+//! MVP COORD on a straight line with ramps of six points: all that a ramp has is in the ratio of the ways, and no axis exceeds
+//! what is its own.
+
+use crate::bench;
+use crate::common::Bench;
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
+use tmcm_sim::VirtualModule;
+
+const WAYS: [[i32; 3]; 3] = [[512_000, 189_440, 18_944], [500_000, -123_457, 9_999], [-30_000, 30_000, 7]];
+
+fn rotors(bench: &Bench) -> [i64; 3] {
+    let board = bench.module.board().borrow();
+    [0, 1, 2].map(|axis| board.world().axis(axis).motor().rotor())
+}
+
+/// Sends the three axes over their ways on a line. Returns how far a rotor was from the line at most, in microsteps, the time
+/// between the first and the last arrival, and the largest speed of each axis, in pps.
+fn draw(bench: &mut Bench, ways: [i32; 3]) -> (f64, Nanos, [f64; 3]) {
+    let from = rotors(bench);
+    for (axis, way) in ways.iter().enumerate() {
+        let place = bench.ok(&format!("GAP 1, {axis}")) + way;
+        bench.ok(&format!("SCO 1, {axis}, {place}"));
+    }
+    bench.ok("MVP COORD, 71, 1");
+    let longest = (0..3).max_by_key(|n| ways[*n].unsigned_abs()).unwrap();
+    let (mut off, mut there, mut fastest) = (0.0_f64, [0; 3], [0.0_f64; 3]);
+    let limit = bench.module.now() + 60 * SECOND;
+    let mut before = from;
+    while there.contains(&0) {
+        assert!(bench.module.now() < limit, "{ways:?}: not in time");
+        bench.run(500 * MICROSECOND);
+        let now = rotors(bench);
+        let come: [f64; 3] = std::array::from_fn(|n| (now[n] - from[n]) as f64);
+        let share = come[longest] / f64::from(ways[longest]);
+        for n in 0..3 {
+            off = off.max((come[n] - share * f64::from(ways[n])).abs());
+            fastest[n] = fastest[n].max(now[n].abs_diff(before[n]) as f64 / 500e-6);
+            if come[n] == f64::from(ways[n]) && there[n] == 0 {
+                there[n] = bench.module.now();
+            }
+        }
+        before = now;
+    }
+    bench.run(50 * MILLISECOND);
+    for (n, way) in ways.iter().enumerate() {
+        assert_eq!((rotors(bench)[n] - from[n], bench.ok(&format!("GAP 8, {n}"))), (i64::from(*way), 1), "axis {n}");
+    }
+    (off, there.iter().max().unwrap() - there.iter().min().unwrap(), fastest)
+}
+
+fn straight(bench: &mut Bench, ways: [i32; 3]) -> [f64; 3] {
+    let (off, spread, fastest) = draw(bench, ways);
+    let longest = ways.iter().map(|way| way.unsigned_abs()).max().unwrap();
+    println!("{ways:?}: {off:.1} microsteps off the line, arrivals within {} us", spread / MICROSECOND);
+    assert!(off <= (f64::from(longest) * 0.005).max(3.0), "{ways:?}: {off}");
+    assert!(spread <= 10 * MILLISECOND, "{ways:?}: {} us apart", spread / MICROSECOND);
+    fastest
+}
+
+#[test]
+fn axes_with_trapezoidal_ramps_keep_to_a_line() {
+    for ways in WAYS {
+        let mut bench = bench();
+        straight(&mut bench, ways);
+        straight(&mut bench, ways.map(|way| -way));
+    }
+}
+
+#[test]
+fn axes_with_ramps_of_six_points_keep_to_a_line() {
+    for ways in WAYS {
+        let mut bench = bench();
+        for axis in 0..3 {
+            for (number, value) in [
+                (19, 1_000),
+                (15, 400_000),
+                (16, 30_000),
+                (5, 150_000),
+                (4, 90_000),
+                (17, 200_000),
+                (18, 500_000),
+                (20, 2_000),
+            ] {
+                bench.ok(&format!("SAP {number}, {axis}, {value}"));
+            }
+        }
+        straight(&mut bench, ways);
+    }
+}
+
+/// A follower that is slower than its part of the line makes the leader slower.
+#[test]
+fn no_axis_exceeds_its_own_speed() {
+    let mut bench = bench();
+    bench.configure(&["SAP 4, 0, 80000", "SAP 4, 1, 20000", "SAP 4, 2, 80000"]);
+    let fastest = straight(&mut bench, [512_000, 500_000, 100_000]);
+    // In half a millisecond a speed shows to one microstep, which is 2000 pps.
+    assert!(fastest[1] <= 22_000.0, "{fastest:?}");
+    let mut bench = crate::bench();
+    bench.configure(&["SAP 4, 0, 20000", "SAP 5, 1, 5000", "SAP 17, 1, 5000"]);
+    straight(&mut bench, [300_000, 250_000, 10_000]);
+}
+
+/// Speeds in different units cannot be compared (status 6).
+#[test]
+fn axes_with_different_units_are_refused() {
+    let mut bench = bench();
+    bench.configure(&["SCO 1, 0, 1000", "SCO 1, 1, 1000", "SAP 255, 1, 0"]);
+    bench.refused("MVP COORD, 67, 1", crate::common::NOT_AVAILABLE);
+    assert_eq!(rotors(&bench), [0; 3]);
+}

@@ -1,0 +1,86 @@
+//! A chip that is reset by its supply loses its registers and its position: it is noticed and set up again, and the motor
+//! stands until it is told something. One that does not answer is given up, as on the sisters.
+
+use crate::bench;
+use crate::common::NOT_AVAILABLE;
+use hal_sim::clock::{MILLISECOND, SECOND};
+
+#[test]
+fn a_chip_that_was_reset_is_set_up_again_with_the_motor_at_rest() {
+    let mut bench = bench();
+    bench.configure(&["SAP 6, 0, 200", "SAP 5, 0, 500000", "SAP 24, 0, 1", "SAP 12, 0, 1", "MVP ABS, 0, 500000"]);
+    bench.run(2 * SECOND);
+    let at = bench.ok("GAP 1, 0");
+    for state in ["on", "off"] {
+        bench.control(&format!("fault chip-supply {state}"));
+    }
+    bench.run(10 * MILLISECOND);
+    let rests = bench.ok("GAP 1, 0");
+    assert!((at..=at + 1_100).contains(&rests), "{at}, {rests}");
+    assert_eq!(["GAP 3, 0", "GAP 8, 0", "GAP 2, 0", "GAP 6, 0"].map(|line| bench.ok(line)), [0, 0, 0, 200]);
+    // The inverted switch is what its parameter says again.
+    assert_eq!(bench.ok("GAP 10, 0"), 1);
+    let rotor = bench.rotor();
+    bench.run(2 * SECOND);
+    assert_eq!((bench.rotor(), bench.ok("GAP 1, 0")), (rotor, rests), "the motor stands");
+    bench.ok("MVP REL, 0, 10000");
+    bench.run_until(3 * SECOND, |bench| bench.ok("GAP 8, 0") == 1);
+    assert_eq!((bench.ok("GAP 1, 0"), bench.rotor()), (rests + 10_000, rotor + 10_000));
+}
+
+/// A reset of one chip is the matter of its axis alone.
+#[test]
+fn the_other_axes_turn_on() {
+    let mut bench = bench();
+    for axis in 0..3 {
+        bench.ok(&format!("ROR {axis}, 30000"));
+    }
+    bench.run(2 * SECOND);
+    for state in ["on", "off"] {
+        bench.control(&format!("fault chip-supply {state} 1"));
+    }
+    bench.run(10 * MILLISECOND);
+    assert_eq!([0, 1, 2].map(|axis| bench.ok(&format!("GAP 3, {axis}"))), [30_000, 0, 30_000]);
+}
+
+#[test]
+fn a_search_ends_when_its_chip_is_reset() {
+    let mut bench = bench();
+    bench.configure(&["RFS START, 0"]);
+    bench.run(500 * MILLISECOND);
+    assert!(bench.ok("RFS STATUS, 0") > 0);
+    for state in ["on", "off"] {
+        bench.control(&format!("fault chip-supply {state}"));
+    }
+    bench.run(10 * MILLISECOND);
+    assert_eq!((bench.ok("RFS STATUS, 0"), bench.ok("GAP 3, 0")), (0, 0));
+}
+
+#[test]
+fn a_chip_that_does_not_answer_is_given_up() {
+    let mut bench = bench();
+    bench.ok("ROR 0, 30000");
+    bench.run(SECOND);
+    bench.control("fault tmc5160 on 2");
+    bench.run(100 * MILLISECOND);
+    assert_eq!(bench.ask("ROR 0, 30000").0, NOT_AVAILABLE);
+    assert_eq!(bench.ok("GAP 3, 0"), 0);
+}
+
+/// A module that is started on USB power alone has chips without supply. When that comes they are set up.
+#[test]
+fn the_chips_are_set_up_when_their_supply_comes() {
+    let mut bench = bench();
+    bench.control("supply 0");
+    bench.run(SECOND);
+    assert_eq!(bench.ask("ROR 0, 30000").0, NOT_AVAILABLE);
+    bench.power_cycle();
+    bench.run(SECOND);
+    assert_eq!(bench.ask("ROR 0, 30000").0, NOT_AVAILABLE);
+    bench.control("supply 24");
+    bench.run(20 * MILLISECOND);
+    bench.ok("ROR 0, 30000");
+    bench.run(SECOND);
+    assert_eq!(bench.ok("GAP 3, 0"), 30_000);
+    assert!(bench.rotor() > 10_000);
+}

@@ -1,0 +1,24 @@
+//! The TMCM-3212, whose motors run on TMC5160s: ramps of six points at the rotor, goals that change on the way, stalls and
+//! switches that the chip itself stops at, its encoder, its units, and a chip that has been reset. Telegrams go in; telegrams
+//! and the rotor's trace come out.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod changes;
+#[path = "../common/mod.rs"]
+mod common;
+mod encoder;
+mod halts;
+mod line;
+mod lost;
+mod profile;
+mod ramps;
+mod units;
+
+use common::Bench;
+use tmcm_sim::Product;
+
+/// A TMCM-3212 in the default world.
+fn bench() -> Bench {
+    Bench::of(Product::Tmcm3212)
+}
