@@ -48,12 +48,14 @@ fn draw(bench: &mut Bench, ways: [i32; 3]) -> (f64, Nanos, [f64; 3]) {
     (off, there.iter().max().unwrap() - there.iter().min().unwrap(), fastest)
 }
 
-fn straight(bench: &mut Bench, ways: [i32; 3]) -> [f64; 3] {
+/// Draws a line and asserts that it is straight, within half a percent of the longest way or within three microsteps; and that
+/// the axes arrive within so many milliseconds.
+fn straight(bench: &mut Bench, ways: [i32; 3], allowed: Nanos) -> [f64; 3] {
     let (off, spread, fastest) = draw(bench, ways);
     let longest = ways.iter().map(|way| way.unsigned_abs()).max().unwrap();
     println!("{ways:?}: {off:.1} microsteps off the line, arrivals within {} us", spread / MICROSECOND);
     assert!(off <= (f64::from(longest) * 0.005).max(3.0), "{ways:?}: {off}");
-    assert!(spread <= 10 * MILLISECOND, "{ways:?}: {} us apart", spread / MICROSECOND);
+    assert!(spread <= allowed * MILLISECOND, "{ways:?}: {} us apart", spread / MICROSECOND);
     fastest
 }
 
@@ -61,8 +63,8 @@ fn straight(bench: &mut Bench, ways: [i32; 3]) -> [f64; 3] {
 fn axes_with_trapezoidal_ramps_keep_to_a_line() {
     for ways in WAYS {
         let mut bench = bench();
-        straight(&mut bench, ways);
-        straight(&mut bench, ways.map(|way| -way));
+        straight(&mut bench, ways, 10);
+        straight(&mut bench, ways.map(|way| -way), 10);
     }
 }
 
@@ -84,7 +86,7 @@ fn axes_with_ramps_of_six_points_keep_to_a_line() {
                 bench.ok(&format!("SAP {number}, {axis}, {value}"));
             }
         }
-        straight(&mut bench, ways);
+        straight(&mut bench, ways, 10);
     }
 }
 
@@ -93,12 +95,13 @@ fn axes_with_ramps_of_six_points_keep_to_a_line() {
 fn no_axis_exceeds_its_own_speed() {
     let mut bench = bench();
     bench.configure(&["SAP 4, 0, 80000", "SAP 4, 1, 20000", "SAP 4, 2, 80000"]);
-    let fastest = straight(&mut bench, [512_000, 500_000, 100_000]);
+    let fastest = straight(&mut bench, [512_000, 500_000, 100_000], 10);
     // In half a millisecond a speed shows to one microstep, which is 2000 pps.
     assert!(fastest[1] <= 22_000.0, "{fastest:?}");
     let mut bench = crate::bench();
     bench.configure(&["SAP 4, 0, 20000", "SAP 5, 1, 5000", "SAP 17, 1, 5000"]);
-    straight(&mut bench, [300_000, 250_000, 10_000]);
+    // At 5000 pps per second the last microstep takes sqrt(2 / 5000) = 20 ms, and so may that of another axis.
+    straight(&mut bench, [300_000, 250_000, 10_000], 40);
 }
 
 /// Speeds in different units cannot be compared (status 6).

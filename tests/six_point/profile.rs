@@ -54,7 +54,7 @@ impl Settings {
         let (stop, v1, top) = (stop.max(start), speed(self.v1), speed(self.v_max));
         let [a1, a_max, d_max, d1] = [self.a1, self.a_max, self.d_max, self.d1].map(acceleration);
         let part = |from: f64, to: f64, a: f64| (to > from).then(|| Part { from, to, seconds: (to - from) / a });
-        let knee = |from: f64| if v1 > from { v1 } else { from };
+        let knee = |from: f64| v1.min(top).max(from);
         let up = [part(start, knee(start), a1), part(knee(start), top, a_max)];
         let down = [part(knee(stop), top, d_max), part(stop, knee(stop), d1)];
         let mirror = |part: Part| Part { from: part.to, to: part.from, ..part };
