@@ -10,7 +10,7 @@ use definitions::{OnBoard, THREE_AXIS, Three};
 use hal_sim::board::{Board, SharedBoard};
 use hal_sim::world::config::WorldConfig;
 use std::task::Poll;
-use tmcm::module::{Module, Source, Tmcm3110, Tmcm6110};
+use tmcm::module::{Module, Source, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::param::{COORDINATES, Parameter, STORED_USER_VARIABLES};
 use tmcm::tmcl::{Opcode, Reply, Status, text};
 use tmcm::units::Micros;
@@ -137,6 +137,12 @@ fn everything_that_can_be_stored_survives_on_six_axes() {
 #[test]
 fn everything_that_can_be_stored_survives_on_a_tmcm_3110() {
     everything_survives::<Tmcm3110, 3, 1>();
+}
+
+/// There is no axis parameter among it.
+#[test]
+fn everything_that_can_be_stored_survives_on_a_tmcm_3212() {
+    everything_survives::<Tmcm3212, 3, 3>();
 }
 
 /// A fresh module has the defaults of its product's table, on every axis, before and after a factory reset.

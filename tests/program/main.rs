@@ -21,5 +21,6 @@ mod interrupts;
 mod memory;
 mod random_programs;
 mod registers;
+mod size;
 mod speed;
 mod waits;

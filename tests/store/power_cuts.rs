@@ -13,11 +13,12 @@ use tmcm_sim::{Product, VirtualModule};
 /// What is stored by whom: the lines that make a change, the last of which stores it, and the setting it changes.
 type Script = Vec<(Vec<String>, String)>;
 
-/// The script for a product: its first axis and its last have a part in it.
+/// The script for a product: its first axis and its last have a part in it. Where no axis parameter is stored, coordinates
+/// take their place.
 fn script(product: Product) -> Script {
     let spec = product.spec();
     let last = spec.axes - 1;
-    let highest = spec.axis.rows.iter().rfind(|p| p.row.stored()).unwrap().row.number;
+    let highest = spec.axis.rows.iter().rfind(|p| p.row.stored()).map(|p| p.row.number);
     let step = |lines: &[String], setting: String| (lines.to_vec(), setting);
     let axis = |number: u8, axis: u8, value: i32| {
         let lines = [format!("SAP {number}, {axis}, {value}"), format!("STAP {number}, {axis}")];
@@ -31,17 +32,18 @@ fn script(product: Product) -> Script {
     let coordinate = |number: u8, axis: u8, value: i32| {
         step(&[format!("SCO {number}, {axis}, {value}")], format!("GCO {number}, {axis}"))
     };
+    let first = |value: i32| if highest.is_some() { axis(4, 0, value) } else { coordinate(2, 0, value) };
     vec![
-        axis(4, 0, 1234),
-        axis(highest, last, 5),
+        first(1234),
+        highest.map_or_else(|| coordinate(19, last, 5), |highest| axis(highest, last, 5)),
         global(76, 9),
         variable(3, -3),
         variable(55, 77),
         coordinate(1, 0, 111),
         coordinate(20, last, -222),
-        axis(4, 0, 1235),
-        axis(4, 0, 1236),
-        global(90, 1),
+        first(1235),
+        first(1236),
+        global(87, 1),
     ]
 }
 
@@ -91,8 +93,10 @@ fn read_all(bench: &mut Bench) -> Vec<i32> {
 fn prepared(product: Product) -> Vec<u8> {
     let mut bench = Bench::of(product);
     let last = product.spec().axes - 1;
-    let lines = ["SGP 84, 0, 1", "SAP 4, 0, 500", "STAP 4, 0", "SGP 3, 2, 5", "STGP 3, 2", "SCO 1, 0, 7"];
-    for line in lines.map(String::from).into_iter().chain([format!("SCO 20, {last}, 8")]) {
+    let lines = ["SGP 84, 0, 1", "SGP 3, 2, 5", "STGP 3, 2", "SCO 1, 0, 7"];
+    let first = if product == Product::Tmcm3212 { vec!["SCO 2, 0, 500"] } else { vec!["SAP 4, 0, 500", "STAP 4, 0"] };
+    let lines = lines.into_iter().chain(first).map(String::from);
+    for line in lines.chain([format!("SCO 20, {last}, 8")]) {
         assert!(send(&mut bench, &line).is_some());
     }
     bench.eeprom()

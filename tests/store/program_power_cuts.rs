@@ -139,7 +139,7 @@ fn empty() -> Vec<Command> {
 #[test]
 fn a_download_is_the_old_program_the_new_one_or_none() {
     let script = download(2);
-    for product in [Product::Tmcm1140, Product::Tmcm6110] {
+    for product in [Product::Tmcm1140, Product::Tmcm3212, Product::Tmcm6110] {
         let mut seen = [0; 3];
         let eeprom = prepared_in(product, &[]);
         let cuts = cut_everywhere_in(product, &eeprom, &script, 1, |bench, answered, what| {
