@@ -165,7 +165,7 @@ fn what_is_below_or_beside_the_language_does_not_know_it() {
 }
 
 /// The modules, and the files of `motion`, that may name what stands in the driver of a motion chip.
-const AT_CHIPS: [&str; 2] = ["chip", "motion/tmc429"];
+const AT_CHIPS: [&str; 3] = ["chip", "motion/tmc429", "motion/tmc5160"];
 #[test]
 fn registers_are_named_where_the_chip_is_driven() {
     let source = root().join("src");

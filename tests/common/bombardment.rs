@@ -1,7 +1,8 @@
 //! Random telegrams and frames over all links of a virtual module; each reply is checked against its request.
 
 use super::random::Random;
-use super::table::{Row, Table, tables};
+use super::row::Row;
+use super::table::{Table, tables};
 use super::{Bench, OK, telegram};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::can::{CanFrame, Frame};

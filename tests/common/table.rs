@@ -1,75 +1,10 @@
 //! The parameters of each product as its manual, or else what is published of it, has them. The tables are typed
 //! independently of the firmware's own, and tests compare them.
 
+use super::row::{ANY, FLAG, Row, read_only, stored, volatile};
 use super::{Bench, tmcm3212};
 use tmcm::tmcl::Command;
 use tmcm_sim::Product;
-
-/// One parameter.
-#[derive(Clone, Copy, Debug)]
-pub struct Row {
-    pub number: u8,
-    pub name: &'static str,
-    /// Inclusive ranges of the accepted values.
-    pub ranges: &'static [(i32, i32)],
-    pub kind: Kind,
-}
-
-/// Access and storage of a parameter.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Can be read, written and stored in the EEPROM; with the value after a factory reset.
-    Stored(i32),
-    /// A setting in RAM only, which reads as it was written; with the value after power-on.
-    Kept(i32),
-    /// Can be read and written, in RAM only, but may change by itself; with the value after power-on.
-    Volatile(i32),
-    /// A measured or computed value that can only be read.
-    ReadOnly,
-}
-
-impl Row {
-    pub fn accepts(&self, value: i32) -> bool {
-        self.ranges.iter().any(|range| (range.0..=range.1).contains(&value))
-    }
-
-    pub fn is_writable(&self) -> bool {
-        self.kind != Kind::ReadOnly
-    }
-
-    pub fn is_stored(&self) -> bool {
-        matches!(self.kind, Kind::Stored(_))
-    }
-
-    /// True for a parameter that reads as it was written until it is written again.
-    pub fn is_setting(&self) -> bool {
-        matches!(self.kind, Kind::Stored(_) | Kind::Kept(_))
-    }
-
-    /// The value after a factory reset; `None` for a read-only parameter.
-    pub fn default(&self) -> Option<i32> {
-        match self.kind {
-            Kind::Stored(value) | Kind::Kept(value) | Kind::Volatile(value) => Some(value),
-            Kind::ReadOnly => None,
-        }
-    }
-
-    /// The lowest and the highest value of every range.
-    pub fn limits(&self) -> impl Iterator<Item = i32> {
-        self.ranges.iter().flat_map(|range| [range.0, range.1])
-    }
-
-    /// The values just outside the ranges, and the smallest and largest 32-bit values if they lie outside.
-    pub fn beyond(&self) -> impl Iterator<Item = i32> {
-        let next = self.ranges.iter().flat_map(|range| [range.0.checked_sub(1), range.1.checked_add(1)]);
-        next.flatten().chain([i32::MIN, i32::MAX]).filter(|value| !self.accepts(*value))
-    }
-
-    /// An accepted value other than the default.
-    pub fn another(&self) -> i32 {
-        self.limits().find(|value| Some(*value) != self.default()).unwrap()
-    }
-}
 
 /// A table of parameters with the commands that read and write them.
 #[derive(Clone, Copy, Debug)]
@@ -198,25 +133,6 @@ const ENCODERS_3110: &[Row] = &[
 /// Global parameters with a bit for each motion controller of the TMCM-6110.
 const BOTH_CONTROLLERS: &[Row] =
     &[stored(79, "end switch polarity", &[(0, 3)], 0), stored(90, "reverse shaft", &[(0, 3)], 0)];
-
-pub(super) const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
-pub(super) const FLAG: &[(i32, i32)] = &[(0, 1)];
-
-const fn stored(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
-    Row { number, name, ranges, kind: Kind::Stored(default) }
-}
-
-pub(super) const fn kept(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
-    Row { number, name, ranges, kind: Kind::Kept(default) }
-}
-
-pub(super) const fn volatile(number: u8, name: &'static str, ranges: &'static [(i32, i32)], default: i32) -> Row {
-    Row { number, name, ranges, kind: Kind::Volatile(default) }
-}
-
-pub(super) const fn read_only(number: u8, name: &'static str, ranges: &'static [(i32, i32)]) -> Row {
-    Row { number, name, ranges, kind: Kind::ReadOnly }
-}
 
 /// Chapter 4 of the manual. The manual gives no limits for the two prescalers, 210 and 217; the firmware refuses
 /// negative ones, because they have no meaning.

@@ -1,7 +1,7 @@
 //! The axis parameters of the TMCM-3212: numbers and names are the vendor's own list, ranges are from the manual or follow
 //! from the width of a register. None of them is stored.
 
-use super::table::{ANY, FLAG, Row, kept, read_only, volatile};
+use super::row::{ANY, FLAG, Row, kept, read_only, volatile};
 
 /// Speeds are in pps: 7FFF13h, the manual's limit.
 const SPEED: i32 = 7_999_774;

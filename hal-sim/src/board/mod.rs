@@ -6,6 +6,7 @@
 //! motor that moves keeps moving; they forget only when the power is switched off.
 
 mod bus;
+mod chips;
 mod devices;
 mod faults;
 pub(crate) mod kind;
@@ -14,9 +15,9 @@ mod tmc429_tmc262;
 mod tmc5160;
 
 pub use bus::Datagram;
+pub use chips::Observed;
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
 pub use kind::{AbnPins, BoardKind, Chip, Input, MOST_ANALOG, MotionChips, TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
-pub use motion::Observed;
 pub use tmc429_tmc262::TMC429_CLOCK_HZ;
 
 use crate::chip::at25::At25;
@@ -30,7 +31,8 @@ use crate::world::pin::Pin;
 use crate::world::stage::Abn;
 use crate::world::{Outputs, World};
 use bus::Line;
-use motion::{Motion, Surroundings};
+use chips::Surroundings;
+use motion::Motion;
 use tmc429_tmc262::Tmc429sTmc262s;
 use tmc5160::Tmc5160s;
 

@@ -1,8 +1,8 @@
 //! TMC429s, each with up to three motors, and a TMC262 for each motor: the TMC429 steps the TMC262, whose field turns the
 //! motor; the stop switches of the axis are at the reference inputs of that motor.
 
+use super::chips::{MotionChips, Observed, Surroundings};
 use super::kind::{BoardKind, Chip};
-use super::motion::{MotionChips, Observed, Surroundings};
 use crate::chip::encoder::MagneticEncoder;
 use crate::chip::tmc262::{Bridge, SHUTDOWN_CELSIUS, Tmc262};
 use crate::chip::tmc429::Tmc429;

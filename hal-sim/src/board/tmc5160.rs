@@ -1,8 +1,8 @@
 //! A TMC5160 for each motor: stop switches and ABN encoder of the axis are at its own inputs. The drivers' enable pin and
 //! the clock are common to all.
 
+use super::chips::{MotionChips, Observed, Surroundings};
 use super::kind::{BoardKind, Chip};
-use super::motion::{MotionChips, Observed, Surroundings};
 use crate::chip::load::LoadRatio;
 use crate::chip::tmc5160::{Bridge, Short, Tmc5160};
 use crate::chip::{Mechanics, Sensed, SpiSlave, Tracks};
