@@ -7,8 +7,8 @@ use clap::{Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{asm, calc, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
 
-/// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-6110 - and tools for TMCL, the language they
-/// speak.
+/// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
+/// language they speak.
 ///
 /// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
 /// it prints; talk to a module - virtual or real - with the other commands.

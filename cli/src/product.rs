@@ -3,7 +3,7 @@
 //! Where the product of a module is unknown, it is `None` here: values are shown as numbers then.
 
 use tmcm::module::Spec;
-use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
+use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row, Unit};
 use tmcm::tmcl::{Command, Opcode};
 pub use tmcm_sim::Product;
 
@@ -66,6 +66,45 @@ pub(crate) fn parameter(spec: &Spec, opcode: Opcode, command: Command) -> Option
 /// ones share with the TMCM-1140.
 pub(crate) fn numbers(product: Option<Product>) -> &'static Spec {
     product.unwrap_or_default().spec()
+}
+
+/// The unit of speeds on a product, as its numbers are at first.
+pub(crate) fn speed_unit(product: Product) -> Unit {
+    product.spec().axis.row(AxisParameter::TargetSpeed).map_or(Unit::Number, |row| row.unit)
+}
+
+/// The unit of speeds on a product in words.
+pub(crate) fn speed_words(product: Product) -> &'static str {
+    match speed_unit(product) {
+        Unit::Internal => "internal units",
+        unit => unit.symbol(),
+    }
+}
+
+/// A unit as it is printed behind a value. `in_chip` says that the axis has its speeds and accelerations in units of its
+/// chip, by its unit mode.
+pub(crate) fn symbol(unit: Unit, in_chip: bool) -> &'static str {
+    match unit {
+        Unit::Pps | Unit::Pps2 if in_chip => "chip",
+        unit => unit.symbol(),
+    }
+}
+
+/// A value with its unit, if that is not empty.
+pub(crate) fn with_unit(value: i32, unit: &str) -> String {
+    if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
+}
+
+/// The command that reads the unit mode of an axis, on products that have one. An axis whose mode is 0 has its speeds and
+/// accelerations in units of its chip.
+pub(crate) fn read_unit_mode(product: Option<Product>, axis: u8) -> Option<Command> {
+    let number = product.and_then(|product| axis_number(Some(product), AxisParameter::UnitMode))?;
+    Some(Command::new(Opcode::Gap as u8, number, axis, 0))
+}
+
+/// True for a product that stores axis parameters, as those do that are not known.
+pub(crate) fn stores_axes(product: Option<Product>) -> bool {
+    !numbers(product).lacks.contains(&Opcode::Stap)
 }
 
 /// The number of an axis parameter, if the product has it.

@@ -88,7 +88,9 @@ impl Axis {
         let pulses = |unit, number| self.scale.pulses(quantity, unit, Exact::whole(number)).unwrap_or(wanted);
         let in_chip = self.scale.number(quantity, own, pulses(written, whole)).map_or(whole, Exact::rounded);
         let largest = generator.largest(quantity);
-        let in_chip = in_chip.clamp(-largest, largest);
+        // An acceleration that is not 0 is at least 1 in the chip: without any the motor would not get on.
+        let least = if quantity == Quantity::Acceleration { whole.min(1) } else { -largest };
+        let in_chip = in_chip.clamp(least, largest);
         Ok(Made { wanted, own: in_chip, written: (whole, written), actual: pulses(own, in_chip) })
     }
 
@@ -153,8 +155,8 @@ mod tests {
         AXIS.make(values.first().expect("one"), quantity, unit)
     }
 
-    /// 60 rpm are 51200 pps, 51200 * 2^24 / 16e6 = 53687.0912 of the chip's units; it gets 53687, of which each is 16e6 /
-    /// 2^24 = 15625 / 16384 pps.
+    /// 60 rpm are 51200 pps, 51200 * 2^24 / 16e6 = 53687.0912 of the chip's units; it gets 53687, of which each is 16e6
+    /// / 2^24 = 15625 / 16384 pps.
     #[test]
     fn a_number_goes_through_pps_into_the_chip() {
         let made = made("60 rpm", Quantity::Speed, Unit::PerMinute).unwrap();
@@ -168,6 +170,14 @@ mod tests {
         let made = |text: &str| made(text, Quantity::Speed, Unit::Pulses);
         assert_eq!(made("7999774 pps").map(|made| made.own), Ok(8_388_096));
         assert_eq!(made("7999775 pps").unwrap_err(), "7999775 pps: a speed of a TMCM-3212 is at most 7999774 pps");
+    }
+
+    /// 1 pps2 is less than a hundredth of the chip's unit, 256e12 / 2^41 = 116.4 pps2, which it becomes.
+    #[test]
+    fn an_acceleration_does_not_vanish() {
+        let made = |text: &str| made(text, Quantity::Acceleration, Unit::Pulses).unwrap();
+        assert_eq!((made("1 pps2").own, made("174 pps2").own, made("175 pps2").own, made("0 pps2").own), (1, 1, 2, 0));
+        assert_eq!(made("1 pps2").actual.shown(), "116.415322");
     }
 
     /// While the unit mode is 0, a number is the chip's own.

@@ -10,6 +10,7 @@ mod value;
 use std::io::Write;
 
 use clap::Args;
+use tmcm::module::Spec;
 use tmcm::param::AxisParameter;
 
 use self::axis::{Axis, MOST_DIVIDED, Made};
@@ -22,10 +23,11 @@ use crate::product::{self, Product};
 
 /// Convert speeds, accelerations and times between the units of a product
 ///
-/// Numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean what
-/// pulse and ramp divisor make of them. All products also understand microsteps per second (pps), full steps per
-/// second, turns per second (rps) and per minute (rpm), here; and for accelerations pps2, full steps/s2, rps/s and
-/// rpm/s. A value without these is a time: us, ms, s, min, or a product's own, such as x10 ms.
+/// The numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean
+/// what pulse and ramp divisor make of them; those of a TMCM-3212 are microsteps per second (pps), which it makes units
+/// of its chip (chip). What a motor does is in full steps per second, turns per second (rps) and per minute (rpm).
+/// Accelerations are in pps2, full steps/s2, rps/s and rpm/s, and again in int and chip. Times are in us, ms, s, min,
+/// and in what a product has them in, such as x10 ms.
 ///
 /// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so
 /// it has something next to that, which is in the column "gets".
@@ -64,6 +66,7 @@ Examples:
       what a number means, as a speed and as an acceleration
   tmcl calc --microsteps 16 --steps 400 2.5 rps 10 rps/s
       with another motor at another resolution
+  tmcl calc --product 3212 60 rpm 60 rpm/s           speed and acceleration of a module with pps
   tmcl calc 1.5 s                                    which numbers are that time
   tmcl calc -- -500 int                              a speed to the left";
 
@@ -86,24 +89,39 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     Ok(out.flush()?)
 }
 
+/// The speed that a ramp generator's register has, as a number of a product's parameters, rounded.
+pub(crate) fn in_usual_unit(product: Product, register: i32) -> i32 {
+    let spec = product.spec();
+    // What the divisors and the motor are makes no difference between a register and its parameter.
+    let generator = generator(spec, (0, 0));
+    let axis = Axis { spec, scale: Scale { generator, microsteps: 1, steps: 1 } };
+    let (own, usual, speed) = (generator.own_unit(), axis.usual_unit(), Quantity::Speed);
+    let pulses = axis.scale.pulses(speed, own, Exact::whole(register));
+    let number = pulses.and_then(|pulses| axis.scale.number(speed, usual, pulses)).map(Exact::rounded);
+    number.and_then(|number| i32::try_from(number).ok()).unwrap_or(register)
+}
+
+/// The ramp generator of a product, with these pulse and ramp divisors if it has any.
+fn generator(spec: &Spec, (pulse_divisor, ramp_divisor): (u8, u8)) -> Generator {
+    match spec.axis.row(AxisParameter::PulseDivisor) {
+        Some(_) => Generator::Tmc429 { pulse_divisor, ramp_divisor },
+        None => Generator::Tmc5160,
+    }
+}
+
 /// The axis that the options describe.
 fn axis(options: &Options) -> Result<Axis, String> {
-    let default = |parameter, asked: Option<u8>, name: &str| {
-        let row = options.product.spec().axis.row(parameter);
-        match (row, asked) {
-            (Some(row), None) => Ok(u8::try_from(row.default).ok()),
-            (None, Some(_)) => Err(format!("--{name}: the {} has no such divisor", options.product.name())),
-            (_, asked) => Ok(asked),
-        }
+    let spec = options.product.spec();
+    let divisor = |parameter, asked: Option<u8>, name: &str| match (spec.axis.row(parameter), asked) {
+        (None, Some(_)) => Err(format!("--{name}: a {} has no such divisor", spec.usb)),
+        (row, None) => Ok(row.and_then(|row| u8::try_from(row.default).ok()).unwrap_or_default()),
+        (Some(_), Some(asked)) => Ok(asked),
     };
-    let pulse_divisor = default(AxisParameter::PulseDivisor, options.pulse_divisor, "pulse-divisor")?;
-    let ramp_divisor = default(AxisParameter::RampDivisor, options.ramp_divisor, "ramp-divisor")?;
-    let generator = match (pulse_divisor, ramp_divisor) {
-        (Some(pulse_divisor), Some(ramp_divisor)) => Generator::Tmc429 { pulse_divisor, ramp_divisor },
-        _ => Generator::Tmc5160,
-    };
+    let pulse_divisor = divisor(AxisParameter::PulseDivisor, options.pulse_divisor, "pulse-divisor")?;
+    let ramp_divisor = divisor(AxisParameter::RampDivisor, options.ramp_divisor, "ramp-divisor")?;
+    let generator = generator(spec, (pulse_divisor, ramp_divisor));
     let Options { microsteps, steps, .. } = *options;
-    Ok(Axis { spec: options.product.spec(), scale: Scale { generator, microsteps, steps } })
+    Ok(Axis { spec, scale: Scale { generator, microsteps, steps } })
 }
 
 /// Writes what a value is, in each of its meanings that the product can have.

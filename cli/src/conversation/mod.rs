@@ -18,7 +18,7 @@ use tmcm::tmcl::{Command, Opcode, Status};
 
 use crate::failure::Failure;
 use crate::link::{Link, LinkError};
-use crate::product::{Product, axis_number, short};
+use crate::product::{Product, axis_number, numbers, read_unit_mode, short, speed_unit, symbol, with_unit};
 
 /// The reason why a command has failed, or why its outcome is unknown.
 #[derive(Debug)]
@@ -190,11 +190,29 @@ impl Conversation {
         Ok(self.request(command)?.value)
     }
 
-    /// The value of an axis parameter. If the product does not have the parameter, the unused number 255 is asked for,
-    /// so that the module refuses the command.
+    /// The value of an axis parameter. If the product does not have the parameter, a number is asked for that it has no
+    /// parameter for, so that the module refuses the command.
     pub fn axis(&mut self, axis: u8, parameter: AxisParameter) -> Result<i32, Error> {
-        let number = axis_number(self.product()?, parameter).unwrap_or(u8::MAX);
+        let product = self.product()?;
+        let unused = || (0..=u8::MAX).rev().find(|number| numbers(product).axis.find(*number).is_none());
+        let number = axis_number(product, parameter).or_else(unused).unwrap_or(u8::MAX);
         self.value(Command::new(Opcode::Gap as u8, number, axis, 0))
+    }
+
+    /// Whether an axis has its speeds and accelerations in units of its chip now.
+    pub fn is_in_chip_units(&mut self, axis: u8) -> Result<bool, Error> {
+        match read_unit_mode(self.product()?, axis) {
+            Some(command) => Ok(self.value(command)? == 0),
+            None => Ok(false),
+        }
+    }
+
+    /// A speed of an axis with its unit, if the product is known.
+    pub fn speed(&mut self, axis: u8) -> Result<(i32, String), Error> {
+        let speed = self.axis(axis, AxisParameter::ActualSpeed)?;
+        let in_chip = self.is_in_chip_units(axis)?;
+        let unit = self.product()?.map_or("", |product| symbol(speed_unit(product), in_chip));
+        Ok((speed, with_unit(speed, unit)))
     }
 
     /// Sends a control command (manual section 3.7.38), which has no motor or bank, and returns the value of the reply.

@@ -152,9 +152,9 @@ impl<'a> Debugger<'a> {
             _ => format!("the program is stopped at address {}", state.counter),
         };
         for axis in 0..self.axes()? {
-            let speed = self.module.axis(axis, AxisParameter::ActualSpeed)?;
+            let (speed, shown) = self.module.speed(axis)?;
             if speed != 0 {
-                text += &format!("\nmotor {axis} turns with speed {speed}; MST {axis} stops it");
+                text += &format!("\nmotor {axis} turns with speed {shown}; MST {axis} stops it");
             }
         }
         Ok(text)
@@ -247,7 +247,7 @@ impl<'a> Debugger<'a> {
         let mut lines = Vec::new();
         for axis in 0..self.axes()? {
             let position = self.module.axis(axis, AxisParameter::ActualPosition)?;
-            let speed = self.module.axis(axis, AxisParameter::ActualSpeed)?;
+            let (_, speed) = self.module.speed(axis)?;
             lines.push(format!("axis {axis}: position {position}, speed {speed}"));
         }
         Ok(lines.join("\n"))

@@ -1,9 +1,12 @@
 //! Samples as lines for people.
 
+use tmcm::param::AxisParameter;
+
 use super::sample::Sample;
+use crate::product::{Product, numbers, speed_unit, symbol};
 
 /// Names of the driver's error flags (axis parameter 208), from bit 0 on.
-const DRIVER_FLAGS: [&str; 8] = ["SG", "OT", "OTPW", "S2GA", "S2GB", "OLA", "OLB", "STST"];
+const DRIVER_FLAGS: [&str; 10] = ["SG", "OT", "OTPW", "S2GA", "S2GB", "OLA", "OLB", "STST", "S2VSA", "S2VSB"];
 /// The driver flag that is no error: the motor stands.
 const STANDSTILL: i32 = 1 << 7;
 /// Names of the extended error flags (axis parameter 207), from bit 0 on.
@@ -21,13 +24,32 @@ pub(super) struct Shown {
     pub(super) seen: i32,
 }
 
+/// How speeds of a module are shown.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Speeds {
+    /// Width in characters of the longest number.
+    width: usize,
+    /// The unit behind the number, with a space before it.
+    unit: String,
+}
+
+impl Speeds {
+    /// The speeds of a product; `in_chip` if its unit mode says that they are in units of the chip.
+    pub(super) fn of(product: Option<Product>, in_chip: bool) -> Self {
+        let ranges = numbers(product).axis.row(AxisParameter::ActualSpeed).map_or(&[][..], |row| row.ranges);
+        let width = ranges.first().map_or(1, |(low, _)| low.to_string().len());
+        let unit = product.map(|product| symbol(speed_unit(product), in_chip));
+        Speeds { width, unit: unit.map_or_else(String::new, |unit| format!(" {unit}")) }
+    }
+}
+
 /// A sample as a line.
-pub(super) fn line(Shown { sample, seen, .. }: &Shown) -> String {
+pub(super) fn line(Shown { sample, seen, .. }: &Shown, Speeds { width, unit }: &Speeds) -> String {
     let [position, speed, load, driver, _, left, right, home] = *sample;
     let pressed = [(left, "left"), (right, "right"), (home, "home")];
     let pressed: Vec<&str> = pressed.into_iter().filter(|(value, _)| *value == Some(1)).map(|(_, name)| name).collect();
     format!(
-        "position {:>11}  speed {:>5}  load {:>4}  switches {}  driver {}  errors {}",
+        "position {:>11}  speed {:>width$}{unit}  load {:>4}  switches {}  driver {}  errors {}",
         number(position),
         number(speed),
         number(load),
@@ -40,14 +62,14 @@ pub(super) fn line(Shown { sample, seen, .. }: &Shown) -> String {
 /// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and
 /// speed with `lrh` for closed switches and `!` for errors, or the position alone, with `!` in place of the colon. Axes
 /// for which there is no room at all are three dots.
-pub(super) fn status(all: &[Shown], columns: usize) -> String {
+pub(super) fn status(all: &[Shown], Speeds { width, .. }: &Speeds, columns: usize) -> String {
     let roomy = |shown: &Shown| {
         let [position, speed, _, _, _, left, right, home] = shown.sample;
         let mark = |on: bool, mark| if on { mark } else { '-' };
         let [left, right, home] =
             [(left, 'l'), (right, 'r'), (home, 'h')].map(|(level, name)| mark(level == Some(1), name));
         let error = mark(has_error(shown), '!');
-        format!("{} {:>11} {:>5} {left}{right}{home}{error}", shown.axis, number(position), number(speed))
+        format!("{} {:>11} {:>width$} {left}{right}{home}{error}", shown.axis, number(position), number(speed))
     };
     let tight = |shown: &Shown| {
         let colon = if has_error(shown) { '!' } else { ':' };
@@ -92,6 +114,10 @@ mod tests {
     const BUSY: Sample = [Some(-51_200), Some(1000), None, Some(0b1000_0001), Some(0), Some(1), Some(0), Some(1)];
     const QUIET: Sample = [Some(7), Some(0), Some(0), Some(128), Some(0), Some(0), Some(0), Some(0)];
 
+    fn internal() -> Speeds {
+        Speeds::of(Some(Product::Tmcm1140), false)
+    }
+
     fn shown(axis: u8, sample: Sample, seen: i32) -> Shown {
         Shown { axis, sample, seen }
     }
@@ -99,26 +125,43 @@ mod tests {
     #[test]
     fn a_sample_in_words() {
         assert_eq!(
-            line(&shown(0, BUSY, 1)),
-            "position      -51200  speed  1000  load    -  switches left home  driver SG STST  errors stall"
+            line(&shown(0, BUSY, 1), &internal()),
+            "position      -51200  speed  1000 int  load    -  switches left home  driver SG STST  errors stall"
         );
-        assert!(line(&shown(0, Sample::default(), 0)).ends_with("switches -  driver -  errors -"));
+        assert!(line(&shown(0, Sample::default(), 0), &internal()).ends_with("switches -  driver -  errors -"));
+        let unknown = line(&shown(0, QUIET, 0), &Speeds::of(None, false));
+        assert_eq!(unknown, "position           7  speed     0  load    0  switches -  driver STST  errors -");
+    }
+
+    /// The TMCM-3212 has speeds in pps, or in units of its chip, and short circuits to the supply.
+    #[test]
+    fn speeds_have_the_unit_of_the_product() {
+        let fast = [Some(0), Some(-7_999_774), Some(7), Some(0b11 << 8), Some(0), Some(0), Some(0), Some(0)];
+        let shown = |in_chip| line(&shown(0, fast, 0), &Speeds::of(Some(Product::Tmcm3212), in_chip));
+        assert_eq!(
+            shown(false),
+            "position           0  speed -7999774 pps  load    7  switches -  driver S2VSA S2VSB  errors -"
+        );
+        assert!(shown(true).contains("speed -7999774 chip  load"));
     }
 
     #[test]
     fn several_axes_fit_into_a_line() {
         let two = [shown(0, BUSY, 0), shown(2, QUIET, 0)];
-        assert_eq!(status(&two, 79), "0      -51200  1000 l-h!  2           7     0 ----");
-        assert_eq!(status(&two, 49), "0!    -51200 2:         7");
-        assert_eq!(status(&[shown(5, QUIET, 2)], 20), "5!         7");
-        assert_eq!(status(&[shown(5, Sample::default(), 0)], 20), "5:         -");
+        assert_eq!(status(&two, &internal(), 79), "0      -51200  1000 l-h!  2           7     0 ----");
+        assert_eq!(status(&two, &internal(), 49), "0!    -51200 2:         7");
+        assert_eq!(status(&[shown(5, QUIET, 2)], &internal(), 20), "5!         7");
+        assert_eq!(status(&[shown(5, Sample::default(), 0)], &internal(), 20), "5:         -");
         let long = [Some(-123_456_789), Some(-2047), Some(0), Some(128), Some(0), Some(1), Some(1), Some(1)];
-        let of = |axes: u8| status(&(0..axes).map(|axis| shown(axis, long, 1)).collect::<Vec<_>>(), 79);
+        let of = |axes: u8| status(&(0..axes).map(|axis| shown(axis, long, 1)).collect::<Vec<_>>(), &internal(), 79);
         assert!((1..=6).all(|axes| of(axes).len() <= 79));
         assert!(of(3).contains("lrh!") && of(6).ends_with("5!-123456789"));
         // Where there is no room for an axis, nobody takes half of it for the whole.
-        assert_eq!(status(&two, 25), "0!    -51200 2:         7");
-        assert_eq!(status(&two, 24), "0!    -51200 ...");
-        assert_eq!((status(&two, 16).as_str(), status(&two, 15).as_str()), ("0!    -51200 ...", "..."));
+        assert_eq!(status(&two, &internal(), 25), "0!    -51200 2:         7");
+        assert_eq!(status(&two, &internal(), 24), "0!    -51200 ...");
+        assert_eq!(
+            (status(&two, &internal(), 16).as_str(), status(&two, &internal(), 15).as_str()),
+            ("0!    -51200 ...", "...")
+        );
     }
 }

@@ -13,7 +13,7 @@ use tmcm::param::AxisParameter;
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::signal::EndSignal;
-use line::{Shown, line, status};
+use line::{Shown, Speeds, line, status};
 use sample::{headline, numbers, sample};
 
 /// Watch the axes: position, speed, load, error flags and switches, as they change
@@ -61,6 +61,7 @@ Examples:
 pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     let axes = axes(&mut module, &options.axis)?;
+    let speeds = speeds(&mut module, &axes)?;
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let terminal = std::io::stdout().is_terminal();
     let mut out = std::io::stdout().lock();
@@ -85,13 +86,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             writeln!(out, "{:.3},{}", begun.elapsed().as_secs_f64(), numbers.join(","))?;
         } else if terminal {
             let width = columns().saturating_sub(1);
-            let line = if let [shown] = all.as_slice() { line(shown) } else { status(&all, width) };
+            let line = if let [shown] = all.as_slice() { line(shown, &speeds) } else { status(&all, &speeds, width) };
             // The line is cut to the terminal's width, because a line that wraps around could not be overwritten.
             write!(out, "\r{line:.width$}\x1b[K")?;
         } else {
             for shown in &all {
                 let axis = if all.len() == 1 { String::new() } else { format!("axis {}  ", shown.axis) };
-                writeln!(out, "{axis}{}", line(shown))?;
+                writeln!(out, "{axis}{}", line(shown, &speeds))?;
             }
         }
         out.flush()?;
@@ -102,6 +103,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         writeln!(out)?;
     }
     Ok(())
+}
+
+/// How speeds are shown: in the unit that the first axis has them in, as long as it watches.
+fn speeds(module: &mut Conversation, axes: &[u8]) -> Result<Speeds, Error> {
+    let in_chip = axes.first().map_or(Ok(false), |axis| module.is_in_chip_units(*axis))?;
+    Ok(Speeds::of(module.product()?, in_chip))
 }
 
 /// The axes to watch: those that are wanted, or else all that there are.

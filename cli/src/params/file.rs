@@ -7,7 +7,7 @@ use tmcm::tmcl::{ALL_AXES, Command, Opcode, text};
 
 use crate::failure::Failure;
 use crate::files::read_text;
-use crate::product::{Product, numbers};
+use crate::product::{Product, numbers, stores_axes};
 
 /// Begins a comment.
 const COMMENT: &str = "//";
@@ -79,10 +79,12 @@ impl Setting {
         }
     }
 
-    /// The command that stores the setting in the EEPROM. `None` for parameters of bank 0, which the module stores
-    /// when they are written, and for coordinates, which are stored all at once.
-    pub(super) fn store(self) -> Option<Command> {
+    /// The command that stores the setting in the EEPROM of a product. `None` for parameters of bank 0, which the
+    /// module stores when they are written, for coordinates, which are stored all at once, and for axis parameters
+    /// where they cannot be stored.
+    pub(super) fn store(self, product: Option<Product>) -> Option<Command> {
         match self {
+            Setting::Axis { .. } if !stores_axes(product) => None,
             Setting::Axis { number, axis, .. } => Some(Command::new(Opcode::Stap as u8, number, axis, 0)),
             Setting::Global { number, bank: VARIABLES, .. } => {
                 Some(Command::new(Opcode::Stgp as u8, number, VARIABLES, 0))

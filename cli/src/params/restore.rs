@@ -11,6 +11,7 @@ use super::file::{Setting, Settings, TITLE};
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
+use crate::product::{Product, stores_axes};
 use crate::progress::Progress;
 
 /// Fails if the settings are those of another product than that of the module.
@@ -65,14 +66,18 @@ pub(super) fn restore(
     let (kept, mut complaints): (Vec<Setting>, Vec<Error>) = refused.into_iter().unzip();
     if store {
         let written: Vec<Setting> = settings.into_iter().filter(|setting| !kept.contains(setting)).collect();
-        complaints.extend(restorer.store(&written)?);
+        complaints.extend(restorer.store(&written, product)?);
     }
     complaints.extend(restorer.write(&interfaces)?.into_iter().map(|(_, error)| error));
     let Restorer { same, changed, progress, .. } = restorer;
     drop(progress);
 
     let mut out = std::io::stdout().lock();
-    let stored = if store { ", all stored" } else { "" };
+    let stored = match store {
+        true if stores_axes(product) => ", all stored",
+        true => ", stored but for those of the axes, which this module forgets when it is switched off",
+        false => "",
+    };
     writeln!(out, "settings restored: {changed}, the same already: {same}{stored}")?;
     if left > 0 {
         writeln!(out, "settings of the interfaces left as they are: {left}; --interface restores them")?;
@@ -146,9 +151,10 @@ impl Restorer<'_> {
         Ok(())
     }
 
-    /// Stores axis parameters, user variables and coordinates in the EEPROM. Returns the refusals of the module.
-    fn store(&mut self, settings: &[Setting]) -> Result<Vec<Error>, Error> {
-        let mut commands: Vec<Command> = settings.iter().filter_map(|setting| setting.store()).collect();
+    /// Stores axis parameters, user variables and coordinates in the EEPROM of a product, as far as it does that.
+    /// Returns the refusals of the module.
+    fn store(&mut self, settings: &[Setting], product: Option<Product>) -> Result<Vec<Error>, Error> {
+        let mut commands: Vec<Command> = settings.iter().filter_map(|setting| setting.store(product)).collect();
         if settings.iter().any(|setting| matches!(setting, Setting::Coordinate { .. })) {
             commands.push(Command::new(Opcode::Sco as u8, 0, ALL_AXES, 0));
         }

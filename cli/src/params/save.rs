@@ -3,12 +3,12 @@
 use std::io::Write;
 use std::path::Path;
 
-use tmcm::param::{COORDINATES, GlobalParameter, Row, STORED_USER_VARIABLES};
+use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Parameter, STORED_USER_VARIABLES};
 
 use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
-use crate::product::{Product, numbers};
+use crate::product::{Product, numbers, stores_axes};
 use crate::progress::Progress;
 
 /// A heading of the file and the settings below it.
@@ -56,19 +56,23 @@ fn value(module: &mut Conversation, setting: Setting) -> Result<Option<i32>, Err
 }
 
 /// The settings to save of a module of this product, with `axes` axes. A parameter is a setting if it can be written
-/// and stored; the others are live values.
+/// and stored; the others are live values. Where axis parameters cannot be stored, those that keep what is written are
+/// settings.
 fn sections(product: Option<Product>, axes: u8) -> Vec<Section> {
     let spec = numbers(product);
-    let setting = |row: &Row| row.writable() && row.stored();
+    let kept = |found: &Parameter<AxisParameter>| match stores_axes(product) {
+        true => found.row.stored(),
+        false => found.function.index() < AxisParameter::SETTINGS,
+    };
     let globals = spec.global.rows.iter().filter(|found| found.function != GlobalParameter::CodeProtection);
-    let globals = globals.map(|found| &found.row).filter(|row| setting(row));
+    let globals = globals.map(|found| &found.row).filter(|row| row.writable() && row.stored());
     let globals = globals.map(|row| Setting::Global { number: row.number, bank: 0, value: 0 });
     let (interface, globals) = globals.partition(|setting| setting.is_interface(product));
 
     let mut sections = Vec::new();
     for axis in 0..axes {
-        let rows = spec.axis.rows.iter().map(|found| &found.row).filter(|row| setting(row));
-        let settings = rows.map(|row| Setting::Axis { number: row.number, axis, value: 0 }).collect();
+        let rows = spec.axis.rows.iter().filter(|found| found.row.writable() && kept(found));
+        let settings = rows.map(|found| Setting::Axis { number: found.row.number, axis, value: 0 }).collect();
         sections.push(Section { heading: format!("Axis {axis}"), settings });
     }
     sections.push(Section { heading: "Global parameters".into(), settings: globals });

@@ -112,8 +112,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
-    let spec = options.product.spec();
-    let recording = options.plot.is_some().then(|| Recording::new(spec.axes.into(), spec.outputs.into()));
+    let recording = options.plot.is_some().then(|| Recording::new(options.product));
     let module = NativeModule::of(options.product, &world, None, SEED);
     let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
     let before = report::variables(&mut session.module);

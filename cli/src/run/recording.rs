@@ -6,6 +6,9 @@ use hal_sim::control::State;
 
 use tmcm_sim::NativeModule;
 
+use crate::calc;
+use crate::product::Product;
+
 /// Most slices: more than a plot has pixels.
 const MOST: usize = 4096;
 /// Most kinds of marks: a slice has one bit for each.
@@ -18,7 +21,7 @@ pub(super) enum Quantity {
     Position,
     /// Target position in microsteps; no value outside of positioning moves.
     Target,
-    /// Actual speed in internal velocity units.
+    /// Actual speed, in the unit that speeds of the product are in.
     Velocity,
     /// stallGuard2 load value (axis parameter 206).
     Load,
@@ -93,6 +96,8 @@ pub(super) fn joined(a: Range, b: Range) -> Range {
 pub(super) struct Recording {
     /// Length of a slice in nanoseconds.
     pub(super) interval: Nanos,
+    /// What the module is.
+    pub(super) product: Product,
     /// Number of axes of the module.
     pub(super) axes: usize,
     /// Number of outputs of the module.
@@ -106,9 +111,11 @@ pub(super) struct Recording {
 }
 
 impl Recording {
-    /// The recording of a module with so many axes and outputs.
-    pub(super) fn new(axes: usize, outputs: usize) -> Self {
-        Recording { interval: MILLISECOND, axes, outputs, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
+    /// The recording of a module.
+    pub(super) fn new(product: Product) -> Self {
+        let [axes, outputs] = [product.spec().axes, product.spec().outputs].map(usize::from);
+        let interval = MILLISECOND;
+        Recording { interval, product, axes, outputs, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
     }
 
     /// The number of slices.
@@ -155,7 +162,7 @@ impl Recording {
             let values = [
                 (Quantity::Position, position),
                 (Quantity::Target, target.flatten()),
-                (Quantity::Velocity, Some(axis.velocity)),
+                (Quantity::Velocity, Some(calc::in_usual_unit(self.product, axis.velocity))),
                 (Quantity::Load, Some(axis.stall_guard.into())),
                 (Quantity::Current, Some(axis.current.cast_signed())),
                 (Quantity::Left, Some(axis.switches.left.into())),
@@ -221,7 +228,7 @@ mod tests {
 
     #[test]
     fn long_runs_stay_small_and_keep_their_extremes() {
-        let mut recording = Recording::new(2, 3);
+        let mut recording = Recording::new(Product::Tmcm3110);
         let load = Channel::Of(1, Quantity::Load);
         for millisecond in 0..20_000_u64 {
             let value = if millisecond == 12_345 { 99 } else { 1 };
@@ -243,7 +250,7 @@ mod tests {
 
     #[test]
     fn a_module_is_looked_at_from_outside() {
-        let mut recording = Recording::new(1, 2);
+        let mut recording = Recording::new(Product::Tmcm1140);
         let module = NativeModule::new(&WorldConfig::default(), None, 1);
         recording.sample(2 * SECOND, &module);
         for quantity in [Quantity::Position, Quantity::Target] {
@@ -255,7 +262,7 @@ mod tests {
     /// No two channels share a place, and all have one.
     #[test]
     fn each_channel_has_a_place_of_its_own() {
-        let recording = Recording::new(6, 8);
+        let recording = Recording::new(Product::Tmcm6110);
         let quantities = [Quantity::Position, Quantity::Target, Quantity::Home];
         let channels = (0..6).flat_map(|axis| quantities.map(|quantity| Channel::Of(axis, quantity)));
         let channels = channels.chain((0..8).map(Channel::Output)).chain([Channel::Waiting]);

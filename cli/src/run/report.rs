@@ -11,7 +11,9 @@ use tmcm::vm::{Awaited, ProgramState, Wait};
 use super::session::{End, Session};
 use super::time::show;
 use super::trace::error_flags;
+use crate::calc;
 use crate::conversation::meaning;
+use crate::product::{Product, speed_words};
 use crate::program::Program;
 use crate::program::target;
 use tmcm_sim::NativeModule;
@@ -55,7 +57,7 @@ pub(super) fn report(
         None => String::new(),
     };
     row("commands executed", &format!("{}{refused}", counts.executed));
-    motors_and_pins(&session.module, &mut row);
+    motors_and_pins(&session.module, session.product(), &mut row);
     if let Some(machine) = session.module.machine() {
         row("accumulator", &machine.registers.accumulator.to_string());
         row("X register", &machine.registers.x.to_string());
@@ -73,7 +75,7 @@ pub(super) fn report(
     text
 }
 
-fn motors_and_pins(module: &NativeModule, row: &mut impl FnMut(&str, &str)) {
+fn motors_and_pins(module: &NativeModule, product: Product, row: &mut impl FnMut(&str, &str)) {
     let state = State::of(&module.board().borrow());
     if module.machine().is_none() {
         return row("power", "off");
@@ -89,7 +91,8 @@ fn motors_and_pins(module: &NativeModule, row: &mut impl FnMut(&str, &str)) {
         };
         let position = format!("{position} microsteps{way}{lost}");
         let turns = if axis.velocity == 0 { "the motor stands" } else { "the motor turns" };
-        let velocity = format!("{} (internal units): {turns}", axis.velocity);
+        let velocity = calc::in_usual_unit(product, axis.velocity);
+        let velocity = format!("{velocity} ({}): {turns}", speed_words(product));
         if state.axes.len() == 1 {
             row("position", &position);
             row("velocity", &velocity);

@@ -14,7 +14,7 @@ use super::recording::{Mark, Recording};
 use super::script::{Action, Event};
 use super::trace::Trace;
 use crate::failure::Failure;
-use crate::product::Product;
+use crate::product::{Product, read_unit_mode};
 use crate::program::Program;
 use crate::progress::Progress;
 use crate::send::words::{self, Meaning};
@@ -210,7 +210,9 @@ impl<'a> Session<'a> {
         }
         while let Some(sent) = self.module.sent() {
             let Some(((at, command), reply)) = self.asked.pop_front().zip(sent.telegram()) else { continue };
-            let Meaning { text, done } = words::meaning(Some(self.product()), command, &reply);
+            let product = Some(self.product());
+            let mode = read_unit_mode(product, command.motor).and_then(|command| self.module.read(command));
+            let Meaning { text, done } = words::meaning(product, mode == Some(0), command, &reply);
             if self.started {
                 self.notes.push((at, format!("{command}: {text}")));
             } else if done {

@@ -10,7 +10,7 @@ use tmcm::tmcl::{Command, text};
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
-use words::{Meaning, meaning, needs_names, stays_unanswered};
+use words::{Meaning, depends_on_unit_mode, meaning, needs_names, stays_unanswered};
 
 /// Send commands to a module and show its replies
 ///
@@ -72,11 +72,13 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 pub(crate) fn ask(module: &mut Conversation, Request { command, numeric }: Request) -> Result<Meaning, Error> {
     match module.exchange(command) {
         Ok(reply) => {
-            let plain = meaning(None, command, &reply);
+            let plain = meaning(None, false, command, &reply);
             if numeric || !plain.done || !needs_names(command) {
                 return Ok(plain);
             }
-            Ok(meaning(module.product()?, command, &reply))
+            let product = module.product()?;
+            let in_chip = depends_on_unit_mode(product, command) && module.is_in_chip_units(command.motor)?;
+            Ok(meaning(product, in_chip, command, &reply))
         }
         Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => {
             Ok(Meaning { text: "no reply, as it should be".into(), done: true })

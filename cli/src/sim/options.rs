@@ -13,7 +13,8 @@ const MOST_MODULES: u8 = 32;
 /// Permitted speeds of virtual time, as multiples of real time.
 const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
-/// Run a virtual TMCM-1140, TMCM-3110 or TMCM-6110, or several on a bus, that host software drives like real ones
+/// Run a virtual TMCM-1140, TMCM-3110, TMCM-3212 or TMCM-6110, or several on a bus, that host software drives like real
+/// ones
 ///
 /// The module's own firmware - its core as it is compiled for this computer, or with --image the very flash image -
 /// runs against models of its chips, and for each axis a motor and a stage. Host software connects to the ports that
@@ -26,9 +27,10 @@ const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 pub struct Options {
     /// What the module is: 1140, 3110, 3212 or 6110; or what each of several is, with commas between the names
     ///
-    /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each; the TMCM-6110 has six. One name
-    /// holds for all modules of --modules. Of several names the first is that of module 1, and there are as many
-    /// modules as names. `TMCM-6110` is the same as 6110. Without it the product is that of --image, or else 1140.
+    /// The TMCM-1140 has one axis; the TMCM-3110 has three, with an ABN encoder each, and the TMCM-3212, too, with
+    /// another kind of ramp generator; the TMCM-6110 has six. One name holds for all modules of --modules. Of several
+    /// names the first is that of module 1, and there are as many modules as names. `TMCM-6110` is the same as 6110.
+    /// Without it the product is that of --image, or else 1140.
     #[arg(long, value_name = "NAME[,NAME...]", value_delimiter = ',', value_parser = product::named)]
     pub product: Vec<Product>,
 
@@ -89,10 +91,10 @@ pub struct Options {
     /// it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault:
     /// `press left 2`; without one it is axis 0. Port 0 takes a free one and prints it.
     ///
-    /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4) are those of
-    /// the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others' switches and encoders have pins
-    /// of their own. `fault tmc429` is one of the controller that moves the axis, three axes each. `state` tells of
-    /// axis 0 among the fields of the module, and of each axis in its list `axes`.
+    /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4; 0 to 3 of a
+    /// TMCM-3212) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others'
+    /// switches and encoders have pins of their own. `fault tmc429` is one of the controller that moves the axis, three
+    /// axes each. `state` tells of axis 0 among the fields of the module, and of each axis in its list `axes`.
     ///
     /// `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does not
     /// tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the
@@ -106,11 +108,12 @@ pub struct Options {
 
     /// Keep the contents of the module's EEPROM (settings, programs) in FILE, which is made if there is none
     ///
-    /// As many bytes as the chip has: 16384 in a TMCM-1140, 32768 in the others. Of several modules the second has
-    /// FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file; while that cannot be
-    /// written, the module answers stores with status 5, and a CANopen node with abort code 06060000h. A file has one
-    /// simulator at a time. Either firmware of a product, and another product with an EEPROM of this size, takes the
-    /// file: it finds its own defaults there, and what the other has stored is there until this one stores something.
+    /// As many bytes as the chip has: 16384 in a TMCM-1140, 65536 in a TMCM-3212, 32768 in the others. Of several
+    /// modules the second has FILE.2, the third FILE.3. What the module has acknowledged as stored is in the file;
+    /// while that cannot be written, the module answers stores with status 5, and a CANopen node with abort code
+    /// 06060000h. A file has one simulator at a time. Either firmware of a product, and another product with an EEPROM
+    /// of this size, takes the file: it finds its own defaults there, and what the other has stored is there until this
+    /// one stores something.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
@@ -133,11 +136,12 @@ pub struct Options {
     /// Run the firmware's flash image on an emulated microcontroller, in place of its core
     ///
     /// ELF is the file that is flashed; `cargo fw` builds it: target/thumbv7em-none-eabi/release/tmcm1140; that of the
-    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen, and that of the TMCM-6110 by `cargo fw-6110`:
-    /// tmcm6110. A symbol in it tells which one it is; for an image without this symbol --product and --firmware do.
-    /// Board, world and links are the same. A start takes the module its time, and bytes and frames take theirs.
-    /// --serial and --tcp are one USB cable, on which hosts take turns. One that has made the module leave the mode of
-    /// global parameter 67 loses its connection when another has something to say.
+    /// CANopen firmware is built by `cargo fw-canopen`: tmcm1140-canopen, those of the TMCM-3212 and the TMCM-6110 by
+    /// `cargo fw-3212` and `cargo fw-6110`: tmcm3212, tmcm6110. A symbol in it tells which one it is; for an image
+    /// without this symbol --product and --firmware do. Board, world and links are the same. A start takes the module
+    /// its time, and bytes and frames take theirs. --serial and --tcp are one USB cable, on which hosts take turns. One
+    /// that has made the module leave the mode of global parameter 67 loses its connection when another has something
+    /// to say.
     ///
     /// Virtual time lags while the firmware has more to do than the computer can follow; it is said how far. Typically
     /// it goes at 0.3 to 1 times the clock's pace, which `state` on the control port tells as speed_factor; the
@@ -313,7 +317,7 @@ Examples:
       three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
   tmcl sim --product 6110 --tcp 127.0.0.1:4140 --world hal-sim/worlds/gantry.toml
       a module with six axes, of which three move a gantry
-  tmcl sim --product 1140,3110,6110 --slcan /tmp/can
+  tmcl sim --product 1140,3212,6110 --slcan /tmp/can
       three modules of different products on a CAN bus, with identifiers 1 to 3
   tmcl sim --firmware canopen --modules 2
       two CANopen nodes, 1 and 2, on a CAN adapter at a TCP port; prints how python-canopen gets there

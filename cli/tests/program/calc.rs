@@ -69,6 +69,43 @@ fn options_describe_the_axis() {
     assert_eq!(line(&acceleration, "pps2"), ["51200", "51222.741604"]);
 }
 
+/// On a TMCM-3212 60 rpm are written as 51200 pps, and 60 rpm a second as 51200 pps2. The chip has whole numbers of
+/// 16e6 / 2^24 = 0.9537 pps and of 256e12 / 2^41 = 116.4 pps2: 53687 and 440 of them are next to that (TMC5160
+/// datasheet, section 12.1).
+#[test]
+fn a_product_with_pps() {
+    assert_eq!(
+        calculated("--product 3212 60 rpm 60 rpm/s"),
+        "60 rpm as a speed of a TMCM-3212: 256 microsteps per full step, 200 full steps per turn\n\
+         \x20                   wanted          gets\n\
+         \x20 chip          53687.0912  53687         write 53687 while AP 255 is 0\n\
+         \x20 pps           51200       51199.913025  write 51200\n\
+         \x20 full steps/s    200         199.999660\n\
+         \x20 rps               1           0.999998\n\
+         \x20 rpm              60          59.999898\n\
+         60 rpm/s as an acceleration of a TMCM-3212: 256 microsteps per full step, 200 full steps per turn\n\
+         \x20                      wanted          gets\n\
+         \x20 chip             439.804651    440         write 440 while AP 255 is 0\n\
+         \x20 pps2           51200         51222.741604  write 51200\n\
+         \x20 full steps/s2    200           200.088834\n\
+         \x20 rps/s              1             1.000444\n\
+         \x20 rpm/s             60            60.026650\n"
+    );
+    // 31250 * 512 / 16e6 = 1 s; 3 * 2^18 / 16e6 = 0.049152 s.
+    assert_eq!(line(&calculated("--product 3212 31250 x32 us"), "s"), ["1"]);
+    let step = calculated("--product 3212 3 x16.384 ms");
+    assert_eq!((line(&step, "s"), line(&step, "x32 us")), (vec!["0.049152"], vec!["1536", "1536", "AP", "21"]));
+    assert!(
+        refused("--product 3212 5 int")
+            .contains("a TMCM-3212 has no unit 'int'; its units are chip, pps, full steps/s")
+    );
+    let ending = "--pulse-divisor: a TMCM-3212 has no such divisor\n";
+    assert!(refused("--product 3212 --pulse-divisor 3 60 rpm").ends_with(ending));
+    // The limits of its parameters 4 and 5 (manual, table 1): 7999774 / 51200 * 60 = 9374.7 rpm.
+    assert!(refused("--product 3212 9375 rpm").contains("at most 9374.735156 rpm (7999774 pps)"));
+    assert!(refused("--product 3212 7629279 pps2").contains("at most 7629278 pps2"));
+}
+
 /// WAIT and parameters 204 and 214 count in 10 ms (manual section 3.7.22, chapter 4).
 #[test]
 fn a_time_in_what_counts_it() {

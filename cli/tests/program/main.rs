@@ -33,4 +33,5 @@ mod scan;
 mod send;
 mod sim_products;
 mod sim_worlds;
+mod tmcm3212;
 mod turns;

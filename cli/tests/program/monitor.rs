@@ -28,7 +28,7 @@ fn samples_are_lines_of_numbers() {
     assert_eq!(values, ["100,0,0,128,0,1,0,0"; 3]);
     let output = run(&["monitor", &link, "--count", "1"]);
     let line = String::from_utf8(output.stdout).unwrap();
-    assert_eq!(line, "position         100  speed     0  load    0  switches left  driver STST  errors -\n");
+    assert_eq!(line, "position         100  speed     0 int  load    0  switches left  driver STST  errors -\n");
 }
 
 #[test]
@@ -82,9 +82,9 @@ fn several_axes_are_shown_side_by_side() {
     let output = run(&["monitor", &link, "--count", "1"]);
     let said = String::from_utf8(output.stdout).unwrap();
     let expected = "\
-axis 0  position         100  speed     0  load    0  switches -  driver STST  errors -
-axis 1  position           0  speed     0  load    0  switches -  driver STST  errors -
-axis 2  position        -300  speed     0  load    0  switches home  driver STST  errors -
+axis 0  position         100  speed     0 int  load    0  switches -  driver STST  errors -
+axis 1  position           0  speed     0 int  load    0  switches -  driver STST  errors -
+axis 2  position        -300  speed     0 int  load    0  switches home  driver STST  errors -
 ";
     assert_eq!(said, expected);
     let output = run(&["monitor", &link, "--axis", "0,3"]);

@@ -46,8 +46,8 @@ impl Journey {
         assert_eq!(run(&reset).status.code(), Some(0));
     }
 
-    /// Restores the settings from the first file, stores them, and switches the module off and on; gives what was said, and
-    /// what is saved then.
+    /// Restores the settings from the first file, stores them, and switches the module off and on; gives what was said,
+    /// and what is saved then.
     fn end(self) -> (String, String) {
         let (code, said) = params(&[&self.link], "restore", &self.sim.path("axis.tmcl"), &["--store"]);
         assert_eq!(code, Some(0), "{said}");

@@ -62,13 +62,15 @@ fn a_module_that_the_user_names_is_not_asked() {
     let position = "GAP 209, 0: 0 microsteps (encoder position), status 100 ok";
     assert_eq!(said("1140"), format!("{position}\nGAP 201, 0: 0, status 100 ok\n"));
     assert_eq!(said("3110"), format!("{position}\nGAP 201, 0: 0 (encoder mode), status 100 ok\n"));
+    let position = "GAP 209, 0: 0 encoder steps (encoder position), status 100 ok";
+    assert_eq!(said("3212"), format!("{position}\nGAP 201, 0: 0 (encoder mode), status 100 ok\n"));
     assert_eq!(said("6110"), "GAP 209, 0: 0, status 100 ok\nGAP 201, 0: 0, status 100 ok\n");
 }
 
 /// What has no name is answered with as many telegrams as there are commands.
 #[test]
 fn a_command_that_needs_no_name_is_sent_alone() {
-    let lines = ["6, 1, 0, 0", "9, 66, 0, 3", "ROR 0, 500", "MVP ABS, 0, 5", "MST 0", "GIO 8, 1", "GGP 9, 2", "135"];
+    let lines = ["6, 1, 0, 0", "9, 66, 0, 3", "MVP ABS, 0, 5", "MST 0", "GIO 8, 1", "GGP 9, 2", "135"];
     let fake = Fake::start(State::default());
     let output = run(&[&["send", &fake.link], &lines[..]].concat());
     assert_eq!(fake.state().asked.len(), lines.len(), "{}", complaint(&output));

@@ -298,7 +298,7 @@ fn a_program_of_several_axes_is_debugged() {
     let said = String::from_utf8(output.stdout).unwrap();
     let told: Vec<&str> = said.lines().skip_while(|line| !line.starts_with("step by step")).collect();
     assert!(told[1].starts_with("positions 0, ") && told[1].ends_with(", 0, 0, 0, 2000"), "{said}");
-    assert_eq!(told[3], "axis 0: position 0, speed 0");
+    assert_eq!(told[3], "axis 0: position 0, speed 0 int");
     assert!(told[4].starts_with("axis 1: position "), "{said}");
-    assert_eq!(told[8], "axis 5: position 2000, speed 0");
+    assert_eq!(told[8], "axis 5: position 2000, speed 0 int");
 }

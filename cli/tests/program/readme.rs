@@ -41,7 +41,7 @@ const VARIES: [(&str, &str); 5] = [
     ("tmcl sim: # info: power on", "how long the image takes"),
     ("tmcl sim: # info: module runs at address 1", "how long the image takes"),
     ("tmcl sim: # info: RS485 at 9600 bit/s", "how long the image takes"),
-    ("position # speed # load # switches - driver SG errors -", "where the program is"),
+    ("position # speed # int load # switches - driver SG errors -", "where the program is"),
 ];
 
 /// The mistake in the program that README has its reader mend once the assembler has found it, and the mended line.

@@ -296,6 +296,14 @@ fn several_axes_move_and_are_drawn() {
         };
         assert!(!texts.iter().any(idle), "{texts:?}");
     }
+    // Another product has its speeds in another unit.
+    folder.write("pps.tmc", "ROR 1, 40000\nWAIT TICKS, 0, 100\nSTOP\n");
+    let report = folder.shown(&["pps.tmc", "--product", "3212", "--at", "500 ms: GAP 3, 1", "--plot", "pps.svg"]);
+    assert!(row(&report, "axis 1").ends_with(" microsteps; velocity 40000 (pps): the motor turns"), "{report}");
+    assert_eq!(row(&report, "axis 0"), "position 0 microsteps; velocity 0 (pps): the motor stands");
+    assert!(row(&report, "events").contains(" pps (actual speed), status 100 ok"), "{report}");
+    let svg = folder.read("pps.svg");
+    assert!(texts(&svg).contains(&"axis 1: velocity in pps") && texts(&svg).contains(&"40\u{2009}000"), "{svg}");
     let told = folder.complaint(2, &["program.tmc", "--product", "3110", "--at", "1 s: press home 3"]);
     assert_eq!(told, "tmcl: --at 'press home 3': no axis 3: the TMCM-3110 has axes 0 to 2\n");
     assert!(folder.complaint(1, &["program.tmc"]).contains("unknown name 'Motor2'"));

@@ -13,11 +13,12 @@ const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
 const FAST: [&str; 2] = ["--speed", "20"];
 /// One module of each product.
-const MIXED: [&str; 2] = ["--product", "1140,3110,6110"];
+const MIXED: [&str; 2] = ["--product", "1140,3110,3212,6110"];
 /// What is special about the modules of these, module 1 first: number, axes, and bytes of the EEPROM.
-const PRODUCTS: [(i32, u8, u64); 3] = [(0x0474_012A, 1, 16_384), (0x0C26_010E, 3, 32_768), (0x17DE_012E, 6, 32_768)];
-/// The names of the EEPROM files of three modules.
-const FILES: [&str; 3] = ["module.bin", "module.bin.2", "module.bin.3"];
+const PRODUCTS: [(i32, u8, u64); 4] =
+    [(0x0474_012A, 1, 16_384), (0x0C26_010E, 3, 32_768), (0x0C8C_0105, 3, 65_536), (0x17DE_012E, 6, 32_768)];
+/// The names of the EEPROM files of their modules.
+const FILES: [&str; 4] = ["module.bin", "module.bin.2", "module.bin.3", "module.bin.4"];
 
 /// What a simulator prints that ends when it is ready.
 pub(super) fn said(arguments: &[&str]) -> String {
@@ -58,7 +59,7 @@ impl Bus {
     }
 }
 
-/// A number that no other axis of a fleet has, within what can be stored as a speed.
+/// A number that no other axis of a fleet has, within what can be a speed.
 fn place(module: u8, axis: u8) -> i32 {
     100 * i32::from(module) + i32::from(axis)
 }
@@ -73,6 +74,7 @@ fn a_product_has_a_name_with_or_without_its_prefix() {
     for (name, is) in [
         ("1140", "A virtual TMCM-1140 with firmware version 1.42. Ctrl-C ends it."),
         ("TMCM-3110", "A virtual TMCM-3110 with firmware version 1.14. Ctrl-C ends it."),
+        ("3212", "A virtual TMCM-3212 with firmware version 1.05. Ctrl-C ends it."),
         ("tmcm-6110", "A virtual TMCM-6110 with firmware version 1.46. Ctrl-C ends it."),
         ("6110", "A virtual TMCM-6110 with firmware version 1.46. Ctrl-C ends it."),
     ] {
@@ -149,7 +151,7 @@ fn the_canopen_firmware_is_that_of_one_product() {
     }
 }
 
-/// Modules of three products on an RS485 bus and a CAN bus: each has the address of its number, its own axes, and its
+/// Modules of four products on an RS485 bus and a CAN bus: each has the address of its number, its own axes, and its
 /// own settings, and nobody takes what another one says for a request.
 #[test]
 fn different_products_share_the_buses() {
@@ -185,8 +187,9 @@ fn different_products_share_the_buses() {
     let error = |line: &str| sim.control(&[line])["error"].clone();
     assert_eq!(error("press left 1"), "no axis 1: the TMCM-1140 has one, axis 0");
     assert_eq!(error("module 2 press left 3"), "no axis 3: the TMCM-3110 has axes 0 to 2");
-    assert_eq!(error("module 3 press left 6"), "no axis 6: the TMCM-6110 has axes 0 to 5");
-    assert_eq!(error("module 4 state"), "no module 4: there are 3 modules");
+    assert_eq!(error("module 3 press left 3"), "no axis 3: the TMCM-3212 has axes 0 to 2");
+    assert_eq!(error("module 4 press left 6"), "no axis 6: the TMCM-6110 has axes 0 to 5");
+    assert_eq!(error("module 5 state"), "no module 5: there are 4 modules");
 }
 
 /// Module 2 has the address to which replies go, and hears what module 1 says. With six axes its requests look like
@@ -219,9 +222,9 @@ fn each_product_has_an_eeprom_of_its_own_size() {
     let mut bus = Bus::of(&sim);
     for (module, (_, axes, _)) in (1..).zip(PRODUCTS) {
         for axis in 0..axes {
-            bus.ok(module, &format!("SAP 4, {axis}, {}", place(module, axis)));
-            bus.ok(module, &format!("STAP 4, {axis}"));
+            bus.ok(module, &format!("SCO 1, {axis}, {}", place(module, axis)));
         }
+        bus.ok(module, "SCO 0, 255, 0");
     }
     let (_, folder) = sim.end(Signal::KILL);
     for (name, (_, _, size)) in FILES.into_iter().zip(PRODUCTS) {
@@ -230,8 +233,9 @@ fn each_product_has_an_eeprom_of_its_own_size() {
     let sim = Sim::start_in(folder, &options);
     let mut bus = Bus::of(&sim);
     for (module, (_, axes, _)) in (1..).zip(PRODUCTS) {
+        bus.ok(module, "GCO 0, 255");
         for axis in 0..axes {
-            assert_eq!(bus.ok(module, &format!("GAP 4, {axis}")), place(module, axis));
+            assert_eq!(bus.ok(module, &format!("GCO 1, {axis}")), place(module, axis));
         }
     }
 }
@@ -255,8 +259,12 @@ fn a_file_of_another_size_is_refused_by_its_name() {
     fs::write(path("module.bin.3"), vec![0xFF; 100]).unwrap();
     let odd = " has 100 bytes, the EEPROM of a TMCM-6110 has 32768; the file is left alone. ";
     start("1140,3110,6110", &[&format!("--eeprom: {}{odd}", path("module.bin.3"))]);
-    let sizes = FILES.map(|name| fs::metadata(path(name)).unwrap().len());
-    assert_eq!(sizes, [16_384, 32_768, 100], "all are left alone");
+    fs::write(path("module.bin.4"), vec![0xFF; 65_536]).unwrap();
+    let largest = " has 65536 bytes like that of a TMCM-3212, the EEPROM of a TMCM-6110 has 32768; ";
+    fs::remove_file(path("module.bin.3")).unwrap();
+    start("1140,3110,6110,6110", &[&format!("--eeprom: {}{largest}", path("module.bin.4"))]);
+    let sizes = [0, 1, 3].map(|file| fs::metadata(path(FILES[file])).unwrap().len());
+    assert_eq!(sizes, [16_384, 32_768, 65_536], "all are left alone");
 }
 
 /// What another product has stored is none of the module's business, until it stores something itself.

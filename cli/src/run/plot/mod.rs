@@ -12,6 +12,7 @@ use scale::{Scale, TimeAxis, grouped};
 
 use super::recording::{Channel, Mark, Quantity, Recording, joined};
 use super::time;
+use crate::product::speed_words;
 use crate::program::Program;
 
 const WIDTH: f64 = 1000.0;
@@ -47,6 +48,7 @@ struct Line {
 
 /// A panel: a diagram with one or more lines on the same scale.
 struct Panel {
+    /// What is drawn, with `{speed}` for the unit of speeds.
     name: &'static str,
     height: f64,
     /// The height where there are panels for several axes.
@@ -68,7 +70,7 @@ const PANELS: [Panel; 4] = [
         ],
     },
     Panel {
-        name: "velocity in internal units",
+        name: "velocity in {speed}",
         height: 120.0,
         small: 80.0,
         least: Some((0, 1)),
@@ -156,9 +158,12 @@ impl Plot<'_> {
     /// of axis 0 if none does.
     fn panels(&self) -> Vec<AxisPanel> {
         let panels_of = |axis: usize| {
-            PANELS.iter().map(move |panel| match self.recording.axes {
-                1 => AxisPanel { axis, panel, name: panel.name.into(), height: panel.height },
-                _ => AxisPanel { axis, panel, name: format!("axis {axis}: {}", panel.name), height: panel.small },
+            PANELS.iter().map(move |panel| {
+                let name = panel.name.replace("{speed}", speed_words(self.recording.product));
+                match self.recording.axes {
+                    1 => AxisPanel { axis, panel, name, height: panel.height },
+                    _ => AxisPanel { axis, panel, name: format!("axis {axis}: {name}"), height: panel.small },
+                }
             })
         };
         let moving: Vec<usize> = (0..self.recording.axes).filter(|axis| self.moves(*axis)).collect();
