@@ -2,6 +2,7 @@
 //! it does is seen in the world.
 
 mod axes;
+mod six_points;
 
 use std::path::{Path, PathBuf};
 use tmcm_sim::{NativeModule, Product, VirtualModule};
@@ -122,6 +123,7 @@ fn all_examples_are_disassembled_to_the_same_program() {
         "main_loop.tmc",
         "pick_and_place.tmc",
         "routines.tmc",
+        "six_point_ramp.tmc",
         "stall_homing.tmc",
         "straight_line.tmc",
         "subroutines.tmc",
@@ -131,7 +133,11 @@ fn all_examples_are_disassembled_to_the_same_program() {
     ];
     assert_eq!(names, tested, "an example without a test here");
     for name in names {
-        let product = if SEVERAL_AXES.contains(&&*name) { Product::Tmcm3110 } else { Product::Tmcm1140 };
+        let product = match name.as_str() {
+            "six_point_ramp.tmc" => Product::Tmcm3212,
+            name if SEVERAL_AXES.contains(&name) => Product::Tmcm3110,
+            _ => Product::Tmcm1140,
+        };
         let commands = assembled(&name, product).commands;
         let again = assemble_text(&name, &disasm::source(&commands, product), Some(product)).unwrap();
         assert_eq!(again.commands, commands, "{name}");

@@ -324,7 +324,7 @@ fn the_plots_of_the_examples_are_up_to_date() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let page = std::fs::read_to_string(root.join("examples/README.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let names = ["homing_axes", "straight_line", "pick_and_place"];
+    let names = ["homing_axes", "straight_line", "pick_and_place", "six_point_ramp"];
     for name in names {
         assert!(page.contains(&format!("(../docs/{name}.svg)")), "{name}");
         let source = std::fs::read_to_string(root.join(format!("examples/{name}.tmc"))).unwrap();
