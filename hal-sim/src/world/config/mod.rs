@@ -144,7 +144,7 @@ fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::board::kind::{AbnPins, TMCM_3110, TMCM_6110};
+    use crate::board::kind::{AbnPins, TMCM_3110, TMCM_3212, TMCM_6110};
 
     #[test]
     fn an_empty_file_is_the_default_world() {
@@ -155,8 +155,10 @@ mod tests {
     #[test]
     fn the_example_files_are_valid() {
         let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/worlds");
-        let files: [(&str, &[&BoardKind]); 2] =
-            [("gantry.toml", &[&TMCM_3110, &TMCM_6110]), ("stage.toml", &[&TMCM_1140, &TMCM_3110, &TMCM_6110])];
+        let files: [(&str, &[&BoardKind]); 2] = [
+            ("gantry.toml", &[&TMCM_3110, &TMCM_3212, &TMCM_6110]),
+            ("stage.toml", &[&TMCM_1140, &TMCM_3110, &TMCM_3212, &TMCM_6110]),
+        ];
         let mut found: Vec<_> = std::fs::read_dir(worlds).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         found.sort();
         assert_eq!(found, files.map(|(name, _)| name), "a file for which no product is named here");
@@ -170,14 +172,16 @@ mod tests {
         }
     }
 
-    /// What gantry.toml has in a comment, for the product that has pins for encoders.
+    /// What gantry.toml has in a comment, for the products that have pins for encoders.
     #[test]
     fn the_encoder_of_the_example_with_three_axes_is_valid_where_there_are_pins_for_it() {
         let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/worlds/gantry.toml")).unwrap();
         let (axes, encoder) = text.rsplit_once("# [axis.abn]").unwrap();
         let text = format!("{axes}[axis.abn]{}", encoder.replace("# ", ""));
-        let world = WorldConfig::parse_for(&TMCM_3110, &text).unwrap();
-        assert_eq!([0, 1, 2].map(|axis| world.axis(axis).abn.is_some()), [false, false, true]);
+        for kind in [&TMCM_3110, &TMCM_3212] {
+            let world = WorldConfig::parse_for(kind, &text).unwrap();
+            assert_eq!([0, 1, 2].map(|axis| world.axis(axis).abn.is_some()), [false, false, true]);
+        }
         let error = WorldConfig::parse_for(&TMCM_6110, &text).unwrap_err();
         assert!(error.ends_with("axis 2: [abn]: nothing like it can be connected to the TMCM-6110"), "{error}");
     }

@@ -8,6 +8,7 @@ mod spi;
 mod switches;
 
 use super::*;
+use crate::chip::SpiSlave;
 use crate::chip::load::LoadRatio;
 use crate::clock::{MICROSECOND, MILLISECOND, SECOND};
 

@@ -403,3 +403,70 @@ fn example_of_22_moving_to_a_target() {
     }
     assert_eq!((rig.position(), rig.chip.velocity()), (150_000, 0));
 }
+
+/// 12.1: "Setting the CHOPCONF options intpol=1 and MRES=%0001 will double the motor velocity for the same speed setting
+/// and thus also double effective acceleration and deceleration."
+#[test]
+fn example_of_12_1_half_of_the_resolution_is_twice_the_speed() {
+    let turns = |resolution: u32| {
+        let mut rig = Rig::with(&EXAMPLE);
+        rig.write(CHOPCONF, 1 << 28 | resolution << 24 | 0xC3);
+        rig.write(XTARGET, 1_000_000);
+        let began = rig.now;
+        let took = rig.settle();
+        let half = rig.stage.turns.partition_point(|(at, _)| *at < began + took / 10);
+        (took, rig.stage.turns[half].1, rig.stage.field)
+    };
+    let ((whole, early, end), (twice, twice_early, twice_end)) = (turns(0), turns(1));
+    assert_eq!((whole, end, twice_end), (twice, 1_000_000, 2_000_001));
+    assert_eq!(twice_early, 2 * early + 1);
+}
+
+/// 12.2.4 b: "set VSTART=0 and VMAX=0 ... unless the ramp is already in the deceleration phase to stop at the target":
+/// then the motor gets there no later than it would have.
+#[test]
+fn example_of_12_2_4_vmax_0_while_braking_stops_on_the_target_at_the_latest() {
+    let mut rig = in_phase(phases()[3]);
+    rig.write(AMAX, 100);
+    rig.write(A1, 100);
+    rig.write(VMAX, 0);
+    rig.settle();
+    assert_eq!(rig.position(), 1_000_000);
+    assert_eq!(rig.stage.turns.iter().map(|(_, at)| *at).max(), Some(1_000_000), "no overshoot");
+}
+
+/// 12.2.4 d: a stop switch that is tied to a fixed level, activated by its polarity; hard and soft.
+#[test]
+fn example_of_12_2_4_a_stop_by_the_polarity_of_a_switch() {
+    for soft in [0, 1 << mode::SOFT] {
+        let mut rig = in_phase(phases()[2]);
+        rig.write(SW_MODE, soft | 0b11);
+        assert_eq!(rig.chip.velocity(), 200_000);
+        let began = rig.now;
+        rig.write(SW_MODE, soft | 0b1111);
+        rig.until(TICK, |rig| rig.chip.velocity() == 0);
+        let (v1, vmax) = (hertz(50_000), hertz(200_000));
+        let braking = (vmax - v1) / hertz_per_second(700) + v1 / hertz_per_second(1_400);
+        near((rig.now - began) as f64 / 1e9, if soft == 0 { 0.0 } else { braking }, 100e-6);
+        rig.run(SECOND);
+        assert_eq!((rig.chip.velocity(), rig.read(RAMP_STAT) & 0x30), (0, 0x20));
+        rig.write(SW_MODE, soft);
+        rig.settle();
+        assert_eq!(rig.position(), 1_000_000);
+    }
+}
+
+/// 12.2.5: positioning mode sets the limit, VMAX the speed, 0 stands.
+#[test]
+fn example_of_12_2_5_joystick_control() {
+    let mut rig = Rig::with(&EXAMPLE);
+    rig.write(XTARGET, 600_000);
+    for vmax in [10_000, 0, 80_000, 20_000, 150_000, 0, 200_000] {
+        rig.write(VMAX, vmax);
+        rig.run(SECOND);
+        assert!(rig.position() <= 600_000);
+        assert!(rig.chip.velocity() == vmax.cast_signed() || vmax > 100_000);
+    }
+    rig.settle();
+    assert_eq!(rig.position(), 600_000);
+}

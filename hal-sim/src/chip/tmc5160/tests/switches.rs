@@ -211,3 +211,19 @@ fn a_stall_below_the_threshold_does_not_stop_the_motor() {
     assert_eq!(rig.chip.velocity(), 40_000);
     assert_eq!((rig.read(RAMP_STAT) >> 13, rig.read(DRV_STATUS) >> 24 & 1), (0, 1));
 }
+
+/// 12.4, "Implementing a homing procedure", step by step: in the end position 0 is where the switch closed.
+#[test]
+fn example_of_12_4_homing() {
+    let mut rig = stage(1 << mode::STOP_L | 1 << mode::LATCH | SOFT, 3);
+    rig.write(RAMPMODE, 2);
+    rig.until(MILLISECOND, |rig| rig.chip.position() < -900 && rig.chip.velocity() == 0);
+    rig.write(RAMPMODE, 3);
+    let (latched, actual) = (rig.read(XLATCH).cast_signed(), rig.read(XACTUAL).cast_signed());
+    assert!(latched == -1_000 && actual < -1_500, "{latched}, {actual}");
+    rig.write(XACTUAL, (actual - latched) as u32);
+    rig.write(XTARGET, 0);
+    rig.write(RAMPMODE, 0);
+    rig.settle();
+    assert_eq!((rig.position(), rig.stage.field), (0, -1_000));
+}
