@@ -64,21 +64,37 @@ fn main() -> Result<(), Box<dyn Error>> {
     image()
 }
 
-/// Rows of the firmware's core, compiled for the host: of the TMCM-1140, and of the TMCM-6110 with all of its axes.
+/// The same speeds as those of the rows, by their values there, for a product whose speeds are in pps.
+const SPEEDS: [(i32, i32); 2] = [(1000, 30_518), (1999, 61_005)];
+
+/// Rows of the firmware's core, compiled for the host: of the TMCM-1140, and of its sisters with all of their axes.
 fn native() {
     println!("{:<52} {:>10} {:>10} {:>8}", "the motor for an hour", "virtual", "host", "ratio");
     for (name, commands) in ROWS {
         time(name, Product::Tmcm1140, HOUR, commands);
     }
-    println!("{:<52} {:>10} {:>10} {:>8}", "the six motors of a TMCM-6110", "virtual", "host", "ratio");
-    for (name, commands) in ROWS {
-        let axes = 0..Product::Tmcm6110.spec().axes;
-        let of_all = |command: &Command| {
-            let moves = [ROR.opcode, Opcode::Sap as u8, Opcode::Mvp as u8].contains(&command.opcode);
-            axes.clone().take(if moves { 6 } else { 1 }).map(|motor| Command { motor, ..*command }).collect::<Vec<_>>()
-        };
-        time(name, Product::Tmcm6110, HOUR / 10, &commands.iter().flat_map(of_all).collect::<Vec<_>>());
+    for product in [Product::Tmcm6110, Product::Tmcm3212] {
+        println!(
+            "{:<52} {:>10} {:>10} {:>8}",
+            format!("all motors of a {}", product.name()),
+            "virtual",
+            "host",
+            "ratio"
+        );
+        for (name, commands) in ROWS {
+            let commands: Vec<_> = commands.iter().flat_map(|command| of_all(product, command)).collect();
+            time(name, product, HOUR / 10, &commands);
+        }
     }
+}
+
+/// A command for all axes of a product, if it is about a motor.
+fn of_all(product: Product, command: &Command) -> Vec<Command> {
+    let moves = [ROR.opcode, Opcode::Sap as u8, Opcode::Mvp as u8].contains(&command.opcode);
+    let speed = SPEEDS.into_iter().find(|(value, _)| product == Product::Tmcm3212 && *value == command.value);
+    let value = if moves { speed.map_or(command.value, |(_, speed)| speed) } else { command.value };
+    let axes = if moves { product.spec().axes } else { 1 };
+    (0..axes).map(|motor| Command { motor, value, ..*command }).collect()
 }
 
 /// Prints how long the host takes for so many seconds of a product's virtual module.
@@ -95,7 +111,7 @@ fn time(name: &str, product: Product, seconds: u64, commands: &[Command]) {
 /// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
 fn image() -> Result<(), Box<dyn Error>> {
     println!("{:<52} {:>10} {:>10} {:>8} {:>16}", "the flash image", "virtual", "host", "ratio", "instructions/s");
-    let elf = std::fs::read(build::try_image()?.path)?;
+    let elf = std::fs::read(build::try_built(fw::TMCL)?.path)?;
     for (name, commands) in IMAGE_ROWS.iter().filter_map(|&row| ROWS.get(row)) {
         let mut module = ImageModule::new(&elf, &WorldConfig::default(), None, 1, Setup::default())?;
         prepare(&mut module, Source::Rs485, commands);

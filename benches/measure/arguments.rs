@@ -14,7 +14,7 @@ usage: cargo measure                              all figures of the flash image
        cargo measure profile program COMMAND      and those of a millisecond of a program of such commands
        cargo measure profile canopen SUBJECT      and those of the CANopen image: SUBJECT is upload, download, target, sync
                                                   or turn, with a moving axis
-       cargo measure profile 6110 ...             any of these but the last, of the image of the TMCM-6110
+       cargo measure profile 6110 ...             any of these but the last, of the image of the TMCM-6110; or 3212
        cargo measure help                         this text";
 
 /// What is to be done.
@@ -26,8 +26,8 @@ pub(crate) enum Order<'a> {
     Measure { short: bool, updates: bool },
     /// To print a profile.
     Profile(Subject<'a>),
-    /// The same of the image of the TMCM-6110.
-    SixAxes(Subject<'a>),
+    /// The same of the image of this name, that of a sister.
+    Sister(&'static str, Subject<'a>),
 }
 
 /// What a profile is of.
@@ -60,9 +60,9 @@ fn order<'a>(arguments: &[&'a str]) -> Result<Order<'a>, String> {
         ["update", rest @ ..] => (Order::Measure { short: false, updates: true }, rest),
         ["profile", "canopen"] => return Err(format!("profile canopen of what: {NODES}")),
         ["profile", "canopen", name, rest @ ..] => (Order::Profile(Subject::Node(node(name)?)), rest),
-        ["profile", "6110", of @ ..] => {
+        ["profile", number @ ("6110" | "3212"), of @ ..] => {
             let (subject, rest) = subject(of)?;
-            (Order::SixAxes(subject), rest)
+            (Order::Sister(if *number == "6110" { fw::TMCM_6110 } else { fw::TMCM_3212 }, subject), rest)
         }
         ["profile", of @ ..] => {
             let (subject, rest) = subject(of)?;

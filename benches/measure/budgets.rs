@@ -21,18 +21,22 @@ pub(crate) struct Figures {
     /// Of the CANopen image.
     pub(crate) node: Canopen,
     pub(crate) node_memory: Memory,
-    pub(crate) six: SixAxes,
+    /// Of the image of the TMCM-6110.
+    pub(crate) six: Sister,
+    /// How much longer its owner works between two looks at the links than that of the TMCM-1140, in thousandths.
+    pub(crate) piece: u64,
+    /// Of the image of the TMCM-3212.
+    pub(crate) three: Sister,
 }
 
-/// What has been measured of the image of the TMCM-6110.
+/// What has been measured of the image of a sister.
 #[derive(Debug, Default)]
-pub(crate) struct SixAxes {
+pub(crate) struct Sister {
     pub(crate) memory: Memory,
     /// At rest, with all axes moving, with all of them searching, and with all of them on straight lines.
     pub(crate) load: [Load; 4],
     pub(crate) replies: Replies,
-    /// How much longer the owner works between two looks at the links than that of the TMCM-1140, in thousandths.
-    pub(crate) piece: u64,
+    pub(crate) commands: Commands,
 }
 
 /// What a figure counts.
@@ -141,7 +145,7 @@ const SIX_AXES: [Budget; 13] = [
         Some(f.six.load[1].datagrams.max(f.six.load[3].datagrams))
     }),
     row("datagrams, all axes searching", Rate, [0, 0], [15_000, 15_000], |f| Some(f.six.load[2].datagrams)),
-    row("longest piece between two looks at the links", Times, [0, 0], [1_200, 1_200], |f| Some(f.six.piece)),
+    row("longest piece between two looks at the links", Times, [0, 0], [1_200, 1_200], |f| Some(f.piece)),
     row("first bit out, no chip access, RS485 at 115 200", Times, [0, 0], [1_100, 1_100], |f| {
         times(f.six.replies.rs485.plain, f.replies.rs485.plain)
     }),
@@ -155,6 +159,30 @@ const SIX_AXES: [Budget; 13] = [
     row("static RAM", Bytes, [0, 0], [40 * 1024, 32 * 1024], |f| Some(f.six.memory.statics)),
     // At the start, where the module is made; all of its stack is 16 KiB.
     row("stack, most in use", Bytes, [0, 0], [12 * 1024, 4 * 1024], |f| Some(f.six.memory.stack[1])),
+];
+
+/// Those of the image of the TMCM-3212, which are about all of its axes at once.
+const THREE_AXES: [Budget; 13] = [
+    row("owner with the SPI wire, at rest", Share, [0, 0], [90_000, 60_000], |f| Some(f.three.load[0].owner)),
+    row("owner with the SPI wire, all axes moving", Share, [0, 0], [150_000, 100_000], |f| Some(f.three.load[1].owner)),
+    row("datagrams, at rest", Rate, [0, 0], [6_000, 6_000], |f| Some(f.three.load[0].datagrams)),
+    row("datagrams, all axes moving", Rate, [0, 0], [6_000, 6_000], |f| Some(f.three.load[1].datagrams)),
+    row("first bit out, no chip access, RS485 at 115 200", Times, [0, 0], [1_100, 1_100], |f| {
+        times(f.three.replies.rs485.plain, f.replies.rs485.plain)
+    }),
+    row("first bit out, no chip access, CAN", Times, [0, 0], [1_100, 1_100], |f| {
+        times(f.three.replies.can.plain, f.replies.can.plain)
+    }),
+    row("first bit out, no chip access, USB", Times, [0, 0], [1_100, 1_100], |f| {
+        times(f.three.replies.usb.plain, f.replies.usb.plain)
+    }),
+    row("arithmetic or branch command of a program", Cycles, [0, 0], [80, 45], |f| Some(f.three.commands.arithmetic)),
+    row("user variable command of a program", Cycles, [0, 0], [120, 70], |f| Some(f.three.commands.variable)),
+    row("GAP 5 in a program", Cycles, [0, 0], [800, 300], |f| Some(f.three.commands.plain)),
+    row("flash", Bytes, [0, 0], [148 * 1024, 132 * 1024], |f| Some(f.three.memory.flash)),
+    row("static RAM", Bytes, [0, 0], [64 * 1024, 58 * 1024], |f| Some(f.three.memory.statics)),
+    // At the start, where the module is made; all of its stack is 16 KiB.
+    row("stack, most in use", Bytes, [0, 0], [12 * 1024, 4 * 1024], |f| Some(f.three.memory.stack[1])),
 ];
 
 /// How many times the one is the other, in thousandths.
@@ -222,7 +250,8 @@ pub(crate) fn check(figures: &Figures, report: &mut Report) -> bool {
     );
     let kept = table("the image that speaks TMCL", &TMCL, figures, report);
     let kept = table("the CANopen image", &CANOPEN, figures, report) && kept;
-    table("the image of the TMCM-6110", &SIX_AXES, figures, report) && kept
+    let kept = table("the image of the TMCM-6110", &SIX_AXES, figures, report) && kept;
+    table("the image of the TMCM-3212", &THREE_AXES, figures, report) && kept
 }
 
 /// Prints the budgets of an image.

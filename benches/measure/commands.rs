@@ -16,8 +16,9 @@ use super::statistics::grouped;
 /// Lengths of the loop.
 const SHORT: usize = 12;
 const LONG: usize = 48;
-/// Core cycles of a datagram on the wire: 32 bits at 84 MHz / 64 to the TMC429, 24 bits at 84 MHz / 32 to the TMC262.
-const WIRE: [u64; 2] = [32 * 128, 24 * 64];
+/// Core cycles of a datagram on the wire: 32 bits at 84 MHz / 64 to the TMC429, 24 bits at 84 MHz / 32 to the TMC262, 40 bits
+/// at 84 MHz / 16 to the TMC5160.
+const WIRE: [(Chip, u64); 3] = [(Chip::Tmc429(0), 32 * 128), (Chip::Tmc262(0), 24 * 64), (Chip::Tmc5160(0), 40 * 32)];
 
 /// Kinds of commands; `@` stands for the address of the next command.
 pub(crate) const KINDS: [(&str, &str); 12] = [
@@ -32,7 +33,7 @@ pub(crate) const KINDS: [(&str, &str); 12] = [
     ("AGP, user variable", "AGP 1, 2"),
     ("GAP 5", "GAP 5, 0"),
     ("SIO", "SIO 0, 2, 1"),
-    ("GAP 1, one TMC429 register", "GAP 1, 0"),
+    ("GAP 1, one register of a chip", "GAP 1, 0"),
 ];
 /// Which of them the budgets are about: arithmetic and branches, user variables, and GAP 5.
 const ARITHMETIC: Range<usize> = 0..6;
@@ -65,11 +66,17 @@ pub(crate) struct Commands {
 }
 
 /// Measures the first `kinds` kinds of commands, each loop for `span`.
-pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report) -> Result<Commands, Failure> {
+pub(crate) fn measure(
+    elf: &[u8],
+    kinds: usize,
+    span: Nanos,
+    title: &str,
+    report: &mut Report,
+) -> Result<Commands, Failure> {
     let idle = run(elf, &[], span)?;
     let kinds = KINDS.get(..kinds).unwrap_or(&KINDS);
     let runs = parallel::map(kinds, |(name, line)| {
-        progress(&format!("commands: {name}"));
+        progress(&format!("{title}: {name}"));
         Ok((run(elf, &body(line, SHORT), span)?, run(elf, &body(line, LONG), span)?))
     })?;
     let mut rows = Vec::new();
@@ -85,7 +92,7 @@ pub(crate) fn measure(elf: &[u8], kinds: usize, span: Nanos, report: &mut Report
         let cell = |number: f64| grouped(number.round().max(0.0) as u64);
         rows.push([(*name).into(), cell(cycles), cell(share), cell(each(&|run| run.instructions))]);
     }
-    report.title("Commands of a running program");
+    report.title(title);
     report.text(
         "Each, with its part of what the program's slices cost: the difference of two lengths of a loop. CPU share: less \
          the time on the SPI wire.",
@@ -110,11 +117,7 @@ fn run(elf: &[u8], program: &[String], span: Nanos) -> Result<Run, Failure> {
     host.run(50 * MILLISECOND)?;
     let look = |host: &mut Host| {
         let counters = host.machine.counters();
-        let wire: u64 = [Chip::Tmc429(0), Chip::Tmc262(0)]
-            .into_iter()
-            .zip(WIRE)
-            .map(|(chip, cycles)| host.machine.board().datagrams(chip) * cycles)
-            .sum();
+        let wire: u64 = WIRE.iter().map(|(chip, cycles)| host.machine.board().datagrams(*chip) * cycles).sum();
         (counters, wire)
     };
     let rounds = host.tell(Link::Can, "GGP 0, 2")?;

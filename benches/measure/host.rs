@@ -23,7 +23,7 @@ const LOOK: Nanos = 250 * MICROSECOND;
 /// How long it takes to ask again: longer than the module's transceiver takes to leave the bus after a reply.
 const REACTION: Nanos = 10 * MICROSECOND;
 /// Time for the firmware to start.
-pub(crate) const START: Nanos = 100 * MILLISECOND;
+pub(crate) const START: Nanos = 200 * MILLISECOND;
 /// Time for the USB host to enumerate the module and open the port.
 const ENUMERATION: Nanos = SECOND;
 

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use hal_sim::board::Chip;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::mcu::{Act, Machine, Step};
 
@@ -47,6 +46,23 @@ pub(crate) const SIX_AXES: [Row; 7] = {
         "MVP COORD, 120, 1",
     ];
     [rest, ror, mvp, search, arithmetic, reading, ("two straight lines of three axes each", &[], told)]
+};
+
+/// The same for three axes, and a straight line of them. Their speeds are in pps.
+pub(crate) const THREE_AXES: [Row; 7] = {
+    let [rest, _, mvp, search, _, _] = ROWS;
+    let [_, _, _, _, (_, arithmetic, _), (_, reading, _)] = ROWS;
+    let told: &[&str] = &["SCO 1, 0, 9000000", "SCO 1, 1, 7000000", "SCO 1, 2, 800000", "MVP COORD, 71, 1"];
+    let ror: &[&str] = &["ROR #, 51200"];
+    [
+        rest,
+        ("ROR", &[], ror),
+        mvp,
+        search,
+        ("ROR, a program of arithmetic on its full fuel", arithmetic, ror),
+        ("ROR, a program of GAP 1 on its full fuel", reading, ror),
+        ("a straight line of three axes", &[], told),
+    ]
 };
 
 /// Places of the rows that the budgets are about: at rest, with all axes moving, with all of them searching, and on lines.
@@ -151,8 +167,7 @@ fn observe(elf: &[u8], program: &[&str], told: &[&str], span: Nanos) -> Result<L
 /// Datagrams to the motion chips since the module was switched on.
 pub(crate) fn datagrams(machine: &mut Machine) -> u64 {
     let board = machine.board();
-    let controllers = (0..board.kind().controllers.len()).map(Chip::Tmc429);
-    controllers.chain((0..board.kind().axes()).map(Chip::Tmc262)).map(|chip| board.datagrams(chip)).sum()
+    board.kind().motion_bus().map(|chip| board.datagrams(chip)).sum()
 }
 
 impl Load {

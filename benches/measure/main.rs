@@ -42,7 +42,7 @@ use std::process::ExitCode;
 use hal_sim::clock::{MILLISECOND, Nanos};
 
 use arguments::{Order, Subject, USAGE};
-use budgets::{Figures, SixAxes};
+use budgets::{Figures, Sister};
 use host::Failure;
 use report::{Report, progress};
 use symbols::Symbols;
@@ -105,11 +105,16 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
             return Ok(true);
         }
         Order::Measure { short, updates } => (if short { SHORT } else { FULL }, updates),
-        Order::Profile(Subject::Node(frame)) => return profile(&read(build::try_canopen()?)?, Subject::Node(frame)),
-        Order::Profile(subject) => return profile(&image()?, subject),
-        Order::SixAxes(subject) => return profile(&read(build::try_six_axes()?)?, subject),
+        Order::Profile(Subject::Node(frame)) => return profile(&image(fw::CANOPEN)?, Subject::Node(frame)),
+        Order::Profile(subject) => return profile(&image(fw::TMCL)?, subject),
+        Order::Sister(name, subject) => return profile(&image(name)?, subject),
     };
-    let images = Images { tmcl: image()?, node: read(build::try_canopen()?)?, six: read(build::try_six_axes()?)? };
+    let images = Images {
+        tmcl: image(fw::TMCL)?,
+        node: image(fw::CANOPEN)?,
+        six: image(fw::TMCM_6110)?,
+        three: image(fw::TMCM_3212)?,
+    };
     let mut report = Report::default();
     let kept = measure(&images, &extent, &mut report)?;
     if updates {
@@ -118,13 +123,10 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
     Ok(kept)
 }
 
-fn image() -> Result<Vec<u8>, Failure> {
-    progress("building the images");
-    read(build::try_image()?)
-}
-
-fn read(image: build::Built) -> Result<Vec<u8>, Failure> {
-    Ok(std::fs::read(image.path)?)
+/// Builds an image by its name.
+fn image(name: &str) -> Result<Vec<u8>, Failure> {
+    progress(&format!("building {name}"));
+    Ok(std::fs::read(build::try_built(name)?.path)?)
 }
 
 fn profile(elf: &[u8], subject: Subject<'_>) -> Result<bool, Failure> {
@@ -132,15 +134,16 @@ fn profile(elf: &[u8], subject: Subject<'_>) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// The images: of the TMCM-1140, with its two firmwares, and of the TMCM-6110.
+/// The images: of the TMCM-1140, with its two firmwares, of the TMCM-6110, and of the TMCM-3212.
 struct Images {
     tmcl: Vec<u8>,
     node: Vec<u8>,
     six: Vec<u8>,
+    three: Vec<u8>,
 }
 
 fn measure(images: &Images, extent: &Extent, report: &mut Report) -> Result<bool, Failure> {
-    let Images { tmcl: elf, node, six } = images;
+    let Images { tmcl: elf, node, six, three } = images;
     let symbols = Symbols::read(elf)?;
     progress("memory");
     let mut figures = Figures {
@@ -148,18 +151,31 @@ fn measure(images: &Images, extent: &Extent, report: &mut Report) -> Result<bool
         load: load::measure(elf, &load::ROWS, extent.load, "Load of the core", report)?,
         replies: replies::measure(elf, extent.replies, report)?,
         waits: waits::measure(elf, extent.waits, report)?,
-        commands: commands::measure(elf, extent.kinds, extent.program, report)?,
+        commands: commands::measure(elf, extent.kinds, extent.program, "Commands of a running program", report)?,
         ..Figures::default()
     };
     interrupts::measure(elf, &symbols, extent.interrupts, report)?;
     progress("CANopen: memory");
     figures.node_memory = memory::measure_canopen(node, report)?;
     figures.node = canopen::measure(node, extent.replies, extent.load, report)?;
-    figures.six = SixAxes {
+    figures.six = Sister {
         memory: memory::measure(six, "TMCM-6110: memory", report)?,
         load: load::measure(six, &load::SIX_AXES, extent.load, "TMCM-6110: load of the core", report)?,
         replies: replies::measure_briefly(six, extent.replies, "TMCM-6110: replies", report)?,
-        piece: pieces::measure(elf, six, report)?,
+        ..Sister::default()
+    };
+    figures.piece = pieces::measure(elf, six, report)?;
+    figures.three = Sister {
+        memory: memory::measure(three, "TMCM-3212: memory", report)?,
+        load: load::measure(three, &load::THREE_AXES, extent.load, "TMCM-3212: load of the core", report)?,
+        replies: replies::measure_briefly(three, extent.replies, "TMCM-3212: replies", report)?,
+        commands: commands::measure(
+            three,
+            extent.kinds,
+            extent.program,
+            "TMCM-3212: commands of a running program",
+            report,
+        )?,
     };
     Ok(budgets::check(&figures, report))
 }

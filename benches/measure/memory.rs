@@ -3,7 +3,8 @@
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use object::{Object, ObjectSection, SectionFlags, elf};
 use tmcm::canopen::ROWS;
-use tmcm::tmcl::binary;
+use tmcm::tmcl::{Opcode, binary};
+use tmcm_sim::image;
 
 use super::host::{Failure, Host, Link, SLOW, command};
 use super::master::{GO_OPERATIONAL, HOMING, Master, PDOS, POSITION, VELOCITY, upload};
@@ -43,9 +44,9 @@ pub(crate) fn measure(elf: &[u8], title: &str, report: &mut Report) -> Result<Me
     let mut memory = sections(elf)?;
     let mut host = Host::in_world(elf, STAGE)?;
     memory.stack[0] = host.machine.stack_used().into();
-    session(&mut host)?;
+    session(&mut host, image::model(elf)?.unwrap_or_default().product().spec().lacks)?;
     memory.stack[1] = host.machine.stack_used().into();
-    memory.show(title, "a session on all links: program, storing, search, ASCII", report);
+    memory.show(title, "a session on all links: program, storing, search, ASCII where there is that", report);
     Ok(memory)
 }
 
@@ -94,12 +95,14 @@ fn sections(elf: &[u8]) -> Result<Memory, Failure> {
     Ok(memory)
 }
 
-/// Everything once, on all links.
-fn session(host: &mut Host) -> Result<(), Failure> {
+/// Everything once, on all links, but the commands that the product lacks.
+fn session(host: &mut Host, lacks: &[Opcode]) -> Result<(), Failure> {
     host.plug_usb()?;
     for link in [Link::Rs485, Link::Can, Link::Usb] {
         for line in ["GAP 1, 0", "GGP 66, 0", "SAP 4, 0, 1200", "STAP 4, 0", "RSAP 4, 0", "STGP 1, 2", "GIO 0, 1"] {
-            host.tell(link, line)?;
+            if !lacks.iter().any(|lacked| command(line).is_ok_and(|command| command.opcode == *lacked as u8)) {
+                host.tell(link, line)?;
+            }
         }
         for line in ["ROR #, 500", "MVP ABS, #, 5000", "MVP REL, #, -100", "MST #", "SCO 1, #, 7", "MVP COORD, #, 1"] {
             host.tell_each(link, line)?;
@@ -113,7 +116,7 @@ fn session(host: &mut Host) -> Result<(), Failure> {
         host.tell(link, "131, 0, 0, 0")?;
     }
     search(host)?;
-    ascii(host)
+    if lacks.contains(&Opcode::EnterAscii) { Ok(()) } else { ascii(host) }
 }
 
 fn search(host: &mut Host) -> Result<(), Failure> {

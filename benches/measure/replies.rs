@@ -18,7 +18,7 @@ const AT_REST: [Named; 5] = [
     ("GAP 5", "GAP 5, 0"),
     ("GGP 66", "GGP 66, 0"),
     ("unknown command", "99, 0, 0, 0"),
-    ("GAP 1, one TMC429 register", "GAP 1, 0"),
+    ("GAP 1, one register of a chip", "GAP 1, 0"),
     ("SAP 4", "SAP 4, 0, 1000"),
 ];
 /// What makes it move, and changes the target while it does. The first MVP after ROR has more to do.
@@ -39,6 +39,9 @@ const LINKS: [(Link, u32, &str); 5] = [
     (Link::Usb, SLOW, "USB"),
 ];
 
+/// The chips of axis 0, of which a board has some.
+const CHIPS: [Chip; 3] = [Chip::Tmc429(0), Chip::Tmc262(0), Chip::Tmc5160(0)];
+
 /// How the sample's distances from the poll differ.
 const SHIFT: u64 = 137 * MICROSECOND;
 /// How often the USB host's frames are moved against the poll.
@@ -55,8 +58,8 @@ struct Samples {
     stalled: Vec<u64>,
     /// Cycles less those in which the SPI wire was busy or the core slept.
     share: Vec<u64>,
-    /// Datagrams to TMC429 and TMC262.
-    datagrams: [Vec<u64>; 2],
+    /// Datagrams to the chips of axis 0.
+    datagrams: [Vec<u64>; CHIPS.len()],
 }
 
 /// What the budgets are about: medians.
@@ -227,7 +230,7 @@ fn sample(host: &mut Host, link: Link, command: Command, samples: &mut Samples) 
     samples.cycles.push(exchange.cycles());
     samples.turnaround.push(exchange.turnaround());
     samples.share.push(exchange.cycles().saturating_sub(idle));
-    for (counts, chip) in samples.datagrams.iter_mut().zip([Chip::Tmc429(0), Chip::Tmc262(0)]) {
+    for (counts, chip) in samples.datagrams.iter_mut().zip(CHIPS) {
         counts.push(datagrams(&steps, chip));
     }
     Ok(())

@@ -11,19 +11,9 @@ pub(crate) fn image() -> PathBuf {
     built(fw::TMCL)
 }
 
-/// Builds the flash image; returns its path and the compiler's messages, or an error message.
-pub(crate) fn try_image() -> Result<Built, String> {
-    try_built(fw::TMCL)
-}
-
 /// Builds the flash image of the CANopen firmware and returns its path. Panics if the image cannot be built.
 pub(crate) fn canopen() -> PathBuf {
     built(fw::CANOPEN)
-}
-
-/// Builds the flash image of the CANopen firmware; returns its path and the compiler's messages, or an error message.
-pub(crate) fn try_canopen() -> Result<Built, String> {
-    try_built(fw::CANOPEN)
 }
 
 /// Builds the flash image of the TMCM-6110 and returns its path. Panics if the image cannot be built.
@@ -31,16 +21,17 @@ pub(crate) fn six_axes() -> PathBuf {
     built(fw::TMCM_6110)
 }
 
-/// Builds the flash image of the TMCM-6110; returns its path and the compiler's messages, or an error message.
-pub(crate) fn try_six_axes() -> Result<Built, String> {
-    try_built(fw::TMCM_6110)
+/// Builds the flash image of the TMCM-3212 and returns its path. Panics if the image cannot be built.
+pub(crate) fn three_axes() -> PathBuf {
+    built(fw::TMCM_3212)
 }
 
 fn built(name: &str) -> PathBuf {
     try_built(name).unwrap_or_else(|error| panic!("{error}")).path
 }
 
-fn try_built(name: &str) -> Result<Built, String> {
+/// Builds a flash image by its name; returns its path and the compiler's messages, or an error message.
+pub(crate) fn try_built(name: &str) -> Result<Built, String> {
     fw::image(&directory(), name)
 }
 

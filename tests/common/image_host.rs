@@ -5,7 +5,7 @@
 use std::sync::OnceLock;
 
 use super::{image as build, telegram};
-use hal_sim::board::{Board, BoardKind, TMCM_1140, TMCM_6110};
+use hal_sim::board::{Board, BoardKind, TMCM_1140, TMCM_3212, TMCM_6110};
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use hal_sim::control::{AxisState, Line, State};
 use hal_sim::fault::Fault;
@@ -22,11 +22,11 @@ pub const CYCLES_PER_MICROSECOND: u64 = 168;
 /// Longest time that a host waits for a reply.
 const PATIENCE: Nanos = 2 * SECOND;
 /// Time from power-on after which the module answers for certain.
-pub const START: Nanos = 100 * MILLISECOND;
+pub const START: Nanos = 200 * MILLISECOND;
 
 /// The watchdog takes 250 ms on its clock of nominally 32 kHz; with the last round before, and the time to start
 /// anew, all is well after this.
-pub const RECOVERY: Nanos = 500 * MILLISECOND;
+pub const RECOVERY: Nanos = 600 * MILLISECOND;
 
 /// `b .`: an instruction that goes on for ever.
 pub const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
@@ -56,6 +56,12 @@ pub fn six_axes() -> &'static [u8] {
     IMAGE.get_or_init(|| std::fs::read(build::six_axes()).unwrap())
 }
 
+/// The bytes of the image of the TMCM-3212, which is built at the first call.
+pub fn three_axes() -> &'static [u8] {
+    static IMAGE: OnceLock<Vec<u8>> = OnceLock::new();
+    IMAGE.get_or_init(|| std::fs::read(build::three_axes()).unwrap())
+}
+
 /// A product with an image.
 #[derive(Clone, Copy, Debug)]
 pub struct Product {
@@ -63,13 +69,16 @@ pub struct Product {
     pub board: &'static BoardKind,
     /// The bytes of its image, which is built at the first call.
     pub image: fn() -> &'static [u8],
+    /// What its motion controllers have as the speed of a motor that turns at 500 (ROR): 500 pps are 524.3 units of a TMC5160.
+    pub turning: i32,
 }
 
-/// The TMCM-1140, and the TMCM-6110.
-pub const ONE_AXIS: Product = Product { board: &TMCM_1140, image };
-pub const SIX_AXES: Product = Product { board: &TMCM_6110, image: six_axes };
-/// Both.
-pub const PRODUCTS: [Product; 2] = [ONE_AXIS, SIX_AXES];
+/// The TMCM-1140, the TMCM-6110, and the TMCM-3212.
+pub const ONE_AXIS: Product = Product { board: &TMCM_1140, image, turning: 500 };
+pub const SIX_AXES: Product = Product { board: &TMCM_6110, image: six_axes, turning: 500 };
+pub const THREE_AXES: Product = Product { board: &TMCM_3212, image: three_axes, turning: 524 };
+/// All of them.
+pub const PRODUCTS: [Product; 3] = [ONE_AXIS, SIX_AXES, THREE_AXES];
 
 /// Address of an image's only symbol with exactly this name.
 pub fn symbol_in(image: &[u8], name: &str) -> u32 {
@@ -143,7 +152,7 @@ impl Host {
         let mut host = Self::of(product, "");
         host.each("ROR #, 500");
         host.run(200 * MILLISECOND);
-        assert_eq!(host.speed(), 500);
+        assert_eq!(host.speed(), product.turning);
         host.log();
         host
     }

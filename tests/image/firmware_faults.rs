@@ -46,7 +46,7 @@ fn after_any_reset_the_driver_is_off_at_once_and_the_motion_controller_stops() {
             product.board.name
         );
         // Some instructions at 16 MHz; and what it takes to set up RAM and clocks.
-        assert!(off <= 10 && stop <= 10_000, "{name}: {off} us, {stop} us");
+        assert!(off <= 10 && stop <= 12_000, "{name}: {off} us, {stop} us");
         host.run(START);
         host.assert_rest();
         host.machine.rs485().take_sent();
@@ -80,7 +80,7 @@ fn assert_recovers(product: Product, noticed: bool, fault: impl FnOnce(&mut Host
     assert!(host.machine.board().world().outputs().leds[1]);
     host.each("ROR #, 500");
     host.run(200 * MILLISECOND);
-    assert_eq!(host.speed(), 500);
+    assert_eq!(host.speed(), product.turning);
     host.ok("255, 0, 0, 1234");
     host.run(RECOVERY);
     assert!(!host.machine.board().world().outputs().leds[1]);

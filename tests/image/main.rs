@@ -22,5 +22,6 @@ mod six_axes;
 mod size;
 mod steps;
 mod straight_line;
+mod three_axes;
 mod timing;
 mod usb;

@@ -111,16 +111,17 @@ fn what_can_panic_in_the_image_is_known() {
     assert!(found.len() > 50, "{found:?}");
 }
 
-/// The images of the CANopen firmware and of the TMCM-6110 have no place that the first one lacks; some of that one's they
-/// do without.
+/// The images of the CANopen firmware and of the sisters have no place that the first one lacks; some of that one's they do
+/// without.
 #[test]
 fn nothing_more_can_panic_in_the_other_images() {
     let known = known();
-    for path in [image::canopen(), image::six_axes()] {
+    for path in [image::canopen(), image::six_axes(), image::three_axes()] {
         let (found, texts) = left_in(&path);
         let most = |file: &str| -> usize {
             // Each has files of its own with its entry and its board.
-            let file = file.replace("tmcm1140_canopen.rs", "tmcm1140.rs").replace("tmcm6110.rs", "tmcm1140.rs");
+            let others = ["tmcm1140_canopen.rs", "tmcm6110.rs", "tmcm3212.rs"];
+            let file = others.iter().fold(file.to_owned(), |file, other| file.replace(other, "tmcm1140.rs"));
             let counts = known.iter().filter_map(|line| line.strip_prefix(&file)?.strip_prefix(' ')?.parse().ok());
             counts.max().unwrap_or_default()
         };

@@ -7,14 +7,16 @@ use std::path::Path;
 
 use object::{Object, ObjectSection, SectionFlags, elf};
 
-/// Budgets of the design, in bytes: flash, and RAM without the stack; those of the CANopen firmware, and those of the
-/// TMCM-6110.
+/// Budgets of the design, in bytes: flash, and RAM without the stack; those of the CANopen firmware, of the TMCM-6110, and of
+/// the TMCM-3212.
 const FLASH_MAX: u64 = 128 * 1024;
 const RAM_MAX: u64 = 48 * 1024;
 const CANOPEN_FLASH_MAX: u64 = 160 * 1024;
 const CANOPEN_RAM_MAX: u64 = 28 * 1024;
 const SIX_AXES_FLASH_MAX: u64 = 140 * 1024;
 const SIX_AXES_RAM_MAX: u64 = 40 * 1024;
+const THREE_AXES_FLASH_MAX: u64 = 148 * 1024;
+const THREE_AXES_RAM_MAX: u64 = 64 * 1024;
 
 /// Where they are in the STM32F405VG (RM0090 section 2.3); of the RAM, the first 16 KiB are the stack's.
 const FLASH: Range<u64> = 0x0800_0000..0x0810_0000;
@@ -68,9 +70,10 @@ fn size_of(path: &Path) -> Size {
 #[test]
 fn image_keeps_within_its_budget() {
     for (built, flash, ram) in [
-        (image::try_image(), FLASH_MAX, RAM_MAX),
-        (image::try_canopen(), CANOPEN_FLASH_MAX, CANOPEN_RAM_MAX),
-        (image::try_six_axes(), SIX_AXES_FLASH_MAX, SIX_AXES_RAM_MAX),
+        (image::try_built(fw::TMCL), FLASH_MAX, RAM_MAX),
+        (image::try_built(fw::CANOPEN), CANOPEN_FLASH_MAX, CANOPEN_RAM_MAX),
+        (image::try_built(fw::TMCM_6110), SIX_AXES_FLASH_MAX, SIX_AXES_RAM_MAX),
+        (image::try_built(fw::TMCM_3212), THREE_AXES_FLASH_MAX, THREE_AXES_RAM_MAX),
     ] {
         let image::Built { path, messages } = built.unwrap_or_else(|error| panic!("{error}"));
         assert!(!messages.lines().any(|line| line.starts_with("warning")), "{messages}");

@@ -1,7 +1,7 @@
-//! A straight line of three axes on the flash image of the TMCM-6110, whose turns take their time: the rotors keep to it as
-//! those of the virtual module do.
+//! A straight line of three axes on the flash images of the TMCM-6110 and of the TMCM-3212, whose turns take their time: the
+//! rotors keep to it as those of the virtual modules do.
 
-use crate::common::image_host::{Host, SIX_AXES};
+use crate::common::image_host::{Host, Product, SIX_AXES, THREE_AXES};
 use hal_sim::clock::{MILLISECOND, Nanos};
 
 /// At speed 1000 the other two would need speeds of 246.5 and 18.5.
@@ -9,7 +9,14 @@ const WAYS: [i64; 3] = [50_000, -12_325, 925];
 
 #[test]
 fn three_axes_keep_to_a_straight_line_and_arrive_together() {
-    let mut host = Host::of(SIX_AXES, "");
+    keep_to_a_straight_line(SIX_AXES, 10.0);
+    // A tenth of a percent of the longest way.
+    keep_to_a_straight_line(THREE_AXES, 50.0);
+}
+
+/// The rotors are never further than `most` microsteps from the line.
+fn keep_to_a_straight_line(product: Product, most: f64) {
+    let mut host = Host::of(product, "");
     for (axis, way) in WAYS.iter().enumerate() {
         host.ok(&format!("SCO 1, {axis}, {way}"));
     }
@@ -27,6 +34,5 @@ fn three_axes_keep_to_a_straight_line_and_arrive_together() {
         }
     }
     assert_eq!(host.rotors()[..3], WAYS);
-    // Half a percent of the longest way would be 250 microsteps.
-    assert!(off < 10.0 && last.iter().all(|time| time.abs_diff(last[0]) <= 10), "{off} microsteps, {last:?} ms");
+    assert!(off < most && last.iter().all(|time| time.abs_diff(last[0]) <= 10), "{off} microsteps, {last:?} ms");
 }

@@ -7,10 +7,11 @@ use crate::native::{Model, Product};
 /// How the names of these symbols begin.
 const MARK: &str = "_firmware_";
 /// How they go on, and what that means.
-const MODELS: [(&str, Model); 3] = [
+const MODELS: [(&str, Model); 4] = [
     ("TMCM_1140_tmcl", Model::Tmcl(Product::Tmcm1140)),
     ("TMCM_1140_canopen", Model::Canopen),
     ("TMCM_6110_tmcl", Model::Tmcl(Product::Tmcm6110)),
+    ("TMCM_3212_tmcl", Model::Tmcl(Product::Tmcm3212)),
 ];
 
 /// Product and firmware of an image; `None` if it does not say, as other people's images do not.
