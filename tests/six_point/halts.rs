@@ -95,6 +95,27 @@ fn a_stall_stops_the_motor_in_the_chip() {
     assert_eq!(bench.ok("GAP 3, 0"), 30_000);
 }
 
+/// A motor that is faster than the threshold by 1 pps is stopped by a stall, and by no stall at its very speed: the chip's own
+/// hysteresis of 1/16 is not in the way. coolStep works from its speed on.
+#[test]
+fn a_threshold_is_passed_at_its_speed() {
+    for (speed, stops) in [(10_000, true), (9_999, false)] {
+        for (threshold, seen) in [("SAP 181, 0, 9999", "GAP 207, 0"), ("SAP 182, 0, 10000", "GAP 180, 0")] {
+            let mut bench = bench();
+            bench.configure(&["SAP 174, 0, 9", "SAP 172, 0, 5", "SAP 169, 0, 3", "SAP 182, 0, 7999774", threshold]);
+            bench.ok(&format!("ROR 0, {speed}"));
+            bench.run(2 * SECOND);
+            if seen == "GAP 180, 0" {
+                assert_eq!(bench.ok(seen) < 16, stops, "coolStep at {speed}");
+                continue;
+            }
+            bench.control("load 1");
+            bench.run(SECOND);
+            assert_eq!((bench.ok("GAP 3, 0") == 0, bench.ok(seen) == 1), (stops, stops), "a stall at {speed}");
+        }
+    }
+}
+
 /// Both thresholds are in one register: with coolStep from 20 000 pps on, a stall at 30 000 still does not stop a motor that
 /// may stall below 40 000; and the other way round.
 #[test]

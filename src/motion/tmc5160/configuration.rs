@@ -1,7 +1,7 @@
 //! The registers of a TMC5160 that configure its driver, as the parameters of its axis make them: an exponent, a choice or
 //! a flag of a parameter becomes a field (TMC5160 datasheet sections 6.2, 6.4 and 6.5).
 
-use super::unit::Unit;
+use super::unit::{LONGEST, Unit};
 use crate::chip::tmc5160::{Register, gconf};
 use crate::motion::current::Excitation;
 use crate::motion::values::Values;
@@ -40,7 +40,7 @@ pub(super) fn words(values: &Values, excitation: Excitation, pwm: bool) -> [(Reg
         (Register::IholdIrun, hold | run << 8 | word(P::PowerDownRamp) << 16),
         (Register::TPowerDown, (power_down / POWER_DOWN_UNIT).min(255)),
         (Register::TPwmThrs, above(P::PwmThresholdSpeed)),
-        (Register::TCoolThrs, cool_threshold(values).map_or(0, period)),
+        (Register::TCoolThrs, cool_threshold(values).map_or(0, |speed| passed_at(period(speed)))),
         (Register::THigh, above(P::HighSpeedThreshold)),
         (Register::VdcMin, unit.speed(values.get(P::DcStepMinimumSpeed))),
         (Register::ChopConf, chopper(values, excitation)),
@@ -75,6 +75,14 @@ pub(super) fn cool_threshold(values: &Values) -> Option<i32> {
     let stall = Some(values.get(P::StopOnStall)).filter(|speed| *speed > 0);
     let cool = values.is_on(P::SmartEnergyHysteresisStart).then(|| values.get(P::SmartEnergyThresholdSpeed));
     [stall, cool].into_iter().flatten().min()
+}
+
+/// The threshold that a motor passes on its way up with this period of a microstep: the chip takes it for faster only when
+/// its period is below 15/16 of the threshold, less 1 (datasheet section 6.2, TSTEP). On its way down the motor is below the
+/// threshold at 15/16 of that speed; until there it is the firmware that has switched off what the speed is too low for.
+const fn passed_at(period: u32) -> u32 {
+    let threshold = period.saturating_add(3).saturating_mul(16) / 15;
+    if threshold < LONGEST { threshold } else { LONGEST }
 }
 
 /// CHOPCONF.
