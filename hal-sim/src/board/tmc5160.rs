@@ -54,6 +54,11 @@ impl Mechanics for Motor<'_> {
         sensed(self.0)
     }
 
+    #[inline]
+    fn free_way(&self, up: bool) -> i64 {
+        self.0.free_way(up)
+    }
+
     fn energise(&mut self, current: u32) {
         self.0.motor_mut().set_current(current);
     }

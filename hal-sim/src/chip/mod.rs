@@ -57,6 +57,9 @@ pub struct Sensed {
 pub trait Mechanics {
     /// The field of the coils has moved to `field`, in 1/256 full steps, at `at`. Returns the inputs after that.
     fn turn(&mut self, at: Nanos, field: i64) -> Sensed;
+    /// How far the field may move up or down, in 1/256 full steps, before anything but the motor's position changes;
+    /// 0 if the motor is to be told of each step. Steps on this way need not be told, but for the last one.
+    fn free_way(&self, up: bool) -> i64;
     /// The current that makes torque is now `current`, in 1/32 of the full current; 0 with the bridges off.
     fn energise(&mut self, current: u32);
     /// The load on the motor.

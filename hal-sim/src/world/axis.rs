@@ -85,6 +85,13 @@ impl Axis {
         self.moved(at);
     }
 
+    /// How far the field may move up or down, in 1/256 full steps, before anything but the positions of field and rotor
+    /// changes; 0 if the motor is to be told of each step.
+    #[inline]
+    pub(crate) fn free_way(&self, up: bool) -> i64 {
+        if self.trace.is_some() { 0 } else { self.motor.free_way(up).min(self.stage.free_way(self.motor.rotor(), up)) }
+    }
+
     /// Moves the motor on to `now` after time without steps. Returns whether the rotor moved.
     #[inline]
     pub(crate) fn settle(&mut self, now: Nanos) -> bool {

@@ -95,6 +95,13 @@ impl Stage {
         }
     }
 
+    /// How far a rotor at `rotor` may move up or down before a pin can change or the encoder counts.
+    #[inline]
+    pub(super) fn free_way(&self, rotor: i64, up: bool) -> i64 {
+        let Window { lowest, highest } = self.window;
+        (if up { highest.saturating_sub(rotor) } else { rotor.saturating_sub(lowest) }).max(0)
+    }
+
     /// The levels of the pins: bit 0 left, bit 1 right, bit 2 home.
     #[inline]
     pub fn pins(&self) -> u8 {

@@ -123,8 +123,38 @@ impl Driver {
         let (before, resolution) = (self.field, self.resolution);
         let width = 1 << resolution;
         let here = (before >> resolution << resolution) + (width >> 1);
-        self.field = if up != self.inverted { here + width } else { here - width };
+        self.field = if self.turns_up(up) { here + width } else { here - width };
         before >> 8 != self.field >> 8
+    }
+
+    /// The number of the first step that passes a full step; 1 where all steps are to be made one by one, because the
+    /// field is not where the present resolution has its positions, or because the current has to rise first.
+    #[inline]
+    pub(super) fn steps_to_full_step(&self, up: bool) -> u32 {
+        let (part, width) = ((self.field & 0xFF) as u32, 1_u32 << self.resolution);
+        if self.reduced || part & (width - 1) != width >> 1 {
+            return 1;
+        }
+        (if self.turns_up(up) { 256 - part } else { part + 1 }).div_ceil(width)
+    }
+
+    /// The number of steps on so much of the way of the field, in 1/256 full steps, and the one that leaves it.
+    #[inline]
+    pub(super) fn steps_on(&self, way: i64) -> i64 {
+        (way >> self.resolution).saturating_add(1)
+    }
+
+    /// The direction in which a step turns the field.
+    #[inline]
+    pub(super) fn turns_up(&self, up: bool) -> bool {
+        up != self.inverted
+    }
+
+    /// Makes so many steps at once that pass no full step, the last one at `clock`.
+    pub(super) fn skip(&mut self, steps: u32, up: bool, clock: u64) {
+        let way = i64::from(steps) << self.resolution;
+        self.field += if self.turns_up(up) { way } else { -way };
+        self.last_step = Some(clock);
     }
 
     /// Measures stallGuard2 at the end of a full step, at `at`, with `load` on the motor, and lets coolStep react.

@@ -129,13 +129,14 @@ impl Tmc5160 {
         self.reschedule();
     }
 
-    /// Brings the chip to time `to`. Every step turns the field of `mechanics`, which returns the inputs after it.
+    /// Brings the chip to time `to`. Steps turn the field of `mechanics`, which returns the inputs after each.
     pub fn advance(&mut self, to: Nanos, mechanics: &mut impl Mechanics) {
         if self.rest(to) {
             return;
         }
         let last = self.clock.tick_at(to);
         while self.ramp.next() <= last {
+            self.skip_steps(last, mechanics);
             let clock = self.ramp.next();
             match self.ramp.act() {
                 Some(up) => self.step(clock, up, mechanics),
@@ -292,6 +293,24 @@ impl Tmc5160 {
 
     fn limits(&self) -> Limits {
         Limits::of(self.external.is_some(), self.external.unwrap_or(INTERNAL_CLOCK_HZ))
+    }
+
+    /// Makes the steps at once that are due by `last` and have no effect on anything but positions. The last step before
+    /// an effect is left, and the last one that is due.
+    #[inline]
+    fn skip_steps(&mut self, last: u64, mechanics: &impl Mechanics) {
+        let due = self.ramp.free_steps(last);
+        if due < 2 {
+            return;
+        }
+        let up = self.ramp.direction() > 0;
+        let way = mechanics.free_way(self.driver.turns_up(up));
+        let steps = due.min(self.driver.steps_to_full_step(up));
+        let steps = i64::from(steps).min(self.driver.steps_on(way)) as u32;
+        if steps > 1 {
+            let clock = self.ramp.skip(steps - 1);
+            self.driver.skip(steps - 1, up, clock);
+        }
     }
 
     /// Makes everything follow a position counter that has moved.

@@ -219,6 +219,35 @@ impl Ramp {
         self.change(clock)
     }
 
+    /// The number of steps due by the clock `last`, as far as they have no other effect here than to be counted; fewer
+    /// for a clock far ahead.
+    #[inline]
+    pub(super) fn free_steps(&self, last: u64) -> u32 {
+        if self.free_steps < 2 {
+            return 0;
+        }
+        let clocks = (last - self.synced).min(1 << 20);
+        let due = (self.phase + clocks * u64::from(self.velocity.unsigned_abs())) / MICROSTEP;
+        due.min(self.free_steps.into()) as u32
+    }
+
+    /// Makes that many of these steps at once. Returns the clock of the last one.
+    pub(super) fn skip(&mut self, steps: u32) -> u64 {
+        let speed = self.velocity.unsigned_abs();
+        let way = u64::from(steps) * MICROSTEP;
+        let clocks = (way - self.phase).div_ceil(speed.into());
+        self.phase = self.phase + clocks * u64::from(speed) - way;
+        self.synced += clocks;
+        self.next = self.synced + self.clocks_after_a_step(speed);
+        self.free_steps -= steps;
+        self.position = if self.velocity > 0 {
+            self.position.wrapping_add_unsigned(steps)
+        } else {
+            self.position.wrapping_sub_unsigned(steps)
+        };
+        self.synced
+    }
+
     /// As [`act`](Self::act), where more than a step may be due.
     fn change(&mut self, clock: u64) -> Option<bool> {
         self.sync(clock);

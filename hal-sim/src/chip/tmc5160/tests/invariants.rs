@@ -87,6 +87,30 @@ fn pieces_of_time_do_not_matter() {
     assert!(steps > 100_000, "{steps}");
 }
 
+/// Where the motor need not be told of each step, the chip tells it of a few, and is in the same state at any time.
+#[test]
+fn steps_that_nobody_is_told_of_do_not_matter() {
+    let (mut told, mut skipped) = (0, 0);
+    for seed in 0..20 {
+        let states = |skips| {
+            let mut states = Vec::new();
+            let (turns, last) = scenario(seed, |rig, span| {
+                rig.stage.skips = skips;
+                for _ in 0..10 {
+                    rig.run(span / 10);
+                    states.push((seen(rig), rig.stage.field, rig.stage.current, rig.chip.read(TSTEP)));
+                }
+            });
+            (turns.len(), states, last)
+        };
+        let (one, other) = (states(false), states(true));
+        assert_eq!((one.1, one.2), (other.1, other.2), "seed {seed}");
+        told += one.0;
+        skipped += other.0;
+    }
+    assert!(skipped < told * 2 / 3, "{skipped} of {told}");
+}
+
 /// Rewriting a register with its own contents makes the ramp generator look anew, so that no step is passed over as
 /// free of consequences.
 #[test]

@@ -32,6 +32,8 @@ struct Stage {
     counts_per_turn: i64,
     /// Counts by which the encoder is off the field.
     slipped: i64,
+    /// The stage need not be told of steps that change nothing at its pins.
+    skips: bool,
 }
 
 impl Stage {
@@ -49,6 +51,13 @@ impl Mechanics for Stage {
         self.field = field;
         self.turns.push((at, field));
         self.sensed()
+    }
+
+    fn free_way(&self, up: bool) -> i64 {
+        let (pins, way) = (self.sensed(), if up { 1 } else { -1 });
+        let same = |field: i64| Stage { field, turns: Vec::new(), ..*self }.sensed() == pins;
+        let free = |&distance: &i64| same(self.field + way * (distance + 1));
+        if self.skips { (0..300).take_while(free).count() as i64 } else { 0 }
     }
 
     fn energise(&mut self, current: u32) {
