@@ -93,8 +93,10 @@ pub struct Options {
     ///
     /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4; 0 to 3 of a
     /// TMCM-3212) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others'
-    /// switches and encoders have pins of their own. `fault tmc429` is one of the controller that moves the axis, three
-    /// axes each. `state` tells of axis 0 among the fields of the module, and of each axis in its list `axes`.
+    /// switches and encoders have pins of their own, and input 10 of a TMCM-3212 is ENABLE. `fault tmc429` is one of the
+    /// controller that moves the axis, three axes each; on a TMCM-3212 it is `fault tmc5160`, and `fault chip-supply` is
+    /// one of the supply of an axis' chip alone. `state` tells of axis 0 among the fields of the module, and of each axis
+    /// in its list `axes`.
     ///
     /// `can passive` and `can off` are what disturbances on the bus lead to: the CAN controller of the module does not
     /// tell others of errors any more, or takes no part in the bus, until `can on`. While the USB cable is out, the

@@ -89,13 +89,14 @@ impl Bridges {
         self.disable_pin
     }
 
-    pub(super) fn set_temperature(&mut self, celsius: i32) {
-        self.temperature = celsius;
+    /// Sets the temperature in degrees Celsius. Returns whether it is another one.
+    pub(super) fn set_temperature(&mut self, celsius: i32) -> bool {
+        std::mem::replace(&mut self.temperature, celsius) != celsius
     }
 
-    /// Sets the supply in 0.1 V.
-    pub(super) fn set_supply(&mut self, supply: u16) {
-        self.supply = supply;
+    /// Sets the supply in 0.1 V. Returns whether it is another one.
+    pub(super) fn set_supply(&mut self, supply: u16) -> bool {
+        std::mem::replace(&mut self.supply, supply) != supply
     }
 
     pub(super) fn set_short(&mut self, bridge: Bridge, short: Short, on: bool) {

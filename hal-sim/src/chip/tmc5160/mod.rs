@@ -202,13 +202,16 @@ impl Tmc5160 {
 
     /// Sets the temperature of the chip, in degrees Celsius.
     pub fn set_temperature(&mut self, celsius: i32) {
-        self.bridges.set_temperature(celsius);
-        self.check_bridges();
+        if self.bridges.set_temperature(celsius) {
+            self.check_bridges();
+        }
     }
 
     /// Sets the supply in 0.1 V. Below [`LOWEST_SUPPLY`] the chip is held in reset, and its SPI output reads zero.
     pub fn set_supply(&mut self, supply: u16) {
-        self.bridges.set_supply(supply);
+        if !self.bridges.set_supply(supply) {
+            return;
+        }
         let was_supplied = std::mem::replace(&mut self.supplied, supply >= LOWEST_SUPPLY);
         if was_supplied && !self.supplied {
             self.reset();

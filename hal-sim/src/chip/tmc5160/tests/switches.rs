@@ -227,3 +227,20 @@ fn example_of_12_4_homing() {
     rig.settle();
     assert_eq!((rig.position(), rig.stage.field), (0, -1_000));
 }
+
+/// 6.2: passing THIGH switches the stall detection off for 2 to 3 electrical periods. A motor that is stalled all the
+/// time, but does not stop because its threshold is below, stops 12 full steps after the two thresholds are passed.
+#[test]
+fn stalls_are_not_seen_right_after_passing_thigh() {
+    let mut rig = with_stall_stop();
+    rig.write(TCOOLTHRS, 0);
+    rig.stage.load = crate::chip::load::FULL_LOAD;
+    rig.run(SECOND);
+    let field = rig.stage.field;
+    rig.write(TCOOLTHRS, 800);
+    rig.write(THIGH, 800);
+    rig.run(SECOND);
+    assert_eq!(rig.chip.velocity(), 0);
+    let full_steps = (rig.stage.field - field) / 256;
+    assert!((8..=13).contains(&full_steps), "{full_steps}");
+}
