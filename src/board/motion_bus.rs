@@ -23,10 +23,8 @@ use super::{pins, spi};
 pub(super) struct Pace {
     /// The SPI clock, as a division of 84 MHz.
     pub(super) clock: Br,
-    /// Core cycles to wait before chip select falls, in addition to those that pass between two datagrams anyway.
-    pub(super) before: u32,
-    /// Core cycles to wait between that and the first edge, in addition to more than 16 that pass anyway.
-    pub(super) after: u32,
+    /// Core cycles to wait between chip select and the first edge, in addition to more than 16 that pass anyway.
+    pub(super) setup: u32,
 }
 
 /// A datagram of the TMC429.
@@ -70,11 +68,12 @@ impl SpiDevice for Chip {
             [Operation::TransferInPlace(bytes)] => <&mut Datagram>::try_from(&mut **bytes).ok(),
             _ => None,
         };
-        let &Pace { clock, before, after } = self.pace;
+        let &Pace { clock, setup } = self.pace;
         set_up(clock, if datagram.is_some() { Dff::BITS16 } else { Dff::BITS8 });
-        asm::delay(before);
         self.select.set_low();
-        asm::delay(after);
+        if setup > 0 {
+            asm::delay(setup);
+        }
         match datagram {
             Some(datagram) => exchange_datagram(datagram),
             None => operations.iter_mut().for_each(exchange_bytes),
@@ -115,7 +114,7 @@ fn exchange_datagram(datagram: &mut Datagram) {
 
 fn exchange_bytes(operation: &mut Operation<'_, u8>) {
     match operation {
-        Operation::TransferInPlace(bytes) => bytes.iter_mut().for_each(|byte| *byte = exchange(*byte)),
+        Operation::TransferInPlace(bytes) => exchange_in_place(bytes),
         Operation::Read(bytes) => bytes.fill_with(|| exchange(0)),
         Operation::Write(bytes) => bytes.iter().for_each(|byte| {
             exchange(*byte);
@@ -132,10 +131,30 @@ fn exchange_bytes(operation: &mut Operation<'_, u8>) {
     }
 }
 
+/// Exchanges bytes. Each follows as soon as the one before has been fetched.
+fn exchange_in_place(bytes: &mut [u8]) {
+    let mut bytes = bytes.iter_mut();
+    let Some(mut place) = bytes.next() else { return };
+    send(*place);
+    for next in bytes {
+        let byte = *next;
+        let came = received();
+        send(byte);
+        *place = came as u8;
+        place = next;
+    }
+    *place = received() as u8;
+}
+
 /// Sends a byte and returns the byte that comes in meanwhile.
 fn exchange(byte: u8) -> u8 {
-    SPI1.dr().write(|w| w.set_dr(byte.into()));
+    send(byte);
     received() as u8
+}
+
+/// Sends a byte.
+fn send(byte: u8) {
+    SPI1.dr().write(|w| w.set_dr(byte.into()));
 }
 
 /// The word that comes in next.
