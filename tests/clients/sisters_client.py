@@ -1,14 +1,17 @@
 #!/usr/bin/env python3
 """Drives the virtual sisters with several axes with Trinamic's own PyTrinamic, unmodified: its classes for the TMCM-3110 and
-the TMCM-6110, and the demos for these modules that it brings along.
+the TMCM-6110, and the demos for these modules that it brings along; and the TMCM-3212 with its class for the TMCM-6212, which
+has the same parameters and more axes.
 
     python3 tests/clients/sisters_client.py target/debug/tmcl
-    python3 tests/clients/sisters_client.py target/debug/tmcl --image target/thumbv7em-none-eabi/release/tmcm6110
+    python3 tests/clients/sisters_client.py target/debug/tmcl --product 6110 \
+        --image target/thumbv7em-none-eabi/release/tmcm6110
 
-With --image the module is the flash image of the TMCM-6110 on the emulated microcontroller. Starts `tmcl sim` itself.
+With --image the module is the flash image of the product on the emulated microcontroller. Starts `tmcl sim` itself.
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
+import dataclasses
 import importlib.metadata
 import subprocess
 import sys
@@ -17,22 +20,59 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from pytrinamic.connections import ConnectionManager
-from pytrinamic.modules import TMCM3110, TMCM6110
+from pytrinamic.modules import TMCM3110, TMCM6110, TMCM6212
 from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
 
-MODULES = {"3110": (TMCM3110, "3110V114"), "6110": (TMCM6110, "6110V146")}
+
+
+@dataclasses.dataclass
+class Sister:
+    """What a product has, and what it is driven with."""
+
+    kind: type
+    version: str
+    axes: int
+    # Number of inputs, and of outputs.
+    ports: int
+    # Analog inputs, each with the value that it has for one unit of the converter.
+    analog: dict[int, int]
+    # What its number is for a speed of 100 internal units at the usual divisors, about 3000 microsteps a second.
+    hundred: int
+
+
+SISTERS = {
+    "3110": Sister(TMCM3110, "3110V114", 3, 8, {0: 1, 4: 1}, 100),
+    "6110": Sister(TMCM6110, "6110V146", 6, 8, {0: 1, 4: 1}, 100),
+    "3212": Sister(TMCM6212, "3212V105", 3, 4, {0: 16, 1: 16, 2: 16, 3: 16}, 3052),
+}
+# Products with a demo of their own.
+DEMOS = ("3110", "6110")
 # Microsteps from the zero of a motor to the middle of its home switch: it is different for each.
 HOME = 6000
-# All axes have a home switch, further away for each.
-WORLD = "".join(
-    f"[[axis]]\n[axis.stage]\nhome = [{HOME + 1000 * axis - 200}, {HOME + 1000 * axis + 200}]\n" for axis in range(6)
-)
 START, STOP, STATUS = range(3)
+
+
+def world(axes):
+    """All axes have a home switch, further away for each."""
+    switch = "[[axis]]\n[axis.stage]\nhome = [{}, {}]\n"
+    return "".join(switch.format(HOME + 1000 * axis - 200, HOME + 1000 * axis + 200) for axis in range(axes))
 
 
 def numbers(names):
     """The parameters that a class of PyTrinamic names."""
     return {name: number for name, number in vars(names).items() if not name.startswith("_")}
+
+
+def motors(module, sister):
+    """The motors of the product, of which PyTrinamic's class may have more."""
+    return module.motors[: sister.axes]
+
+
+def has_interrupt(name, sister):
+    """True for an interrupt of the product, by its name, which has the number of the axis or input."""
+    kind, number = name.split("_")
+    count = {"timer": 3, "input": sister.ports}.get(kind, sister.axes)
+    return int(number) < count
 
 
 def is_read(what, reader):
@@ -44,15 +84,16 @@ def is_read(what, reader):
         check(what, False, repr(error))
 
 
-def parameters(module):
-    for axis, motor in enumerate(module.motors):
+def parameters(module, sister):
+    for axis, motor in enumerate(motors(module, sister)):
         for name, number in numbers(motor.AP).items():
             is_read(f"axis parameter {number} {name} of {axis}", lambda: module.get_axis_parameter(number, axis))
         # PyTrinamic's class for the TMCM-3110 lacks a parameter that it prints for stallGuard2.
         for feature in (motor, motor.drive_settings, motor.linear_ramp):
             check("settings can be printed", "{" in str(feature), feature)
-    for bank, names in ((0, module.GP0), (3, module.GP3)):
-        for name, number in numbers(names).items():
+    interrupts = {name: number for name, number in numbers(module.GP3).items() if has_interrupt(name, sister)}
+    for bank, names in ((0, numbers(module.GP0)), (3, interrupts)):
+        for name, number in names.items():
             is_read(f"parameter {number} {name} of bank {bank}", lambda: module.get_global_parameter(number, bank))
 
 
@@ -60,74 +101,77 @@ def rotor(simulator, axis):
     return simulator.control("state")["axes"][axis]["rotor"]
 
 
-def rotation(module, simulator):
+def rotation(module, sister, simulator):
     """All axes turn at their own speeds, and each stops alone."""
-    speeds = [(300 + 100 * axis) * (-1) ** axis for axis in range(len(module.motors))]
+    axes = motors(module, sister)
+    speeds = [(3 + axis) * sister.hundred * (-1) ** axis for axis in range(len(axes))]
     for axis, speed in enumerate(speeds):
         module.rotate(axis, speed)
-    for axis, (motor, speed) in enumerate(zip(module.motors, speeds)):
+    for axis, (motor, speed) in enumerate(zip(axes, speeds)):
         wait_for(f"speed of axis {axis}", lambda: motor.actual_velocity == speed)
     before = [rotor(simulator, axis) for axis in range(len(speeds))]
     simulator.let_pass(0.1)
     for axis, (start, speed) in enumerate(zip(before, speeds)):
         turned = rotor(simulator, axis) - start
         check(f"rotor {axis} turns its way", turned * speed > 0, turned)
-    for axis, motor in enumerate(module.motors):
+    for axis, motor in enumerate(axes):
         module.stop(axis)
         wait_for(f"stop of axis {axis}", lambda: motor.actual_velocity == 0)
-        going = [other.actual_velocity for other in module.motors[axis + 1 :]]
+        going = [other.actual_velocity for other in axes[axis + 1 :]]
         equal(f"the others turn on after {axis}", going, speeds[axis + 1 :])
 
 
-def search(module, simulator):
+def search(module, sister, simulator):
     """All axes search their home switches at the same time."""
-    connection = module.connection
-    for axis, motor in enumerate(module.motors):
+    connection, axes = module.connection, motors(module, sister)
+    for axis, motor in enumerate(axes):
         motor.set_axis_parameter(motor.AP.ReferenceSearchMode, 7)
-        motor.set_axis_parameter(motor.AP.ReferenceSearchSpeed, 400 + 20 * axis)
+        motor.set_axis_parameter(motor.AP.ReferenceSearchSpeed, (20 + axis) * sister.hundred // 5)
+        motor.set_axis_parameter(motor.AP.ReferenceSwitchSpeed, sister.hundred)
         # Anywhere to the left of the switch.
         module.move_to(axis, motor.actual_position - rotor(simulator, axis))
-    for axis, motor in enumerate(module.motors):
+    for axis, motor in enumerate(axes):
         wait_for(f"axis {axis} is at its start", lambda: motor.get_position_reached() == 1)
-    for axis in range(len(module.motors)):
+    for axis in range(len(axes)):
         connection.reference_search(START, axis)
-    for axis in range(len(module.motors)):
+    for axis in range(len(axes)):
         check(f"axis {axis} searches", connection.reference_search(STATUS, axis) > 0)
-    for axis, motor in enumerate(module.motors):
+    for axis, motor in enumerate(axes):
         wait_for(f"axis {axis} has found it", lambda: connection.reference_search(STATUS, axis) == 0)
         equal(f"axis {axis} is at zero", motor.actual_position, 0)
         off = rotor(simulator, axis) - (HOME + 1000 * axis)
         check(f"axis {axis} is at its home switch", abs(off) < 20, off)
 
 
-def positioning(module, simulator):
+def positioning(module, sister, simulator):
     """All axes go to their own targets at the same time."""
-    homes = [rotor(simulator, axis) for axis in range(len(module.motors))]
-    targets = [(5000 + 3000 * axis) * (-1) ** axis for axis in range(len(module.motors))]
+    axes = motors(module, sister)
+    homes = [rotor(simulator, axis) for axis in range(len(axes))]
+    targets = [(5000 + 3000 * axis) * (-1) ** axis for axis in range(len(axes))]
     for axis, target in enumerate(targets):
-        module.move_to(axis, target, 800 + 100 * axis)
-    for axis, (motor, target) in enumerate(zip(module.motors, targets)):
+        module.move_to(axis, target, (8 + axis) * sister.hundred)
+    for axis, (motor, target) in enumerate(zip(axes, targets)):
         wait_for(f"axis {axis} arrives", lambda: motor.get_position_reached() == 1)
         equal(f"position of axis {axis}", motor.actual_position, target)
     for axis, target in enumerate(targets):
         equal(f"rotor of axis {axis}", rotor(simulator, axis) - homes[axis], target)
         module.move_by(axis, -target)
-    for axis, motor in enumerate(module.motors):
+    for axis, motor in enumerate(axes):
         wait_for(f"axis {axis} is back", lambda: motor.get_position_reached() == 1)
     equal("rotors", [rotor(simulator, axis) for axis in range(len(targets))], homes)
 
 
-def inputs_and_outputs(module, simulator):
-    for port in range(8):
+def inputs_and_outputs(module, sister, simulator):
+    for port in range(sister.ports):
         simulator.control(f"input {port} 1")
         wait_for(f"input {port}", lambda: module.get_digital_input(port) == 1)
         module.set_digital_output(port)
         wait_for(f"output {port}", lambda: simulator.control("state")["outputs"][port])
         simulator.control(f"input {port} 0")
         module.clear_digital_output(port)
-    for port in (0, 4):
+    for port, one in sister.analog.items():
         simulator.control(f"analog {port} {1000 + port}")
-        wait_for(f"analog input {port}", lambda: abs(module.get_analog_input(port) - 1000 - port) <= 1)
+        wait_for(f"analog input {port}", lambda: abs(module.get_analog_input(port) - one * (1000 + port)) <= one)
     check("supply", abs(module.get_analog_input(8) - 240) <= 1)
 
 
@@ -137,25 +181,24 @@ def session(product, name, arguments, simulator):
     simulator.control("power off")
     simulator.control("power on")
     simulator.let_pass(0.3)
-    kind, version = MODULES[product]
+    sister = SISTERS[product]
     manager = ConnectionManager(f"--interface {name} {arguments} --timeout {PATIENCE}")
     with manager.connect() as connection:
-        module = kind(connection)
-        equal("version string", connection.get_version_string(), version)
-        parameters(module)
-        inputs_and_outputs(module, simulator)
-        rotation(module, simulator)
-        search(module, simulator)
-        positioning(module, simulator)
+        module = sister.kind(connection)
+        equal("version string", connection.get_version_string(), sister.version)
+        parameters(module, sister)
+        inputs_and_outputs(module, sister, simulator)
+        rotation(module, sister, simulator)
+        search(module, sister, simulator)
+        positioning(module, sister, simulator)
 
 
 def sessions(product, options):
     """PyTrinamic's class for a product, over each link."""
     with tempfile.TemporaryDirectory() as folder:
-        serial, rs485, slcan, world = (str(Path(folder) / name) for name in ("usb", "rs485", "slcan", "world.toml"))
-        axes = 6 if product == "6110" else 3
-        Path(world).write_text("[[axis]]".join(WORLD.split("[[axis]]")[: axes + 1]))
-        links = ("--serial", serial, "--rs485", rs485, "--slcan", slcan, "--world", world)
+        serial, rs485, slcan, config = (str(Path(folder) / name) for name in ("usb", "rs485", "slcan", "world.toml"))
+        Path(config).write_text(world(SISTERS[product].axes))
+        links = ("--serial", serial, "--rs485", rs485, "--slcan", slcan, "--world", config)
         simulator = Simulator(options.binary, "--product", product, *links, image=options.image)
         try:
             for name, arguments in (
@@ -196,12 +239,11 @@ def demo(product, options):
 
 
 def main():
-    options = command_line("Drives the virtual sisters with several axes with PyTrinamic.")
-    products = ["6110"] if options.image else list(MODULES)
+    options = command_line("Drives the virtual sisters with several axes with PyTrinamic.", tuple(SISTERS))
     with ThreadPoolExecutor() as pool:
         # The demos sleep for most of their time.
-        runs = [pool.submit(demo, product, options) for product in products]
-        for product in products:
+        runs = [pool.submit(demo, product, options) for product in options.products if product in DEMOS]
+        for product in options.products:
             sessions(product, options)
         for running in runs:
             running.result()

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Runs the vendor's demos for this module, the scripts of PyTrinamic's own package, unmodified, as a person does.
+"""Runs the vendor's demos for the TMCM-1140, and on a TMCM-3212 some of those for the TMCM-6214, whose ramp generator is of
+the same kind: the scripts of PyTrinamic's own package, unmodified, as a person does.
 
     python3 tests/clients/vendor_demos.py target/debug/tmcl
-    python3 tests/clients/vendor_demos.py target/debug/tmcl --image target/thumbv7em-none-eabi/release/tmcm1140
+    python3 tests/clients/vendor_demos.py target/debug/tmcl --product 1140 \
+        --image target/thumbv7em-none-eabi/release/tmcm1140
 
 With --image each module is the flash image on the emulated microcontroller. Each demo has a `tmcl sim` of its own; they
 run at the same time, because they sleep for most of it. At their prompts somebody puts a load on the motor or takes it
@@ -11,27 +13,14 @@ be looked at, so that no check depends on how fast the computer is.
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
-import collections
-import importlib.metadata
-import os
-import select
-import socket
-import subprocess
-import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 
-from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal
-
-SCRIPTS = "examples/modules/TMCM1140/TMCL/"
-TELEGRAM = 9
-ROR, MST, MVP, SAP, GAP = 1, 3, 4, 5, 6
-ABSOLUTE, RELATIVE = 0, 1
-# Axis parameters.
-TARGET_POSITION, ACTUAL_POSITION, ACTUAL_VELOCITY = 0, 1, 3
-MAX_VELOCITY, MAX_ACCELERATION, MAX_CURRENT, STANDBY_CURRENT = 4, 5, 6, 7
-REACHED, RESOLUTION, HYSTERESIS, HYSTERESIS_START, THRESHOLD, ACTUAL_CURRENT = 8, 140, 170, 172, 174, 180
-STOP_ON_STALL, THRESHOLD_SPEED, BOOST, LOAD_VALUE, ERRORS = 181, 182, 200, 206, 207
+from demo import ABSOLUTE, ACTUAL_CURRENT, ACTUAL_POSITION, ACTUAL_VELOCITY, BOOST, ERRORS, GAP, HYSTERESIS
+from demo import HYSTERESIS_START, LOAD_VALUE, MAX_ACCELERATION, MAX_CURRENT, MAX_VELOCITY, MST, MVP, REACHED, RELATIVE
+from demo import RESOLUTION, ROR, SAP, STANDBY_CURRENT, STOP_ON_STALL, TARGET_POSITION, THRESHOLD, THRESHOLD_SPEED
+from demo import Demo, script
+from six_point_demos import six_point_ramp, six_point_stall
+from virtual_module import command_line, conclude
 
 # The demos set a maximum current of 16, which is a current scale of 2: 3/32 of the full one. Loads are in parts of the
 # torque at full current. coolStep goes down to half that scale.
@@ -45,7 +34,7 @@ BRAKE = 0.9 * TORQUE
 RAISING = 0.5 * TORQUE
 # More than that: nine tenths of the torque at half the scale.
 WORK = 0.6 * TORQUE
-# What is read at which threshold depends on the motor; for that of the simulator see hal-sim/src/chip/tmc262/load.rs.
+# What is read at which threshold depends on the motor; for that of the simulator see hal-sim/src/chip/load.rs.
 # 12 is the first threshold that reads more than 0 with the load where it is to stop (it reads 38; 6 would do without a
 # load); 13 is the first that reads 450 or more without a load (512; 256 with the load of coolStep).
 STOPPING_THRESHOLD = 12
@@ -53,174 +42,6 @@ MIDDLE_THRESHOLD = 13
 LOADED, FREE = 4, 8  # 15 x 256 / 1023 and 15 x 512 / 1023, rounded.
 # 1/256 full steps in a turn of the motor.
 TURN = 51_200
-
-Command = collections.namedtuple("Command", "opcode kind value answer")
-
-
-def signed(data):
-    return int.from_bytes(data, "big", signed=True)
-
-
-def script(name):
-    """Where the package has put a demo."""
-    for file in importlib.metadata.files("pytrinamic"):
-        if file.as_posix() == SCRIPTS + name:
-            return str(file.locate())
-    sys.exit(f"PyTrinamic has no {SCRIPTS}{name}")
-
-
-class Demo:
-    """A running demo and the module that it drives, which has just been switched on."""
-
-    def __init__(self, name, options):
-        path = script(name)
-        self.name = name
-        self.module = Simulator(options.binary, "--tcp", "127.0.0.1:0", image=options.image)
-        self.link = self.module.connect("tcp")
-        self.listener = socket.create_server(("127.0.0.1", 0))
-        port = "{}:{}".format(*self.listener.getsockname())
-        arguments = ("--interface", "socket_serial_tmcl", "--port", port, "--timeout", str(PATIENCE))
-        command = [sys.executable, "-u", path, *arguments]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0)
-        self.host = None
-        self.sources = {self.listener: self.accept, self.process.stdout: self.read}
-        # What it has printed and nobody has looked at yet.
-        self.printed = b""
-        # The telegram that it is sending or that is held back, and the commands that it has had replies to.
-        self.telegram = b""
-        self.commands = []
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.kill()
-        self.process.wait(PATIENCE)
-        for stream in (self.process.stdin, self.process.stdout, self.listener, self.link):
-            stream.close()
-        if self.host:
-            self.host.close()
-        self.module.end()
-
-    def accept(self):
-        self.host, _ = self.listener.accept()
-        self.sources[self.host] = self.receive
-
-    def read(self):
-        data = self.process.stdout.read(4096)
-        self.printed += data
-        if not data:
-            del self.sources[self.process.stdout]
-
-    def receive(self):
-        data = self.host.recv(TELEGRAM - len(self.telegram))
-        self.telegram += data
-        if not data:
-            del self.sources[self.host]
-
-    def pass_on(self):
-        """Lets the module have the telegram, and the demo its reply. A load value that it asks for has been measured
-        since its last command: the demos wait so long for that, but a slow computer's emulated module does not."""
-        telegram, self.telegram = self.telegram, b""
-        if telegram[1:3] == bytes([GAP, LOAD_VALUE]):
-            self.module.let_pass(0.05)
-        reply = self.exchange(telegram)
-        self.commands.append(Command(telegram[1], telegram[2], signed(telegram[4:8]), signed(reply[4:8])))
-        self.host.sendall(reply)
-
-    def exchange(self, telegram):
-        self.link.sendall(telegram)
-        reply = b""
-        while len(reply) < TELEGRAM:
-            data = self.link.recv(TELEGRAM - len(reply))
-            if not data:
-                raise ConnectionError("the module has gone")
-            reply += data
-        return reply
-
-    def until(self, what, condition):
-        """Lets the demo go on until there is what the condition gives, and gives that."""
-        end = time.monotonic() + PATIENCE
-        if len(self.telegram) == TELEGRAM:
-            self.pass_on()
-        while (found := condition()) is None:
-            if len(self.telegram) == TELEGRAM:
-                self.pass_on()
-            elif self.process.stdout not in self.sources:
-                raise EOFError(f"has ended before {what}")
-            ready, _, _ = select.select([*self.sources], [], [], max(0.0, end - time.monotonic()))
-            if not ready:
-                raise TimeoutError(f"{what}: not within {PATIENCE} s")
-            for source in ready:
-                self.sources[source]()
-        return found
-
-    def until_command(self, opcode, kind):
-        """Holds a telegram back when it comes; gives its value."""
-
-        def condition():
-            if len(self.telegram) == TELEGRAM and tuple(self.telegram[1:3]) == (opcode, kind):
-                return signed(self.telegram[4:8])
-            return None
-
-        return self.until(f"command {opcode}, type {kind}", condition)
-
-    def until_printed(self, text):
-        def condition():
-            _, found, rest = self.printed.partition(text.encode())
-            if not found:
-                return None
-            self.printed = rest
-            return True
-
-        self.until(f"the words: {text}", condition)
-
-    def until_asked(self, request):
-        """Waits for a request to a person, who is to press Enter when it is done."""
-        self.until_printed(request)
-        self.until_printed("Press enter to continue")
-
-    def enter(self):
-        """Presses Enter; before that what has been done to the motor has had its effect, for people are slow."""
-        self.module.let_pass(0.2)
-        self.process.stdin.write(b"\n")
-
-    def until_end(self):
-        self.until("its end", lambda: None if self.process.stdout in self.sources else True)
-        self.equal("exit code", self.process.wait(PATIENCE), 0)
-        self.check("the last line", self.printed.endswith(b"Ready.\n"), self.printed)
-
-    def ask(self, parameter):
-        """Value of an axis parameter; the demo does not know that somebody else asks."""
-        telegram = bytes([1, GAP, parameter, 0, 0, 0, 0, 0])
-        return signed(self.exchange(telegram + bytes([sum(telegram) & 0xFF]))[4:8])
-
-    def written(self, parameter):
-        """What it has written to an axis parameter."""
-        return [command.value for command in self.commands if command[:2] == (SAP, parameter)]
-
-    def answers(self, parameter):
-        """What it has read from an axis parameter."""
-        return [command.answer for command in self.commands if command[:2] == (GAP, parameter)]
-
-    def state(self):
-        return self.module.control("state")
-
-    def load(self, load):
-        self.module.control(f"load {load}")
-
-    def check(self, what, good, found=""):
-        check(f"{self.name}: {what}", good, found)
-
-    def equal(self, what, found, expected):
-        equal(f"{self.name}: {what}", found, expected)
-
-    def wait_for(self, what, condition):
-        """Checks that the condition holds before five seconds of the module's time have passed."""
-        end = self.state()["time_us"] + 5_000_000
-        while not (held := condition()) and self.state()["time_us"] < end:
-            time.sleep(0.01)
-        self.check(what, held, self.state())
 
 
 def begin(demo, speed):
@@ -358,8 +179,15 @@ def cool_step(demo):
     demo.wait_for("stopped at the end", lambda: demo.state()["velocity"] == 0)
 
 
-def run(name, course, options):
-    with Demo(name, options) as demo:
+# The demos for each product: the module that they are written for, and what they do.
+DEMOS = {
+    "1140": ("TMCM1140", {"rotate_demo.py": rotate, "StallGuard2_demo.py": stall_guard, "CoolStep_demo.py": cool_step}),
+    "3212": ("TMCM6214", {"six_point_ramp_demo.py": six_point_ramp, "StallGuard2_demo.py": six_point_stall}),
+}
+
+
+def run(product, path, course, options):
+    with Demo(product, path, options) as demo:
         try:
             course(demo)
         except Exception as error:  # One demo that fails shall not hide the others.
@@ -367,10 +195,13 @@ def run(name, course, options):
 
 
 def main():
-    options = command_line("Runs the vendor's demos for this module on virtual modules.")
-    demos = {"rotate_demo.py": rotate, "StallGuard2_demo.py": stall_guard, "CoolStep_demo.py": cool_step}
+    options = command_line("Runs the vendor's demos on virtual modules.", tuple(DEMOS))
     with ThreadPoolExecutor() as pool:
-        runs = [pool.submit(run, name, course, options) for name, course in demos.items()]
+        runs = []
+        for product in options.products:
+            module, demos = DEMOS[product]
+            for name, course in demos.items():
+                runs.append(pool.submit(run, product, script(module, name), course, options))
     for running in runs:
         running.result()
     conclude()

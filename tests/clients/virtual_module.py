@@ -45,12 +45,18 @@ def wait_for(what, condition):
     check(what, False, f"not within {PATIENCE} s")
 
 
-def command_line(description):
-    """The program to be run, and whether it is to run the flash image."""
+def command_line(description, products=("1140",)):
+    """The program to be run, the flash image if it is to run one, and the products: all that the client is made for, or
+    that of the image."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("binary", help="the program tmcl")
     parser.add_argument("--image", help="the flash image to be run, in place of the firmware's core")
-    return parser.parse_args()
+    parser.add_argument("--product", choices=products, help="this product alone; with an image its product")
+    options = parser.parse_args()
+    if options.image and not options.product and len(products) > 1:
+        parser.error("--image needs --product, the product that the image is for")
+    options.products = [options.product] if options.product else list(products)
+    return options
 
 
 def conclude():
@@ -113,10 +119,10 @@ class Simulator:
 
 def drive(description, sessions, *links):
     """All of a client that drives one module of each product in `sessions`: a session, and what is in the world around the
-    axes. The session gets a simulator with these links, in which {folder} is a folder that is there until the end. An image
-    is one for the first product."""
-    options = command_line(description)
-    for product, (session, world) in list(sessions.items())[: 1 if options.image else None]:
+    axes. The session gets a simulator with these links, in which {folder} is a folder that is there until the end."""
+    options = command_line(description, tuple(sessions))
+    for product in options.products:
+        session, world = sessions[product]
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "world.toml"
             path.write_text(world)
