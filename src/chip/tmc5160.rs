@@ -400,6 +400,10 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         let reading = self.reading.take();
         let position = self.exchange(next, None)?;
         self.reading = None;
+        // A motor that passes position zero reads like a line that stays low.
+        if self.status == 0 && position == 0 {
+            self.confirm()?;
+        }
         if let Some((Register::Ioin, word)) = reading {
             self.unanswered |= version(word) != VERSION;
         }
@@ -451,6 +455,11 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         let asked = core::mem::replace(&mut self.asked, if write.is_some() { None } else { Some(register) });
         self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
         let [status, a, b, c, d] = datagram;
+        // All flags at once, at rest and stalled, reset and at both switches: no chip, but a line that stays high.
+        if status == u8::MAX {
+            self.unanswered = true;
+            return Err(Error::NoAnswer);
+        }
         let word = u32::from_be_bytes([a, b, c, d]);
         self.status = status;
         self.lost |= status & status::RESET != 0;

@@ -31,6 +31,9 @@ use unit::Unit;
 const SETTLING: u8 = 4;
 /// Number of turns for which the switches stay as they stop the motor at once, so that the ramp generator has seen them.
 const HALTING: u8 = 2;
+/// Number of turns after which a reading of the driver's flags is younger than its last release: they are asked for in
+/// one of four turns, and come in the next one.
+const RELEASING: u8 = 6;
 /// A difference between two readings of the position, in microsteps, that a motor does not make: at its top speed of
 /// 7 999 512 pps it makes 8000 in a millisecond.
 const LEAP: u32 = 1 << 17;
@@ -47,6 +50,8 @@ pub struct Tmc5160Axis<D> {
     settling: u8,
     /// For how many turns the switches still stop the motor at once, whatever they are.
     halting: u8,
+    /// For how many turns the driver's flags may still be those of a shut-down that has been ended.
+    releasing: u8,
     /// SW_MODE as the course of the motor has it, but for sg_stop.
     switches: u32,
     /// The stop switches as read last, left and right.
@@ -77,6 +82,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
             rotation: 0,
             settling: 0,
             halting: 0,
+            releasing: 0,
             switches: 0,
             closed: [false; 2],
             armed: false,
@@ -244,6 +250,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     /// Also takes one of the other readings, whatever is asked for: two datagrams bring two.
     fn follow(&mut self, chip: &mut Tmc5160<D>, _: Option<u8>) -> Result<Followed, Error> {
         self.settling = self.settling.saturating_sub(1);
+        self.releasing = self.releasing.saturating_sub(1);
         if let Some(turns) = self.halting.checked_sub(1) {
             self.halting = turns;
             if turns == 0 {
@@ -344,6 +351,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         self.unit = Unit::of(values);
         if excitation.free {
             chip.write(Register::Gstat, gstat::DRV_ERR)?;
+            self.releasing = RELEASING;
         }
         let pwm = self.known.speed == 0 || self.pwm;
         self.pwm = pwm && configuration::pwm_wanted(values);
@@ -388,7 +396,8 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     }
 
     fn flags(&self, _: &Tmc5160<D>) -> u32 {
-        self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8
+        let flags = self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8;
+        if self.releasing > 0 { flags & !Self::SHUT_DOWN } else { flags }
     }
 
     /// The chip stops the motor itself, see [`watch_stall`](Self::watch_stall).
