@@ -35,6 +35,13 @@ const WORLD: &str = "[motor]\nfriction = 0.1\n[stage]\nleft = -150000\nright = 1
 /// In milliseconds: a signed and an unsigned 32-bit number end there. The third is where one of microseconds does.
 const EDGES: [u64; 4] = [1 << 31, 1 << 32, (1 << 32) / 1000, 0];
 
+/// What is set after each start. Speeds and accelerations are nearly the same on all products.
+const SETTINGS: [&str; 4] = ["6, #, 255", "4, #, 2047", "154, #, 2", "5, #, 1500"];
+const SETTINGS_3212: [&str; 7] =
+    ["6, #, 255", "4, #, 124940", "5, #, 1400000", "17, #, 1400000", "18, #, 1400000", "12, #, 1", "13, #, 1"];
+/// A unit of speed in pps with the pulse divisor 2: 16 MHz / (2^2 * 2048 * 32).
+const PPS: u64 = 61;
+
 /// Bits of the tick timer.
 const BITS_31: u64 = (1 << 31) - 1;
 
@@ -140,10 +147,20 @@ impl Life {
     /// What is set after each start.
     fn settings(&mut self) {
         for axis in self.axes() {
-            for setting in ["6, #, 255", "4, #, 2047", "154, #, 2", "5, #, 1500"] {
+            let settings = if self.is_3212() { &SETTINGS_3212[..] } else { &SETTINGS };
+            for setting in settings {
                 self.bench.ok(&format!("SAP {}", setting.replace('#', &axis.to_string())));
             }
         }
+    }
+
+    fn is_3212(&self) -> bool {
+        self.bench.product() == Product::Tmcm3212
+    }
+
+    /// A speed in units of a TMC429 as the product has it.
+    fn speed(&self, units: u64) -> u64 {
+        if self.is_3212() { units * PPS } else { units }
     }
 
     fn rotor(&self) -> i64 {
@@ -161,7 +178,12 @@ impl Life {
 
     /// The position of an axis as its ramp generator has it.
     fn counter(bench: &Bench, axis: usize) -> i32 {
-        bench.module.board().borrow().tmc429(axis / 3).position(axis % 3)
+        let board = bench.module.board().borrow();
+        if bench.product() == Product::Tmcm3212 {
+            board.tmc5160(axis).position()
+        } else {
+            board.tmc429(axis / 3).position(axis % 3)
+        }
     }
 
     /// Rotors, chips and firmware are at the same places, and the tick timer tells the time.
@@ -213,11 +235,14 @@ impl Life {
     }
 
     fn moves(&mut self) {
-        for (parameter, values) in [(12, &[0, 1][..]), (13, &[0, 1]), (149, &[0, 1]), (138, &[0, 0, 1])] {
+        // Soft stop; and the exponential approach, which the TMCM-3212 has not: 26 is its soft stop.
+        let [soft_stop, mode] = if self.is_3212() { [26, 26] } else { [149, 138] };
+        for (parameter, values) in [(12, &[0, 1][..]), (13, &[0, 1]), (soft_stop, &[0, 1]), (mode, &[0, 0, 1])] {
             let value = self.random.pick(values);
             self.ok(&format!("SAP {parameter}, #, {value}"));
         }
         let speed = 500 + self.random.below(1548);
+        let speed = self.speed(speed);
         self.ok(&format!("SAP 4, #, {speed}"));
         let mut target = self.place();
         for _ in 0..self.random.below(3) {
@@ -240,7 +265,7 @@ impl Life {
         } else {
             assert_eq!((i64::from(self.ok("GAP 1, #")), self.ok("GAP 3, #")), (target, 0));
         }
-        for line in ["SAP 12, #, 1", "SAP 13, #, 1", "SAP 138, #, 0"] {
+        for line in ["SAP 12, #, 1", "SAP 13, #, 1", &format!("SAP {mode}, #, 0")] {
             self.ok(line);
         }
         self.ok("MST #");
@@ -249,6 +274,7 @@ impl Life {
     fn rotates(&mut self) {
         let away = self.rotor() > 0;
         let speed = 1 + self.random.below(2047);
+        let speed = self.speed(speed);
         self.ok(&format!("{} #, {speed}", if away { "ROL" } else { "ROR" }));
         let span = self.random.below(1_200) * MILLISECOND;
         self.bench.run(span);
@@ -259,8 +285,14 @@ impl Life {
 
     fn searches(&mut self) {
         let (mode, place) = self.random.pick(&[(1, LEFT), (65, RIGHT), (2, LEFT), (66, RIGHT), (5, HOME), (6, HOME)]);
-        let start =
-            ["SAP 4, #, 2047".into(), format!("SAP 193, #, {mode}"), "SAP 194, #, 1500".into(), "RFS START, #".into()];
+        let [fast, coarse, fine] = [2047, 1500, 100].map(|units| self.speed(units));
+        let start = [
+            format!("SAP 4, #, {fast}"),
+            format!("SAP 193, #, {mode}"),
+            format!("SAP 194, #, {coarse}"),
+            format!("SAP 195, #, {fine}"),
+            "RFS START, #".into(),
+        ];
         for line in start {
             self.ok(&line);
         }
@@ -352,7 +384,12 @@ impl Life {
     /// Two polls without a motion controller, or a driver that has had enough: the one goes unnoticed, the other stops the
     /// motor.
     fn is_disturbed(&mut self) {
-        let fault = self.random.pick(&["tmc429", "spi", "spi-low", "short-a", "short-b", "overtemperature"]);
+        let fault = self.random.pick(&["controller", "spi", "spi-low", "short-a", "short-b", "overtemperature"]);
+        let fault = match fault {
+            "controller" if self.is_3212() => "tmc5160",
+            "controller" => "tmc429",
+            other => other,
+        };
         let target = self.place();
         self.ok(&format!("MVP ABS, #, {target}"));
         let span = self.random.below(300) * MILLISECOND;
@@ -371,12 +408,25 @@ impl Life {
     /// The rotor has lost steps, or was let go: multiples of four full steps.
     fn rebase(&mut self) {
         let position = i64::from(self.ok("GAP 1, #"));
-        // With the bridges on the rotor is where the field is.
-        self.ok("MVP REL, #, 0");
-        self.bench.run(200 * MILLISECOND);
+        if self.is_3212() {
+            self.fetch_rotor();
+        } else {
+            // With the bridges on the rotor is where the field is.
+            self.ok("MVP REL, #, 0");
+            self.bench.run(200 * MILLISECOND);
+        }
         let (before, origin) = (self.origin(), self.rotor() - position);
         assert_eq!((origin - before) % 1024, 0, "axis {}: {before} before, {origin} now", self.axis);
         self.origins[self.axis] = origin;
+    }
+
+    /// The rotor comes to where the field is. A TMC5160 gives the run current with a step only, and the standby current
+    /// is less than the friction.
+    fn fetch_rotor(&mut self) {
+        for way in [1, -1] {
+            self.ok(&format!("MVP REL, #, {way}"));
+            self.bench.run(200 * MILLISECOND);
+        }
     }
 
     fn stalls(&mut self) {
@@ -413,7 +463,8 @@ impl Life {
     /// not is there or is what it was.
     fn loses_power(&mut self) {
         if self.random.one_in(2) {
-            self.ok("ROR #, 300");
+            let speed = self.speed(300);
+            self.ok(&format!("ROR #, {speed}"));
             let span = self.random.below(500) * MILLISECOND;
             self.bench.run(span);
         }
@@ -443,15 +494,18 @@ impl Life {
 
     fn begins_again(&mut self) {
         self.settings();
-        for axis in self.axes() {
-            self.axis = axis;
-            assert_eq!(self.ok("GAP 1, #"), 0);
-            self.origins[axis] = self.rotor();
-        }
         let (now, timer) = (self.bench.module.now(), self.bench.ok("GGP 132, 0"));
         assert!((0..400).contains(&timer), "{timer} ms after the start");
         self.ticks = (now, timer as u64);
         self.started = now;
+        for axis in self.axes() {
+            self.axis = axis;
+            assert_eq!(self.ok("GAP 1, #"), 0);
+            if self.is_3212() {
+                self.fetch_rotor();
+            }
+            self.origins[axis] = self.rotor();
+        }
     }
 }
 
