@@ -16,7 +16,7 @@ mod ending;
 mod fake;
 mod harness;
 mod image;
-mod image_6110;
+mod image_sisters;
 mod image_canopen;
 mod image_hosts;
 mod links;

@@ -1,4 +1,5 @@
-//! `tmcl sim --image` with the flash image of the TMCM-6110, which tells by itself what it is; and images that do not.
+//! `tmcl sim --image` with the flash images of the TMCM-6110 and of the TMCM-3212, which tell by themselves what they are; and
+//! images that do not.
 
 use std::fs;
 use std::path::Path;
@@ -20,6 +21,12 @@ const VERSION: i32 = 0x17DE_012E;
 fn image() -> &'static str {
     static PATH: OnceLock<String> = OnceLock::new();
     PATH.get_or_init(|| build::six_axes().to_str().unwrap().into())
+}
+
+/// Where that of the TMCM-3212 is.
+fn image_3212() -> &'static str {
+    static PATH: OnceLock<String> = OnceLock::new();
+    PATH.get_or_init(|| build::three_axes().to_str().unwrap().into())
 }
 
 /// An image whose symbol has another name.
@@ -82,6 +89,33 @@ fn fresh_modules_are_numbered_and_what_is_stored_survives() {
 }
 
 #[test]
+fn the_image_of_the_tmcm_3212_moves_its_axes_and_keeps_what_is_stored() {
+    let options = [&["--image", image_3212(), "--eeprom", "{}/module.bin"][..], &TCP, &CONTROL].concat();
+    let sim = Sim::start(&options);
+    let mut host = sim.tcp();
+    // 3212 and version 1.05.
+    assert_eq!(host.ok("136, 1, 0, 0"), 0x0C8C_0105);
+    (0..3).for_each(|axis| {
+        host.ok(&format!("MVP ABS, {axis}, {}", 4000 + axis));
+    });
+    (0..3).for_each(|axis| host.until(&format!("GAP 8, {axis}"), 1));
+    let state = sim.control(&["press home 2", "input 10 1", "state"]);
+    let rotors: Vec<i64> = of_axes(&state, "rotor").iter().map(|rotor| rotor.as_i64().unwrap()).collect();
+    assert_eq!((rotors, &state["enable"]), (vec![4000, 4001, 4002], &true.into()));
+    host.until("GAP 9, 2", 1);
+    host.until("GIO 10, 0", 1);
+    for line in ["SGP 55, 2, 777", "STGP 55, 2"] {
+        host.ok(line);
+    }
+    let (_, folder) = sim.end(Signal::KILL);
+    assert_eq!(fs::metadata(folder.path().join("module.bin")).unwrap().len(), 65_536);
+    // The core has the same settings as the image.
+    let options = [&["--product", "3212", "--eeprom", "{}/module.bin"][..], &TCP].concat();
+    let sim = Sim::start_in(folder, &options);
+    assert_eq!(sim.tcp().ok("GGP 55, 2"), 777);
+}
+
+#[test]
 fn an_image_is_for_the_product_that_it_tells() {
     for (image, product, is) in [
         (image::image(), "6110", "TMCM-1140"),
@@ -89,6 +123,7 @@ fn an_image_is_for_the_product_that_it_tells() {
         (image(), "1140", "TMCM-6110"),
         (image(), "3110", "TMCM-6110"),
         (image(), "6110,1140", "TMCM-6110"),
+        (image_3212(), "6110", "TMCM-3212"),
     ] {
         let why =
             format!("--product {product}: the image is one for the {is}. Leave out --product, or give the image of");
@@ -102,6 +137,7 @@ fn an_image_is_for_the_product_that_it_tells() {
         (image::image(), "1140", "A virtual TMCM-1140 that runs "),
         (image::image(), "1140,1140", "2 virtual TMCM-1140s that run "),
         (image(), "TMCM-6110", "A virtual TMCM-6110 that runs "),
+        (image_3212(), "3212", "A virtual TMCM-3212 that runs "),
     ] {
         let said = said(&[&["--image", image, "--product", product][..], &TCP].concat());
         assert!(said.starts_with(&format!("{modules}{image}. ")), "{said}");
