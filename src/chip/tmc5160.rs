@@ -400,14 +400,15 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         let reading = self.reading.take();
         let position = self.exchange(next, None)?;
         self.reading = None;
-        // A motor that passes position zero reads like a line that stays low.
-        if self.status == 0 && position == 0 {
-            self.confirm()?;
-        }
         if let Some((Register::Ioin, word)) = reading {
             self.unanswered |= version(word) != VERSION;
         }
         if self.unanswered { Err(Error::NoAnswer) } else { Ok(Turn { position: position as i32, reading }) }
+    }
+
+    /// Drops what has come of a register and was not taken yet: it is older than what was written since.
+    pub const fn drop_reading(&mut self) {
+        self.reading = None;
     }
 
     /// Asks the chip for its version, which shows that chip and bus work.

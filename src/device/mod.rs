@@ -172,19 +172,26 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             // in the same millisecond, nor does one of them read one while the other is asked for its version.
             (controller.unanswered, controller.turn, controller.rotation) = (0, 0, n.wrapping_mul(3));
         }
-        if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion).is_ok()) {
+        if !(0..safety::PATIENCE).any(|_| self.set_up(now, inversion, |_| 0).is_ok()) {
             self.give_up();
         }
     }
 
-    fn set_up(&mut self, now: Micros, inversion: Inversion) -> Result<(), Error> {
+    /// Sets up all chips, with each motor standing at a position in microsteps.
+    fn set_up(
+        &mut self,
+        now: Micros,
+        inversion: Inversion,
+        position: impl Fn(&Axis<T::Hardware>) -> i32,
+    ) -> Result<(), Error> {
         for controller in self.controllers.as_mut() {
             T::Hardware::start(&mut controller.shared)?;
         }
         self.invert(inversion)?;
         for number in 0..AXES {
             if let Some(mut axis) = self.axis(number) {
-                axis.start(now)?;
+                let position = position(&axis);
+                axis.start(now, position)?;
             }
         }
         Ok(())

@@ -36,6 +36,9 @@ pub struct Supervised {
     pub supply: Supply,
     /// A motion controller has been given up in this turn: all motors have been stopped, and their drivers are off.
     pub silent: bool,
+    /// Motion controllers that had been given up have been set up again in this turn, with their motors where they were last
+    /// known to be: their drivers may be switched on.
+    pub resumed: bool,
     /// The axes that were on a positioning move, axis n in bit n, if moves have been ended in this turn; else `None`.
     pub ended: Option<u32>,
 }
@@ -93,20 +96,28 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         if silent || supply == Supply::Lost {
             ended = Some(self.end_moves(|axis| axis.hard_stop()));
         }
-        if supply == Supply::Restored {
-            if self.safety.given_up {
-                self.resume(now);
-            }
+        let restored = supply == Supply::Restored;
+        let resumed = self.safety.given_up && !self.safety.locked && (restored || self.have_returned());
+        if resumed {
+            self.resume(now);
+        }
+        if restored {
             ended = Some(ended.unwrap_or_default() | self.end_moves(|axis| axis.restart_driver()));
         }
-        Supervised { supply, silent, ended }
+        Supervised { supply, silent, resumed, ended }
+    }
+
+    /// True if all motion controllers answer, and one of them tells that it had lost its supply.
+    fn have_returned(&mut self) -> bool {
+        let answer = self.controllers.as_ref().iter().all(|controller| controller.unanswered == 0);
+        answer && (0..AXES).any(|number| self.axis(number).is_some_and(|axis| axis.is_lost()))
     }
 
     /// Sets motion controllers that were given up going again: they may have been silent because they had no supply.
     fn resume(&mut self, now: Micros) {
         self.safety.given_up = false;
         self.outputs.trouble = false;
-        if self.set_up(now, self.inversion).is_err() {
+        if self.set_up(now, self.inversion, |axis| axis.last_position()).is_err() {
             self.give_up();
         }
     }
@@ -126,8 +137,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         silent && !self.safety.given_up
     }
 
-    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start, or until the
-    /// supply has been lost and has come back.
+    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start, or until
+    /// the supply has been lost and has come back: that of all, or that of the controllers alone.
     pub(super) fn give_up(&mut self) {
         self.safety.given_up = true;
         // An output pin of a microcontroller cannot fail.

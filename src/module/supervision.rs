@@ -53,13 +53,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Stops the motors along the ramp when a host misses its heartbeat; until a host is heard again no motor can be
     /// started. Where the device has stopped the motors in this turn, stops the program, too.
     pub(super) fn supervise(&mut self, now: Micros, supervised: Supervised) {
-        let Supervised { supply, silent, ended } = supervised;
+        let Supervised { supply, silent, resumed, ended } = supervised;
         self.note_ended(ended);
         if silent || supply == Supply::Lost {
             self.machine.stop();
         }
         if supply == Supply::Restored {
             self.starts = true;
+        }
+        if resumed {
             self.device.enable_drivers(true);
         }
         if self.heartbeat_missed(now) && self.is_under_way() {

@@ -134,6 +134,11 @@ impl<'a, H: Hardware> Joined<'a, H> {
         act(hardware, self.controller, &course)
     }
 
+    /// True if the hardware has lost its registers, as in [`Hardware::is_lost`].
+    pub fn is_lost(&self) -> bool {
+        self.hardware.is_lost(self.controller)
+    }
+
     /// The motion controller of the axis, with its last readings.
     pub(super) fn controller(&self) -> &H::Controller {
         self.controller

@@ -19,7 +19,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// new. A motor that was stopped for a deviation may go on deviating until a motion command moves it again:
     /// otherwise it could never be moved back.
     pub(super) fn guard(&mut self) -> Result<(), Error> {
-        if self.hardware.is_lost(self.controller()) {
+        if self.is_lost() {
             return self.recover();
         }
         let deviates = self.encoders.deviate(self.last_position(), &self.values) || self.hardware.deviates();
@@ -41,14 +41,14 @@ impl<H: Hardware> Joined<'_, H> {
     }
 
     /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
-    /// a reference search has ended.
+    /// a reference search has ended. The driver is written at the end of the next poll that gets so far.
     pub(super) fn recover(&mut self) -> Result<(), Error> {
         self.events.cut_short |= self.travelling || self.search.is_some();
+        self.excitation = None;
         self.hard_stop()?;
         let position = self.last_position();
         let (hardware, controller) = self.reach();
-        hardware.place_encoder(controller, position)?;
-        self.restart_driver()
+        hardware.place_encoder(controller, position)
     }
 
     /// Stops a motor that turns or is to turn right while the right stop switch is closed, where the axis watches this

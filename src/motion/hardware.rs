@@ -266,6 +266,11 @@ pub trait Hardware {
         excitation: Excitation,
     ) -> Result<(), Error>;
 
+    /// True if [`drive`](Self::drive) is to be called once more, because the motor stands now.
+    fn waits_to_be_driven(&self) -> bool {
+        false
+    }
+
     /// Notes that the driver may have lost its registers: the next [`drive`](Self::drive) writes all of them.
     fn forget(&mut self, controller: &mut Self::Controller);
 

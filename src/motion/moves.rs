@@ -9,13 +9,13 @@ use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Brings the hardware to the values of the parameters after power-on or a restart: position zero, no motion. The
-    /// motion controller has been [started](Hardware::start) before.
+    /// Brings the hardware to the values of the parameters after power-on or a restart: no motion, at a position in
+    /// microsteps. The motion controller has been [started](Hardware::start) before.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram; the axis is then to be started again.
-    pub fn start(&mut self, now: Micros) -> Result<(), Error> {
-        self.place(0)?;
+    pub fn start(&mut self, now: Micros, position: i32) -> Result<(), Error> {
+        self.place(position)?;
         self.arm_null();
         self.refresh_excitation(now, MotionState::Standing)?;
         if !H::accepts(&self.values) {
@@ -25,7 +25,7 @@ impl<H: Hardware> Joined<'_, H> {
                 self.values.set(divisor, default);
             }
         }
-        self.head(Goal::Position { target: 0, soft: false })
+        self.head(Goal::Position { target: position, soft: false })
     }
 
     /// Rotates at `speed` in velocity mode, right if positive (ROR, ROL, SAP 2), in the unit of parameter 2; 0 stops

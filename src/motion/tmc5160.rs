@@ -34,9 +34,9 @@ const HALTING: u8 = 2;
 /// Number of turns after which a reading of the driver's flags is younger than its last release: they are asked for in
 /// one of four turns, and come in the next one.
 const RELEASING: u8 = 6;
-/// A difference between two readings of the position, in microsteps, that a motor does not make: at its top speed of
-/// 7 999 512 pps it makes 8000 in a millisecond.
-const LEAP: u32 = 1 << 17;
+/// A difference between two readings of the position, in microsteps, after which the chip is asked whether it is there: at
+/// its top speed of 7 999 512 pps a motor makes 8000 in a millisecond.
+const LEAP: u32 = 1 << 14;
 
 /// What one axis has of its TMC5160. `D` is the SPI device of the chip.
 #[derive(Debug)]
@@ -64,6 +64,8 @@ pub struct Tmc5160Axis<D> {
     deviates: bool,
     /// stealthChop is switched on.
     pwm: bool,
+    /// stealthChop is to be switched on, when the motor stands.
+    waits: bool,
     /// DRV_STATUS as read last.
     driver: u32,
     /// The unit of speeds.
@@ -89,6 +91,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
             stalled: false,
             deviates: false,
             pwm: false,
+            waits: false,
             driver: 0,
             unit: Unit::Pps,
             top_speed: 0,
@@ -258,20 +261,14 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
             }
         }
         let Turn { position, reading } = chip.turn(self.next_reading(chip))?;
-        if position.wrapping_sub(self.known.position).unsigned_abs() > LEAP && !chip.is_lost() {
-            chip.confirm()?;
-        }
-        if !chip.is_lost() {
-            self.known.position = position;
-        }
+        self.take_position(chip, position)?;
         if self.halting == 0 {
             self.closed = chip.switches();
         }
         if let Some((register, word)) = reading {
             self.take(chip, register, word)?;
         }
-        let rests = self.settling == 0 && self.known.speed == 0 && self.known.ahead() == 0;
-        Ok(Followed { rests, left: None })
+        Ok(Followed { rests: self.rests(), left: None })
     }
 
     /// All readings come with [`follow`](Self::follow).
@@ -284,7 +281,8 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     }
 
     fn position(&mut self, chip: &mut Tmc5160<D>) -> Result<i32, Error> {
-        self.known.position = chip.read(Register::XActual)? as i32;
+        let position = chip.read(Register::XActual)? as i32;
+        self.take_position(chip, position)?;
         Ok(self.known.position)
     }
 
@@ -331,7 +329,8 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
 
     fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
         let ahead = self.known.ahead();
-        Ok(course.stops.hold(ahead, self.closed) && self.speed(chip)? == 0)
+        // The last reading of the speed is 0; it may be older than the goal.
+        Ok(course.stops.hold(ahead, self.closed) && (self.settling == 0 || self.speed(chip)? == 0))
     }
 
     fn latch(&mut self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
@@ -353,12 +352,19 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
             chip.write(Register::Gstat, gstat::DRV_ERR)?;
             self.releasing = RELEASING;
         }
-        let pwm = self.known.speed == 0 || self.pwm;
-        self.pwm = pwm && configuration::pwm_wanted(values);
+        let wanted = configuration::pwm_wanted(values);
+        self.pwm = wanted && (self.pwm || self.rests());
+        self.waits = wanted && !self.pwm;
+        let mut supervises_anew = false;
         for (register, word) in configuration::words(values, excitation, self.pwm) {
+            supervises_anew |= register == Register::EncDeviation && !chip.holds(register, word);
             chip.write(register, word)?;
         }
-        Ok(())
+        if supervises_anew { self.forget_deviation(chip) } else { Ok(()) }
+    }
+
+    fn waits_to_be_driven(&self) -> bool {
+        self.waits && self.rests()
     }
 
     fn forget(&mut self, chip: &mut Tmc5160<D>) {
@@ -383,8 +389,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
 
     fn place_encoder(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
         chip.write(Register::XEnc, position as u32)?;
-        self.deviates = false;
-        Ok(chip.write(Register::EncStatus, enc_status::DEVIATION_WARN)?)
+        self.forget_deviation(chip)
     }
 
     fn load(&self, _: &Tmc5160<D>) -> u16 {
@@ -467,6 +472,32 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
             chip.write(Register::XTarget, self.known.target as u32)?;
         }
         Ok(written)
+    }
+
+    /// True if the motor stands where it is to stand, by readings that are younger than its goal.
+    fn rests(&self) -> bool {
+        self.settling == 0 && self.known.speed == 0 && self.known.ahead() == 0
+    }
+
+    /// Takes in a reading of the position. A chip without supply reads as zeros, and one that has been reset has lost its
+    /// position: then the motor is where it was last known to be.
+    fn take_position(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
+        let way = position.wrapping_sub(self.known.position).unsigned_abs();
+        if (way > LEAP || position == 0 && way > 0) && !chip.is_lost() {
+            chip.confirm()?;
+        }
+        if !chip.is_lost() {
+            self.known.position = position;
+        }
+        Ok(())
+    }
+
+    /// Forgets that the encoder deviated, also in a reading that is under way.
+    fn forget_deviation(&mut self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
+        chip.write(Register::EncStatus, enc_status::DEVIATION_WARN)?;
+        chip.drop_reading();
+        self.deviates = false;
+        Ok(())
     }
 
     /// Takes in a reading of the rotation.

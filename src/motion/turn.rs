@@ -2,7 +2,8 @@
 //! has happened, and chooses the motor's current.
 //!
 //! Of a motor that moves the poll reads the position alone; the other reading of the millisecond is taken half a
-//! millisecond later, so that a poll has one datagram to a chip, and no more. Longer, and rare, is a poll that stops the
+//! millisecond later, so that a poll has one datagram to a chip, and no more; or two short ones, to a chip that answers the
+//! first one with the second. Longer, and rare, is a poll that stops the
 //! motor, changes its current, or finds it held by a switch; and longer are those of a reference search: two readings
 //! each, and where a leg begins or the zero point is found the settings of the ramp generator, some ten datagrams in
 //! all.
@@ -42,7 +43,7 @@ impl<H: Hardware> Joined<'_, H> {
     }
 
     fn turn(&mut self, now: Micros, reading: Option<u8>) -> Result<(), Error> {
-        if self.hardware.is_lost(self.controller()) {
+        if self.is_lost() {
             self.recover()?;
         } else if self.stopping {
             self.hard_stop()?;
@@ -97,7 +98,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// to.
     pub(super) fn refresh_excitation(&mut self, now: Micros, state: MotionState) -> Result<(), Error> {
         let excitation = self.select_excitation(now, state);
-        if self.excitation != Some(excitation) {
+        if self.excitation != Some(excitation) || self.hardware.waits_to_be_driven() {
             self.excitation = Some(excitation);
             self.write_driver()?;
         }

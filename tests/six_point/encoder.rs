@@ -55,6 +55,38 @@ fn a_deviation_stops_the_motor() {
     assert_eq!(["GAP 3, 0", "GAP 207, 0"].map(|line| bench.ok(line)), [-20_000, 0]);
 }
 
+/// A reading of the deviation that is older than what ends it does not stop the next motion.
+#[test]
+fn a_deviation_ends_with_its_cause() {
+    for (phase, ends) in (0..40).flat_map(|phase| [(phase, "SAP 212, 0, 0"), (phase, "SAP 209, 0, #")]) {
+        let mut bench = bench();
+        bench.configure(&["SAP 212, 0, 1000", "ROR 0, 20000"]);
+        bench.run(SECOND);
+        bench.control("load 1");
+        bench.run(SECOND + phase * 500_000);
+        bench.control("load 0");
+        let position = bench.ok("GAP 1, 0");
+        bench.ok(&ends.replace('#', &position.to_string()));
+        bench.ok("ROL 0, 20000");
+        bench.run(SECOND);
+        assert_eq!(bench.ok("GAP 3, 0"), -20_000, "{ends}, {phase}");
+    }
+}
+
+/// The chip has 16 bits before the point, with the sign: more is limited.
+#[test]
+fn an_encoder_of_few_counts_does_not_count_backwards() {
+    for settings in [["SAP 210, 0, 1", "SAP 202, 0, 200"], ["SAP 202, 0, 65535", "SAP 210, 0, 300"]] {
+        let mut bench = Bench::of_in_world(Product::Tmcm3212, "[abn]\nlines = 1\n");
+        bench.configure(&settings);
+        bench.ok("MVP ABS, 0, 51200");
+        bench.run(5 * SECOND);
+        // Four counts of 32 767.99998 microsteps.
+        let seen = bench.ok("GAP 209, 0");
+        assert!((131_000..=131_072).contains(&seen), "{settings:?}: {seen}");
+    }
+}
+
 /// MVP REL from the encoder's position (parameter 127).
 #[test]
 fn a_relative_move_may_count_from_the_encoder() {

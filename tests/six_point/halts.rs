@@ -134,6 +134,38 @@ fn stall_and_cool_step_have_thresholds_of_their_own() {
     }
 }
 
+/// The chip allows stealthChop to be switched on at standstill only: a motor that turns gets it when it has stopped.
+#[test]
+fn stealth_chop_waits_for_the_motor_to_stand() {
+    let mut bench = bench();
+    bench.ok("ROR 0, 20000");
+    bench.run(SECOND);
+    bench.configure(&["SAP 186, 0, 100000", "SAP 187, 0, 15"]);
+    bench.run(100 * MILLISECOND);
+    assert_eq!(bench.ok("GAP 190, 0"), 0);
+    bench.ok("MST 0");
+    bench.run(SECOND);
+    bench.ok("ROR 0, 20000");
+    bench.run(SECOND);
+    assert_eq!(bench.ok("GAP 190, 0"), 1);
+    bench.ok("SAP 186, 0, 0");
+    bench.run(10 * MILLISECOND);
+    assert_eq!(bench.ok("GAP 190, 0"), 0);
+}
+
+/// A motor that a switch holds takes no more datagrams than one that turns: two in a millisecond.
+#[test]
+fn a_motor_at_a_switch_takes_no_more_datagrams() {
+    use hal_sim::board::Chip;
+    let mut bench = with_switches("[stage]\nright = 50000\n");
+    bench.configure(&["SAP 5, 0, 500000", "ROR 0, 50000"]);
+    bench.run(3 * SECOND);
+    let datagrams = |bench: &Bench| bench.module.board().borrow().datagrams(Chip::Tmc5160(0));
+    let before = datagrams(&bench);
+    bench.run(SECOND);
+    assert_eq!(datagrams(&bench) - before, 2_000);
+}
+
 /// A low supply stops the motor without a ramp: from 50 000 pps within a few milliseconds, by a ramp of 51 200 pps per second
 /// it would go on for a second.
 #[test]

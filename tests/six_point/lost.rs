@@ -2,7 +2,7 @@
 //! stands until it is told something. One that does not answer is given up, as on the sisters.
 
 use crate::bench;
-use crate::common::NOT_AVAILABLE;
+use crate::common::{NOT_AVAILABLE, OK};
 use hal_sim::clock::{MILLISECOND, SECOND};
 
 #[test]
@@ -26,6 +26,50 @@ fn a_chip_that_was_reset_is_set_up_again_with_the_motor_at_rest() {
     bench.ok("MVP REL, 0, 10000");
     bench.run_until(3 * SECOND, |bench| bench.ok("GAP 8, 0") == 1);
     assert_eq!((bench.ok("GAP 1, 0"), bench.rotor()), (rests + 10_000, rotor + 10_000));
+}
+
+/// However long the supply of a chip is away, and whenever: the motor is where it was last known to be, and the module goes on.
+#[test]
+fn a_failing_supply_of_a_chip_loses_no_position() {
+    for position in [30_000, 300_000] {
+        for time in [0, 1, 2, 3, 4, 5, 8, 20, 50, 500] {
+            let mut bench = bench();
+            bench.configure(&["SAP 5, 0, 5000000", "SAP 17, 0, 5000000", "SAP 4, 0, 500000"]);
+            bench.ok(&format!("MVP ABS, 0, {position}"));
+            bench.run(2 * SECOND + time * 137_000);
+            bench.control("fault chip-supply on");
+            bench.run(time * MILLISECOND);
+            bench.control("fault chip-supply off");
+            // Before the chip has been seen to answer again, its position cannot be read; but nothing wrong is read.
+            let first = bench.ask("GAP 1, 0");
+            assert!(first == (OK, position) || first.0 == NOT_AVAILABLE, "{time} ms: {first:?}");
+            bench.run(20 * MILLISECOND);
+            assert_eq!(bench.ok("GAP 1, 0"), position, "{time} ms");
+            bench.ok("MVP REL, 0, 1000");
+            bench.run(SECOND);
+            assert_eq!((bench.ok("GAP 1, 0"), bench.ok("GAP 8, 0")), (position + 1_000, 1), "{time} ms");
+        }
+    }
+}
+
+/// The same with the supply of the module, in a move.
+#[test]
+fn dips_of_the_supply_lose_no_position() {
+    for time in 0..40 {
+        let mut bench = bench();
+        bench.configure(&["SAP 5, 0, 500000", "MVP ABS, 0, 500000"]);
+        bench.run(2 * SECOND + time * 37_000);
+        let before = bench.ok("GAP 1, 0");
+        bench.control("supply 0");
+        bench.run(300_000 + time * 50_000);
+        bench.control("supply 24");
+        bench.run(20 * MILLISECOND);
+        let after = bench.ok("GAP 1, 0");
+        assert!((before..before + 500).contains(&after), "{time}: {before}, {after}");
+        bench.ok("MVP REL, 0, 1000");
+        bench.run(SECOND);
+        assert_eq!(bench.ok("GAP 8, 0"), 1, "{time}");
+    }
 }
 
 /// A reset of one chip is the matter of its axis alone.

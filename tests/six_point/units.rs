@@ -53,6 +53,17 @@ fn start_and_stop_speeds_of_zero_are_no_trap() {
     assert_eq!(bench.rotor(), 40_000);
 }
 
+/// An acceleration of 0 is the smallest one that there is, 116.4 pps per second: a motor can always be stopped.
+#[test]
+fn a_motor_without_acceleration_can_be_stopped() {
+    let mut bench = bench();
+    bench.ok("ROR 0, 1000");
+    bench.run(SECOND);
+    bench.configure(&["SAP 5, 0, 0", "MST 0"]);
+    bench.run(9 * SECOND);
+    assert_eq!(["GAP 3, 0", "GAP 5, 0"].map(|line| bench.ok(line)), [0, 0]);
+}
+
 /// With a top speed of 0 a motor stays where it is, as on the sisters.
 #[test]
 fn a_top_speed_of_zero_is_a_motor_that_stays() {

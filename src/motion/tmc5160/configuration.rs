@@ -16,6 +16,8 @@ const HUNDREDTH: u32 = 10_000;
 const PWM_CONTROL: u32 = 12 << 28 | 4 << 24;
 /// TPFD as after a reset: the passive fast decay time.
 const PASSIVE_FAST_DECAY: u32 = 4 << 20;
+/// The largest ENC_CONST, 32767.99998.
+const LARGEST: u64 = i32::MAX as u64;
 /// enc_sel_decimal in ENCMODE: the fraction of ENC_CONST is in 1/10000.
 const DECIMAL: u32 = 1 << 10;
 
@@ -131,11 +133,12 @@ fn encoder_scale(values: &Values) -> (u32, bool) {
     let counts = values.get(P::EncoderResolution) as u64;
     let scaled = |by: u64| turn.wrapping_mul(by).checked_div(counts);
     let is_exact = |by: u64| turn.wrapping_mul(by).checked_rem(counts) == Some(0);
-    let (Some(binary), Some(tenths)) = (scaled(1 << 16), scaled(10_000)) else { return (0, false) };
-    if is_exact(10_000) && !is_exact(1 << 16) {
-        (((tenths / 10_000) << 16 | (tenths % 10_000)) as u32, true)
+    let (Some(binary), Some(decimal)) = (scaled(1 << 16), scaled(10_000)) else { return (0, false) };
+    // 16 bits before the point, one of them the sign.
+    if binary <= LARGEST && is_exact(10_000) && !is_exact(1 << 16) {
+        (((decimal / 10_000) << 16 | (decimal % 10_000)) as u32, true)
     } else {
-        (binary as u32, false)
+        (binary.min(LARGEST) as u32, false)
     }
 }
 

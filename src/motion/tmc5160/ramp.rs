@@ -75,7 +75,7 @@ impl hardware::Shape for Shape {
 
 /// The registers of a positioning ramp, in the order in which they are written: a new top speed comes last.
 ///
-/// The chip must not get a VSTOP of 0, a D1 of 0, or a VSTOP below VSTART; the motor may then never arrive. VSTART is at
+/// The chip must not get a VSTOP of 0, a deceleration of 0, or a VSTOP below VSTART; the motor may then never arrive. VSTART is at
 /// most VMAX, so that with a top speed of 0 the motor stays where it is.
 pub(super) fn words(course: &Course<'_>, shape: Shape) -> [(Register, u32); 9] {
     let Course { values, speed, acceleration, .. } = *course;
@@ -90,7 +90,7 @@ pub(super) fn words(course: &Course<'_>, shape: Shape) -> [(Register, u32); 9] {
         (Register::V1, unit.speed(first).min((1 << 20) - 1)),
         (Register::AMax, unit.acceleration(acceleration)),
         (Register::DMax, unit.acceleration(d_max)),
-        (Register::D1, unit.acceleration(d1).max(1)),
+        (Register::D1, unit.acceleration(d1)),
         (Register::VStop, stop),
         (Register::TZeroWait, values.get(P::RampWaitTime) as u32),
         (Register::VMax, top),

@@ -10,6 +10,8 @@ use crate::param::AxisParameter as P;
 
 /// The largest speed that VMAX takes: 2^23 - 512, which is 7 999 512 pps.
 pub(super) const TOP_SPEED: u32 = (1 << 23) - 512;
+/// The same in pps.
+const TOP_PPS: u32 = 7_999_512;
 /// The largest number of a register with the period of a microstep: 20 bits.
 pub(super) const LONGEST: u32 = (1 << 20) - 1;
 
@@ -47,14 +49,14 @@ impl Unit {
         }
     }
 
-    /// An acceleration in the unit of the registers, rounded, 0..=65535; one that is not 0 is at least 1.
+    /// An acceleration in the unit of the registers, rounded, 1..=65535: with 0 a motor could not be stopped.
     pub(super) fn acceleration(self, acceleration: i32) -> u32 {
         let acceleration = acceleration.unsigned_abs();
         let register = match self {
             Unit::Register => acceleration,
             Unit::Pps => (u64::from(acceleration).wrapping_mul(ACCELERATION).wrapping_add(HALF) >> 32) as u32,
         };
-        register.clamp(acceleration.min(1), u32::from(u16::MAX))
+        register.clamp(1, u32::from(u16::MAX))
     }
 
     /// The speed of a register, in the unit of the axis, rounded.
@@ -96,6 +98,8 @@ impl Unit {
     pub(super) fn of_period(self, period: u32, resolution: i32) -> i32 {
         let clocks = CLOCK.unbounded_shr(8_u32.saturating_sub(resolution.unsigned_abs()));
         let pps = if period == LONGEST { 0 } else { clocks.checked_div(period).unwrap_or_default() };
+        // Periods are measured in whole clocks, so at its top speed a motor seems to be faster still.
+        let pps = pps.min(TOP_PPS);
         match self {
             Unit::Register => Unit::Pps.speed(pps as i32) as i32,
             Unit::Pps => pps as i32,
@@ -132,7 +136,7 @@ mod tests {
         assert_eq!(Unit::Pps.speed(7_999_774), 0x7F_FF13);
         assert_eq!(Unit::Pps.acceleration(7_629_278), 65_535);
         assert_eq!(Unit::Pps.acceleration(i32::MAX), 65_535);
-        assert_eq!([Unit::Pps.acceleration(0), Unit::Pps.acceleration(1)], [0, 1]);
+        assert_eq!([Unit::Pps.acceleration(0), Unit::Register.acceleration(0), Unit::Pps.acceleration(200)], [1, 1, 2]);
         assert_eq!([1, 440, 65_535].map(|register| Unit::Pps.of_acceleration(register)), [116, 51_223, 7_629_278]);
     }
 
@@ -143,7 +147,7 @@ mod tests {
         assert_eq!(Unit::Pps.period(1_000, 4), 1_000);
         assert_eq!([Unit::Pps.period(0, 8), Unit::Pps.period(1, 8)], [LONGEST; 2]);
         assert_eq!(Unit::Pps.of_period(16_000, 8), 1_000);
-        assert_eq!(Unit::Pps.of_period(LONGEST, 8), 0);
+        assert_eq!([LONGEST, 2, 1].map(|period| Unit::Pps.of_period(period, 8)), [0, 7_999_512, 7_999_512]);
         // 1049 in the register is 1000.4 pps.
         assert_eq!(Unit::Register.period(1_049, 8), 16_000);
         assert_eq!(Unit::Register.of_period(16_000, 8), 1_049);

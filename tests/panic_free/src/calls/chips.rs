@@ -43,6 +43,7 @@ pub(super) fn chips() {
     let _ = any(chip.write(register, any(0)));
     any(chip.holds(register, any(0)));
     chip.forget();
+    chip.drop_reading();
     let _ = any(chip.read(register));
     let _ = any(chip.turn(register));
     let _ = any(chip.confirm());

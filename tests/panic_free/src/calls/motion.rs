@@ -55,14 +55,14 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     ));
     any((axis.home_switch(), axis.travelling(), axis.rests(), axis.stop_switches(&chip)));
     let mut axis = axis.on(&mut chip);
-    let _ = any(axis.start(now()));
+    let _ = any(axis.start(now(), any(0)));
     let _ = any(axis.rotate(now(), any(0)));
     let _ = any(axis.move_to(now(), any(0)));
     let _ = any(axis.rotate_at(now(), any(0), any(None)));
     let _ = any(axis.move_at(now(), any(0), any(Pace::default())));
     let _ = any(axis.hard_stop());
     let _ = any(axis.restart_driver());
-    any(axis.last_flags());
+    any((axis.last_flags(), axis.is_lost()));
     let _ = any(axis.start_search(now()));
     const LEGS: &[Leg] = &[Leg::FIND, Leg::to(Until::Index, Mark::First)];
     let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: Some(LEGS) };
