@@ -195,3 +195,38 @@ fn rest_costs_nothing() {
     let after = rig.chip.next_event().unwrap();
     assert!((1_048_562..=1_048_626).contains(&(after - next)));
 }
+
+/// Any ramp with VSTOP >= VSTART, as 12.2.1 has it, takes the motor to its target without a step back, and near it the
+/// motor is no faster than a motor that brakes from there to VSTOP: v^2 = VSTOP^2 + 2 d s, and what a tick more makes of it.
+#[test]
+fn any_ramp_arrives_without_overshoot() {
+    let mut random = Random(3);
+    for _ in 0..400 {
+        let mut below = |limit: u64| random.below(limit) as u32;
+        let vstop = 1 + below(20_000);
+        let [a1, amax, dmax, d1] = [0; 4].map(|_: u32| 100 + below(65_000) / (1 + below(100)));
+        let ramp = [
+            (VSTOP, vstop),
+            (VSTART, below(u64::from(vstop))),
+            (V1, below(200_000) / (1 + below(10)) * below(2)),
+            (VMAX, 1_000 + below(2_000_000) / (1 + below(50))),
+            (A1, a1),
+            (AMAX, amax),
+            (DMAX, dmax),
+            (D1, d1),
+        ];
+        let way = 1 + below(20_000) / (1 + below(100));
+        let mut rig = Rig::with(&ramp);
+        rig.write(XTARGET, way.wrapping_neg());
+        rig.settle();
+        assert_eq!((rig.position(), rig.stage.turns.len()), (-way.cast_signed(), way as usize), "{ramp:?}");
+        let (slowest, vstop) = (hertz_per_second(dmax.max(d1)), hertz(vstop));
+        let end = rig.stage.turns.len() - 1;
+        for steps in [1, 2, 5, 20, 100, 1_000].into_iter().filter(|steps| *steps <= end) {
+            let took = (rig.stage.turns[end].0 - rig.stage.turns[end - steps].0) as f64 / 1e9;
+            let top = (vstop * vstop + 2.0 * slowest * steps as f64).sqrt() + slowest * 64e-6;
+            // Steps come at whole clocks of 62.5 ns.
+            assert!(steps as f64 / (took + 125e-9) <= top, "{steps} steps in {took} s, {ramp:?}");
+        }
+    }
+}

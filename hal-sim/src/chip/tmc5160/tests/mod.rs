@@ -7,9 +7,11 @@ mod ramp;
 mod spi;
 mod switches;
 
+use super::registers::address::*;
+use super::switches::{Pair, mode};
 use super::*;
-use crate::chip::SpiSlave;
 use crate::chip::load::LoadRatio;
+use crate::chip::{Mechanics, Sensed, SpiSlave};
 use crate::clock::{MICROSECOND, MILLISECOND, SECOND};
 
 const HZ: u32 = 16_000_000;
