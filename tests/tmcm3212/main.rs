@@ -5,6 +5,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod driver;
 mod faults;
 mod interrupts;
 mod lacks;
