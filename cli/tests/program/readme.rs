@@ -24,7 +24,7 @@ const NOT_RUN: [(&str, &str); 2] = [
 
 /// Commands that a reader types some seconds later than this test. They only ask, and are repeated until they tell what
 /// README shows.
-const AWAITED: [&str; 7] = [
+const AWAITED: [&str; 8] = [
     "tmcl send tcp:127.0.0.1:4140 \"GAP 1, 0\" \"GAP 8, 0\" \"SAP 4, 0, 3000\"",
     "tmcl send tcp:127.0.0.1:4140 \"GAP 3, 0\" \"GAP 206, 0\"",
     // Reading parameter 207, which follows, clears it: so it is read once.
@@ -33,6 +33,7 @@ const AWAITED: [&str; 7] = [
     "tmcl send tcp:127.0.0.1:4140 \"GGP 128, 0\"",
     "tmcl send tcp:127.0.0.1:4140 \"RFS STATUS, 0\" \"RFS STATUS, 1\" \"RFS STATUS, 2\"",
     "tmcl send tcp:127.0.0.1:4140 \"GAP 1, 0\" \"GAP 1, 1\" \"GAP 1, 2\"",
+    "tmcl send tcp:127.0.0.1:4140 \"GAP 1, 0\" \"GAP 8, 0\"",
 ];
 
 /// Lines with numbers that nobody knows beforehand, where `#` stands for one, and why.
