@@ -123,11 +123,12 @@ fn a_reply_that_comes_late_is_none_at_the_next_bit_rate() {
 
 #[test]
 fn each_module_is_told_by_its_product() {
-    let sim = Sim::start(&["--product", "1140,3110,6110", "--rs485", "{}/bus"]);
+    let sim = Sim::start(&["--product", "1140,3110,6110,3212", "--rs485", "{}/bus"]);
     let expected = [
         format!("address 1 at 9600 baud: {VERSION}"),
         "address 2 at 9600 baud: TMCM-3110, firmware version 1.14 (3110V114)".into(),
         "address 3 at 9600 baud: TMCM-6110, firmware version 1.46 (6110V146)".into(),
+        "address 4 at 9600 baud: TMCM-3212, firmware version 1.05 (3212V105)".into(),
     ];
-    assert_eq!(scan(&[sim.told("rs485"), "--addresses", "1-3", "--baud", "9600"]), expected);
+    assert_eq!(scan(&[sim.told("rs485"), "--addresses", "1-4", "--baud", "9600"]), expected);
 }
