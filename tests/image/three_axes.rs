@@ -231,6 +231,7 @@ fn a_chip_reset_by_its_supply_is_set_up_again_with_its_motor_at_rest() {
     host.run(SECOND);
     assert!(host.speed() > 0);
     host.control("fault chip-supply on 1");
+    host.run(2 * MILLISECOND);
     host.control("fault chip-supply off 1");
     host.run(100 * MILLISECOND);
     let [first, reset, last] = host.speeds()[..] else { panic!("three axes") };
