@@ -12,6 +12,8 @@ use crate::param::AxisParameter as P;
 pub(super) const TOP_SPEED: u32 = (1 << 23) - 512;
 /// The same in pps.
 const TOP_PPS: u32 = 7_999_512;
+/// The end of the range of parameters 3 and 29, in either unit.
+const RANGE: i32 = 7_999_774;
 /// The largest number of a register with the period of a microstep: 20 bits.
 pub(super) const LONGEST: u32 = (1 << 20) - 1;
 
@@ -62,7 +64,8 @@ impl Unit {
     /// The speed of a register, in the unit of the axis, rounded.
     pub(super) fn of_register(self, speed: i32) -> i32 {
         match self {
-            Unit::Register => speed,
+            // A motor at its top speed may have been told it in pps.
+            Unit::Register => speed.clamp(-RANGE, RANGE),
             // 16e6 / 2^24 is 15625 / 2^14.
             Unit::Pps => (i64::from(speed).wrapping_mul(15_625).wrapping_add(1 << 13) >> 14) as i32,
         }
@@ -101,7 +104,7 @@ impl Unit {
         // Periods are measured in whole clocks, so at its top speed a motor seems to be faster still.
         let pps = pps.min(TOP_PPS);
         match self {
-            Unit::Register => Unit::Pps.speed(pps as i32) as i32,
+            Unit::Register => (Unit::Pps.speed(pps as i32) as i32).min(RANGE),
             Unit::Pps => pps as i32,
         }
     }
@@ -148,6 +151,8 @@ mod tests {
         assert_eq!([Unit::Pps.period(0, 8), Unit::Pps.period(1, 8)], [LONGEST; 2]);
         assert_eq!(Unit::Pps.of_period(16_000, 8), 1_000);
         assert_eq!([LONGEST, 2, 1].map(|period| Unit::Pps.of_period(period, 8)), [0, 7_999_512, 7_999_512]);
+        // Numbers of registers end where those of the parameters do.
+        assert_eq!([Unit::Register.of_period(2, 8), Unit::Register.of_register(-8_388_096)], [7_999_774, -7_999_774]);
         // 1049 in the register is 1000.4 pps.
         assert_eq!(Unit::Register.period(1_049, 8), 16_000);
         assert_eq!(Unit::Register.of_period(16_000, 8), 1_049);
