@@ -77,7 +77,7 @@ const SHORT: Extent = Extent {
     replies: 15,
     waits: 40,
     load: 50 * MILLISECOND,
-    program: 30 * MILLISECOND,
+    program: 100 * MILLISECOND,
     kinds: commands::BUDGETED,
     interrupts: 50 * MILLISECOND,
 };
