@@ -13,6 +13,7 @@ mod line;
 mod lost;
 mod profile;
 mod ramps;
+mod search;
 mod units;
 
 use common::Bench;
