@@ -1,8 +1,8 @@
 //! The hardware of an axis that runs on a TMC5160, which is ramp generator, driver and encoder counter in one: each axis is
 //! on a motion controller of its own.
 //!
-//! Here is all that this chip demands: its unit of time ([`unit`]), ramps of six points ([`ramp`]), the driver's many
-//! settings ([`configuration`]), and a way to stop at once although its speed cannot be written. Most of what is known of
+//! Here is all that this chip demands: its unit of time (`unit.rs`), ramps of six points (`ramp.rs`), the driver's many
+//! settings (`configuration.rs`), and a way to stop at once although its speed cannot be written. Most of what is known of
 //! the motor comes with two datagrams in each millisecond: the actual position and, in rotation, one of the other readings;
 //! the stop switches are in the status byte of each datagram. By its supply the chip can be reset: then it has lost all
 //! registers, and the motor stands.
