@@ -1,14 +1,16 @@
 //! The hardware of an axis that runs on a TMC5160, which is ramp generator, driver and encoder counter in one: each axis is
 //! on a motion controller of its own.
 //!
-//! Here is all that this chip demands: its unit of time (`unit.rs`), ramps of six points (`ramp.rs`), the driver's many
-//! settings (`configuration.rs`), and a way to stop at once although its speed cannot be written. Most of what is known of
-//! the motor comes with two datagrams in each millisecond: the actual position and, in rotation, one of the other readings;
+//! Here is all that this chip demands: its unit of time (`unit.rs`), ramps of six points (`ramp.rs`, `settings.rs`), the
+//! driver's many settings (`configuration.rs`), and a way to stop at once although its speed cannot be written. Most of what is known of
+//! the motor comes with two datagrams in each millisecond (`readings.rs`): the actual position and, in rotation, one of the other readings;
 //! the stop switches are in the status byte of each datagram. By its supply the chip can be reset: then it has lost all
 //! registers, and the motor stands.
 
 mod configuration;
 mod ramp;
+mod readings;
+mod settings;
 mod unit;
 
 use core::marker::PhantomData;
@@ -19,12 +21,11 @@ use super::Error;
 use super::current::Excitation;
 use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode};
 use super::slope::Slopes;
-use super::switch::Side;
 use super::values::Values;
-use crate::chip::tmc5160::{RampMode, Register, Tmc5160, Turn, drv_status, enc_status, gstat, ramp_stat, sw_mode};
+use crate::chip::tmc5160::{RampMode, Register, Tmc5160, Turn, drv_status, gstat, ramp_stat};
 use crate::param::AxisParameter as P;
 pub use ramp::Shape;
-use unit::Unit;
+use unit::{Unit, signed_speed};
 
 /// Number of turns, one in a millisecond, after which a reading of the speed is younger than the last goal: it is asked for
 /// in one of two turns, and comes in the next one.
@@ -34,9 +35,6 @@ const HALTING: u8 = 2;
 /// Number of turns after which a reading of the driver's flags is younger than its last release: they are asked for in
 /// one of four turns, and come in the next one.
 const RELEASING: u8 = 6;
-/// A difference between two readings of the position, in microsteps, after which the chip is asked whether it is there: at
-/// its top speed of 7 999 512 pps a motor makes 8000 in a millisecond.
-const LEAP: u32 = 1 << 14;
 
 /// What one axis has of its TMC5160. `D` is the SPI device of the chip.
 #[derive(Debug)]
@@ -440,117 +438,4 @@ mod flags {
     pub(super) const SHORTS_TO_GROUND: u32 = 0b11 << 3;
     /// s2vsa and s2vsb: a short to the supply.
     pub(super) const SHORTS_TO_SUPPLY: u32 = 0b11 << 8;
-}
-
-impl<D: SpiDevice> Tmc5160Axis<D> {
-    /// The register for which this turn asks: the speed in one of two turns, else in rotation the states of driver, ramp and
-    /// encoder, and now and then the version of the chip. Where a stall may have stopped the motor, the state of the ramp
-    /// takes the place of the driver's.
-    fn next_reading(&mut self, chip: &Tmc5160<D>) -> Register {
-        self.rotation = self.rotation.wrapping_add(1);
-        match self.rotation % 32 {
-            n if n % 2 == 0 => Register::VActual,
-            n if n % 4 == 1 && !(self.armed && chip.is_stalled()) => Register::DrvStatus,
-            31 => Register::Ioin,
-            n if n % 8 == 7 => Register::EncStatus,
-            _ => Register::RampStat,
-        }
-    }
-
-    /// Brings the registers of positioning ramps to the course. True if one was written. A motor that already brakes before its
-    /// target speeds up again for a stronger brake only when the target is written once more (datasheet section 6.3.1, XTARGET).
-    fn write_ramp(&self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
-        let (mut written, mut brakes) = (false, false);
-        for (register, word) in ramp::words(course, self.shape.unwrap_or(Shape::of(course.values))) {
-            if !chip.holds(register, word) {
-                chip.write(register, word)?;
-                written = true;
-                brakes |= matches!(register, Register::V1 | Register::DMax | Register::D1);
-            }
-        }
-        if brakes && self.known.mode.positions() && self.known.ahead() != 0 {
-            chip.write(Register::XTarget, self.known.target as u32)?;
-        }
-        Ok(written)
-    }
-
-    /// True if the motor stands where it is to stand, by readings that are younger than its goal.
-    fn rests(&self) -> bool {
-        self.settling == 0 && self.known.speed == 0 && self.known.ahead() == 0
-    }
-
-    /// Takes in a reading of the position. A chip without supply reads as zeros, and one that has been reset has lost its
-    /// position: then the motor is where it was last known to be.
-    fn take_position(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
-        let way = position.wrapping_sub(self.known.position).unsigned_abs();
-        if (way > LEAP || position == 0 && way > 0) && !chip.is_lost() {
-            chip.confirm()?;
-        }
-        if !chip.is_lost() {
-            self.known.position = position;
-        }
-        Ok(())
-    }
-
-    /// Forgets that the encoder deviated, also in a reading that is under way.
-    fn forget_deviation(&mut self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
-        chip.write(Register::EncStatus, enc_status::DEVIATION_WARN)?;
-        chip.drop_reading();
-        self.deviates = false;
-        Ok(())
-    }
-
-    /// Takes in a reading of the rotation.
-    fn take(&mut self, chip: &mut Tmc5160<D>, register: Register, word: u32) -> Result<(), Error> {
-        match register {
-            Register::VActual => self.known.speed = self.unit.of_register(signed_speed(word)),
-            Register::DrvStatus => self.driver = word,
-            Register::RampStat => self.stalled = self.armed && word & ramp_stat::EVENT_STOP_SG != 0,
-            Register::EncStatus => {
-                self.deviates = word & enc_status::DEVIATION_WARN != 0;
-                if self.deviates {
-                    // The flag stays until it is cleared, and does not go while the encoder deviates.
-                    chip.write(Register::EncStatus, enc_status::DEVIATION_WARN)?;
-                }
-            }
-            _ => {}
-        }
-        Ok(())
-    }
-
-    /// Brings SW_MODE to the course.
-    fn write_switches(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<(), Error> {
-        let Course { values, stops, .. } = *course;
-        self.unit = Unit::of(values);
-        self.top_speed = course.speed;
-        let bit = |set: bool, bit: u32| if set { bit } else { 0 };
-        let latch = match stops.latch {
-            Some(Side::Left) => sw_mode::LATCH_L_INACTIVE,
-            Some(Side::Right) => sw_mode::LATCH_R_INACTIVE,
-            None => sw_mode::LATCH_L_ACTIVE | sw_mode::LATCH_R_ACTIVE,
-        };
-        self.switches = bit(stops.left, sw_mode::STOP_L_ENABLE)
-            | bit(stops.right, sw_mode::STOP_R_ENABLE)
-            | bit(values.is_on(P::LeftSwitchPolarity), sw_mode::POL_STOP_L)
-            | bit(values.is_on(P::RightSwitchPolarity), sw_mode::POL_STOP_R)
-            | bit(values.is_on(P::SwapSwitches), sw_mode::SWAP_LR)
-            | bit(stops.soft, sw_mode::EN_SOFTSTOP)
-            | sw_mode::EN_LATCH_ENCODER
-            | latch;
-        self.show_switches(chip)
-    }
-
-    /// Writes SW_MODE, unless the switches are still what stops the motor at once.
-    fn show_switches(&self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
-        if self.halting > 0 {
-            return Ok(());
-        }
-        let stall = if self.armed { sw_mode::SG_STOP } else { 0 };
-        Ok(chip.write(Register::SwMode, self.switches | stall)?)
-    }
-}
-
-/// VACTUAL, a number of 24 bits in two's complement.
-const fn signed_speed(word: u32) -> i32 {
-    ((word << 8) as i32) >> 8
 }

@@ -118,6 +118,11 @@ impl Unit {
     }
 }
 
+/// VACTUAL, a number of 24 bits in two's complement.
+pub(super) const fn signed_speed(word: u32) -> i32 {
+    ((word << 8) as i32) >> 8
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
