@@ -3,6 +3,7 @@
 
 pub mod at25;
 pub mod encoder;
+pub mod error;
 pub mod tmc262;
 pub mod tmc429;
 pub mod tmc5160;

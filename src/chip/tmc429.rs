@@ -4,25 +4,9 @@
 //! Registers that only the firmware changes are shadowed: writing a value that the chip already has costs no datagram.
 //! Every datagram brings the chip's status byte along; the last one is kept.
 
-use embedded_hal::spi::{self, ErrorKind, SpiDevice};
+use embedded_hal::spi::SpiDevice;
 
-/// Why a datagram did not get through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Error<E> {
-    /// The SPI bus failed.
-    Spi(E),
-    /// The chip did not answer: the bus reads as if no chip drove it, or the version is not that of a TMC429.
-    NoAnswer,
-}
-
-impl<E: spi::Error> spi::Error for Error<E> {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Error::Spi(error) => error.kind(),
-            Error::NoAnswer => ErrorKind::Other,
-        }
-    }
-}
+use super::error::Error;
 
 /// One of the chip's three ramp generators.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

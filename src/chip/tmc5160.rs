@@ -8,31 +8,15 @@
 
 mod register;
 
-use embedded_hal::spi::{self, ErrorKind, SpiDevice};
+use embedded_hal::spi::SpiDevice;
+
+use super::error::Error;
 
 pub use register::{RampMode, Register, drv_status, enc_status, gconf, gstat, ramp_stat, sw_mode};
 
 /// Frequency of the clock at the chip's pin CLK, in Hz. It is what all speeds, accelerations and times of the chip are
 /// counted in.
 pub const CLOCK: u32 = 16_000_000;
-
-/// Why a datagram did not get through.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Error<E> {
-    /// The SPI bus failed.
-    Spi(E),
-    /// The chip did not answer as a TMC5160 does.
-    NoAnswer,
-}
-
-impl<E: spi::Error> spi::Error for Error<E> {
-    fn kind(&self) -> ErrorKind {
-        match self {
-            Error::Spi(error) => error.kind(),
-            Error::NoAnswer => ErrorKind::Other,
-        }
-    }
-}
 
 /// The bit of the address byte that makes a datagram a write.
 const WRITE: u8 = 1 << 7;
