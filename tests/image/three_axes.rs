@@ -186,8 +186,9 @@ fn what_is_stored_survives_until_the_pads_are_connected() {
     assert_eq!(host.ok("GGP 5, 2"), 7);
 }
 
-/// A chip that does not answer, from the start on or while all motors turn, and all drivers are off until the next start. The
-/// module answers, and moves nothing.
+/// A chip that does not answer, from the start on or while all motors turn, and all drivers are off. The module answers, and
+/// moves nothing until the next start; but a chip that answers again and tells that it was reset is set up at once, as the one
+/// that did not answer from its power-on.
 #[test]
 fn one_silent_chip_switches_all_drivers_off() {
     for (axis, from_the_start) in [(0, true), (2, true), (1, false)] {
@@ -212,9 +213,11 @@ fn one_silent_chip_switches_all_drivers_off() {
         host.control(&format!("fault tmc5160 off {axis}"));
         host.run(SECOND);
         host.assert_rest();
-        assert!(!host.bridges_on());
-        host.ok("255, 0, 0, 1234");
-        host.run(RECOVERY);
+        assert_eq!(host.bridges_on(), from_the_start, "axis {axis}");
+        if !from_the_start {
+            host.ok("255, 0, 0, 1234");
+            host.run(RECOVERY);
+        }
         host.each("ROR #, 20000");
         host.run(SECOND);
         assert!(host.speed() > 0 && host.bridges_on() && !host.machine.board().world().outputs().leds[1]);
