@@ -67,7 +67,7 @@ pub(super) struct Owner<F> {
     ends: Ends,
     /// The time at which a restart became due; `None` without one.
     ending: Option<Micros>,
-    /// The log already says that the motion controller does not answer.
+    /// The log says that a motion controller does not answer, and the error LED is lit.
     trouble: bool,
 }
 
@@ -227,9 +227,14 @@ impl<F: Firmware<AXES>> Owner<F> {
             self.signals.write(outputs);
         }
         watchdog::MODULE.alive();
-        if outputs.trouble && !core::mem::replace(&mut self.trouble, true) {
-            defmt::error!("motion controller does not answer: motor drivers off until the next start");
-            show_trouble(true);
+        if outputs.trouble != self.trouble {
+            self.trouble = outputs.trouble;
+            if outputs.trouble {
+                defmt::error!("motion controller does not answer: motor drivers off");
+            } else {
+                defmt::info!("motion controllers answer again: motor drivers on");
+            }
+            show_trouble(outputs.trouble);
         }
         if let Some(written) = WRITTEN.try_take() {
             if !written {

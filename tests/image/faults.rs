@@ -97,7 +97,7 @@ fn a_motion_controller_that_does_not_answer_any_more_ends_in_a_driver_that_is_of
         assert!(took <= limit * MILLISECOND, "{fault:?}");
         assert_eq!(host.ok("GGP 66, 0"), 1, "{fault:?}");
         assert!(host.machine.board().world().outputs().leds[1]);
-        let told = "error: motion controller does not answer: motor drivers off until the next start";
+        let told = "error: motion controller does not answer: motor drivers off";
         assert_eq!(host.log(), [told], "{fault:?}");
         assert_eq!((host.ask("GAP 1, 0").0, host.ask("ROR 0, 500").0), (NOT_AVAILABLE, NOT_AVAILABLE), "{fault:?}");
         // What it has missed it hears as soon as it can.

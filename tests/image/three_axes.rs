@@ -220,7 +220,8 @@ fn one_silent_chip_switches_all_drivers_off() {
         }
         host.each("ROR #, 20000");
         host.run(SECOND);
-        assert!(host.speed() > 0 && host.bridges_on() && !host.machine.board().world().outputs().leds[1]);
+        let trouble = host.machine.board().world().outputs().leds[1];
+        assert_eq!((host.speed() > 0, host.bridges_on(), trouble), (true, true, false), "axis {axis}");
     }
 }
 

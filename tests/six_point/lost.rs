@@ -128,3 +128,23 @@ fn the_chips_are_set_up_when_their_supply_comes() {
     assert_eq!(bench.ok("GAP 3, 0"), 30_000);
     assert!(bench.rotor() > 10_000);
 }
+
+/// A chip that did not answer from power-on is set up as soon as it does.
+#[test]
+fn a_chip_that_answers_late_is_set_up_then() {
+    for axis in 0..3 {
+        let mut bench = bench();
+        bench.control(&format!("fault tmc5160 on {axis}"));
+        bench.power_cycle();
+        bench.run(SECOND);
+        assert_eq!(bench.ask("ROR 0, 20000").0, NOT_AVAILABLE);
+        bench.control(&format!("fault tmc5160 off {axis}"));
+        bench.run(SECOND);
+        for axis in 0..3 {
+            bench.ok(&format!("ROR {axis}, 20000"));
+        }
+        bench.run(SECOND);
+        assert_eq!([0, 1, 2].map(|axis| bench.ok(&format!("GAP 3, {axis}"))), [20_000; 3], "axis {axis}");
+        assert!(bench.rotor() > 10_000);
+    }
+}
