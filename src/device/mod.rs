@@ -159,7 +159,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// Sets up all chips, with the motors standing at position 0; the first turn is due at `now`. If a motion
-    /// controller does not answer, the motors stay locked and the drivers off until the next start.
+    /// controller does not answer, the motors stay locked and the drivers off: it is given up.
     pub fn start(&mut self, now: Micros, inversion: Inversion) {
         self.safety = safety::Safety::default();
         self.outputs.trouble = false;

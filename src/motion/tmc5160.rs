@@ -2,10 +2,10 @@
 //! on a motion controller of its own.
 //!
 //! Here is all that this chip demands: its unit of time (`unit.rs`), ramps of six points (`ramp.rs`, `settings.rs`), the
-//! driver's many settings (`configuration.rs`), and a way to stop at once although its speed cannot be written. Most of what is known of
-//! the motor comes with two datagrams in each millisecond (`readings.rs`): the actual position and, in rotation, one of the other readings;
-//! the stop switches are in the status byte of each datagram. By its supply the chip can be reset: then it has lost all
-//! registers, and the motor stands.
+//! driver's many settings (`configuration.rs`), and a way to stop at once although its speed cannot be written. Most of
+//! what is known of the motor comes with two datagrams in each millisecond (`readings.rs`): the actual position and, in
+//! rotation, one of the other readings; the stop switches are in the status byte of each datagram. By its supply the chip
+//! can be reset: then it has lost all registers, and the motor stands.
 
 mod configuration;
 mod ramp;

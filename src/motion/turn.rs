@@ -3,10 +3,9 @@
 //!
 //! Of a motor that moves the poll reads the position alone; the other reading of the millisecond is taken half a
 //! millisecond later, so that a poll has one datagram to a chip, and no more; or two short ones, to a chip that answers the
-//! first one with the second. Longer, and rare, is a poll that stops the
-//! motor, changes its current, or finds it held by a switch; and longer are those of a reference search: two readings
-//! each, and where a leg begins or the zero point is found the settings of the ramp generator, some ten datagrams in
-//! all.
+//! first one with the second. Longer, and rare, is a poll that stops the motor, changes its current, or finds it held by a
+//! switch; and longer are those of a reference search: two readings each, and where a leg begins or the zero point is
+//! found the settings of the ramp generator, some ten datagrams in all.
 
 use super::Error;
 use super::axis::{Events, Joined};

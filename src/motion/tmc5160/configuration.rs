@@ -21,7 +21,7 @@ const LARGEST: u64 = i32::MAX as u64;
 /// enc_sel_decimal in ENCMODE: the fraction of ENC_CONST is in 1/10000.
 const DECIMAL: u32 = 1 << 10;
 
-/// The driver's registers. `pwm` says that stealthChop may be switched on now, which the chip allows at standstill only.
+/// The driver's registers. `pwm` switches stealthChop on, which the chip allows at standstill only.
 pub(super) fn words(values: &Values, excitation: Excitation, pwm: bool) -> [(Register, u32); 14] {
     let word = |parameter: P| values.get(parameter) as u32;
     let flag = |parameter: P, bit: u32| if values.is_on(parameter) { 1_u32.unbounded_shl(bit) } else { 0 };
@@ -31,7 +31,7 @@ pub(super) fn words(values: &Values, excitation: Excitation, pwm: bool) -> [(Reg
     let above = |parameter: P| if values.is_on(parameter) { period(values.get(parameter)) } else { 0 };
 
     let shaft = if values.is_on(P::ReverseShaft) { gconf::SHAFT } else { 0 };
-    let pwm_mode = if pwm && pwm_wanted(values) { gconf::EN_PWM_MODE } else { 0 };
+    let pwm_mode = if pwm { gconf::EN_PWM_MODE } else { 0 };
     let run = word(P::MaximumCurrent) >> 3;
     let hold = word(P::StandbyCurrent) >> 3;
     let power_down = word(P::PowerDownDelay).saturating_mul(HUNDREDTH).saturating_add(POWER_DOWN_UNIT / 2);
@@ -73,7 +73,7 @@ pub(super) fn pwm_wanted(values: &Values) -> bool {
 /// The lower one of the speeds above which a stall stops the motor (181; 0: never) and above which coolStep works (182),
 /// because the chip has one threshold for both; `None` if neither is on. Between the two, the other one is switched by
 /// the firmware.
-pub(super) fn cool_threshold(values: &Values) -> Option<i32> {
+fn cool_threshold(values: &Values) -> Option<i32> {
     let stall = Some(values.get(P::StopOnStall)).filter(|speed| *speed > 0);
     let cool = values.is_on(P::SmartEnergyHysteresisStart).then(|| values.get(P::SmartEnergyThresholdSpeed));
     [stall, cool].into_iter().flatten().min()

@@ -30,7 +30,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
         Ok(written)
     }
 
-    /// Brings SW_MODE to the course.
+    /// Brings SW_MODE to the course, whose unit and top speed are noted for what is read later.
     pub(super) fn write_switches(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<(), Error> {
         let Course { values, stops, .. } = *course;
         self.unit = Unit::of(values);
