@@ -1,7 +1,14 @@
 //! The failure of a subcommand of `tmcl`, with its exit code.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::process::ExitCode;
+
+/// Exit code of a program that is ended by the signal of this number, as shells show it: 130 after Ctrl-C (SIGINT), 143
+/// after SIGTERM.
+const SIGNALLED: u8 = 128;
+/// Exit code of a program whose standard output has been closed: that of SIGPIPE, which has the number 13.
+const CLOSED: u8 = SIGNALLED + 13;
 
 /// The failure of a subcommand.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -13,24 +20,47 @@ pub enum Failure {
     Arguments(String),
     /// The failure has been reported to the user already; exit code 1.
     Reported,
+    /// A signal has ended the subcommand; exit code 128 and the number of the signal.
+    Interrupted {
+        /// The number of the signal.
+        signal: u8,
+        /// What the user has to know about it; empty if nothing is left half done.
+        message: String,
+    },
+    /// Nobody reads standard output any more, as behind `| head`; nothing is said about it, and the exit code is 141.
+    Closed,
 }
 
 impl Failure {
     /// The exit code of the program.
     pub fn exit_code(&self) -> ExitCode {
+        self.code().into()
+    }
+
+    /// The exit code of the program as a number.
+    pub fn code(&self) -> u8 {
         match self {
-            Failure::Failed(_) | Failure::Reported => ExitCode::FAILURE,
-            Failure::Arguments(_) => ExitCode::from(2),
+            Failure::Failed(_) | Failure::Reported => 1,
+            Failure::Arguments(_) => 2,
+            Failure::Interrupted { signal, .. } => SIGNALLED.saturating_add(*signal),
+            Failure::Closed => CLOSED,
+        }
+    }
+
+    /// The message for the user; `None` if there is nothing to say.
+    pub fn message(&self) -> Option<&str> {
+        match self {
+            Failure::Failed(message) | Failure::Arguments(message) | Failure::Interrupted { message, .. } => {
+                Some(message.as_str()).filter(|message| !message.is_empty())
+            }
+            Failure::Reported | Failure::Closed => None,
         }
     }
 }
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Failure::Failed(message) | Failure::Arguments(message) => f.write_str(message),
-            Failure::Reported => Ok(()),
-        }
+        f.write_str(self.message().unwrap_or_default())
     }
 }
 
@@ -39,6 +69,9 @@ impl std::error::Error for Failure {}
 /// An error of standard output ends the subcommand, because nobody reads the output any more.
 impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
-        Failure::Failed(format!("cannot write the output: {error}"))
+        match error.kind() {
+            ErrorKind::BrokenPipe => Failure::Closed,
+            _ => Failure::Failed(format!("cannot write the output: {error}")),
+        }
     }
 }

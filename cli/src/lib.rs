@@ -19,6 +19,8 @@
 //! * [`product`] - the products that are known
 //! * [`failure`] - the failure of a subcommand, with its exit code
 //! * [`signal`] - signals that ask the program to end
+//! * [`output`] - files that a command writes, or standard output
+//! * [`terminal`] - the user's terminal: lines with history, and single keys
 //! * [`progress`] - a progress bar
 
 pub mod asm;
@@ -32,6 +34,7 @@ mod files;
 pub mod link;
 pub mod load;
 pub mod monitor;
+pub mod output;
 pub mod params;
 pub mod product;
 pub mod program;
@@ -43,3 +46,4 @@ pub mod signal;
 pub mod sim;
 pub mod slcan;
 mod suggest;
+pub mod terminal;

@@ -3,7 +3,6 @@
 use std::io::Write;
 
 use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::param::GlobalParameter;
 use tmcm::tmcl::{Command, Opcode};
 
@@ -57,7 +56,7 @@ const FROM_ADDRESS: u8 = 1;
 /// Loads a program; compares, stores the autostart and starts the program if the options say so.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let at = options.at;
-    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch()?;
     let mut module = Conversation::open(&options.program.reach)?;
     let product = module.product()?;
     let program = read_program(&options.program.file, product)?;

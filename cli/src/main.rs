@@ -4,7 +4,6 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use tmcl_cli::failure::Failure;
 use tmcl_cli::{asm, calc, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
@@ -63,9 +62,9 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if failure != Failure::Reported {
+            if let Some(message) = failure.message() {
                 // A closed standard error does not change the exit code.
-                let _ = writeln!(std::io::stderr(), "tmcl: {failure}");
+                let _ = writeln!(std::io::stderr(), "tmcl: {message}");
             }
             failure.exit_code()
         }

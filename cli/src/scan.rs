@@ -5,14 +5,13 @@ use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::param::BAUD_RATES;
 use tmcm::tmcl::binary::Received;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{ASK_VERSION, Conversation, Error};
 use crate::failure::Failure;
-use crate::link::{Link, LinkError, LinkTarget};
+use crate::link::{Link, LinkError, LinkTarget, Surroundings};
 use crate::product::Product;
 use crate::progress::Progress;
 use crate::send::words::firmware;
@@ -74,7 +73,7 @@ fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
 
 /// Looks for modules and prints them.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch()?;
     let rates = match (&options.link, &options.baud) {
         (_, Some(baud)) => std::slice::from_ref(baud),
         (LinkTarget::Serial(_), None) => &BAUD_RATES[..],
@@ -102,7 +101,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         match end {
             End::Complete => {}
             End::SingleModule => break,
-            End::Interrupted => return Err(Failure::Failed("interrupted".into())),
+            End::Interrupted => return Err(signal.failure("")),
         }
         if let Some(address) = first {
             let other = rates.iter().find(|other| *other != baud).copied().unwrap_or(*baud);
@@ -145,7 +144,7 @@ struct Scanner<'a> {
 
 impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
-        let mut link = Link::open(&options.link, baud, CONNECTION, Product::default())?;
+        let mut link = Link::open(&options.link, baud, CONNECTION, Product::default(), &Surroundings::default())?;
         link.set_timeout(Duration::from_millis(options.timeout));
         let rate = match options.link {
             LinkTarget::Serial(_) => format!(" at {baud} baud"),

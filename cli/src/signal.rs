@@ -3,31 +3,46 @@
 use std::io::Read;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::link::readable;
 
-/// A file descriptor that can be read once one of the signals has come: Ctrl-C (SIGINT), SIGTERM or SIGHUP.
+/// A file descriptor that can be read once one of the signals has come: Ctrl-C (SIGINT), SIGTERM, or SIGHUP, which tells
+/// that the terminal is gone.
 #[derive(Debug)]
-pub struct EndSignal(UnixStream);
+pub struct EndSignal {
+    /// Can be read once a signal has come.
+    bell: UnixStream,
+    /// The number of the last signal.
+    caught: Arc<AtomicUsize>,
+}
 
 impl EndSignal {
-    /// Watches for these signals, which from now on no longer end the program by themselves.
+    /// Watches for these signals, which from now on no longer end the program by themselves. SIGHUP is left alone if the
+    /// program was started with it ignored, as `nohup` does.
     ///
     /// # Errors
     /// The system refuses to watch for a signal.
-    pub fn watch(signals: &[i32]) -> Result<Self, Failure> {
-        Self::register(signals).map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
+    pub fn watch() -> Result<Self, Failure> {
+        Self::register().map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
     }
 
-    fn register(signals: &[i32]) -> std::io::Result<Self> {
-        let (stop, bell) = UnixStream::pair()?;
-        stop.set_nonblocking(true)?;
-        for signal in signals {
-            signal_hook::low_level::pipe::register(*signal, bell.try_clone()?)?;
+    fn register() -> std::io::Result<Self> {
+        let (bell, rope) = UnixStream::pair()?;
+        bell.set_nonblocking(true)?;
+        let caught = Arc::<AtomicUsize>::default();
+        let hangup = (!is_ignored(SIGHUP)).then_some(SIGHUP);
+        for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
+            // The number is noted before the bell rings, because handlers run in the order of their registration.
+            signal_hook::flag::register_usize(signal, Arc::clone(&caught), signal.unsigned_abs() as usize)?;
+            signal_hook::low_level::pipe::register(signal, rope.try_clone()?)?;
         }
-        Ok(EndSignal(stop))
+        Ok(EndSignal { bell, caught })
     }
 
     /// True if a signal has come.
@@ -38,18 +53,39 @@ impl EndSignal {
     /// Sleeps for `time`, or until a signal comes. True if a signal has come.
     pub fn within(&self, time: Duration) -> bool {
         // If the descriptor cannot be polled, the loops that call this would never end; so an error counts as a signal.
-        readable(&self.0, Instant::now() + time).unwrap_or(true)
+        readable(&self.bell, Instant::now() + time).unwrap_or(true)
+    }
+
+    /// The failure of a subcommand that a signal has ended, with what the user has to know about it; nothing is said if
+    /// that is empty.
+    pub fn failure(&self, message: impl Into<String>) -> Failure {
+        // Without a signal the descriptor has failed, and it is as if the user had ended the program.
+        let signal = u8::try_from(self.caught.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0);
+        Failure::Interrupted { signal: signal.unwrap_or(SIGINT as u8), message: message.into() }
+    }
+
+    /// True if the signal that has come is Ctrl-C, after which an interactive program may go on.
+    pub fn is_interrupt(&self) -> bool {
+        self.caught.load(Ordering::SeqCst) == SIGINT as usize
     }
 
     /// Forgets the signals that have come so far.
     pub fn forget(&mut self) {
-        let mut bells = [0; 64];
-        while self.0.read(&mut bells).is_ok_and(|count| count > 0) {}
+        let mut rings = [0; 64];
+        while self.bell.read(&mut rings).is_ok_and(|count| count > 0) {}
+        self.caught.store(0, Ordering::SeqCst);
     }
 }
 
 impl AsFd for EndSignal {
     fn as_fd(&self) -> BorrowedFd<'_> {
-        self.0.as_fd()
+        self.bell.as_fd()
     }
+}
+
+/// True if the program was started with this signal ignored: the signal must not end it.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 != 0)
 }

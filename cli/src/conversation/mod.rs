@@ -11,6 +11,7 @@ pub use reach::Reach;
 
 use std::fmt;
 use std::io::Write;
+use std::time::Duration;
 
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::binary::{Received, Telegram};
@@ -19,6 +20,7 @@ use tmcm::tmcl::{Command, Opcode, Status};
 use crate::failure::Failure;
 use crate::link::{Link, LinkError};
 use crate::product::{Product, axis_number, numbers, read_unit_mode, short, speed_unit, symbol, with_unit};
+use crate::signal::EndSignal;
 
 /// The reason why a command has failed, or why its outcome is unknown.
 #[derive(Debug)]
@@ -105,13 +107,24 @@ pub struct Conversation {
 impl Conversation {
     /// Opens the link to the module that the options name.
     pub fn open(reach: &Reach) -> Result<Self, Failure> {
-        let link = Link::open(&reach.link, reach.baud, reach.patience(), reach.product.unwrap_or_default())?;
+        let product = reach.product.unwrap_or_default();
+        let link = Link::open(&reach.link, reach.baud, reach.patience(), product, &reach.surroundings)?;
         Ok(Conversation { link, identity: reach.product.map(Identity::from), address: reach.address })
     }
 
     /// A conversation over an open link with the module at `address`: 1..=255, or a CAN identifier, 0..=2047.
     pub fn new(link: Link, address: u16) -> Self {
         Conversation { link, identity: None, address }
+    }
+
+    /// Time since the link was opened: that of the clock on the wall, of LINK sim its virtual time.
+    pub fn time(&self) -> Duration {
+        self.link.time()
+    }
+
+    /// Lets time pass for the module, or until a signal comes. True if a signal has come.
+    pub fn pause(&mut self, time: Duration, signal: &EndSignal) -> bool {
+        self.link.pause(time, signal)
     }
 
     /// Goes on with the module at another address.

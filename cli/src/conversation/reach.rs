@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::link::LinkTarget;
+use crate::link::{LinkTarget, Surroundings};
 use crate::product::{self, Product};
 
 /// The link to a module, its address and the time-out: options of every command that talks to a module.
@@ -46,6 +46,10 @@ pub struct Reach {
     /// it.
     #[arg(long, value_name = "NAME", global = true, value_parser = product::named)]
     pub product: Option<Product>,
+
+    /// What surrounds the virtual module of LINK sim
+    #[command(flatten)]
+    pub surroundings: Surroundings,
 }
 
 impl Reach {

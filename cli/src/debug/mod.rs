@@ -5,13 +5,11 @@
 
 mod action;
 mod debugger;
-mod input;
 
 use std::io::Write;
 use std::path::Path;
 
 use clap::Args;
-use signal_hook::consts::SIGINT;
 use tmcm::tmcl::Opcode;
 
 use crate::conversation::Conversation;
@@ -19,9 +17,9 @@ use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::program::{ProgramThere, download, is_readable, read_program, verify};
 use crate::signal::EndSignal;
+use crate::terminal::editor::{Editor, Input, NoCompletion};
 use action::Action;
 use debugger::Debugger;
-use input::{Input, Line};
 
 /// Run a TMCL program in a module step by step, with breakpoints
 ///
@@ -54,7 +52,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
         return Err(Failure::Failed(message.into()));
     }
-    let mut signal = EndSignal::watch(&[SIGINT])?;
+    let mut signal = EndSignal::watch()?;
     let mut module = Conversation::open(&options.program.reach)?;
     let program = read_program(&options.program.file, module.product()?)?;
     if options.attach {
@@ -67,14 +65,15 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         module.control(Opcode::ResetApplication, 0, 0)?;
     }
     let mut out = std::io::stdout().lock();
-    let mut input = Input::open()?;
+    let mut input = Editor::open(NoCompletion)?;
+    let prompt = if input.is_terminal() { "(tmcl) " } else { "" };
     let mut debugger = Debugger::new(&mut module, &program);
     writeln!(out, "{}", debugger.whereabouts()?)?;
     loop {
-        let action = match input.line(&mut out, &mut signal)? {
-            Line::Text(line) => Action::parse(&line),
-            Line::Interrupted => Ok(Action::Stop),
-            Line::End => Ok(Action::Quit),
+        let action = match input.line(prompt, &signal)? {
+            Input::Line(line) => Action::parse(&line),
+            Input::Interrupted => Ok(Action::Stop),
+            Input::End => Ok(Action::Quit),
         };
         let told = match action {
             Ok(Action::Quit) => break,
@@ -89,5 +88,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         out.flush()?;
     }
-    Ok(writeln!(out, "{}", debugger.farewell()?)?)
+    writeln!(out, "{}", debugger.farewell()?)?;
+    if signal.happened() { Err(signal.failure("")) } else { Ok(()) }
 }

@@ -14,8 +14,10 @@ use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 
 use crate::failure::Failure;
 use crate::product::Product;
+use crate::signal::EndSignal;
 use serial::Serial;
 use simulated::Simulated;
+pub use simulated::Surroundings;
 use slcan::Slcan;
 use tcp::Tcp;
 
@@ -112,6 +114,8 @@ impl From<std::io::Error> for LinkError {
 pub struct Link {
     wire: Wire,
     timeout: Duration,
+    /// When the link was opened.
+    opened: Instant,
 }
 
 /// The kinds of links.
@@ -125,19 +129,29 @@ enum Wire {
 }
 
 impl Link {
-    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply,
-    /// `simulated` what a virtual module inside this program is.
+    /// Opens a link. `baud` is the bit rate of a serial device in bit/s, `timeout` the longest wait for a reply; `product`
+    /// and `surroundings` say what a virtual module inside this program is.
     ///
     /// # Errors
-    /// The device or the connection cannot be opened.
-    pub fn open(target: &LinkTarget, baud: u32, timeout: Duration, simulated: Product) -> Result<Self, Failure> {
+    /// The device or the connection cannot be opened, or a real module is to have surroundings.
+    pub fn open(
+        target: &LinkTarget,
+        baud: u32,
+        timeout: Duration,
+        product: Product,
+        surroundings: &Surroundings,
+    ) -> Result<Self, Failure> {
+        if let (Some(option), false) = (surroundings.given(), *target == LinkTarget::Simulated) {
+            let message = "is for LINK sim; the module on this link has its own, which tmcl sim was given";
+            return Err(Failure::Arguments(format!("{option} {message}")));
+        }
         let wire = match target {
             LinkTarget::Serial(path) => Wire::Serial(Serial::open(path, baud)?),
             LinkTarget::Tcp(address) => Wire::Tcp(Tcp::connect(address, timeout)?),
             LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
-            LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new(simulated))),
+            LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new(product, surroundings)?)),
         };
-        Ok(Link { wire, timeout })
+        Ok(Link { wire, timeout, opened: Instant::now() })
     }
 
     fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
@@ -152,6 +166,26 @@ impl Link {
     /// Sets the longest wait for a reply.
     pub fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
+    }
+
+    /// Time since the link was opened: that of the clock on the wall, of a virtual module inside this program its virtual
+    /// time.
+    pub fn time(&self) -> Duration {
+        match &self.wire {
+            Wire::Simulated(module) => module.time(),
+            _ => self.opened.elapsed(),
+        }
+    }
+
+    /// Lets time pass for the module, or until a signal comes. True if a signal has come.
+    pub fn pause(&mut self, time: Duration, signal: &EndSignal) -> bool {
+        match &mut self.wire {
+            Wire::Simulated(module) => {
+                module.pass(time);
+                signal.happened()
+            }
+            _ => signal.within(time),
+        }
     }
 
     /// Sends a command to a module and waits for the reply. Bytes that came before the request are thrown away.

@@ -7,7 +7,6 @@ use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use signal_hook::consts::{SIGINT, SIGTERM};
 use tmcm::param::AxisParameter;
 
 use crate::conversation::{Conversation, Error, Reach};
@@ -62,7 +61,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     let axes = axes(&mut module, &options.axis)?;
     let speeds = speeds(&mut module, &axes)?;
-    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch()?;
     let terminal = std::io::stdout().is_terminal();
     let mut out = std::io::stdout().lock();
     if options.csv {
@@ -72,9 +71,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let interval = Duration::from_millis(options.interval);
     let mut due = begun;
     let mut samples = 0;
+    let mut end = Ok(());
     let mut all: Vec<Shown> = axes.iter().map(|&axis| Shown { axis, sample: Default::default(), seen: 0 }).collect();
     while options.count.is_none_or(|count| samples < count) {
         if signal.within(due.saturating_duration_since(Instant::now())) {
+            end = Err(signal.failure(""));
             break;
         }
         for shown in &mut all {
@@ -102,7 +103,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if terminal && !options.csv {
         writeln!(out)?;
     }
-    Ok(())
+    end
 }
 
 /// How speeds are shown: in the unit that the first axis has them in, as long as it watches.

@@ -36,7 +36,7 @@ fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSigna
     let mut progress = Progress::new("loading the program", total);
     for (done, (address, command)) in (1..).zip(program.at_addresses(at)) {
         if signal.happened() {
-            return Err(Failure::Failed("interrupted; the module has no program now".into()));
+            return Err(signal.failure("interrupted; the module has no program now"));
         }
         let reply = module.request(command).map_err(|error| {
             let size = error.is(Status::InvalidValue);
@@ -81,7 +81,7 @@ pub fn verify(module: &mut Conversation, program: &Program, at: u16, signal: &En
     let mut differences = Vec::new();
     for (done, (address, expected)) in (1..).zip(program.at_addresses(at)) {
         if signal.happened() {
-            return Err(Failure::Failed("interrupted; the program is loaded but not compared".into()));
+            return Err(signal.failure("interrupted; the program is loaded but not compared"));
         }
         let found = module.memory(address)?;
         if found != expected {

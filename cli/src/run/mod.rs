@@ -15,7 +15,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
-use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::files::STANDARD;
@@ -25,7 +24,7 @@ use crate::signal::EndSignal;
 use crate::sim::read_world;
 use recording::Recording;
 pub use script::{Action, Event};
-use session::Session;
+use session::{End, Session};
 use tmcm_sim::NativeModule;
 use trace::Trace;
 
@@ -110,7 +109,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let program = read_program(&options.program, Some(options.product))?;
     let world = options.world.as_deref().map(|path| read_world(path, options.product));
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
-    let signal = EndSignal::watch(&[SIGINT, SIGTERM])?;
+    let signal = EndSignal::watch()?;
     let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
     let recording = options.plot.is_some().then(|| Recording::new(options.product));
     let module = NativeModule::of(options.product, &world, None, SEED);
@@ -129,6 +128,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let drawn = std::fs::write(path, plot::draw(&name, report::time(&session, end), recording, &program));
         drawn.map_err(|error| Failure::Failed(format!("--plot: cannot write {shown}: {error}")))?;
         writeln!(out, "{:<18}{shown}", "plot")?;
+    }
+    if end == End::Signal {
+        // The report has told that it was interrupted.
+        return Err(signal.failure(""));
     }
     Ok(())
 }

@@ -98,9 +98,7 @@ impl EepromFile {
     /// Opens the files of several modules, of which the products are given: `path` for the first module, `path` with
     /// `.2`, `.3` ... for the others.
     pub fn open_all(path: &Path, products: &[Product]) -> Result<Vec<Self>, Failure> {
-        // A write beyond the limit for file sizes must fail instead of ending the program by SIGXFSZ.
-        signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())
-            .map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))?;
+        let_large_writes_fail()?;
         let name = |number: usize| {
             let mut name = path.as_os_str().to_owned();
             if number > 1 {
@@ -109,6 +107,15 @@ impl EepromFile {
             name
         };
         (1..).zip(products).map(|(number, product)| Self::open(Path::new(&name(number)), *product)).collect()
+    }
+
+    /// Opens the file of a single module.
+    ///
+    /// # Errors
+    /// Those of [`EepromFile::open`].
+    pub fn open_one(path: &Path, product: Product) -> Result<Self, Failure> {
+        let_large_writes_fail()?;
+        Self::open(path, product)
     }
 
     /// The contents when the file was opened; `None` if there was no file.
@@ -172,6 +179,13 @@ impl Backing for EepromFile {
         self.failing = saved.is_err();
         !self.failing
     }
+}
+
+/// Makes a write beyond the limit for file sizes fail, which would end the program by SIGXFSZ otherwise.
+fn let_large_writes_fail() -> Result<(), Failure> {
+    signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())
+        .map(|_| ())
+        .map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
 }
 
 /// Which products have an EEPROM of so many bytes, in words behind the number.

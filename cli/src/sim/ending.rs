@@ -5,7 +5,6 @@ use std::os::fd::{AsFd, BorrowedFd};
 use std::time::Instant;
 
 use rustix::io::Errno;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::link::readable;
@@ -21,8 +20,7 @@ pub(super) struct Ending {
 impl Ending {
     /// Watches for signals, and with `stdin` also for the end of standard input.
     pub(super) fn watch(stdin: bool) -> Result<Self, Failure> {
-        let signals: &[i32] = if ignored(SIGHUP) { &[SIGINT, SIGTERM] } else { &[SIGINT, SIGTERM, SIGHUP] };
-        Ok(Ending { signal: EndSignal::watch(signals)?, stdin: stdin.then(std::io::stdin) })
+        Ok(Ending { signal: EndSignal::watch()?, stdin: stdin.then(std::io::stdin) })
     }
 
     /// The descriptors to poll: one of them can be read when the end may have come.
@@ -40,11 +38,4 @@ fn is_at_end(stdin: &Stdin) -> bool {
     // Bytes on standard input are read and ignored.
     readable(stdin, Instant::now()).unwrap_or(true)
         && !matches!(rustix::io::read(stdin, &mut [0; 4096]), Ok(1..) | Err(Errno::INTR | Errno::AGAIN))
-}
-
-/// True if the program was started with this signal ignored, as `nohup` does with SIGHUP: the signal must not end it.
-fn ignored(signal: i32) -> bool {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).is_some_and(|mask| mask >> (signal - 1) & 1 != 0)
 }

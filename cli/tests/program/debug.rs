@@ -1,7 +1,10 @@
-//! `tmcl debug`, told what to do through a pipe.
+//! `tmcl debug`, told what to do through a pipe and on a terminal.
+
+use rustix::process::Signal;
 
 use super::fake::{Fake, State, program};
 use super::harness::{complaint, run, type_into};
+use super::pty::Terminal;
 
 const PROGRAM: [&str; 5] = ["CALC LOAD, 5", "CALC ADD, 1", "WAIT TICKS, 0, 100", "JA 1", "STOP"];
 
@@ -100,4 +103,41 @@ fn another_program_in_the_module_is_told() {
     let output = run(&["debug", &fake.link, file.to_str().unwrap(), "--attach"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(complaint(&output).contains("5 of 5 commands differ; address 0"), "{}", complaint(&output));
+}
+
+/// However the debugger ends, the terminal is as it was.
+#[test]
+fn the_terminal_gets_its_settings_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("program.bin");
+    std::fs::write(&file, program(&PROGRAM)).unwrap();
+    let start = || {
+        let mut terminal = Terminal::start(&["debug", "sim", file.to_str().unwrap()]);
+        terminal.expect("(tmcl) ");
+        assert!(!terminal.is_as_before());
+        terminal
+    };
+    let ends = |terminal: &mut Terminal, code: i32| {
+        let (status, shown) = terminal.end();
+        assert_eq!(status.code(), Some(code), "{shown}");
+        assert!(terminal.is_as_before(), "{shown}");
+    };
+    let mut quits = start();
+    quits.line("step");
+    quits.expect("(tmcl) ");
+    quits.line("quit");
+    ends(&mut quits, 0);
+    let mut leaves = start();
+    leaves.keys("\x03");
+    leaves.expect("(tmcl) ");
+    leaves.keys("\x04");
+    ends(&mut leaves, 0);
+    for (signal, code) in [(Signal::TERM, 143), (Signal::HUP, 129), (Signal::INT, 130)] {
+        let mut killed = start();
+        killed.signal(signal);
+        ends(&mut killed, code);
+    }
+    let mut closed = start();
+    closed.hang_up();
+    assert_eq!(closed.end().0.code(), Some(129));
 }

@@ -27,6 +27,7 @@ mod params;
 mod ports;
 mod products;
 mod programs;
+mod pty;
 mod readme;
 mod run;
 mod scan;

@@ -40,7 +40,7 @@ fn an_interrupt_ends_it_well() {
     assert!(lines.next().unwrap().unwrap().starts_with("time_s,"));
     assert!(lines.next().unwrap().unwrap().ends_with(",0,0,0,128,0,0,0,0"));
     rustix::process::kill_process(Pid::from_child(&monitor), Signal::INT).unwrap();
-    assert_eq!(monitor.wait().unwrap().code(), Some(0));
+    assert_eq!(monitor.wait().unwrap().code(), Some(130));
 }
 
 #[test]

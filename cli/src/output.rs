@@ -1,0 +1,122 @@
+//! Files that a command writes, where `-` stands for standard output.
+
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{self, BufWriter, Stdout, Write};
+use std::path::Path;
+
+use crate::failure::Failure;
+use crate::files::STANDARD;
+
+/// An open output: a file, or standard output. It is opened before the work begins, so that a name that cannot be written
+/// is noticed before a motor has moved.
+#[derive(Debug)]
+pub struct Output {
+    /// The option that names it, in front of messages; empty for an argument without an option.
+    option: &'static str,
+    name: String,
+    to: To,
+}
+
+#[derive(Debug)]
+enum To {
+    Standard(Stdout),
+    File(BufWriter<File>),
+}
+
+impl Output {
+    /// Opens an output that an option names; a file that exists is emptied.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn open(option: &'static str, path: &Path) -> Result<Self, Failure> {
+        if is_standard(path) {
+            return Ok(Output { option, name: "standard output".into(), to: To::Standard(io::stdout()) });
+        }
+        let name = path.display().to_string();
+        match File::create(path) {
+            Ok(file) => Ok(Output { option, name, to: To::File(BufWriter::new(file)) }),
+            Err(error) => Err(cannot(option, &name, &error)),
+        }
+    }
+
+    /// Opens an output for an SVG image.
+    ///
+    /// # Errors
+    /// The name of the file does not end in .svg, or it cannot be written.
+    pub fn svg(option: &'static str, path: &Path) -> Result<Self, Failure> {
+        let is_svg = path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+        if !is_svg && !is_standard(path) {
+            let name = path.display();
+            return Err(Failure::Arguments(format!(
+                "{option}: {name} does not end in .svg, and what is drawn is an SVG image; give a name like plot.svg, or - \
+                 for standard output"
+            )));
+        }
+        Self::open(option, path)
+    }
+
+    /// True for standard output. What a command prints beside its result goes to standard error then.
+    pub fn is_standard(&self) -> bool {
+        matches!(self.to, To::Standard(_))
+    }
+
+    /// The name of the file, or of standard output, in messages.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Writes bytes.
+    ///
+    /// # Errors
+    /// The bytes cannot be written.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        let written = match &mut self.to {
+            To::Standard(out) => return Ok(out.write_all(bytes)?),
+            To::File(file) => file.write_all(bytes),
+        };
+        written.map_err(|error| cannot(self.option, &self.name, &error))
+    }
+
+    /// Writes what is left in buffers.
+    ///
+    /// # Errors
+    /// The bytes cannot be written.
+    pub fn finish(mut self) -> Result<(), Failure> {
+        let written = match &mut self.to {
+            To::Standard(out) => return Ok(out.flush()?),
+            To::File(file) => file.flush(),
+        };
+        written.map_err(|error| cannot(self.option, &self.name, &error))
+    }
+}
+
+/// True for the name of standard output.
+pub fn is_standard(path: &Path) -> bool {
+    path == Path::new(STANDARD)
+}
+
+fn cannot(option: &str, name: &str, error: &io::Error) -> Failure {
+    let option = if option.is_empty() { String::new() } else { format!("{option}: ") };
+    Failure::Failed(format!("{option}cannot write {name}: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn images_have_a_name_of_their_own() {
+        let folder = tempfile::tempdir().unwrap();
+        for (name, is_one) in [("a.svg", true), ("a.SVG", true), ("a.png", false), ("svg", false), ("a.svg.bak", false)]
+        {
+            let path = folder.path().join(name);
+            assert_eq!(Output::svg("--plot", &path).is_ok(), is_one, "{name}");
+            assert_eq!(path.exists(), is_one, "{name} must not be touched");
+        }
+        assert!(Output::svg("--plot", Path::new("-")).unwrap().is_standard());
+        let nowhere = folder.path().join("none/a.svg");
+        let failure = Output::svg("--plot", &nowhere).unwrap_err().to_string();
+        assert!(failure.starts_with("--plot: cannot write ") && failure.contains("none/a.svg"), "{failure}");
+    }
+}

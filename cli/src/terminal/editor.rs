@@ -1,0 +1,184 @@
+//! Lines of the user: on a terminal with a prompt, history and completion, elsewhere as they come.
+
+use std::fmt;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::os::fd::AsFd;
+use std::os::unix::net::UnixStream;
+
+use rustix::event::{PollFd, PollFlags};
+use rustix::io::Errno;
+use rustix::termios::{OptionalActions, Termios};
+use rustyline::completion::Completer;
+use rustyline::error::ReadlineError;
+use rustyline::history::MemHistory;
+use rustyline::{Config, Context, Helper, Highlighter, Hinter, Validator};
+
+use super::is_interactive;
+use crate::failure::Failure;
+use crate::signal::EndSignal;
+
+/// The outcome of waiting for a line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// A line, without its line end.
+    Line(String),
+    /// Ctrl-C was pressed.
+    Interrupted,
+    /// There are no more lines: the input has ended, Ctrl-D was pressed, or the terminal is gone.
+    End,
+}
+
+/// Ends the mode in which a terminal marks what is pasted, which the line editor begins, and begins a new line.
+const PASTE_OFF: &[u8] = b"\x1b[?2004l\n";
+
+/// What can be typed.
+pub trait Complete {
+    /// The words that may stand at the cursor, which is before the byte `position` of the line, and the byte where they
+    /// begin.
+    fn complete(&self, line: &str, position: usize) -> (usize, Vec<String>);
+}
+
+/// Nothing is completed.
+#[derive(Clone, Copy, Debug)]
+pub struct NoCompletion;
+
+impl Complete for NoCompletion {
+    fn complete(&self, _: &str, position: usize) -> (usize, Vec<String>) {
+        (position, Vec::new())
+    }
+}
+
+/// Lines of standard input.
+pub struct Editor<C: Complete> {
+    from: From<C>,
+}
+
+impl<C: Complete> fmt::Debug for Editor<C> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Editor").finish_non_exhaustive()
+    }
+}
+
+enum From<C: Complete> {
+    Terminal { editor: Box<rustyline::Editor<Assistant<C>, MemHistory>>, settings: Box<Termios> },
+    Pipe(BufReader<File>),
+}
+
+impl<C: Complete> Editor<C> {
+    /// Lines of the terminal, or of standard input if it or standard output is none.
+    ///
+    /// # Errors
+    /// Standard input cannot be read.
+    pub fn open(completion: C) -> Result<Self, Failure> {
+        let stdin = std::io::stdin();
+        if !is_interactive() {
+            let lines = stdin.as_fd().try_clone_to_owned().map_err(unreadable)?;
+            return Ok(Editor { from: From::Pipe(BufReader::new(File::from(lines))) });
+        }
+        let settings = rustix::termios::tcgetattr(&stdin).map_err(std::io::Error::from).map_err(unreadable)?;
+        let config = Config::builder().auto_add_history(true).build();
+        let history = MemHistory::with_config(&config);
+        let mut editor = rustyline::Editor::with_history(config, history).map_err(told)?;
+        editor.set_helper(Some(Assistant(completion)));
+        Ok(Editor { from: From::Terminal { editor: Box::new(editor), settings: Box::new(settings) } })
+    }
+
+    /// True if somebody types the lines.
+    pub fn is_terminal(&self) -> bool {
+        matches!(self.from, From::Terminal { .. })
+    }
+
+    /// Waits for the next line. A signal that comes meanwhile ends the program if there is a terminal, after that has got
+    /// its settings back; a pipe is at its end then.
+    ///
+    /// # Errors
+    /// Standard input cannot be read.
+    pub fn line(&mut self, prompt: &str, signal: &EndSignal) -> Result<Input, Failure> {
+        match &mut self.from {
+            From::Terminal { editor, settings } => {
+                let read = guarded(signal, settings, || editor.readline(prompt)).map_err(unreadable)?;
+                match read {
+                    Ok(line) => Ok(Input::Line(line)),
+                    Err(ReadlineError::Interrupted) => Ok(Input::Interrupted),
+                    Err(ReadlineError::Eof) => {
+                        writeln!(std::io::stdout())?;
+                        Ok(Input::End)
+                    }
+                    // A terminal that is gone cannot be read.
+                    Err(_) => Ok(Input::End),
+                }
+            }
+            From::Pipe(lines) => {
+                if lines.buffer().is_empty() && signalled_first(signal, lines.get_ref()).map_err(unreadable)? {
+                    return Ok(Input::End);
+                }
+                let mut line = String::new();
+                match lines.read_line(&mut line).map_err(unreadable)? {
+                    0 => Ok(Input::End),
+                    _ => Ok(Input::Line(line.trim_end_matches(['\n', '\r']).into())),
+                }
+            }
+        }
+    }
+
+    /// What completes words.
+    pub fn completion(&mut self) -> Option<&mut C> {
+        match &mut self.from {
+            From::Terminal { editor, .. } => editor.helper_mut().map(|Assistant(completion)| completion),
+            From::Pipe(_) => None,
+        }
+    }
+}
+
+/// Does something that changes the settings of the terminal and waits for the user. If a signal comes meanwhile, the
+/// program ends here, after the terminal has got its settings back.
+fn guarded<T>(signal: &EndSignal, settings: &Termios, work: impl FnOnce() -> T) -> std::io::Result<T> {
+    let (done, waits) = UnixStream::pair()?;
+    Ok(std::thread::scope(|scope| {
+        scope.spawn(move || {
+            if signalled_first(signal, &waits).unwrap_or_default() {
+                // The terminal may be gone.
+                let _ = rustix::termios::tcsetattr(std::io::stdin(), OptionalActions::Now, settings);
+                // Whoever waits for the line may hold the lock of standard output, so this goes past it.
+                let _ = rustix::io::write(std::io::stdout(), PASTE_OFF);
+                std::process::exit(signal.failure("").code().into());
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    }))
+}
+
+/// Waits until there is something to read, or its other end has been closed; true if a signal came first.
+fn signalled_first(signal: &EndSignal, input: &impl AsFd) -> std::io::Result<bool> {
+    let mut polled = [PollFd::new(signal, PollFlags::IN), PollFd::new(input, PollFlags::IN)];
+    loop {
+        match rustix::event::poll(&mut polled, None) {
+            Ok(_) => return Ok(!polled[0].revents().is_empty()),
+            Err(Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+/// The line editor's view of [`Complete`].
+#[derive(Helper, Hinter, Highlighter, Validator)]
+struct Assistant<C: Complete>(C);
+
+impl<C: Complete> Completer for Assistant<C> {
+    type Candidate = String;
+
+    fn complete(&self, line: &str, position: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<String>)> {
+        Ok(self.0.complete(line, position))
+    }
+}
+
+fn told(error: ReadlineError) -> Failure {
+    Failure::Failed(format!("cannot use the terminal: {error}"))
+}
+
+fn unreadable(error: std::io::Error) -> Failure {
+    Failure::Failed(format!("cannot read standard input: {error}"))
+}

@@ -1,0 +1,84 @@
+//! Keys as they are typed, without echo and without waiting for the end of a line.
+
+use std::io::{Stdin, Write};
+use std::time::{Duration, Instant};
+
+use rustix::event::{PollFd, PollFlags, Timespec};
+use rustix::io::Errno;
+use rustix::termios::{LocalModes, OptionalActions, SpecialCodeIndex, Termios};
+
+use crate::failure::Failure;
+use crate::signal::EndSignal;
+
+/// The outcome of waiting for keys.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Keys {
+    /// What was typed since the last time; a key may be several bytes, and a held key comes again and again.
+    Typed(Vec<u8>),
+    /// Nothing was typed in time.
+    Nothing,
+    /// A signal has come; Ctrl-C is one.
+    Signal,
+    /// The terminal is gone.
+    Closed,
+}
+
+/// A terminal that gives each key at once. It gets its settings back when this is dropped.
+#[derive(Debug)]
+pub struct Raw {
+    stdin: Stdin,
+    settings: Termios,
+}
+
+impl Raw {
+    /// Has the terminal on standard input give single keys.
+    ///
+    /// # Errors
+    /// Standard input is no terminal.
+    pub fn begin() -> Result<Self, Failure> {
+        let stdin = std::io::stdin();
+        let begun = rustix::termios::tcgetattr(&stdin).and_then(|settings| {
+            let mut raw = settings.clone();
+            raw.local_modes -= LocalModes::ICANON | LocalModes::ECHO;
+            raw.special_codes[SpecialCodeIndex::VMIN] = 1;
+            raw.special_codes[SpecialCodeIndex::VTIME] = 0;
+            rustix::termios::tcsetattr(&stdin, OptionalActions::Now, &raw)?;
+            Ok(settings)
+        });
+        match begun {
+            Ok(settings) => Ok(Raw { stdin, settings }),
+            Err(_) => Err(Failure::Failed("keys can be read from a terminal only; standard input is none".into())),
+        }
+    }
+
+    /// Waits for keys, at most for `time`.
+    pub fn keys(&mut self, time: Duration, signal: &EndSignal) -> Keys {
+        let until = Instant::now() + time;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+            let mut polled = [PollFd::new(signal, PollFlags::IN), PollFd::new(&self.stdin, PollFlags::IN)];
+            match rustix::event::poll(&mut polled, Some(&timeout)) {
+                Ok(0) => return Keys::Nothing,
+                Ok(_) if !polled[0].revents().is_empty() => return Keys::Signal,
+                Ok(_) => {}
+                Err(Errno::INTR) => continue,
+                Err(_) => return Keys::Closed,
+            }
+            let mut bytes = [0; 256];
+            match rustix::io::read(&self.stdin, &mut bytes) {
+                Ok(count @ 1..) => return Keys::Typed(bytes.iter().copied().take(count).collect()),
+                Err(Errno::INTR | Errno::AGAIN) => {}
+                Ok(_) | Err(_) => return Keys::Closed,
+            }
+        }
+    }
+}
+
+impl Drop for Raw {
+    fn drop(&mut self) {
+        // What was typed and not read is meant for nobody. The terminal may be gone.
+        let _ = rustix::termios::tcsetattr(&self.stdin, OptionalActions::Flush, &self.settings);
+        let _ = std::io::stdout().flush();
+    }
+}
