@@ -47,3 +47,4 @@ pub mod sim;
 pub mod slcan;
 mod suggest;
 pub mod terminal;
+mod svg;

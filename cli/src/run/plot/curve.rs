@@ -3,34 +3,8 @@
 
 use std::fmt::Write;
 
-use super::scale::Scale;
 use crate::run::recording::{Channel, Range, Recording, joined};
-
-/// A rectangle of the image that a curve or axis fills, in pixels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Area {
-    pub(super) left: f64,
-    pub(super) top: f64,
-    pub(super) width: f64,
-    pub(super) height: f64,
-}
-
-impl Area {
-    /// Y coordinate of the lower edge.
-    pub(super) fn bottom(&self) -> f64 {
-        self.top + self.height
-    }
-
-    /// X coordinate of the right edge.
-    pub(super) fn right(&self) -> f64 {
-        self.left + self.width
-    }
-
-    /// Y coordinate of a value on a scale.
-    fn y(&self, scale: &Scale, value: i32) -> f64 {
-        self.bottom() - scale.fraction(value.into()) * self.height
-    }
-}
+use crate::svg::{Area, Scale};
 
 /// A column of the image, as wide as a pixel or a slice, whichever is wider: its X coordinate and the range of its
 /// values.
@@ -62,7 +36,7 @@ pub(super) fn path(recording: &Recording, channel: Channel, area: &Area, scale: 
             end(&mut path, pen.take(), x);
             continue;
         };
-        let (low, high) = (area.y(scale, low), area.y(scale, high));
+        let [low, high] = [low, high].map(|value| area.y(scale.fraction(value.into())));
         // Writing to a string cannot fail.
         match pen {
             None => {

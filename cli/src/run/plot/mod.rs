@@ -1,19 +1,21 @@
 //! The plot: panels over a common axis of time, as an SVG image.
 
 mod curve;
-mod scale;
+mod span;
 
 use std::fmt::Write;
 
 use hal_sim::clock::Nanos;
 
-use curve::{Area, bars, path};
-use scale::{Scale, TimeAxis, grouped};
+use curve::{bars, path};
+use span::TimeAxis;
 
 use super::recording::{Channel, Mark, Quantity, Recording, joined};
 use super::time;
 use crate::product::speed_words;
 use crate::program::Program;
+use crate::svg::colour::{BLACK, BLUE, GREEN, GREY, GRID, ORANGE, PURPLE, SHADE};
+use crate::svg::{Area, CHARACTER, Image, Scale, shortened, stroke};
 
 const WIDTH: f64 = 1000.0;
 const LEFT: f64 = 110.0;
@@ -24,19 +26,6 @@ const TITLE: f64 = 58.0;
 const NAME: f64 = 20.0;
 const GAP: f64 = 14.0;
 const LANE: f64 = 20.0;
-/// Height of the time axis.
-const AXIS: f64 = 44.0;
-
-/// Colours that people with colour-blindness can tell apart (Okabe and Ito).
-const BLUE: &str = "#0072b2";
-const ORANGE: &str = "#d55e00";
-const GREEN: &str = "#009e73";
-const PURPLE: &str = "#aa4499";
-const BLACK: &str = "#222";
-const GREY: &str = "#666";
-/// The background while the program is in a WAIT.
-const SHADE: &str = "#eef1f4";
-const GRID: &str = "#d9dde1";
 
 /// A curve in a panel.
 struct Line {
@@ -98,20 +87,12 @@ const SWITCHES: [(&str, Quantity); 3] =
 
 /// The SVG image of a recording.
 pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Program) -> String {
-    let mut plot = Plot { svg: String::new(), recording, span: recording.interval * recording.len() as u64 };
-    let panels = plot.panels();
+    let layout = Layout { recording, program };
+    let (panels, lanes) = (layout.panels(), layout.lanes());
     let below = TITLE + panels.iter().map(|panel| NAME + panel.height + GAP).sum::<f64>();
-    let lanes = plot.lanes(program);
     let bottom = below + lanes.len() as f64 * LANE;
-    let height = bottom + AXIS;
-    // Writing to a string cannot fail, here and below.
-    let _ = writeln!(
-        plot.svg,
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" width=\"{WIDTH}\" height=\"{height}\" \
-         font-family=\"DejaVu Sans, Verdana, Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"{BLACK}\">\n\
-         <title>{name}</title>\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>",
-        name = escaped(name)
-    );
+    let image = Image::new(name, WIDTH, bottom + Image::BELOW);
+    let mut plot = Plot { image, recording, span: recording.interval * recording.len() as u64 };
     plot.title(name, time);
     plot.time_axis(TITLE + NAME, bottom);
     let mut top = TITLE;
@@ -123,8 +104,7 @@ pub(super) fn draw(name: &str, time: Nanos, recording: &Recording, program: &Pro
         plot.lane(lane, top);
         top += LANE;
     }
-    plot.svg += "</svg>\n";
-    plot.svg
+    plot.image.finish()
 }
 
 /// A panel of an axis in its place.
@@ -147,13 +127,13 @@ enum Content {
     Notes,
 }
 
-struct Plot<'a> {
-    svg: String,
+/// What is to be drawn.
+struct Layout<'a> {
     recording: &'a Recording,
-    span: u64,
+    program: &'a Program,
 }
 
-impl Plot<'_> {
+impl Layout<'_> {
     /// The panels: of a module with several axes those of each axis that moves, as far as anything happens in them; or
     /// of axis 0 if none does.
     fn panels(&self) -> Vec<AxisPanel> {
@@ -200,10 +180,10 @@ impl Plot<'_> {
         wanted.map(|(name, channel, _)| Lane { name, content: Content::Level(channel) }).collect()
     }
 
-    fn lanes(&self, program: &Program) -> Vec<Lane> {
+    fn lanes(&self) -> Vec<Lane> {
         let marks = self.recording.kinds.iter().map(|mark| {
             let name = match mark {
-                Mark::Handler(address) => match program.label(*address) {
+                Mark::Handler(address) => match self.program.label(*address) {
                     Some(label) => shortened(label, 14),
                     None => format!("handler {address}"),
                 },
@@ -215,95 +195,81 @@ impl Plot<'_> {
         let notes = (!self.recording.notes.is_empty()).then(|| Lane { name: "events".into(), content: Content::Notes });
         self.levels().into_iter().chain(marks).chain(notes).collect()
     }
+}
+
+/// The image while it is being drawn.
+struct Plot<'a> {
+    image: Image,
+    recording: &'a Recording,
+    span: u64,
+}
+
+impl Plot<'_> {
+    /// The part of the image between two heights that has the curves.
+    fn area(&self, top: f64, height: f64) -> Area {
+        Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height }
+    }
 
     fn x(&self, at: u64) -> f64 {
-        LEFT + (WIDTH - LEFT - RIGHT) * at as f64 / self.span.max(1) as f64
-    }
-
-    fn text(&mut self, x: f64, y: f64, attributes: &str, text: &str) {
-        let _ = writeln!(self.svg, "<text x=\"{x:.1}\" y=\"{y:.1}\" {attributes}>{}</text>", escaped(text));
-    }
-
-    fn draw_path(&mut self, path: &str, attributes: &str) {
-        if !path.is_empty() {
-            let _ = writeln!(self.svg, "<path d=\"{path}\" {attributes}/>");
-        }
+        self.area(0.0, 0.0).x(at as f64 / self.span.max(1) as f64)
     }
 
     fn title(&mut self, name: &str, time: Nanos) {
-        self.text(LEFT, 28.0, "font-size=\"17\" font-weight=\"bold\"", name);
+        self.image.text(LEFT, 28.0, "font-size=\"17\" font-weight=\"bold\"", name);
         let length = format!("{} of virtual time", time::show(time));
-        self.text(WIDTH - RIGHT, 28.0, &format!("text-anchor=\"end\" fill=\"{GREY}\""), &length);
+        self.image.text(WIDTH - RIGHT, 28.0, &format!("text-anchor=\"end\" fill=\"{GREY}\""), &length);
         let legend = WIDTH - RIGHT - 150.0;
-        let _ = writeln!(
-            self.svg,
-            "<rect x=\"{legend}\" y=\"39\" width=\"22\" height=\"12\" fill=\"{SHADE}\" stroke=\"{GRID}\"/>"
-        );
-        self.text(legend + 29.0, 49.0, &format!("fill=\"{GREY}\""), "program in a WAIT");
+        self.image.path(&format!("M{legend} 39h22v12h-22z"), &format!("fill=\"{SHADE}\" stroke=\"{GRID}\""));
+        self.image.text(legend + 29.0, 49.0, &format!("fill=\"{GREY}\""), "program in a WAIT");
     }
 
     /// Draws the shades behind WAITs, the vertical grid lines, and the times at the bottom.
     fn time_axis(&mut self, top: f64, bottom: f64) {
-        let area = Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: bottom - top };
+        let area = self.area(top, bottom - top);
         let [waiting, _] = bars(self.recording, Channel::Waiting, &area);
-        self.draw_path(&waiting, &format!("fill=\"{SHADE}\""));
+        self.image.path(&waiting, &format!("fill=\"{SHADE}\""));
         let axis = TimeAxis::over(self.span);
-        let mut lines = String::new();
-        for (at, text) in &axis.ticks {
-            let x = self.x(*at);
-            let _ = write!(lines, "M{x:.1} {top:.1}V{:.1}", bottom + 5.0);
-            self.text(x, bottom + 19.0, "text-anchor=\"middle\"", text);
-        }
-        self.draw_path(&lines, &format!("stroke=\"{GRID}\" fill=\"none\""));
-        let middle = area.left + area.width / 2.0;
-        self.text(
-            middle,
-            bottom + 36.0,
-            &format!("text-anchor=\"middle\" fill=\"{GREY}\""),
-            &format!("time in {}", axis.unit),
-        );
+        let ticks: Vec<(f64, String)> = axis.ticks.into_iter().map(|(at, text)| (self.x(at), text)).collect();
+        self.image.frame(&area, &ticks, &format!("time in {}", axis.unit));
     }
 
     fn panel(&mut self, AxisPanel { axis, panel, name, height }: &AxisPanel, top: f64) {
-        let area = Area { left: LEFT, top, width: WIDTH - LEFT - RIGHT, height: *height };
+        let area = self.area(top, *height);
         let ranges = panel.lines.iter().map(|line| self.recording.range(Channel::Of(*axis, line.quantity)));
         let (low, high) = ranges.fold(panel.least, joined).unwrap_or((0, 1));
         let scale = Scale::over(low.into(), high.into(), (height / 24.0) as usize);
-        self.text(LEFT, top - 7.0, "font-weight=\"bold\"", name);
+        self.image.text(LEFT, top - 7.0, "font-weight=\"bold\"", name);
         let mut x = LEFT + 220.0;
         for line in panel.lines.iter().filter(|line| !line.name.is_empty()) {
-            self.draw_path(&format!("M{x} {:.1}h24", top - 11.0), &stroke(line));
-            self.text(x + 30.0, top - 7.0, "", line.name);
+            self.image.path(&format!("M{x} {:.1}h24", top - 11.0), &stroke(line.colour, line.dash));
+            self.image.text(x + 30.0, top - 7.0, "", line.name);
             x += 100.0;
         }
-        let mut grid = String::new();
-        for tick in &scale.ticks {
-            let y = area.bottom() - scale.fraction(*tick) * area.height;
-            let _ = write!(grid, "M{:.1} {y:.1}H{:.1}", area.left, area.right());
-            self.text(LEFT - 8.0, y + 4.0, "text-anchor=\"end\"", &grouped(*tick));
-        }
-        self.draw_path(&grid, &format!("stroke=\"{GRID}\" fill=\"none\""));
+        self.image.levels(&area, &scale);
         for line in panel.lines {
-            self.draw_path(&path(self.recording, Channel::Of(*axis, line.quantity), &area, &scale), &stroke(line));
+            self.image.path(
+                &path(self.recording, Channel::Of(*axis, line.quantity), &area, &scale),
+                &stroke(line.colour, line.dash),
+            );
         }
     }
 
     fn lane(&mut self, lane: &Lane, top: f64) {
-        self.text(LEFT - 8.0, top + LANE - 6.0, "text-anchor=\"end\"", &lane.name);
-        let area = Area { left: LEFT, top: top + 4.0, width: WIDTH - LEFT - RIGHT, height: LANE - 8.0 };
+        self.image.text(LEFT - 8.0, top + LANE - 6.0, "text-anchor=\"end\"", &lane.name);
+        let area = self.area(top + 4.0, LANE - 8.0);
         let base = format!("M{:.1} {:.1}H{:.1}", area.left, area.bottom(), area.right());
-        self.draw_path(&base, &format!("stroke=\"{GRID}\" fill=\"none\""));
+        self.image.path(&base, &format!("stroke=\"{GRID}\" fill=\"none\""));
         match lane.content {
             Content::Level(channel) => {
                 let [on, sometimes] = bars(self.recording, channel, &area);
-                self.draw_path(&on, &format!("fill=\"{BLUE}\""));
-                self.draw_path(&sometimes, &format!("fill=\"{BLUE}\" fill-opacity=\"0.45\""));
+                self.image.path(&on, &format!("fill=\"{BLUE}\""));
+                self.image.path(&sometimes, &format!("fill=\"{BLUE}\" fill-opacity=\"0.45\""));
             }
             Content::Marks(mark) => {
                 let colour = if matches!(mark, Mark::Handler(_)) { GREEN } else { ORANGE };
                 let times = self.recording.marked(mark).map(|slice| slice as u64 * self.recording.interval);
                 let ticks = self.ticks(times.collect(), &area);
-                self.draw_path(&ticks, &format!("stroke=\"{colour}\" stroke-width=\"1.5\" fill=\"none\""));
+                self.image.path(&ticks, &format!("stroke=\"{colour}\" stroke-width=\"1.5\" fill=\"none\""));
             }
             Content::Notes => self.notes(&area),
         }
@@ -333,56 +299,14 @@ impl Plot<'_> {
             }
         }
         let ticks = self.ticks(notes.iter().map(|(at, _)| *at).collect(), area);
-        self.draw_path(&ticks, &format!("stroke=\"{BLACK}\" stroke-width=\"1.5\" fill=\"none\""));
+        self.image.path(&ticks, &format!("stroke=\"{BLACK}\" stroke-width=\"1.5\" fill=\"none\""));
         let ends = notes.iter().skip(1).map(|(at, _)| self.x(*at)).chain([area.right()]).collect::<Vec<_>>();
         for ((at, text), end) in notes.iter().zip(ends) {
             let x = self.x(*at) + 5.0;
-            // A character of this font size is about 6.6 pixels wide.
-            let room = ((end - x) / 6.6) as usize;
+            let room = ((end - x) / CHARACTER) as usize;
             if room >= 4 {
-                self.text(x, area.bottom() - 1.0, "font-size=\"11\"", &shortened(text, room));
+                self.image.text(x, area.bottom() - 1.0, "font-size=\"11\"", &shortened(text, room));
             }
         }
-    }
-}
-
-fn stroke(line: &Line) -> String {
-    let Line { colour, dash, .. } = line;
-    let dash = if dash.is_empty() { String::new() } else { format!(" stroke-dasharray=\"{dash}\"") };
-    format!("stroke=\"{colour}\" stroke-width=\"1.5\" stroke-linejoin=\"round\" fill=\"none\"{dash}")
-}
-
-/// The text, cut to `room` characters.
-fn shortened(text: &str, room: usize) -> String {
-    if text.chars().count() <= room {
-        return text.into();
-    }
-    text.chars().take(room.saturating_sub(1)).chain(['\u{2026}']).collect()
-}
-
-/// A text with XML's special characters escaped and without control characters, which XML does not allow.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            c if c.is_control() => escaped.push('\u{fffd}'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_cannot_break_the_image() {
-        assert_eq!(escaped("a<b>&\"\u{1b}"), "a&lt;b&gt;&amp;&quot;\u{fffd}");
-        assert_eq!((shortened("Timer0Irq", 9), shortened("Timer0Irq", 6)), ("Timer0Irq".into(), "Timer…".into()));
     }
 }
