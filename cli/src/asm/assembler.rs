@@ -325,7 +325,8 @@ fn canonical(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| path.into())
 }
 
-fn unknown_command(word: &str) -> String {
+/// Message about a word that is no mnemonic.
+pub(super) fn unknown_command(word: &str) -> String {
     let mnemonics = Instruction::all().map(|i| i.mnemonic).filter(|mnemonic| !mnemonic.is_empty());
     format!("{}{}", text::Error::UnknownMnemonic(word), suggestion(word, mnemonics))
 }

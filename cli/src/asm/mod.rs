@@ -32,6 +32,7 @@ mod diagnostic;
 mod encode;
 mod expression;
 pub mod include;
+mod line;
 mod listing;
 mod messages;
 mod source;
@@ -53,6 +54,7 @@ use crate::product::{self, Product};
 use crate::program::binary;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
+pub use line::{command, names, value};
 pub use listing::{listing, symbols};
 pub(crate) use messages::reported;
 pub use source::Source;
@@ -108,7 +110,7 @@ The exit code is 1 if the program has errors; no file is written then.";
 
 /// Assembles a program into a file.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let Some(source) = &options.source else { return names(options.product) };
+    let Some(source) = &options.source else { return show_names(options.product) };
     let output = match &options.output {
         Some(output) => output.clone(),
         None if source == Path::new(STANDARD) => {
@@ -152,7 +154,7 @@ fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
 }
 
 /// Prints the built-in files of a product.
-fn names(product: Product) -> Result<(), Failure> {
+fn show_names(product: Product) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     for file in [include::PARAMETERS, include::INTERRUPTS] {
         writeln!(out, "// {file}\n{}", include::text(product.spec(), file).unwrap_or_default())?;

@@ -66,6 +66,24 @@ impl Symbols {
         }
     }
 
+    /// All names, those of the built-in files as well, in the order of their definitions.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.list.iter().map(|symbol| symbol.name.as_str())
+    }
+
+    /// These names and behind them those of others, for the product of the others; of two that are the same these come
+    /// first.
+    pub(super) fn with(&self, others: &Symbols) -> Symbols {
+        let mut both = Symbols { product: others.product, ..self.clone() };
+        for symbol in &others.list {
+            if let Entry::Vacant(entry) = both.indices.entry(symbol.name.to_lowercase()) {
+                entry.insert(both.list.len());
+                both.list.push(symbol.clone());
+            }
+        }
+        both
+    }
+
     fn get(&self, name: &str) -> Option<&Symbol> {
         self.list.get(*self.indices.get(&name.to_lowercase())?)
     }
