@@ -11,6 +11,7 @@ use super::diagnostic::{Diagnostic, Diagnostics, SHOWN, Severity};
 use super::encode;
 use super::expression::evaluate;
 use super::include;
+use super::settings::Settings;
 use super::source::{Problem, Source};
 use super::statement::{self, CommandLine, Head, Name, Operand, Statement};
 use super::symbol::{Meaning, Symbols};
@@ -66,14 +67,13 @@ impl Assembly {
     }
 }
 
-/// Assembles a file, with the files that it includes, for a product. For one that is not known there are no built-in
-/// files, and no warnings that need the tables of a product.
+/// Assembles a file, with the files that it includes, for a product.
 ///
 /// # Errors
 /// The errors and warnings in the files.
-pub fn assemble_file(path: &Path, product: Option<Product>) -> Result<Assembly, Diagnostics> {
+pub fn assemble_file(path: &Path, settings: impl Into<Settings>) -> Result<Assembly, Diagnostics> {
     let source = Source::read(path).map_err(|message| Diagnostics(vec![Diagnostic::without_location(message)]))?;
-    assemble(source, product)
+    assemble(source, settings.into())
 }
 
 /// Assembles a text under the name `name`, which errors and warnings show, as a file is assembled. Files that the text
@@ -81,12 +81,14 @@ pub fn assemble_file(path: &Path, product: Option<Product>) -> Result<Assembly, 
 ///
 /// # Errors
 /// The errors and warnings in the text.
-pub fn assemble_text(name: &str, text: &str, product: Option<Product>) -> Result<Assembly, Diagnostics> {
-    assemble(Source::from_text(name, text), product)
+pub fn assemble_text(name: &str, text: &str, settings: impl Into<Settings>) -> Result<Assembly, Diagnostics> {
+    assemble(Source::from_text(name, text), settings.into())
 }
 
-fn assemble(source: Source, product: Option<Product>) -> Result<Assembly, Diagnostics> {
-    let mut assembler = Assembler { product, symbols: Symbols::new(product), ..Assembler::default() };
+fn assemble(source: Source, settings: Settings) -> Result<Assembly, Diagnostics> {
+    let Settings { product, strict } = settings;
+    let symbols = Symbols::new(product);
+    let mut assembler = Assembler { product, strict, symbols, ..Assembler::default() };
     assembler.read(Arc::new(source));
     assembler.evaluate();
     let commands = assembler.encode();
@@ -110,6 +112,7 @@ type Pending<T> = Vec<(usize, T)>;
 #[derive(Default)]
 struct Assembler {
     product: Option<Product>,
+    strict: bool,
     lines: Vec<SourceLine>,
     symbols: Symbols,
     constants: Pending<(Name, Operand)>,
@@ -132,6 +135,11 @@ impl Assembler {
 
     fn error(&mut self, line: usize, problem: Problem) {
         self.report(line, Severity::Error, problem);
+    }
+
+    fn warning(&mut self, line: usize, problem: Problem) {
+        let severity = if self.strict { Severity::Error } else { Severity::Warning };
+        self.report(line, severity, problem);
     }
 
     /// Size of program memory in commands.
@@ -310,11 +318,11 @@ impl Assembler {
         for (command, (line, text)) in commands.iter().zip(&written) {
             if text.head == Head::Nop {
                 let message = "this ends the program: a module takes command 0 for the end, none does nothing";
-                self.report(*line, Severity::Warning, Problem::new(text.span, message));
+                self.warning(*line, Problem::new(text.span, message));
             }
             let spec = self.product.map(Product::spec);
             for (part, message) in check::warnings(spec, *command, commands.len()) {
-                self.report(*line, Severity::Warning, Problem::new(encode::span(text, part), message));
+                self.warning(*line, Problem::new(encode::span(text, part), message));
             }
         }
         self.commands = written;

@@ -35,6 +35,7 @@ pub mod include;
 mod line;
 mod listing;
 mod messages;
+mod settings;
 mod source;
 mod statement;
 mod symbol;
@@ -57,6 +58,7 @@ pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use line::{command, names, value};
 pub use listing::{listing, symbols};
 pub(crate) use messages::reported;
+pub use settings::Settings;
 pub use source::Source;
 pub use symbol::Symbols;
 
@@ -68,7 +70,7 @@ pub use symbol::Symbols;
 /// Labels (Loop:), constants (Speed = 2 * 500), comments (// and /* */) and #include work as in the vendor's
 /// assembler. The lines "#include TMCLParam.tmc" and "#include Interrupts.inc" bring names for the numbers of
 /// parameters and interrupts; --names shows them. Warnings tell what a module would refuse, for example a value out of
-/// range.
+/// range; --strict makes them errors.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -92,6 +94,10 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["source", "output", "symbols", "listing"])]
     pub names: bool,
 
+    /// Take warnings for errors, so that no file is written for a program that has any
+    #[arg(long, conflicts_with = "names")]
+    pub strict: bool,
+
     /// The module that the program is for: 1140, 3110, 3212 or 6110
     ///
     /// Its axes, parameters, interrupts, inputs and outputs are those of the built-in files and of the warnings.
@@ -106,6 +112,7 @@ Examples:
   tmcl asm stage.tmc --symbols --listing   shows where everything is
   tmcl asm --names                         names for all parameters and interrupts
   tmcl asm stage.tmc --product 6110        for a module with six axes
+  tmcl asm stage.tmc --strict              nothing that a module would refuse may be in it
 The exit code is 1 if the program has errors; no file is written then.";
 
 /// Assembles a program into a file.
@@ -122,11 +129,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if to_standard && (options.symbols || options.listing) {
         return fail("standard output cannot have both the program and text; write the program to a file");
     }
-    let product = Some(options.product);
+    let settings = Settings { product: Some(options.product), strict: options.strict };
     let assembly = reported(if source == Path::new(STANDARD) {
-        assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?, product)
+        assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?, settings)
     } else {
-        assemble_file(source, product)
+        assemble_file(source, settings)
     })?;
     let bytes = binary::encode(&assembly.commands);
     let mut out = std::io::stdout().lock();

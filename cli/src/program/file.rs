@@ -6,7 +6,7 @@ use std::path::Path;
 use tmcm::tmcl::Command;
 
 use super::{Program, binary};
-use crate::asm::{assemble_file, assemble_text, reported};
+use crate::asm::{Settings, assemble_file, assemble_text, reported};
 use crate::failure::Failure;
 use crate::files::{STANDARD, is_text, name, read_named};
 use crate::product::Product;
@@ -31,20 +31,21 @@ fn commands(path: &Path, bytes: &[u8], product: Option<Product>) -> Result<Vec<C
     })
 }
 
-/// Reads a program to be loaded into a module of a product: a source if the file name ends in .tmc, else an assembled
+/// Reads a program to be loaded into a module: a source if the file name ends in .tmc, else an assembled
 /// program. Standard input may hold either. The assembler's errors and warnings are printed.
-pub fn read_program(path: &Path, product: Option<Product>) -> Result<Program, Failure> {
+pub fn read_program(path: &Path, settings: impl Into<Settings>) -> Result<Program, Failure> {
+    let settings = settings.into();
     let program = if path == Path::new(STANDARD) {
         let bytes = read_named(path).map_err(Failure::Failed)?;
         if is_text(&bytes) {
-            reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), product))?.into()
+            reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), settings))?.into()
         } else {
-            commands(path, &bytes, product)?.into()
+            commands(path, &bytes, settings.product)?.into()
         }
     } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
-        reported(assemble_file(path, product))?.into()
+        reported(assemble_file(path, settings))?.into()
     } else {
-        Program::from(read_commands(path, product)?)
+        Program::from(read_commands(path, settings.product)?)
     };
     check(&program).map_err(|error| Failure::Failed(format!("{}: {error}", name(path))))?;
     Ok(program)

@@ -154,6 +154,20 @@ fast.tmc:2:4: warning: address 9 is outside of the program, which ends at 2
 }
 
 #[test]
+fn strictly_a_warning_is_an_error_and_nothing_is_written() {
+    let folder = Folder::with(&[("fast.tmc", "SAP 4, 0, 50000\nJA 0\n"), ("slow.tmc", "SAP 4, 0, 500\n")]);
+    let expected = "\
+fast.tmc:1:11: error: 50000 is out of range: maximum positioning speed takes 1..2047
+    SAP 4, 0, 50000
+              ^^^^^
+";
+    assert_eq!(folder.complaint(&["asm", "fast.tmc", "--strict"]), expected);
+    assert_eq!(folder.complaint(&["asm", "fast.tmc", "--strict", "-o", "-"]), expected);
+    assert_eq!(names(folder.0.path()), ["fast.tmc", "slow.tmc"]);
+    assert_eq!(folder.shown(&["asm", "slow.tmc", "--strict"]), "slow.bin: 2 commands, 16 bytes\n");
+}
+
+#[test]
 fn sources_are_never_replaced() {
     let folder =
         Folder::with(&[("main.tmc", "#include part.bin\n"), ("part.bin", "STOP\n"), ("main.bin.tmc", "STOP\n")]);
