@@ -11,6 +11,7 @@
 //! * [`params`] - `tmcl params`: a module's settings in a file
 //! * [`calc`] - `tmcl calc`: speeds, accelerations and times in the units of a product
 //! * [`eds`] - `tmcl eds`: the objects of the CANopen firmware as a file for masters
+//! * [`completions`] - `tmcl completions`: for shells
 //! * [`monitor`] - `tmcl monitor`: samples of an axis
 //! * [`scan`] - `tmcl scan`: the modules on a link
 //! * [`program`] - TMCL programs in files and in a module's program memory
@@ -22,9 +23,11 @@
 //! * [`output`] - files that a command writes, or standard output
 //! * [`terminal`] - the user's terminal: lines with history, and single keys
 //! * [`progress`] - a progress bar
+//! * [`version`] - `tmcl --version`
 
 pub mod asm;
 pub mod calc;
+pub mod completions;
 pub mod conversation;
 pub mod debug;
 pub mod disasm;
@@ -46,5 +49,6 @@ pub mod signal;
 pub mod sim;
 pub mod slcan;
 mod suggest;
-pub mod terminal;
 mod svg;
+pub mod terminal;
+pub mod version;

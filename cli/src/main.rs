@@ -3,8 +3,8 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use tmcl_cli::{asm, calc, debug, disasm, eds, load, monitor, params, run, scan, send, sim};
+use clap::{CommandFactory, Parser, Subcommand};
+use tmcl_cli::{asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, sim, version};
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
 /// language they speak.
@@ -12,7 +12,7 @@ use tmcl_cli::{asm, calc, debug, disasm, eds, load, monitor, params, run, scan, 
 /// Start a virtual module with `tmcl sim` and point your host software at the serial port or TCP port that
 /// it prints; talk to a module - virtual or real - with the other commands.
 #[derive(Parser, Debug)]
-#[command(name = "tmcl", version, max_term_width = 100, after_long_help = EXAMPLES)]
+#[command(name = "tmcl", version = version::SHORT, long_version = version::LONG.as_str(), max_term_width = 100, after_long_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -42,6 +42,7 @@ enum Command {
     Debug(debug::Options),
     Calc(calc::Options),
     Eds(eds::Options),
+    Completions(completions::Options),
 }
 
 fn main() -> ExitCode {
@@ -58,6 +59,7 @@ fn main() -> ExitCode {
         Command::Debug(options) => debug::run(&options),
         Command::Calc(options) => calc::run(&options),
         Command::Eds(options) => eds::run(&options),
+        Command::Completions(options) => completions::run(&options, Arguments::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
