@@ -321,7 +321,7 @@ impl Assembler {
                 self.warning(*line, Problem::new(text.span, message));
             }
             let spec = self.product.map(Product::spec);
-            for (part, message) in check::warnings(spec, *command, commands.len()) {
+            for (part, message) in check::warnings(spec, *command, 0..commands.len()) {
                 self.warning(*line, Problem::new(encode::span(text, part), message));
             }
         }

@@ -1,8 +1,10 @@
 //! Warnings about commands that can be assembled but that a module would refuse.
 
+use std::ops::Range;
+
 use tmcm::module::Spec;
 use tmcm::module::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS};
-use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES};
+use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES, TIMERS};
 use tmcm::tmcl::{ALL_AXES, AxisSet, Command, FIRST_SET, Field, Instruction, MotorField, Opcode};
 
 use crate::product::{Named, parameter};
@@ -12,6 +14,16 @@ use crate::program::target;
 const COORD: u8 = 2;
 /// Type of WAIT TICKS, which has no motor.
 const TICKS: u8 = 0;
+/// Types of CALC that divide.
+const DIV: u8 = 3;
+const MOD: u8 = 4;
+/// Value that stands for that of the accumulator, in WAIT and in SIO for all outputs.
+const FROM_ACCUMULATOR: i32 = -1;
+
+/// Banks of SGP and its sisters.
+const GLOBAL: u8 = 0;
+const VARIABLES: u8 = 2;
+const INTERRUPTS: u8 = 3;
 
 /// The field of a command that a warning is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,9 +34,9 @@ pub(super) enum Part {
     Value,
 }
 
-/// The warnings for a command of a program with `length` commands, for this product; for one that is not known, `None`,
+/// The warnings for a command of a program that has these addresses, for this product; for one that is not known, `None`,
 /// those that hold for every module.
-pub(super) fn warnings(spec: Option<&Spec>, command: Command, length: usize) -> Vec<(Part, String)> {
+pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<usize>) -> Vec<(Part, String)> {
     let Some(opcode) = Opcode::from_number(command.opcode) else { return unknown(command.opcode) };
     let instruction = opcode.instruction();
     if !instruction.program {
@@ -35,13 +47,10 @@ pub(super) fn warnings(spec: Option<&Spec>, command: Command, length: usize) -> 
         return vec![(Part::Number, message)];
     }
     let of_product = spec.map(|spec| {
-        [
-            kind(spec, command, opcode, instruction),
-            motor(spec, command, opcode, instruction),
-            value(spec, command, opcode),
-        ]
+        [kind(spec, command, opcode), motor(spec, command, opcode, instruction), value(spec, command, opcode)]
     });
-    of_product.into_iter().flatten().chain([jump(command, length)]).flatten().collect()
+    let of_all = [named(command, instruction), constant(command, opcode), jump(command, addresses)];
+    of_product.into_iter().flatten().chain(of_all).flatten().collect()
 }
 
 /// Warnings for an unknown command number. Number 0 has none: it ends a program, and some hosts use it for that.
@@ -56,7 +65,28 @@ fn unknown(number: u8) -> Vec<(Part, String)> {
     vec![(Part::Number, message)]
 }
 
-fn kind(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
+/// A type of which the command has none.
+fn named(command: Command, instruction: &Instruction) -> Option<(Part, String)> {
+    let number = command.kind;
+    let Some(Field::Named(names)) = instruction.fields.first() else { return None };
+    let message = || format!("{} has no type {number}, only {}", instruction.mnemonic, names.join(", "));
+    names.get(usize::from(number)).is_none().then(|| (Part::Kind, message()))
+}
+
+/// A constant that makes no sense on any module.
+fn constant(command: Command, opcode: Opcode) -> Option<(Part, String)> {
+    let message = match (opcode, command.kind, command.value) {
+        (Opcode::Calc, DIV, 0) => "this divides by 0: a module goes on with 0 in the accumulator".into(),
+        (Opcode::Calc, MOD, 0) => "this divides by 0: a module leaves the accumulator as it is".into(),
+        (Opcode::Wait, _, time) if time < 0 && time != FROM_ACCUMULATOR => format!(
+            "a time cannot be negative: with {time} this has no effect; {FROM_ACCUMULATOR} is the time in the accumulator"
+        ),
+        _ => return None,
+    };
+    Some((Part::Value, message))
+}
+
+fn kind(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
     let number = command.kind;
     let parameter = parameter(spec, opcode, command);
     let message = match opcode {
@@ -64,9 +94,9 @@ fn kind(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction
             access(opcode, "axis parameter", number, parameter)
         }
         Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp => match command.motor {
-            0 => access(opcode, "global parameter", number, parameter),
-            2 => user_variable(opcode, number),
-            3 => access(opcode, "interrupt parameter", number, parameter),
+            GLOBAL => access(opcode, "global parameter", number, parameter),
+            VARIABLES => user_variable(opcode, number),
+            INTERRUPTS => access(opcode, "interrupt parameter", number, parameter),
             _ => None,
         },
         Opcode::Sco | Opcode::Gco | Opcode::Cco | Opcode::Aco => coordinate(i32::from(number)),
@@ -76,12 +106,7 @@ fn kind(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction
             let exists = all || Interrupt::find(number, spec.axes, spec.inputs).is_some();
             (!exists).then(|| format!("there is no interrupt {number}"))
         }
-        _ => match instruction.fields.first() {
-            Some(Field::Named(names)) if names.get(usize::from(number)).is_none() => {
-                Some(format!("{} has no type {number}, only {}", instruction.mnemonic, names.join(", ")))
-            }
-            _ => None,
-        },
+        _ => None,
     };
     message.map(|message| (Part::Kind, message))
 }
@@ -92,25 +117,27 @@ fn access(opcode: Opcode, what: &str, number: u8, parameter: Option<Named>) -> O
         Opcode::Sap | Opcode::Sgp | Opcode::Aap | Opcode::Agp if !row.writable() => {
             Some(format!("{what} {number} ({name}) can only be read"))
         }
-        Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp if !row.stored() => {
-            Some(format!("{what} {number} ({name}) cannot be stored"))
+        Opcode::Stap | Opcode::Rsap if !row.stored() => Some(format!("{what} {number} ({name}) cannot be stored")),
+        Opcode::Stgp | Opcode::Rsgp if row.stored() => {
+            Some(format!("{what} {number} ({name}) is stored by SGP itself"))
         }
+        Opcode::Stgp | Opcode::Rsgp => Some(format!("{what} {number} ({name}) cannot be stored")),
         _ => None,
     }
 }
 
 fn port(spec: &Spec, command: Command, opcode: Opcode) -> Option<String> {
     let (port, bank) = (command.kind, command.motor);
-    let among = |what: &str, count: u8| {
-        let exists = port == ALL_PORTS || port < count;
+    let among = |what: &str, count: u8, all: bool| {
+        let exists = all && port == ALL_PORTS || port < count;
         (!exists).then(|| format!("there is no {what} {port}, only 0..{}", count.saturating_sub(1)))
     };
     if opcode == Opcode::Gio && spec.signals.iter().any(|signal| signal.place() == (bank, port)) {
         return None;
     }
     match (opcode, bank) {
-        (_, OUTPUTS) => among("output", spec.outputs),
-        (Opcode::Gio, INPUTS) => among("input", spec.inputs),
+        (_, OUTPUTS) => among("output", spec.outputs, opcode == Opcode::Sio),
+        (Opcode::Gio, INPUTS) => among("input", spec.inputs, true),
         (Opcode::Sio, INPUTS) => {
             let exists = port == 0 && spec.pull_ups > 0;
             (!exists).then(|| format!("there are no pull-up resistors at port {port}"))
@@ -139,10 +166,18 @@ fn coordinate(number: i32) -> Option<String> {
 fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instruction) -> Option<(Part, String)> {
     let motor = command.motor;
     let message = match (opcode, instruction.motor) {
-        (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _) if !matches!(motor, 0 | 2 | 3) => {
+        (Opcode::Sgp | Opcode::Ggp | Opcode::Stgp | Opcode::Rsgp | Opcode::Agp, _)
+            if !matches!(motor, GLOBAL | VARIABLES | INTERRUPTS) =>
+        {
             format!("there is no bank {motor}; 0 has the global parameters, 2 user variables, 3 interrupts")
         }
-        (_, MotorField::AxisOrAll | MotorField::AxisSet) if motor == ALL_AXES => return None,
+        (Opcode::Sio, _) if !matches!(motor, INPUTS | OUTPUTS) => {
+            format!("there is no bank {motor} to set; 0 has the pull-up resistors of the inputs, 2 the outputs")
+        }
+        (Opcode::Gio, _) if !matches!(motor, INPUTS | ANALOG | OUTPUTS) => {
+            format!("there is no bank {motor}; 0 has the digital inputs, 1 the analog ones, 2 the outputs")
+        }
+        (_, MotorField::AxisOrAll) if motor == ALL_AXES => return None,
         (Opcode::Mvp, _) if command.kind == COORD && AxisSet::of(motor, spec.axes).is_some() => return None,
         (Opcode::Mvp, _) if command.kind == COORD && spec.axes > 1 && motor >= FIRST_SET => format!(
             "${motor:02X} is no set of axes: bits 0..{} are the axes of this module, and bit 7 moves them at once, bit 6 up to \
@@ -163,7 +198,11 @@ fn motor(spec: &Spec, command: Command, opcode: Opcode, instruction: &Instructio
 
 fn value(spec: &Spec, command: Command, opcode: Opcode) -> Option<(Part, String)> {
     let message = match opcode {
+        Opcode::Sgp if command.motor == INTERRUPTS && command.kind < TIMERS && command.value < 0 => {
+            Some(format!("a time cannot be negative: {} ms are taken for {} ms", command.value, command.value as u32))
+        }
         Opcode::Sap | Opcode::Sgp => range(&parameter(spec, opcode, command)?, command.value),
+        Opcode::Sio => output(spec, command),
         Opcode::Ror | Opcode::Rol => {
             let message = range(&spec.axis.row(AxisParameter::TargetSpeed)?.into(), command.value)?;
             let limited = if spec.limits_speed { "; the motor turns at that limit" } else { "" };
@@ -181,10 +220,26 @@ fn range(Named { row, name }: &Named, value: i32) -> Option<String> {
     writable.then(|| format!("{value} is out of range: {name} takes {}", ranges.join(", ")))
 }
 
-fn jump(command: Command, length: usize) -> Option<(Part, String)> {
+/// The value of SIO.
+fn output(spec: &Spec, command: Command) -> Option<String> {
+    let value = command.value;
+    let (low, high, what) = match (command.motor, command.kind) {
+        (OUTPUTS, ALL_PORTS) => (FROM_ACCUMULATOR, 255, "SIO for all outputs"),
+        (OUTPUTS, port) if port < spec.outputs => (0, 1, "an output"),
+        (INPUTS, 0) if spec.pull_ups > 0 => (0, 3, "SIO for the pull-up resistors"),
+        _ => return None,
+    };
+    (!(low..=high).contains(&value)).then(|| format!("{value} is out of range: {what} takes {low}..{high}"))
+}
+
+fn jump(command: Command, addresses: Range<usize>) -> Option<(Part, String)> {
     let target = target(&command)?;
-    let inside = usize::try_from(target).is_ok_and(|target| target < length);
-    let message = || format!("address {target} is outside of the program, which ends at {}", length.saturating_sub(1));
+    let inside = usize::try_from(target).is_ok_and(|target| addresses.contains(&target));
+    let message = || {
+        let begin = if addresses.start > 0 { format!("begins at {} and ", addresses.start) } else { String::new() };
+        let end = addresses.end.saturating_sub(1);
+        format!("address {target} is outside of the program, which {begin}ends at {end}")
+    };
     (!inside).then(|| (Part::Value, message()))
 }
 
@@ -195,7 +250,7 @@ mod tests {
     use tmcm::tmcl::text;
 
     fn messages_on(spec: Option<&Spec>, line: &str) -> Vec<String> {
-        warnings(spec, text::parse(line).unwrap(), 10).into_iter().map(|(_, message)| message).collect()
+        warnings(spec, text::parse(line).unwrap(), 0..10).into_iter().map(|(_, message)| message).collect()
     }
 
     fn messages(line: &str) -> Vec<String> {
@@ -232,6 +287,14 @@ mod tests {
             "GIO 11, 0",
             "GIO 0, 1",
             "GIO 9, 1",
+            "GIO 255, 0",
+            "SIO 255, 2, -1",
+            "CALC DIV, 1",
+            "CALC ADD, 0",
+            "CALCX DIV",
+            "WAIT POS, 0, -1",
+            "SGP 0, 3, 0",
+            "SGP 0, 2, -5",
         ] {
             assert_eq!(messages(line), [""; 0], "{line}");
         }
@@ -254,6 +317,7 @@ mod tests {
                 Part::Motor,
                 "there is no bank 1; 0 has the global parameters, 2 user variables, 3 interrupts",
             ),
+            ("MVP ABS, 255, 5", Part::Motor, "there is no axis 255; the last of this module is 0"),
             ("ROR 0, 2048", Part::Value, "2048 is out of range: target speed takes -2047..2047"),
             ("MVP COORD, 0, 21", Part::Value, "there is no coordinate 21, only 0..20"),
             ("CCO 21, 0", Part::Kind, "there is no coordinate 21, only 0..20"),
@@ -266,6 +330,19 @@ mod tests {
             ("GIO 2, 2", Part::Kind, "there is no output 2, only 0..1"),
             ("GIO 4, 0", Part::Kind, "there is no input 4, only 0..3"),
             ("GIO 4, 1", Part::Kind, "there is no analog input 4, only 0, 8, 9"),
+            ("GIO 255, 2", Part::Kind, "there is no output 255, only 0..1"),
+            ("GIO 0, 3", Part::Motor, "there is no bank 3; 0 has the digital inputs, 1 the analog ones, 2 the outputs"),
+            (
+                "SIO 0, 1, 1",
+                Part::Motor,
+                "there is no bank 1 to set; 0 has the pull-up resistors of the inputs, 2 the outputs",
+            ),
+            ("SIO 1, 2, 2", Part::Value, "2 is out of range: an output takes 0..1"),
+            ("SIO 255, 2, 256", Part::Value, "256 is out of range: SIO for all outputs takes -1..255"),
+            ("SIO 0, 0, 4", Part::Value, "4 is out of range: SIO for the pull-up resistors takes 0..3"),
+            ("STGP 66, 0", Part::Kind, "global parameter 66 (serial address) is stored by SGP itself"),
+            ("RSGP 132, 0", Part::Kind, "global parameter 132 (TMCL tick timer) cannot be stored"),
+            ("SGP 1, 3, -5", Part::Value, "a time cannot be negative: -5 ms are taken for 4294967291 ms"),
             ("50, 0, 0, 0", Part::Number, "there is no command 50; a module skips it"),
             (
                 "129, 0, 0, 0",
@@ -273,8 +350,39 @@ mod tests {
                 "command 129 cannot be in a program: a module carries it out while the program is loaded",
             ),
         ] {
-            let warnings = warnings(Some(&TMCM_1140), text::parse(line).unwrap(), 10);
+            let warnings = warnings(Some(&TMCM_1140), text::parse(line).unwrap(), 0..10);
             assert_eq!(warnings, [(part, message.to_string())], "{line}");
+        }
+    }
+
+    #[test]
+    fn constants_that_make_no_sense_on_any_module() {
+        for (line, message) in [
+            ("CALC DIV, 0", "this divides by 0: a module goes on with 0 in the accumulator"),
+            ("CALC MOD, 0", "this divides by 0: a module leaves the accumulator as it is"),
+            (
+                "WAIT TICKS, 0, -5",
+                "a time cannot be negative: with -5 this has no effect; -1 is the time in the accumulator",
+            ),
+            (
+                "WAIT POS, 0, -2",
+                "a time cannot be negative: with -2 this has no effect; -1 is the time in the accumulator",
+            ),
+            ("CLE 6", "CLE has no type 6, only ALL, ETO, EAL, EDV, EPO, ESD"),
+        ] {
+            for spec in [None, Some(&TMCM_1140), Some(&TMCM_3212)] {
+                assert_eq!(messages_on(spec, line), [message], "{line}");
+            }
+        }
+    }
+
+    #[test]
+    fn jumps_stay_in_the_program_wherever_it_begins() {
+        let told = |line: &str| warnings(None, text::parse(line).unwrap(), 50..60).pop().map(|(_, message)| message);
+        assert_eq!((told("JA 50"), told("JC ZE, 59")), (None, None));
+        for outside in [49, 60] {
+            let message = "is outside of the program, which begins at 50 and ends at 59";
+            assert_eq!(told(&format!("CSUB {outside}")), Some(format!("address {outside} {message}")));
         }
     }
 

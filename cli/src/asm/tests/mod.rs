@@ -3,6 +3,7 @@
 mod language;
 mod manual;
 mod random;
+mod refusals;
 
 use super::*;
 use crate::program::binary;
