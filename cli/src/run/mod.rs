@@ -68,8 +68,8 @@ pub struct Options {
 
     /// At a time after the start, change the world or send a command as a host; may be given many times
     ///
-    /// The world: press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0
-    /// free to 1 stalled), slip STEPS, fault NAME on|off, power off|on. The number of an axis may stand behind press,
+    /// The world: press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a
+    /// torque, 0 to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off, power off|on. The number of an axis may stand behind press,
     /// release, load, slip and fault: `load 0.5 1`; without one it is axis 0. Commands to the module are written in
     /// capitals, as for `tmcl send`, or as four numbers: "129, 1, 0, 5" starts the routine at address 5.
     #[arg(long, value_name = "TIME: WHAT", value_parser = Event::parse)]

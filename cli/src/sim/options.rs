@@ -86,9 +86,9 @@ pub struct Options {
 
     /// Take commands for the world around the module on a TCP port: one line of text in, one line of JSON out
     ///
-    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (0 free to 1
-    /// stalled), slip STEPS, fault NAME on|off, can passive|off|on, power off|on, usb off|on, state; `module K` before
-    /// it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault:
+    /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a torque,
+    /// 0 to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off,
+    /// can passive|off|on, power off|on, usb off|on, state; `module K` before it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault:
     /// `press left 2`; without one it is axis 0. Port 0 takes a free one and prints it.
     ///
     /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4; 0 to 3 of a

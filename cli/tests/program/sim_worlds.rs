@@ -71,11 +71,37 @@ fn a_world_file_has_no_more_axes_than_the_product() {
     wrong("3110,3110", &axes(4), "line 5: this is [[axis]] number 4, and the TMCM-3110 has 3 axes");
     wrong("6110,3110", &axes(4), "module 2: line 5: this is [[axis]] number 4, and the TMCM-3110 has 3 axes");
     wrong("6110,3110,1140", &axes(2), "module 3: line 3: this is [[axis]] number 2, and the TMCM-1140 has one axis");
-    let none = "[abn]: nothing like it can be connected to the TMCM-6110";
-    wrong("6110", "[abn]\nlines = 500", none);
-    wrong("6110", "[[axis]]\n[[axis]]\nabn.lines = 500", &format!("line 2: axis 1: {none}"));
-    wrong("3110,6110", "[[axis]]\nabn.lines = 500", &format!("module 2: line 1: axis 0: {none}"));
-    wrong("3110", "[[axis]]\n[[axis]]\nmotor.load = 1.5", "line 2: axis 1: motor.load: 1.5 is not within 0 to 1");
+    let none = "abn.lines: no ABN encoder can be connected to the TMCM-6110; leave out the table";
+    wrong("6110", "[abn]\nlines = 500", &format!("line 2: {none}"));
+    wrong("6110", "[[axis]]\n[[axis]]\nabn.lines = 500", &format!("line 3: axis 1: {none}"));
+    wrong("3110,6110", "[[axis]]\nabn.lines = 500", &format!("module 2: line 2: axis 0: {none}"));
+    wrong("3110", "[[axis]]\n[[axis]]\nmotor.load = 1.5", "line 3: axis 1: motor.load: 1.5 is not within 0 to 1");
+    // Stages that cannot be, on every product.
+    for (product, encoder) in [("1140", None), ("3110", Some("3110")), ("3212", Some("3212")), ("6110", Some("6110"))] {
+        let behind = "no search ever finds it";
+        wrong(
+            product,
+            "[stage]\nleft = 500\n\nright = -500",
+            "line 2: stage.left: 500 is not below stage.right (-500); if the motor is built in the other way round, \
+             stage.reversed = true says so",
+        );
+        wrong(
+            product,
+            "[[axis]]\n[axis.stage]\nhard_right = 900\nhome = [1000, 1100]",
+            &format!(
+                "line 4: axis 0: stage.home: 1000 to 1100 is behind the hard end stage.hard_right (900): {behind}"
+            ),
+        );
+        wrong(
+            product,
+            "stage.hard_left = 10",
+            "line 1: motor.start: the rotor cannot start at 0, below the hard end stage.hard_left (10)",
+        );
+        if let Some(name) = encoder {
+            let error = format!("line 1: encoder.offset: the TMCM-{name} has no built-in encoder; leave it out");
+            wrong(product, "encoder.offset = 5", &error);
+        }
+    }
     wrong(
         "3110",
         "[[axis]]\nstart = 5",

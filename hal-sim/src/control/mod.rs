@@ -46,11 +46,12 @@ pub enum Control {
         /// Degrees Celsius, -55..=200.
         celsius: i32,
     },
-    /// `load X [AXIS]`: load on a motor.
+    /// `load X [AXIS]`: load on a motor, a torque.
     Load {
         /// On that of which axis.
         axis: usize,
-        /// 0.0 free .. 1.0 stalls it at full current.
+        /// 0.0..=1.0: a fraction of the motor's torque at full current, whatever current it has. 1.0 stalls it at full
+        /// current, and with less current less does.
         load: f64,
     },
     /// `slip STEPS [AXIS]`: a blow moves a rotor by full steps.

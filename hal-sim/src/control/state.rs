@@ -62,7 +62,7 @@ pub struct AxisState {
     pub current: u32,
     /// The driver's last stallGuard2 value, 0..=1023.
     pub stall_guard: u16,
-    /// Load on the motor, 0.0..=1.0.
+    /// Load on the motor: a torque as a fraction of that of the motor at full current, 0.0..=1.0.
     pub load: f64,
     /// The switches.
     pub switches: Switches,

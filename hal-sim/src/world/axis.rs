@@ -46,8 +46,8 @@ impl Axis {
         self.stage.set_level(pin, high);
     }
 
-    /// Sets the external load on the motor as a fraction of its torque at full current: 0.0 is none, 1.0 stalls the
-    /// motor.
+    /// Sets the external load on the motor, a torque as a fraction of that of the motor at full current: 0.0 is none,
+    /// 1.0 stalls the motor at full current. With less current less stalls it.
     pub fn set_load(&mut self, load: f64) {
         self.motor.set_load(config::torque(load));
     }

@@ -42,16 +42,17 @@ impl Cam {
     /// The cams of a stage and the pins their switches are connected to.
     pub(super) fn all(stage: &StageConfig) -> Vec<(Pin, Self)> {
         let cam = |first, last| Self { first, last, circle: stage.circle, hysteresis: stage.hysteresis };
-        let left = stage.left.map(|at| {
-            let first = stage.left_width.map_or(i64::MIN, |width| at.saturating_sub(width - 1));
-            (Pin::Left, cam(first, at))
+        let (low, high) = stage.ends();
+        let low = low.map(|end| {
+            let first = end.width.map_or(i64::MIN, |width| end.at.saturating_sub(width - 1));
+            (end.pin, cam(first, end.at))
         });
-        let right = stage.right.map(|at| {
-            let last = stage.right_width.map_or(i64::MAX, |width| at.saturating_add(width - 1));
-            (Pin::Right, cam(at, last))
+        let high = high.map(|end| {
+            let last = end.width.map_or(i64::MAX, |width| end.at.saturating_add(width - 1));
+            (end.pin, cam(end.at, last))
         });
         let home = stage.home.map(|[first, last]| (Pin::Home, cam(first, last)));
-        [left, right, home].into_iter().flatten().collect()
+        [low, high, home].into_iter().flatten().collect()
     }
 
     /// Whether the switch is closed at position `at`, if it was `closed` before, and the positions around `at` for

@@ -1,14 +1,12 @@
 //! The tables of a world file that concern an axis: their entries and the ranges of these. Positions are in 1/256 full
 //! steps.
 
-use super::{torque, within};
+use super::stage::StageConfig;
+use super::torque;
+use super::wrong::{FARTHEST, Wrong, within};
 use crate::board::kind::{AbnPins, BoardKind};
 use crate::world::motor::{FULL_STEP, MotorConfig};
-use crate::world::pin::Pin;
 use serde::Deserialize;
-
-/// The largest position that a world file may have, so that no sum overflows.
-const FARTHEST: i64 = 1 << 40;
 
 /// The surroundings of an axis. The default is a bare 200-step motor with nothing connected to the inputs.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -41,41 +39,59 @@ impl AxisConfig {
         }
     }
 
-    pub(super) fn check(&self, kind: &BoardKind) -> Result<(), String> {
+    pub(super) fn check(&self, kind: &BoardKind) -> Result<(), Wrong> {
         let motor = &self.motor;
-        within("motor.steps_per_turn", motor.steps_per_turn, 4, 10_000)?;
-        within("motor.load", motor.load, 0.0, 1.0)?;
-        within("motor.friction", motor.friction, 0.0, 1.0)?;
-        within("motor.inertia", motor.inertia, 0.0, 1.0)?;
-        within("motor.pull_in", motor.pull_in, 1, 100_000)?;
-        within("motor.stall_guard_noise", motor.stall_guard_noise, 0, 1023)?;
-        let stage = &self.stage;
-        let positions = [
-            ("motor.start", Some(motor.start)),
-            ("encoder.offset", Some(self.encoder.offset)),
-            ("abn.index", self.abn.as_ref().map(|abn| abn.index)),
-        ];
-        for (name, position) in positions {
-            if let Some(position) = position {
-                within(name, position, -FARTHEST, FARTHEST)?;
-            }
+        within(&["motor.steps_per_turn"], motor.steps_per_turn, 4, 10_000)?;
+        within(&["motor.start"], motor.start, -FARTHEST, FARTHEST)?;
+        within(&["motor.load"], motor.load, 0.0, 1.0)?;
+        within(&["motor.friction"], motor.friction, 0.0, 1.0)?;
+        within(&["motor.inertia"], motor.inertia, 0.0, 1.0)?;
+        within(&["motor.pull_in"], motor.pull_in, 1, 100_000)?;
+        within(&["motor.stall_guard_noise"], motor.stall_guard_noise, 0, 1023)?;
+        self.stage.check()?;
+        self.check_start()?;
+        within(&["encoder.offset"], self.encoder.offset, -FARTHEST, FARTHEST)?;
+        if self.encoder != EncoderTable::default() && !kind.magnetic_encoders {
+            let why = format!("the {} has no built-in encoder; leave it out", kind.name);
+            return Err(Wrong::new(&["encoder.offset"], why));
         }
-        stage.check()?;
-        let (lowest, highest) = (stage.hard_left.unwrap_or(-FARTHEST), stage.hard_right.unwrap_or(FARTHEST));
-        within("motor.start", motor.start, lowest, highest)?;
-        let Some(abn) = &self.abn else { return Ok(()) };
-        within("abn.lines", abn.lines, 1, 100_000)?;
+        self.abn.as_ref().map_or(Ok(()), |abn| self.check_abn(abn, kind))
+    }
+
+    /// The rotor has to start between the hard ends.
+    fn check_start(&self) -> Result<(), Wrong> {
+        let start = self.motor.start;
+        let StageConfig { hard_left, hard_right, .. } = self.stage;
+        // A start that is not in the file is 0, and the hard end is what can be found there.
+        let (entries, side, end): (&'static [&'static str; 2], _, _) = match (hard_left, hard_right) {
+            (Some(end), _) if start < end => (&["motor.start", "stage.hard_left"], "below", end),
+            (_, Some(end)) if start > end => (&["motor.start", "stage.hard_right"], "above", end),
+            _ => return Ok(()),
+        };
+        let why = format!("the rotor cannot start at {start}, {side} the hard end {} ({end})", entries[1]);
+        Err(Wrong::new(entries, why))
+    }
+
+    fn check_abn(&self, abn: &AbnConfig, kind: &BoardKind) -> Result<(), Wrong> {
+        let entries = &["abn.lines", "abn.index", "abn"];
+        within(&["abn.index"], abn.index, -FARTHEST, FARTHEST)?;
+        if kind.abn == AbnPins::None {
+            let why = format!("no ABN encoder can be connected to the {}; leave out the table", kind.name);
+            return Err(Wrong::new(entries, why));
+        }
+        if abn.lines == 0 {
+            return Err(Wrong::new(entries, "an encoder has 1 to 100000 lines; give abn.lines".into()));
+        }
+        within(&["abn.lines"], abn.lines, 1, 100_000)?;
+        let stage = &self.stage;
         let switches =
             stage.left.or(stage.right).is_some() || stage.home.is_some() || !stage.normally_closed.is_empty();
-        match kind.abn {
-            AbnPins::None => Err(format!("[abn]: nothing like it can be connected to the {}", kind.name)),
-            AbnPins::Switches if switches => {
-                Err("[abn] uses the pins of the switches: leave out stage.left, stage.right, stage.home and \
-                     stage.normally_closed, or [abn]"
-                    .into())
-            }
-            AbnPins::Switches | AbnPins::Own => Ok(()),
+        if kind.abn == AbnPins::Switches && switches {
+            let why = "it uses the pins of the switches: leave out stage.left, stage.right, stage.home and \
+                       stage.normally_closed, or [abn]";
+            return Err(Wrong::new(entries, why.into()));
         }
+        Ok(())
     }
 }
 
@@ -89,7 +105,8 @@ pub struct MotorTable {
     pub steps_per_turn: u32,
     /// Position of the rotor at the start, in 1/256 full steps, 0 by default.
     pub start: i64,
-    /// External load as a fraction of the torque at full current, 0.0..=1.0, 0 by default.
+    /// External load: a torque as a fraction of that of the motor at full current, 0.0..=1.0, 0 by default. 1.0 stalls
+    /// the motor at full current; with less current less does.
     pub load: f64,
     /// Friction as a fraction of the torque at full current, 0.0..=1.0, 0 by default.
     pub friction: f64,
@@ -118,102 +135,11 @@ impl Default for MotorTable {
     }
 }
 
-/// Table `[stage]`: positions in 1/256 full steps on the rotor's scale. A switch or end that is left out does not
-/// exist.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct StageConfig {
-    /// The position at which the left stop switch closes on the way down; without a width it is closed everywhere
-    /// below.
-    pub left: Option<i64>,
-    /// Number of positions that keep the left switch closed, 1 or more: from `left - left_width + 1` to `left`, both
-    /// included.
-    pub left_width: Option<i64>,
-    /// The position at which the right stop switch closes on the way up; without a width it is closed everywhere above.
-    pub right: Option<i64>,
-    /// Number of positions that keep the right switch closed, 1 or more: from `right` to `right + right_width - 1`,
-    /// both included.
-    pub right_width: Option<i64>,
-    /// The home switch is closed from the first to the second position, both included.
-    pub home: Option<[i64; 2]>,
-    /// The switches that are normally closed: their pins are low while they are pressed, and high otherwise.
-    pub normally_closed: Vec<Pin>,
-    /// How far beyond the position at which a switch closes it opens again, on both sides; 0 by default.
-    pub hysteresis: i64,
-    /// Length of the circle of a rotary stage: each switch repeats after so many units, in both directions. Then every
-    /// switch needs a width, and there are no hard ends.
-    pub circle: Option<i64>,
-    /// The lowest position that the stage can reach, at which it is blocked.
-    pub hard_left: Option<i64>,
-    /// The highest position that the stage can reach, at which it is blocked.
-    pub hard_right: Option<i64>,
-}
-
-impl StageConfig {
-    fn check(&self) -> Result<(), String> {
-        let positions = [
-            ("stage.left", self.left),
-            ("stage.right", self.right),
-            ("stage.home", self.home.map(|[from, _]| from)),
-            ("stage.home", self.home.map(|[_, to]| to)),
-            ("stage.hard_left", self.hard_left),
-            ("stage.hard_right", self.hard_right),
-        ];
-        for (name, position) in positions {
-            if let Some(position) = position {
-                within(name, position, -FARTHEST, FARTHEST)?;
-            }
-        }
-        if let Some([from, to]) = self.home
-            && from > to
-        {
-            return Err(format!("stage.home: {from} is above {to}; give the lower position first"));
-        }
-        within("stage.hysteresis", self.hysteresis, 0, FARTHEST)?;
-        let end_switches = [("stage.left", self.left, self.left_width), ("stage.right", self.right, self.right_width)];
-        for (name, position, width) in end_switches {
-            if let Some(width) = width {
-                within(&format!("{name}_width"), width, 1, FARTHEST)?;
-                if position.is_none() {
-                    return Err(format!("{name}_width: there is no {name}"));
-                }
-            }
-            if self.circle.is_some() && position.is_some() && width.is_none() {
-                return Err(format!("{name}: on a rotary stage (stage.circle) it needs {name}_width"));
-            }
-        }
-        if let Some(circle) = self.circle {
-            within("stage.circle", circle, 2, FARTHEST)?;
-            if self.hard_left.or(self.hard_right).is_some() {
-                return Err("stage.circle: a rotary stage has no hard ends; leave out stage.hard_left and \
-                     stage.hard_right, or stage.circle"
-                    .into());
-            }
-            let home = self.home.map(|[from, to]| to - from + 1);
-            let widths =
-                [("stage.left_width", self.left_width), ("stage.right_width", self.right_width), ("stage.home", home)];
-            for (name, width) in widths {
-                let width = width.unwrap_or(1) + 2 * self.hysteresis;
-                if width >= circle {
-                    return Err(format!(
-                        "{name}: with the hysteresis it takes {width} of the {circle} units of a circle"
-                    ));
-                }
-            }
-        }
-        let (lowest, highest) = (self.hard_left.unwrap_or(-FARTHEST), self.hard_right.unwrap_or(FARTHEST));
-        if lowest >= highest {
-            return Err(format!("stage.hard_left: {lowest} is not below stage.hard_right ({highest})"));
-        }
-        Ok(())
-    }
-}
-
 /// Table `[abn]`: an encoder on the motor's shaft.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct AbnConfig {
-    /// Number of lines per turn, 1..=100000, which must be given. The encoder counts four times as many.
+    /// Number of lines per turn, 1..=100000, which has to be given. The encoder counts four times as many.
     pub lines: u32,
     /// Position of the rotor, in 1/256 full steps, at which the null track is high, once a turn.
     pub index: i64,

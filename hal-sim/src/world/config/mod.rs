@@ -6,13 +6,17 @@
 //! others as they are.
 
 mod axis;
+mod stage;
+mod wrong;
 
-pub use axis::{AbnConfig, AxisConfig, EncoderTable, MotorTable, StageConfig};
+pub use axis::{AbnConfig, AxisConfig, EncoderTable, MotorTable};
+pub use stage::StageConfig;
 
 use super::motor::FULL_TORQUE;
 use crate::board::kind::{BoardKind, TMCM_1140};
 use serde::Deserialize;
 use toml::{Spanned, Table, Value};
+use wrong::{Wrong, line_at, within};
 
 /// A world as its file describes it. The default has a bare 200-step motor on each axis, a supply of 24 V, 25 degrees
 /// Celsius, and nothing connected to the inputs.
@@ -43,6 +47,14 @@ pub struct SupplyTable {
 impl Default for SupplyTable {
     fn default() -> Self {
         Self { volts: 24.0, temperature: 25, analog: 0 }
+    }
+}
+
+impl SupplyTable {
+    fn check(&self) -> Result<(), Wrong> {
+        within(&["supply.volts"], self.volts, 0.0, 60.0)?;
+        within(&["supply.temperature"], self.temperature, -55, 200)?;
+        within(&["supply.analog"], self.analog, 0, 4095)
     }
 }
 
@@ -92,8 +104,15 @@ impl WorldConfig {
             }
         }
         let config = Self { seed, every, axes, supply };
-        config.check(kind, &lines)?;
-        Ok(config)
+        match config.check(kind) {
+            Ok(()) => Ok(config),
+            Err((axis, wrong)) => {
+                let line = wrong.line(text, axis).or_else(|| lines.get(axis?).copied());
+                let line = line.map_or_else(String::new, |line| format!("line {line}: "));
+                let axis = axis.map_or_else(String::new, |axis| format!("axis {axis}: "));
+                Err(format!("{line}{axis}{wrong}"))
+            }
+        }
     }
 
     /// The surroundings of an axis.
@@ -101,15 +120,14 @@ impl WorldConfig {
         self.axes.get(axis).unwrap_or(&self.every)
     }
 
-    /// Checks the ranges of all entries. `lines` are the numbers of the lines in which the tables of the axes begin.
-    fn check(&self, kind: &BoardKind, lines: &[usize]) -> Result<(), String> {
-        within("supply.volts", self.supply.volts, 0.0, 60.0)?;
-        within("supply.temperature", self.supply.temperature, -55, 200)?;
-        within("supply.analog", self.supply.analog, 0, 4095)?;
-        for (number, (axis, line)) in self.axes.iter().zip(lines).enumerate() {
-            axis.check(kind).map_err(|error| format!("line {line}: axis {number}: {error}"))?;
+    /// Checks all entries. An error comes with the number of the axis, unless it is about what all axes have in common.
+    fn check(&self, kind: &BoardKind) -> Result<(), (Option<usize>, Wrong)> {
+        self.supply.check().map_err(|wrong| (None, wrong))?;
+        for (number, axis) in self.axes.iter().enumerate() {
+            axis.check(kind).map_err(|wrong| (Some(number), wrong))?;
         }
-        if self.axes.len() < kind.axes() { self.every.check(kind) } else { Ok(()) }
+        let all_have_tables = self.axes.len() >= kind.axes();
+        if all_have_tables { Ok(()) } else { self.every.check(kind).map_err(|wrong| (None, wrong)) }
     }
 }
 
@@ -126,19 +144,9 @@ fn merged(common: &Table, own: Table) -> Result<AxisConfig, String> {
     whole.try_into().map_err(|error: toml::de::Error| error.to_string())
 }
 
-/// The number, from 1, of the line that has the byte at offset `offset`.
-fn line_at(text: &str, offset: usize) -> usize {
-    text.bytes().take(offset).filter(|byte| *byte == b'\n').count() + 1
-}
-
 /// Converts a fraction of the torque at full current to 1/65536 of it.
 pub(crate) fn torque(fraction: f64) -> u32 {
     (fraction * f64::from(FULL_TORQUE)).round() as u32
-}
-
-/// Checks the range of a value; NaN is refused.
-fn within<T: PartialOrd + core::fmt::Display>(name: &str, value: T, low: T, high: T) -> Result<(), String> {
-    if value >= low && value <= high { Ok(()) } else { Err(format!("{name}: {value} is not within {low} to {high}")) }
 }
 
 #[cfg(test)]
@@ -183,7 +191,9 @@ mod tests {
             assert_eq!([0, 1, 2].map(|axis| world.axis(axis).abn.is_some()), [false, false, true]);
         }
         let error = WorldConfig::parse_for(&TMCM_6110, &text).unwrap_err();
-        assert!(error.ends_with("axis 2: [abn]: nothing like it can be connected to the TMCM-6110"), "{error}");
+        assert!(
+            error.ends_with("axis 2: abn.lines: no ABN encoder can be connected to the TMCM-6110; leave out the table")
+        );
     }
 
     #[test]
@@ -196,7 +206,7 @@ mod tests {
         assert!(error("[stage]\nhome = [5, 1]").contains("stage.home"));
         assert!(error("[stage]\nhard_left = 5\nhard_right = 1").contains("stage.hard_left"));
         assert!(error("[stage]\nhard_left = 5").contains("motor.start"));
-        assert!(error("[stage]\nleft = 5\n[abn]\nlines = 500").contains("[abn]"));
+        assert!(error("[stage]\nleft = 5\n[abn]\nlines = 500").contains("abn.lines: it uses the pins"));
         assert!(error("[stage]\nleft_width = 5").contains("there is no stage.left"));
         assert!(error("[stage]\nright = 5\nright_width = 0").contains("stage.right_width: 0 is not within 1"));
         assert!(error("[stage]\nhysteresis = -1").contains("stage.hysteresis"));
@@ -207,6 +217,127 @@ mod tests {
         assert!(error("[stage]\nnormally_closed = ['front']").contains("front"));
         assert!(error("[abn]\nindex = 5").contains("lines"));
         assert!(error("[supply]\nvolts = 'high'").contains("volts"));
+    }
+
+    /// Each world that cannot be is refused with the line that has to be changed, and the same world with one number
+    /// different is taken.
+    #[test]
+    fn worlds_that_cannot_be_are_refused_with_the_line() {
+        let cases = [
+            // The left switch is closed at and below its position, the right one at and above.
+            (
+                "left = 500\nright = LAST",
+                "-500",
+                "502",
+                "line 2: stage.left: 500 is not below stage.right (-500); if the",
+            ),
+            ("right = 0\nleft = LAST", "0", "-2", "line 3: stage.left: 0 is not below stage.right (0)"),
+            ("left = 0\nright = 10\nhysteresis = LAST", "9", "8", "line 4: stage.hysteresis: with 9 the switches"),
+            ("left = -500\nright = 500\nreversed = LAST", "true", "false", "line 2: stage.left: -500 is not above"),
+            // Hard ends on the wrong side of the switches.
+            (
+                "hard_left = 0\nleft = LAST",
+                "-1",
+                "0",
+                "line 3: stage.left: -1 is behind the hard end stage.hard_left (0)",
+            ),
+            (
+                "hard_right = 9\nright = LAST",
+                "10",
+                "9",
+                "line 3: stage.right: 10 is behind the hard end stage.hard_right",
+            ),
+            (
+                "hard_right = 9\nleft = LAST",
+                "9",
+                "8",
+                "line 3: stage.left: 9 is at the wrong hard end, stage.hard_right",
+            ),
+            (
+                "hard_left = -9\nright = LAST",
+                "-9",
+                "-8",
+                "line 3: stage.right: -9 is at the wrong hard end, stage.hard_l",
+            ),
+            ("hysteresis = 5\nhard_right = 9\nleft = LAST", "4", "3", "line 4: stage.left: 4 is at the wrong hard end"),
+            (
+                "hard_left = -5\nhard_right = LAST",
+                "-5",
+                "0",
+                "line 2: stage.hard_left: -5 is not below stage.hard_right",
+            ),
+            // A home switch that no search finds, because the stage does not get there or is always there.
+            (
+                "hard_right = 99\nhome = [100, LAST]\nleft = -5",
+                "120",
+                "",
+                "line 3: stage.home: 100 to 120 is behind the h",
+            ),
+            (
+                "hard_right = 99\nhome = [LAST, 120]",
+                "100",
+                "99",
+                "line 3: stage.home: 100 to 120 is behind the hard end",
+            ),
+            (
+                "hard_left = 0\nhome = [-9, LAST]",
+                "-1",
+                "0",
+                "stage.home: -9 to -1 is behind the hard end stage.hard_left (0)",
+            ),
+            ("hard_left = 0\nhard_right = 9\nhome = [-1, LAST]", "9", "8", "line 4: stage.home: -1 to 9: once pressed"),
+            (
+                "hard_left = -9\nhard_right = 9\nhome = [0, 0]\nhysteresis = LAST",
+                "9",
+                "8",
+                "line 4: stage.home: 0 to 0: on",
+            ),
+            // The motor starts beyond the ends, wherever the file says so.
+            (
+                "hard_left = LAST",
+                "1",
+                "0",
+                "line 2: motor.start: the rotor cannot start at 0, below the hard end stage.ha",
+            ),
+            (
+                "hard_right = 9\n[motor]\nstart = LAST",
+                "10",
+                "9",
+                "line 4: motor.start: the rotor cannot start at 10, above",
+            ),
+            // Two cams that are all of a circle: 40 and 60 of 100 units, where the second ends as the first begins.
+            (
+                "circle = 100\nleft = 39\nleft_width = 40\nright_width = 60\nright = LAST",
+                "40",
+                "39",
+                "line 2: stage.circle: stage.left and stage.right leave nothing of the circle",
+            ),
+            ("[abn]\nlines = LAST", "0", "1", "line 3: abn.lines: an encoder has 1 to 100000 lines"),
+        ];
+        for (stage, wrong, right, message) in cases {
+            let world = |last: &str| WorldConfig::parse(&format!("[stage]\n{}", stage.replace("LAST", last)));
+            let error = world(wrong).expect_err(stage);
+            assert!(error.contains(message), "{stage}: {error}");
+            // Where no other number helps, the switch has to go.
+            let taken = if right.is_empty() { WorldConfig::parse("[stage]\nhard_right = 99") } else { world(right) };
+            assert!(taken.is_ok(), "{stage}: {taken:?}");
+        }
+    }
+
+    /// A motor that is built in the other way round has its left switch where positions are high.
+    #[test]
+    fn a_motor_may_be_built_in_the_other_way_round() {
+        let text = "[stage]\nreversed = true\nleft = 500\nright = -500\nhard_left = -600\nhard_right = 600";
+        assert_eq!(WorldConfig::parse(text).map(|world| world.every.stage.left), Ok(Some(500)));
+        let error = WorldConfig::parse(&text.replace("right = -500", "right = -601")).unwrap_err();
+        assert!(error.starts_with("line 4: stage.right: -601 is behind the hard end stage.hard_left"), "{error}");
+    }
+
+    #[test]
+    fn what_a_board_does_not_have_is_not_around_it() {
+        let error = WorldConfig::parse_for(&TMCM_3212, "[motor]\nstart = 1\n[encoder]\noffset = 5").unwrap_err();
+        assert_eq!(error, "line 4: encoder.offset: the TMCM-3212 has no built-in encoder; leave it out");
+        assert!(WorldConfig::parse("[encoder]\noffset = 5").is_ok());
     }
 
     /// Three axes on a board whose encoders have pins of their own.
@@ -268,12 +399,12 @@ mod tests {
         assert!(kind.contains("line 2") && kind.contains("load"), "{kind}");
         assert_eq!(
             error("[motor]\nload = 0.5\n[[axis]]\n\n[[axis]]\nmotor.load = 1.5"),
-            "line 5: axis 1: motor.load: 1.5 is not within 0 to 1"
+            "line 6: axis 1: motor.load: 1.5 is not within 0 to 1"
         );
         // An entry that holds for all axes may contradict an entry of one axis.
         assert_eq!(
             error("[motor]\nstart = 5\n[[axis]]\nstage.hard_left = 6"),
-            "line 3: axis 0: motor.start: 5 is not within 6 to 1099511627776"
+            "line 2: axis 0: motor.start: the rotor cannot start at 5, below the hard end stage.hard_left (6)"
         );
         assert_eq!(
             error("\n[[axis]]\n[[axis]]\n[[axis]]\n[[axis]]\n[[axis]]"),
@@ -284,7 +415,10 @@ mod tests {
             "line 3: this is [[axis]] number 2, and the TMCM-1140 has one axis"
         );
         // An error in the common tables is found where an axis has no table of its own.
-        assert_eq!(error("[motor]\nload = 2.0\n[[axis]]\nmotor.load = 0.5"), "motor.load: 2 is not within 0 to 1");
+        assert_eq!(
+            error("[motor]\nload = 2.0\n[[axis]]\nmotor.load = 0.5"),
+            "line 2: motor.load: 2 is not within 0 to 1"
+        );
     }
 
     #[test]
@@ -294,7 +428,7 @@ mod tests {
         assert!(WorldConfig::parse(with_switch).unwrap_err().contains("uses the pins of the switches"));
         assert!(WorldConfig::parse_for(&THREE, with_switch).is_ok());
         let error = WorldConfig::parse_for(&NONE, "[abn]\nlines = 100").unwrap_err();
-        assert_eq!(error, "[abn]: nothing like it can be connected to the TMCM-1140");
+        assert_eq!(error, "line 2: abn.lines: no ABN encoder can be connected to the TMCM-1140; leave out the table");
     }
 
     #[test]
