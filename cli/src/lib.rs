@@ -2,6 +2,7 @@
 //!
 //! * [`slcan`] - CAN frames as lines of text, and an adapter that exchanges such lines with a host
 //! * [`sim`] - virtual modules in real time, with links that host software opens
+//! * [`world`] - `tmcl world`: the world around virtual modules, by the control port
 //! * [`link`] - the host's end of a link to a module
 //! * [`conversation`] - requests to one module over a link, with decoded replies
 //! * [`send`] - `tmcl send`: commands to a module, replies in words
@@ -52,3 +53,4 @@ mod suggest;
 mod svg;
 pub mod terminal;
 pub mod version;
+pub mod world;

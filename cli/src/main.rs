@@ -4,7 +4,9 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use tmcl_cli::{asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, sim, version};
+use tmcl_cli::{
+    asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, sim, version, world,
+};
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
 /// language they speak.
@@ -43,6 +45,7 @@ enum Command {
     Calc(calc::Options),
     Eds(eds::Options),
     Completions(completions::Options),
+    World(world::Options),
 }
 
 fn main() -> ExitCode {
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Command::Calc(options) => calc::run(&options),
         Command::Eds(options) => eds::run(&options),
         Command::Completions(options) => completions::run(&options, Arguments::command()),
+        Command::World(options) => world::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -20,6 +20,7 @@ use simulated::Simulated;
 pub use simulated::Surroundings;
 use slcan::Slcan;
 use tcp::Tcp;
+pub(crate) use tcp::connect;
 
 /// A link as it is named on the command line: the path of a serial device, `tcp:HOST:PORT`, either of these behind
 /// `slcan:`, or `sim`.

@@ -13,27 +13,39 @@ use crate::failure::Failure;
 #[derive(Debug)]
 pub(super) struct Tcp(pub(super) TcpStream);
 
+/// Connects to a port that `tmcl sim` offers with the option `offered_by`, and sends each write at once.
+///
+/// # Errors
+/// There is no such host, or nobody takes the connection within `timeout`.
+pub(crate) fn connect(address: &str, timeout: Duration, offered_by: &str) -> Result<TcpStream, Failure> {
+    let failed = |error: std::io::Error| {
+        let hint = match error.kind() {
+            ErrorKind::ConnectionRefused => {
+                format!(". Does the virtual module run? Start it with tmcl sim {offered_by}")
+            }
+            _ => String::new(),
+        };
+        Failure::Failed(format!("cannot connect to {address}: {error}{hint}"))
+    };
+    let mut last = std::io::Error::new(ErrorKind::NotFound, "there is no such host");
+    for resolved in address.to_socket_addrs().map_err(failed)? {
+        match TcpStream::connect_timeout(&resolved, timeout) {
+            Ok(stream) => {
+                stream.set_nodelay(true).map_err(failed)?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(failed(last))
+}
+
 impl Tcp {
     pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
-        let failed = |error: std::io::Error| {
-            let hint = match error.kind() {
-                ErrorKind::ConnectionRefused => ". Does the virtual module run? Start it with tmcl sim --tcp",
-                _ => "",
-            };
-            Failure::Failed(format!("cannot connect to {address}: {error}{hint}"))
-        };
-        let mut last = std::io::Error::new(ErrorKind::NotFound, "there is no such host");
-        for resolved in address.to_socket_addrs().map_err(failed)? {
-            match TcpStream::connect_timeout(&resolved, timeout) {
-                Ok(stream) => {
-                    stream.set_nodelay(true).map_err(failed)?;
-                    stream.set_nonblocking(true).map_err(failed)?;
-                    return Ok(Tcp(stream));
-                }
-                Err(error) => last = error,
-            }
-        }
-        Err(failed(last))
+        let stream = connect(address, timeout, "--tcp")?;
+        let failed = |error| Failure::Failed(format!("cannot connect to {address}: {error}"));
+        stream.set_nonblocking(true).map_err(failed)?;
+        Ok(Tcp(stream))
     }
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {

@@ -67,9 +67,8 @@ pub(super) fn links(links: &Links, options: &Options, out: &mut impl Write) -> i
         if tmcl { adapter(out, &format!("tcp:{to}"), &url, options)? } else { master(out, &url, count)? }
     }
     if let Some(server) = &links.control {
-        let to = server.reachable();
         writeln!(out, "control: {}", server.address())?;
-        writeln!(out, "    echo state | nc -N {} {}", to.ip(), to.port())?;
+        writeln!(out, "    tmcl world {} state", server.reachable())?;
     }
     Ok(())
 }

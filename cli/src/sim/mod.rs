@@ -17,6 +17,7 @@ pub mod stream;
 pub mod tcp;
 mod worlds;
 
+pub(crate) use options::address;
 pub use options::{Firmware, Options};
 pub(crate) use worlds::read_world;
 

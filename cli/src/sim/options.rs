@@ -88,8 +88,13 @@ pub struct Options {
     ///
     /// press|release left|right|home, input N 0|1, analog N VALUE, supply VOLTS, temperature DEGC, load X (a torque,
     /// 0 to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off,
-    /// can passive|off|on, power off|on, usb off|on, state; `module K` before it for another module than 1. The number of an axis may stand behind press, release, load, slip and fault:
-    /// `press left 2`; without one it is axis 0. Port 0 takes a free one and prints it.
+    /// can passive|off|on, power off|on, usb off|on, state; `module K` before it for another module than 1. The number of an axis may
+    /// stand behind press, release, load, slip and fault: `press left 2`; without one it is axis 0. Port 0 takes a free
+    /// one and prints it. `tmcl world` sends commands from a shell, and docs/control.md explains all of this and every
+    /// field of `state`.
+    ///
+    /// NAME of a fault: eeprom, spi, spi-low, tmc429, tmc262, tmc5160, chip-supply, short-a, short-b, open-a, open-b,
+    /// overtemperature, encoder. The first three are those of the whole board.
     ///
     /// Axes, inputs (0 to 3, or 0 to 7 of a TMCM-3110 and TMCM-6110) and analog inputs (0, there also 4; 0 to 3 of a
     /// TMCM-3212) are those of the module's product. On a TMCM-1140 inputs 1 to 3 are the switches; the others'
@@ -314,7 +319,7 @@ Examples:
   tmcl sim
       a module on a serial port and a TCP port; prints how to connect
   tmcl sim --serial /tmp/tmcm1140 --control 127.0.0.1:4141
-      a serial port under a name of your own; then, say: echo 'press left' | nc -N 127.0.0.1 4141
+      a serial port under a name of your own; then, say: tmcl world 127.0.0.1:4141 'press left'
   tmcl sim --modules 3 --slcan /tmp/can --rs485 /tmp/rs485
       three modules with addresses 1 to 3 on a CAN bus and an RS485 bus
   tmcl sim --product 6110 --tcp 127.0.0.1:4140 --world hal-sim/worlds/gantry.toml
@@ -331,7 +336,7 @@ Examples:
       that of the CANopen firmware, which is told by the file, as the product is";
 
 /// Checks the form of an address to listen on. Whether the address can be used shows when the port is opened.
-fn address(text: &str) -> Result<String, String> {
+pub(crate) fn address(text: &str) -> Result<String, String> {
     let parts = text.rsplit_once(':').filter(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
     match parts {
         Some(_) => Ok(text.into()),

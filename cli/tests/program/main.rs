@@ -36,3 +36,4 @@ mod sim_products;
 mod sim_worlds;
 mod tmcm3212;
 mod turns;
+mod world;

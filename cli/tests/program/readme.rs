@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{Shutdown, TcpStream};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::{Child, Stdio};
@@ -118,14 +117,14 @@ fn what_it_shows_in_vain_would_be_found() {
 }
 
 /// A command of README, in which line it stands, and what follows it there.
-struct Shown {
-    line: usize,
-    command: String,
-    output: Vec<String>,
+pub(crate) struct Shown {
+    pub(crate) line: usize,
+    pub(crate) command: String,
+    pub(crate) output: Vec<String>,
 }
 
 /// All commands of the text. What follows a command ends with its block.
-fn shown(text: &str) -> Vec<Shown> {
+pub(crate) fn shown(text: &str) -> Vec<Shown> {
     let mut all: Vec<Shown> = Vec::new();
     let mut is_open = false;
     for (number, line) in text.lines().enumerate() {
@@ -162,7 +161,7 @@ pub(crate) fn words(command: &str) -> Vec<String> {
 }
 
 /// Whether lines are those shown.
-fn matches(shown: &[String], said: &[String]) -> bool {
+pub(crate) fn matches(shown: &[String], said: &[String]) -> bool {
     match (shown, said) {
         ([], said) => said.is_empty(),
         ([rest, shown @ ..], said) if rest == REST => (0..=said.len()).any(|skipped| matches(shown, &said[skipped..])),
@@ -231,10 +230,10 @@ impl Reader {
     /// What is said here as README has it.
     fn shown(&self, text: &str) -> Vec<String> {
         let text = text.replace(&format!("{}/", self.folder.path().display()), PORTS);
-        let text = self.ports.iter().fold(text, |text, (shown, real)| {
-            let text = text.replace(&format!("{HOST}:{real}"), &format!("{HOST}:{shown}"));
-            text.replace(&format!("{HOST} {real}"), &format!("{HOST} {shown}"))
-        });
+        let text = self
+            .ports
+            .iter()
+            .fold(text, |text, (shown, real)| text.replace(&format!("{HOST}:{real}"), &format!("{HOST}:{shown}")));
         text.lines().map(String::from).collect()
     }
 
@@ -272,11 +271,6 @@ impl Reader {
         loop {
             let said = match words {
                 [program, rest @ ..] if program == "tmcl" => self.tmcl(rest, output),
-                [echo, line @ .., pipe, nc, n, host, port]
-                    if [echo, pipe, nc, n, host] == ["echo", "|", "nc", "-N", HOST] =>
-                {
-                    self.control(&line.join(" "), port)
-                }
                 _ => panic!("README has a command that this test does not know: {words:?}"),
             };
             let told = self.shown(&said);
@@ -303,17 +297,6 @@ impl Reader {
         said.read_to_string(&mut text).unwrap();
         child.wait().unwrap();
         text
-    }
-
-    /// Sends a line to the control port, as `nc -N` does, and gives the answer.
-    fn control(&self, line: &str, port: &str) -> String {
-        let mut stream = TcpStream::connect(format!("{HOST}:{}", self.real(port))).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        stream.write_all(format!("{line}\n").as_bytes()).unwrap();
-        stream.shutdown(Shutdown::Write).unwrap();
-        let mut answer = String::new();
-        stream.read_to_string(&mut answer).unwrap();
-        answer
     }
 }
 

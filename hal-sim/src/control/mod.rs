@@ -103,8 +103,8 @@ pub struct Line {
 const HIGHEST_AXIS: usize = 31;
 const HIGHEST_INPUT: usize = 31;
 
-/// How each command is written, for error messages.
-const USAGE: [(&str, &str); 13] = [
+/// The commands: the name of each, and how it is written.
+pub const USAGE: [(&str, &str); 13] = [
     ("press", "press left|right|home [AXIS]"),
     ("release", "release left|right|home [AXIS]"),
     ("input", "input N 0|1"),
