@@ -7,7 +7,7 @@ mod reach;
 pub use answer::Answer;
 pub(crate) use answer::hexadecimal;
 pub use identity::Identity;
-pub use reach::Reach;
+pub use reach::{Reach, Way};
 
 use std::fmt;
 use std::io::Write;

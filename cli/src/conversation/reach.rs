@@ -1,5 +1,6 @@
 //! The command-line options that name a module and the link to it.
 
+use std::ops::Deref;
 use std::time::Duration;
 
 use clap::Args;
@@ -18,6 +19,14 @@ pub struct Reach {
     #[arg(value_name = "LINK", value_parser = LinkTarget::parse)]
     pub link: LinkTarget,
 
+    /// How it is talked to
+    #[command(flatten)]
+    pub way: Way,
+}
+
+/// The address of a module on its link, the link's speed and the time-out: options for whatever link it is.
+#[derive(Args, Clone, Debug)]
+pub struct Way {
     /// The module's address on an RS485 bus, or its CAN identifier, up to 2047
     #[arg(
         long, value_name = "N", default_value_t = 1, global = true,
@@ -52,7 +61,15 @@ pub struct Reach {
     pub surroundings: Surroundings,
 }
 
-impl Reach {
+impl Deref for Reach {
+    type Target = Way;
+
+    fn deref(&self) -> &Way {
+        &self.way
+    }
+}
+
+impl Way {
     /// Longest wait for each reply.
     pub fn patience(&self) -> Duration {
         Duration::from_millis(self.timeout)

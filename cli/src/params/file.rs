@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use tmcm::param::GlobalParameter;
+use tmcm::param::{GlobalParameter, Row};
 use tmcm::tmcl::{ALL_AXES, Command, Opcode, text};
 
 use crate::failure::Failure;
-use crate::files::read_text;
+use crate::files::{name, read_named};
 use crate::product::{Product, numbers, stores_axes};
 
 /// Begins a comment.
@@ -135,14 +135,24 @@ impl Setting {
         )
     }
 
-    /// The setting's line in a file, with the name that the parameter has on a product as a comment.
-    pub(super) fn line(self, product: Option<Product>) -> String {
-        let row = product.map(Product::spec).and_then(|spec| match self {
+    /// True for the same setting, whatever its value.
+    pub(super) fn is_same(self, other: Self) -> bool {
+        self.with(0) == other.with(0)
+    }
+
+    /// What the table of a product says about the parameter; `None` for variables and coordinates.
+    pub(super) fn row(self, product: Option<Product>) -> Option<&'static Row> {
+        let spec = product?.spec();
+        match self {
             Setting::Axis { number, .. } => spec.axis.find(number).map(|found| &found.row),
             Setting::Global { number, bank: 0, .. } => spec.global.find(number).map(|found| &found.row),
             Setting::Global { .. } | Setting::Coordinate { .. } => None,
-        });
-        match row {
+        }
+    }
+
+    /// The setting's line in a file, with the name that the parameter has on a product as a comment.
+    pub(super) fn line(self, product: Option<Product>) -> String {
+        match self.row(product) {
             Some(row) => format!("{} {COMMENT} {}", self.write(), row.name),
             None => self.write().to_string(),
         }
@@ -158,10 +168,11 @@ pub(super) struct Settings {
     pub(super) list: Vec<Setting>,
 }
 
-/// Reads a file of settings.
+/// Reads a file of settings, or standard input.
 pub(super) fn read(path: &Path) -> Result<Settings, Failure> {
-    let shown = path.display();
-    let text = read_text(path).map_err(|error| Failure::Failed(format!("cannot read {shown}: {error}")))?;
+    let shown = name(path);
+    let bytes = read_named(path).map_err(Failure::Failed)?;
+    let text = String::from_utf8(bytes).map_err(|_| Failure::Failed(format!("{shown} is no text (UTF-8)")))?;
     let list = parse(&text).map_err(|error| Failure::Failed(format!("{shown}:{error}")))?;
     Ok(Settings { product: product(&text), list })
 }

@@ -1,6 +1,10 @@
-//! `tmcl params`: saves a module's settings as a file of TMCL commands, and restores them.
+//! `tmcl params`: a module's settings one by one, as a table, and in files of TMCL commands.
 
+mod diff;
 mod file;
+mod list;
+mod one;
+mod place;
 mod restore;
 mod save;
 
@@ -8,19 +12,28 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::conversation::{Conversation, Reach};
+use crate::conversation::{Conversation, Reach, Way};
 use crate::failure::Failure;
+use crate::link::LinkTarget;
+use diff::Side;
+use one::Assignment;
+use place::Where;
 
-/// Save a module's settings in a file, and restore them
+/// Read and change a module's settings, save them in a file, restore and compare them
 ///
-/// The file holds one TMCL command a line, such as `SAP 4, 0, 1000 // maximum positioning speed`, and may be edited:
-/// every line can be sent by hand with `tmcl send`, lines can be left out, and what follows // is a comment.
+/// A file holds one TMCL command a line, such as `SAP 4, 0, 1000 // maximum positioning speed`, and may be edited:
+/// every line can be sent by hand with `tmcl send`, lines can be left out, and what follows // is a comment. Parameters
+/// are named as in programs (`tmcl asm --names`), or by their numbers.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// The module to talk to
+    /// The module: a serial device, tcp:HOST:PORT, slcan:DEVICE, or sim; all but `diff` need it
+    #[arg(value_name = "LINK", value_parser = LinkTarget::parse)]
+    pub link: Option<LinkTarget>,
+
+    /// How it is talked to
     #[command(flatten)]
-    pub reach: Reach,
+    pub way: Way,
 
     /// What to do
     #[command(subcommand)]
@@ -30,14 +43,72 @@ pub struct Options {
 /// What to do with the settings.
 #[derive(Subcommand, Debug)]
 pub enum Action {
+    /// Read parameters and print them as lines of a file of settings
+    Get {
+        /// The parameters: names as in programs, or numbers, also as an expression
+        #[arg(value_name = "NAME", required = true)]
+        names: Vec<String>,
+
+        /// Which axis' parameters, or those of which bank
+        #[command(flatten)]
+        place: Place,
+
+        /// Print the values alone, one a line
+        #[arg(long)]
+        value: bool,
+    },
+    /// Write parameters
+    ///
+    /// A value may be an expression with the names of `tmcl asm --names`. Nothing is written unless all of them make
+    /// sense; the exit code is 1 if the module refuses one.
+    Set {
+        /// The parameters with their values, such as APMaxCurrent=100 or 4=3*500
+        #[arg(value_name = "NAME=VALUE", required = true, value_parser = Assignment::parse)]
+        assignments: Vec<Assignment>,
+
+        /// Which axis' parameters, or those of which bank
+        #[command(flatten)]
+        place: Place,
+
+        /// Also store them in the module's EEPROM; global parameters of bank 0 always are
+        #[arg(long)]
+        store: bool,
+    },
+    /// Print all parameters with their values, units, ranges and defaults
+    ///
+    /// A star stands behind a value that can be kept in the EEPROM and is not the default. Parameter 207 is not read,
+    /// because reading clears it.
+    List {
+        /// Only parameters with all these words in their names
+        #[arg(value_name = "WORD")]
+        words: Vec<String>,
+
+        /// Which axis' parameters, or those of which bank; all of them without it
+        #[command(flatten)]
+        place: Place,
+    },
+    /// Compare the settings of two files or modules
+    ///
+    /// Prints what is different, lines of A behind a minus and those of B behind a plus. Of a module only those settings
+    /// are compared that the file has; of two modules all that `save` saves. The exit code is 0 if nothing is different,
+    /// and 1 otherwise.
+    Diff {
+        /// A file of settings, - for standard input, or a LINK
+        #[arg(value_name = "A", value_parser = Side::parse)]
+        first: Side,
+
+        /// What it is compared with
+        #[arg(value_name = "B", value_parser = Side::parse)]
+        second: Side,
+    },
     /// Read all settings of a module and write them to a file
     ///
     /// Saved are, as they are at this moment: the axis parameters that can be stored, of every axis; the global
     /// parameters that are stored (bank 0); the user variables that can be stored (0 to 55 of bank 2); the coordinates
-    /// 1 to 20. Not saved are live values such as positions and speeds, and global parameter 81: taking code
-    /// protection away erases the program.
+    /// 1 to 20 of every axis. Not saved are live values such as positions and speeds; coordinate 0, which a module
+    /// forgets as it does its position; and global parameter 81: taking code protection away erases the program.
     Save {
-        /// The file to write; one that exists is replaced
+        /// The file to write, - for standard output; one that exists is replaced
         #[arg(value_name = "FILE")]
         file: PathBuf,
     },
@@ -47,7 +118,7 @@ pub enum Action {
     /// is written. Global parameters of bank 0 are stored at once by the module; the others last
     /// until power is switched off, unless --store is given. All motors have to stand still.
     Restore {
-        /// The file to read
+        /// The file to read, - for standard input
         #[arg(value_name = "FILE")]
         file: PathBuf,
 
@@ -64,22 +135,60 @@ pub enum Action {
     },
 }
 
+/// Where parameters are that are named by numbers, or that every axis has.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct Place {
+    /// Parameters of this axis; without it those of axis 0
+    #[arg(long, value_name = "N")]
+    pub axis: Option<u8>,
+
+    /// Global parameters of this bank: 0 settings of the module, 2 user variables, 3 interrupts
+    ///
+    /// The names of global parameters (GP...) and interrupts (TI_...) tell their bank; numbers do not.
+    #[arg(long, value_name = "N", conflicts_with = "axis")]
+    pub bank: Option<u8>,
+}
+
+impl From<Place> for Where {
+    fn from(Place { axis, bank }: Place) -> Self {
+        Where { axis, bank }
+    }
+}
+
 const EXAMPLES: &str = "\
 Examples:
-  tmcl params /dev/ttyACM0 save axis.tmcl               all settings into a file
+  tmcl params sim get APMaxCurrent GPSerialAddress      two settings by name
+  tmcl params sim set APMaxPositioningSpeed=3*500       a new value, until power is switched off
+  tmcl params sim list current                          all about currents
+  tmcl params sim list --axis 0                         all of axis 0
+  tmcl params sim save axis.tmcl                        all settings into a file
+  tmcl params diff axis.tmcl sim                        what is different there
   tmcl params /dev/ttyACM0 restore axis.tmcl --store    into another module, to stay there
   tmcl params /dev/ttyUSB0 --address 3 save three.tmcl  of module 3 on an RS485 bus
 The exit code is 1 if the module refused a setting.";
 
-/// Saves or restores the settings.
+/// Does what is to be done with the settings.
 pub fn run(options: &Options) -> Result<(), Failure> {
+    let reach = || match &options.link {
+        Some(link) => Ok(Reach { link: link.clone(), way: options.way.clone() }),
+        None => Err(Failure::Arguments("which module? Give its LINK before what to do: tmcl params LINK list".into())),
+    };
+    let open = || Conversation::open(&reach()?);
     match &options.action {
-        Action::Save { file } => save::save(&mut Conversation::open(&options.reach)?, file),
+        Action::Get { names, place, value } => one::get(&mut open()?, names, (*place).into(), *value),
+        Action::Set { assignments, place, store } => one::set(&mut open()?, assignments, (*place).into(), *store),
+        Action::List { words, place } => list::list(&mut open()?, words, (*place).into()),
+        Action::Diff { .. } if options.link.is_some() => {
+            Err(Failure::Arguments("diff has two sides and no other LINK: tmcl params diff A B".into()))
+        }
+        Action::Diff { first, second } => diff::diff(first, second, &options.way),
+        Action::Save { file } => save::save(&mut open()?, file),
         Action::Restore { file, store, interface } => {
+            let reach = reach()?;
             let settings = file::read(file)?;
-            let mut module = Conversation::open(&options.reach)?;
+            let mut module = Conversation::open(&reach)?;
             restore::check(&mut module, &settings, file)?;
-            restore::restore(&mut module, &options.reach, settings.list, *store, *interface)
+            restore::restore(&mut module, &reach, settings.list, *store, *interface)
         }
     }
 }

@@ -8,6 +8,7 @@ use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Parameter, STORED
 use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
+use crate::files::STANDARD;
 use crate::product::{Product, numbers, stores_axes};
 use crate::progress::Progress;
 
@@ -17,12 +18,12 @@ struct Section {
     settings: Vec<Setting>,
 }
 
-/// Saves a module's settings in a file. The file is written only after all settings have been read.
+/// Saves a module's settings in a file, or prints them. The file is written only after all settings have been read.
 pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
     let identity = module.identity()?;
     let mut text = format!("{TITLE}{identity}, saved by tmcl params\n");
     let sections = sections(identity.product, module.axes()?);
-    let total = sections.iter().map(|section| section.settings.len()).sum();
+    let total = count(&sections);
     let mut progress = Progress::new(format!("reading {total} settings"), total);
     let (mut asked, mut saved) = (0, 0);
     for Section { heading, settings } in sections {
@@ -37,13 +38,43 @@ pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure
         }
     }
     drop(progress);
-    let shown = path.display();
-    std::fs::write(path, text).map_err(|error| Failure::Failed(format!("cannot write {shown}: {error}")))?;
     let missing = match asked - saved {
         0 => String::new(),
         missing => format!("; {missing} more are unknown to this module"),
     };
+    if path == Path::new(STANDARD) {
+        let mut out = std::io::stdout().lock();
+        out.write_all(text.as_bytes())?;
+        out.flush()?;
+        return Ok(writeln!(std::io::stderr(), "tmcl: {saved} settings{missing}")?);
+    }
+    let shown = path.display();
+    std::fs::write(path, text).map_err(|error| Failure::Failed(format!("cannot write {shown}: {error}")))?;
     Ok(writeln!(std::io::stdout(), "{saved} settings saved in {shown}{missing}")?)
+}
+
+/// All settings of a module with their values, as they would be saved.
+pub(super) fn all(module: &mut Conversation) -> Result<Vec<Setting>, Failure> {
+    let product = module.product()?;
+    let sections = sections(product, module.axes()?);
+    let settings: Vec<Setting> = sections.into_iter().flat_map(|section| section.settings).collect();
+    values(module, &settings)
+}
+
+/// These settings with the values that they have in a module; without those that it does not have.
+pub(super) fn values(module: &mut Conversation, settings: &[Setting]) -> Result<Vec<Setting>, Failure> {
+    let total = settings.len();
+    let mut progress = Progress::new(format!("reading {total} settings"), total);
+    let mut read = Vec::new();
+    for (done, setting) in (1..).zip(settings) {
+        read.extend(value(module, *setting)?.map(|value| setting.with(value)));
+        progress.reach(done);
+    }
+    Ok(read)
+}
+
+fn count(sections: &[Section]) -> usize {
+    sections.iter().map(|section| section.settings.len()).sum()
 }
 
 /// The value of a setting; `None` if the module does not have the setting.

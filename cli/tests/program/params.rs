@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::harness::{Sim, complaint, run};
+use super::harness::{Sim, complaint, run, type_into};
 
 /// Runs `tmcl params` and gives what it says.
 fn params(link: &[&str], action: &str, file: &Path, options: &[&str]) -> (Option<i32>, String) {
@@ -174,4 +174,147 @@ fn a_file_of_another_product_is_refused() {
     std::fs::write(&file, "SAP 4, 0, 1235\n").unwrap();
     assert_eq!(params(&[&link], "restore", &file, &[]).0, Some(0));
     assert_eq!(sim.tcp().ok("GAP 4, 0"), 1235);
+}
+
+/// Runs `tmcl params` and gives its exit code, and what it says on standard output and standard error.
+fn say(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = run(&[&["params"], arguments].concat());
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), complaint(&output))
+}
+
+#[test]
+fn single_settings_are_read_and_written_by_name_and_by_number() {
+    let sim = Sim::start(&["--product", "3110", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let mut host = sim.tcp();
+    let (code, said, _) = say(&[&link, "set", "APMaxPositioningSpeed=3*500", "6=$40", "--axis", "2", "--store"]);
+    assert_eq!(code, Some(0));
+    assert_eq!(said, "SAP 4, 2, 1500 // maximum positioning speed\nSAP 6, 2, 64 // maximum current\n");
+    assert_eq!((host.ok("GAP 4, 2"), host.ok("GAP 4, 0")), (1500, 1000));
+    assert_eq!(say(&[&link, "set", "5=100"]).0, Some(0));
+    sim.control(&["power off", "power on"]);
+    assert_eq!((sim.tcp().ok("GAP 4, 2"), sim.tcp().ok("GAP 6, 2")), (1500, 64));
+    let (code, said, complaint) = say(&[&link, "get", "APMaxPositioningSpeed", "6", "--axis", "2", "--value"]);
+    assert_eq!((code, said.as_str(), complaint.as_str()), (Some(0), "1500\n64\n", ""));
+    assert_eq!(say(&[&link, "get", "GPSerialAddress"]).1, "SGP 66, 0, 1 // serial address\n");
+    assert_eq!(say(&[&link, "set", "7=-5", "--bank", "2"]).1, "SGP 7, 2, -5\n");
+    assert_eq!(say(&[&link, "get", "7", "TI_INPUT0", "--bank", "2"]).0, Some(2), "that is one of bank 3");
+    assert_eq!(say(&[&link, "get", "TI_INPUT0"]).1, "SGP 39, 3, 0\n");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_and_nothing_else_is() {
+    let sim = Sim::start(&["--product", "3212", "--tcp", "127.0.0.1:0"]);
+    let link = &format!("tcp:{}", sim.told("tcp"));
+    let old = sim.tcp().ok("GAP 6, 0");
+    for (arguments, code, expected) in [
+        (&["set", "6=64", "APMaxCurent=5"][..], 2, "unknown name 'APMaxCurent'; did you mean 'APMaxCurrent'?"),
+        (&["set", "6=64", "4="], 2, "for example APMaxCurrent=100 or 6=100"),
+        (&["set", "6=64/0"], 2, "'64/0': division by zero"),
+        (&["set", "6=64", "--store"], 1, "maximum current: this module does not store parameters of its axes"),
+        (&["set", "6=64", "--axis", "0", "--bank", "0"], 2, "cannot be used with"),
+        (
+            &["set", "6=256"],
+            1,
+            "SAP 6, 0, 256: status 4 value, motor or bank out of range; maximum current takes 0..255",
+        ),
+        (&["set", "6=64", "--axis", "3"], 1, "SAP 6, 3, 64: status 4"),
+        (&["set", "60=1", "--bank", "2", "--store"], 1, "only user variables 0 to 55 can be stored"),
+        (&["set", "TI_INPUT0=1", "--store"], 1, "parameters of bank 3 cannot be stored"),
+        (&["get", "250"], 1, "GAP 250, 0: status 3"),
+        (&["list", "--axis", "3"], 1, "--axis 3: the module has axes 0 to 2"),
+        (&["list", "--bank", "2"], 1, "get --bank 2 NUMBER"),
+        (&["list", "gremlins"], 1, "no parameter has all these words"),
+    ] {
+        let (told, said, complaint) = say(&[&[link.as_str()], arguments].concat());
+        assert_eq!((told, said.as_str()), (Some(code), ""), "{arguments:?}: {complaint}");
+        assert!(complaint.contains(expected), "{arguments:?}: {complaint}");
+    }
+    assert_eq!((sim.tcp().ok("GAP 6, 0"), sim.tcp().ok("GGP 60, 2")), (old, 0));
+    let (code, _, complaint) = say(&["get", "6"]);
+    assert!(code == Some(2) && complaint.contains("tmcl params LINK list"), "{complaint}");
+}
+
+/// Ranges and defaults are those of the manual: section 4.1 for parameter 4, 5.1 for parameter 65, 5.4 for interrupts.
+#[test]
+fn the_list_has_values_units_ranges_and_defaults() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = &format!("tcp:{}", sim.told("tcp"));
+    sim.tcp().ok("SAP 4, 0, 1500");
+    let (code, said, _) = say(&[link, "list"]);
+    assert_eq!(code, Some(0));
+    let lines: Vec<String> = said.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    for line in [
+        "Axis 0",
+        "value unit takes default name",
+        "4 1500* int 1..2047 1000 maximum positioning speed",
+        "1 0 microsteps any 0 actual position",
+        "3 0 int read only 0 actual speed",
+        "Global parameters, bank 0",
+        "66 1 1..255 1 serial address",
+        "Interrupts, bank 3",
+        "39 0 0..3 0 input 0 transition",
+    ] {
+        assert!(lines.iter().any(|shown| shown == line), "{line} is not in\n{said}");
+    }
+    let (code, said, _) = say(&[link, "list", "Maximum", "current", "--axis", "0"]);
+    assert_eq!((code, said.lines().count()), (Some(0), 3), "{said}");
+}
+
+#[test]
+fn settings_are_compared() {
+    let sim = Sim::start(&["--product", "1140,3110", "--tcp", "127.0.0.1:0", "--rs485", "{}/bus"]);
+    let link = &format!("tcp:{}", sim.told("tcp"));
+    let file = sim.path("axis.tmcl");
+    let file = file.to_str().unwrap();
+    assert_eq!(say(&[link, "save", file]).0, Some(0));
+    assert_eq!(say(&["diff", file, link]), (Some(0), "".into(), "tmcl: reading 139 settings\n".into()));
+    assert_eq!(say(&["diff", link, link]).0, Some(0));
+    sim.tcp().ok("SAP 4, 0, 1500");
+    sim.tcp().ok("SCO 20, 0, 7");
+    let changed = format!(
+        "--- {file}\n+++ {link}\n-SAP 4, 0, 1000 // maximum positioning speed\n+SAP 4, 0, 1500 // maximum positioning speed\n\
+         -SCO 20, 0, 0\n+SCO 20, 0, 7\n"
+    );
+    assert_eq!(say(&["diff", file, link]).1, changed);
+    assert_eq!(say(&["diff", file, link]).0, Some(1));
+    // Of a module only what the file has is compared.
+    let few = sim.path("few.tmcl");
+    let few = few.to_str().unwrap();
+    std::fs::write(few, "SAP 4, 0, 1500\n").unwrap();
+    assert_eq!(say(&["diff", link, few]).0, Some(0));
+    let (_, said, _) = say(&["diff", few, file]);
+    assert!(said.contains("\n+SAP 5, 0, ") && said.contains("-SAP 4, 0, 1500 ") && !said.contains("-SAP 5"), "{said}");
+    // A comparison goes with options of the link, and with standard input.
+    let piped = type_into(&["params", "diff", "-", sim.told("rs485"), "--address", "1"], "SAP 4, 0, 1\n");
+    assert_eq!(piped.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&piped.stdout);
+    assert!(said.contains("-SAP 4, 0, 1 // maximum positioning speed\n+SAP 4, 0, 1500"), "{said}");
+    for (arguments, code, expected) in [
+        (&["diff", file, sim.told("rs485"), "--address", "2"][..], 1, "is of a TMCM-1140, and"),
+        (&["diff", file, "none.tmcl"], 2, "there is no such file"),
+        (&["diff", file], 2, "<B>"),
+        (&[link, "diff", file, file], 2, "tmcl params diff A B"),
+    ] {
+        let (told, said, complaint) = say(arguments);
+        assert!(told == Some(code) && said.is_empty() && complaint.contains(expected), "{arguments:?}: {complaint}");
+    }
+}
+
+/// Manual section 3.7.24: coordinates 1 to 20 can be stored, number 0 is in RAM only.
+#[test]
+fn coordinates_of_all_axes_are_saved_and_standard_output_takes_them() {
+    for (product, axes) in [("1140", 1), ("3110", 3), ("3212", 3), ("6110", 6)] {
+        let (code, said, complaint) = say(&["sim", "--product", product, "save", "-"]);
+        assert_eq!(code, Some(0), "{complaint}");
+        let coordinates: Vec<&str> = said.lines().filter(|line| line.starts_with("SCO ")).collect();
+        let expected: Vec<String> =
+            (0..axes).flat_map(|axis| (1..=20).map(move |number| format!("SCO {number}, {axis}, 0"))).collect();
+        assert_eq!(coordinates, expected, "{product}");
+        let settings = said.lines().filter(|line| line.starts_with('S')).count();
+        assert!(complaint.ends_with(&format!("tmcl: {settings} settings\n")), "{complaint}");
+        // What is printed can be read again.
+        let again = type_into(&["params", "sim", "--product", product, "restore", "-"], &said);
+        assert_eq!(again.status.code(), Some(0), "{}", super::harness::complaint(&again));
+    }
 }

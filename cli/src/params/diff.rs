@@ -1,0 +1,154 @@
+//! Comparing the settings of two files or modules.
+
+use std::io::Write;
+use std::path::Path;
+
+use super::file::{self, Setting};
+use super::save;
+use crate::conversation::{Conversation, Reach, Way};
+use crate::failure::Failure;
+use crate::files::STANDARD;
+use crate::link::LinkTarget;
+use crate::product::Product;
+
+/// One of the two things that are compared, as the user has named it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// A file of settings, or standard input.
+    File(String),
+    /// A module.
+    Link(String, LinkTarget),
+}
+
+impl Side {
+    /// A file if there is one of this name, and a link if not.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        if text == STANDARD || Path::new(text).is_file() {
+            return Ok(Side::File(text.into()));
+        }
+        if text.ends_with(".tmcl") {
+            return Err("there is no such file".into());
+        }
+        Ok(Side::Link(text.into(), LinkTarget::parse(text)?))
+    }
+
+    fn name(&self) -> &str {
+        match self {
+            Side::File(name) | Side::Link(name, _) => name,
+        }
+    }
+}
+
+/// The settings of one side. Where it has no value for one that the other has, it is not in the list.
+struct Settings {
+    /// The number of the product; `None` if it is not known.
+    number: Option<u16>,
+    product: Option<Product>,
+    list: Vec<Setting>,
+}
+
+/// A side that has been opened: a file that has been read, a link to a module that can be asked.
+enum Opened {
+    File(Settings),
+    Module(Box<Conversation>),
+}
+
+impl Opened {
+    fn open(side: &Side, way: &Way) -> Result<Self, Failure> {
+        Ok(match side {
+            Side::File(name) => {
+                let settings = file::read(Path::new(name))?;
+                let product = settings.product.and_then(Product::numbered);
+                Opened::File(Settings { number: settings.product, product, list: settings.list })
+            }
+            Side::Link(_, link) => {
+                let reach = Reach { link: link.clone(), way: way.clone() };
+                Opened::Module(Box::new(Conversation::open(&reach)?))
+            }
+        })
+    }
+
+    /// The settings: those of the file; of a module those that `asked` names, or else all.
+    fn settings(self, asked: Option<&[Setting]>) -> Result<Settings, Failure> {
+        match self {
+            Opened::File(settings) => Ok(settings),
+            Opened::Module(mut module) => {
+                let identity = module.identity()?;
+                let list = match asked {
+                    Some(asked) => save::values(&mut module, asked)?,
+                    None => save::all(&mut module)?,
+                };
+                Ok(Settings { number: Some(identity.number), product: identity.product, list })
+            }
+        }
+    }
+}
+
+/// Prints what is different between `a` and `b`: lines of `a` behind a minus, of `b` behind a plus. Fails if anything
+/// is.
+pub(super) fn diff(a: &Side, b: &Side, way: &Way) -> Result<(), Failure> {
+    let (first, second) = (Opened::open(a, way)?, Opened::open(b, way)?);
+    // What a file does not have is not asked of a module.
+    let (first, second) = if matches!(first, Opened::File(_)) {
+        let first = first.settings(None)?;
+        let second = second.settings(Some(&first.list))?;
+        (first, second)
+    } else {
+        let second = second.settings(None)?;
+        (first.settings(Some(&second.list))?, second)
+    };
+    let (name, other) = (a.name(), b.name());
+    if let (Some(one), Some(two)) = (first.number, second.number)
+        && one != two
+    {
+        return Err(Failure::Failed(format!(
+            "{name} is of a TMCM-{one}, and {other} of a TMCM-{two}: the same number may mean something else there"
+        )));
+    }
+    let product = first.product.or(second.product);
+    let lines = differences(&first.list, &second.list, product);
+    if lines.is_empty() {
+        return Ok(());
+    }
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "--- {name}\n+++ {other}")?;
+    lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    Err(Failure::Reported)
+}
+
+/// The lines that tell what is different, in the order of the first list; what only the second has comes last.
+fn differences(first: &[Setting], second: &[Setting], product: Option<Product>) -> Vec<String> {
+    // A file may have a setting twice; the last line is the one that stays.
+    let find = |list: &[Setting], setting: &Setting| list.iter().rev().find(|other| other.is_same(*setting)).copied();
+    let mut lines = Vec::new();
+    for (index, setting) in first.iter().enumerate() {
+        let is_overwritten = first.iter().skip(index + 1).any(|later| later.is_same(*setting));
+        let other = find(second, setting);
+        if !is_overwritten && other != Some(*setting) {
+            lines.push(format!("-{}", setting.line(product)));
+            lines.extend(other.map(|other| format!("+{}", other.line(product))));
+        }
+    }
+    for (index, setting) in second.iter().enumerate() {
+        let is_overwritten = second.iter().skip(index + 1).any(|later| later.is_same(*setting));
+        if !is_overwritten && find(first, setting).is_none() {
+            lines.push(format!("+{}", setting.line(product)));
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_both_sides_stand_together() {
+        let axis = |number, value| Setting::Axis { number, axis: 0, value };
+        let first = [axis(4, 1000), axis(5, 7), axis(6, 100), axis(4, 1500)];
+        let second = [axis(6, 100), axis(4, 2000), axis(7, 8), axis(7, 9)];
+        let lines = differences(&first, &second, None);
+        assert_eq!(lines, ["-SAP 5, 0, 7", "-SAP 4, 0, 1500", "+SAP 4, 0, 2000", "+SAP 7, 0, 9"]);
+        assert!(differences(&first, &first, None).is_empty());
+    }
+}
