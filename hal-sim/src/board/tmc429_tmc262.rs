@@ -103,7 +103,7 @@ impl Tmc429sTmc262s {
         let drives = (0..kind.axes()).map(|axis| {
             let config = config.axis(axis);
             Drive {
-                chip: Tmc262::new(config.motor.stall_guard_noise, seed.wrapping_add(axis as u64)),
+                chip: Tmc262::new(config.motor.response(), seed.wrapping_add(axis as u64)),
                 encoder: MagneticEncoder::new(config.units_per_turn(), config.encoder.offset),
                 overtemperature: false,
                 deaf: false,

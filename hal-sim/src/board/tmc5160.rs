@@ -75,8 +75,8 @@ impl Mechanics for Motor<'_> {
 impl Tmc5160s {
     pub(super) fn new(kind: &BoardKind, config: &WorldConfig, axes: &[Axis], seed: u64) -> Self {
         let drives = (0..kind.axes()).zip(axes).map(|(number, axis)| {
-            let noise = config.axis(number).motor.stall_guard_noise;
-            let mut chip = Tmc5160::new(noise, seed.wrapping_add(number as u64));
+            let response = config.axis(number).motor.response();
+            let mut chip = Tmc5160::new(response, seed.wrapping_add(number as u64));
             chip.set_external_clock(Some(CLOCK_HZ));
             let count = axis.stage().abn().count;
             chip.plug_encoder(count, tracks(axis, count));

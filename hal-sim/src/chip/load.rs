@@ -13,14 +13,41 @@ pub const FULL_LOAD: LoadRatio = 65_536;
 /// The longest time of a full step, at 32 full steps a second, in which the back-EMF of this model's motor can be
 /// measured; a slower one reads zero.
 const SLOWEST: Nanos = SECOND / 32;
-/// Contribution of the whole torque reserve to the reading.
-const RESERVE_SPAN: i64 = 512;
 /// Contribution of one unit of SGT to the reading.
 const SGT_SPAN: i64 = 64;
-/// The SGT at which the reading is zero exactly when the motor stalls.
-const SGT_MATCHED: i64 = 13;
 /// With SFILT there is one reading for this many full steps, of the mean of their loads.
 const FILTERED: u32 = 4;
+
+/// What stallGuard2 makes of the load on a motor. By the datasheet both the matched threshold and the slope are properties
+/// of motor, current and speed, not of the chip, and the user finds them by experiment: SGT makes up for what is lost in
+/// the resistance of the coils, and the reading lives on the back-EMF, of which a slow motor has little (TMC5160
+/// datasheet, sections 13.1 and 13.5).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Response {
+    /// The SGT at which the reading is zero exactly where the motor stalls, -64..=63.
+    pub zero: i32,
+    /// Contribution of the whole torque reserve to the reading, 1..=1023.
+    pub span: u32,
+    /// Speed in full steps per second below which the back-EMF, and with it the span, falls in proportion to the speed; 0
+    /// for a motor that has the whole span at any speed.
+    pub speed: u32,
+    /// Amplitude of the noise on the reading, 0..=1023.
+    pub noise: u32,
+}
+
+impl Default for Response {
+    fn default() -> Self {
+        Self { zero: 13, span: 512, speed: 0, noise: 0 }
+    }
+}
+
+impl Response {
+    /// Contribution of the whole torque reserve at a speed at which a full step takes so long.
+    fn span_at(&self, full_step: Nanos) -> i64 {
+        let (whole, slow) = (u128::from(SECOND), u128::from(full_step) * u128::from(self.speed));
+        (u128::from(self.span) * whole / whole.max(slow)) as i64
+    }
+}
 
 /// The settings of stallGuard2.
 #[derive(Clone, Copy, Debug)]
@@ -31,10 +58,9 @@ pub(super) struct Threshold {
     pub(super) filtered: bool,
 }
 
-/// The measurement stallGuard2. For a load ratio l (0 is a free motor, 1 stalls it) the reading is `512 x (1 - l) + 64
-/// x (SGT - 13)`, held within 0..=1023: 0 for the free motor at SGT 5, 64 more for each unit of SGT above, and at SGT
-/// 13 zero exactly where the motor stalls. Slope and matched threshold are properties of this model's motor, not of the
-/// chip: by the datasheet the user finds both by experiment.
+/// The measurement stallGuard2. For a load ratio l (0 is a free motor, 1 stalls it) the reading is `span x (1 - l) + 64 x
+/// (SGT - zero)` with noise, held within 0..=1023. With the usual [`Response`] it is 0 for the free motor at SGT 5, 64 more
+/// for each unit of SGT above, and at SGT 13 zero exactly where the motor stalls.
 #[derive(Clone, Debug)]
 pub(super) struct StallGuard {
     value: u16,
@@ -42,13 +68,13 @@ pub(super) struct StallGuard {
     full_steps: u32,
     /// Sum of the loads in the full steps since the last reading.
     loads: LoadRatio,
-    noise: u32,
+    response: Response,
     random: Random,
 }
 
 impl StallGuard {
-    pub(super) fn new(noise: u32, seed: u64) -> Self {
-        Self { value: 0, last: 0, full_steps: 0, loads: 0, noise, random: Random::new(seed) }
+    pub(super) fn new(response: Response, seed: u64) -> Self {
+        Self { value: 0, last: 0, full_steps: 0, loads: 0, response, random: Random::new(seed) }
     }
 
     pub(super) fn reset(&mut self) {
@@ -78,11 +104,13 @@ impl StallGuard {
             0
         } else {
             let reserve = FULL_LOAD - load;
-            let over = i64::from(threshold.sgt) - SGT_MATCHED;
-            let mut value = RESERVE_SPAN * i64::from(reserve) / i64::from(FULL_LOAD) + SGT_SPAN * over;
-            if self.noise > 0 {
-                let spread = 2 * self.noise + 1;
-                value += i64::from(self.random.below(spread)) - i64::from(self.noise);
+            let Response { zero, noise, .. } = self.response;
+            let over = i64::from(threshold.sgt) - i64::from(zero);
+            let span = self.response.span_at(took);
+            let mut value = span * i64::from(reserve) / i64::from(FULL_LOAD) + SGT_SPAN * over;
+            if noise > 0 {
+                let spread = 2 * noise + 1;
+                value += i64::from(self.random.below(spread)) - i64::from(noise);
             }
             value.clamp(0, 1023) as u16
         };
@@ -153,4 +181,41 @@ impl CoolStep {
 /// The lowest and highest current scale: a half or quarter of the full one, and that.
 fn limits(control: u32, full: u32) -> (u32, u32) {
     (full >> (1 + field(control, 15, 1)), full)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The reading of a free motor whose full steps take so many milliseconds, or of one with a load.
+    fn reading(response: Response, sgt: i32, full_step: Nanos, load: LoadRatio) -> u16 {
+        let mut stall_guard = StallGuard::new(response, 1);
+        let threshold = Threshold { sgt, filtered: false };
+        stall_guard.measure(SECOND, load, threshold, true);
+        stall_guard.measure(SECOND + full_step, load, threshold, true).expect("a reading for each full step")
+    }
+
+    /// 512 x (1 - 1/4) + 64 x (10 - 13) = 192.
+    #[test]
+    fn the_usual_motor() {
+        let reading = |sgt, load| reading(Response::default(), sgt, SECOND / 100, load);
+        assert_eq!((reading(10, FULL_LOAD / 4), reading(5, 0), reading(6, 0)), (192, 0, 64));
+        assert_eq!((reading(13, FULL_LOAD), reading(14, FULL_LOAD)), (0, 64));
+    }
+
+    /// Another motor: zero where it stalls at SGT -3, and 300 more without load. 300 x 1/2 + 64 x 1 = 214.
+    #[test]
+    fn each_motor_has_its_threshold_and_its_slope() {
+        let response = Response { zero: -3, span: 300, ..Response::default() };
+        let reading = |sgt, load| reading(response, sgt, SECOND / 100, load);
+        assert_eq!((reading(-3, 0), reading(-3, FULL_LOAD), reading(-2, FULL_LOAD / 2)), (300, 0, 214));
+    }
+
+    /// At 50 of 200 full steps a second a quarter of the span is left, and no more than all of it at 400.
+    #[test]
+    fn a_slow_motor_has_little_back_emf() {
+        let response = Response { zero: 0, span: 400, speed: 200, ..Response::default() };
+        let reading = |full_steps: Nanos| reading(response, 0, SECOND / full_steps, 0);
+        assert_eq!((reading(50), reading(200), reading(400)), (100, 400, 400));
+    }
 }

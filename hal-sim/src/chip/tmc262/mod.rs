@@ -17,7 +17,7 @@
 
 use super::SpiSlave;
 use super::bits::{field, sign_extend};
-use super::load::{CoolStep, LoadRatio, StallGuard, Threshold};
+use super::load::{CoolStep, LoadRatio, Response, StallGuard, Threshold};
 use crate::clock::{Nanos, SECOND};
 
 /// Frequency of the chip's internal oscillator in Hz (typical).
@@ -82,9 +82,9 @@ pub struct Tmc262 {
 const COIL_FULL_SCALE: u32 = 248;
 
 impl Tmc262 {
-    /// A chip right after power-on, with its pin ENN high (disabled), at 25 degrees Celsius. `noise` (0..=1023) is the
-    /// amplitude of the noise on the stallGuard2 reading, and `seed` the start of the random numbers for it.
-    pub fn new(noise: u32, seed: u64) -> Self {
+    /// A chip right after power-on, with its pin ENN high (disabled), at 25 degrees Celsius. `response` is what
+    /// stallGuard2 makes of the motor's load, and `seed` the start of the random numbers for its noise.
+    pub fn new(response: Response, seed: u64) -> Self {
         let mut chip = Self {
             registers: Registers::default(),
             supplied: true,
@@ -99,7 +99,7 @@ impl Tmc262 {
             pointer: 0,
             amplitude: COIL_FULL_SCALE,
             last_step: None,
-            stall_guard: StallGuard::new(noise, seed),
+            stall_guard: StallGuard::new(response, seed),
             cool_step: CoolStep::default(),
             shift: 0,
             bits: 0,

@@ -3,7 +3,7 @@
 use super::registers::{Registers, address::*};
 use super::thresholds::Thresholds;
 use crate::chip::bits::{field, sign_extend};
-use crate::chip::load::{CoolStep, LoadRatio, StallGuard, Threshold};
+use crate::chip::load::{CoolStep, LoadRatio, Response, StallGuard, Threshold};
 use crate::clock::Nanos;
 
 /// Microsteps in an electrical period: four full steps of 256.
@@ -63,7 +63,7 @@ pub(super) struct State<'a> {
 }
 
 impl Driver {
-    pub(super) fn new(noise: u32, seed: u64) -> Self {
+    pub(super) fn new(response: Response, seed: u64) -> Self {
         Self {
             field: 0,
             resolution: 0,
@@ -73,7 +73,7 @@ impl Driver {
             reduced: true,
             thresholds: Thresholds::default(),
             blind: 0,
-            stall_guard: StallGuard::new(noise, seed),
+            stall_guard: StallGuard::new(response, seed),
             cool_step: CoolStep::default(),
             pwm_auto: [0; 2],
             pwm_scale: 0,

@@ -39,6 +39,7 @@ pub use bridges::{Bridge, Short};
 pub use port::Refusal;
 
 use super::Tracks;
+use super::load::Response;
 use super::ticks::TickClock;
 use crate::clock::Nanos;
 use bridges::Bridges;
@@ -86,9 +87,9 @@ pub struct Tmc5160 {
 
 impl Tmc5160 {
     /// A chip that is powered at time 0, with its internal clock and its pin DRV_ENN high (disabled), at 25 degrees
-    /// Celsius and 24 V, all inputs low. `noise` (0..=1023) is the amplitude of the noise on the stallGuard2 reading,
-    /// and `seed` the start of the random numbers for it.
-    pub fn new(noise: u32, seed: u64) -> Self {
+    /// Celsius and 24 V, all inputs low. `response` is what stallGuard2 makes of the motor's load,
+    /// and `seed` the start of the random numbers for its noise.
+    pub fn new(response: Response, seed: u64) -> Self {
         let registers = Registers::new();
         let mut chip = Self {
             clock: TickClock::new(INTERNAL_CLOCK_HZ, 1),
@@ -102,7 +103,7 @@ impl Tmc5160 {
             xlatch: 0,
             stalled: false,
             encoder: Encoder::default(),
-            driver: Driver::new(noise, seed),
+            driver: Driver::new(response, seed),
             bridges: Bridges::new(),
             port: Port::default(),
             registers,

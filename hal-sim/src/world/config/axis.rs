@@ -5,6 +5,7 @@ use super::stage::StageConfig;
 use super::torque;
 use super::wrong::{FARTHEST, Wrong, within};
 use crate::board::kind::{AbnPins, BoardKind};
+use crate::chip::load::Response;
 use crate::world::motor::{FULL_STEP, MotorConfig};
 use serde::Deserialize;
 
@@ -48,6 +49,9 @@ impl AxisConfig {
         within(&["motor.inertia"], motor.inertia, 0.0, 1.0)?;
         within(&["motor.pull_in"], motor.pull_in, 1, 100_000)?;
         within(&["motor.stall_guard_noise"], motor.stall_guard_noise, 0, 1023)?;
+        within(&["motor.stall_guard_zero"], motor.stall_guard_zero, -64, 63)?;
+        within(&["motor.stall_guard_span"], motor.stall_guard_span, 1, 1023)?;
+        within(&["motor.stall_guard_speed"], motor.stall_guard_speed, 0, 100_000)?;
         self.stage.check()?;
         self.check_start()?;
         within(&["encoder.offset"], self.encoder.offset, -FARTHEST, FARTHEST)?;
@@ -118,10 +122,30 @@ pub struct MotorTable {
     pub pull_in: u32,
     /// Amplitude of the noise on the stallGuard2 reading, 0..=1023, 0 by default.
     pub stall_guard_noise: u32,
+    /// The stallGuard2 threshold at which the reading is zero exactly where the motor stalls, -64..=63, 13 by default.
+    pub stall_guard_zero: i32,
+    /// By how much the reading of a motor with its whole torque in reserve is above that, 1..=1023, 512 by default.
+    pub stall_guard_span: u32,
+    /// Speed in full steps per second below which this difference falls in proportion to the speed, 0..=100000; 0, the
+    /// default, is a motor that has all of it at any speed.
+    pub stall_guard_speed: u32,
+}
+
+impl MotorTable {
+    /// What stallGuard2 makes of the load on this motor.
+    pub fn response(&self) -> Response {
+        Response {
+            zero: self.stall_guard_zero,
+            span: self.stall_guard_span,
+            speed: self.stall_guard_speed,
+            noise: self.stall_guard_noise,
+        }
+    }
 }
 
 impl Default for MotorTable {
     fn default() -> Self {
+        let usual = Response::default();
         Self {
             name: "200-step motor".into(),
             steps_per_turn: 200,
@@ -130,7 +154,10 @@ impl Default for MotorTable {
             friction: 0.0,
             inertia: 0.0,
             pull_in: MotorConfig::default().pull_in,
-            stall_guard_noise: 0,
+            stall_guard_noise: usual.noise,
+            stall_guard_zero: usual.zero,
+            stall_guard_span: usual.span,
+            stall_guard_speed: usual.speed,
         }
     }
 }

@@ -203,6 +203,9 @@ mod tests {
         assert!(error("[stage]\nlefft = 1").contains("line 2"));
         assert!(error("[motor]\nload = 1.5").contains("motor.load: 1.5 is not within 0 to 1"));
         assert!(error("[motor]\nfriction = nan").contains("motor.friction"));
+        assert!(error("[motor]\nstall_guard_zero = 64").contains("motor.stall_guard_zero: 64 is not within -64 to 63"));
+        assert!(error("[motor]\nstall_guard_span = 0").contains("motor.stall_guard_span"));
+        assert!(error("[motor]\nstall_guard_speed = 100001").contains("motor.stall_guard_speed"));
         assert!(error("[stage]\nhome = [5, 1]").contains("stage.home"));
         assert!(error("[stage]\nhard_left = 5\nhard_right = 1").contains("stage.hard_left"));
         assert!(error("[stage]\nhard_left = 5").contains("motor.start"));

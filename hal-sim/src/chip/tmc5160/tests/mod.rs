@@ -86,7 +86,7 @@ struct Rig {
 impl Rig {
     /// A chip that has been reset, and whose reset flags have been cleared.
     fn new() -> Self {
-        let mut rig = Self { chip: Tmc5160::new(0, 0), stage: Stage::default(), now: 0 };
+        let mut rig = Self { chip: Tmc5160::new(Response::default(), 0), stage: Stage::default(), now: 0 };
         rig.chip.set_external_clock(Some(HZ));
         rig.chip.set_disable_pin(false);
         rig.write(GSTAT, 7);
