@@ -2,7 +2,7 @@
 
 use tmcm::param::AxisParameter;
 
-use super::sample::Sample;
+use super::column::{Column, Usual};
 use crate::product::{Product, numbers, speed_unit, symbol};
 
 /// Names of the driver's error flags (axis parameter 208), from bit 0 on.
@@ -19,7 +19,7 @@ const DOTS: &str = "...";
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shown {
     pub(super) axis: u8,
-    pub(super) sample: Sample,
+    pub(super) sample: Usual,
     /// The extended error flags of all samples so far.
     pub(super) seen: i32,
 }
@@ -57,6 +57,12 @@ pub(super) fn line(Shown { sample, seen, .. }: &Shown, Speeds { width, unit }: &
         listed(&flags(driver.unwrap_or_default(), &DRIVER_FLAGS)),
         listed(&flags(*seen, &EXTENDED_FLAGS)),
     )
+}
+
+/// The values of columns of one's own choice as a line, each behind its name.
+pub(super) fn named(columns: &[Column], values: &[Option<i32>]) -> String {
+    let all = columns.iter().zip(values).map(|(Column { name, .. }, value)| format!("{name} {}", number(*value)));
+    all.collect::<Vec<_>>().join("  ")
 }
 
 /// All axes in one line of a terminal with so many columns, with as much of each as there is room for: position and
@@ -111,14 +117,14 @@ fn listed(names: &[&str]) -> String {
 mod tests {
     use super::*;
 
-    const BUSY: Sample = [Some(-51_200), Some(1000), None, Some(0b1000_0001), Some(0), Some(1), Some(0), Some(1)];
-    const QUIET: Sample = [Some(7), Some(0), Some(0), Some(128), Some(0), Some(0), Some(0), Some(0)];
+    const BUSY: Usual = [Some(-51_200), Some(1000), None, Some(0b1000_0001), Some(0), Some(1), Some(0), Some(1)];
+    const QUIET: Usual = [Some(7), Some(0), Some(0), Some(128), Some(0), Some(0), Some(0), Some(0)];
 
     fn internal() -> Speeds {
         Speeds::of(Some(Product::Tmcm1140), false)
     }
 
-    fn shown(axis: u8, sample: Sample, seen: i32) -> Shown {
+    fn shown(axis: u8, sample: Usual, seen: i32) -> Shown {
         Shown { axis, sample, seen }
     }
 
@@ -128,7 +134,7 @@ mod tests {
             line(&shown(0, BUSY, 1), &internal()),
             "position      -51200  speed  1000 int  load    -  switches left home  driver SG STST  errors stall"
         );
-        assert!(line(&shown(0, Sample::default(), 0), &internal()).ends_with("switches -  driver -  errors -"));
+        assert!(line(&shown(0, Usual::default(), 0), &internal()).ends_with("switches -  driver -  errors -"));
         let unknown = line(&shown(0, QUIET, 0), &Speeds::of(None, false));
         assert_eq!(unknown, "position           7  speed     0  load    0  switches -  driver STST  errors -");
     }
@@ -151,7 +157,7 @@ mod tests {
         assert_eq!(status(&two, &internal(), 79), "0      -51200  1000 l-h!  2           7     0 ----");
         assert_eq!(status(&two, &internal(), 49), "0!    -51200 2:         7");
         assert_eq!(status(&[shown(5, QUIET, 2)], &internal(), 20), "5!         7");
-        assert_eq!(status(&[shown(5, Sample::default(), 0)], &internal(), 20), "5:         -");
+        assert_eq!(status(&[shown(5, Usual::default(), 0)], &internal(), 20), "5:         -");
         let long = [Some(-123_456_789), Some(-2047), Some(0), Some(128), Some(0), Some(1), Some(1), Some(1)];
         let of = |axes: u8| status(&(0..axes).map(|axis| shown(axis, long, 1)).collect::<Vec<_>>(), &internal(), 79);
         assert!((1..=6).all(|axes| of(axes).len() <= 79));

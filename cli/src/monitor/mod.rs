@@ -1,19 +1,26 @@
 //! `tmcl monitor`: samples of the axes' positions, speeds, loads, flags and switches.
 
+mod column;
+mod display;
 mod line;
+mod pace;
 mod sample;
 
-use std::io::{IsTerminal, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::Args;
 use tmcm::param::AxisParameter;
+use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
+use crate::link::LinkTarget;
 use crate::signal::EndSignal;
-use line::{Shown, Speeds, line, status};
-use sample::{headline, numbers, sample};
+use column::Column;
+use display::{Display, Form};
+use line::Speeds;
+use pace::Pace;
+use sample::sample;
 
 /// Watch the axes: position, speed, load, error flags and switches, as they change
 ///
@@ -33,14 +40,25 @@ pub struct Options {
     #[arg(long, value_name = "N[,N...]", value_delimiter = ',')]
     pub axis: Vec<u8>,
 
+    /// The axis parameters to watch by number, for example 1,3,206,180, in place of the usual ones
+    #[arg(long, value_name = "N[,N...]", value_delimiter = ',')]
+    pub params: Vec<u8>,
+
     /// Write comma separated values with a headline: time in seconds, then the parameters as numbers
     ///
-    /// A value is left empty where the module does not know the parameter. Of several axes each has columns of its own,
-    /// with its number: position_0, speed_0, ..., position_2.
-    #[arg(long)]
+    /// The time is that at which the position was read, or what comes first in its place. A value is left empty where the
+    /// module does not know the parameter. Of several axes each has columns of its own, with its number: position_0,
+    /// speed_0, ..., position_2; their positions are read directly one after the other.
+    #[arg(long, conflicts_with = "json")]
     pub csv: bool,
 
-    /// Time between two samples, in milliseconds; a slow link may need longer, and several axes take their time
+    /// Write an object of JSON for each axis and sample: time_s, axis, and the parameters as numbers
+    #[arg(long)]
+    pub json: bool,
+
+    /// Time between two samples, in milliseconds; 0 is as often as possible
+    ///
+    /// A slow link may need longer, and several axes take their time: then it says how long a sample takes.
     #[arg(long, value_name = "MS", default_value_t = 100)]
     pub interval: u64,
 
@@ -54,56 +72,74 @@ Examples:
   tmcl monitor /dev/ttyACM0                                     one line, refreshed ten times a second
   tmcl monitor tcp:127.0.0.1:4140 --csv --count 600 > run.csv   a minute for a plot
   tmcl monitor /dev/ttyUSB0 --address 3 --interval 500          module 3 on an RS485 bus
-  tmcl monitor /dev/ttyACM0 --axis 0,2                          two axes of several";
+  tmcl monitor /dev/ttyACM0 --axis 0,2                          two axes of several
+  tmcl monitor sim --params 1,3,206,180 --json --count 2        position, speed, load and current, for a program";
 
 /// Shows samples until a signal comes or the wanted number has been shown.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     let axes = axes(&mut module, &options.axis)?;
+    let columns = columns(&mut module, &axes, &options.params)?;
     let speeds = speeds(&mut module, &axes)?;
+    let form = options.csv.then_some(Form::Csv).or(options.json.then_some(Form::Json));
+    let mut display = Display::new(form, axes.clone(), columns.clone(), speeds);
+    let watched = watch(options, &mut module, (&axes, &columns), &mut display);
+    // What has ended it is told on a line of its own.
+    let ended = display.end_line();
+    watched.and(ended)
+}
+
+fn watch(
+    options: &Options,
+    module: &mut Conversation,
+    (axes, columns): (&[u8], &[Column]),
+    display: &mut Display,
+) -> Result<(), Failure> {
     let signal = EndSignal::watch()?;
-    let terminal = std::io::stdout().is_terminal();
-    let mut out = std::io::stdout().lock();
-    if options.csv {
-        writeln!(out, "{}", headline(&axes))?;
-    }
-    let begun = Instant::now();
     let interval = Duration::from_millis(options.interval);
+    let too_short = |took: Duration| {
+        format!(
+            "--interval {}: a sample takes {} ms over this link, so there is one about every {} ms; fewer --params or \
+             --axis take less",
+            options.interval,
+            took.as_millis(),
+            took.as_millis()
+        )
+    };
+    display.begin()?;
+    let mut pace = Pace::new(interval);
+    let begun = module.time();
     let mut due = begun;
     let mut samples = 0;
-    let mut end = Ok(());
-    let mut all: Vec<Shown> = axes.iter().map(|&axis| Shown { axis, sample: Default::default(), seen: 0 }).collect();
     while options.count.is_none_or(|count| samples < count) {
-        if signal.within(due.saturating_duration_since(Instant::now())) {
-            end = Err(signal.failure(""));
-            break;
+        let left = due.saturating_sub(module.time());
+        // The time of a virtual module passes at once, and its user's does not.
+        let simulated = options.reach.link == LinkTarget::Simulated;
+        if module.pause(left, &signal) || simulated && signal.within(left) {
+            return Err(signal.failure(""));
         }
-        for shown in &mut all {
-            shown.sample = sample(&mut module, shown.axis)?;
-            shown.seen |= shown.sample[4].unwrap_or_default();
-        }
-        if options.csv {
-            let numbers: Vec<String> = all.iter().map(|shown| numbers(&shown.sample)).collect();
-            writeln!(out, "{:.3},{}", begun.elapsed().as_secs_f64(), numbers.join(","))?;
-        } else if terminal {
-            let width = columns().saturating_sub(1);
-            let line = if let [shown] = all.as_slice() { line(shown, &speeds) } else { status(&all, &speeds, width) };
-            // The line is cut to the terminal's width, because a line that wraps around could not be overwritten.
-            write!(out, "\r{line:.width$}\x1b[K")?;
-        } else {
-            for shown in &all {
-                let axis = if all.len() == 1 { String::new() } else { format!("axis {}  ", shown.axis) };
-                writeln!(out, "{axis}{}", line(shown, &speeds))?;
-            }
-        }
-        out.flush()?;
+        let start = module.time();
+        display.show(&sample(module, axes, columns)?, begun)?;
         samples += 1;
-        due = (due + interval).max(Instant::now());
+        let now = module.time();
+        if let Some(took) = pace.took(now.saturating_sub(start)) {
+            display.say(&too_short(took))?;
+        }
+        due = (due + interval).max(now);
     }
-    if terminal && !options.csv {
-        writeln!(out)?;
+    pace.at_the_end().map_or(Ok(()), |took| display.say(&too_short(took)))
+}
+
+/// The columns to show: the usual ones, or those that are wanted.
+fn columns(module: &mut Conversation, axes: &[u8], wanted: &[u8]) -> Result<Vec<Column>, Error> {
+    if wanted.is_empty() {
+        return Ok(column::usual());
     }
-    end
+    for &number in wanted {
+        // A parameter that is asked for by number and does not exist is a mistake.
+        module.value(Command::new(Opcode::Gap as u8, number, axes.first().copied().unwrap_or_default(), 0))?;
+    }
+    Ok(column::of(wanted, module.product()?))
 }
 
 /// How speeds are shown: in the unit that the first axis has them in, as long as it watches.
@@ -126,10 +162,4 @@ fn axes(module: &mut Conversation, wanted: &[u8]) -> Result<Vec<u8>, Error> {
         }
     }
     Ok(axes)
-}
-
-/// Width of the terminal in characters.
-fn columns() -> usize {
-    let size = rustix::termios::tcgetwinsize(std::io::stdout());
-    size.map(|size| size.ws_col.into()).ok().filter(|columns| *columns > 0).unwrap_or(80)
 }

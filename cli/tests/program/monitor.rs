@@ -1,14 +1,148 @@
 //! `tmcl monitor`: live values.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpListener;
 use std::process::Stdio;
+use std::time::{Duration, Instant};
 
 use rustix::fs::{Mode, OFlags};
 use rustix::process::{Pid, Signal};
 use rustix::pty::OpenptFlags;
 use rustix::termios::Winsize;
 
+use tmcm::tmcl::binary::{self, TELEGRAM};
+use tmcm::tmcl::{Command, Opcode, Reply, Status};
+
 use super::harness::{Sim, complaint, run, tmcl};
+use super::pty::Terminal;
+
+/// A TMCM-1140 that answers as a test wants it, and after as long; without an answer it hangs up. Gives the name of the
+/// link to it.
+fn module(mut answer: impl FnMut(Command) -> Option<i32> + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let link = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        let mut stream = listener.accept().unwrap().0;
+        let mut request = [0; TELEGRAM];
+        while stream.read_exact(&mut request).is_ok() {
+            let command = binary::decode_command(&request).unwrap();
+            let reply = match answer(command) {
+                Some(value) => Reply::Plain { status: Status::Ok, opcode: command.opcode, value },
+                None => return,
+            };
+            stream.write_all(&binary::encode_reply(2, 1, &reply)).unwrap();
+        }
+    });
+    link
+}
+
+/// True for the command that reads this parameter of an axis.
+fn reads(command: Command, number: u8) -> bool {
+    command.opcode == Opcode::Gap as u8 && command.kind == number
+}
+
+/// The position of this module is a clock in milliseconds. After each second sample of it the other parameters take half a
+/// second: the times of the rows have to tell when the position was read, not when the row was complete.
+#[test]
+fn a_row_is_stamped_when_its_position_was_read() {
+    let start = Instant::now();
+    let mut rows = 0;
+    let link = module(move |command| {
+        if reads(command, 1) {
+            rows += 1;
+            return Some(start.elapsed().as_millis() as i32);
+        }
+        if reads(command, 12) || reads(command, 206) && rows % 2 == 0 {
+            std::thread::sleep(Duration::from_millis(500));
+        }
+        Some(0)
+    });
+    let output =
+        run(&["monitor", &link, "--product", "1140", "--axis", "0", "--csv", "--interval", "0", "--count", "4"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    let rows: Vec<[f64; 2]> = text
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let mut numbers = line.split(',').map(|number| number.parse::<f64>().unwrap());
+            [numbers.next().unwrap() * 1000.0, numbers.next().unwrap()]
+        })
+        .collect();
+    for pair in rows.windows(2) {
+        let [stamps, clock] = [0, 1].map(|place| pair[1][place] - pair[0][place]);
+        assert!((stamps - clock).abs() < 200.0, "{stamps} ms apart by their times, {clock} in truth: {rows:?}");
+    }
+}
+
+/// The sum of the late samples is what a user has to know, once, whatever becomes of the samples.
+#[test]
+fn an_interval_that_cannot_be_kept_is_told_once() {
+    let link = module(|command| {
+        std::thread::sleep(Duration::from_millis(if reads(command, 206) { 50 } else { 0 }));
+        Some(0)
+    });
+    let output =
+        run(&["monitor", &link, "--product", "1140", "--axis", "0", "--interval", "10", "--count", "6", "--csv"]);
+    assert!(output.status.success());
+    let told = complaint(&output);
+    let took = told.strip_prefix("tmcl: --interval 10: a sample takes ").unwrap_or_else(|| panic!("{told}"));
+    let (took, rest) = took.split_once(" ms over this link, so there is one about every ").unwrap();
+    assert!(took.parse::<u32>().unwrap() >= 50 && rest.starts_with(took), "{told}");
+    assert_eq!(told.lines().count(), 1, "{told}");
+    let output = run(&["monitor", "sim", "--interval", "100", "--count", "4", "--csv"]);
+    assert_eq!(complaint(&output), "");
+}
+
+#[test]
+fn a_module_that_vanishes_ends_the_line_before_the_message() {
+    let mut asked = 0;
+    let link = module(move |_| {
+        asked += 1;
+        (asked < 40).then_some(7)
+    });
+    let mut terminal = Terminal::start(&["monitor", &link, "--product", "1140", "--axis", "0", "--interval", "1"]);
+    terminal.expect("position           7");
+    let shown = terminal.expect("tmcl: ");
+    assert!(shown.ends_with("\x1b[K\r\ntmcl: "), "{shown:?}");
+    let (status, _) = terminal.end();
+    assert_eq!(status.code(), Some(1));
+}
+
+#[test]
+fn parameters_of_ones_own_choice_are_columns() {
+    let lines = |options: &[&str]| {
+        let output = run(&[&["monitor", "sim", "--count", "2", "--interval", "50"], options].concat());
+        assert!(output.status.success(), "{}", complaint(&output));
+        let text = String::from_utf8(output.stdout).unwrap();
+        text.lines().map(str::to_owned).collect::<Vec<_>>()
+    };
+    // Parameters 6 and 7 are 128 and 8 of a new TMCM-1140 (manual, chapter 4).
+    let csv = lines(&["--params", "1,6,7,206", "--csv"]);
+    assert_eq!(csv[0], "time_s,position,maximum_current,standby_current,load");
+    assert_eq!((csv.len(), csv[1].split_once(',').unwrap().1), (3, "0,128,8,0"));
+    // The clock is that of the virtual module.
+    assert!(csv[2].starts_with("0.05"), "{csv:?}");
+    let several = lines(&["--params", "1,206", "--csv", "--product", "3110", "--axis", "0,2"]);
+    assert_eq!(several[0], "time_s,position_0,load_0,position_2,load_2");
+    assert_eq!(lines(&["--params", "1,7"])[0], "position 0  standby_current 8");
+    let output = run(&["monitor", "sim", "--params", "1,99"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("GAP 99, 0: status 3"), "{}", complaint(&output));
+    assert_eq!(run(&["monitor", "sim", "--params", "1,256"]).status.code(), Some(2));
+}
+
+#[test]
+fn samples_are_objects() {
+    let options = ["--product", "6110", "--axis", "0,5", "--params", "1,8", "--json", "--count", "2"];
+    let output = run(&[&["monitor", "sim"], &options[..]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    let objects: Vec<serde_json::Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(objects.iter().map(|object| &object["axis"]).collect::<Vec<_>>(), [0, 5, 0, 5]);
+    assert!(objects.iter().all(|object| object["position"] == 0 && object.as_object().unwrap().len() == 4), "{text}");
+    assert!(objects[2]["time_s"].as_f64().unwrap() >= 0.1, "{text}");
+    assert_eq!(run(&["monitor", "sim", "--json", "--csv"]).status.code(), Some(2));
+}
 
 #[test]
 fn samples_are_lines_of_numbers() {
