@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::link::{Link, LinkError, LinkTarget, Surroundings};
 use crate::product::Product;
 use crate::progress::Progress;
-use crate::send::words::firmware;
+use crate::send::firmware;
 use crate::signal::EndSignal;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate

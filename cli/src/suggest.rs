@@ -1,4 +1,23 @@
-//! Suggestions for misspelt names: "did you mean 'Speed'?".
+//! Suggestions for misspelt names, "did you mean 'Speed'?", and for commands in the wrong place or with the wrong
+//! letters.
+
+use hal_sim::control::Line;
+use tmcm::tmcl::Instruction;
+
+/// What a line in any letters would be as a command to the simulated world, which has small letters; `None` if it is
+/// none.
+pub(crate) fn world_command(line: &str) -> Option<String> {
+    let small = line.trim().to_lowercase();
+    Line::parse(&small).is_ok().then_some(small)
+}
+
+/// A line in any letters with its first word in capitals, if that is the mnemonic of a command of TMCL.
+pub(crate) fn module_command(line: &str) -> Option<String> {
+    let line = line.trim();
+    let end = line.find(|c: char| c.is_whitespace() || c == ',').unwrap_or(line.len());
+    let (word, rest) = line.split_at_checked(end)?;
+    Instruction::by_mnemonic(word).map(|instruction| format!("{}{rest}", instruction.mnemonic))
+}
 
 /// Longest word, in characters, for which a suggestion is made; comparing longer ones would take too long.
 const LONGEST: usize = 64;
@@ -75,6 +94,15 @@ mod tests {
         assert_eq!(nearest("Y"), None);
         assert_eq!(nearest("Motor0"), None);
         assert_eq!(nearest(&"Loop".repeat(100)), None);
+    }
+
+    #[test]
+    fn commands_are_known_in_any_letters() {
+        assert_eq!(world_command(" Press LEFT"), Some("press left".into()));
+        assert_eq!(world_command("press"), None);
+        assert_eq!(module_command("mvp abs, 0, 1000"), Some("MVP abs, 0, 1000".into()));
+        assert_eq!(module_command("stop"), Some("STOP".into()));
+        assert_eq!((module_command("press left"), module_command("")), (None, None));
     }
 
     #[test]

@@ -23,6 +23,11 @@ pub fn names(product: Option<Product>) -> Symbols {
     assemble_text("names", &source, product).map(|assembly| assembly.symbols).unwrap_or_default()
 }
 
+/// The names of all products, each with the number that the first product with the name gives to it.
+pub fn names_of_all() -> Symbols {
+    Product::ALL.into_iter().fold(Symbols::default(), |all, product| all.with(&names(Some(product)))).of_no_product()
+}
+
 /// Reads one command as it is written in a program, without a label: its operands may be expressions with the names
 /// of `symbols` and with those of the built-in files of the product, included or not; the names of `symbols` come first.
 /// A command in plain numbers needs no product.

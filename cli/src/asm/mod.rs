@@ -55,7 +55,7 @@ use crate::product::{self, Product};
 use crate::program::binary;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
-pub use line::{command, names, value};
+pub use line::{command, names, names_of_all, value};
 pub use listing::{listing, symbols};
 pub(crate) use messages::reported;
 pub use settings::Settings;

@@ -84,6 +84,11 @@ impl Symbols {
         both
     }
 
+    /// The same names, of which messages do not say which product has them.
+    pub(super) fn of_no_product(self) -> Symbols {
+        Symbols { product: None, ..self }
+    }
+
     fn get(&self, name: &str) -> Option<&Symbol> {
         self.list.get(*self.indices.get(&name.to_lowercase())?)
     }

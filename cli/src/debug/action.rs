@@ -1,5 +1,6 @@
 //! The commands of the debugger as the user types them.
 
+use crate::asm::Symbols;
 use crate::send::Request;
 
 /// The help text.
@@ -61,7 +62,7 @@ impl Action {
             "break" | "b" => Action::Break(operand()),
             "delete" | "d" => Action::Delete(operand()),
             "list" | "l" => Action::List(operand()),
-            "send" => Action::Send(Request::parse(rest.trim_matches('"'))?),
+            "send" => Action::Send(Request::read(rest.trim_matches('"'), None, &Symbols::default())?),
             _ => return alone(word, rest),
         };
         Ok(action)

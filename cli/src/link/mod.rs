@@ -6,6 +6,7 @@ mod slcan;
 mod tcp;
 
 use std::fmt;
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec};
@@ -46,7 +47,8 @@ impl LinkTarget {
             return Ok(LinkTarget::Simulated);
         }
         if let Some(adapter) = text.strip_prefix("slcan:") {
-            return match Self::parse(adapter)? {
+            let target = Self::parse(adapter).map_err(|error| error.replace("did you mean ", "did you mean slcan:"));
+            return match target? {
                 target @ (LinkTarget::Serial(_) | LinkTarget::Tcp(_)) => Ok(LinkTarget::Slcan(Box::new(target))),
                 _ => {
                     Err("give the adapter's device, for example slcan:/dev/ttyACM0 or slcan:tcp:127.0.0.1:4142".into())
@@ -56,6 +58,9 @@ impl LinkTarget {
         if let Some(address) = text.strip_prefix("tcp:") {
             let parts = address.rsplit_once(':').filter(|(host, _)| !host.is_empty());
             return match parts.map(|(_, port)| port.parse::<u16>()) {
+                Some(Ok(_)) if address.starts_with('/') => {
+                    Err(format!("no slashes there; did you mean tcp:{}?", address.trim_start_matches('/')))
+                }
                 Some(Ok(_)) => Ok(LinkTarget::Tcp(address.into())),
                 _ => Err("give a host and a port, for example tcp:127.0.0.1:4140".into()),
             };
@@ -63,8 +68,24 @@ impl LinkTarget {
         if text.is_empty() {
             return Err("give a serial device such as /dev/ttyACM0, tcp:HOST:PORT, slcan:DEVICE, or sim".into());
         }
-        Ok(LinkTarget::Serial(text.into()))
+        match meant(text).filter(|_| !Path::new(text).exists()) {
+            Some(meant) => Err(format!("there is no such device; did you mean {meant}?")),
+            None => Ok(LinkTarget::Serial(text.into())),
+        }
     }
+}
+
+/// The link that is meant by what is no path of a device at first sight: a host and a port, or one of the words in
+/// capitals. `None` if it looks like a path.
+fn meant(text: &str) -> Option<String> {
+    let small = text.to_ascii_lowercase();
+    let known = small == "sim" || ["tcp:", "slcan:"].iter().any(|beginning| small.starts_with(beginning));
+    if known {
+        return Some(small);
+    }
+    let (host, port) = text.rsplit_once(':')?;
+    let is_host = !host.is_empty() && !host.contains('/');
+    (is_host && port.parse::<u16>().is_ok()).then(|| format!("tcp:{text}"))
 }
 
 /// The reason why a request has no reply.
@@ -257,5 +278,24 @@ mod tests {
                 .iter()
                 .all(|text| LinkTarget::parse(text).is_err())
         );
+    }
+
+    #[test]
+    fn what_is_meant_is_suggested() {
+        for (text, meant) in [
+            ("127.0.0.1:4140", "tcp:127.0.0.1:4140"),
+            ("[::1]:4140", "tcp:[::1]:4140"),
+            ("module.local:4140", "tcp:module.local:4140"),
+            ("TCP:Localhost:4140", "tcp:localhost:4140"),
+            ("tcp://localhost:4140", "tcp:localhost:4140"),
+            ("SIM", "sim"),
+            ("slcan:127.0.0.1:4142", "slcan:tcp:127.0.0.1:4142"),
+        ] {
+            let told = LinkTarget::parse(text).unwrap_err();
+            assert!(told.ends_with(&format!("did you mean {meant}?")), "{text}: {told}");
+        }
+        // A device that is not there yet is told when it is opened, by its path.
+        let device = "/dev/serial/by-id/usb-Trinamic_TMCM-1140:1";
+        assert_eq!(LinkTarget::parse(device), Ok(LinkTarget::Serial(device.into())));
     }
 }

@@ -6,6 +6,7 @@ use hal_sim::control::{Control, Line};
 use tmcm::tmcl::{Command, text};
 
 use super::time;
+use crate::suggest::{module_command, world_command};
 
 /// An event of option `--at`.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,14 +37,14 @@ impl Event {
         };
         let what = what.trim();
         let action = if what.starts_with(|c: char| c.is_ascii_lowercase()) {
-            match Line::parse(what)? {
+            match Line::parse(what).map_err(|error| in_capitals(what).unwrap_or(error))? {
                 Line { control: Control::State, .. } => return Err("the state cannot be shown here".into()),
                 Line { control: Control::Usb { .. }, .. } => return Err("there is no USB cable here".into()),
                 Line { module: 1, control } => Action::World(control),
                 Line { .. } => return Err("there is one module only".into()),
             }
         } else {
-            Action::Host(text::parse(what).map_err(|error| error.to_string())?)
+            Action::Host(text::parse(what).map_err(|error| in_small_letters(what).unwrap_or(error.to_string()))?)
         };
         Ok(Event { at: time::parse(at)?, text: what.into(), action })
     }
@@ -55,6 +56,18 @@ impl Event {
             Action::Host(_) => Ok(()),
         }
     }
+}
+
+/// Message about a command for the module that was written in small letters; `None` if it is none.
+fn in_capitals(what: &str) -> Option<String> {
+    let meant = module_command(what)?;
+    Some(format!("commands for the module are written in capitals, those for the world small; did you mean '{meant}'?"))
+}
+
+/// Message about a change of the world that was written in capitals; `None` if it is none.
+fn in_small_letters(what: &str) -> Option<String> {
+    let meant = world_command(what)?;
+    Some(format!("commands for the module are written in capitals, those for the world small; did you mean '{meant}'?"))
 }
 
 /// The events sorted by time; events with the same time keep their order.
@@ -90,6 +103,8 @@ mod tests {
         assert!(error("5 s: usb off").contains("no USB cable"));
         assert!(error("5 s: module 2 press left").contains("one module"));
         assert!(error("5 s:").contains("no command"));
+        assert!(error("5 s: mvp abs, 0, 9").ends_with("did you mean 'MVP abs, 0, 9'?"));
+        assert!(error("5 s: Press LEFT").ends_with("did you mean 'press left'?"));
     }
 
     #[test]

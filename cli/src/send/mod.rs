@@ -1,22 +1,30 @@
 //! `tmcl send`: commands in mnemonic form to a module, replies in words.
 
+mod reply;
+mod request;
 pub mod words;
 
 use std::io::Write;
 
 use clap::Args;
-use tmcm::tmcl::{Command, text};
+use serde::Serialize;
+use tmcm::tmcl::Command;
 
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
-use words::{Meaning, depends_on_unit_mode, meaning, needs_names, stays_unanswered};
+pub use reply::Reply;
+pub(crate) use reply::firmware;
+pub use request::{Request, Typed};
+use words::{Meaning, depends_on_unit_mode, needs_names, stays_unanswered};
 
 /// Send commands to a module and show its replies
 ///
 /// A COMMAND is written as in the firmware manual, mnemonic first: "GAP 1, 0" or "MVP ABS, 0, 51200". Commands without
-/// a mnemonic are four numbers: command, type, motor or bank, value. To show the name of a parameter, the module is
-/// asked once what it is; commands in numbers are answered in numbers, and nothing else is asked.
+/// a mnemonic are four numbers: command, type, motor or bank, value. In place of numbers there may be the names that `tmcl
+/// asm --names` shows, and expressions of them: "SAP APMaxPositioningSpeed, Motor0, 2 * 500". To know a name, or to show
+/// that of a parameter, the module is asked once what it is; commands in numbers are answered in numbers, and nothing
+/// else is asked.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -25,8 +33,19 @@ pub struct Options {
     pub reach: Reach,
 
     /// The commands, each in quotes
-    #[arg(value_name = "COMMAND", required = true, value_parser = Request::parse)]
-    pub commands: Vec<Request>,
+    #[arg(value_name = "COMMAND", required = true, value_parser = Typed::parse)]
+    pub commands: Vec<Typed>,
+
+    /// Show the value of each reply and nothing else, one a line; what is refused is told on standard error
+    #[arg(long, conflicts_with = "json")]
+    pub value: bool,
+
+    /// Show each reply as an object of JSON, one a line: command, status, meaning, value, unit, name
+    ///
+    /// What a reply does not have is left out. A version string, or a command read from program memory, is in "text".
+    /// Where no reply came, or another one than that to the command, "error" says so.
+    #[arg(long)]
+    pub json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -35,54 +54,126 @@ Examples:
   tmcl send tcp:127.0.0.1:4140 \"ROR 0, 500\"                   rotate right
   tmcl send slcan:/dev/ttyACM0 --address 3 \"GAP 1, 0\"         the module with CAN identifier 3
   tmcl send sim \"SAP 4, 0, 1500\" \"GAP 4, 0\"                 two commands to a virtual module
+  tmcl send sim \"GAP APMaxCurrent, Motor0\"                 by the name of the parameter
+  tmcl send sim --value \"GIO 8, 1\"                          for scripts: the number alone
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";
-
-/// A command as the user has typed it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Request {
-    /// The command.
-    pub command: Command,
-    /// True if it was typed in numbers alone, and is answered in numbers.
-    pub numeric: bool,
-}
-
-impl Request {
-    /// Reads a command in mnemonic or numeric form.
-    pub(crate) fn parse(line: &str) -> Result<Self, String> {
-        let command = text::parse(line).map_err(|error| error.to_string())?;
-        Ok(Request { command, numeric: line.trim_start().starts_with(|c: char| c.is_ascii_digit()) })
-    }
-}
 
 /// Sends the commands one after the other.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
+    let product = match options.commands.iter().any(Typed::has_names) {
+        true => module.product()?,
+        false => None,
+    };
+    // Nothing is sent before all commands are read.
+    let requests: Result<Vec<Request>, String> = options.commands.iter().map(|typed| typed.request(product)).collect();
     let mut out = std::io::stdout().lock();
     let mut all_done = true;
-    for request in &options.commands {
-        let Meaning { text, done } = ask(&mut module, *request)?;
-        writeln!(out, "{}: {text}", request.command)?;
-        all_done &= done;
+    for request in requests.map_err(Failure::Arguments)? {
+        // The value alone needs no names, so the module is not asked for them.
+        let numeric = request.numeric || options.value;
+        let reply = match reply_to(&mut module, Request { numeric, ..request }) {
+            Ok(reply) => reply,
+            Err(error) => {
+                if options.json {
+                    line(&mut out, &Told::failed(request.command, &error))?;
+                }
+                return Err(error.into());
+            }
+        };
+        all_done &= if options.value {
+            show_value(&mut out, request.command, reply)?
+        } else if options.json {
+            line(&mut out, &Told::new(request.command, reply.as_ref()))?;
+            is_done(reply.as_ref())
+        } else {
+            let Meaning { text, done } = in_words(reply.as_ref());
+            writeln!(out, "{}: {text}", request.command)?;
+            done
+        };
     }
+    out.flush()?;
     if all_done { Ok(()) } else { Err(Failure::Reported) }
 }
 
+/// Prints the value of a reply. What is no value is told on standard error; true if there is nothing to tell.
+fn show_value(out: &mut impl Write, command: Command, reply: Option<Reply>) -> Result<bool, Failure> {
+    let told = match reply {
+        None => return Ok(true),
+        Some(Reply { value: Some(value), .. }) => {
+            writeln!(out, "{value}")?;
+            return Ok(true);
+        }
+        Some(reply) if reply.done() => format!("{}; the reply has no value", Meaning::from(&reply).text),
+        Some(reply) => Meaning::from(&reply).text,
+    };
+    // A closed standard error does not end the program.
+    let _ = writeln!(std::io::stderr(), "tmcl: {command}: {told}");
+    Ok(false)
+}
+
+/// A command and its reply as a line of JSON.
+#[derive(Serialize)]
+struct Told<'a> {
+    command: String,
+    #[serde(flatten)]
+    reply: Option<&'a Reply>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+}
+
+impl<'a> Told<'a> {
+    fn new(command: Command, reply: Option<&'a Reply>) -> Self {
+        Told { command: command.to_string(), reply, error: None }
+    }
+
+    fn failed(command: Command, error: &Error) -> Self {
+        let error = match error {
+            Error::Link { error, .. } => error.to_string(),
+            error => error.to_string(),
+        };
+        Told { command: command.to_string(), reply: None, error: Some(error) }
+    }
+}
+
+fn line(out: &mut impl Write, told: &Told<'_>) -> Result<(), Failure> {
+    serde_json::to_writer(&mut *out, told).map_err(std::io::Error::from)?;
+    Ok(writeln!(out)?)
+}
+
+fn is_done(reply: Option<&Reply>) -> bool {
+    reply.is_none_or(Reply::done)
+}
+
+fn in_words(reply: Option<&Reply>) -> Meaning {
+    match reply {
+        Some(reply) => Meaning::from(reply),
+        None => Meaning { text: "no reply, as it should be".into(), done: true },
+    }
+}
+
 /// Sends a command and gives the reply in words.
-pub(crate) fn ask(module: &mut Conversation, Request { command, numeric }: Request) -> Result<Meaning, Error> {
+pub(crate) fn ask(module: &mut Conversation, request: Request) -> Result<Meaning, Error> {
+    Ok(in_words(reply_to(module, request)?.as_ref()))
+}
+
+/// Sends a command and gives the reply; `None` for a command that modules execute without a reply.
+pub(crate) fn reply_to(
+    module: &mut Conversation,
+    Request { command, numeric }: Request,
+) -> Result<Option<Reply>, Error> {
     match module.exchange(command) {
-        Ok(reply) => {
-            let plain = meaning(None, false, command, &reply);
-            if numeric || !plain.done || !needs_names(command) {
-                return Ok(plain);
+        Ok(telegram) => {
+            let plain = Reply::read(None, false, command, &telegram);
+            if numeric || !plain.done() || !needs_names(command) {
+                return Ok(Some(plain));
             }
             let product = module.product()?;
             let in_chip = depends_on_unit_mode(product, command) && module.is_in_chip_units(command.motor)?;
-            Ok(meaning(product, in_chip, command, &reply))
+            Ok(Some(Reply::read(product, in_chip, command, &telegram)))
         }
-        Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => {
-            Ok(Meaning { text: "no reply, as it should be".into(), done: true })
-        }
+        Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => Ok(None),
         Err(error) => Err(Error::Link { command, error }),
     }
 }

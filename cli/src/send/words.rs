@@ -1,11 +1,11 @@
 //! Replies in words: the value with its unit and name, and the status.
 
 use tmcm::param::Unit;
-use tmcm::tmcl::binary::{self, Received, Telegram};
+use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::{CONFIRMATION, Command, Opcode};
 
-use crate::conversation::{self, Answer, executed, hexadecimal};
-use crate::product::{Named, Product, parameter, speed_unit, symbol, with_unit};
+use super::reply::{Reply, TENTHS};
+use crate::product::{Product, parameter, speed_unit, with_unit};
 
 /// Bank of the user variables, which have no names.
 const VARIABLES: u8 = 2;
@@ -49,76 +49,50 @@ pub(crate) fn depends_on_unit_mode(product: Option<Product>, command: Command) -
     matches!(unit, Some(Unit::Pps | Unit::Pps2))
 }
 
-/// The meaning of a reply to `command` from a module of this product. Without a product, values of parameters have
-/// neither unit nor name. `in_chip` says that speeds and accelerations of the axis are in units of its chip.
+/// The meaning of a reply to `command` from a module of this product, as [`Reply::read`] has it.
 pub fn meaning(product: Option<Product>, in_chip: bool, command: Command, reply: &Telegram) -> Meaning {
-    match Answer::read(command, reply) {
-        Answer::Version(text) => Meaning { text, done: true },
-        Answer::Memory(stored) => Meaning { text: stored.to_string(), done: true },
-        Answer::Plain(Received { status, value, .. }) => {
-            let done = executed(status);
-            let what = if done { what(product, in_chip, command, value) } else { String::new() };
-            let separator = if what.is_empty() { "" } else { ", " };
-            Meaning { text: format!("{what}{separator}status {status} {}", conversation::meaning(status)), done }
-        }
-        Answer::Strange => {
-            let bytes = hexadecimal(reply);
-            let text = match binary::decode_reply(reply) {
-                Some(Received { status, opcode, .. }) => {
-                    let status = format!("status {status} {}", conversation::meaning(status));
-                    format!("{status}, but it answers command {opcode}: {bytes}")
-                }
-                None => format!("reply with a wrong checksum: {bytes}"),
-            };
-            Meaning { text, done: false }
-        }
+    Meaning::from(&Reply::read(product, in_chip, command, reply))
+}
+
+impl From<&Reply> for Meaning {
+    fn from(reply: &Reply) -> Self {
+        let what = if reply.done() { what(reply) } else { String::new() };
+        let status = reply.status.zip(reply.meaning).map(|(status, meaning)| format!("status {status} {meaning}"));
+        let error = reply.error.as_ref().map(|error| match status {
+            Some(_) => format!("but {error}"),
+            None => error.clone(),
+        });
+        let parts = [Some(what).filter(|what| !what.is_empty()), status, error];
+        Meaning { text: parts.into_iter().flatten().collect::<Vec<_>>().join(", "), done: reply.done() }
     }
 }
 
 /// The value of a reply with its unit and name; empty where the value has no meaning.
-fn what(product: Option<Product>, in_chip: bool, command: Command, value: i32) -> String {
-    let Some(opcode) = Opcode::from_number(command.opcode) else { return value.to_string() };
-    let parameter = product.and_then(|product| parameter(product.spec(), opcode, command));
-    match opcode {
-        Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp => {
-            parameter.map_or_else(String::new, |parameter| parameter.name)
-        }
-        Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Ggp | Opcode::Sgp | Opcode::Agp => match parameter {
-            Some(Named { row, name }) => format!("{} ({name})", with_unit(value, symbol(row.unit, in_chip))),
-            None => value.to_string(),
-        },
-        Opcode::Mvp => format!("{} (target)", with_unit(value, Unit::Microsteps.symbol())),
-        Opcode::Ror | Opcode::Rol => {
-            with_unit(value, product.map_or("", |product| symbol(speed_unit(product), in_chip)))
-        }
-        Opcode::Sco | Opcode::Gco | Opcode::Cco => with_unit(value, Unit::Microsteps.symbol()),
-        Opcode::Gio => match (command.motor, command.kind) {
-            (1, 8) => format!("{}.{} V (supply)", value / 10, (value % 10).abs()),
-            (1, 9) => format!("{value} degC (temperature)"),
-            _ => value.to_string(),
-        },
-        Opcode::FirmwareVersion => firmware(value),
-        Opcode::Mst => String::new(),
-        _ => value.to_string(),
+fn what(reply: &Reply) -> String {
+    if let Some(text) = &reply.text {
+        return text.clone();
     }
-}
-
-/// Type and firmware version of a module, from the value of the reply to `136, 1`.
-pub(crate) fn firmware(value: i32) -> String {
-    let [high, low, major, minor] = value.to_be_bytes();
-    format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
+    let value = reply.value.map(|value| match reply.unit {
+        TENTHS => format!("{}.{} V", value / 10, (value % 10).abs()),
+        unit => with_unit(value, unit),
+    });
+    match (value, &reply.name) {
+        (Some(value), Some(name)) => format!("{value} ({name})"),
+        (None, Some(name)) => name.clone(),
+        (value, None) => value.unwrap_or_default(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tmcm::tmcl::{Reply, Status, text};
+    use tmcm::tmcl::{self, Status, binary, text};
 
     const KNOWN: Option<Product> = Some(Product::Tmcm1140);
 
     fn in_words(line: &str, status: Status, value: i32) -> String {
         let command = text::parse(line).unwrap();
-        let reply = binary::encode_reply(2, 1, &Reply::Plain { status, opcode: command.opcode, value });
+        let reply = binary::encode_reply(2, 1, &tmcl::Reply::Plain { status, opcode: command.opcode, value });
         meaning(KNOWN, false, command, &reply).text
     }
 
@@ -141,14 +115,14 @@ mod tests {
         let text = "status 4 value, motor or bank out of range";
         assert_eq!(in_words("SAP 4, 0, 5000", Status::InvalidValue, 5000), text);
         let command = text::parse("MST 0").unwrap();
-        let refused = binary::encode_reply(2, 1, &Reply::WRONG_CHECKSUM);
+        let refused = binary::encode_reply(2, 1, &tmcl::Reply::WRONG_CHECKSUM);
         let expected = Meaning { text: "status 1 wrong checksum".into(), done: false };
         assert_eq!(meaning(KNOWN, false, command, &refused), expected);
         assert_eq!(
             meaning(KNOWN, false, command, &[1; 9]).text,
             "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01"
         );
-        let other = binary::encode_reply(2, 1, &Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
+        let other = binary::encode_reply(2, 1, &tmcl::Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
         let in_words = meaning(KNOWN, false, command, &other);
         assert!(!in_words.done && in_words.text.contains("it answers command 6"), "{in_words:?}");
     }
@@ -156,10 +130,10 @@ mod tests {
     #[test]
     fn special_replies() {
         let version = text::parse("136, 0").unwrap();
-        let reply = binary::encode_reply(2, 1, &Reply::Version(*b"1140V142"));
+        let reply = binary::encode_reply(2, 1, &tmcl::Reply::Version(*b"1140V142"));
         assert_eq!(meaning(KNOWN, false, version, &reply), Meaning { text: "1140V142".into(), done: true });
         let read = text::parse("134, 0, 0, 12").unwrap();
-        let reply = binary::encode_reply(2, 1, &Reply::Memory(text::parse("MVP ABS, 0, 90000").unwrap()));
+        let reply = binary::encode_reply(2, 1, &tmcl::Reply::Memory(text::parse("MVP ABS, 0, 90000").unwrap()));
         assert_eq!(meaning(KNOWN, false, read, &reply).text, "MVP ABS, 0, 90000");
         assert_eq!(in_words("134, 0, 0, 12", Status::NotAvailable, 12), "status 6 not available in this mode or state");
     }

@@ -12,6 +12,7 @@ use serde::Serialize;
 use super::pacing::Pacer;
 use super::stream::{Input, Stream};
 use super::tcp::{Guest, MOST_CONNECTIONS};
+use crate::suggest::{module_command, world_command};
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::Fleet;
 
@@ -165,7 +166,7 @@ fn answer(result: Result<Option<Report>, String>) -> String {
 }
 
 fn carry_out(line: &str, fleet: &mut Fleet<impl VirtualModule>, pacer: &Pacer) -> Result<Option<Report>, String> {
-    let Line { module: number, control } = Line::parse(line)?;
+    let Line { module: number, control } = Line::parse(line).map_err(|error| misplaced(line).unwrap_or(error))?;
     let count = fleet.modules().len();
     let index = number.wrapping_sub(1);
     let Some(module) = fleet.modules_mut().get_mut(index) else {
@@ -189,6 +190,17 @@ fn carry_out(line: &str, fleet: &mut Fleet<impl VirtualModule>, pacer: &Pacer) -
     };
     let speed_factor = (pacer.achieved() * 1000.0).round() / 1000.0;
     Ok(state.map(|state| Report { state, speed_factor, speed_wanted: pacer.wanted() }))
+}
+
+/// Message about a line that would be a command in small letters, or for the module; `None` for any other line.
+fn misplaced(line: &str) -> Option<String> {
+    if let Some(meant) = world_command(line) {
+        return Some(format!("the commands here are written in small letters; did you mean '{meant}'?"));
+    }
+    let command = module_command(line)?;
+    Some(format!(
+        "'{command}' is a command for the module; send it over one of its links: tmcl send LINK \"{command}\""
+    ))
 }
 
 #[cfg(test)]
@@ -241,6 +253,8 @@ mod tests {
         assert_eq!((&state["ok"], &state["power"]), (&true.into(), &false.into()));
         assert_eq!((&state["supply"], &state["speed_wanted"]), (&12.5.into(), &1.0.into()));
         assert!(state["time_us"].is_u64() && state["speed_factor"].is_f64());
+        assert!(ask("Power OFF").contains("did you mean 'power off'?"));
+        assert!(ask("gap 1, 0").contains("'GAP 1, 0' is a command for the module"));
         assert!(ask("jump").starts_with(r#"{"ok":false,"error":"unknown command 'jump'"#));
     }
 }

@@ -1,7 +1,9 @@
 //! `tmcl send`: the same over every link.
 
+use std::net::TcpListener;
 use std::os::unix::fs::symlink;
 
+use super::fake::{Fake, State};
 use super::harness::{Sim, complaint, run};
 
 const LINES: [&str; 7] =
@@ -93,5 +95,92 @@ fn a_serial_device_may_have_any_baud_rate_and_name() {
     for baud in ["9600", "76800", "115200"] {
         let output = run(&["send", alias.to_str().unwrap(), "--baud", baud, "--address", "9", "GAP 4, 0"]);
         assert!(output.status.success(), "{baud}: {}", complaint(&output));
+    }
+}
+
+/// How often a module has been asked what it is, and how often anything.
+fn asked(fake: &Fake) -> (usize, usize) {
+    let state = fake.state();
+    (state.identified(), state.asked.len())
+}
+
+/// Names cost one question, plain numbers none.
+#[test]
+fn names_and_expressions_are_those_of_the_assembler() {
+    let fake = Fake::start(State::default());
+    let output = run(&["send", &fake.link, "SGP 10, 2, 3 * $10", "6, 4", "MVP REL, 0, -(51200 / 4)"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.starts_with("SGP 10, 2, 48: 48, status 100 ok\n"), "{told}");
+    assert!(told.ends_with("MVP REL, 0, -12800: -12800 microsteps (target), status 100 ok\n"), "{told}");
+    assert_eq!(asked(&fake), (0, 3));
+    let output = run(&["send", &fake.link, "SAP APMaxPositioningSpeed, Motor0, 1000", "STAP apmaxpositioningspeed, 0"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    assert_eq!(asked(&fake), (1, 6));
+
+    let output = run(&["send", "sim", "--product", "6110", "SAP APGroupIndex, Motor5, 1"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "SAP 213, 5, 1: 1 (group index), status 100 ok\n");
+    // Nothing is sent when one of the commands cannot be read.
+    let output = run(&["send", &fake.link, "SAP 4, 0, 1", "SAP APGroupIndex, 0, 1"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("the TMCM-1140 does not have it"), "{}", complaint(&output));
+    assert_eq!(asked(&fake), (2, 7));
+    let output = run(&["send", &fake.link, "SAP APMaxPosSpeed, 0, 1"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("did you mean 'APMaxPositioningSpeed'?"), "{}", complaint(&output));
+    assert_eq!(fake.state().asked.len(), 7);
+}
+
+#[test]
+fn scripts_get_the_value_alone() {
+    let fake = Fake::start(State { protection: 3, ..State::default() });
+    let output = run(&["send", &fake.link, "--value", "GGP 81, 0", "GAP 1, 7", "GGP 81, 0"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "3\n3\n");
+    assert_eq!(complaint(&output), "tmcl: GAP 1, 7: status 4 value, motor or bank out of range\n");
+    assert_eq!(fake.state().asked.len(), 3, "the values alone need no names");
+    let output = run(&["send", "sim", "--value", "SAP 4, 0, 1500", "136, 0"]);
+    assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stdout).as_ref()), (Some(1), "1500\n"));
+    assert_eq!(complaint(&output), "tmcl: 136, 0, 0, 0: 1140V142; the reply has no value\n");
+}
+
+#[test]
+fn json_has_an_object_for_each_command() {
+    let output = run(&[&["send", "sim", "--json"], &LINES[..], &["SAP 4, 0, 5000"]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let lines: Vec<String> = String::from_utf8(output.stdout).unwrap().lines().map(String::from).collect();
+    let expected = [
+        r#"{"command":"136, 0, 0, 0","text":"1140V142"}"#,
+        r#"{"command":"136, 1, 0, 0","status":100,"meaning":"ok","value":74711338,"text":"TMCM-1140, firmware version 1.42"}"#,
+        r#"{"command":"GAP 4, 0","status":100,"meaning":"ok","value":1000,"unit":"int","name":"maximum positioning speed"}"#,
+        r#"{"command":"SAP 4, 0, 1500","status":100,"meaning":"ok","value":1500,"unit":"int","name":"maximum positioning speed"}"#,
+        r#"{"command":"STAP 4, 0","status":100,"meaning":"ok","name":"maximum positioning speed"}"#,
+        r#"{"command":"GIO 8, 1","status":100,"meaning":"ok","value":240,"unit":"0.1 V","name":"supply"}"#,
+        r#"{"command":"MVP ABS, 0, -500","status":100,"meaning":"ok","value":-500,"unit":"microsteps","name":"target"}"#,
+        r#"{"command":"SAP 4, 0, 5000","status":4,"meaning":"value, motor or bank out of range"}"#,
+    ];
+    assert_eq!(lines, expected);
+    let silent = TcpListener::bind("127.0.0.1:0").unwrap();
+    let link = format!("tcp:{}", silent.local_addr().unwrap());
+    let output = run(&["send", &link, "--timeout", "50", "--json", "GAP 1, 0", "GAP 2, 0"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(told.starts_with(r#"{"command":"GAP 1, 0","error":"no reply; check power"#), "{told}");
+    assert_eq!(told.lines().count(), 1);
+    assert!(complaint(&output).starts_with("tmcl: GAP 1, 0: no reply"), "{}", complaint(&output));
+}
+
+#[test]
+fn what_was_meant_is_suggested() {
+    for (arguments, meant) in [
+        (["127.0.0.1:4140", "GAP 1, 0"], "did you mean tcp:127.0.0.1:4140?"),
+        (["localhost:4140", "GAP 1, 0"], "did you mean tcp:localhost:4140?"),
+        (["SIM", "GAP 1, 0"], "did you mean sim?"),
+        (["sim", "PRESS left"], "tmcl world ADDR:PORT \"press left\""),
+        (["sim", "GAPP 1, 0"], "did you mean 'GAP'?"),
+    ] {
+        let output = run(&["send", arguments[0], arguments[1]]);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(complaint(&output).contains(meant), "{arguments:?}: {}", complaint(&output));
     }
 }
