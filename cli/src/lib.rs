@@ -11,6 +11,7 @@
 //! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
 //! * [`params`] - `tmcl params`: a module's settings in a file
 //! * [`calc`] - `tmcl calc`: speeds, accelerations and times in the units of a product
+//! * [`tune`] - `tmcl tune`: settings of stallGuard2 and coolStep by measurement
 //! * [`eds`] - `tmcl eds`: the objects of the CANopen firmware as a file for masters
 //! * [`completions`] - `tmcl completions`: for shells
 //! * [`monitor`] - `tmcl monitor`: samples of an axis
@@ -54,3 +55,4 @@ mod svg;
 pub mod terminal;
 pub mod version;
 pub mod world;
+pub mod tune;

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, sim, version, world,
+    asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, sim, tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
@@ -46,6 +46,7 @@ enum Command {
     Eds(eds::Options),
     Completions(completions::Options),
     World(world::Options),
+    Tune(tune::Options),
 }
 
 fn main() -> ExitCode {
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         Command::Eds(options) => eds::run(&options),
         Command::Completions(options) => completions::run(&options, Arguments::command()),
         Command::World(options) => world::run(&options),
+        Command::Tune(options) => tune::run(&options),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -54,6 +54,11 @@ impl Exact {
         self.numerator.signum() * magnitude
     }
 
+    /// The number in floating point, for estimates.
+    pub(super) fn approximate(self) -> f64 {
+        self.numerator as f64 / self.denominator as f64
+    }
+
     /// True if the number is below 0.
     pub(super) fn is_negative(self) -> bool {
         self.numerator < 0

@@ -2,6 +2,7 @@
 
 mod axis;
 mod exact;
+mod live;
 mod scale;
 mod table;
 mod time;
@@ -15,6 +16,7 @@ use tmcm::param::AxisParameter;
 
 use self::axis::{Axis, MOST_DIVIDED, Made};
 use self::exact::Exact;
+pub(crate) use self::live::{Live, Settings};
 use self::scale::{Generator, Quantity, Scale, Unit};
 use self::table::Line;
 use self::value::{Meaning, Value};

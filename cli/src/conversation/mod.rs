@@ -16,6 +16,7 @@ use std::time::Duration;
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::binary::{Received, Telegram};
 use tmcm::tmcl::{Command, Opcode, Status};
+use tmcm_sim::NativeModule;
 
 use crate::failure::Failure;
 use crate::link::{Link, LinkError};
@@ -125,6 +126,11 @@ impl Conversation {
     /// Lets time pass for the module, or until a signal comes. True if a signal has come.
     pub fn pause(&mut self, time: Duration, signal: &EndSignal) -> bool {
         self.link.pause(time, signal)
+    }
+
+    /// The virtual module inside this program, if the link leads to one.
+    pub fn simulated(&mut self) -> Option<&mut NativeModule> {
+        self.link.simulated()
     }
 
     /// Goes on with the module at another address.

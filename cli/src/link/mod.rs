@@ -12,6 +12,7 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec};
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
+use tmcm_sim::NativeModule;
 
 use crate::failure::Failure;
 use crate::product::Product;
@@ -183,6 +184,14 @@ impl Link {
             LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
         };
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
+    }
+
+    /// The virtual module inside this program, if the link leads to one.
+    pub fn simulated(&mut self) -> Option<&mut NativeModule> {
+        match &mut self.wire {
+            Wire::Simulated(module) => Some(&mut module.0),
+            _ => None,
+        }
     }
 
     /// Sets the longest wait for a reply.

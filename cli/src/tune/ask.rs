@@ -1,0 +1,66 @@
+//! Questions to the user, and lines from standard input that are waited for while the motor turns.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use crate::failure::Failure;
+use crate::link::readable;
+use crate::signal::EndSignal;
+
+/// Time between two looks for a signal.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// Asks whether to go on. Without a terminal there is nobody who could be asked.
+pub(super) fn consent(question: &str, signal: &EndSignal) -> Result<(), Failure> {
+    let mut lines = Lines::default();
+    lines.say(&format!("{question} [y/N]"));
+    loop {
+        if let Some(answer) = lines.next()? {
+            return match answer.trim().to_lowercase().as_str() {
+                "y" | "yes" => Ok(()),
+                _ => Err(Failure::Failed("nothing was moved and nothing changed".into())),
+            };
+        }
+        if signal.within(LOOK) {
+            return Err(signal.failure(""));
+        }
+    }
+}
+
+/// True if somebody can be asked.
+pub(super) fn can_ask() -> bool {
+    std::io::stdin().is_terminal() && std::io::stderr().is_terminal()
+}
+
+/// Lines of standard input.
+#[derive(Debug, Default)]
+pub(super) struct Lines {
+    begun: Vec<u8>,
+}
+
+impl Lines {
+    /// Tells the user something. It goes to standard error, which is not part of the result.
+    pub(super) fn say(&self, text: &str) {
+        // A closed standard error must not end a measurement.
+        let _ = writeln!(std::io::stderr(), "{text}");
+    }
+
+    /// The next line, if it is there already.
+    pub(super) fn next(&mut self) -> Result<Option<String>, Failure> {
+        let stdin = std::io::stdin();
+        let failed = |why: String| Failure::Failed(format!("nobody answers: {why}"));
+        while readable(&stdin, Instant::now()).map_err(|error| failed(error.to_string()))? {
+            let mut byte = [0];
+            // Past the buffer of the library, in which a line could hide from `readable`.
+            match rustix::io::read(&stdin, &mut byte) {
+                Ok(0) => return Err(failed("standard input has ended".into())),
+                Ok(_) if byte == [b'\n'] => {
+                    return Ok(Some(String::from_utf8_lossy(&std::mem::take(&mut self.begun)).into_owned()));
+                }
+                Ok(_) => self.begun.extend(byte),
+                Err(error) => return Err(failed(error.to_string())),
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,174 @@
+//! The axis that is tuned: its settings, of which those that are changed are remembered, and its motor.
+
+use std::time::{Duration, Instant};
+
+use tmcm::param::AxisParameter;
+use tmcm::tmcl::{Command, Opcode};
+
+use crate::conversation::{Conversation, Error, Reach};
+use crate::failure::Failure;
+use crate::link::LinkError;
+use crate::product::{Product, axis_number};
+use crate::signal::EndSignal;
+
+/// MVP ABS.
+const ABSOLUTE: u8 = 0;
+/// How long a link that fails is tried again, to put the settings back.
+const ENDURANCE: Duration = Duration::from_secs(10);
+/// How long a motor may take to stop.
+const STOPPING: Duration = Duration::from_secs(20);
+/// Time between two questions to a motor that is waited for.
+const GLANCE: Duration = Duration::from_millis(5);
+
+/// An axis of a module, and what has been changed in it.
+pub(super) struct Bench<'a> {
+    /// The module.
+    pub(super) module: Conversation,
+    reach: &'a Reach,
+    /// Ctrl-C, SIGTERM and SIGHUP.
+    pub(super) signal: &'a mut EndSignal,
+    /// What the module is.
+    pub(super) product: Product,
+    /// The number of the axis.
+    pub(super) axis: u8,
+    /// The parameters that were changed, with the values they had before.
+    changed: Vec<(AxisParameter, i32)>,
+    /// The motor has been sent somewhere.
+    moved: bool,
+}
+
+impl<'a> Bench<'a> {
+    /// The axis of a module, with nothing changed.
+    pub(super) fn new(
+        module: Conversation,
+        reach: &'a Reach,
+        signal: &'a mut EndSignal,
+        product: Product,
+        axis: u8,
+    ) -> Self {
+        Bench { module, reach, signal, product, axis, changed: Vec::new(), moved: false }
+    }
+
+    /// Whether the product has a parameter.
+    pub(super) fn has(&self, parameter: AxisParameter) -> bool {
+        axis_number(Some(self.product), parameter).is_some()
+    }
+
+    /// The number of a parameter, which the product has.
+    pub(super) fn number(&self, parameter: AxisParameter) -> u8 {
+        axis_number(Some(self.product), parameter).unwrap_or_default()
+    }
+
+    /// The value of a parameter.
+    pub(super) fn get(&mut self, parameter: AxisParameter) -> Result<i32, Failure> {
+        Ok(self.module.axis(self.axis, parameter)?)
+    }
+
+    /// Writes a parameter, whose value is remembered the first time.
+    pub(super) fn set(&mut self, parameter: AxisParameter, value: i32) -> Result<(), Failure> {
+        if self.changed.iter().all(|(known, _)| *known != parameter) {
+            let before = self.get(parameter)?;
+            // A write whose reply is lost may have been carried out, so it is remembered before.
+            self.changed.push((parameter, before));
+        }
+        self.module.request(self.write(parameter, value))?;
+        Ok(())
+    }
+
+    fn write(&self, parameter: AxisParameter, value: i32) -> Command {
+        Command::new(Opcode::Sap as u8, self.number(parameter), self.axis, value)
+    }
+
+    /// Sends the motor to a position.
+    pub(super) fn go_to(&mut self, position: i32) -> Result<(), Failure> {
+        self.moved = true;
+        self.module.request(self.go(position))?;
+        Ok(())
+    }
+
+    fn go(&self, position: i32) -> Command {
+        Command::new(Opcode::Mvp as u8, ABSOLUTE, self.axis, position)
+    }
+
+    /// Lets time pass: in a module inside this program its own.
+    ///
+    /// # Errors
+    /// A signal has come.
+    pub(super) fn pass(&mut self, time: Duration) -> Result<(), Failure> {
+        if self.module.pause(time, self.signal) { Err(self.signal.failure("")) } else { Ok(()) }
+    }
+
+    /// Brings the motor back to a position.
+    pub(super) fn bring_back(&mut self, position: i32) -> Result<(), Failure> {
+        self.go_to(position)?;
+        let mut last = None;
+        let mut stands = 0;
+        loop {
+            let here = self.get(AxisParameter::ActualPosition)?;
+            if here == position && self.get(AxisParameter::ActualSpeed)? == 0 {
+                return Ok(());
+            }
+            stands = if last.replace(here) == Some(here) { stands + 1 } else { 0 };
+            if stands > 100 {
+                return Err(Failure::Failed(format!("the motor does not get back to {position}: it stands at {here}")));
+            }
+            self.pass(GLANCE)?;
+        }
+    }
+
+    /// Stops the motor and puts all settings back, also over a link that fails for a while. Returns the commands that
+    /// could not be sent.
+    pub(super) fn restore(&mut self) -> Vec<Command> {
+        self.signal.forget();
+        let until = Instant::now() + ENDURANCE;
+        let mut left = Vec::new();
+        if self.moved {
+            let stop = Command::new(Opcode::Mst as u8, 0, self.axis, 0);
+            match self.insist(stop, until) {
+                Ok(_) => self.await_standstill(until),
+                Err(_) => left.push(stop),
+            }
+        }
+        // What was changed last is put back first.
+        while let Some((parameter, before)) = self.changed.pop() {
+            let write = self.write(parameter, before);
+            if self.insist(write, until).is_err() {
+                left.push(write);
+            }
+        }
+        left
+    }
+
+    /// Waits until the motor stands; settings of a motor that turns can be put back as well, if they must.
+    fn await_standstill(&mut self, until: Instant) {
+        let speed = Command::new(Opcode::Gap as u8, self.number(AxisParameter::ActualSpeed), self.axis, 0);
+        let latest = Instant::now() + STOPPING;
+        while self.insist(speed, until).is_ok_and(|speed| speed != 0) && Instant::now() < latest {
+            if self.module.pause(GLANCE, self.signal) {
+                return;
+            }
+        }
+    }
+
+    /// Sends a command again and again until there is a reply, or until `until`; a signal ends that, too.
+    fn insist(&mut self, command: Command, until: Instant) -> Result<i32, Error> {
+        loop {
+            let error = match self.module.value(command) {
+                Err(error) if !error.is_refusal() => error,
+                answered => return answered,
+            };
+            if Instant::now() >= until || self.signal.within(Duration::from_millis(100)) {
+                return Err(error);
+            }
+            let gone = matches!(&error, Error::Link { error: LinkError::Closed | LinkError::Io(_), .. });
+            if gone && let Ok(module) = Conversation::open(self.reach) {
+                self.module = module;
+            }
+        }
+    }
+
+    /// Where the motor is, if the module says so.
+    pub(super) fn whereabouts(&mut self) -> Option<i32> {
+        self.get(AxisParameter::ActualPosition).ok()
+    }
+}

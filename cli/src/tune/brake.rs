@@ -1,0 +1,174 @@
+//! What loads the motor: the simulated world, the control port of a virtual module, or the user's hand.
+
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use hal_sim::control::{Control, State};
+use hal_sim::world::motor::FULL_TORQUE;
+use serde_json::Value;
+
+use super::ask::Lines;
+use super::drive::Drive;
+use crate::failure::Failure;
+
+/// The part of the torque in reserve that a virtual motor is loaded with.
+const PART: f64 = 0.9;
+/// The part of the torque at its current that a virtual motor is loaded with if its friction is not known.
+const CAREFUL: f64 = 0.75;
+/// Longest wait for an answer of a control port.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// What loads the motor.
+pub(super) enum Brake {
+    /// The world of the module inside this program.
+    World {
+        /// The load that the user has named, as a fraction of the torque at full current.
+        load: Option<f64>,
+    },
+    /// The control port of a virtual module.
+    Control {
+        /// The port.
+        port: ControlPort,
+        /// The load that the user has named.
+        load: Option<f64>,
+    },
+    /// The user, who holds the shaft.
+    Hand(Lines),
+}
+
+impl Brake {
+    /// Loads the motor, which turns at constant speed with its whole current. Returns what it is loaded with, in words.
+    pub(super) fn hold(&mut self, drive: &mut Drive<'_, '_>) -> Result<String, Failure> {
+        while drive.look()?.is_none() {}
+        let axis = usize::from(drive.bench.axis);
+        let load = match self {
+            Brake::World { load } => {
+                let load = load.unwrap_or_else(|| in_reserve(drive, axis) * PART);
+                set_load(drive, axis, load)?;
+                load
+            }
+            Brake::Control { port, load } => {
+                let state = port.axis(axis)?;
+                let current = state.get("current").and_then(Value::as_f64).unwrap_or_default();
+                let load = load.unwrap_or(current / 32.0 * CAREFUL);
+                port.send(&format!("load {load:.4} {axis}"))?;
+                load
+            }
+            Brake::Hand(lines) => {
+                lines.say("Now brake the shaft while it turns, nearly as much as it can bear, and press Enter.");
+                while lines.next()?.is_none() {
+                    drive.look()?;
+                }
+                return Ok("by hand".into());
+            }
+        };
+        Ok(format!("load {load:.2}"))
+    }
+
+    /// Takes the load away.
+    pub(super) fn release(&mut self, drive: &mut Drive<'_, '_>) -> Result<(), Failure> {
+        let axis = usize::from(drive.bench.axis);
+        match self {
+            Brake::World { .. } => set_load(drive, axis, 0.0),
+            Brake::Control { port, .. } => port.send(&format!("load 0 {axis}")).map(|_| ()),
+            Brake::Hand(lines) => {
+                lines.say("Now let go of the shaft, and press Enter.");
+                while lines.next()?.is_none() {
+                    drive.look()?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Full steps that the motor has lost so far, where that is known.
+    pub(super) fn lost(&mut self, drive: &mut Drive<'_, '_>) -> Result<i64, Failure> {
+        let axis = usize::from(drive.bench.axis);
+        Ok(match self {
+            Brake::World { .. } => {
+                let module = drive.bench.module.simulated();
+                let state = module.map(|module| State::of(&module.board().borrow()));
+                state.and_then(|state| state.axes.get(axis).map(|axis| axis.lost_steps)).unwrap_or_default()
+            }
+            Brake::Control { port, .. } => {
+                port.axis(axis)?.get("lost_steps").and_then(Value::as_i64).unwrap_or_default()
+            }
+            Brake::Hand(_) => 0,
+        })
+    }
+
+    /// Takes the load away when all else is over, as far as that can be done without the motor.
+    pub(super) fn let_go(&mut self, axis: u8) {
+        if let Brake::Control { port, .. } = self {
+            // A port that is gone has no module to load.
+            let _ = port.send(&format!("load 0 {axis}"));
+        }
+    }
+}
+
+/// The torque that the motor of the module inside this program has in reserve, as a fraction of that at full current.
+fn in_reserve(drive: &mut Drive<'_, '_>, axis: usize) -> f64 {
+    let Some(module) = drive.bench.module.simulated() else { return 0.0 };
+    let board = module.board().borrow();
+    let motor = board.world().axis(axis).motor();
+    f64::from(motor.available().saturating_sub(motor.demand())) / f64::from(FULL_TORQUE)
+}
+
+fn set_load(drive: &mut Drive<'_, '_>, axis: usize, load: f64) -> Result<(), Failure> {
+    let Some(module) = drive.bench.module.simulated() else { return Ok(()) };
+    Control::Load { axis, load }.apply(&mut module.board().borrow_mut()).map(|_| ()).map_err(Failure::Failed)
+}
+
+/// A connection to the control port of `tmcl sim`.
+pub(super) struct ControlPort {
+    address: String,
+    stream: TcpStream,
+    answers: BufReader<TcpStream>,
+}
+
+impl ControlPort {
+    /// Connects to a port.
+    pub(super) fn open(address: &str) -> Result<Self, Failure> {
+        let failed = |error: std::io::Error| {
+            Failure::Failed(format!(
+                "--control: cannot connect to {address}: {error}. It is the control port of the virtual module: tmcl sim \
+                 --control {address}"
+            ))
+        };
+        let stream = TcpStream::connect(address).map_err(failed)?;
+        stream.set_read_timeout(Some(PATIENCE)).map_err(failed)?;
+        stream.set_nodelay(true).map_err(failed)?;
+        let answers = BufReader::new(stream.try_clone().map_err(failed)?);
+        Ok(ControlPort { address: address.into(), stream, answers })
+    }
+
+    /// Sends a line and returns the answer.
+    fn send(&mut self, line: &str) -> Result<Value, Failure> {
+        let answer = self.exchange(line).map_err(|error| {
+            Failure::Failed(format!("--control: the port {} does not answer: {error}", self.address))
+        })?;
+        let wrong = |why: &str| Failure::Failed(format!("--control: {}: {line}: {why}", self.address));
+        let answer: Value = serde_json::from_str(&answer).map_err(|_| wrong("this is no control port"))?;
+        match answer.get("ok").and_then(Value::as_bool) {
+            Some(true) => Ok(answer),
+            _ => Err(wrong(answer.get("error").and_then(Value::as_str).unwrap_or("refused"))),
+        }
+    }
+
+    fn exchange(&mut self, line: &str) -> std::io::Result<String> {
+        self.stream.write_all(format!("{line}\n").as_bytes())?;
+        let mut answer = String::new();
+        match self.answers.read_line(&mut answer)? {
+            0 => Err(std::io::ErrorKind::UnexpectedEof.into()),
+            _ => Ok(answer),
+        }
+    }
+
+    /// The state of an axis.
+    fn axis(&mut self, axis: usize) -> Result<Value, Failure> {
+        let state = self.send("state")?;
+        let found = state.get("axes").and_then(|axes| axes.get(axis)).cloned();
+        found.ok_or_else(|| Failure::Failed(format!("--control: the module there has no axis {axis}")))
+    }
+}

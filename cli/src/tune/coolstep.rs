@@ -1,0 +1,343 @@
+//! coolStep: the current that it sets (parameter 180) over its settings (168 to 172), without and with load, and the
+//! settings with which the current falls without load and is whole under load.
+
+use std::time::Duration;
+
+use tmcm::param::AxisParameter as P;
+
+use super::Measurement;
+use super::drive::Method;
+use super::plan::Cruise;
+use super::proposal::Proposal;
+use super::stats::{Reading, Stats};
+use crate::failure::Failure;
+
+/// The values of parameter 172 that switch coolStep on.
+const STARTS: std::ops::RangeInclusive<i32> = 1..=15;
+/// The values of parameter 170 that are tried.
+const HYSTERESES: [i32; 5] = [1, 2, 4, 8, 15];
+/// Distance of two thresholds of the load value (manual chapter 4, parameters 170 and 172).
+const THRESHOLD: i32 = 32;
+/// Measurements for a step down, and steps up for a measurement, by the values of parameters 169 and 171.
+const DOWN: [i32; 4] = [32, 8, 2, 1];
+const UP: [i32; 4] = [1, 2, 4, 8];
+/// Full steps of a measurement with the filter.
+const MEASUREMENT: u32 = 4;
+/// The time in which the current should be whole again, and that in which it may fall.
+const SOON: Duration = Duration::from_millis(100);
+const LATER: Duration = Duration::from_secs(2);
+/// coolStep is proposed from this part of the slowest speed on, in percent.
+const FROM_PERCENT: i32 = 80;
+/// Number of readings that are made of a speed at most: without load, and with it.
+pub(super) const READINGS: (u32, u32) = (22, 16);
+
+/// A measurement takes four full steps; in one of them the current goes down by one step at most.
+pub(super) fn method(current: i32) -> Method {
+    Method { settle: 4 * scale(current) + 16, apart: MEASUREMENT as i32 }
+}
+
+/// The current scale of a current in 1/255 (manual chapter 4, parameter 6).
+fn scale(current: i32) -> i32 {
+    current.clamp(0, 255) / 8
+}
+
+/// Settings, and what was measured with them.
+#[derive(Clone, Debug)]
+pub(super) struct Row {
+    /// The parameter that differs, and its value; `None` while coolStep is off.
+    pub(super) setting: Option<(u8, i32)>,
+    /// Without load.
+    pub(super) free: Reading,
+    /// With load, where that was tried.
+    pub(super) loaded: Option<Reading>,
+}
+
+/// What was measured at a speed.
+#[derive(Clone, Debug)]
+pub(super) struct Course {
+    /// The speed.
+    pub(super) cruise: Cruise,
+    /// With coolStep off.
+    pub(super) off: Row,
+    /// With each value of parameter 172.
+    pub(super) starts: Vec<Row>,
+    /// With values of 170 and 168, and the chosen one of 172.
+    pub(super) others: Vec<Row>,
+}
+
+/// The values that were chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Choice {
+    /// Parameter 172.
+    pub(super) start: i32,
+    /// Parameter 170.
+    pub(super) hysteresis: i32,
+    /// Parameter 168.
+    pub(super) minimum: i32,
+}
+
+/// Measures at all speeds, with `current` in parameter 6, and chooses.
+pub(super) fn measure(
+    measurement: &mut Measurement<'_, '_>,
+    threshold: Option<i32>,
+    current: i32,
+) -> Result<(Vec<Course>, Choice), Failure> {
+    let method = method(current);
+    let drive = &mut measurement.drive;
+    let first = [
+        (P::SmartEnergyHysteresisStart, 0),
+        (P::StopOnStall, 0),
+        (P::SmartEnergyThresholdSpeed, 0),
+        (P::StallGuardFilter, 1),
+        (P::SmartEnergyCurrentMinimum, 0),
+        (P::SmartEnergyHysteresis, 0),
+        // As fast as can be, so that the current is soon where it stays.
+        (P::SmartEnergyDownStep, 3),
+        (P::SmartEnergyUpStep, 3),
+    ];
+    for (parameter, value) in first.into_iter().chain(threshold.map(|threshold| (P::StallGuardThreshold, threshold))) {
+        drive.set(parameter, value)?;
+    }
+    let number = drive.bench.number(P::SmartEnergyHysteresisStart);
+    let mut courses = Vec::new();
+    for cruise in measurement.cruises.clone() {
+        measurement.begin(&cruise)?;
+        let off = Row { setting: None, free: measurement.read(method)?, loaded: None };
+        let mut starts = Vec::new();
+        for start in STARTS {
+            measurement.drive.set(P::SmartEnergyHysteresisStart, start)?;
+            starts.push(Row { setting: Some((number, start)), free: measurement.read(method)?, loaded: None });
+        }
+        measurement.drive.set(P::SmartEnergyHysteresisStart, 0)?;
+        courses.push(Course { cruise, off, starts, others: Vec::new() });
+    }
+    measurement.hold()?;
+    for course in &mut courses {
+        measurement.begin(&course.cruise)?;
+        let off = measurement.read(method)?;
+        course.off.loaded = Some(off);
+        for (start, row) in STARTS.zip(&mut course.starts) {
+            // Above the lower threshold coolStep would not give a motor that can hardly turn more current, but less.
+            if off.load.high < start * THRESHOLD {
+                measurement.drive.set(P::SmartEnergyHysteresisStart, start)?;
+                row.loaded = Some(measurement.read(method)?);
+            }
+        }
+        measurement.drive.set(P::SmartEnergyHysteresisStart, 0)?;
+    }
+    measurement.release()?;
+    let start = choose_start(&courses).map_err(Failure::Failed)?;
+    measurement.drive.set(P::SmartEnergyHysteresisStart, start)?;
+    let (hysteresis, minimum) = (P::SmartEnergyHysteresis, P::SmartEnergyCurrentMinimum);
+    for course in &mut courses {
+        measurement.begin(&course.cruise)?;
+        for (parameter, value) in HYSTERESES.map(|value| (hysteresis, value)).into_iter().chain([(minimum, 1)]) {
+            measurement.drive.set(parameter, value)?;
+            let setting = Some((measurement.drive.bench.number(parameter), value));
+            course.others.push(Row { setting, free: measurement.read(method)?, loaded: None });
+            measurement.drive.set(parameter, 0)?;
+        }
+    }
+    let choice =
+        Choice { start, hysteresis: choose_hysteresis(&courses, start), minimum: choose_minimum(&courses, start) };
+    Ok((courses, choice))
+}
+
+/// The highest value of 172, which keeps most torque in reserve, of those with which the current is whole under load and
+/// as low as can be without.
+fn choose_start(courses: &[Course]) -> Result<i32, String> {
+    let mut best: Option<(i32, i32)> = None;
+    for (index, start) in STARTS.enumerate() {
+        let rows = || courses.iter().filter_map(|course| Some((course, course.starts.get(index)?)));
+        let whole = |(course, row): (&Course, &Row)| {
+            row.loaded.is_some_and(|loaded| loaded.current.low >= course.off.free.current.high)
+        };
+        if rows().all(whole) {
+            let current: i32 = rows().map(|(_, row)| row.free.current.mean()).sum();
+            if best.is_none_or(|(lowest, _)| current <= lowest) {
+                best = Some((current, start));
+            }
+        }
+    }
+    let full: i32 = courses.iter().map(|course| course.off.free.current.mean()).sum();
+    let wanting = courses.iter().find(|course| course.off.free.load.low == 0);
+    match (best, wanting) {
+        (Some((current, start)), None) if current < full => Ok(start),
+        (_, Some(course)) => Err(format!(
+            "at {} the load value is 0 without load, too, with this stallGuard2 threshold: find one with tmcl tune \
+             stallguard, and give it with --threshold",
+            course.cruise.name
+        )),
+        (Some(_), None) => Err("coolStep saves no current here: without load the load value is too low. Try a higher \
+                                stallGuard2 threshold with --threshold"
+            .into()),
+        (None, None) => Err("under load the load value is so high that coolStep would take current away: try a lower \
+                             stallGuard2 threshold with --threshold, or load the motor more"
+            .into()),
+    }
+}
+
+/// The current without load with a setting, at all speeds, and without one that with the chosen value of 172 alone.
+fn current(courses: &[Course], setting: Option<(usize, i32)>, start: i32) -> Option<(i32, i32)> {
+    let rows = courses.iter().map(|course| match setting {
+        Some((index, _)) => course.others.get(index),
+        None => course.starts.iter().find(|row| row.setting.is_some_and(|(_, value)| value == start)),
+    });
+    let stats: Option<Vec<Stats>> = rows.map(|row| row.map(|row| row.free.current)).collect();
+    stats.map(|stats| (stats.iter().map(Stats::mean).sum(), stats.iter().map(Stats::spread).max().unwrap_or_default()))
+}
+
+/// The smallest value of 170 with which the current is steady, if it saves as much as without.
+fn choose_hysteresis(courses: &[Course], start: i32) -> i32 {
+    let Some((lowest, spread)) = current(courses, None, start) else { return 0 };
+    let steady = |index: usize, value: i32| {
+        let found = current(courses, Some((index, value)), start);
+        found.is_some_and(|(current, spread)| spread <= 1 && current <= lowest + courses.len() as i32)
+    };
+    if spread <= 1 {
+        return 0;
+    }
+    HYSTERESES.into_iter().enumerate().find(|(index, value)| steady(*index, *value)).map_or(0, |(_, value)| value)
+}
+
+/// 1 for parameter 168, if that saves more than 0 does.
+fn choose_minimum(courses: &[Course], start: i32) -> i32 {
+    let half = current(courses, None, start);
+    let quarter = current(courses, Some((HYSTERESES.len(), 1)), start);
+    let less = half.zip(quarter).is_some_and(|((half, _), (quarter, _))| quarter + courses.len() as i32 <= half);
+    i32::from(less)
+}
+
+/// What is proposed. `current` is parameter 6.
+pub(super) fn propose(
+    courses: &[Course],
+    choice: Choice,
+    threshold: Option<i32>,
+    current: i32,
+    axis: u8,
+    unit: &str,
+    number: impl Fn(P) -> Option<u8>,
+) -> Vec<Proposal> {
+    let Choice { start, hysteresis, minimum } = choice;
+    let mut proposals = Vec::new();
+    let mut add = |parameter, value, reason: String| {
+        if let Some(parameter) = number(parameter) {
+            proposals.push(Proposal { parameter, axis, value, reason });
+        }
+    };
+    let Some(slowest) = courses.iter().min_by_key(|course| course.cruise.speed) else { return Vec::new() };
+    let chosen = slowest.starts.iter().find(|row| row.setting.is_some_and(|(_, value)| value == start));
+    let free = chosen.map_or(0, |row| row.free.current.mean());
+    let full = slowest.off.free.current.mean();
+    if let Some(threshold) = threshold {
+        add(P::StallGuardThreshold, threshold, "the threshold with which all this was measured".into());
+    }
+    add(P::StallGuardFilter, 1, "with the filter the load value is steadier, and so is the current".into());
+    let low = start * THRESHOLD;
+    add(
+        P::SmartEnergyHysteresisStart,
+        start,
+        format!(
+            "below a load value of {low} the current rises: it is {free} of {full} without load, and whole with it"
+        ),
+    );
+    let high = (start + hysteresis + 1) * THRESHOLD;
+    let steadily = if hysteresis > 0 { "; less of it lets the current swing" } else { "; more of it is not needed" };
+    add(P::SmartEnergyHysteresis, hysteresis, format!("from a load value of {high} on the current falls{steadily}"));
+    add(
+        P::SmartEnergyCurrentMinimum,
+        minimum,
+        match minimum {
+            0 => "down to a half: a quarter saves no more here".into(),
+            _ => "down to a quarter, which saves more than a half".into(),
+        },
+    );
+    let steps = (full - free).max(1);
+    let measurement = slowest.cruise.full_step * MEASUREMENT;
+    let down = |value: usize| measurement * (DOWN.get(value).copied().unwrap_or(1) * steps).unsigned_abs();
+    let up = |value: usize| {
+        let by = UP.get(value).copied().unwrap_or(1);
+        measurement * ((steps + by - 1) / by).unsigned_abs()
+    };
+    let slow = (0..DOWN.len()).find(|value| down(*value) <= LATER).unwrap_or(DOWN.len() - 1);
+    let fast = (0..UP.len()).find(|value| up(*value) <= SOON).unwrap_or(UP.len() - 1);
+    add(
+        P::SmartEnergyDownStep,
+        slow as i32,
+        format!("without load the current is down after {} ms", down(slow).as_millis()),
+    );
+    add(P::SmartEnergyUpStep, fast as i32, format!("under load it is whole again after {} ms", up(fast).as_millis()));
+    let speed = slowest.cruise.speed;
+    let from = i64::from(speed) * i64::from(FROM_PERCENT) / 100;
+    add(
+        P::SmartEnergyThresholdSpeed,
+        i32::try_from(from).unwrap_or(speed),
+        format!("coolStep from {FROM_PERCENT} % of {speed} {unit} on, the slowest speed that was measured"),
+    );
+    add(P::SmartEnergySlowRunCurrent, current, "below that speed the current of parameter 6".into());
+    proposals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn reading(load: [i32; 2], current: [i32; 2]) -> Reading {
+        let mut reading = Reading::default();
+        load.into_iter().for_each(|value| reading.load.take(value));
+        current.into_iter().for_each(|value| reading.current.take(value));
+        reading
+    }
+
+    /// Values of 172 up to `saving` let the current fall to `low`, those above do not; it is whole under load from `whole`.
+    fn course(saving: i32, low: i32, whole: i32) -> Course {
+        let cruise = Cruise { speed: 800, name: "800 int".into(), pulses: 1.0, full_step: Duration::from_millis(10) };
+        let row = |start: i32| {
+            let current = if start <= saving { low } else { 16 };
+            let loaded = (start >= whole).then(|| reading([0, 0], [16, 16]));
+            Row { setting: Some((172, start)), free: reading([300, 300], [current, current]), loaded }
+        };
+        let off = Row { setting: None, free: reading([300, 310], [16, 16]), loaded: None };
+        Course { cruise, off, starts: STARTS.map(row).collect(), others: Vec::new() }
+    }
+
+    #[test]
+    fn the_highest_start_that_saves_is_chosen() {
+        assert_eq!(choose_start(&[course(5, 8, 1)]), Ok(5));
+        assert_eq!(choose_start(&[course(5, 8, 1), course(3, 8, 2)]), Ok(3));
+        assert!(choose_start(&[course(5, 8, 6)]).unwrap_err().contains("saves no current"));
+        assert!(choose_start(&[course(5, 8, 16)]).unwrap_err().contains("load the motor more"));
+        let mut blind = course(5, 8, 1);
+        blind.off.free = reading([0, 0], [16, 16]);
+        assert!(choose_start(&[blind]).unwrap_err().contains("tmcl tune stallguard"));
+    }
+
+    /// A hysteresis is chosen only if the current swings without; a quarter only if it saves.
+    #[test]
+    fn hysteresis_and_minimum() {
+        let mut course = course(5, 8, 1);
+        let other = |current| Row { setting: None, free: reading([300, 300], current), loaded: None };
+        course.others =
+            vec![other([6, 9]), other([8, 8]), other([8, 8]), other([12, 12]), other([16, 16]), other([8, 8])];
+        assert_eq!((choose_hysteresis(&[course.clone()], 5), choose_minimum(&[course.clone()], 5)), (0, 0));
+        if let Some(row) = course.starts.get_mut(4) {
+            row.free = reading([300, 300], [6, 10]);
+        }
+        if let Some(last) = course.others.last_mut() {
+            last.free = reading([300, 300], [5, 5]);
+        }
+        assert_eq!((choose_hysteresis(&[course.clone()], 5), choose_minimum(&[course], 5)), (2, 1));
+    }
+
+    /// 8 steps down at 40 ms a measurement: 2560 ms with 8 measurements for each, 640 ms with 2. Up in one go of 8: 40 ms;
+    /// of 4: 80 ms.
+    #[test]
+    fn times_follow_from_the_speed() {
+        let choice = Choice { start: 5, hysteresis: 0, minimum: 0 };
+        let number = |parameter| tmcm::module::TMCM_1140.axis.row(parameter).map(|row| row.number);
+        let proposals = propose(&[course(5, 8, 1)], choice, None, 128, 0, "int", number);
+        let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
+        assert_eq!([168, 169, 170, 171, 172, 173, 182, 183].map(value), [0, 2, 0, 2, 5, 1, 640, 128].map(Some));
+        assert_eq!(value(174), None);
+    }
+}

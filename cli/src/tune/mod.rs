@@ -1,0 +1,447 @@
+//! `tmcl tune`: measures what stallGuard2 and coolStep make of a motor, and proposes their settings.
+//!
+//! * [`bench`] - the axis, and what is put back in the end
+//! * [`track`], [`plan`] - where the motor goes, at which speeds, and for how long
+//! * [`drive`], [`stats`] - samples at constant speed
+//! * [`brake`], [`ask`] - what loads the motor, and the user
+//! * [`stallguard`], [`coolstep`] - the two measurements, and what is proposed
+//! * [`table`], [`proposal`], [`plot`] - what is shown
+
+mod ask;
+mod bench;
+mod brake;
+mod coolstep;
+mod drive;
+mod plan;
+mod plot;
+mod proposal;
+mod stallguard;
+mod stats;
+mod table;
+mod track;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::{Args, Subcommand};
+use tmcm::param::AxisParameter as P;
+use tmcm::tmcl::{Command, Opcode};
+use tmcm::vm::ProgramState;
+
+use crate::conversation::{Conversation, Reach};
+use crate::failure::Failure;
+use crate::link::LinkTarget;
+use crate::output::Output;
+use crate::product::{Product, axis_number};
+use crate::progress::Progress;
+use crate::signal::EndSignal;
+use crate::sim::read_world;
+use crate::terminal;
+use bench::Bench;
+use brake::{Brake, ControlPort};
+use drive::{Drive, Method};
+use plan::{Cruise, Setup};
+use stats::Reading;
+use track::{Room, Track};
+
+/// Measure what stallGuard2 and coolStep make of a motor, and propose settings for them
+///
+/// The motor goes to and fro at constant speed, without and with load, while one setting after the other is tried. Before
+/// anything moves, it is said how far and for how long, and asked. In the end the motor is brought back to where it was,
+/// and all settings are as before, also after Ctrl-C: then the motor is stopped where it is. What is found is
+/// proposed as commands that can be sent, or written into a program.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// What to measure
+    #[command(subcommand)]
+    pub what: What,
+}
+
+/// What is measured.
+#[derive(Subcommand, Debug)]
+pub enum What {
+    /// The threshold of stallGuard2 (axis parameter 174), with which a stall can be told from a motor that turns
+    #[command(after_long_help = EXAMPLES)]
+    Stallguard(Common),
+    /// The settings of coolStep (axis parameters 168 to 172), with which the current (180) follows the load
+    #[command(after_long_help = EXAMPLES)]
+    Coolstep {
+        /// How to measure
+        #[command(flatten)]
+        common: Common,
+
+        /// The threshold of stallGuard2 (174) to measure with; without it that which the module has
+        #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(i32).range(-64..=63))]
+        threshold: Option<i32>,
+    },
+}
+
+/// How to measure.
+#[derive(Args, Debug)]
+pub struct Common {
+    /// The module to talk to
+    #[command(flatten)]
+    pub reach: Reach,
+
+    /// The axis
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub axis: u8,
+
+    /// Speeds to measure at: numbers of the product, or with a unit of `tmcl calc`, as in 800,"60 rpm"
+    ///
+    /// Without it they are the half and the whole of the maximum positioning speed (axis parameter 4).
+    #[arg(long, value_name = "SPEED[,SPEED...]", value_delimiter = ',')]
+    pub speeds: Vec<String>,
+
+    /// The room that the motor has, in microsteps from where it is: to the right, or to the left if it is negative
+    ///
+    /// Without it the motor goes as far to the right as the measurement needs. On LINK sim the room is that of the world.
+    #[arg(long, value_name = "MICROSTEPS", allow_negative_numbers = true)]
+    pub room: Option<i32>,
+
+    /// Full steps per turn of the motor, for speeds in turns
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
+    pub steps: u16,
+
+    /// Load the motor of a virtual module by this port: that of `tmcl sim --control`
+    ///
+    /// On LINK sim the motor is loaded without it. Otherwise somebody has to hold the shaft when asked to.
+    #[arg(long, value_name = "ADDR:PORT")]
+    pub control: Option<String>,
+
+    /// Load a virtual motor with this part of its torque at full current, in place of one that it can just bear
+    #[arg(long, value_name = "X", value_parser = fraction)]
+    pub load: Option<f64>,
+
+    /// Do not ask before the motor moves
+    #[arg(long)]
+    pub yes: bool,
+
+    /// Draw the curves into an SVG file, which web browsers show
+    #[arg(long, value_name = "OUT.svg")]
+    pub plot: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl tune stallguard sim --world examples/stall_homing.toml --speeds 800
+      a threshold for the stage of examples/stall_homing.tmc
+  tmcl tune coolstep sim --threshold 10 --speeds 800
+      current by load, with this threshold of stallGuard2
+  tmcl tune stallguard /dev/ttyACM0 --speeds \"60 rpm,90 rpm\" --room -100000 --plot stall.svg
+      a motor on your table, which has room to the left; you hold the shaft when asked to
+  tmcl tune stallguard tcp:127.0.0.1:4140 --control 127.0.0.1:4141 --yes
+      a virtual module, whose motor is loaded by its control port";
+
+/// Reads a fraction.
+fn fraction(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|number: &f64| (0.0..=1.0).contains(number));
+    number.ok_or_else(|| "give a number from 0 to 1, such as 0.4".into())
+}
+
+impl What {
+    fn common(&self) -> &Common {
+        match self {
+            What::Stallguard(common) | What::Coolstep { common, .. } => common,
+        }
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            What::Stallguard(_) => "stallGuard2",
+            What::Coolstep { .. } => "coolStep",
+        }
+    }
+}
+
+/// The measurement under way.
+struct Measurement<'b, 'a> {
+    drive: Drive<'b, 'a>,
+    cruises: Vec<Cruise>,
+    brake: Brake,
+    progress: Progress,
+    done: usize,
+    /// What the motor was loaded with, in words, and the full steps that it had lost before.
+    load: Option<(String, i64)>,
+}
+
+impl Measurement<'_, '_> {
+    /// From now on the motor is measured at this speed.
+    fn begin(&mut self, cruise: &Cruise) -> Result<(), Failure> {
+        self.drive.cruise(cruise.speed, cruise.full_step)
+    }
+
+    fn read(&mut self, method: Method) -> Result<Reading, Failure> {
+        let reading = self.drive.measure(method)?;
+        self.done += 1;
+        self.progress.reach(self.done);
+        Ok(reading)
+    }
+
+    /// Loads the motor.
+    fn hold(&mut self) -> Result<(), Failure> {
+        self.progress.pause();
+        let lost = self.brake.lost(&mut self.drive)?;
+        self.load = Some((self.brake.hold(&mut self.drive)?, lost));
+        self.drive.refresh();
+        Ok(())
+    }
+
+    /// Takes the load away.
+    fn release(&mut self) -> Result<(), Failure> {
+        self.progress.pause();
+        self.brake.release(&mut self.drive)?;
+        self.drive.refresh();
+        let lost = self.brake.lost(&mut self.drive)?;
+        match &self.load {
+            Some((load, before)) if lost != *before => {
+                let steps = lost - before;
+                Err(Failure::Failed(format!(
+                    "the motor lost {steps} full steps under {load}: give it less with --load"
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// What was found.
+enum Found {
+    Stallguard(Vec<stallguard::Curve>),
+    Coolstep(Vec<coolstep::Course>, coolstep::Choice),
+}
+
+/// Measures and shows what was found.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let what = &options.what;
+    let common = what.common();
+    let plot = common.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
+    let is_simulated = common.reach.link == LinkTarget::Simulated;
+    if !is_simulated && !common.yes && !ask::can_ask() {
+        return Err(Failure::Arguments(
+            "the motor is going to move, and nobody can be asked without a terminal: if it may, give --yes".into(),
+        ));
+    }
+    let mut signal = EndSignal::watch()?;
+    let mut module = Conversation::open(&common.reach)?;
+    let identity = module.identity()?;
+    let Some(product) = identity.product else {
+        return Err(Failure::Failed(format!(
+            "a TMCM-{} is not known here; if it has the parameters of a known one, name that with --product",
+            identity.number
+        )));
+    };
+    let mut bench = Bench::new(module, &common.reach, &mut signal, product, common.axis);
+    check(&mut bench)?;
+    let setup = Setup::read(&mut bench, common.steps)?;
+    let cruises = setup.cruises(&common.speeds)?;
+    let current = bench.get(P::MaximumCurrent)?;
+    let method = match what {
+        What::Stallguard(_) => stallguard::METHOD,
+        What::Coolstep { .. } => coolstep::method(current),
+    };
+    let latency = latency(&mut bench)?;
+    let track = track(&mut bench, common, &setup, &cruises, method, latency)?;
+    let brake = match (&common.control, is_simulated) {
+        (Some(address), _) => Brake::Control { port: ControlPort::open(address)?, load: common.load },
+        (None, true) => Brake::World { load: common.load },
+        (None, false) => Brake::Hand(ask::Lines::default()),
+    };
+    let readings = match what {
+        What::Stallguard(_) => stallguard::READINGS,
+        What::Coolstep { .. } => coolstep::READINGS,
+    };
+    let each = readings.0 + readings.1;
+    let time = cruises.iter().map(|cruise| setup.time(cruise, method, each, track.way(), latency)).sum();
+    announce(what, &track, &setup, time, common)?;
+    if !is_simulated && !common.yes {
+        ask::consent("May it?", bench.signal)?;
+    }
+
+    let progress = Progress::new(format!("measuring {}", what.name()), each as usize * cruises.len());
+    let mut measurement = Measurement {
+        drive: Drive::new(&mut bench, track, setup.microsteps),
+        cruises,
+        brake,
+        progress,
+        done: 0,
+        load: None,
+    };
+    let found = match what {
+        What::Stallguard(_) => stallguard::measure(&mut measurement).map(Found::Stallguard),
+        What::Coolstep { threshold, .. } => coolstep::measure(&mut measurement, *threshold, current)
+            .map(|(courses, choice)| Found::Coolstep(courses, choice)),
+    };
+    let Measurement { mut brake, load, progress, .. } = measurement;
+    drop(progress);
+    let found = found.and_then(|found| bench.bring_back(track.home).map(|()| found));
+    if found.is_err() {
+        brake.let_go(common.axis);
+    }
+    let found = put_back(&mut bench, &track, found)?;
+    let load = load.map_or_else(String::new, |(load, _)| load);
+    show(what, &found, &load, product, current, setup.live.unit(), plot)
+}
+
+/// Fails if the motor turns, or a program could move it.
+fn check(bench: &mut Bench<'_>) -> Result<(), Failure> {
+    let axis = bench.axis;
+    if bench.get(P::ActualSpeed)? != 0 {
+        return Err(Failure::Failed(format!("motor {axis} turns; stop it first, for example with \"MST {axis}\"")));
+    }
+    let ask = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
+    match bench.module.value(ask) {
+        Ok(status) if status.to_be_bytes().first() == Some(&(ProgramState::Run as u8)) => Err(Failure::Failed(
+            "a program runs in the module and could move the motor; stop it first, for example with 128, 0, 0, 0"
+                .into(),
+        )),
+        Err(error) if !error.is_refusal() => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+/// How long a sample takes: it is made of so many requests.
+fn latency(bench: &mut Bench<'_>) -> Result<Duration, Failure> {
+    const REQUESTS: u32 = 4;
+    let begun = bench.module.time();
+    for _ in 0..REQUESTS {
+        bench.get(P::ActualSpeed)?;
+    }
+    Ok(bench.module.time().saturating_sub(begun))
+}
+
+/// The track on which the motor is measured.
+fn track(
+    bench: &mut Bench<'_>,
+    common: &Common,
+    setup: &Setup,
+    cruises: &[Cruise],
+    method: Method,
+    latency: Duration,
+) -> Result<Track, Failure> {
+    let need = setup.need(cruises, method, latency);
+    let room = match (common.room, &common.reach.surroundings.world) {
+        (Some(microsteps), _) => Room::named(microsteps),
+        (None, Some(world)) => {
+            let world = read_world(world, bench.product)?;
+            Room::of_world(&world, usize::from(bench.axis), f64::from(setup.microsteps))
+        }
+        (None, None) => Room::default(),
+    };
+    let track = room.track(bench.get(P::ActualPosition)?, &need);
+    if track.way() < need.least() {
+        return Err(Failure::Failed(format!(
+            "the motor needs {:.0} microsteps to reach its speed, be measured and stop, and has room for {:.0}: give it more \
+             with --room, or measure at lower speeds",
+            need.least().ceil(),
+            track.way()
+        )));
+    }
+    Ok(track)
+}
+
+/// Says what is going to happen.
+fn announce(what: &What, track: &Track, setup: &Setup, time: Duration, common: &Common) -> Result<(), Failure> {
+    let turns = track.way() / f64::from(setup.microsteps) / f64::from(common.steps);
+    let Track { low, high, home } = track;
+    let text = format!(
+        "To measure {}, motor {} goes to and fro between {low} and {high}, which are {turns:.1} turns, for {}; it is at {home} \
+         now and comes back.",
+        what.name(),
+        common.axis,
+        track::about(time)
+    );
+    let mut told = Vec::new();
+    table::text(&mut told, &text, terminal::columns())?;
+    // A closed standard error must not keep the motor from being measured.
+    let _ = std::io::stderr().write_all(&told);
+    Ok(())
+}
+
+/// Stops the motor and puts everything back. A failure is told with what the user has to know besides.
+fn put_back<T>(bench: &mut Bench<'_>, track: &Track, found: Result<T, Failure>) -> Result<T, Failure> {
+    let left = bench.restore();
+    let also = if !left.is_empty() {
+        let left: Vec<String> = left.iter().map(ToString::to_string).collect();
+        format!(
+            "the module could not be told to go back to how it was; when it answers again, send {}",
+            left.join("; ")
+        )
+    } else {
+        match bench.whereabouts() {
+            Some(here) if here != track.home => {
+                let (axis, home) = (bench.axis, track.home);
+                format!(
+                    "all settings are as before, and the motor stands at {here}; MVP ABS, {axis}, {home} brings it back"
+                )
+            }
+            _ => "all settings are as before".into(),
+        }
+    };
+    match (found, left.is_empty()) {
+        (Ok(found), true) => Ok(found),
+        (Ok(_), false) => Err(Failure::Failed(also)),
+        (Err(Failure::Failed(message)), _) => Err(Failure::Failed(format!("{message}; {also}"))),
+        (Err(Failure::Interrupted { signal, .. }), _) => Err(Failure::Interrupted { signal, message: also }),
+        (Err(failure), true) => Err(failure),
+        (Err(_), false) => Err(Failure::Failed(also)),
+    }
+}
+
+/// Shows tables, proposals and curves.
+fn show(
+    what: &What,
+    found: &Found,
+    load: &str,
+    product: Product,
+    current: i32,
+    unit: &str,
+    plot: Option<Output>,
+) -> Result<(), Failure> {
+    let (columns, common) = (terminal::columns(), what.common());
+    let (name, axis) = (product.name(), common.axis);
+    let mut out = Vec::new();
+    let (proposals, drawn) = match found {
+        Found::Stallguard(curves) => {
+            for curve in curves {
+                let title =
+                    format!("Axis {axis} of a {name} at {}, {load}: value 206 by threshold 174", curve.cruise.name);
+                table::text(&mut out, &title, columns)?;
+                table::curve(&mut out, curve, columns)?;
+                writeln!(out)?;
+            }
+            let number = |parameter| axis_number(Some(product), parameter).unwrap_or_default();
+            let title = format!("stallGuard2 of axis {axis} of a {name}, {load}");
+            (stallguard::propose(curves, axis, unit, number), plot::curves(&title, curves))
+        }
+        Found::Coolstep(courses, choice) => {
+            for course in courses {
+                let title =
+                    format!("Axis {axis} of a {name} at {}, {load}: current 180, value 206", course.cruise.name);
+                table::text(&mut out, &title, columns)?;
+                table::course(&mut out, course, columns)?;
+                writeln!(out)?;
+            }
+            let What::Coolstep { threshold, .. } = what else { return Ok(()) };
+            let number = |parameter| axis_number(Some(product), parameter);
+            let title = format!("coolStep of axis {axis} of a {name}, {load}");
+            let proposals = coolstep::propose(courses, *choice, *threshold, current, axis, unit, number);
+            (Ok(proposals), plot::courses(&title, courses))
+        }
+    };
+    if let Ok(proposals) = &proposals {
+        proposal::write(&mut out, proposals, columns)?;
+    }
+    let drawing = plot.as_ref().is_some_and(Output::is_standard);
+    match drawing {
+        true => std::io::stderr().write_all(&out).unwrap_or_default(),
+        false => std::io::stdout().write_all(&out).and_then(|()| std::io::stdout().flush())?,
+    }
+    if let Some(mut plot) = plot {
+        plot.write(drawn.as_bytes())?;
+        plot.finish()?;
+    }
+    proposals.map(|_| ()).map_err(Failure::Failed)
+}

@@ -1,0 +1,221 @@
+//! stallGuard2: its value (parameter 206) over its threshold (174), without and with load, and the threshold that tells
+//! a stall from a motor that turns freely.
+
+use std::collections::BTreeMap;
+
+use tmcm::param::AxisParameter as P;
+
+use super::Measurement;
+use super::drive::{FRESH, Method};
+use super::plan::Cruise;
+use super::proposal::Proposal;
+use super::stats::Stats;
+use crate::failure::Failure;
+
+/// The thresholds that there are.
+const LOWEST: i32 = -64;
+const HIGHEST: i32 = 63;
+/// Distance of the thresholds that are looked at first.
+const COARSE: usize = 8;
+/// Thresholds that are looked at after them, at most.
+const MOST_FINE: i32 = 24;
+/// Stop on stall is proposed from this part of the slowest speed on, in percent.
+const FROM_PERCENT: i32 = 80;
+/// Number of readings that are made about, of one speed: without load, and with it.
+pub(super) const READINGS: (u32, u32) = (35, 30);
+
+/// One measurement is a full step without the filter.
+pub(super) const METHOD: Method = Method { settle: FRESH, apart: 1 };
+
+/// What was measured with a threshold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Row {
+    /// The value without load.
+    pub(super) free: Option<Stats>,
+    /// The value with load.
+    pub(super) loaded: Option<Stats>,
+}
+
+/// What was measured at a speed.
+#[derive(Clone, Debug)]
+pub(super) struct Curve {
+    /// The speed.
+    pub(super) cruise: Cruise,
+    /// What was measured, by threshold.
+    pub(super) rows: BTreeMap<i32, Row>,
+}
+
+/// The sides of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Free,
+    Loaded,
+}
+
+impl Row {
+    fn side(&mut self, side: Side) -> &mut Option<Stats> {
+        match side {
+            Side::Free => &mut self.free,
+            Side::Loaded => &mut self.loaded,
+        }
+    }
+}
+
+impl Curve {
+    /// The lowest threshold from which on the value of the free motor is never 0.
+    pub(super) fn free_from(&self) -> Option<i32> {
+        let measured = self.rows.iter().rev().filter_map(|(threshold, row)| Some((*threshold, row.free?)));
+        measured.take_while(|(_, value)| value.low > 0).last().map(|(threshold, _)| threshold)
+    }
+
+    /// The highest threshold up to which the value of the loaded motor is always 0.
+    pub(super) fn stalls_to(&self) -> Option<i32> {
+        let measured = self.rows.iter().filter_map(|(threshold, row)| Some((*threshold, row.loaded?)));
+        measured.take_while(|(_, value)| value.high == 0).last().map(|(threshold, _)| threshold)
+    }
+
+    /// The thresholds that tell load from none.
+    pub(super) fn window(&self) -> Option<(i32, i32)> {
+        Some((self.free_from()?, self.stalls_to()?)).filter(|(low, high)| low <= high)
+    }
+}
+
+/// Measures the curves of all speeds.
+pub(super) fn measure(measurement: &mut Measurement<'_, '_>) -> Result<Vec<Curve>, Failure> {
+    // coolStep would change the current while it is measured, and stop on stall would stop the motor.
+    let drive = &mut measurement.drive;
+    for (parameter, value) in [(P::SmartEnergyHysteresisStart, 0), (P::StopOnStall, 0), (P::StallGuardFilter, 0)] {
+        drive.set(parameter, value)?;
+    }
+    let coarse: Vec<i32> = (LOWEST..HIGHEST).step_by(COARSE).chain([HIGHEST]).collect();
+    let curve = |cruise: &Cruise| Curve { cruise: cruise.clone(), rows: BTreeMap::new() };
+    let mut curves: Vec<Curve> = measurement.cruises.iter().map(curve).collect();
+    for curve in &mut curves {
+        measurement.begin(&curve.cruise)?;
+        sweep(measurement, curve, Side::Free, &coarse)?;
+        let fine = between(curve.free_from().map(|from| from - COARSE as i32), curve.free_from());
+        sweep(measurement, curve, Side::Free, &fine)?;
+    }
+    measurement.hold()?;
+    for curve in &mut curves {
+        measurement.begin(&curve.cruise)?;
+        sweep(measurement, curve, Side::Loaded, &coarse)?;
+        let edge = curve.stalls_to();
+        let fine = between(edge, edge.map(|edge| edge + COARSE as i32));
+        sweep(measurement, curve, Side::Loaded, &fine)?;
+        sweep(measurement, curve, Side::Loaded, &around(curve))?;
+    }
+    measurement.release()?;
+    for curve in &mut curves {
+        measurement.begin(&curve.cruise)?;
+        sweep(measurement, curve, Side::Free, &around(curve))?;
+    }
+    Ok(curves)
+}
+
+/// Measures with each of the thresholds that has not been measured with.
+fn sweep(
+    measurement: &mut Measurement<'_, '_>,
+    curve: &mut Curve,
+    side: Side,
+    thresholds: &[i32],
+) -> Result<(), Failure> {
+    for &threshold in thresholds {
+        let row = curve.rows.entry(threshold).or_default();
+        if row.side(side).is_none() {
+            measurement.drive.set(P::StallGuardThreshold, threshold)?;
+            *row.side(side) = Some(measurement.read(METHOD)?.load);
+        }
+    }
+    Ok(())
+}
+
+/// The thresholds between two that were looked at.
+fn between(low: Option<i32>, high: Option<i32>) -> Vec<i32> {
+    let (Some(low), Some(high)) = (low, high) else { return Vec::new() };
+    ((low + 1).max(LOWEST)..high.min(HIGHEST)).collect()
+}
+
+/// The thresholds from the one below where the free motor can be seen to the one above where the loaded one can.
+fn around(curve: &Curve) -> Vec<i32> {
+    let (Some(free), Some(loaded)) = (curve.free_from(), curve.stalls_to()) else { return Vec::new() };
+    let (low, high) = ((free.min(loaded) - 1).max(LOWEST), (free.max(loaded) + 1).min(HIGHEST));
+    let step = (high - low) / MOST_FINE + 1;
+    (low..=high).step_by(step.unsigned_abs() as usize).collect()
+}
+
+/// What is proposed, or why nothing can be.
+pub(super) fn propose(
+    curves: &[Curve],
+    axis: u8,
+    unit: &str,
+    number: impl Fn(P) -> u8,
+) -> Result<Vec<Proposal>, String> {
+    // The fastest speeds first: the slower a motor, the less stallGuard2 can see of its load.
+    let mut fastest_first: Vec<&Curve> = curves.iter().collect();
+    fastest_first.sort_by_key(|curve| -curve.cruise.speed);
+    let mut common: Option<(i32, i32, &Curve)> = None;
+    for curve in fastest_first {
+        let Some((low, high)) = curve.window() else { continue };
+        common = match common {
+            None => Some((low, high, curve)),
+            Some((lowest, highest, _)) if low.max(lowest) <= high.min(highest) => {
+                Some((low.max(lowest), high.min(highest), curve))
+            }
+            // A slower speed that needs a threshold of its own cannot be served, too.
+            Some(found) => {
+                common = Some(found);
+                break;
+            }
+        };
+    }
+    let Some((low, high, slowest)) = common else { return Err(why_not(curves)) };
+    let threshold = (low + high + 1).div_euclid(2);
+    let speed = slowest.cruise.speed;
+    let from = i64::from(speed) * i64::from(FROM_PERCENT) / 100;
+    let proposal = |parameter, value, reason: String| Proposal { parameter: number(parameter), axis, value, reason };
+    Ok(vec![
+        proposal(
+            P::StallGuardThreshold,
+            threshold,
+            match low == high {
+                true => format!("alone tells a stall from a free motor, at {speed} {unit}: there is little to spare"),
+                false => format!(
+                    "the middle of {low} to {high}, which all tell a stall from a free motor from {speed} {unit} on"
+                ),
+            },
+        ),
+        proposal(
+            P::StallGuardFilter,
+            0,
+            "no filter: a stall shows after one full step, not four; all this was measured without".into(),
+        ),
+        proposal(
+            P::StopOnStall,
+            i32::try_from(from).unwrap_or(speed),
+            format!(
+                "a stall stops the motor above {FROM_PERCENT} % of {speed} {unit}; set it only when the motor has that speed"
+            ),
+        ),
+    ])
+}
+
+/// Why no threshold can be proposed.
+fn why_not(curves: &[Curve]) -> String {
+    let Some(curve) = curves.iter().max_by_key(|curve| curve.cruise.speed) else { return String::new() };
+    let name = &curve.cruise.name;
+    match (curve.free_from(), curve.stalls_to()) {
+        (None, _) => format!(
+            "at {name} the value is 0 with every threshold, also without load: stallGuard2 measures nothing there. Try a \
+             higher speed"
+        ),
+        (_, None) => format!(
+            "at {name} the value is never 0 under load, whatever the threshold: load the motor more, nearly as much as it \
+             can bear"
+        ),
+        (Some(free), Some(loaded)) => format!(
+            "at {name} no threshold tells load from none: under load the value is always 0 only up to {loaded}, and without \
+             load never 0 only from {free} on. Try a higher speed, or load the motor more"
+        ),
+    }
+}
