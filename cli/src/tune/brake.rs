@@ -5,7 +5,7 @@ use std::net::TcpStream;
 use std::time::Duration;
 
 use hal_sim::control::{Control, State};
-use hal_sim::world::motor::FULL_TORQUE;
+use hal_sim::world::motor::{FULL_TORQUE, Motor};
 use serde_json::Value;
 
 use super::ask::Lines;
@@ -25,6 +25,8 @@ pub(super) enum Brake {
     World {
         /// The load that the user has named, as a fraction of the torque at full current.
         load: Option<f64>,
+        /// The load that was there before.
+        before: f64,
     },
     /// The control port of a virtual module.
     Control {
@@ -32,23 +34,34 @@ pub(super) enum Brake {
         port: ControlPort,
         /// The load that the user has named.
         load: Option<f64>,
+        /// The load that was there before.
+        before: f64,
     },
     /// The user, who holds the shaft.
     Hand(Lines),
 }
 
 impl Brake {
+    /// The control port at an address.
+    pub(super) fn control(address: &str, axis: u8, load: Option<f64>) -> Result<Self, Failure> {
+        let mut port = ControlPort::open(address)?;
+        let before = port.axis(usize::from(axis))?.get("load").and_then(Value::as_f64).unwrap_or_default();
+        Ok(Brake::Control { port, load, before })
+    }
+
     /// Loads the motor, which turns at constant speed with its whole current. Returns what it is loaded with, in words.
     pub(super) fn hold(&mut self, drive: &mut Drive<'_, '_>) -> Result<String, Failure> {
         while drive.look()?.is_none() {}
         let axis = usize::from(drive.bench.axis);
         let load = match self {
-            Brake::World { load } => {
-                let load = load.unwrap_or_else(|| in_reserve(drive, axis) * PART);
+            Brake::World { load, before } => {
+                *before = fraction(drive, |motor| motor.load());
+                let reserve = fraction(drive, |motor| motor.available().saturating_sub(motor.demand()));
+                let load = load.unwrap_or(*before + reserve * PART);
                 set_load(drive, axis, load)?;
                 load
             }
-            Brake::Control { port, load } => {
+            Brake::Control { port, load, .. } => {
                 let state = port.axis(axis)?;
                 let current = state.get("current").and_then(Value::as_f64).unwrap_or_default();
                 let load = load.unwrap_or(current / 32.0 * CAREFUL);
@@ -70,8 +83,8 @@ impl Brake {
     pub(super) fn release(&mut self, drive: &mut Drive<'_, '_>) -> Result<(), Failure> {
         let axis = usize::from(drive.bench.axis);
         match self {
-            Brake::World { .. } => set_load(drive, axis, 0.0),
-            Brake::Control { port, .. } => port.send(&format!("load 0 {axis}")).map(|_| ()),
+            Brake::World { before, .. } => set_load(drive, axis, *before),
+            Brake::Control { port, before, .. } => port.send(&format!("load {before} {axis}")).map(|_| ()),
             Brake::Hand(lines) => {
                 lines.say("Now let go of the shaft, and press Enter.");
                 while lines.next()?.is_none() {
@@ -100,19 +113,19 @@ impl Brake {
 
     /// Takes the load away when all else is over, as far as that can be done without the motor.
     pub(super) fn let_go(&mut self, axis: u8) {
-        if let Brake::Control { port, .. } = self {
+        if let Brake::Control { port, before, .. } = self {
             // A port that is gone has no module to load.
-            let _ = port.send(&format!("load 0 {axis}"));
+            let _ = port.send(&format!("load {before} {axis}"));
         }
     }
 }
 
-/// The torque that the motor of the module inside this program has in reserve, as a fraction of that at full current.
-fn in_reserve(drive: &mut Drive<'_, '_>, axis: usize) -> f64 {
+/// A torque of the motor of the module inside this program, as a fraction of that at full current.
+fn fraction(drive: &mut Drive<'_, '_>, torque: impl FnOnce(&Motor) -> u32) -> f64 {
+    let axis = usize::from(drive.bench.axis);
     let Some(module) = drive.bench.module.simulated() else { return 0.0 };
     let board = module.board().borrow();
-    let motor = board.world().axis(axis).motor();
-    f64::from(motor.available().saturating_sub(motor.demand())) / f64::from(FULL_TORQUE)
+    f64::from(torque(board.world().axis(axis).motor())) / f64::from(FULL_TORQUE)
 }
 
 fn set_load(drive: &mut Drive<'_, '_>, axis: usize, load: f64) -> Result<(), Failure> {

@@ -39,7 +39,7 @@ use crate::signal::EndSignal;
 use crate::sim::read_world;
 use crate::terminal;
 use bench::Bench;
-use brake::{Brake, ControlPort};
+use brake::Brake;
 use drive::{Drive, Method};
 use plan::{Cruise, Setup};
 use stats::Reading;
@@ -128,7 +128,7 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl tune stallguard sim --world examples/stall_homing.toml --speeds 800
       a threshold for the stage of examples/stall_homing.tmc
-  tmcl tune coolstep sim --threshold 10 --speeds 800
+  tmcl tune coolstep sim --world examples/stall_homing.toml --speeds 800 --threshold 10
       current by load, with this threshold of stallGuard2
   tmcl tune stallguard /dev/ttyACM0 --speeds \"60 rpm,90 rpm\" --room -100000 --plot stall.svg
       a motor on your table, which has room to the left; you hold the shaft when asked to
@@ -245,8 +245,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let latency = latency(&mut bench)?;
     let track = track(&mut bench, common, &setup, &cruises, method, latency)?;
     let brake = match (&common.control, is_simulated) {
-        (Some(address), _) => Brake::Control { port: ControlPort::open(address)?, load: common.load },
-        (None, true) => Brake::World { load: common.load },
+        (Some(address), _) => Brake::control(address, common.axis, common.load)?,
+        (None, true) => Brake::World { load: common.load, before: 0.0 },
         (None, false) => Brake::Hand(ask::Lines::default()),
     };
     let readings = match what {
