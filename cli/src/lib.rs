@@ -53,6 +53,6 @@ pub mod slcan;
 mod suggest;
 mod svg;
 pub mod terminal;
+pub mod tune;
 pub mod version;
 pub mod world;
-pub mod tune;

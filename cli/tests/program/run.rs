@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Output;
 
 use super::harness::{complaint, names, tmcl};
-use super::readme::words;
+use super::page::words;
 
 const SOURCE: &str = "\
         CALC LOAD, 2

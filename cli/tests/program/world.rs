@@ -11,7 +11,6 @@ use hal_sim::fault::Fault;
 use serde_json::Value;
 
 use super::harness::{Sim, complaint, run};
-use super::readme::{Shown, matches, shown, words};
 
 const LINKS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
 
@@ -146,32 +145,4 @@ fn the_page_has_all_fields_of_a_state_and_no_others() {
     };
     assert_eq!(names(|_| true), told);
     assert_eq!(names(|(_, star)| *star), of_axes);
-}
-
-#[test]
-fn what_the_page_shows_happens() {
-    let page = page();
-    let mut running: Option<Sim> = None;
-    let all = shown(&page);
-    assert!(all.len() > 8);
-    for Shown { line, command, output } in &all {
-        let words = words(command);
-        let words: Vec<&str> = words.iter().map(String::as_str).collect();
-        assert_eq!(words[0], "tmcl", "control.md:{line}");
-        if words[1] == "sim" {
-            let free = words[2..].iter().map(|word| if word.starts_with("127.0.0.1:") { "127.0.0.1:0" } else { word });
-            running = Some(Sim::start(&free.collect::<Vec<_>>()));
-            continue;
-        }
-        let sim = running.as_ref().unwrap();
-        let real = |word: &&str| {
-            let word = word.replace("127.0.0.1:4140", sim.told("tcp"));
-            word.replace("127.0.0.1:4141", sim.told("control"))
-        };
-        let real: Vec<String> = words[1..].iter().map(real).collect();
-        let done = run(&real.iter().map(String::as_str).collect::<Vec<_>>());
-        let said = String::from_utf8_lossy(&done.stdout).into_owned() + &complaint(&done);
-        let said: Vec<String> = said.lines().map(String::from).collect();
-        assert!(matches(output, &said), "control.md:{line}: $ {command}\nin truth says\n{said:#?}");
-    }
 }

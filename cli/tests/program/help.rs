@@ -1,0 +1,146 @@
+//! The examples in `--help` work: each is run by a shell, against virtual modules in place of real ones.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal};
+
+use super::build;
+use super::harness::{PATIENCE, Sim, run};
+
+/// Commands that go on until somebody ends them, by how they begin; here that is done as soon as they have printed
+/// something, or after a moment.
+const ENDLESS: [&str; 4] = ["tmcl sim", "tmcl monitor", "tmcl shell", "tmcl load {watch}"];
+/// Examples that are not run, by how they begin, and why.
+const NOT_RUN: [(&str, &str); 1] = [("tmcl run stage.tmc --trace | less", "waits for keys")];
+
+/// What an example may be about, in the folder where it is run.
+const PROGRAM: &str =
+    "#include TMCLParam.tmc\nLoop: SAP APMaxPositioningSpeed, 0, 1000\n\tWAIT TICKS, 0, 1\n\tJA Loop\n";
+const WORLD: &str = "[stage]\nleft = -51200\nright = 512000\n";
+
+#[test]
+fn every_command_has_examples_that_work() {
+    let modules = ["--serial", "{}/usb", "--rs485", "{}/rs485", "--slcan", "{}/can", "--tcp", "127.0.0.1:0"];
+    let modules = [&modules[..], &["--control", "127.0.0.1:0", "--modules", "3"]].concat();
+    let commands = commands();
+    assert!(commands.len() >= 14, "{commands:?}");
+    for command in &commands {
+        let sim = Sim::start(&modules);
+        let examples = examples(command);
+        assert!(!examples.is_empty(), "tmcl {command} --help has no example");
+        for example in examples.iter().filter(|example| !NOT_RUN.iter().any(|(start, _)| example.starts_with(start))) {
+            carry_out(&sim, example);
+        }
+    }
+}
+
+/// The comparison of an example with what is endless is worth something only if it finds both.
+#[test]
+fn what_is_endless_is_known() {
+    assert!(is_endless("tmcl sim --modules 3") && is_endless("tmcl load /dev/ttyACM0 a.tmc --run --watch"));
+    assert!(!is_endless("tmcl send sim \"MST 0\"") && !is_endless("tmcl load /dev/ttyACM0 a.tmc"));
+    assert!(!is_endless("tmcl monitor sim --count 5") && !is_endless("printf 'MST 0' | tmcl shell sim"));
+}
+
+fn is_endless(example: &str) -> bool {
+    let watches = example.starts_with("tmcl load") && example.contains("--watch");
+    let counts = example.contains("--count");
+    watches || (!counts && ENDLESS.iter().any(|start| example.starts_with(start)))
+}
+
+/// The names of all commands, as `tmcl --help` lists them.
+fn commands() -> Vec<String> {
+    let help = String::from_utf8(run(&["--help"]).stdout).unwrap();
+    let list = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    // The explanation of a command stands behind its name, and may go on in further lines.
+    let names = list.filter(|line| !line.starts_with("   ")).filter_map(|line| line.split_whitespace().next());
+    names.filter(|name| *name != "help").map(String::from).collect()
+}
+
+/// The examples of a command. An example ends where its explanation begins, some spaces behind it.
+fn examples(command: &str) -> Vec<String> {
+    let help = String::from_utf8(run(&[command, "--help"]).stdout).unwrap();
+    let lines = help.lines().skip_while(|line| *line != "Examples:").skip(1);
+    let examples = lines.filter_map(|line| line.strip_prefix("  ").filter(|line| !line.starts_with(' ')));
+    let examples = examples.filter(|line| line.contains("tmcl "));
+    examples.map(|line| line.split("   ").next().unwrap().trim().to_owned()).collect()
+}
+
+/// Runs an example in a folder of its own, with virtual modules at its links. It has to succeed.
+fn carry_out(sim: &Sim, example: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    furnish(folder.path());
+    let port = |link: &str| sim.told(link).to_owned();
+    let usb = sim.path("usb").display().to_string();
+    let can = sim.path("can").display().to_string();
+    let bus = sim.path("rs485").display().to_string();
+    let line = example
+        .replace("/tmp/", &format!("{}/", folder.path().display()))
+        .replace("~/", &format!("{}/", folder.path().display()))
+        .replace("slcan:/dev/ttyACM0", &format!("slcan:{can}"))
+        .replace("/dev/ttyACM0", &usb)
+        .replace("/dev/ttyUSB0", &bus);
+    // A simulator takes ports of its own.
+    let line = if line.starts_with("tmcl sim") {
+        line.replace(":4140", ":0").replace(":4141", ":0")
+    } else {
+        line.replace("127.0.0.1:4140", &port("tcp")).replace("127.0.0.1:4141", &port("control"))
+    };
+    let program = Path::new(env!("CARGO_BIN_EXE_tmcl")).parent().unwrap().display().to_string();
+    let search = format!("{program}:{}", std::env::var("PATH").unwrap());
+    // The shell becomes the program where that is all, so that a signal reaches it.
+    let line = if line.starts_with("tmcl ") && !line.contains(['|', '>', '&']) { format!("exec {line}") } else { line };
+    let output = fs::File::create(path("output")).unwrap();
+    let mut child = Command::new("sh")
+        .args(["-c", &line])
+        .current_dir(folder.path())
+        .env("PATH", search)
+        .stdin(Stdio::null())
+        .stdout(output.try_clone().unwrap())
+        .stderr(output)
+        .spawn()
+        .unwrap();
+    let said = || fs::read_to_string(path("output")).unwrap();
+    let end = Instant::now() + PATIENCE;
+    let mut signalled = false;
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        assert!(Instant::now() < end, "{example}: goes on\n{}", said());
+        if is_endless(example) && !signalled && !said().is_empty() {
+            signalled = true;
+            rustix::process::kill_process(Pid::from_child(&child), Signal::INT).unwrap();
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    let expected = if signalled && !example.starts_with("tmcl sim") { 130 } else { 0 };
+    assert_eq!(status.code(), Some(expected), "{example}\n{line}\n{}", said());
+}
+
+/// Puts what examples speak of into a folder.
+fn furnish(folder: &Path) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
+    for name in ["examples", "hal-sim"] {
+        symlink(root.join(name), folder.join(name)).unwrap();
+    }
+    for (image, marker) in [("tmcm1140", build::image()), ("tmcm1140-canopen", build::canopen())] {
+        let place = folder.join("target/thumbv7em-none-eabi/release").join(image);
+        fs::create_dir_all(place.parent().unwrap()).unwrap();
+        symlink(marker.canonicalize().unwrap(), place).unwrap();
+    }
+    fs::write(folder.join("stage.tmc"), PROGRAM).unwrap();
+    fs::write(folder.join("routine.tmc"), "Back: MVP REL, 0, -100\n\tWAIT POS, 0, 0\n\tJC ZE, Back\n").unwrap();
+    fs::write(folder.join("stage.toml"), WORLD).unwrap();
+    fs::write(folder.join("axis.tmcl"), "SAP 4, 0, 1000\n").unwrap();
+    let assembled = Command::new(env!("CARGO_BIN_EXE_tmcl")).args(["asm", "stage.tmc"]).current_dir(folder).output();
+    assert!(assembled.unwrap().status.success());
+    for place in [".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"] {
+        fs::create_dir_all(folder.join(place)).unwrap();
+    }
+}
