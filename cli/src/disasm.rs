@@ -26,30 +26,36 @@ pub struct Options {
     /// The module that the program is for: 1140, 3110, 3212 or 6110
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
     pub product: Product,
+
+    /// Address in program memory that the program was assembled for: that of `tmcl asm --origin`
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0)]
+    pub origin: u16,
 }
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl disasm stage.bin
-  tmcl disasm stage.bin > again.tmc && tmcl asm again.tmc
-      stage.bin and again.bin are the same";
+  tmcl asm examples/to_and_fro.tmc -o to_and_fro.bin && tmcl disasm to_and_fro.bin
+      what the assembler has made of a source
+  tmcl disasm to_and_fro.bin > again.tmc && tmcl asm again.tmc
+      to_and_fro.bin and again.bin are the same";
 
 /// Column of the comments.
 const COMMENT: usize = 36;
 
 /// Prints the source of a program.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    write!(
-        std::io::stdout().lock(),
-        "{}",
-        source(&read_commands(&options.program, Some(options.product))?, options.product)
-    )?;
-    Ok(())
+    let commands = read_commands(&options.program, Some(options.product))?;
+    let mut out = std::io::stdout().lock();
+    out.write_all(source(&commands, options.origin, Some(options.product)).as_bytes())?;
+    Ok(out.flush()?)
 }
 
-/// A source that assembles to these commands, with the names that parameters have on a product.
-pub fn source(commands: &[Command], product: Product) -> String {
-    let inside = |target: i32| usize::try_from(target).ok().filter(|target| *target < commands.len());
+/// A source that assembles to these commands when the first one has the address `origin`, with the names that parameters
+/// have on a product; without names for a product that is not known.
+pub fn source(commands: &[Command], origin: u16, product: Option<Product>) -> String {
+    let origin = usize::from(origin);
+    let addresses = origin..origin + commands.len();
+    let inside = |target: i32| usize::try_from(target).ok().filter(|target| addresses.contains(target));
     let label = |command: &Command| target(command).and_then(inside);
     let labels: BTreeSet<usize> = commands.iter().filter_map(label).collect();
     let mut text = String::new();
@@ -57,7 +63,7 @@ pub fn source(commands: &[Command], product: Product) -> String {
     if commands.last() != Some(&Command { opcode: Opcode::Stop as u8, ..Command::default() }) {
         let _ = writeln!(text, "#nostop");
     }
-    for (address, command) in commands.iter().enumerate() {
+    for (address, command) in addresses.clone().zip(commands) {
         if labels.contains(&address) {
             let _ = writeln!(text, "L{address}:");
         }
@@ -76,10 +82,10 @@ pub fn source(commands: &[Command], product: Product) -> String {
 }
 
 /// The comment behind a command: the name of its parameter, and its mnemonic if the command is written as numbers.
-fn comment(command: &Command, plain: &str, product: Product) -> Option<String> {
+fn comment(command: &Command, plain: &str, product: Option<Product>) -> Option<String> {
     let opcode = Opcode::from_number(command.opcode)?;
     let Instruction { mnemonic, .. } = opcode.instruction();
-    let name = parameter(product.spec(), opcode, *command).map(|parameter| parameter.name);
+    let name = product.and_then(|product| parameter(product.spec(), opcode, *command)).map(|parameter| parameter.name);
     match (mnemonic.is_empty() || plain.starts_with(mnemonic), name) {
         (true, name) => name,
         (false, Some(name)) => Some(format!("{mnemonic}, {name}")),

@@ -1,6 +1,7 @@
 //! The assembler's passes: reads all source files and gives labels their addresses, evaluates constants, then makes the
 //! commands.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -32,14 +33,16 @@ const MOST_FILES: usize = 500;
 pub struct Assembly {
     /// The commands in the order of their addresses, with the STOP that was put at the end.
     pub commands: Vec<Command>,
+    /// Address of the first command.
+    pub origin: usize,
     /// Labels and constants.
     pub symbols: Symbols,
     /// Every line of every file in the order of reading; an included file follows the line that includes it.
     pub lines: Vec<SourceLine>,
     /// Warnings about commands that a module would refuse.
     pub warnings: Diagnostics,
-    /// For each address the index in `lines` of the command's line.
-    origins: Vec<usize>,
+    /// For each command the index in `lines` of its line.
+    written: Vec<usize>,
 }
 
 /// A line of a source file.
@@ -63,7 +66,17 @@ impl SourceLine {
 impl Assembly {
     /// The line of the command at an address; `None` for the STOP that was put at the end.
     pub fn line(&self, address: usize) -> Option<&SourceLine> {
-        self.lines.get(*self.origins.get(address)?)
+        self.lines.get(*self.written.get(address.checked_sub(self.origin)?)?)
+    }
+
+    /// The command at an address.
+    pub fn command(&self, address: usize) -> Option<&Command> {
+        self.commands.get(address.checked_sub(self.origin)?)
+    }
+
+    /// The addresses of the commands.
+    pub fn addresses(&self) -> Range<usize> {
+        self.origin..self.origin + self.commands.len()
     }
 }
 
@@ -72,8 +85,16 @@ impl Assembly {
 /// # Errors
 /// The errors and warnings in the files.
 pub fn assemble_file(path: &Path, settings: impl Into<Settings>) -> Result<Assembly, Diagnostics> {
-    let source = Source::read(path).map_err(|message| Diagnostics(vec![Diagnostic::without_location(message)]))?;
-    assemble(source, settings.into())
+    assemble_watched(path, settings.into()).0
+}
+
+/// Assembles a file, and tells on which files the result depends: that one and those that it includes, also where one of
+/// them does not exist.
+pub(crate) fn assemble_watched(path: &Path, settings: Settings) -> (Result<Assembly, Diagnostics>, Vec<PathBuf>) {
+    match Source::read(path) {
+        Ok(source) => assemble(source, settings),
+        Err(message) => (Err(Diagnostics(vec![Diagnostic::without_location(message)])), vec![path.into()]),
+    }
 }
 
 /// Assembles a text under the name `name`, which errors and warnings show, as a file is assembled. Files that the text
@@ -82,28 +103,30 @@ pub fn assemble_file(path: &Path, settings: impl Into<Settings>) -> Result<Assem
 /// # Errors
 /// The errors and warnings in the text.
 pub fn assemble_text(name: &str, text: &str, settings: impl Into<Settings>) -> Result<Assembly, Diagnostics> {
-    assemble(Source::from_text(name, text), settings.into())
+    assemble(Source::from_text(name, text), settings.into()).0
 }
 
-fn assemble(source: Source, settings: Settings) -> Result<Assembly, Diagnostics> {
-    let Settings { product, strict } = settings;
-    let symbols = Symbols::new(product);
-    let mut assembler = Assembler { product, strict, symbols, ..Assembler::default() };
+/// Assembles a source; with the result come the files that it has wanted to read.
+fn assemble(source: Source, settings: Settings) -> (Result<Assembly, Diagnostics>, Vec<PathBuf>) {
+    let Settings { product, origin, strict } = settings;
+    let (origin, symbols) = (origin.into(), Symbols::new(product));
+    let wanted = source.path.iter().cloned().collect();
+    let mut assembler = Assembler { product, origin, strict, symbols, wanted, ..Assembler::default() };
     assembler.read(Arc::new(source));
     assembler.evaluate();
     let commands = assembler.encode();
     if assembler.errors == 0 {
         assembler.check(&commands);
     }
-    let Assembler { lines, symbols, commands: written, mut found, errors, .. } = assembler;
+    let Assembler { lines, symbols, commands: written, mut found, errors, wanted, .. } = assembler;
     // Errors and warnings are sorted by line, because several passes have found them.
     found.sort_by_key(|(line, _)| *line);
     let diagnostics = Diagnostics(found.into_iter().map(|(_, diagnostic)| diagnostic).collect());
     if errors == 0 {
-        let origins = written.into_iter().map(|(line, _)| line).collect();
-        return Ok(Assembly { commands, symbols, lines, warnings: diagnostics, origins });
+        let written = written.into_iter().map(|(line, _)| line).collect();
+        return (Ok(Assembly { commands, origin, symbols, lines, warnings: diagnostics, written }), wanted);
     }
-    Err(diagnostics)
+    (Err(diagnostics), wanted)
 }
 
 /// Statements to be evaluated when all names are known, each with the index of its line in `Assembler::lines`.
@@ -112,6 +135,8 @@ type Pending<T> = Vec<(usize, T)>;
 #[derive(Default)]
 struct Assembler {
     product: Option<Product>,
+    /// Address of the first command.
+    origin: usize,
     strict: bool,
     lines: Vec<SourceLine>,
     symbols: Symbols,
@@ -124,6 +149,8 @@ struct Assembler {
     open: Vec<PathBuf>,
     /// Number of `#include` lines that have been followed.
     files: usize,
+    /// Paths of the source and of the files that it includes; those that are built in are left out.
+    wanted: Vec<PathBuf>,
 }
 
 impl Assembler {
@@ -142,9 +169,24 @@ impl Assembler {
         self.report(line, severity, problem);
     }
 
-    /// Size of program memory in commands.
-    fn program_size(&self) -> usize {
-        self.product.map_or(MOST_COMMANDS, |product| product.spec().commands.into())
+    /// Number of commands from the first one to the end of program memory.
+    fn room(&self) -> usize {
+        let size = self.product.map_or(MOST_COMMANDS, |product| product.spec().commands.into());
+        size.saturating_sub(self.origin)
+    }
+
+    /// What program memory has room for, in words.
+    fn room_in_words(&self) -> String {
+        match (self.origin, self.room()) {
+            (0, room) => format!("program memory holds {room} commands"),
+            (origin, 0) => format!("program memory ends before address {origin}"),
+            (origin, room) => format!("program memory holds {room} commands from address {origin} on"),
+        }
+    }
+
+    /// Address of the command that is read next.
+    fn address(&self) -> usize {
+        self.origin + self.commands.len()
     }
 
     /// True after so many errors that further ones would not be shown.
@@ -170,7 +212,7 @@ impl Assembler {
                 if self.gives_up() {
                     return;
                 }
-                self.define(line, label, Meaning::Label(self.commands.len()));
+                self.define(line, label, Meaning::Label(self.address()));
             }
             let statement = match problem {
                 Some(problem) => Err(problem),
@@ -203,12 +245,11 @@ impl Assembler {
                 self.constants.push((line, (name, value)));
             }
             Statement::Command(command) => {
-                let size = self.program_size();
-                if self.commands.len() == size {
-                    let message = format!("the program is too long: program memory holds {size} commands");
+                if self.commands.len() == self.room() {
+                    let message = format!("the program is too long: {}", self.room_in_words());
                     self.error(line, Problem::new(command.span, message));
                 }
-                let address = self.commands.len();
+                let address = self.address();
                 if let Some(line) = self.lines.get_mut(line) {
                     line.address = Some(address);
                 }
@@ -244,6 +285,9 @@ impl Assembler {
             // A built-in file that is included again is skipped, because its names would be defined twice.
             let again = self.lines.iter().any(|line| line.source.built_in && line.source.name == source.name);
             return Ok((!again).then_some(source));
+        }
+        if !self.wanted.contains(&path) {
+            self.wanted.push(path.clone());
         }
         if self.open.contains(&canonical(&path)) {
             return Err(format!("{} includes itself", path.display()));
@@ -292,17 +336,17 @@ impl Assembler {
         }
         self.commands = written;
         let stop = Command { opcode: Opcode::Stop as u8, ..Command::default() };
-        let label_behind = self.symbols.labels().any(|(_, address)| address >= commands.len());
+        let label_behind = self.symbols.labels().any(|(_, address)| address >= self.origin + commands.len());
         if !self.no_stop && (commands.last() != Some(&stop) || label_behind) {
-            let size = self.program_size();
-            if commands.len() == size
+            if commands.len() == self.room()
                 && self.errors == 0
                 && let Some((line, last)) = self.commands.last()
             {
                 let message = format!(
-                    "the program is too long: with the STOP behind this it has {} commands, and program memory \
-                     holds {size}; make STOP the last, or write #nostop",
-                    size + 1
+                    "the program is too long: with the STOP behind this it has {} commands, and {}; make STOP the last, \
+                     or write #nostop",
+                    commands.len() + 1,
+                    self.room_in_words()
                 );
                 let (line, problem) = (*line, Problem::new(last.span, message));
                 self.error(line, problem);
@@ -315,13 +359,14 @@ impl Assembler {
     /// Warns about commands that a module would refuse.
     fn check(&mut self, commands: &[Command]) {
         let written = std::mem::take(&mut self.commands);
+        let addresses = self.origin..self.origin + commands.len();
         for (command, (line, text)) in commands.iter().zip(&written) {
             if text.head == Head::Nop {
                 let message = "this ends the program: a module takes command 0 for the end, none does nothing";
                 self.warning(*line, Problem::new(text.span, message));
             }
             let spec = self.product.map(Product::spec);
-            for (part, message) in check::warnings(spec, *command, 0..commands.len()) {
+            for (part, message) in check::warnings(spec, *command, addresses.clone()) {
                 self.warning(*line, Problem::new(encode::span(text, part), message));
             }
         }

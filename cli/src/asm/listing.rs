@@ -21,10 +21,11 @@ pub fn listing(assembly: &Assembly) -> String {
             let _ = writeln!(text, "{}:", line.source.name);
             file = Some(&line.source);
         }
-        let command = line.address.and_then(|address| assembly.commands.get(address));
+        let command = line.address.and_then(|address| assembly.command(address));
         text += &row(line.address, command, &line.number.to_string(), line.text());
     }
-    let unwritten = (0..).zip(&assembly.commands).filter(|(address, _)| assembly.line(*address).is_none());
+    let unwritten =
+        assembly.addresses().zip(&assembly.commands).filter(|(address, _)| assembly.line(*address).is_none());
     for (address, command) in unwritten {
         text += &row(Some(address), Some(command), "", &format!("{command} // put here by the assembler"));
     }

@@ -50,9 +50,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::files::{STANDARD, read_source};
+use crate::files::read_source;
+use crate::output::{Output, is_standard};
 use crate::product::{self, Product};
 use crate::program::binary;
+pub(crate) use assembler::assemble_watched;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
 pub use line::{command, names, names_of_all, value};
@@ -94,6 +96,12 @@ pub struct Options {
     #[arg(long, conflicts_with_all = ["source", "output", "symbols", "listing"])]
     pub names: bool,
 
+    /// Address in program memory at which the program will begin, from which its labels count
+    ///
+    /// `tmcl load --at` puts it there; a source is assembled for that address by `tmcl load` itself.
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0, conflicts_with = "names")]
+    pub origin: u16,
+
     /// Take warnings for errors, so that no file is written for a program that has any
     #[arg(long, conflicts_with = "names")]
     pub strict: bool,
@@ -107,12 +115,18 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl asm stage.tmc                       makes stage.bin
-  tmcl asm stage.tmc -o /tmp/program.bin   makes another file
-  tmcl asm stage.tmc --symbols --listing   shows where everything is
-  tmcl asm --names                         names for all parameters and interrupts
-  tmcl asm stage.tmc --product 6110        for a module with six axes
-  tmcl asm stage.tmc --strict              nothing that a module would refuse may be in it
+  tmcl asm examples/to_and_fro.tmc -o to_and_fro.bin
+      makes to_and_fro.bin; without -o it would be beside the source
+  tmcl asm examples/to_and_fro.tmc -o - | tmcl disasm -
+      to standard output, and what the assembler has made of it
+  tmcl asm examples/routines.tmc -o routines.bin --symbols --listing
+      shows where everything is
+  tmcl asm --names
+      names for all parameters and interrupts
+  tmcl asm examples/homing_axes.tmc -o homing_axes.bin --product 6110 --strict
+      for a module with six axes; nothing that it would refuse may be in it
+  tmcl asm examples/there_and_back.tmc -o routine.bin --origin 50
+      to be loaded to address 50
 The exit code is 1 if the program has errors; no file is written then.";
 
 /// Assembles a program into a file.
@@ -120,40 +134,42 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let Some(source) = &options.source else { return show_names(options.product) };
     let output = match &options.output {
         Some(output) => output.clone(),
-        None if source == Path::new(STANDARD) => {
+        None if is_standard(source) => {
             return fail("say where the program goes, for example: -o program.bin");
         }
         None => source.with_extension("bin"),
     };
-    let to_standard = output == Path::new(STANDARD);
-    if to_standard && (options.symbols || options.listing) {
-        return fail("standard output cannot have both the program and text; write the program to a file");
-    }
-    let settings = Settings { product: Some(options.product), strict: options.strict };
-    let assembly = reported(if source == Path::new(STANDARD) {
+    let settings = Settings { product: Some(options.product), origin: options.origin, strict: options.strict };
+    let assembly = reported(if is_standard(source) {
         assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?, settings)
     } else {
         assemble_file(source, settings)
     })?;
-    let bytes = binary::encode(&assembly.commands);
-    let mut out = std::io::stdout().lock();
-    if to_standard {
-        out.write_all(&bytes)?;
-        return Ok(out.flush()?);
-    }
     if let Some(source) = overwritten(&assembly, &output) {
         return fail(format!("{source} is a source of this program; give another file with -o"));
     }
-    let output_name = output.display();
-    std::fs::write(&output, &bytes).or_else(|error| fail(format!("cannot write {output_name}: {error}")))?;
+    let bytes = binary::encode(&assembly.commands);
+    let mut out = Output::open("", &output)?;
+    let mut text = String::new();
     if options.listing {
-        write!(out, "{}", listing(&assembly))?;
+        text += &listing(&assembly);
     }
     if options.symbols {
-        write!(out, "{}", symbols(&assembly))?;
+        text += &symbols(&assembly);
     }
-    writeln!(out, "{output_name}: {}, {} bytes", count(assembly.commands.len()), bytes.len())?;
-    Ok(())
+    text += &format!("{}: {}, {} bytes", out.name(), count(assembly.commands.len()), bytes.len());
+    if options.origin > 0 {
+        text += &format!(", to be loaded to address {}", options.origin);
+    }
+    out.write(&bytes)?;
+    let program_shown = out.is_standard();
+    out.finish()?;
+    if program_shown {
+        // A closed standard error does not end the program.
+        let _ = writeln!(std::io::stderr(), "{text}");
+        return Ok(());
+    }
+    Ok(writeln!(std::io::stdout(), "{text}")?)
 }
 
 fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
@@ -171,6 +187,9 @@ fn show_names(product: Product) -> Result<(), Failure> {
 
 /// Name of the source file that the output would overwrite, if there is one.
 fn overwritten<'a>(assembly: &'a Assembly, output: &Path) -> Option<&'a str> {
+    if is_standard(output) {
+        return None;
+    }
     let output = output.canonicalize().ok()?;
     let same = |path: &Path| path.canonicalize().is_ok_and(|path| path == output);
     let mut sources = assembly.lines.iter().filter(|line| line.number == 1).map(|line| &line.source);

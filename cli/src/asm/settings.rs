@@ -8,6 +8,8 @@ pub struct Settings {
     /// The product; for one that is not known, `None`, there are no built-in files, and no warnings that need the tables
     /// of a product.
     pub product: Option<Product>,
+    /// Address of the first command in program memory, from which labels count.
+    pub origin: u16,
     /// True if warnings are errors.
     pub strict: bool,
 }

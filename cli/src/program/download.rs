@@ -1,6 +1,6 @@
 //! Writing a program to a module's program memory, and reading it back for comparison (manual section 3.7.38).
 
-use tmcm::param::{AGAINST_READING, GlobalParameter};
+use tmcm::param::{AGAINST_READING, AGAINST_WRITING, GlobalParameter};
 use tmcm::tmcl::{Command, Opcode, Status};
 
 use super::Program;
@@ -18,53 +18,83 @@ use crate::signal::EndSignal;
 /// The module refuses a command, the link fails, or a signal has come.
 pub fn download(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
     module.control(Opcode::ResetApplication, 0, 0)?;
-    module.control(Opcode::EnterDownload, 0, at.into()).map_err(explain)?;
-    if let Err(failure) = send(module, program, at, signal) {
+    module.control(Opcode::EnterDownload, 0, at.into()).map_err(|error| explain(module, error))?;
+    if let Err(broken) = send(module, program, at, signal) {
         // These commands may fail, too; only the first failure is reported.
         let _ = module.control(Opcode::EnterDownload, 0, at.into());
         let _ = module.value(Command::new(Opcode::Stop as u8, 0, 0, 0));
         let _ = module.control(Opcode::ExitDownload, 0, 0);
-        return Err(failure);
+        // Until here a command that asks the module for anything would have been stored.
+        return Err(match broken {
+            Broken::Off(failure) => failure,
+            Broken::Refused(address, error) => {
+                let size = error.is(Status::InvalidValue);
+                let hint = if size { "; the program does not fit into program memory" } else { "" };
+                Failure::Failed(format!("address {address}: {}{hint}", explain(module, error)))
+            }
+        });
     }
-    module.control(Opcode::ExitDownload, 0, 0).map_err(explain)?;
+    module.control(Opcode::ExitDownload, 0, 0).map_err(|error| explain(module, error))?;
     Ok(())
 }
 
+/// What has ended a download.
+enum Broken {
+    /// The module has not answered, or refused, the command of this address.
+    Refused(u16, Error),
+    /// Anything else.
+    Off(Failure),
+}
+
 /// Sends the commands of a program, each of which the module must store and not execute.
-fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Failure> {
+fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSignal) -> Result<(), Broken> {
     let total = program.commands.len();
     let mut progress = Progress::new("loading the program", total);
     for (done, (address, command)) in (1..).zip(program.at_addresses(at)) {
         if signal.happened() {
-            return Err(signal.failure("interrupted; the module has no program now"));
+            return Err(Broken::Off(signal.failure("interrupted; the module has no program now")));
         }
-        let reply = module.request(command).map_err(|error| {
-            let size = error.is(Status::InvalidValue);
-            let hint = if size { "; the program does not fit into program memory" } else { "" };
-            Failure::Failed(format!("address {address}: {}{hint}", explain(error)))
-        })?;
+        let reply = module.request(command).map_err(|error| Broken::Refused(address, error))?;
         if reply.status() != Some(Status::Loaded) {
             let message = "the module has not stored the command, it may have executed it: has it been restarted?";
-            return Err(Failure::Failed(format!("address {address}: {command}: {message}")));
+            return Err(Broken::Off(Failure::Failed(format!("address {address}: {command}: {message}"))));
         }
         progress.reach(done);
     }
     Ok(())
 }
 
-/// The failure of a refused download, with a hint if program memory is protected.
-fn explain(error: Error) -> Failure {
-    if error.is(Status::EepromLocked) {
-        let lift = "\"SGP 81, 0, 0\" lifts the protection; it erases a program that is protected from being read, too";
-        return Failure::Failed(format!("program memory is protected (global parameter 81): {lift}"));
+/// The failure of a command that would have stored something. Status 5 has two reasons, between which the code protection
+/// (global parameter 81) tells.
+pub fn explain(module: &mut Conversation, error: Error) -> Failure {
+    if !error.is(Status::EepromLocked) {
+        return error.into();
     }
-    error.into()
+    Failure::Failed(match protection(module) {
+        Ok(protection) if protection & AGAINST_WRITING != 0 => {
+            "program memory is protected (global parameter 81): \"SGP 81, 0, 0\" lifts the protection; it erases a program \
+             that is protected from being read, too"
+                .into()
+        }
+        Ok(_) => "the module's EEPROM does not answer, so nothing can be stored; the program is not protected (global \
+                  parameter 81). Switch the module off and on; if that does not help, the EEPROM is broken"
+            .into(),
+        Err(reason) => format!(
+            "{error}: the program is protected (global parameter 81) or the EEPROM does not answer; which of them cannot \
+             be told: {reason}"
+        ),
+    })
+}
+
+/// The module's code protection; 0 on a product that has none.
+fn protection(module: &mut Conversation) -> Result<i32, Error> {
+    let Some(protection) = global_number(module.product()?, GlobalParameter::CodeProtection) else { return Ok(0) };
+    module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))
 }
 
 /// False if the module's code protection keeps the program from being read.
 pub fn is_readable(module: &mut Conversation) -> Result<bool, Error> {
-    let Some(protection) = global_number(module.product()?, GlobalParameter::CodeProtection) else { return Ok(true) };
-    Ok(module.value(Command::new(Opcode::Ggp as u8, protection, 0, 0))? & AGAINST_READING == 0)
+    Ok(protection(module)? & AGAINST_READING == 0)
 }
 
 /// Compares the commands in the module, from address `at` on, with a program.

@@ -1,12 +1,12 @@
 //! Reading programs from files: sources, which are assembled, and assembled programs.
 
 use std::ffi::OsStr;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tmcm::tmcl::Command;
 
 use super::{Program, binary};
-use crate::asm::{Settings, assemble_file, assemble_text, reported};
+use crate::asm::{Settings, assemble_text, assemble_watched, reported};
 use crate::failure::Failure;
 use crate::files::{STANDARD, is_text, name, read_named};
 use crate::product::Product;
@@ -32,31 +32,48 @@ fn commands(path: &Path, bytes: &[u8], product: Option<Product>) -> Result<Vec<C
 }
 
 /// Reads a program to be loaded into a module: a source if the file name ends in .tmc, else an assembled
-/// program. Standard input may hold either. The assembler's errors and warnings are printed.
+/// program, which is not changed by an origin. Standard input may hold either. The assembler's errors and warnings are printed.
 pub fn read_program(path: &Path, settings: impl Into<Settings>) -> Result<Program, Failure> {
-    let settings = settings.into();
-    let program = if path == Path::new(STANDARD) {
-        let bytes = read_named(path).map_err(Failure::Failed)?;
-        if is_text(&bytes) {
-            reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), settings))?.into()
-        } else {
-            commands(path, &bytes, settings.product)?.into()
-        }
-    } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
-        reported(assemble_file(path, settings))?.into()
-    } else {
-        Program::from(read_commands(path, settings.product)?)
-    };
-    check(&program).map_err(|error| Failure::Failed(format!("{}: {error}", name(path))))?;
-    Ok(program)
+    read_watched(path, settings).0
 }
 
-/// Fails for a program without commands, and for one with a command that a module would execute during the download.
-fn check(program: &Program) -> Result<(), String> {
+/// Reads a program as [`read_program`] does, and tells on which files the result depends: that one and those that it
+/// includes, also where one of them does not exist.
+pub fn read_watched(path: &Path, settings: impl Into<Settings>) -> (Result<Program, Failure>, Vec<PathBuf>) {
+    let settings = settings.into();
+    let (program, files) = if path == Path::new(STANDARD) {
+        (standard_input(settings), Vec::new())
+    } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
+        let (assembled, files) = assemble_watched(path, settings);
+        (reported(assembled).map(Program::from), files)
+    } else {
+        (read_commands(path, settings.product).map(Program::from), vec![path.into()])
+    };
+    let checked = program.and_then(|program| match check(&program, settings.origin) {
+        Ok(()) => Ok(program),
+        Err(error) => Err(Failure::Failed(format!("{}: {error}", name(path)))),
+    });
+    (checked, files)
+}
+
+/// Reads a source or an assembled program from standard input.
+fn standard_input(settings: Settings) -> Result<Program, Failure> {
+    let path = Path::new(STANDARD);
+    let bytes = read_named(path).map_err(Failure::Failed)?;
+    if is_text(&bytes) {
+        Ok(reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), settings))?.into())
+    } else {
+        Ok(commands(path, &bytes, settings.product)?.into())
+    }
+}
+
+/// Fails for a program without commands, and for one with a command that a module would execute during the download. The
+/// first command has the address `origin`.
+fn check(program: &Program, origin: u16) -> Result<(), String> {
     if program.commands.is_empty() {
         return Err("the program has no commands".into());
     }
-    let mut commands = (0..).zip(&program.commands);
+    let mut commands = (u32::from(origin)..).zip(&program.commands);
     match commands.find(|(_, command)| command.opcode >= Command::FIRST_CONTROL) {
         None => Ok(()),
         Some((address, Command { opcode, .. })) => Err(format!(

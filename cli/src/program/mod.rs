@@ -5,8 +5,8 @@ mod download;
 mod file;
 mod target;
 
-pub use download::{download, is_readable, verify};
-pub use file::{read_commands, read_program};
+pub use download::{download, explain, is_readable, verify};
+pub use file::{read_commands, read_program, read_watched};
 pub use target::target;
 
 use std::path::PathBuf;
@@ -54,6 +54,11 @@ impl Program {
     /// The address of a label. Upper and lower case are the same.
     pub fn address(&self, label: &str) -> Option<u16> {
         self.labels.iter().find(|(name, _)| name.eq_ignore_ascii_case(label)).map(|(_, address)| *address)
+    }
+
+    /// True for a program that was assembled from a source.
+    pub fn has_source(&self) -> bool {
+        !self.lines.is_empty()
     }
 
     /// The source line of the command at an address.
@@ -112,7 +117,7 @@ impl From<Assembly> for Program {
             };
             Some(Line { position, text: line.text().trim().replace(char::is_control, " ") })
         };
-        let lines = (0..assembly.commands.len()).map(line).collect();
+        let lines = (0..assembly.addresses().end).map(line).collect();
         let labels = assembly.symbols.labels();
         let labels = labels.filter_map(|(name, address)| Some((name.into(), u16::try_from(address).ok()?))).collect();
         Program { commands: assembly.commands, labels, lines }

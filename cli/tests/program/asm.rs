@@ -210,7 +210,9 @@ fn standard_input_and_output() {
         let _ = child.stdin.take().unwrap().write_all(input);
         child.wait_with_output().unwrap()
     };
-    let program = through(&["asm", "-", "-o", "-"], b"MST 0\n").stdout;
+    let assembled = through(&["asm", "-", "-o", "-"], b"MST 0\n");
+    assert_eq!(complaint(&assembled), "standard output: 2 commands, 16 bytes\n");
+    let program = assembled.stdout;
     assert_eq!(program, [3, 0, 0, 0, 0, 0, 0, 3, 28, 0, 0, 0, 0, 0, 0, 28]);
     assert_eq!(through(&["disasm", "-"], &program).stdout, b"    MST 0\n    STOP\n");
     let nowhere = through(&["asm", "-"], b"");
@@ -218,8 +220,44 @@ fn standard_input_and_output() {
     let wrong = through(&["asm", "-", "-o", "-"], b"MTS 0\n");
     assert!(complaint(&wrong).starts_with("standard input:1:1: error: unknown command 'MTS'"));
     assert!(wrong.stdout.is_empty());
-    let both = through(&["asm", "-", "-o", "-", "--listing"], b"STOP");
-    assert!(both.stdout.is_empty() && complaint(&both).contains("write the program to a file"));
+    let both = through(&["asm", "-", "-o", "-", "--listing", "--symbols"], b"Here: MST 0\n");
+    assert_eq!(both.stdout, program, "what is to be read does not get among the bytes");
+    assert!(complaint(&both).contains("1  Here: MST 0\n") && complaint(&both).contains("labels:\n  Here = 0\n"));
+}
+
+#[test]
+fn labels_count_from_the_origin() {
+    let text = "Begin: JA End\nMST 0\nEnd: JA Begin\n";
+    let folder = Folder::with(&[("routine.tmc", text), ("out.tmc", "JA 49\nJA 50\nJA 52\nSTOP\n")]);
+    let listing = "\
+routine.tmc:
+  50  16 00 00 00 00 00 34 4A      1  Begin: JA End
+  51  03 00 00 00 00 00 00 03      2  MST 0
+  52  16 00 00 00 00 00 32 48      3  End: JA Begin
+  53  1C 00 00 00 00 00 00 1C         STOP // put here by the assembler
+labels:
+  Begin = 50
+  End   = 52
+routine.bin: 4 commands, 32 bytes, to be loaded to address 50
+";
+    let shown = folder.shown(&["asm", "routine.tmc", "--origin", "50", "--listing", "--symbols"]);
+    assert_eq!(shown, listing);
+    let source = "L50:\n    JA L52\n    MST 0\nL52:\n    JA L50\n    STOP\n";
+    assert_eq!(folder.shown(&["disasm", "routine.bin", "--origin", "50"]), source);
+    let warned = complaint(&folder.run(&["asm", "out.tmc", "--origin", "50"]));
+    let out = "out.tmc:1:4: warning: address 49 is outside of the program, which begins at 50 and ends at 53\n";
+    assert!(warned.starts_with(out) && warned.lines().count() == 3, "{warned}");
+    // Program memory has 2048 commands.
+    let long = folder.complaint(&["asm", "routine.tmc", "--origin", "2046"]);
+    let message =
+        "routine.tmc:3:6: error: the program is too long: program memory holds 2 commands from address 2046 on\n";
+    assert!(long.starts_with(message), "{long}");
+    let beyond = folder.complaint(&["asm", "routine.tmc", "--origin", "3000"]);
+    assert!(beyond.contains("the program is too long: program memory ends before address 3000"), "{beyond}");
+    let stop = folder.complaint(&["asm", "routine.tmc", "--origin", "2045"]);
+    let message =
+        "with the STOP behind this it has 4 commands, and program memory holds 3 commands from address 2045 on";
+    assert!(stop.contains(message), "{stop}");
 }
 
 #[test]

@@ -22,14 +22,27 @@ fn memory(fake: &Fake, at: usize) -> Vec<String> {
 #[test]
 fn a_program_is_loaded_and_started() {
     let fake = Fake::start(State::default());
-    let (code, said, complaint) = load(&fake, &["--at", "50", "--verify", "--autostart", "--run"]);
+    let (code, said, complaint) = load(&fake, &["--at", "50", "--verify", "--run"]);
     assert_eq!(code, Some(0), "{complaint}");
     let expected = "loaded to addresses 50 to 52\nthe module has them as they are in the file\n\
-                    the program starts by itself after power-up\nrunning from address 50\n";
+                    running from address 50\n";
     assert_eq!(said, expected);
     assert_eq!(memory(&fake, 50), PROGRAM);
-    assert_eq!(fake.state().autostart, 1);
     assert_eq!(fake.state().mode, 1);
+}
+
+/// After power-up a module begins at address 0, whatever there is.
+#[test]
+fn what_does_not_begin_at_0_does_not_start_by_itself() {
+    let fake = Fake::start(State::default());
+    let (code, said, complaint) = load(&fake, &["--at", "50", "--autostart"]);
+    assert_eq!((code, said.as_str()), (Some(2), ""));
+    assert!(complaint.starts_with("tmcl: --autostart cannot be combined with --at 50: "), "{complaint}");
+    assert!(fake.state().asked.is_empty(), "nothing has been done");
+    let (code, said, complaint) = load(&fake, &["--at", "0", "--autostart"]);
+    assert_eq!(code, Some(0), "{complaint}");
+    assert!(said.ends_with("the program starts by itself after power-up\n"), "{said}");
+    assert_eq!(fake.state().autostart, 1);
 }
 
 #[test]

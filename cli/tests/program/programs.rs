@@ -6,6 +6,7 @@ use rustix::process::Signal;
 
 use super::fake::program;
 use super::harness::{PATIENCE, Sim, complaint, run, type_into};
+use super::pty::Terminal;
 
 /// Two moves with a pause in between, and the end.
 const MOVES: [&str; 6] =
@@ -59,6 +60,39 @@ fn a_routine_beside_the_program() {
     let output = run(&["load", &link, &file(&sim, &MOVES), "--at", "2045"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(complaint(&output).contains("6 commands from address 2045 on do not fit"), "{}", complaint(&output));
+}
+
+/// A source knows where it goes; of an assembled program its assembler has to know it.
+#[test]
+fn labels_are_right_wherever_a_program_is_loaded_to() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let routine = source(&sim, "CALC LOAD, 0\nLoop: CALC ADD, 1\nCOMP 5\nJC LT, Loop\nAGP 7, 2\n");
+    let output = run(&["load", &link, &routine, "--at", "50", "--run"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    assert_eq!(complaint(&output), "tmcl: loading the program\n", "no warning");
+    sim.tcp().until("GGP 7, 2", 5);
+    let output = run(&["send", &link, "134, 0, 0, 53"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "134, 0, 0, 53: JC LT, 51\n");
+
+    let file = sim.path("program.bin");
+    let assembled = file.to_str().unwrap();
+    for (origin, warned) in [("0", true), ("50", false)] {
+        assert!(run(&["asm", &routine, "-o", assembled, "--origin", origin]).status.success());
+        let output = run(&["load", &link, assembled, "--at", "50"]);
+        assert!(output.status.success(), "{}", complaint(&output));
+        let warning = "warning: address 53: JC LT, 1 leads out of this program; load its source, or assemble it with tmcl asm \
+                       --origin 50\n";
+        assert_eq!(complaint(&output).contains(warning), warned, "{}", complaint(&output));
+    }
+    // The memory ends at 2048.
+    let output = run(&["load", &link, &routine, "--at", "2046"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        complaint(&output).contains("program memory holds 2 commands from address 2046 on"),
+        "{}",
+        complaint(&output)
+    );
 }
 
 /// What a user writes, and what becomes of it without anybody's doing anything.
@@ -167,6 +201,60 @@ fn sources_with_mistakes_are_not_loaded() {
     assert_eq!(String::from_utf8(output.stdout).unwrap(), "134, 0, 0, 0: SAP 4, 0, 9999\n");
 }
 
+/// Somebody edits a program in one window and has the module run it in another.
+#[test]
+fn a_program_is_loaded_again_whenever_it_is_saved() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let include = sim.path("number.inc");
+    std::fs::write(&include, "Number = 1\n").unwrap();
+    let stage = source(&sim, "#include number.inc\nCALC LOAD, Number\nAGP 7, 2\n");
+    let mut terminal = Terminal::start(&["load", &link, &stage, "--run", "--verify", "--watch"]);
+    terminal.expect("loaded to addresses 0 to 2");
+    terminal.expect("running from address 0");
+    terminal.expect(&format!("waiting for {stage} to be saved; Ctrl-C ends"));
+    sim.tcp().until("GGP 7, 2", 1);
+
+    // The file that it includes is a part of it.
+    std::fs::write(&include, "Number = 22\n").unwrap();
+    terminal.expect("number.inc has changed");
+    terminal.expect("Ctrl-C ends");
+    sim.tcp().until("GGP 7, 2", 22);
+
+    // A mistake is shown, and the module keeps what it has.
+    source(&sim, "#include number.inc\nLoop: CALC LAOD, Number\nJA Loop\n");
+    terminal.expect("error: 'LAOD' is none of");
+    terminal.expect("not loaded; the module keeps the program that it has");
+    terminal.expect("Ctrl-C ends");
+    let output = run(&["send", &link, "134, 0, 0, 0"]);
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), "134, 0, 0, 0: CALC LOAD, 22\n");
+
+    // An editor that puts a new file in the place of the old one; and the file that is missing comes.
+    let new = sim.path("new.tmc");
+    std::fs::write(&new, "#include more.inc\nLoop: CALC LOAD, More\nAGP 7, 2\nJA Loop\n").unwrap();
+    std::fs::rename(&new, &stage).unwrap();
+    terminal.expect("cannot read");
+    terminal.expect("Ctrl-C ends");
+    std::fs::write(sim.path("more.inc"), "More = 333\n").unwrap();
+    terminal.expect("more.inc has changed");
+    terminal.expect("running from address 0");
+    terminal.expect("Ctrl-C ends");
+    sim.tcp().until("GGP 7, 2", 333);
+
+    terminal.keys("\x03");
+    let (status, _) = terminal.end();
+    assert_eq!(status.code(), Some(130));
+    assert!(terminal.is_as_before());
+    assert_eq!(sim.tcp().ok("GGP 128, 0"), 1, "the program goes on");
+}
+
+#[test]
+fn what_cannot_be_saved_again_is_not_watched() {
+    let output = type_into(&["load", "sim", "-", "--watch"], "STOP\n");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).starts_with("tmcl: --watch: standard input cannot"), "{}", complaint(&output));
+}
+
 #[test]
 fn protected_programs() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
@@ -187,6 +275,25 @@ fn protected_programs() {
     let output = run(&["load", &link, &file]);
     assert_eq!(output.status.code(), Some(1));
     assert!(complaint(&output).contains("program memory is protected"), "{}", complaint(&output));
+}
+
+/// Status 5 has two reasons, and only one of them goes away by what takes a protection off.
+#[test]
+fn an_eeprom_that_does_not_answer_is_told_from_a_protection() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let file = file(&sim, &MOVES);
+    assert!(run(&["load", &link, &file]).status.success());
+    sim.control(&["fault eeprom on"]);
+    let output = run(&["load", &link, &file]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = "tmcl: the module's EEPROM does not answer, so nothing can be stored; the program is not protected";
+    assert!(complaint(&output).starts_with(told), "{}", complaint(&output));
+    assert!(!complaint(&output).contains("SGP 81"), "{}", complaint(&output));
+    sim.control(&["fault eeprom off"]);
+    sim.tcp().ok("SGP 81, 0, 2");
+    let output = run(&["load", &link, &file]);
+    assert!(complaint(&output).contains("\"SGP 81, 0, 0\" lifts the protection"), "{}", complaint(&output));
 }
 
 #[test]

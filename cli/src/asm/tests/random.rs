@@ -30,7 +30,7 @@ fn random_inputs() -> u64 {
 }
 
 fn check_round_trip(program: &[Command]) {
-    let source = disasm::source(program, Product::Tmcm1140);
+    let source = disasm::source(program, 0, Some(Product::Tmcm1140));
     let again = assemble_text("again.tmc", &source, Some(Product::Tmcm1140))
         .unwrap_or_else(|errors| panic!("{errors}\n{source}"));
     assert_eq!(again.commands, program, "{source}");
