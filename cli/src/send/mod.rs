@@ -14,7 +14,6 @@ use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
 pub use reply::Reply;
-pub(crate) use reply::firmware;
 pub use request::{Request, Typed};
 use words::{Meaning, depends_on_unit_mode, needs_names, stays_unanswered};
 

@@ -105,7 +105,7 @@ fn of_value(product: Option<Product>, in_chip: bool, command: Command, value: i3
 }
 
 /// Type and firmware version of a module, from the value of the reply to `136, 1`.
-pub(crate) fn firmware(value: i32) -> String {
+fn firmware(value: i32) -> String {
     let [high, low, major, minor] = value.to_be_bytes();
     format!("TMCM-{}, firmware version {major}.{minor:02}", u16::from_be_bytes([high, low]))
 }

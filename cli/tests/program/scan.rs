@@ -132,3 +132,29 @@ fn each_module_is_told_by_its_product() {
     ];
     assert_eq!(scan(&[sim.told("rs485"), "--addresses", "1-4", "--baud", "9600"]), expected);
 }
+
+#[test]
+fn a_program_gets_json() {
+    let sim = Sim::start(&["--product", "1140,3110", "--rs485", "{}/bus", "--tcp", "127.0.0.1:0", "--slcan", "{}/can"]);
+    let bus = sim.told("rs485");
+    assert!(run(&["send", bus, "--address", "2", "SGP 87, 0, 3"]).status.success());
+    let json = |arguments: &[&str]| -> Vec<serde_json::Value> {
+        let lines = scan(&[arguments, &["--json"]].concat());
+        lines.iter().map(|line| serde_json::from_str(line).unwrap()).collect()
+    };
+    let first = serde_json::json!({
+        "address": 1, "baud": 9600, "alone": false, "product": "TMCM-1140", "firmware": "1.42", "version": "1140V142"
+    });
+    let second = serde_json::json!({
+        "address": 2, "baud": 9600, "alone": false, "product": "TMCM-3110", "firmware": "1.14", "version": "3110V114"
+    });
+    let mut third = second.clone();
+    (third["address"], third["secondary_of"]) = (3.into(), 2.into());
+    assert_eq!(json(&[bus, "--addresses", "1-3", "--baud", "9600"]), [first.clone(), second, third]);
+    let alone = serde_json::json!({
+        "address": 1, "alone": true, "product": "TMCM-1140", "firmware": "1.42", "version": "1140V142"
+    });
+    assert_eq!(json(&[&format!("tcp:{}", sim.told("tcp"))]), [alone]);
+    let found = json(&[&format!("slcan:{}", sim.told("slcan")), "--addresses", "1"]);
+    assert_eq!((found.len(), &found[0]["identifier"], found[0].get("address")), (1, &1.into(), None));
+}

@@ -1,5 +1,7 @@
 //! `tmcl scan`: the modules on a link.
 
+mod found;
+
 use std::io::Write;
 use std::ops::RangeInclusive;
 use std::time::Duration;
@@ -14,8 +16,8 @@ use crate::failure::Failure;
 use crate::link::{Link, LinkError, LinkTarget, Surroundings};
 use crate::product::Product;
 use crate::progress::Progress;
-use crate::send::firmware;
 use crate::signal::EndSignal;
+use found::Found;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
 ///
@@ -43,6 +45,14 @@ pub struct Options {
     /// Modules may be set to pause for up to 255 milliseconds before they reply (global parameter 75).
     #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=600_000))]
     pub timeout: u64,
+
+    /// Print each module as a line of JSON
+    ///
+    /// Its fields are address (on CAN identifier), baud (on a serial device), alone (the link leads to one module,
+    /// whatever the address), secondary_of (the own address of a module that has answered at its secondary one), product,
+    /// firmware, version. What is not known is left out.
+    #[arg(long)]
+    pub json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -50,6 +60,7 @@ Examples:
   tmcl scan /dev/ttyUSB0                                every address at every bit rate
   tmcl scan /dev/ttyUSB0 --baud 9600 --addresses 1-16   a few at one
   tmcl scan slcan:/dev/ttyACM0                          every identifier on a CAN bus, 1 to 255
+  tmcl scan sim --json                                  for a program
 The exit code is 1 if no module is found.";
 
 /// Longest wait for a TCP connection.
@@ -134,8 +145,8 @@ enum End {
 struct Scanner<'a> {
     options: &'a Options,
     module: Conversation,
-    /// The bit rate in printed words; empty for a link without bit rate.
-    rate: String,
+    /// The bit rate of a serial device in bit/s; `None` for a link without bit rate.
+    baud: Option<u32>,
     /// Number of modules that have been found.
     modules: usize,
     /// Address of the first module that has been found.
@@ -146,43 +157,41 @@ impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
         let mut link = Link::open(&options.link, baud, CONNECTION, Product::default(), &Surroundings::default())?;
         link.set_timeout(Duration::from_millis(options.timeout));
-        let rate = match options.link {
-            LinkTarget::Serial(_) => format!(" at {baud} baud"),
-            LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => String::new(),
+        let baud = match options.link {
+            LinkTarget::Serial(_) => Some(baud),
+            LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => None,
         };
-        Ok(Scanner { options, module: Conversation::new(link, UNUSED_ADDRESS), rate, modules: 0, first: None })
+        Ok(Scanner { options, module: Conversation::new(link, UNUSED_ADDRESS), baud, modules: 0, first: None })
     }
 
     fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {
         let can = matches!(self.options.link, LinkTarget::Slcan(_));
         if !can && let Some(reply) = self.find(UNUSED_ADDRESS)? {
             self.module.turn_to(reply.module.into());
-            let what = self.describe(reply.value)?;
-            self.found(
-                reply.module.into(),
-                &format!("one module, whatever the address: address {}: {what}", reply.module),
-            )?;
+            let found = Found { alone: true, address: Some(reply.module.into()), ..self.describe(reply.value)? };
+            self.found(reply.module.into(), &found)?;
             return Ok(End::SingleModule);
         }
         let name = if can { "identifier" } else { "address" };
         let addresses = self.options.addresses.clone();
-        let what = format!("asking {name} {} to {}{}", addresses.start(), addresses.end(), self.rate);
+        let rate = self.baud.map_or_else(String::new, |baud| format!(" at {baud} baud"));
+        let what = format!("asking {name} {} to {}{rate}", addresses.start(), addresses.end());
         let mut progress = Progress::new(what, addresses.len());
         for (done, address) in addresses.enumerate() {
             if signal.happened() {
                 return Ok(End::Interrupted);
             }
             if let Some(reply) = self.find(address)? {
-                let what = self.describe(reply.value)?;
                 // On CAN a reply carries only the low byte of the module's identifier.
                 let [_, low] = address.to_be_bytes();
-                let own = match reply.module {
-                    own if own == low => String::new(),
-                    own => format!(", the secondary address of module {own}"),
+                let found = Found {
+                    address: (!can).then_some(address),
+                    identifier: can.then_some(address),
+                    secondary_of: (reply.module != low).then_some(reply.module),
+                    ..self.describe(reply.value)?
                 };
                 progress.pause();
-                let rate = self.rate.clone();
-                self.found(address, &format!("{name} {address}{rate}: {what}{own}"))?;
+                self.found(address, &found)?;
             }
             progress.reach(done + 1);
         }
@@ -190,11 +199,14 @@ impl<'a> Scanner<'a> {
     }
 
     /// Prints a module that has been found.
-    fn found(&mut self, address: u16, line: &str) -> Result<(), Failure> {
+    fn found(&mut self, address: u16, found: &Found) -> Result<(), Failure> {
         self.modules += 1;
         self.first = self.first.or(Some(address));
         let mut out = std::io::stdout();
-        writeln!(out, "{line}")?;
+        match self.options.json {
+            true => writeln!(out, "{}", serde_json::to_string(found).map_err(std::io::Error::from)?)?,
+            false => writeln!(out, "{found}")?,
+        }
         Ok(out.flush()?)
     }
 
@@ -231,16 +243,18 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Type and firmware version of the module that has answered.
-    fn describe(&mut self, version: i32) -> Result<String, Failure> {
-        let string = match self.module.version() {
-            Ok(text) => format!(" ({text})"),
+    /// The module that has answered: what it is, and at which bit rate.
+    fn describe(&mut self, version: i32) -> Result<Found, Failure> {
+        let (product, firmware) = Found::told(version);
+        let version = match self.module.version() {
+            Ok(text) => Some(text),
             Err(Error::Link { error: error @ (LinkError::Closed | LinkError::Io(_)), .. }) => {
                 return Err(Failure::Failed(error.to_string()));
             }
-            Err(_) => String::new(),
+            Err(_) => None,
         };
-        Ok(firmware(version) + &string)
+        let (address, identifier, secondary_of) = (None, None, None);
+        Ok(Found { address, identifier, baud: self.baud, alone: false, secondary_of, product, firmware, version })
     }
 }
 

@@ -1,0 +1,67 @@
+//! A module that a scan has found, as a value, and as the line that is printed.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use crate::conversation::Identity;
+
+/// Where a module has answered, and what it is.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) struct Found {
+    /// Its address on a serial link.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) address: Option<u16>,
+    /// Its identifier on CAN.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) identifier: Option<u16>,
+    /// The bit rate of a serial device, in bit/s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) baud: Option<u32>,
+    /// True on a link that leads to one module, whatever the address.
+    pub(super) alone: bool,
+    /// Its own address, if it has answered at its secondary one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) secondary_of: Option<u8>,
+    /// Its product, such as `TMCM-1140`.
+    pub(super) product: String,
+    /// Major and minor version of its firmware, such as `1.42`.
+    pub(super) firmware: String,
+    /// Its version string (command 136, type 0), if it tells one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) version: Option<String>,
+}
+
+impl Found {
+    /// The product and the version of the firmware, from the value of the reply to `136, 1`.
+    pub(super) fn told(value: i32) -> (String, String) {
+        let Identity { number, version, .. } = Identity::told(value);
+        let firmware = version.map_or_else(String::new, |(major, minor)| format!("{major}.{minor:02}"));
+        (format!("TMCM-{number}"), firmware)
+    }
+}
+
+/// As it is printed for people.
+impl fmt::Display for Found {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.alone {
+            f.write_str("one module, whatever the address: ")?;
+        }
+        match (self.address, self.identifier) {
+            (_, Some(identifier)) => write!(f, "identifier {identifier}")?,
+            (address, None) => write!(f, "address {}", address.unwrap_or_default())?,
+        }
+        if let Some(baud) = self.baud.filter(|_| !self.alone) {
+            write!(f, " at {baud} baud")?;
+        }
+        write!(f, ": {}, firmware version {}", self.product, self.firmware)?;
+        if let Some(version) = &self.version {
+            write!(f, " ({version})")?;
+        }
+        match self.secondary_of {
+            Some(own) => write!(f, ", the secondary address of module {own}"),
+            None => Ok(()),
+        }
+    }
+}
