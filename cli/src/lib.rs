@@ -6,6 +6,7 @@
 //! * [`link`] - the host's end of a link to a module
 //! * [`conversation`] - requests to one module over a link, with decoded replies
 //! * [`send`] - `tmcl send`: commands to a module, replies in words
+//! * [`shell`] - `tmcl shell`: commands, watching and jogging at a terminal
 //! * [`asm`] - `tmcl asm`: the assembler for TMCL programs
 //! * [`disasm`] - `tmcl disasm`: the source of an assembled program
 //! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
@@ -47,6 +48,7 @@ pub mod progress;
 pub mod run;
 pub mod scan;
 pub mod send;
+pub mod shell;
 pub mod signal;
 pub mod sim;
 pub mod slcan;

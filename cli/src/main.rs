@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, sim, tune, version, world,
+    asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, shell, sim, tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
@@ -34,6 +34,7 @@ Each command has examples of its own: tmcl load --help";
 enum Command {
     Sim(sim::Options),
     Send(send::Options),
+    Shell(shell::Options),
     Asm(asm::Options),
     Disasm(disasm::Options),
     Params(params::Options),
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
     let done = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),
         Command::Send(options) => send::run(&options),
+        Command::Shell(options) => shell::run(&options),
         Command::Asm(options) => asm::run(&options),
         Command::Disasm(options) => disasm::run(&options),
         Command::Params(options) => params::run(&options),

@@ -34,6 +34,7 @@ mod readme;
 mod run;
 mod scan;
 mod send;
+mod shell;
 mod sim_products;
 mod sim_worlds;
 mod tmcm3212;

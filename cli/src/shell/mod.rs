@@ -1,0 +1,173 @@
+//! `tmcl shell`: a module's direct mode for somebody at a terminal.
+//!
+//! * [`action`] - what a line asks for
+//! * [`complete`] - what the Tab key completes
+//! * [`state`] - what there is to tell, as values
+//! * [`text`] - its text
+//! * [`watch`] - parameters that are read again and again
+//! * [`jog`] - a motor that moves while a key is held
+//! * [`fuel`] - how far it goes on by a key
+//! * [`keys`] - the keys
+
+mod action;
+mod complete;
+mod fuel;
+mod jog;
+mod keys;
+mod state;
+mod text;
+mod watch;
+
+use std::io::Write;
+use std::time::Duration;
+
+use clap::Args;
+
+use crate::conversation::{Conversation, Reach};
+use crate::failure::Failure;
+use crate::link::LinkTarget;
+use crate::send::{self, Request};
+use crate::signal::EndSignal;
+use crate::terminal;
+use crate::terminal::editor::{Editor, Input};
+use action::Action;
+use complete::Words;
+pub use state::{JogEnd, Left, State, Watched};
+
+/// Talk to a module at a terminal: commands and their replies, parameters that are watched, a motor moved by keys
+///
+/// A line is a command as in programs, with names and expressions (`tmcl asm --names`); its reply comes in words. The Tab
+/// key completes commands and names, the up arrow brings earlier lines back. `watch NAME...` shows parameters until a key
+/// is pressed. `jog [AXIS] [SPEED]` moves a motor while the left or right arrow key is held: each repetition of the key
+/// gives it a target a little way ahead, so it stops within 300 ms when the key is released, the connection breaks, or this
+/// program ends in whatever way. The speed is limited such that stopping takes no longer than 90 ms; meanwhile it is the
+/// speed of positioning (parameter 4), which gets its value back afterwards, unless the program was killed. Motors that
+/// other commands have set in motion go on when the shell ends.
+///
+/// Without a terminal the lines are read from standard input, and `jog` is refused.
+#[derive(Args, Debug)]
+#[command(after_long_help = EXAMPLES)]
+pub struct Options {
+    /// The module to talk to
+    #[command(flatten)]
+    pub reach: Reach,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  tmcl shell sim                          a virtual module, to look around
+  tmcl shell /dev/ttyACM0                 a module on USB
+  tmcl shell tcp:127.0.0.1:4140           the module of tmcl sim --tcp 127.0.0.1:4140
+  echo GAP 1, 0 | tmcl shell sim          lines from a pipe
+Without a terminal the exit code is 1 if a line was not carried out.";
+
+/// What the shell asks with.
+const PROMPT: &str = "(tmcl) ";
+
+/// Reads lines and does what they ask for, until there are no more.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let signal = EndSignal::watch()?;
+    let mut module = Conversation::open(&options.reach)?;
+    let identity = module.identity()?;
+    let mut editor = Editor::open(Words::of(identity.product))?;
+    let is_simulated = options.reach.link == LinkTarget::Simulated;
+    let mut shell = Shell { module, signal, is_simulated, interactive: editor.is_terminal() };
+    if shell.interactive {
+        shell.tell(&State::Connected { module: format!("TMCM-{}", identity.number) })?;
+    }
+    let mut all_done = true;
+    loop {
+        let line = match editor.line(PROMPT, &shell.signal)? {
+            Input::Line(line) => line,
+            Input::Interrupted => continue,
+            Input::End if shell.signal.happened() => return Err(shell.signal.failure("")),
+            Input::End => break,
+        };
+        match Action::read(&line, identity.product) {
+            Ok(Action::Quit) => break,
+            Ok(action) => all_done &= shell.act(action)?,
+            Err(message) => all_done &= shell.wrong(message)?,
+        }
+        if shell.signal.happened() {
+            if !shell.interactive || !shell.signal.is_interrupt() {
+                return Err(shell.signal.failure(""));
+            }
+            shell.signal.forget();
+        }
+    }
+    if all_done || shell.interactive { Ok(()) } else { Err(Failure::Reported) }
+}
+
+/// The shell at work.
+struct Shell {
+    module: Conversation,
+    signal: EndSignal,
+    /// The module lives in this program, and its time passes only when it is told to.
+    is_simulated: bool,
+    /// Somebody sits at a terminal.
+    interactive: bool,
+}
+
+impl Shell {
+    /// Does what a line asks for, and tells what comes of it. True if it was done.
+    fn act(&mut self, action: Action) -> Result<bool, Failure> {
+        match action {
+            Action::Nothing | Action::Quit => Ok(true),
+            Action::Help => self.tell(&State::Help).map(|()| true),
+            Action::Send { command, numeric } => match send::ask(&mut self.module, Request { command, numeric }) {
+                Ok(meaning) => {
+                    let done = meaning.done;
+                    let state = State::Answered { command: command.to_string(), answer: meaning.text, done };
+                    self.tell(&state).map(|()| done)
+                }
+                Err(error) => self.wrong(error.to_string()),
+            },
+            Action::Watch { axis, parameters } => match watch::watch(self, axis, &parameters) {
+                Ok(state) => state.map_or(Ok(()), |state| self.tell(&state)).map(|()| true),
+                Err(Failure::Failed(message)) => self.wrong(message),
+                Err(failure) => Err(failure),
+            },
+            Action::Jog { .. } if !self.interactive => {
+                self.wrong("jog needs a terminal, because the motor moves only while a key is held there".into())
+            }
+            Action::Jog { axis, speed } => match jog::jog(self, axis, speed) {
+                Ok(state) => self.tell(&state).or_else(|failure| self.unless_ending(failure)).map(|()| true),
+                Err(Failure::Failed(message)) => self.wrong(message),
+                Err(failure) => Err(failure),
+            },
+        }
+    }
+
+    /// Prints a state.
+    fn tell(&self, state: &State) -> Result<(), Failure> {
+        let mut out = std::io::stdout().lock();
+        writeln!(out, "{}", text::text(state))?;
+        Ok(out.flush()?)
+    }
+
+    /// Tells what is wrong; gives false, because nothing was done.
+    fn wrong(&self, message: String) -> Result<bool, Failure> {
+        writeln!(std::io::stderr(), "tmcl: {}", text::text(&State::Wrong { message }))?;
+        Ok(false)
+    }
+
+    /// With the terminal gone nothing can be told any more, and the signal is what counts.
+    fn unless_ending(&self, failure: Failure) -> Result<(), Failure> {
+        if self.signal.happened() { Ok(()) } else { Err(failure) }
+    }
+
+    /// Lets the time pass that somebody has waited, for a module whose time passes only so.
+    fn pass(&mut self, time: Duration) {
+        if self.is_simulated {
+            self.module.pause(time, &self.signal);
+        }
+    }
+}
+
+/// Draws a line of the terminal anew, cut to its width; the cursor stays on it.
+fn redraw(line: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    // Erases the rest of the line.
+    write!(out, "\r{}\x1b[K", text::fitting(line, terminal::columns()))?;
+    Ok(out.flush()?)
+}

@@ -1,0 +1,104 @@
+//! What the shell has to tell, as values. Its text is made in [`super::text`].
+
+use serde::Serialize;
+
+/// Something that the shell tells.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "state", rename_all = "snake_case")]
+pub enum State {
+    /// A module has answered for the first time.
+    Connected {
+        /// What it is.
+        module: String,
+    },
+    /// What can be typed.
+    Help,
+    /// A command has been answered.
+    Answered {
+        /// The command in mnemonic form.
+        command: String,
+        /// The reply in words.
+        answer: String,
+        /// Whether it was executed.
+        done: bool,
+    },
+    /// Parameters have been read.
+    Watched {
+        /// Their values, in the order of their names.
+        values: Vec<Watched>,
+    },
+    /// A jog waits for keys.
+    JogReady {
+        /// The number of the axis.
+        axis: u8,
+        /// The speed, in the module's unit.
+        speed: i32,
+        /// The speed that was asked for, if stopping from there would take too long.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        wanted: Option<i32>,
+        /// The unit in words.
+        unit: &'static str,
+    },
+    /// Where the axis of a jog is.
+    Jogging {
+        /// The position in microsteps.
+        position: i32,
+        /// The speed, in the module's unit.
+        speed: i32,
+        /// The unit in words.
+        unit: &'static str,
+    },
+    /// A jog is over.
+    JogEnded {
+        /// The number of the axis.
+        axis: u8,
+        /// Why.
+        end: JogEnd,
+        /// What the user has to know about the speed of positioning, if it could not be put back.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        left: Option<Left>,
+    },
+    /// Something could not be done.
+    Wrong {
+        /// Why, and what to do.
+        message: String,
+    },
+}
+
+/// A parameter and its value.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Watched {
+    /// The parameter as the user has named it.
+    pub name: String,
+    /// Its value in its unit.
+    pub value: i32,
+}
+
+/// Why a jog is over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(tag = "why", rename_all = "snake_case")]
+pub enum JogEnd {
+    /// The user has pressed a key.
+    Key,
+    /// A signal has come, or the terminal is gone.
+    Signal,
+    /// The replies of the module take longer than a key's fuel lasts.
+    Slow,
+    /// The module has not done what it was told.
+    Failed {
+        /// What it said, or that it said nothing.
+        error: String,
+        /// The supply voltage in tenths of volts, where the motors are locked.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        supply: Option<i32>,
+    },
+}
+
+/// What a jog could not put back: the speed of positioning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Left {
+    /// What it is.
+    pub now: i32,
+    /// What it was.
+    pub before: i32,
+}
