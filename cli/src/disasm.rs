@@ -10,7 +10,7 @@ use tmcm::tmcl::{Command, Instruction, Opcode};
 
 use crate::failure::Failure;
 use crate::product::{self, Product, parameter};
-use crate::program::{read_commands, target};
+use crate::program::{end, read_commands, target};
 
 /// Show an assembled TMCL program as source
 ///
@@ -34,10 +34,11 @@ pub struct Options {
 
 const EXAMPLES: &str = "\
 Examples:
-  tmcl asm examples/to_and_fro.tmc -o to_and_fro.bin && tmcl disasm to_and_fro.bin
-      what the assembler has made of a source
-  tmcl disasm to_and_fro.bin > again.tmc && tmcl asm again.tmc
-      to_and_fro.bin and again.bin are the same";
+  tmcl disasm stage.bin
+  tmcl disasm stage.bin > again.tmc && tmcl asm again.tmc
+      stage.bin and again.bin are the same
+  tmcl asm examples/to_and_fro.tmc -o - | tmcl disasm -
+      what the assembler has made of a source";
 
 /// Column of the comments.
 const COMMENT: usize = 36;
@@ -51,7 +52,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 }
 
 /// A source that assembles to these commands when the first one has the address `origin`, with the names that parameters
-/// have on a product; without names for a product that is not known.
+/// have on a product; without names for a product that is not known. Where the program ends and more follows, a comment
+/// says so.
 pub fn source(commands: &[Command], origin: u16, product: Option<Product>) -> String {
     let origin = usize::from(origin);
     let addresses = origin..origin + commands.len();
@@ -63,7 +65,11 @@ pub fn source(commands: &[Command], origin: u16, product: Option<Product>) -> St
     if commands.last() != Some(&Command { opcode: Opcode::Stop as u8, ..Command::default() }) {
         let _ = writeln!(text, "#nostop");
     }
+    let end = end(commands, origin);
     for (address, command) in addresses.clone().zip(commands) {
+        if address == origin + end {
+            let _ = writeln!(text, "    // Nothing above leads to what follows.");
+        }
         if labels.contains(&address) {
             let _ = writeln!(text, "L{address}:");
         }

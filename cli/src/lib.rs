@@ -8,6 +8,7 @@
 //! * [`send`] - `tmcl send`: commands to a module, replies in words
 //! * [`shell`] - `tmcl shell`: commands, watching and jogging at a terminal
 //! * [`asm`] - `tmcl asm`: the assembler for TMCL programs
+//! * [`dump`] - `tmcl dump`: the program in a module as source
 //! * [`disasm`] - `tmcl disasm`: the source of an assembled program
 //! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
 //! * [`params`] - `tmcl params`: a module's settings in a file
@@ -34,6 +35,7 @@ pub mod completions;
 pub mod conversation;
 pub mod debug;
 pub mod disasm;
+pub mod dump;
 pub mod eds;
 pub mod failure;
 mod files;

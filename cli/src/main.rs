@@ -7,6 +7,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use tmcl_cli::{
     asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, shell, sim, tune, version,
     world,
+    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, sim, tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
@@ -43,6 +44,7 @@ enum Command {
     Scan(scan::Options),
     Run(run::Options),
     Load(load::Options),
+    Dump(dump::Options),
     Debug(debug::Options),
     Calc(calc::Options),
     Eds(eds::Options),
@@ -63,6 +65,7 @@ fn main() -> ExitCode {
         Command::Scan(options) => scan::run(&options),
         Command::Run(options) => run::run(&options),
         Command::Load(options) => load::run(&options),
+        Command::Dump(options) => dump::run(&options),
         Command::Debug(options) => debug::run(&options),
         Command::Calc(options) => calc::run(&options),
         Command::Eds(options) => eds::run(&options),

@@ -2,10 +2,12 @@
 
 pub mod binary;
 mod download;
+mod end;
 mod file;
 mod target;
 
 pub use download::{download, explain, is_readable, verify};
+pub use end::{end, goes_on};
 pub use file::{read_commands, read_program, read_watched};
 pub use target::target;
 

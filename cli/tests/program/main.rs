@@ -10,6 +10,7 @@ mod canopen;
 mod connections;
 mod control;
 mod debug;
+mod dump;
 mod eds;
 mod eeprom;
 mod ending;
