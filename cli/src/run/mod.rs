@@ -1,9 +1,11 @@
 //! `tmcl run`: a program on a virtual module, in virtual time, with report, trace and plot.
 
 mod host;
+mod mishap;
 mod plot;
 mod recording;
 mod report;
+mod rotor;
 mod script;
 mod session;
 mod time;
@@ -16,13 +18,16 @@ use clap::Args;
 use hal_sim::clock::Nanos;
 use hal_sim::world::config::WorldConfig;
 
+use crate::asm::Settings;
 use crate::failure::Failure;
 use crate::files::STANDARD;
+use crate::output::{Output, is_standard};
 use crate::product::{self, Product};
 use crate::program::read_program;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
 use recording::Recording;
+use report::Report;
 pub use script::{Action, Event};
 use session::{End, Session};
 use tmcm_sim::NativeModule;
@@ -56,7 +61,9 @@ pub struct Options {
 
     /// Draw position, speed, load, current, outputs and switches over time into an SVG file, which web browsers show
     ///
-    /// Of a module with several axes those that move are drawn, one below the other.
+    /// Of a module with several axes those that move are drawn, one below the other. The stallGuard value is there if it
+    /// says something while a motor turns, the rotor while it is not where the counter says; inputs, outputs and switches
+    /// are if they change. The name ends in .svg; - is standard output, and the report goes to standard error then.
     #[arg(long, value_name = "OUT.svg")]
     pub plot: Option<PathBuf>,
 
@@ -74,6 +81,19 @@ pub struct Options {
     /// capitals, as for `tmcl send`, or as four numbers: "129, 1, 0, 5" starts the routine at address 5.
     #[arg(long, value_name = "TIME: WHAT", value_parser = Event::parse)]
     pub at: Vec<Event>,
+
+    /// Take the assembler's warnings for errors, and end with 1 when a command was refused, a division was one by zero, or
+    /// the return stack was full or empty
+    #[arg(long)]
+    pub strict: bool,
+
+    /// Write the report as an object of JSON in one line
+    ///
+    /// Its fields: end (in words), running, time_s, commands; refused, divisions_by_zero, stack_full and stack_empty, each
+    /// with count and the place of the first one; axes with position, target, velocity and lost_steps; outputs,
+    /// accumulator, x, error_flags, user_variables, events, plot.
+    #[arg(long)]
+    pub json: bool,
 
     /// What the virtual module is: 1140, 3110, 3212 or 6110
     #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
@@ -94,51 +114,95 @@ Examples:
       with a host that sets user variable 0
   tmcl run stage.tmc --product 6110 --at \"1 s: press home 5\"
       on a module with six axes
-The exit code is 0 however the program ends, and 1 if it cannot be run.";
+  tmcl run stage.tmc --strict --json
+      for a script: is anything wrong, and where is the motor?
+The exit code is 0 however the program ends, and 1 if it cannot be run, or with --strict if anything went wrong in it.";
 
 /// Seed of the module's random numbers.
 const SEED: u32 = 1;
 
 /// Runs a program and shows what it does.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    for (option, output) in [("--trace", &options.trace), ("--plot", &options.plot)] {
-        spare(option, output.as_deref(), &options.program)?;
-    }
+    check_outputs(options)?;
     let kind = options.product.kind();
     options.at.iter().try_for_each(|event| event.check(kind)).map_err(Failure::Arguments)?;
-    let program = read_program(&options.program, Some(options.product))?;
+    let settings = Settings { product: Some(options.product), strict: options.strict };
+    let program = read_program(&options.program, settings)?;
     let world = options.world.as_deref().map(|path| read_world(path, options.product));
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch()?;
-    let trace = options.trace.as_deref().map(|path| Trace::begin(path, &program)).transpose()?;
-    let recording = options.plot.is_some().then(|| Recording::new(options.product));
+    let mut plot = options.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
+    let trace = options.trace.as_deref().map(|path| Output::open("--trace", path)).transpose()?;
+    let trace = trace.map(|out| Trace::begin(out, &program));
+    let recording = plot.is_some().then(|| Recording::new(options.product));
     let module = NativeModule::of(options.product, &world, None, SEED);
     let mut session = Session::new(module, &program, script::in_order(&options.at), trace, recording)?;
     let before = report::variables(&mut session.module);
     let end = session.run(options.until, &signal)?;
-    let report = report::report(&mut session, end, options.until, &program, &before);
-    let mut out = std::io::stdout().lock();
-    if options.trace.as_deref() == Some(Path::new(STANDARD)) {
-        writeln!(out)?;
-    }
-    write!(out, "{report}")?;
-    if let Some((path, recording)) = options.plot.as_deref().zip(session.recording.as_ref()) {
+    let mut report = Report::of(&mut session, end, options.until, &program, &before);
+    if let Some((plot, recording)) = plot.as_mut().zip(session.recording.as_ref()) {
         let name = options.program.file_name().unwrap_or_default().to_string_lossy();
-        let shown = path.display();
-        let drawn = std::fs::write(path, plot::draw(&name, report::time(&session, end), recording, &program));
-        drawn.map_err(|error| Failure::Failed(format!("--plot: cannot write {shown}: {error}")))?;
-        writeln!(out, "{:<18}{shown}", "plot")?;
+        plot.write(plot::draw(&name, report::time(&session, end), recording, &program).as_bytes())?;
+        report.plot = Some(plot.name().into());
     }
+    let beside = plot.as_ref().is_some_and(Output::is_standard);
+    plot.map_or(Ok(()), Output::finish)?;
+    show(options, &report, beside)?;
     if end == End::Signal {
         // The report has told that it was interrupted.
         return Err(signal.failure(""));
     }
-    Ok(())
+    match report.wrong().filter(|_| options.strict) {
+        Some(wrong) => Err(Failure::Failed(format!("--strict: {wrong}"))),
+        None => Ok(()),
+    }
 }
 
-/// Fails if an output file is the program's own file.
-fn spare(option: &str, output: Option<&Path>, program: &Path) -> Result<(), Failure> {
-    let same =
-        output.is_some_and(|output| output.canonicalize().is_ok_and(|o| program.canonicalize().is_ok_and(|p| o == p)));
-    if same { Err(Failure::Failed(format!("{option} would replace the program; give another file"))) } else { Ok(()) }
+/// Prints the report: on standard error if the plot is on standard output.
+fn show(options: &Options, report: &Report, beside: bool) -> Result<(), Failure> {
+    let text = if options.json {
+        serde_json::to_string(report).map_err(std::io::Error::from)? + "\n"
+    } else {
+        report.to_string()
+    };
+    if beside {
+        // A closed standard error must not end the program.
+        let _ = std::io::stderr().write_all(text.as_bytes());
+        return Ok(());
+    }
+    let mut out = std::io::stdout().lock();
+    if options.trace.as_deref().is_some_and(is_standard) {
+        writeln!(out)?;
+    }
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Fails if two results would go to one place, or one would replace what is read.
+fn check_outputs(options: &Options) -> Result<(), Failure> {
+    let Options { trace, plot, program, world, json, .. } = options;
+    let outputs = [("--trace", trace.as_deref()), ("--plot", plot.as_deref())];
+    let inputs = [("the program", Some(program.as_path())), ("the world", world.as_deref())];
+    for (option, output) in outputs {
+        for (what, input) in inputs {
+            if output.zip(input).is_some_and(|(output, input)| is_same(output, input)) {
+                return Err(Failure::Failed(format!("{option} would replace {what}; give another file")));
+            }
+        }
+    }
+    if trace.as_deref().zip(plot.as_deref()).is_some_and(|(trace, plot)| trace == plot || is_same(trace, plot)) {
+        return Err(Failure::Arguments("--trace and --plot cannot have the same file".into()));
+    }
+    let standard = outputs.into_iter().find(|(_, output)| output.is_some_and(is_standard));
+    match standard.filter(|_| *json) {
+        Some((option, _)) => Err(Failure::Arguments(format!(
+            "--json and {option} cannot both have standard output; give {option} the name of a file"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// True for two names of one file that exists.
+fn is_same(a: &Path, b: &Path) -> bool {
+    a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }

@@ -6,6 +6,7 @@ use hal_sim::control::State;
 
 use tmcm_sim::NativeModule;
 
+use super::rotor::elsewhere;
 use crate::calc;
 use crate::product::Product;
 
@@ -23,7 +24,9 @@ pub(super) enum Quantity {
     Target,
     /// Actual speed, in the unit that speeds of the product are in.
     Velocity,
-    /// stallGuard2 load value (axis parameter 206).
+    /// Position of the rotor in microsteps; no value while it is where the counter says.
+    Rotor,
+    /// stallGuard2 load value (axis parameter 206); no value while the motor stands, because it says nothing then.
     Load,
     /// Motor current in 1/32 of full scale.
     Current,
@@ -45,6 +48,10 @@ pub(super) enum Channel {
     Of(usize, Quantity),
     /// 1 while the output with this number is on.
     Output(usize),
+    /// 1 while the digital input with this number is high.
+    Input(usize),
+    /// 1 while the ENABLE input is high.
+    Enable,
     /// 1 while the program is in a WAIT.
     Waiting,
 }
@@ -102,6 +109,8 @@ pub(super) struct Recording {
     pub(super) axes: usize,
     /// Number of outputs of the module.
     pub(super) outputs: usize,
+    /// Number of digital inputs of the module, without ENABLE.
+    pub(super) inputs: usize,
     /// The slices from the start of the program on.
     slices: Vec<Slice>,
     /// Kinds of marks, in the order of their first appearance.
@@ -114,8 +123,8 @@ impl Recording {
     /// The recording of a module.
     pub(super) fn new(product: Product) -> Self {
         let [axes, outputs] = [product.spec().axes, product.spec().outputs].map(usize::from);
-        let interval = MILLISECOND;
-        Recording { interval, product, axes, outputs, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
+        let (interval, inputs) = (MILLISECOND, product.kind().inputs.len());
+        Recording { interval, product, axes, outputs, inputs, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
     }
 
     /// The number of slices.
@@ -138,8 +147,10 @@ impl Recording {
     fn index(&self, channel: Channel) -> usize {
         match channel {
             Channel::Waiting => 0,
-            Channel::Output(number) => 1 + number,
-            Channel::Of(axis, quantity) => 1 + self.outputs + axis * Quantity::COUNT + quantity as usize,
+            Channel::Enable => 1,
+            Channel::Output(number) => 2 + number,
+            Channel::Input(number) => 2 + self.outputs + number,
+            Channel::Of(axis, quantity) => 2 + self.outputs + self.inputs + axis * Quantity::COUNT + quantity as usize,
         }
     }
 
@@ -149,7 +160,7 @@ impl Recording {
     }
 
     /// Records the values at a time since the start. They are read from the model, which takes no virtual time.
-    pub(super) fn sample(&mut self, at: Nanos, module: &NativeModule) {
+    pub(super) fn sample(&mut self, at: Nanos, module: &mut NativeModule) {
         let state = State::of(&module.board().borrow());
         let mut sample = Slice::empty(self.channels());
         let mut record = |channel: Channel, value: Option<i32>| {
@@ -159,11 +170,14 @@ impl Recording {
         };
         for (number, axis) in state.axes.iter().enumerate() {
             let (position, target) = module.position(number).unzip();
+            let rotor = position.and_then(|position| elsewhere(module, self.product, number, position, axis));
+            let turns = axis.velocity != 0;
             let values = [
+                (Quantity::Rotor, rotor),
                 (Quantity::Position, position),
                 (Quantity::Target, target.flatten()),
                 (Quantity::Velocity, Some(calc::in_usual_unit(self.product, axis.velocity))),
-                (Quantity::Load, Some(axis.stall_guard.into())),
+                (Quantity::Load, turns.then(|| axis.stall_guard.into())),
                 (Quantity::Current, Some(axis.current.cast_signed())),
                 (Quantity::Left, Some(axis.switches.left.into())),
                 (Quantity::Right, Some(axis.switches.right.into())),
@@ -176,6 +190,10 @@ impl Recording {
         for (number, on) in state.outputs.iter().enumerate() {
             record(Channel::Output(number), Some((*on).into()));
         }
+        for (number, high) in state.inputs.iter().enumerate() {
+            record(Channel::Input(number), Some((*high).into()));
+        }
+        record(Channel::Enable, state.enable.map(i32::from));
         let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
         record(Channel::Waiting, Some(waiting.into()));
         self.slice(at).join(&sample);
@@ -251,8 +269,8 @@ mod tests {
     #[test]
     fn a_module_is_looked_at_from_outside() {
         let mut recording = Recording::new(Product::Tmcm1140);
-        let module = NativeModule::new(&WorldConfig::default(), None, 1);
-        recording.sample(2 * SECOND, &module);
+        let mut module = NativeModule::new(&WorldConfig::default(), None, 1);
+        recording.sample(2 * SECOND, &mut module);
         for quantity in [Quantity::Position, Quantity::Target] {
             let ranges: Vec<Range> = recording.ranges(Channel::Of(0, quantity)).collect();
             assert_eq!((ranges[2000], ranges[0]), (Some((0, 0)), None));
@@ -265,9 +283,10 @@ mod tests {
         let recording = Recording::new(Product::Tmcm6110);
         let quantities = [Quantity::Position, Quantity::Target, Quantity::Home];
         let channels = (0..6).flat_map(|axis| quantities.map(|quantity| Channel::Of(axis, quantity)));
-        let channels = channels.chain((0..8).map(Channel::Output)).chain([Channel::Waiting]);
+        let channels = channels.chain((0..8).flat_map(|number| [Channel::Output(number), Channel::Input(number)]));
+        let channels = channels.chain([Channel::Waiting, Channel::Enable]);
         let places: BTreeSet<usize> = channels.map(|channel| recording.index(channel)).collect();
-        assert_eq!((places.len(), recording.channels()), (6 * 3 + 8 + 1, 6 * 8 + 8 + 1));
+        assert_eq!((places.len(), recording.channels()), (6 * 3 + 2 * 8 + 2, 6 * 9 + 2 * 8 + 2));
         assert!(places.iter().all(|place| *place < recording.channels()));
     }
 }

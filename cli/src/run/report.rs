@@ -1,26 +1,100 @@
-//! The report of a run: a few lines about how the program ended and what it has done.
+//! The report of a run: how the program ended and what it has done, as values. Text and JSON are made of them.
 
-use std::fmt::Write;
+use std::collections::BTreeMap;
+use std::fmt::{self, Write};
 
-use hal_sim::clock::Nanos;
+use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
+use serde::{Serialize, Serializer};
 use tmcm::param::USER_VARIABLES;
 use tmcm::tmcl::{Command, Opcode};
 use tmcm::vm::{Awaited, ProgramState, Wait};
 
+use super::mishap::Mishaps;
 use super::session::{End, Session};
 use super::time::show;
 use super::trace::error_flags;
 use crate::calc;
-use crate::conversation::meaning;
 use crate::product::{Product, speed_words};
 use crate::program::Program;
 use crate::program::target;
 use tmcm_sim::NativeModule;
-use tmcm_sim::tracer::Step;
 
 /// Bank of the user variables.
 const VARIABLES: u8 = 2;
+
+/// How a program ended and what it has done. What is not known of a module without power is left out of JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Report {
+    /// Why the run is over, and where the program is.
+    end: String,
+    /// True if the program would go on.
+    running: bool,
+    /// Virtual time that the program has run.
+    #[serde(rename = "time_s", serialize_with = "seconds")]
+    time: Nanos,
+    /// Number of executed commands.
+    commands: u64,
+    #[serde(flatten)]
+    mishaps: Mishaps,
+    #[serde(flatten)]
+    module: Option<Module>,
+    #[serde(flatten)]
+    registers: Option<Registers>,
+    /// The user variables that have another value than before, by their numbers.
+    user_variables: BTreeMap<u8, i32>,
+    /// What happened by option `--at`, and the host's answers.
+    events: Vec<Happened>,
+    /// The file with the plot, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) plot: Option<String>,
+}
+
+/// What is seen of a module from outside.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Module {
+    axes: Vec<Axis>,
+    /// The digital outputs, OUT0 and up.
+    outputs: Vec<bool>,
+    /// The unit of the speeds in words.
+    #[serde(skip)]
+    speed_unit: &'static str,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Axis {
+    axis: usize,
+    /// In microsteps.
+    position: i32,
+    /// The target of a positioning that is not over.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<i32>,
+    /// In the unit that speeds of the product are in.
+    velocity: i32,
+    /// Full steps that the rotor is behind the counter; negative if it is ahead.
+    lost_steps: i64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Registers {
+    accumulator: i32,
+    x: i32,
+    /// The error flags that are set, by their names in CLE.
+    error_flags: Vec<&'static str>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+struct Happened {
+    #[serde(rename = "time_s", serialize_with = "seconds")]
+    time: Nanos,
+    what: String,
+}
+
+/// A time as a number of seconds, to the microsecond.
+fn seconds<S: Serializer>(time: &Nanos, serializer: S) -> Result<S::Ok, S::Error> {
+    let microseconds = (*time + MICROSECOND / 2) / MICROSECOND;
+    serializer.serialize_f64(microseconds as f64 / 1e6)
+}
 
 /// The present values of all user variables, by number.
 pub(super) fn variables(module: &mut NativeModule) -> Vec<Option<i32>> {
@@ -36,80 +110,128 @@ pub(super) fn time(session: &Session<'_>, end: End) -> Nanos {
     }
 }
 
-/// The report; `before` has the values of the user variables at the start of the program.
-pub(super) fn report(
-    session: &mut Session<'_>,
-    end: End,
-    limit: Nanos,
-    program: &Program,
-    before: &[Option<i32>],
-) -> String {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let mut row = |name: &str, value: &str| {
-        let _ = writeln!(text, "{name:<18}{value}");
-    };
-    row("end", &ending(session, end, limit, program));
-    row("virtual time", &show(time(session, end)));
-    let counts = &session.counts;
-    let refused = match &counts.first_refused {
-        Some(step) => format!(", {} of them without effect; the first: {}", counts.refused, refusal(step, program)),
-        None => String::new(),
-    };
-    row("commands executed", &format!("{}{refused}", counts.executed));
-    motors_and_pins(&session.module, session.product(), &mut row);
-    if let Some(machine) = session.module.machine() {
-        row("accumulator", &machine.registers.accumulator.to_string());
-        row("X register", &machine.registers.x.to_string());
-        let flags = error_flags(machine.errors).collect::<Vec<_>>().join(" ");
-        row("error flags", if flags.is_empty() { "none" } else { &flags });
-    }
-    let now = variables(&mut session.module);
-    let changed = (0..).zip(before.iter().zip(&now)).filter(|(_, (before, now))| before != now);
-    let changed: Vec<String> =
-        changed.filter_map(|(number, (_, now))| Some(format!("{number} = {}", (*now)?))).collect();
-    row("user variables", &if changed.is_empty() { "as they were".into() } else { changed.join(", ") });
-    for (index, (at, note)) in session.notes.iter().enumerate() {
-        row(if index == 0 { "events" } else { "" }, &format!("{}: {note}", show(*at)));
-    }
-    text
-}
-
-fn motors_and_pins(module: &NativeModule, product: Product, row: &mut impl FnMut(&str, &str)) {
-    let state = State::of(&module.board().borrow());
-    if module.machine().is_none() {
-        return row("power", "off");
-    }
-    for (number, axis) in state.axes.iter().enumerate() {
-        let Some((position, target)) = module.position(number) else { continue };
-        let target = target.filter(|target| *target != position);
-        let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
-        let lost = match axis.lost_steps {
-            0 => String::new(),
-            steps @ 1.. => format!("; the motor has lost steps, it is {steps} full steps behind"),
-            steps => format!("; the motor has lost steps, it is {} full steps ahead", steps.unsigned_abs()),
-        };
-        let position = format!("{position} microsteps{way}{lost}");
-        let turns = if axis.velocity == 0 { "the motor stands" } else { "the motor turns" };
-        let velocity = calc::in_usual_unit(product, axis.velocity);
-        let velocity = format!("{velocity} ({}): {turns}", speed_words(product));
-        if state.axes.len() == 1 {
-            row("position", &position);
-            row("velocity", &velocity);
-        } else {
-            row(&format!("axis {number}"), &format!("position {position}; velocity {velocity}"));
+impl Report {
+    /// The report of a run that is over; `before` has the values of the user variables at the start of the program.
+    pub(super) fn of(
+        session: &mut Session<'_>,
+        end: End,
+        limit: Nanos,
+        program: &Program,
+        before: &[Option<i32>],
+    ) -> Self {
+        let now = variables(&mut session.module);
+        let changed = (0..=u8::MAX).zip(before.iter().zip(&now)).filter(|(_, (before, now))| before != now);
+        let machine = session.module.machine();
+        let registers = machine.map(|machine| Registers {
+            accumulator: machine.registers.accumulator,
+            x: machine.registers.x,
+            error_flags: error_flags(machine.errors).collect(),
+        });
+        Report {
+            end: ending(session, end, limit, program),
+            running: machine.is_some_and(|machine| machine.runs()),
+            time: time(session, end),
+            commands: session.counts.executed,
+            mishaps: session.counts.mishaps.clone(),
+            module: Module::of(&session.module, session.product()),
+            registers,
+            user_variables: changed.filter_map(|(number, (_, now))| Some((number, (*now)?))).collect(),
+            events: session.notes.iter().map(|(time, what)| Happened { time: *time, what: what.clone() }).collect(),
+            plot: None,
         }
     }
-    let level = |on| if on { "on" } else { "off" };
-    let outputs = (0..).zip(&state.outputs).map(|(number, &on)| format!("OUT{number} {}", level(on)));
-    row("outputs", &outputs.collect::<Vec<_>>().join(", "));
+
+    /// What went wrong, for a message; `None` if nothing did.
+    pub(super) fn wrong(&self) -> Option<String> {
+        let wrong = self.mishaps.all().into_iter().filter(|(_, tally)| tally.count > 0);
+        let wrong: Vec<String> = wrong.map(|(name, tally)| format!("{name} {}", tally.times())).collect();
+        (!wrong.is_empty()).then(|| wrong.join(", "))
+    }
 }
 
-/// A refused command and the reason of the refusal.
-fn refusal(step: &Step, program: &Program) -> String {
-    let (command, location) = (program.text(&step.executed.command), program.location(step.executed.address));
-    let why = step.executed.refused.map_or("", |status| meaning(status as u8));
-    format!("{command} at {location}: {why}")
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let mut row = |name: &str, value: &str| {
+            let _ = writeln!(text, "{name:<18}{value}");
+        };
+        row("end", &self.end);
+        row("virtual time", &show(self.time));
+        let refused = match self.mishaps.refused.first_in_words() {
+            Some(first) => format!(", {} of them without effect; the first: {first}", self.mishaps.refused.count),
+            None => String::new(),
+        };
+        row("commands executed", &format!("{}{refused}", self.commands));
+        for (name, tally) in self.mishaps.all().into_iter().skip(1) {
+            if let Some(first) = tally.first_in_words() {
+                let which = if tally.count == 1 { "" } else { "; the first" };
+                row(name, &format!("{}{which}: {first}", tally.times()));
+            }
+        }
+        match &self.module {
+            Some(module) => module.rows(&mut row),
+            None => row("power", "off"),
+        }
+        if let Some(Registers { accumulator, x, error_flags }) = &self.registers {
+            row("accumulator", &accumulator.to_string());
+            row("X register", &x.to_string());
+            let flags = error_flags.join(" ");
+            row("error flags", if flags.is_empty() { "none" } else { &flags });
+        }
+        let variables: Vec<String> =
+            self.user_variables.iter().map(|(number, value)| format!("{number} = {value}")).collect();
+        row("user variables", &if variables.is_empty() { "as they were".into() } else { variables.join(", ") });
+        for (index, Happened { time, what }) in self.events.iter().enumerate() {
+            row(if index == 0 { "events" } else { "" }, &format!("{}: {what}", show(*time)));
+        }
+        if let Some(plot) = &self.plot {
+            row("plot", plot);
+        }
+        f.write_str(&text)
+    }
+}
+
+impl Module {
+    /// What is seen of a module; `None` without power.
+    fn of(module: &NativeModule, product: Product) -> Option<Self> {
+        module.machine()?;
+        let state = State::of(&module.board().borrow());
+        let axes = state.axes.iter().enumerate().filter_map(|(number, axis)| {
+            let (position, target) = module.position(number)?;
+            Some(Axis {
+                axis: number,
+                position,
+                target: target.filter(|target| *target != position),
+                velocity: calc::in_usual_unit(product, axis.velocity),
+                lost_steps: axis.lost_steps,
+            })
+        });
+        Some(Module { axes: axes.collect(), outputs: state.outputs.clone(), speed_unit: speed_words(product) })
+    }
+
+    fn rows(&self, row: &mut impl FnMut(&str, &str)) {
+        for Axis { axis, position, target, velocity, lost_steps } in &self.axes {
+            let way = target.map_or_else(String::new, |target| format!(" on the way to {target}"));
+            let lost = match lost_steps {
+                0 => String::new(),
+                steps @ 1.. => format!("; the motor has lost steps, it is {steps} full steps behind"),
+                steps => format!("; the motor has lost steps, it is {} full steps ahead", steps.unsigned_abs()),
+            };
+            let position = format!("{position} microsteps{way}{lost}");
+            let turns = if *velocity == 0 { "the motor stands" } else { "the motor turns" };
+            let velocity = format!("{velocity} ({}): {turns}", self.speed_unit);
+            if self.axes.len() == 1 {
+                row("position", &position);
+                row("velocity", &velocity);
+            } else {
+                row(&format!("axis {axis}"), &format!("position {position}; velocity {velocity}"));
+            }
+        }
+        let level = |on| if on { "on" } else { "off" };
+        let outputs = (0..).zip(&self.outputs).map(|(number, &on)| format!("OUT{number} {}", level(on)));
+        row("outputs", &outputs.collect::<Vec<_>>().join(", "));
+    }
 }
 
 /// The reason why the run is over, and the address of the program.

@@ -10,6 +10,7 @@ use tmcm::tmcl::binary;
 use tmcm::tmcl::{Command, Opcode};
 
 use super::host;
+use super::mishap::Mishaps;
 use super::recording::{Mark, Recording};
 use super::script::{Action, Event};
 use super::trace::Trace;
@@ -45,10 +46,8 @@ pub(super) enum End {
 pub(super) struct Counts {
     /// Number of executed commands.
     pub(super) executed: u64,
-    /// Number of executed commands that were refused.
-    pub(super) refused: u64,
-    /// The first refused command.
-    pub(super) first_refused: Option<Step>,
+    /// What went wrong.
+    pub(super) mishaps: Mishaps,
     /// The last executed command.
     pub(super) last: Option<Step>,
 }
@@ -147,9 +146,7 @@ impl<'a> Session<'a> {
     }
 
     fn finish(&mut self, end: End) -> Result<End, Failure> {
-        if let Some(trace) = &mut self.trace {
-            trace.finish()?;
-        }
+        self.trace.take().map_or(Ok(()), Trace::finish)?;
         Ok(end)
     }
 
@@ -234,10 +231,7 @@ impl<'a> Session<'a> {
         let opcode = Opcode::from_number(executed.command.opcode);
         self.counts.executed += 1;
         self.counts.last = Some(*step);
-        if executed.refused.is_some() {
-            self.counts.refused += 1;
-            self.counts.first_refused.get_or_insert(*step);
-        }
+        self.counts.mishaps.take(step, self.program);
         if let Some(recording) = &mut self.recording {
             if executed.handler && !self.in_handler {
                 recording.mark(at, Mark::Handler(executed.address));
@@ -260,7 +254,7 @@ impl<'a> Session<'a> {
     fn sample(&mut self) {
         let at = self.time();
         if let Some(recording) = &mut self.recording {
-            recording.sample(at, &self.module);
+            recording.sample(at, &mut self.module);
         }
     }
 }

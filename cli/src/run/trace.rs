@@ -1,14 +1,13 @@
 //! The trace: a line for each command that the program has executed.
 
-use std::io::Write;
-use std::path::Path;
+use std::fmt::Write;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
 use tmcm::vm::{Condition, ErrorFlag, Errors, Registers};
 
 use crate::conversation::meaning;
 use crate::failure::Failure;
-use crate::files::STANDARD;
+use crate::output::Output;
 use crate::program::Program;
 use tmcm_sim::tracer::Step;
 
@@ -16,32 +15,38 @@ use tmcm_sim::tracer::Step;
 const LABEL: usize = 16;
 const COMMAND: usize = 28;
 
+/// Length from which on buffered lines are written, in bytes.
+const CHUNK: usize = 1 << 16;
+
 /// The output of the trace and the width of its first column.
 pub(super) struct Trace {
-    out: Box<dyn Write>,
+    out: Output,
+    /// Lines that have not been written yet.
+    lines: String,
     label_width: usize,
 }
 
 impl Trace {
-    /// Begins a trace in a file, or on standard output.
-    pub(super) fn begin(path: &Path, program: &Program) -> Result<Self, Failure> {
-        let out: Box<dyn Write> = if path == Path::new(STANDARD) {
-            Box::new(std::io::BufWriter::new(std::io::stdout()))
-        } else {
-            let file = std::fs::File::create(path)
-                .map_err(|error| Failure::Failed(format!("--trace: cannot write {}: {error}", path.display())))?;
-            Box::new(std::io::BufWriter::new(file))
-        };
+    /// Begins a trace.
+    pub(super) fn begin(out: Output, program: &Program) -> Self {
         // A label is followed by a colon and a space.
         let longest = program.labels.iter().map(|(name, _)| name.chars().count() + 2).max();
-        let mut trace = Trace { out, label_width: longest.unwrap_or_default().min(LABEL) };
-        let label_width = trace.label_width;
-        writeln!(
-            trace.out,
-            "{:>12} {:>5}  {:label_width$}{:COMMAND$} {:>11} {:>11}  flags",
+        let label_width = longest.unwrap_or_default().min(LABEL);
+        let lines = format!(
+            "{:>12} {:>5}  {:label_width$}{:COMMAND$} {:>11} {:>11}  flags\n",
             "time in ms", "at", "", "command", "accumulator", "X"
-        )?;
-        Ok(trace)
+        );
+        Trace { out, lines, label_width }
+    }
+
+    /// Writes a line.
+    fn write(&mut self, line: &str) -> Result<(), Failure> {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.lines, "{}", line.trim_end());
+        if self.lines.len() < CHUNK {
+            return Ok(());
+        }
+        self.out.write(std::mem::take(&mut self.lines).as_bytes())
     }
 
     /// Writes the line of a command executed at a time since the start of the program.
@@ -59,17 +64,18 @@ impl Trace {
             "{:>12.3} {address:>5}  {label:label_width$}{command:COMMAND$} {accumulator:>11} {x:>11}  {flags}{effect}",
             milliseconds(at)
         );
-        Ok(writeln!(self.out, "{}", line.trim_end())?)
+        self.write(&line)
     }
 
     /// Writes the line of an event of option `--at`.
     pub(super) fn note(&mut self, at: Nanos, text: &str) -> Result<(), Failure> {
-        Ok(writeln!(self.out, "{:>12.3}        // {text}", milliseconds(at))?)
+        self.write(&format!("{:>12.3}        // {text}", milliseconds(at)))
     }
 
-    /// Writes buffered lines to the output.
-    pub(super) fn finish(&mut self) -> Result<(), Failure> {
-        Ok(self.out.flush()?)
+    /// Writes what is left.
+    pub(super) fn finish(mut self) -> Result<(), Failure> {
+        self.out.write(self.lines.as_bytes())?;
+        self.out.finish()
     }
 }
 

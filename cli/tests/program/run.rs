@@ -43,7 +43,7 @@ const TRACE: &str = "  time in ms    at         command                      acc
 const REPORT: &str = "\
 end               STOP at address 6 (Loop + 3)
 virtual time      20.024 ms
-commands executed 17, 1 of them without effect; the first: SAP 4, 0, 3000 at address 2: value, motor or bank out of range
+commands executed 17, 1 of them without effect; the first: SAP 4, 0, 3000 at address 2, line 3: value, motor or bank out of range
 position          0 microsteps
 velocity          0 (internal units): the motor stands
 outputs           OUT0 off, OUT1 off
@@ -203,7 +203,7 @@ fn texts(xml: &str) -> Vec<&str> {
 #[test]
 fn a_plot_has_its_panels_and_stays_small() {
     let folder = Folder::with(
-        "VECT 0, Blink\nSGP 0, 3, 7\nEI 0\nEI 255\nSAP 4, 0, 2000\nSAP 4, 0, 9000\n\
+        "SAP 174, 0, 9\nVECT 0, Blink\nSGP 0, 3, 7\nEI 0\nEI 255\nSAP 4, 0, 2000\nSAP 4, 0, 9000\n\
          Loop: MVP ABS, 0, 9000\nWAIT POS, 0, 0\nMVP ABS, 0, 0\nWAIT POS, 0, 0\nJA Loop\n\
          Blink: SIO 0, 2, 1\nSIO 1, 2, 0\nRETI\n",
     );
@@ -221,7 +221,6 @@ fn a_plot_has_its_panels_and_stays_small() {
         "stallGuard2 value (parameter 206): 0 is a stall",
         "motor current in 1/32 of full scale",
         "OUT0",
-        "left switch",
         "Blink",
         "no effect",
         "load 0.2",
@@ -229,9 +228,149 @@ fn a_plot_has_its_panels_and_stays_small() {
     ] {
         assert!(texts.contains(&text), "{text} is not among {texts:?}");
     }
-    assert!(!texts.contains(&"STOP") && !texts.contains(&"home switch"));
+    // What never changes, and a rotor that is where it should be, are not drawn.
+    for text in ["STOP", "left switch", "home switch", "OUT1", "IN0", "rotor, steps lost"] {
+        assert!(!texts.contains(&text), "{text}");
+    }
     folder.shown(&[&options[..], &["10 min"]].concat());
     assert!(folder.read("out.svg").len() < 200_000, "{}", folder.read("out.svg").len());
+}
+
+/// The plot opens its file before the run, so that no run is in vain, and goes to standard output by `-`.
+#[test]
+fn a_plot_goes_where_it_is_wanted() {
+    let folder = Folder::with("ROR 0, 500\nWAIT TICKS, 0, 10\nSTOP\n");
+    let output = folder.run(&["program.tmc", "--plot", "-"]);
+    assert!(output.status.success());
+    let svg = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(texts(&svg).contains(&"program.tmc"));
+    let report = complaint(&output);
+    assert_eq!((row(&report, "end"), row(&report, "plot")), ("STOP at address 2", "standard output"));
+    // A thousand hours would not end before the file is found to be impossible.
+    let told = folder.complaint(1, &["program.tmc", "--until", "1000 h", "--plot", "none/out.svg"]);
+    assert!(told.contains("cannot write none/out.svg"), "{told}");
+    let told = folder.complaint(2, &["program.tmc", "--until", "1000 h", "--plot", "out.png"]);
+    assert!(told.contains("give a name like plot.svg"), "{told}");
+    assert_eq!(names(folder.0.path()), ["program.tmc"]);
+    let output = folder.run(&["program.tmc", "--trace", "-"]);
+    assert!(String::from_utf8(output.stdout).unwrap().contains("ROR 0, 500"));
+}
+
+/// Inputs, switches and the rotor are drawn where they say something: a motor that loses its steps at a hard end, and a
+/// hand at an input and a switch.
+#[test]
+fn a_plot_shows_what_changes() {
+    let folder = Folder::with("ROR 0, 500\nWAIT TICKS, 0, 100\nMST 0\nSTOP\n");
+    folder.write("world.toml", "[stage]\nhard_right = 5000\n");
+    let events = ["--at", "100 ms: input 0 1", "--at", "200 ms: press left", "--at", "300 ms: release left"];
+    let options = ["program.tmc", "--plot", "-", "--world", "world.toml"];
+    let svg = String::from_utf8(folder.run(&[&options[..], &events[..]].concat()).stdout).unwrap();
+    let there = texts(&svg);
+    for text in ["rotor, steps lost", "IN0", "left switch"] {
+        assert!(there.contains(&text), "{text} is not among {there:?}");
+    }
+    assert!(!there.contains(&"right switch") && !there.contains(&"OUT0"), "{there:?}");
+    // Nobody has set a threshold: the load value is 0, and says nothing.
+    assert!(!there.iter().any(|text| text.starts_with("stallGuard2")), "{there:?}");
+}
+
+const MISHAPS: &str = "\
+        CALC LOAD, 7
+        CALC DIV, 0
+        RSUB
+        CALCX LOAD
+        CALC LOAD, 0
+        CALCX SWAP
+        CALCX MOD
+Deeper: CSUB Again
+        SAP 4, 0, 3000
+        SAP 4, 0, 3000
+        STOP
+Again:  CSUB Again
+        RSUB
+";
+
+/// Eight calls are all that the stack holds (manual section 3.7.24): the ninth is not made, and the eight returns that
+/// follow lead back.
+#[test]
+fn mishaps_of_a_program_are_told_with_their_places() {
+    let folder = Folder::with(MISHAPS);
+    let report = folder.shown(&["program.tmc"]);
+    let refusal = "SAP 4, 0, 3000 at address 8 (Deeper + 1), line 9: value, motor or bank out of range";
+    assert!(row(&report, "commands executed").ends_with(&format!(", 2 of them without effect; the first: {refusal}")));
+    assert_eq!(
+        row(&report, "division by 0"),
+        "2 times; the first: CALC DIV, 0 at address 1, line 2: the result is 0",
+        "{report}"
+    );
+    assert_eq!(
+        row(&report, "stack full"),
+        "once: CSUB Again at address 11 (Again), line 12: the return stack is full, the subroutine is not called"
+    );
+    assert_eq!(
+        row(&report, "stack empty"),
+        "once: RSUB at address 2, line 3: the return stack is empty, the program goes on behind it"
+    );
+    let output = folder.run(&["program.tmc", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["end"], "STOP at address 10 (Deeper + 3)");
+    assert_eq!((&json["running"], &json["accumulator"], &json["x"]), (&false.into(), &0.into(), &0.into()));
+    assert_eq!(json["refused"]["count"], 2);
+    assert_eq!(
+        json["divisions_by_zero"],
+        serde_json::json!({"count": 2, "first": {"command": "CALC DIV, 0", "address": 1, "line": "2", "reason": "the result is 0"}})
+    );
+    assert_eq!((&json["stack_full"]["count"], &json["stack_empty"]["first"]["address"]), (&1.into(), &2.into()));
+    assert_eq!(json["axes"], serde_json::json!([{"axis": 0, "position": 0, "velocity": 0, "lost_steps": 0}]));
+    // A program in which nothing goes wrong has none of it.
+    folder.write("fine.tmc", "CSUB Sub\nCALC DIV, 2\nSTOP\nSub: RSUB\n");
+    let report = folder.shown(&["fine.tmc", "--strict"]);
+    assert!(!report.contains("stack") && !report.contains("division"), "{report}");
+}
+
+#[test]
+fn strict_programs_are_free_of_warnings_and_mishaps() {
+    let folder = Folder::with("Loop: CSUB Loop\nSTOP\n");
+    let output = folder.run(&["program.tmc", "--strict"]);
+    assert_eq!(output.status.code(), Some(1), "{}", complaint(&output));
+    assert_eq!(complaint(&output), "tmcl: --strict: stack full once\n");
+    assert!(String::from_utf8(output.stdout).unwrap().contains("stack full"));
+    assert!(folder.run(&["program.tmc"]).status.success());
+    // A value that the module refuses is a warning of the assembler, and with --strict an error.
+    folder.write("program.tmc", "SAP 4, 0, 3000\nSTOP\n");
+    assert!(folder.run(&["program.tmc"]).status.success());
+    let told = folder.complaint(1, &["program.tmc", "--strict"]);
+    assert!(told.starts_with("program.tmc:1:11: error: "), "{told}");
+    // An assembled program has no warnings; what happens counts.
+    let assembled = tmcl(&["asm", "program.tmc"]).current_dir(folder.0.path()).output().unwrap();
+    assert!(assembled.status.success(), "{}", complaint(&assembled));
+    let output = folder.run(&["program.bin", "--strict", "--json"]);
+    assert_eq!((output.status.code(), complaint(&output).as_str()), (Some(1), "tmcl: --strict: refused once\n"));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(json["refused"]["first"].get("line").is_none(), "{json}");
+}
+
+#[test]
+fn the_report_of_a_run_is_an_object() {
+    let folder = Folder::with("SGP 5, 2, -7\nSIO 1, 2, 1\nL: JA L\n");
+    let json = |options: &[&str]| {
+        let output = folder.run(&[&["program.tmc", "--json", "--until", "500 ms"], options].concat());
+        assert!(output.status.success(), "{}", complaint(&output));
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text.lines().count(), 1);
+        serde_json::from_str::<serde_json::Value>(&text).unwrap()
+    };
+    let report = json(&["--at", "100 ms: press left", "--plot", "out.svg", "--product", "3110"]);
+    assert_eq!(
+        (&report["running"], &report["time_s"], &report["plot"]),
+        (&true.into(), &0.5.into(), &"out.svg".into())
+    );
+    assert_eq!((&report["user_variables"]["5"], &report["outputs"][1]), (&(-7).into(), &true.into()));
+    assert_eq!(report["axes"].as_array().unwrap().len(), 3);
+    assert_eq!(report["events"], serde_json::json!([{"time_s": 0.1, "what": "press left"}]));
+    let dark = json(&["--at", "100 ms: power off"]);
+    assert!(dark.get("axes").is_none() && dark.get("accumulator").is_none(), "{dark}");
+    assert_eq!(dark["end"], "the module has no power");
 }
 
 #[test]
@@ -250,12 +389,20 @@ program.tmc:1:8: error: unknown name 'Sped'
     for option in ["--trace", "--plot"] {
         let complaint = folder.complaint(1, &["fine.tmc", option, "./fine.tmc"]);
         assert_eq!(complaint, format!("tmcl: {option} would replace the program; give another file\n"));
-        let complaint = folder.run(&["fine.tmc", option, "none/out"]);
-        assert_eq!(complaint.status.code(), Some(1));
-        assert!(super::harness::complaint(&complaint).contains("cannot write none/out"));
+        let told = folder.complaint(1, &["fine.tmc", option, "none/out.svg"]);
+        assert!(told.starts_with(&format!("tmcl: {option}: cannot write none/out.svg: ")), "{told}");
     }
+    let told = folder.complaint(2, &["fine.tmc", "--plot", "./program.tmc"]);
+    assert!(told.starts_with("tmcl: --plot: ./program.tmc does not end in .svg"), "{told}");
     assert_eq!(folder.read("fine.tmc"), "STOP\n");
     assert_eq!(names(folder.0.path()), ["fine.tmc", "program.tmc"]);
+    for (options, told) in [
+        (&["--trace", "-", "--json"][..], "--json and --trace cannot both have standard output"),
+        (&["--plot", "-", "--json"], "--json and --plot cannot both have standard output"),
+        (&["--plot", "-", "--trace", "-"], "--trace and --plot cannot have the same file"),
+    ] {
+        assert!(folder.complaint(2, &[&["fine.tmc"], options].concat()).contains(told), "{told}");
+    }
     // The motor is locked: nothing can run.
     folder.write("dark.toml", "[supply]\nvolts = 7.0\n");
     let complaint = folder.complaint(1, &["fine.tmc", "--world", "dark.toml"]);

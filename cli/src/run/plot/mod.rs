@@ -5,12 +5,13 @@ mod span;
 
 use std::fmt::Write;
 
+use hal_sim::board::Input;
 use hal_sim::clock::Nanos;
 
 use curve::{bars, path};
 use span::TimeAxis;
 
-use super::recording::{Channel, Mark, Quantity, Recording, joined};
+use super::recording::{Channel, Mark, Quantity, Range, Recording, joined};
 use super::time;
 use crate::product::speed_words;
 use crate::program::Program;
@@ -56,6 +57,7 @@ const PANELS: [Panel; 4] = [
         lines: &[
             Line { quantity: Quantity::Target, name: "target", colour: ORANGE, dash: "5 3" },
             Line { quantity: Quantity::Position, name: "actual", colour: BLUE, dash: "" },
+            Line { quantity: Quantity::Rotor, name: "rotor, steps lost", colour: PURPLE, dash: "" },
         ],
     },
     Panel {
@@ -81,7 +83,7 @@ const PANELS: [Panel; 4] = [
     },
 ];
 
-/// Switches, which are drawn as lanes below the panels. The home switch has a lane only if it is ever closed.
+/// Switches, which are drawn as lanes below the panels.
 const SWITCHES: [(&str, Quantity); 3] =
     [("left switch", Quantity::Left), ("right switch", Quantity::Right), ("home switch", Quantity::Home)];
 
@@ -137,47 +139,62 @@ impl Layout<'_> {
     /// The panels: of a module with several axes those of each axis that moves, as far as anything happens in them; or
     /// of axis 0 if none does.
     fn panels(&self) -> Vec<AxisPanel> {
+        let several = self.recording.axes > 1;
         let panels_of = |axis: usize| {
             PANELS.iter().map(move |panel| {
                 let name = panel.name.replace("{speed}", speed_words(self.recording.product));
-                match self.recording.axes {
-                    1 => AxisPanel { axis, panel, name, height: panel.height },
-                    _ => AxisPanel { axis, panel, name: format!("axis {axis}: {name}"), height: panel.small },
+                match several {
+                    false => AxisPanel { axis, panel, name, height: panel.height },
+                    true => AxisPanel { axis, panel, name: format!("axis {axis}: {name}"), height: panel.small },
                 }
             })
         };
         let moving: Vec<usize> = (0..self.recording.axes).filter(|axis| self.moves(*axis)).collect();
-        if self.recording.axes == 1 || moving.is_empty() {
-            return panels_of(0).collect();
-        }
-        let panels = moving.into_iter().flat_map(panels_of);
-        panels
-            .filter(|AxisPanel { axis, panel, .. }| panel.lines.iter().any(|line| self.varies(*axis, line.quantity)))
-            .collect()
+        let all_that_happens = several && !moving.is_empty();
+        let axes = if all_that_happens { moving } else { vec![0] };
+        let panels = axes.into_iter().flat_map(panels_of);
+        panels.filter(|AxisPanel { axis, panel, .. }| self.says_something(*axis, panel, !all_that_happens)).collect()
+    }
+
+    /// True if a panel shows more than its name; `always` is for panels in which nothing has to happen.
+    fn says_something(&self, axis: usize, panel: &Panel, always: bool) -> bool {
+        panel.lines.iter().any(|line| match line.quantity {
+            // A load value that is 0 whenever the motor turns is that of a threshold that nobody has set.
+            Quantity::Load => self.range(axis, Quantity::Load).is_some_and(|(_, high)| high > 0),
+            quantity => always || self.varies(Channel::Of(axis, quantity)),
+        })
     }
 
     fn moves(&self, axis: usize) -> bool {
-        self.varies(axis, Quantity::Velocity) || self.varies(axis, Quantity::Position)
+        let quantities = [Quantity::Velocity, Quantity::Position, Quantity::Rotor];
+        quantities.into_iter().any(|quantity| self.varies(Channel::Of(axis, quantity)))
     }
 
-    fn varies(&self, axis: usize, quantity: Quantity) -> bool {
-        self.recording.range(Channel::Of(axis, quantity)).is_some_and(|(low, high)| low < high)
+    fn range(&self, axis: usize, quantity: Quantity) -> Range {
+        self.recording.range(Channel::Of(axis, quantity))
     }
 
-    /// The lanes of outputs and switches: of a module with several axes those that are ever on.
+    fn varies(&self, channel: Channel) -> bool {
+        self.recording.range(channel).is_some_and(|(low, high)| low < high)
+    }
+
+    /// The lanes of those outputs, inputs and switches that change.
     fn levels(&self) -> Vec<Lane> {
         let several = self.recording.axes > 1;
-        let outputs =
-            (0..self.recording.outputs).map(|number| (format!("OUT{number}"), Channel::Output(number), several));
+        let outputs = (0..self.recording.outputs).map(|number| (format!("OUT{number}"), Channel::Output(number)));
+        // The inputs to which switches are connected are there as switches.
+        let inputs = self.recording.product.kind().inputs.iter().enumerate();
+        let inputs = inputs.filter(|(_, input)| !matches!(input, Input::Switch(..)));
+        let inputs = inputs.map(|(number, _)| (format!("IN{number}"), Channel::Input(number)));
         let switches = (0..self.recording.axes).flat_map(|axis| {
             SWITCHES.map(|(name, quantity)| {
                 let name = if several { format!("{name} {axis}") } else { name.into() };
-                (name, Channel::Of(axis, quantity), several || quantity == Quantity::Home)
+                (name, Channel::Of(axis, quantity))
             })
         });
-        let seen = |channel| self.recording.range(channel).is_some_and(|(_, high)| high > 0);
-        let wanted = outputs.chain(switches).filter(|(_, channel, only_if_seen)| !only_if_seen || seen(*channel));
-        wanted.map(|(name, channel, _)| Lane { name, content: Content::Level(channel) }).collect()
+        let enable = [("ENABLE".to_owned(), Channel::Enable)];
+        let all = outputs.chain(inputs).chain(enable).chain(switches).filter(|(_, channel)| self.varies(*channel));
+        all.map(|(name, channel)| Lane { name, content: Content::Level(channel) }).collect()
     }
 
     fn lanes(&self) -> Vec<Lane> {
@@ -240,7 +257,9 @@ impl Plot<'_> {
         let scale = Scale::over(low.into(), high.into(), (height / 24.0) as usize);
         self.image.text(LEFT, top - 7.0, "font-weight=\"bold\"", name);
         let mut x = LEFT + 220.0;
-        for line in panel.lines.iter().filter(|line| !line.name.is_empty()) {
+        let channel = |line: &Line| Channel::Of(*axis, line.quantity);
+        let drawn = panel.lines.iter().filter(|line| self.recording.range(channel(line)).is_some());
+        for line in drawn.filter(|line| !line.name.is_empty()) {
             self.image.path(&format!("M{x} {:.1}h24", top - 11.0), &stroke(line.colour, line.dash));
             self.image.text(x + 30.0, top - 7.0, "", line.name);
             x += 100.0;
