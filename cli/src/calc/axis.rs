@@ -42,6 +42,24 @@ impl Axis {
         }
     }
 
+    /// The parameter with the unit mode, of products whose usual unit is not that of their chip: while it is 0, they take
+    /// numbers of the chip.
+    pub(super) fn unit_mode(self) -> Option<u8> {
+        let row = self.spec.axis.row(AxisParameter::UnitMode);
+        row.filter(|_| self.usual_unit() != self.scale.generator.own_unit()).map(|row| row.number)
+    }
+
+    /// The divisors that a quantity depends on, in words in front of others.
+    pub(super) fn divisors(self, quantity: Quantity) -> String {
+        match (self.scale.generator, quantity) {
+            (Generator::Tmc429 { pulse_divisor, .. }, Quantity::Speed) => format!("pulse divisor {pulse_divisor}, "),
+            (Generator::Tmc429 { pulse_divisor, ramp_divisor }, Quantity::Acceleration) => {
+                format!("pulse divisor {pulse_divisor}, ramp divisor {ramp_divisor}, ")
+            }
+            (Generator::Tmc5160, _) => String::new(),
+        }
+    }
+
     /// The largest number that the product takes as a maximum speed, or a maximum acceleration.
     fn most(self, quantity: Quantity) -> i128 {
         let parameter = match quantity {

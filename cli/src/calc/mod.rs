@@ -1,8 +1,10 @@
-//! `tmcl calc`: speeds, accelerations and times in all units of a product.
+//! `tmcl calc`: speeds, accelerations and times in all units of a product, and the way and time of moves.
 
 mod axis;
+mod course;
 mod exact;
 mod live;
+mod ramp;
 mod scale;
 mod table;
 mod time;
@@ -34,7 +36,7 @@ pub(crate) fn units_of_tmc5160() -> (f64, f64) {
     Generator::Tmc5160.units()
 }
 
-/// Convert speeds, accelerations and times between the units of a product
+/// Convert speeds, accelerations and times between the units of a product; tell how long a move takes
 ///
 /// The numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean
 /// what pulse and ramp divisor make of them; those of a TMCM-3212 are microsteps per second (pps), which it makes units
@@ -44,10 +46,16 @@ pub(crate) fn units_of_tmc5160() -> (f64, f64) {
 ///
 /// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so
 /// it has something next to that, which is in the column "gets".
+///
+/// "move DISTANCE at SPEED with ACCELERATION" tells how far and how long the motor speeds up, goes at full speed and slows
+/// down; distances are in microsteps, full steps or turns. "stop from SPEED with ACCELERATION" tells how far a motor goes
+/// on that turns at a speed. The ramp of a TMCM-3212 may have more points: vstart SPEED, a1 ACCELERATION, v1 SPEED, dmax
+/// ACCELERATION, d1 ACCELERATION and vstop SPEED, its parameters 19, 15, 16, 17, 18 and 20; without dmax it slows down as
+/// it speeds up.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
-    /// Values with their units, for example 60 rpm
+    /// Values with their units, for example 60 rpm; or a move, or a stop
     #[arg(value_name = "VALUE", required = true)]
     pub values: Vec<String>,
 
@@ -81,6 +89,11 @@ Examples:
       with another motor at another resolution
   tmcl calc --product 3212 60 rpm 60 rpm/s           speed and acceleration of a module with pps
   tmcl calc 1.5 s                                    which numbers are that time
+  tmcl calc move 51200 microsteps at 60 rpm with 500 rpm/s
+      how long a turn takes
+  tmcl calc stop from 60 rpm with 100 rpm/s          how far the motor goes on
+  tmcl calc --product 3212 move 10 turns at 300 rpm with 1000 rpm/s v1 60 rpm a1 200 rpm/s d1 200 rpm/s
+      with a ramp of six points
   tmcl calc -- -500 int                              a speed to the left";
 
 /// Reads a number of microsteps per full step.
@@ -92,10 +105,13 @@ fn microsteps(text: &str) -> Result<u16, String> {
 /// Prints a table for each value.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let axis = axis(options).map_err(Failure::Arguments)?;
-    let values = value::read(options.product.spec(), &options.values).map_err(Failure::Arguments)?;
     let mut text = Vec::new();
-    for value in values {
-        write_value(&mut text, axis, &value)?;
+    if course::is_asked(&options.values) {
+        course::write(&mut text, axis, &options.values).map_err(Failure::Arguments)?;
+    } else {
+        for value in value::read(options.product.spec(), &options.values).map_err(Failure::Arguments)? {
+            write_value(&mut text, axis, &value)?;
+        }
     }
     let mut out = std::io::stdout().lock();
     out.write_all(&text)?;
@@ -159,13 +175,7 @@ fn write_value(out: &mut Vec<u8>, axis: Axis, value: &Value) -> Result<(), Failu
 /// Writes a speed or an acceleration.
 fn write_motion(out: &mut Vec<u8>, axis: Axis, value: &Value, quantity: Quantity, made: Made) -> Result<(), Failure> {
     let Scale { generator, microsteps, steps } = axis.scale;
-    let divisors = match (generator, quantity) {
-        (Generator::Tmc429 { pulse_divisor, .. }, Quantity::Speed) => format!("pulse divisor {pulse_divisor}, "),
-        (Generator::Tmc429 { pulse_divisor, ramp_divisor }, Quantity::Acceleration) => {
-            format!("pulse divisor {pulse_divisor}, ramp divisor {ramp_divisor}, ")
-        }
-        (Generator::Tmc5160, _) => String::new(),
-    };
+    let divisors = axis.divisors(quantity);
     writeln!(
         out,
         "{} as {} of a {}: {divisors}{microsteps} microsteps per full step, {steps} full steps per turn",
@@ -174,11 +184,9 @@ fn write_motion(out: &mut Vec<u8>, axis: Axis, value: &Value, quantity: Quantity
         axis.spec.usb
     )?;
     let (whole, written) = made.written;
-    let (usual, own) = (axis.usual_unit(), generator.own_unit());
-    // A product whose usual unit is not that of its chip takes numbers of the chip while its unit mode is 0.
-    let mode = axis.spec.axis.row(AxisParameter::UnitMode).filter(|_| usual != own);
-    let remark = |unit| match mode {
-        Some(mode) if unit == own => format!("write {} while AP {} is 0", made.own, mode.number),
+    let own = generator.own_unit();
+    let remark = |unit| match axis.unit_mode() {
+        Some(mode) if unit == own => format!("write {} while AP {mode} is 0", made.own),
         _ if unit == written => format!("write {whole}"),
         _ => String::new(),
     };

@@ -1,6 +1,6 @@
 //! `tmcl calc`: the tables, and what it says to values that a product cannot have.
 
-use super::harness::{complaint, run};
+use super::harness::{complaint, run, tmcl};
 
 /// The tables for these arguments.
 fn calculated(arguments: &str) -> String {
@@ -170,4 +170,158 @@ fn what_is_no_value_is_refused_with_an_example() {
     assert!(refused("5 rpm --steps 0").contains("1..=65535"));
     assert!(refused("5 rpm --pulse-divisor 14").contains("0..=13"));
     refused("--product 1140");
+}
+
+/// One unit of speed is 16e6 / (2^3 * 2048 * 32) = 30.517578125 pps and one of acceleration 256e12 / 2^39 = 465.661287
+/// pps2, so 1000 of each are 30517.578 pps and 465661.287 pps2: v^2 / 2a = 1000 microsteps in 0.065536 s. It slows down by
+/// PMUL and PDIV: 0.988 * 1000 / (128 * 2^4) = 247 / 2^9, which is 1024 * 247 / 2^9 * 30.517578125^2 = 460073.35 pps2,
+/// 1012.15 microsteps in 0.066332 s (datasheet of the TMC429, section 8.1.10). The other 49187.85 microsteps take 1.61179 s.
+#[test]
+fn the_time_of_a_move() {
+    let told = calculated("move 51200 microsteps at 1000 int with 1000 int");
+    assert_eq!(
+        told,
+        "move of a TMCM-1140: pulse divisor 3, ramp divisor 7, 256 microsteps per full step, 200 full steps per turn\n\
+         \x20 at 1000 int: 30517.578125 pps by AP 4 = 1000\n\
+         \x20 with 1000 int: 465661.287308 pps2 by AP 5 = 1000\n\
+         \x20                 microsteps  full steps   turns  seconds\n\
+         \x20 speeding up           1000        3.91  0.0195   0.0655\n\
+         \x20 at full speed        49188      192.14  0.9607   1.6118\n\
+         \x20 slowing down          1012        3.95  0.0198   0.0663\n\
+         \x20 the whole move       51200      200.00  1.0000   1.7437\n"
+    );
+    assert_eq!(calculated("move 1 turn at 1000 int with 1000 int"), told);
+    assert_eq!(calculated("move 200 full steps at 1000 int with 1000 int"), told);
+    // 400 full steps of 16 microsteps are 6400 microsteps.
+    let fine = calculated("--steps 400 --microsteps 16 move 2 turns at 1000 int with 1000 int");
+    assert_eq!(line(&fine, "the whole move")[..3], ["12800", "800.00", "2.0000"]);
+}
+
+/// On a TMCM-3212 51200 pps2 are 440 * 256e12 / 2^41 = 51222.742 pps2. Half of 12800 microsteps is not enough for 51200
+/// pps: sqrt(12800 * 51222.742) = 25605.7 pps, which takes 0.49989 s to get to and as long to slow down from.
+#[test]
+fn a_short_move_is_a_triangle() {
+    let told = calculated("--product 3212 move 12800 microsteps at 51200 pps with 51200 pps2");
+    assert_eq!(line(&told, "speeding up"), ["6400", "25.00", "0.1250", "0.4999"]);
+    assert_eq!(line(&told, "at full speed"), ["0", "0.00", "0.0000", "0.0000"]);
+    assert_eq!(line(&told, "the whole move"), ["12800", "50.00", "0.2500", "0.9998"]);
+    // 25605.7 / 51200 * 60 = 30.007 rpm.
+    assert!(told.ends_with("\nIt gets to 25606 pps, 30.007 rpm: the way is too short for 51200 pps.\n"), "{told}");
+}
+
+/// 0 to 20000 pps with 100000 pps2 are 0.2 s and 2000 microsteps, to 100000 pps with 200000 pps2 0.4 s and 24000; back as
+/// far and as long, and from 20000 pps with 50000 pps2 0.4 s and 4000 microsteps. What the chip makes of the numbers is
+/// within 0.1 % of them.
+#[test]
+fn a_ramp_of_six_points() {
+    let told = calculated(
+        "--product 3212 move 204800 microsteps at 100000 pps with 200000 pps2 a1 100000 pps2 v1 20000 pps d1 50000 pps2",
+    );
+    let number = |name: &str, place: usize| line(&told, name)[place].parse::<f64>().unwrap();
+    for (name, way, time) in [
+        ("speeding up", 26_000.0, 0.6),
+        ("slowing down", 28_000.0, 0.8),
+        ("at full speed", 150_800.0, 1.508),
+        ("the whole move", 204_800.0, 2.908),
+    ] {
+        assert!((number(name, 0) / way - 1.0).abs() < 2e-3, "{name}: {told}");
+        assert!((number(name, 3) / time - 1.0).abs() < 2e-3, "{name}: {told}");
+    }
+    assert!(told.contains("  v1 20000 pps: ") && told.contains(" pps by AP 16 = 20000\n"), "{told}");
+    // With half of the deceleration, from where it gives way to D1: 48000 and 4000 microsteps.
+    let told = calculated(
+        "--product 3212 move 204800 microsteps at 100000 pps with 200000 pps2 dmax 100000 pps2 a1 100000 pps2 v1 20000 pps \
+         d1 50000 pps2",
+    );
+    let slowing = line(&told, "slowing down")[0].parse::<f64>().unwrap();
+    assert!((slowing / 52_000.0 - 1.0).abs() < 2e-3, "{told}");
+}
+
+/// 1000 of a TMCM-1140 are 30517.578 pps, and 100 are 46566.129 pps2: v^2 / 2a = 10000 microsteps in 0.65536 s.
+#[test]
+fn the_way_of_a_stop() {
+    let told = calculated("stop from 1000 int with 100 int");
+    assert_eq!(line(&told, "until it stands"), ["10000", "39.06", "0.1953", "0.6554"]);
+    assert!(told.contains("  from 1000 int: 30517.578125 pps by ROR 0, 1000\n"), "{told}");
+}
+
+/// A folder with a program, and what a run of it says.
+fn ran(product: &str, program: &str) -> serde_json::Value {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("program.tmc"), program).unwrap();
+    let options = ["run", "program.tmc", "--json", "--product", product, "--until", "60 s"];
+    let output = tmcl(&options).current_dir(folder.path()).output().unwrap();
+    assert!(output.status.success(), "{}", complaint(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Moves of virtual modules take as long as it says, within 1 %.
+#[test]
+fn a_virtual_module_takes_as_long() {
+    for (product, options, way, parameters) in [
+        ("1140", "at 1000 int with 1000 int", 51_200, "SAP 4, 0, 1000\nSAP 5, 0, 1000"),
+        // A triangle.
+        ("1140", "at 2047 int with 20 int", 102_400, "SAP 4, 0, 2047\nSAP 5, 0, 20"),
+        // So small an acceleration gets another one in its place.
+        ("1140", "at 500 int with 1 int", 200_000, "SAP 4, 0, 500\nSAP 5, 0, 1"),
+        ("6110", "at 300 int with 50 int", 60_000, "SAP 4, 0, 300\nSAP 5, 0, 50"),
+        ("3212", "at 60 rpm with 30 rpm/s", 153_600, "SAP 4, 0, 51200\nSAP 5, 0, 25600\nSAP 17, 0, 25600"),
+        ("3212", "at 500000 pps with 100000 pps2", 100_000, "SAP 4, 0, 500000\nSAP 5, 0, 100000\nSAP 17, 0, 100000"),
+        (
+            "3212",
+            "at 100000 pps with 200000 pps2 a1 100000 pps2 v1 20000 pps dmax 150000 pps2 d1 50000 pps2 vstart 1000 pps vstop \
+             1000 pps",
+            204_800,
+            "SAP 4, 0, 100000\nSAP 5, 0, 200000\nSAP 15, 0, 100000\nSAP 16, 0, 20000\nSAP 17, 0, 150000\nSAP 18, 0, 50000\n\
+             SAP 19, 0, 1000\nSAP 20, 0, 1000",
+        ),
+    ] {
+        let told = calculated(&format!("--product {product} move {way} microsteps {options}"));
+        let told = line(&told, "the whole move")[3].parse::<f64>().unwrap();
+        let run = ran(product, &format!("{parameters}\nMVP ABS, 0, {way}\nWAIT POS, 0, 0\nSTOP\n"));
+        let took = run["time_s"].as_f64().unwrap();
+        assert_eq!(run["axes"][0]["position"], way, "{run}");
+        assert!((took / told - 1.0).abs() < 0.01, "{product} {options}: {told} s, in truth {took} s");
+    }
+    for (product, options, program) in [
+        ("1140", "stop from 1000 int with 50 int", "SAP 5, 0, 50\nROR 0, 1000"),
+        ("3212", "stop from 60 rpm with 60 rpm/s", "SAP 5, 0, 51200\nROR 0, 51200"),
+    ] {
+        let told = calculated(&format!("--product {product} {options}"));
+        let told = line(&told, "until it stands")[0].parse::<f64>().unwrap();
+        let stop = "WAIT TICKS, 0, 500\nGAP 1, 0\nAGP 0, 2\nMST 0\nWAIT TICKS, 0, 500\nGAP 1, 0\nAGP 1, 2\nSTOP\n";
+        let run = ran(product, &format!("{program}\n{stop}"));
+        let variable = |number: &str| run["user_variables"][number].as_f64().unwrap();
+        let went = variable("1") - variable("0");
+        assert!((went / told - 1.0).abs() < 0.01, "{product} {options}: {told} microsteps, in truth {went}");
+    }
+}
+
+#[test]
+fn a_move_that_cannot_be_is_refused_with_an_example() {
+    assert!(
+        refused("move at 60 rpm with 60 rpm/s").contains("a move needs a distance, for example: tmcl calc move 51200")
+    );
+    assert!(
+        refused("move 5 at 60 rpm with 60 rpm/s").contains("'5' has no unit. Write one behind it: microsteps, full")
+    );
+    assert!(refused("move 5 turn with 60 rpm/s").contains("'at' and a value are missing; write for example"));
+    assert!(refused("move 5 turns at 60 rpm").contains("'with' and a value are missing"));
+    assert!(refused("move 5 turns at 0 rpm with 60 rpm/s").contains("0 rpm: behind 'at' a speed above 0 is needed"));
+    assert!(
+        refused("move 5 turns at 60 rpm/s with 60 rpm/s").contains("behind 'at' a speed is needed, such as 60 rpm")
+    );
+    assert!(refused("move 5 turns at fast with 60 rpm/s").contains("behind 'at': 'fast' is no number"));
+    assert!(refused("move 5 turns at 60 rpm at 60 rpm with 60 rpm/s").contains("'at' can be given only once"));
+    assert!(refused("move 0 turns at 60 rpm with 60 rpm/s").contains("0 turns: that is no way at all"));
+    assert!(refused("move 100000 turns at 60 rpm with 60 rpm/s").contains("no position is 5120000000 microsteps away"));
+    assert!(refused("move 5 trns at 60 rpm with 60 rpm/s").contains("did you mean 'turns'?"));
+    assert!(refused("move 5 turns at 100 rpm with 60 rpm/s").contains("at most 73.206425 rpm"));
+    assert!(
+        refused("move 5 turns at 60 rpm with 60 rpm/s v1 5 rpm").contains("the ramp of a TMCM-1140 has no such point")
+    );
+    let lonely = refused("--product 3212 move 5 turns at 60 rpm with 60 rpm/s v1 5 rpm");
+    assert!(lonely.contains("give v1, a1 and d1 together"), "{lonely}");
+    assert!(refused("stop 5 turns from 60 rpm with 60 rpm/s").contains("a stop has no way of its own"));
+    assert!(refused("stop at 60 rpm with 60 rpm/s").contains("'from' and a value are missing"));
 }
