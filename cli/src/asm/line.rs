@@ -7,9 +7,9 @@ use super::encode;
 use super::expression::evaluate;
 use super::include::{INTERRUPTS, PARAMETERS};
 use super::source::{Problem, Span};
-use super::statement::{self, Statement, labels};
+use super::statement::{self, CommandLine, Statement, labels};
 use super::symbol::Symbols;
-use super::token::{Lexer, Token};
+use super::token::{Kind, Lexer, Token};
 use crate::product::Product;
 
 /// The names that `tmcl asm --names` shows for a product, without any of a program; none for a product that is not
@@ -54,6 +54,19 @@ pub fn command(line: &str, product: Option<Product>, symbols: &Symbols) -> Resul
         }
         Some(_) => Err("only a program can have this; give a command, for example GAP 1, 0".into()),
         None => Err(text::Error::Empty.to_string()),
+    }
+}
+
+/// The name that stands alone as the first operand of the command in a line of a program; `None` if there is none.
+pub fn first_operand(line: &str) -> Option<String> {
+    let tokens = tokens(line).ok()?;
+    let (_, tokens) = labels(&tokens);
+    let Statement::Command(CommandLine { operands, .. }) = statement::statement(tokens, unknown_command).ok()?? else {
+        return None;
+    };
+    match operands.first()?.tokens.as_slice() {
+        [Token { kind: Kind::Name(name), .. }] => Some(name.clone()),
+        _ => None,
     }
 }
 

@@ -57,7 +57,7 @@ use crate::program::binary;
 pub(crate) use assembler::assemble_watched;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
-pub use line::{command, names, names_of_all, value};
+pub use line::{command, first_operand, names, names_of_all, value};
 pub use listing::{listing, symbols};
 pub(crate) use messages::reported;
 pub use settings::Settings;

@@ -1,77 +1,35 @@
-//! The debugger: controls and shows the module's program by commands 128 to 135.
+//! The debugger: carries out what the user asks for, and tells by values what came of it.
 
-use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::time::Duration;
 
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
-use super::action::{Action, HELP};
+use super::action::Action;
+use super::breakpoints::{Breakpoint, Breakpoints, place_and_condition};
+use super::condition::Condition;
+use super::names::Names;
+use super::place;
+use super::quantity::Quantity;
+use super::register::{Register, state};
+use super::state::{Axis, Change, Farewell, Halt, Reading, Reason, Registers, Row, RunState, State, Stop, Told};
+use super::subroutine::depth_behind;
+use super::trouble::Trouble;
 use crate::conversation::{Conversation, Error};
-use crate::program::{Line, Program};
-use crate::send;
+use crate::failure::Failure;
+use crate::program::{Program, download, read_program};
+use crate::send::{Request, reply_to};
 use crate::signal::EndSignal;
-use crate::suggest::suggestion;
 
 /// Number of commands that `list` shows.
 const LINES: u16 = 11;
-/// Width of the column of commands; the source line follows behind it.
-const SOURCE: usize = 30;
+/// Number of commands that are shown at each stop before the next one, and as many behind it.
+const AROUND: u16 = 2;
 /// Interval at which the module is asked whether a WAIT is over.
 const LOOK: Duration = Duration::from_millis(5);
-
-/// State of the program, as global parameter 128 and command 135 number it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RunState {
-    Stopped,
-    Running,
-    Stepping,
-    Reset,
-    Unknown(u8),
-}
-
-impl RunState {
-    fn name(self) -> String {
-        match self {
-            RunState::Stopped => "stopped".into(),
-            RunState::Running => "running".into(),
-            RunState::Stepping => "step by step".into(),
-            RunState::Reset => "reset".into(),
-            RunState::Unknown(number) => format!("unknown mode {number}"),
-        }
-    }
-}
-
-/// The reply to command 135, type 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct State {
-    program: RunState,
-    /// True while the program is in a WAIT.
-    waiting: bool,
-    /// The program counter.
-    counter: u16,
-}
-
-impl State {
-    fn of(value: i32) -> Self {
-        let [mode, waiting, high, low] = value.to_be_bytes();
-        let mode = match mode {
-            0 => RunState::Stopped,
-            1 => RunState::Running,
-            2 => RunState::Stepping,
-            3 => RunState::Reset,
-            number => RunState::Unknown(number),
-        };
-        State { program: mode, waiting: waiting != 0, counter: u16::from_be_bytes([high, low]) }
-    }
-}
-
-/// Types of command 135.
-mod kind {
-    pub(super) const PROGRAM_COUNTER: u8 = 1;
-    pub(super) const ACCUMULATOR: u8 = 2;
-    pub(super) const X_REGISTER: u8 = 3;
-}
+/// Message about an action that needs a halted program.
+const RUNS: &str = "the program runs; stop halts it";
 
 /// The outcome of a step.
 enum Step {
@@ -86,151 +44,193 @@ enum Step {
 /// The debugger of the program in a module.
 pub(super) struct Debugger<'a> {
     module: &'a mut Conversation,
-    program: &'a Program,
-    breakpoints: BTreeSet<u16>,
+    file: PathBuf,
+    program: Program,
+    names: Names,
+    breakpoints: Breakpoints,
+    /// What is watched, with the values at the last stop.
+    watched: Vec<(Quantity, i64)>,
     /// Address at which the last step has ended the program, for display: the module's program counter is 0 again.
     ended: Option<u16>,
+    /// Address behind the commands that were listed last.
+    listed: u16,
     /// The number of axes, once it is known.
     axes: Option<u8>,
 }
 
 impl<'a> Debugger<'a> {
-    pub(super) fn new(module: &'a mut Conversation, program: &'a Program) -> Self {
-        Debugger { module, program, breakpoints: BTreeSet::new(), ended: None, axes: None }
+    /// A debugger of a program that is in the module. `file` is where it was read.
+    pub(super) fn new(module: &'a mut Conversation, file: PathBuf, program: Program) -> Result<Self, Error> {
+        let names = Names::of(&program, module.product()?);
+        let (breakpoints, watched) = (Breakpoints::new(), Vec::new());
+        Ok(Debugger { module, file, program, names, breakpoints, watched, ended: None, listed: 0, axes: None })
     }
 
-    /// Carries an action out and returns the text for the user.
-    pub(super) fn act(&mut self, action: Action, signal: &mut EndSignal) -> Result<String, Error> {
-        if matches!(action, Action::Step(_) | Action::Continue | Action::Stop | Action::Reset | Action::Send(_)) {
+    /// The names that can be typed.
+    pub(super) fn names(&self) -> Vec<String> {
+        self.names.all()
+    }
+
+    /// Carries an action out.
+    pub(super) fn act(&mut self, action: Action, signal: &EndSignal) -> Result<Told, Trouble> {
+        use Action as A;
+        if matches!(action, A::Step(_) | A::Next(_) | A::Continue | A::Stop | A::Reset | A::Reload | A::Send(_)) {
             self.ended = None;
         }
         match action {
-            Action::Step(times) => self.advance(Some(times), signal),
-            Action::Continue if self.breakpoints.is_empty() => {
+            A::Step(times) => self.advance(Some(times), false, signal),
+            A::Next(times) => self.advance(Some(times), true, signal),
+            A::Continue if self.breakpoints.is_empty() => {
                 self.module.control(Opcode::RunApplication, 0, 0)?;
-                Ok("running; stop halts it".into())
+                Ok(Told::Running)
             }
-            Action::Continue => self.advance(None, signal),
-            Action::Stop => {
+            A::Continue => self.advance(None, false, signal),
+            A::Stop => {
                 self.module.control(Opcode::StopApplication, 0, 0)?;
                 self.whereabouts()
             }
-            Action::Reset => {
+            A::Reset => {
                 self.module.control(Opcode::ResetApplication, 0, 0)?;
                 self.whereabouts()
             }
-            Action::Break(None) => Ok(self.list_breakpoints()),
-            Action::Break(Some(typed)) => Ok(self.set_breakpoint(&typed).unwrap_or_else(|message| message)),
-            Action::Delete(None) => {
+            A::Break(None) => Ok(self.all_breakpoints()),
+            A::Break(Some(typed)) => self.set_breakpoint(&typed),
+            A::Delete(None) => {
                 self.breakpoints.clear();
-                Ok("no breakpoints".into())
+                Ok(self.all_breakpoints())
             }
-            Action::Delete(Some(typed)) => Ok(self.delete_breakpoint(&typed).unwrap_or_else(|message| message)),
-            Action::Registers => self.registers(),
-            Action::Axes => self.show_axes(),
-            Action::List(typed) => self.list(typed),
-            Action::Send(request) => Ok(format!("{}: {}", request.command, send::ask(self.module, request)?.text)),
-            Action::Help => Ok(HELP.into()),
-            Action::Quit | Action::Nothing => Ok(String::new()),
+            A::Delete(Some(typed)) => self.delete_breakpoint(&typed),
+            A::Registers => self.registers(),
+            A::Axes => {
+                let axes: Result<Vec<Axis>, Error> = (0..self.axes()?).map(|number| self.axis(number)).collect();
+                Ok(Told::Axes(axes?))
+            }
+            A::Print(typed) => {
+                let quantity = Quantity::parse(&typed, &self.names)?;
+                Ok(Told::Values(vec![quantity.read(self.module)?]))
+            }
+            A::Set(typed) => self.set(&typed),
+            A::Watch(None) => self.all_watched(),
+            A::Watch(Some(typed)) => self.watch(&typed),
+            A::Unwatch(typed) => self.unwatch(typed.as_deref()),
+            A::List(typed) => self.list(typed.as_deref()),
+            A::More => Ok(self.list_from(self.listed, None)),
+            A::Reload => self.reload(signal),
+            A::Send(line) => {
+                let request = Request::read(&line, self.names.product, &self.names.symbols)?;
+                let reply = reply_to(self.module, request)?;
+                Ok(Told::Reply { command: request.command.to_string(), reply })
+            }
+            A::Help => Ok(Told::Help),
+            A::Quit => Ok(Told::Nothing),
         }
     }
 
-    /// The state of the program and the next command, as text.
-    pub(super) fn whereabouts(&mut self) -> Result<String, Error> {
-        let state = self.state()?;
+    /// The state of the program and the commands around the next one.
+    pub(super) fn whereabouts(&mut self) -> Result<Told, Trouble> {
+        let state = state(self.module)?;
         match state.program {
-            RunState::Running => Ok("running; stop halts it".into()),
-            _ => Ok(self.line(state.counter, Some(state.counter))),
+            RunState::Running => Ok(Told::Running),
+            _ => Ok(Told::Halted(self.halt(Reason::Resting, state.counter)?)),
         }
     }
 
-    /// The state in which the module is left, as text.
-    pub(super) fn farewell(&mut self) -> Result<String, Error> {
-        let state = self.state()?;
-        let mut text = match state.program {
-            RunState::Running => "the program goes on running in the module; command 128 stops it".into(),
-            _ => format!("the program is stopped at address {}", state.counter),
-        };
-        for axis in 0..self.axes()? {
-            let (speed, shown) = self.module.speed(axis)?;
-            if speed != 0 {
-                text += &format!("\nmotor {axis} turns with speed {shown}; MST {axis} stops it");
-            }
-        }
-        Ok(text)
+    /// The state in which the module is left.
+    pub(super) fn farewell(&mut self) -> Result<Farewell, Error> {
+        let state = state(self.module)?;
+        let axes: Result<Vec<Axis>, Error> = (0..self.axes()?).map(|number| self.axis(number)).collect();
+        Ok(Farewell { state, moving: axes?.into_iter().filter(|axis| axis.speed != 0).collect() })
     }
 
-    fn state(&mut self) -> Result<State, Error> {
-        self.module.control(Opcode::ApplicationStatus, kind::PROGRAM_COUNTER, 0).map(State::of)
+    /// The state of a program that must be halted.
+    fn halted(&mut self) -> Result<State, Trouble> {
+        let state = state(self.module)?;
+        match state.program {
+            RunState::Running => Err(Trouble::Mistake(RUNS.into())),
+            _ => Ok(state),
+        }
     }
 
-    /// Steps to a breakpoint or the end of the program, at most `most` steps.
-    fn advance(&mut self, most: Option<u32>, signal: &mut EndSignal) -> Result<String, Error> {
-        let state = self.state()?;
-        if state.program == RunState::Running {
-            return Ok(RUNS.into());
-        }
-        let (mut at, mut done) = (state.counter, 0);
+    /// Steps to a breakpoint or the end of the program, at most `most` steps. With `over` a subroutine is one step with
+    /// the CSUB that calls it.
+    fn advance(&mut self, most: Option<u32>, over: bool, signal: &EndSignal) -> Result<Told, Trouble> {
+        let (mut at, mut done, mut depth) = (self.halted()?.counter, 0, 0);
         loop {
             let counter = match self.step(signal)? {
                 Step::Done(counter) => counter,
                 Step::Ended => {
                     self.ended = Some(at);
-                    return Ok(format!(
-                        "the program has ended; the next step begins it again\n{}",
-                        self.line(at, Some(at))
-                    ));
+                    return Ok(Told::Halted(self.halt(Reason::Ended, at)?));
                 }
-                Step::Interrupted(counter) => return Ok(self.interrupted(counter)),
+                Step::Interrupted(counter) => return Ok(Told::Halted(self.halt(Reason::Interrupted, counter)?)),
             };
-            (at, done) = (counter, done + 1);
-            if most == Some(done) {
-                return Ok(self.line(counter, Some(counter)));
+            if over {
+                depth = depth_behind(depth, &self.program, at, counter);
             }
-            if self.breakpoints.contains(&counter) {
-                return Ok(format!("breakpoint\n{}", self.line(counter, Some(counter))));
-            }
-            if signal.happened() {
-                signal.forget();
-                return Ok(self.interrupted(counter));
-            }
+            at = counter;
+            done += u32::from(depth == 0);
+            let reason = if depth == 0 && most == Some(done) {
+                Reason::Stepped
+            } else if self.halts_at(counter)? {
+                Reason::Breakpoint
+            } else if signal.happened() {
+                Reason::Interrupted
+            } else {
+                continue;
+            };
+            return Ok(Told::Halted(self.halt(reason, counter)?));
         }
     }
 
     /// Executes the command at the program counter, or goes to the handler of an interrupt.
-    fn step(&mut self, signal: &mut EndSignal) -> Result<Step, Error> {
+    fn step(&mut self, signal: &EndSignal) -> Result<Step, Error> {
         self.module.control(Opcode::StepApplication, 0, 0)?;
         loop {
-            let state = self.state()?;
-            if !state.waiting {
-                let ended = state.program == RunState::Stopped;
-                return Ok(if ended { Step::Ended } else { Step::Done(state.counter) });
+            let now = state(self.module)?;
+            if !now.waiting {
+                let ended = now.program == RunState::Stopped;
+                return Ok(if ended { Step::Ended } else { Step::Done(now.counter) });
             }
-            if signal.within(LOOK) {
-                signal.forget();
+            if self.module.pause(LOOK, signal) {
                 self.module.control(Opcode::StopApplication, 0, 0)?;
-                return Ok(Step::Interrupted(self.state()?.counter));
+                return Ok(Step::Interrupted(state(self.module)?.counter));
             }
         }
     }
 
-    fn interrupted(&self, counter: u16) -> String {
-        format!("interrupted\n{}", self.line(counter, Some(counter)))
+    /// True if there is a breakpoint at an address, and its condition holds.
+    fn halts_at(&mut self, address: u16) -> Result<bool, Error> {
+        match self.breakpoints.get(&address) {
+            None => Ok(false),
+            Some(Breakpoint { condition: None, .. }) => Ok(true),
+            Some(Breakpoint { condition: Some(condition), .. }) => condition.holds(self.module),
+        }
     }
 
-    fn registers(&mut self) -> Result<String, Error> {
-        let State { program: mode, waiting, counter } = self.state()?;
-        let accumulator = self.module.control(Opcode::ApplicationStatus, kind::ACCUMULATOR, 0)?;
-        let x = self.module.control(Opcode::ApplicationStatus, kind::X_REGISTER, 0)?;
-        let waiting = if waiting { ", in a WAIT" } else { "" };
-        let mut text = format!("{}{waiting}, program counter {counter}, accumulator {accumulator}, X {x}", mode.name());
-        let axes = self.axes()?;
-        if axes > 1 {
-            let positions: Result<Vec<String>, Error> =
-                (0..axes).map(|axis| Ok(self.module.axis(axis, AxisParameter::ActualPosition)?.to_string())).collect();
-            text += &format!("\npositions {}", positions?.join(", "));
+    /// A halt at an address, with what has changed since the last one.
+    fn halt(&mut self, reason: Reason, address: u16) -> Result<Halt, Error> {
+        let around = address.saturating_sub(AROUND)..=address.saturating_add(AROUND);
+        let around = around.filter(|near| *near == address || self.command(*near).is_some());
+        let around = around.map(|near| self.row(near, Some(address))).collect();
+        let mut changed = Vec::new();
+        for (quantity, before) in &mut self.watched {
+            let value = quantity.value(self.module)?;
+            if value != *before {
+                changed.push(Change { before: *before, now: quantity.read(self.module)? });
+                *before = value;
+            }
         }
-        Ok(text)
+        Ok(Halt { reason, around, changed })
+    }
+
+    fn registers(&mut self) -> Result<Told, Trouble> {
+        let state = state(self.module)?;
+        let accumulator = Register::Accumulator.read(self.module)?;
+        let x = Register::X.read(self.module)?;
+        let axes = Some(self.axes()?).filter(|axes| *axes > 1).unwrap_or_default();
+        let positions: Result<Vec<i32>, Error> =
+            (0..axes).map(|axis| self.module.axis(axis, AxisParameter::ActualPosition)).collect();
+        Ok(Told::Registers(Registers { state, accumulator, x, positions: positions? }))
     }
 
     /// The number of the module's axes.
@@ -243,85 +243,163 @@ impl<'a> Debugger<'a> {
         Ok(axes)
     }
 
-    fn show_axes(&mut self) -> Result<String, Error> {
-        let mut lines = Vec::new();
-        for axis in 0..self.axes()? {
-            let position = self.module.axis(axis, AxisParameter::ActualPosition)?;
-            let (_, speed) = self.module.speed(axis)?;
-            lines.push(format!("axis {axis}: position {position}, speed {speed}"));
-        }
-        Ok(lines.join("\n"))
+    fn axis(&mut self, number: u8) -> Result<Axis, Error> {
+        let position = self.module.axis(number, AxisParameter::ActualPosition)?;
+        let (speed, shown) = self.module.speed(number)?;
+        Ok(Axis { number, position, speed, shown })
     }
 
-    fn list(&mut self, typed: Option<String>) -> Result<String, Error> {
-        let counter = self.ended.map_or_else(|| self.state().map(|state| state.counter), Ok)?;
-        let first = match typed.map(|typed| self.address_of(&typed)) {
-            None => counter.saturating_sub(LINES / 2),
-            Some(Ok(address)) => address,
-            Some(Err(message)) => return Ok(message),
+    fn set(&mut self, typed: &str) -> Result<Told, Trouble> {
+        let (what, value) = assignment(typed)?;
+        let quantity = Quantity::parse(what, &self.names)?;
+        let value = self.names.number(value)?;
+        if quantity.is_register() {
+            self.halted()?;
+        }
+        quantity.write(self.module, value)?;
+        Ok(Told::Values(vec![quantity.read(self.module)?]))
+    }
+
+    fn all_watched(&mut self) -> Result<Told, Trouble> {
+        let readings: Result<Vec<Reading>, Error> =
+            self.watched.iter().map(|(quantity, _)| quantity.read(self.module)).collect();
+        Ok(Told::Watched(readings?))
+    }
+
+    fn watch(&mut self, typed: &str) -> Result<Told, Trouble> {
+        let quantity = Quantity::parse(typed, &self.names)?;
+        let reading = quantity.read(self.module)?;
+        self.watched.retain(|(other, _)| *other != quantity);
+        self.watched.push((quantity, reading.value));
+        Ok(Told::Values(vec![reading]))
+    }
+
+    fn unwatch(&mut self, typed: Option<&str>) -> Result<Told, Trouble> {
+        let count = self.watched.len();
+        match typed {
+            None => self.watched.clear(),
+            Some(typed) => self.watched.retain(|(quantity, _)| !quantity.typed.eq_ignore_ascii_case(typed)),
+        }
+        match typed {
+            Some(typed) if self.watched.len() == count => Err(Trouble::Mistake(format!("'{typed}' is not watched"))),
+            _ => self.all_watched(),
+        }
+    }
+
+    fn list(&mut self, typed: Option<&str>) -> Result<Told, Trouble> {
+        let counter = match self.ended {
+            Some(address) => address,
+            None => state(self.module)?.counter,
         };
+        let first = match typed {
+            None => counter.saturating_sub(LINES / 2),
+            Some(typed) => self.address(typed)?,
+        };
+        Ok(self.list_from(first, Some(counter)))
+    }
+
+    fn list_from(&mut self, first: u16, counter: Option<u16>) -> Told {
         let addresses = first..=first.saturating_add(LINES - 1);
         let known = addresses.filter(|address| self.command(*address).is_some());
-        let lines: Vec<String> = known.map(|address| self.line(address, Some(counter))).collect();
-        if lines.is_empty() { Ok(self.line(first, None)) } else { Ok(lines.join("\n")) }
+        let rows: Vec<Row> = known.map(|address| self.row(address, counter)).collect();
+        self.listed = rows.last().map_or(first, |row| row.address.saturating_add(1));
+        if rows.is_empty() { Told::Listing(vec![self.row(first, counter)]) } else { Told::Listing(rows) }
     }
 
-    fn list_breakpoints(&self) -> String {
-        if self.breakpoints.is_empty() {
-            return "no breakpoints".into();
+    fn all_breakpoints(&self) -> Told {
+        Told::Breakpoints(self.breakpoints.keys().map(|address| self.stop(*address)).collect())
+    }
+
+    fn set_breakpoint(&mut self, typed: &str) -> Result<Told, Trouble> {
+        let (place, condition) = place_and_condition(typed);
+        let address = self.address(place)?;
+        let condition = condition.map(|typed| Condition::parse(typed, &self.names)).transpose()?;
+        if let Some(condition) = &condition {
+            // What cannot be read is told now, and not when the program comes by.
+            condition.holds(self.module)?;
         }
-        let lines: Vec<String> = self.breakpoints.iter().map(|address| self.line(*address, None)).collect();
-        lines.join("\n")
+        self.breakpoints.insert(address, Breakpoint { place: place.into(), condition });
+        Ok(Told::Breakpoints(vec![self.stop(address)]))
     }
 
-    fn set_breakpoint(&mut self, typed: &str) -> Result<String, String> {
-        let address = self.address_of(typed)?;
-        self.breakpoints.insert(address);
-        Ok(self.line(address, None))
-    }
-
-    fn delete_breakpoint(&mut self, typed: &str) -> Result<String, String> {
-        let address = self.address_of(typed)?;
-        if self.breakpoints.remove(&address) {
-            Ok(self.list_breakpoints())
-        } else {
-            Err(format!("there is no breakpoint at address {address}"))
+    fn delete_breakpoint(&mut self, typed: &str) -> Result<Told, Trouble> {
+        let address = self.address(typed)?;
+        match self.breakpoints.remove(&address) {
+            Some(_) => Ok(self.all_breakpoints()),
+            None => Err(Trouble::Mistake(format!("there is no breakpoint at address {address}"))),
         }
     }
 
-    /// The address that the user has typed, as a number or a label.
-    fn address_of(&self, text: &str) -> Result<u16, String> {
-        let address = text.parse().ok().or_else(|| self.program.address(text));
-        match address {
-            Some(address) if self.command(address).is_some() => Ok(address),
-            Some(address) => Err(format!("the program ends before address {address}")),
-            None => {
-                let labels = self.program.labels.iter().map(|(name, _)| name.as_str());
-                let hint = suggestion(text, labels);
-                Err(format!("'{text}' is neither an address nor a label of the program{hint}"))
+    /// Reads the file again and loads it. Breakpoints and watched values are found anew by what the user has typed.
+    fn reload(&mut self, signal: &EndSignal) -> Result<Told, Trouble> {
+        let program = read_program(&self.file, self.names.product).map_err(|failure| match failure {
+            Failure::Reported => "the module still has the program as it was; mend the file and reload".to_owned(),
+            failure => format!("{failure}; the module still has the program as it was"),
+        })?;
+        self.module.control(Opcode::StopApplication, 0, 0)?;
+        download(self.module, &program, 0, signal)?;
+        self.module.control(Opcode::ResetApplication, 0, 0)?;
+        self.names = Names::of(&program, self.names.product);
+        self.program = program;
+        let mut lost = Vec::new();
+        for (_, Breakpoint { place, condition }) in std::mem::take(&mut self.breakpoints) {
+            let condition = condition.map(|condition| Condition::parse(&condition.typed, &self.names)).transpose();
+            match (self.address(&place), condition) {
+                (Ok(address), Ok(condition)) => {
+                    self.breakpoints.insert(address, Breakpoint { place, condition });
+                }
+                _ => lost.push(format!("break {place}")),
             }
         }
+        for (quantity, before) in std::mem::take(&mut self.watched) {
+            match Quantity::parse(&quantity.typed, &self.names) {
+                Ok(quantity) => self.watched.push((quantity, before)),
+                Err(_) => lost.push(format!("watch {}", quantity.typed)),
+            }
+        }
+        let counter = state(self.module)?.counter;
+        let halt = self.halt(Reason::Resting, counter)?;
+        Ok(Told::Reloaded { commands: self.program.commands.len(), lost, halt })
+    }
+
+    fn address(&self, typed: &str) -> Result<u16, String> {
+        place::address(typed, &self.program, &self.names, &self.file)
     }
 
     fn command(&self, address: u16) -> Option<Command> {
         self.program.commands.get(usize::from(address)).copied()
     }
 
-    /// The lines that show a command: the labels of its address, then an arrow at the program counter, a star at a
-    /// breakpoint, the command and its source line.
-    fn line(&self, address: u16, counter: Option<u16>) -> String {
+    fn row(&self, address: u16, counter: Option<u16>) -> Row {
         let here = self.program.labels.iter().filter(|(_, labelled)| *labelled == address);
-        let labels: String = here.map(|(name, _)| format!("{name}:\n")).collect();
-        let arrow = if counter == Some(address) { '>' } else { ' ' };
-        let star = if self.breakpoints.contains(&address) { '*' } else { ' ' };
-        let command = self.command(address).map_or_else(|| "(not in the file)".into(), |command| command.to_string());
-        let line = format!("{labels}{arrow}{star}{address:5}  ");
-        match self.program.line(address) {
-            Some(Line { position, text }) => format!("{line}{command:SOURCE$} {position:>4}  {text}"),
-            None => line + &command,
+        Row {
+            address,
+            labels: here.map(|(name, _)| name.clone()).collect(),
+            current: counter == Some(address),
+            breakpoint: self.breakpoints.contains_key(&address),
+            command: self.command(address).map(|command| command.to_string()),
+            line: self.program.line(address).cloned(),
         }
+    }
+
+    fn stop(&self, address: u16) -> Stop {
+        let condition = self.breakpoints.get(&address).and_then(|breakpoint| breakpoint.condition.as_ref());
+        Stop { row: self.row(address, None), condition: condition.map(|condition| condition.typed.clone()) }
     }
 }
 
-/// Message about an action that needs a halted program.
-const RUNS: &str = "the program runs; stop halts it";
+/// Cuts what is typed behind `set` into the name and the value: at a `=`, or else behind the first word, with
+/// `variable` behind the word that follows it.
+fn assignment(typed: &str) -> Result<(&str, &str), String> {
+    let missing = || "what, and to which value? For example: set acc 5".to_owned();
+    let (what, value) = match typed.split_once('=') {
+        Some(cut) => cut,
+        None => {
+            let is_variable = typed.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("variable"));
+            let mut spaces = typed.match_indices(char::is_whitespace).map(|(at, _)| at);
+            let end = spaces.nth(usize::from(is_variable)).ok_or_else(missing)?;
+            typed.split_at_checked(end).ok_or_else(missing)?
+        }
+    };
+    if what.trim().is_empty() || value.trim().is_empty() { Err(missing()) } else { Ok((what.trim(), value.trim())) }
+}

@@ -2,9 +2,26 @@
 //!
 //! TMCL has no breakpoints. The host lets the module execute one command at a time, and compares the program counter
 //! with its own list of breakpoints.
+//!
+//! * `action` - the commands as the user types them
+//! * `names`, `quantity`, `place`, `condition` - what the operands of the commands mean
+//! * `register`, `subroutine`, `breakpoints` - what is known of the program
+//! * `debugger` - carries the commands out
+//! * [`state`] - what came of it, as values; `words` makes the text of them
 
 mod action;
+mod breakpoints;
+mod completion;
+mod condition;
 mod debugger;
+mod names;
+mod place;
+mod quantity;
+mod register;
+pub mod state;
+mod subroutine;
+mod trouble;
+mod words;
 
 use std::io::Write;
 use std::path::Path;
@@ -17,17 +34,23 @@ use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::program::{ProgramThere, download, is_readable, read_program, verify};
 use crate::signal::EndSignal;
-use crate::terminal::editor::{Editor, Input, NoCompletion};
+use crate::terminal::editor::{Editor, Input};
 use action::Action;
+use completion::Completion;
 use debugger::Debugger;
+use state::Told;
+use trouble::Trouble;
 
 /// Run a TMCL program in a module step by step, with breakpoints
 ///
 /// Loads FILE, a source or an assembled program as for `tmcl load`, and waits at its first command. Then it takes
-/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) addresses may be
-/// given as labels, and source lines are shown beside the commands. The motors really move. While there are
-/// breakpoints the program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program
-/// that runs.
+/// commands, one a line, from the terminal or from a pipe; `help` lists them. With a source (.tmc) there are labels, lines
+/// and names, and source lines are shown beside the commands. The motors really move. While there are breakpoints the
+/// program runs as fast as the link allows, some hundred commands a second. Ctrl-C halts a program that runs.
+///
+/// On a terminal lines can be edited, the arrow keys bring earlier ones back, Tab completes names, and an empty line
+/// repeats the last command. A pipe is a script: its empty lines do nothing, and the first line that cannot be carried
+/// out ends it, with exit code 1, because what follows was meant for another state. The module stays as it is then.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -44,17 +67,23 @@ const EXAMPLES: &str = "\
 Examples:
   tmcl debug /dev/ttyACM0 stage.tmc                  load it and wait at its first command
   tmcl debug tcp:127.0.0.1:4140 stage.tmc --attach   look at what a module is doing
-  printf 'break Loop\\ncontinue\\nregisters\\n' | tmcl debug sim stage.tmc";
+  tmcl debug sim examples/stall_homing.tmc --world examples/stall_homing.toml
+  printf 'break MainLoop\\ncontinue\\naxes\\n' | tmcl debug sim examples/main_loop.tmc
+After the prompt:
+  break Back if acc > 5          stop before the label Back, but only then
+  print APActualPosition         a parameter, by its name in tmcl asm --names
+  set variable 10 = 3            a user variable; set acc 3 is for the accumulator";
 
 /// Debugs until the user quits, and prints the state in which the module is left.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    if options.program.file == Path::new(STANDARD) {
+    let file = &options.program.file;
+    if file == Path::new(STANDARD) {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
-        return Err(Failure::Failed(message.into()));
+        return Err(Failure::Arguments(message.into()));
     }
     let mut signal = EndSignal::watch()?;
     let mut module = Conversation::open(&options.program.reach)?;
-    let program = read_program(&options.program.file, module.product()?)?;
+    let program = read_program(file, module.product()?)?;
     if options.attach {
         // A program that is protected from being read cannot be compared with the file.
         if is_readable(&mut module)? {
@@ -64,30 +93,72 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         download(&mut module, &program, 0, &signal)?;
         module.control(Opcode::ResetApplication, 0, 0)?;
     }
+    let mut debugger = Debugger::new(&mut module, file.clone(), program)?;
+    let mut input = Editor::open(Completion { names: debugger.names() })?;
+    let done = converse(&mut debugger, &mut input, &mut signal);
+    if let Err(Failure::Failed(_) | Failure::Closed) = done {
+        return done;
+    }
+    match debugger.farewell() {
+        Ok(farewell) => writeln!(std::io::stdout(), "{}", words::farewell(&farewell))?,
+        Err(error) if done.is_ok() => return Err(error.into()),
+        Err(_) => {}
+    }
+    done
+}
+
+/// Takes commands until there are no more, and shows what comes of them. Lines are counted from 1; what is told before the
+/// first one is where the program is.
+fn converse(
+    debugger: &mut Debugger<'_>,
+    input: &mut Editor<Completion>,
+    signal: &mut EndSignal,
+) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
-    let mut input = Editor::open(NoCompletion)?;
-    let prompt = if input.is_terminal() { "(tmcl) " } else { "" };
-    let mut debugger = Debugger::new(&mut module, &program);
-    writeln!(out, "{}", debugger.whereabouts()?)?;
-    loop {
-        let action = match input.line(prompt, &signal)? {
-            Input::Line(line) => Action::parse(&line),
-            Input::Interrupted => Ok(Action::Stop),
-            Input::End => Ok(Action::Quit),
-        };
-        let told = match action {
-            Ok(Action::Quit) => break,
-            Ok(action) => debugger.act(action, &mut signal),
-            Err(message) => Ok(message),
-        };
+    let is_terminal = input.is_terminal();
+    let prompt = if is_terminal { "(tmcl) " } else { "" };
+    let mut last = None;
+    let mut told = Ok(debugger.whereabouts()?);
+    for number in 0_u64.. {
         match told {
-            Ok(text) if text.is_empty() => {}
-            Ok(text) => writeln!(out, "{text}")?,
-            Err(error) if error.is_refusal() => writeln!(out, "{error}")?,
-            Err(error) => return Err(error.into()),
+            Ok(told) => match words::text(&told) {
+                nothing if nothing.is_empty() => {}
+                text => writeln!(out, "{text}")?,
+            },
+            Err(Trouble::Mistake(message)) if is_terminal => writeln!(out, "{message}")?,
+            Err(Trouble::Mistake(message)) => {
+                out.flush()?;
+                // A closed standard error does not change the exit code.
+                let _ = writeln!(std::io::stderr(), "tmcl: line {number}: {message}");
+                return Err(Failure::Reported);
+            }
+            Err(Trouble::Failure(failure)) => return Err(failure),
         }
         out.flush()?;
+        if signal.happened() {
+            if !is_terminal || !signal.is_interrupt() {
+                return Err(signal.failure(""));
+            }
+            signal.forget();
+        }
+        let action = match input.line(prompt, signal)? {
+            Input::Line(line) if !line.trim().is_empty() => Action::parse(&line).map(Some),
+            Input::Line(_) => Ok(last.clone().filter(|_| is_terminal)),
+            Input::Interrupted => Ok(Some(Action::Stop)),
+            Input::End => break,
+        };
+        told = match action {
+            Ok(Some(Action::Quit)) => break,
+            Ok(Some(action)) => {
+                last = Some(action.again());
+                debugger.act(action, signal)
+            }
+            Ok(None) => Ok(Told::Nothing),
+            Err(message) => Err(message.into()),
+        };
+        if let (Ok(Told::Reloaded { .. }), Some(completion)) = (&told, input.completion()) {
+            completion.names = debugger.names();
+        }
     }
-    writeln!(out, "{}", debugger.farewell()?)?;
     if signal.happened() { Err(signal.failure("")) } else { Ok(()) }
 }

@@ -77,12 +77,16 @@ impl LinkTarget {
 }
 
 /// The link that is meant by what is no path of a device at first sight: a host and a port, or one of the words in
-/// capitals. `None` if it looks like a path.
+/// capitals, or the name of a device without its folder. `None` if it looks like a path.
 fn meant(text: &str) -> Option<String> {
     let small = text.to_ascii_lowercase();
     let known = small == "sim" || ["tcp:", "slcan:"].iter().any(|beginning| small.starts_with(beginning));
     if known {
         return Some(small);
+    }
+    let device = Path::new("/dev").join(text);
+    if !text.contains('/') && device.exists() {
+        return Some(device.display().to_string());
     }
     let (host, port) = text.rsplit_once(':')?;
     let is_host = !host.is_empty() && !host.contains('/');
@@ -298,6 +302,7 @@ mod tests {
             ("TCP:Localhost:4140", "tcp:localhost:4140"),
             ("tcp://localhost:4140", "tcp:localhost:4140"),
             ("SIM", "sim"),
+            ("null", "/dev/null"),
             ("slcan:127.0.0.1:4142", "slcan:tcp:127.0.0.1:4142"),
         ] {
             let told = LinkTarget::parse(text).unwrap_err();

@@ -14,9 +14,10 @@ pub use target::target;
 use std::path::PathBuf;
 
 use clap::Args;
+use serde::Serialize;
 use tmcm::tmcl::Command;
 
-use crate::asm::Assembly;
+use crate::asm::{Assembly, Symbols};
 use crate::conversation::Reach;
 
 /// A module and the program it is to have, as they are written on the command line.
@@ -38,13 +39,15 @@ pub struct Program {
     pub commands: Vec<Command>,
     /// Labels with their addresses; empty for an assembled file.
     pub labels: Vec<(String, u16)>,
+    /// Labels and constants of the source; none for an assembled file.
+    pub symbols: Symbols,
     /// For each address the line of the source; `None` for a command that the assembler has added. Empty for an
     /// assembled file.
     lines: Vec<Option<Line>>,
 }
 
 /// A line of the source.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Line {
     /// Number of the line, after the name of the file if the file was included by another one.
     pub position: String,
@@ -122,7 +125,7 @@ impl From<Assembly> for Program {
         let lines = (0..assembly.addresses().end).map(line).collect();
         let labels = assembly.symbols.labels();
         let labels = labels.filter_map(|(name, address)| Some((name.into(), u16::try_from(address).ok()?))).collect();
-        Program { commands: assembly.commands, labels, lines }
+        Program { commands: assembly.commands, labels, symbols: assembly.symbols, lines }
     }
 }
 

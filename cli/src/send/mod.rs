@@ -13,6 +13,7 @@ use tmcm::tmcl::Command;
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
+use crate::product::Product;
 pub use reply::Reply;
 pub use request::{Request, Typed};
 use words::{Meaning, depends_on_unit_mode, needs_names, stays_unanswered};
@@ -70,24 +71,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     let mut all_done = true;
     for request in requests.map_err(Failure::Arguments)? {
-        // The value alone needs no names, so the module is not asked for them.
-        let numeric = request.numeric || options.value;
-        let reply = match reply_to(&mut module, Request { numeric, ..request }) {
-            Ok(reply) => reply,
-            Err(error) => {
-                if options.json {
-                    line(&mut out, &Told::failed(request.command, &error))?;
-                }
-                return Err(error.into());
-            }
-        };
         all_done &= if options.value {
-            show_value(&mut out, request.command, reply)?
+            show_value(&mut out, &mut module, request.command)?
         } else if options.json {
-            line(&mut out, &Told::new(request.command, reply.as_ref()))?;
-            is_done(reply.as_ref())
+            show_json(&mut out, &mut module, request)?
         } else {
-            let Meaning { text, done } = in_words(reply.as_ref());
+            let Meaning { text, done } = ask(&mut module, request)?;
             writeln!(out, "{}: {text}", request.command)?;
             done
         };
@@ -96,8 +85,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if all_done { Ok(()) } else { Err(Failure::Reported) }
 }
 
-/// Prints the value of a reply. What is no value is told on standard error; true if there is nothing to tell.
-fn show_value(out: &mut impl Write, command: Command, reply: Option<Reply>) -> Result<bool, Failure> {
+/// Sends a command and prints the value of the reply. What is no value is told on standard error; true if there is nothing
+/// to tell.
+fn show_value(out: &mut impl Write, module: &mut Conversation, command: Command) -> Result<bool, Failure> {
+    // The value alone needs no names, so the module is not asked for them.
+    let reply = reply_to(module, Request { command, numeric: true })?;
     let told = match reply {
         None => return Ok(true),
         Some(Reply { value: Some(value), .. }) => {
@@ -114,47 +106,39 @@ fn show_value(out: &mut impl Write, command: Command, reply: Option<Reply>) -> R
 
 /// A command and its reply as a line of JSON.
 #[derive(Serialize)]
-struct Told<'a> {
+struct Told {
     command: String,
     #[serde(flatten)]
-    reply: Option<&'a Reply>,
+    reply: Option<Reply>,
+    /// Why there is no reply.
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
 }
 
-impl<'a> Told<'a> {
-    fn new(command: Command, reply: Option<&'a Reply>) -> Self {
-        Told { command: command.to_string(), reply, error: None }
-    }
-
-    fn failed(command: Command, error: &Error) -> Self {
-        let error = match error {
-            Error::Link { error, .. } => error.to_string(),
-            error => error.to_string(),
-        };
-        Told { command: command.to_string(), reply: None, error: Some(error) }
-    }
-}
-
-fn line(out: &mut impl Write, told: &Told<'_>) -> Result<(), Failure> {
-    serde_json::to_writer(&mut *out, told).map_err(std::io::Error::from)?;
-    Ok(writeln!(out)?)
-}
-
-fn is_done(reply: Option<&Reply>) -> bool {
-    reply.is_none_or(Reply::done)
-}
-
-fn in_words(reply: Option<&Reply>) -> Meaning {
-    match reply {
-        Some(reply) => Meaning::from(reply),
-        None => Meaning { text: "no reply, as it should be".into(), done: true },
-    }
+/// Sends a command and prints the reply as JSON, or that there is none. True if the command has been executed.
+fn show_json(out: &mut impl Write, module: &mut Conversation, request: Request) -> Result<bool, Failure> {
+    let command = request.command.to_string();
+    let (told, done) = match reply_to(module, request) {
+        Ok(reply) => {
+            let done = reply.as_ref().is_none_or(Reply::done);
+            (Told { command, reply, error: None }, Ok(done))
+        }
+        Err(error) => {
+            let reason = match &error {
+                Error::Link { error, .. } => error.to_string(),
+                error => error.to_string(),
+            };
+            (Told { command, reply: None, error: Some(reason) }, Err(error))
+        }
+    };
+    serde_json::to_writer(&mut *out, &told).map_err(std::io::Error::from)?;
+    writeln!(out)?;
+    Ok(done?)
 }
 
 /// Sends a command and gives the reply in words.
 pub(crate) fn ask(module: &mut Conversation, request: Request) -> Result<Meaning, Error> {
-    Ok(in_words(reply_to(module, request)?.as_ref()))
+    Ok(Meaning::from(reply_to(module, request)?.as_ref()))
 }
 
 /// Sends a command and gives the reply; `None` for a command that modules execute without a reply.
@@ -168,11 +152,26 @@ pub(crate) fn reply_to(
             if numeric || !plain.done() || !needs_names(command) {
                 return Ok(Some(plain));
             }
-            let product = module.product()?;
-            let in_chip = depends_on_unit_mode(product, command) && module.is_in_chip_units(command.motor)?;
+            let (product, in_chip) = units(module, command)?;
             Ok(Some(Reply::read(product, in_chip, command, &telegram)))
         }
         Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => Ok(None),
         Err(error) => Err(Error::Link { command, error }),
     }
+}
+
+/// The unit of the values of a command, and the name of what they are of; empty where there is none.
+pub(crate) fn unit_and_name(
+    module: &mut Conversation,
+    command: Command,
+) -> Result<(&'static str, Option<String>), Error> {
+    let (product, in_chip) = units(module, command)?;
+    let Reply { unit, name, .. } = Reply::of_value(product, in_chip, command, 0);
+    Ok((unit, name))
+}
+
+/// What the module is, and whether the values of the command are in units of its chip.
+fn units(module: &mut Conversation, command: Command) -> Result<(Option<Product>, bool), Error> {
+    let product = module.product()?;
+    Ok((product, depends_on_unit_mode(product, command) && module.is_in_chip_units(command.motor)?))
 }

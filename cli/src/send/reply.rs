@@ -45,7 +45,7 @@ impl Reply {
             Answer::Version(text) => Reply { text: Some(text), ..Reply::default() },
             Answer::Memory(stored) => Reply { text: Some(stored.to_string()), ..Reply::default() },
             Answer::Plain(Received { status, value, .. }) if executed(status) => {
-                Reply { status: Some(status), ..of_value(product, in_chip, command, value) }.with_meaning()
+                Reply { status: Some(status), ..Self::of_value(product, in_chip, command, value) }.with_meaning()
             }
             Answer::Plain(Received { status, .. }) => Reply { status: Some(status), ..Reply::default() }.with_meaning(),
             Answer::Strange => strange(reply),
@@ -55,6 +55,36 @@ impl Reply {
     /// True if the command has been executed.
     pub fn done(&self) -> bool {
         self.error.is_none() && self.status.is_none_or(executed)
+    }
+
+    /// The value of a reply with its unit and name.
+    pub(super) fn of_value(product: Option<Product>, in_chip: bool, command: Command, value: i32) -> Self {
+        let plain = Reply { value: Some(value), ..Reply::default() };
+        let Some(opcode) = Opcode::from_number(command.opcode) else { return plain };
+        let parameter = product.and_then(|product| parameter(product.spec(), opcode, command));
+        let named = |unit, name: &str| Reply { unit, name: Some(name.into()), ..plain.clone() };
+        match opcode {
+            Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp => {
+                Reply { name: parameter.map(|parameter| parameter.name), ..Reply::default() }
+            }
+            Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Ggp | Opcode::Sgp | Opcode::Agp => match parameter {
+                Some(Named { row, name }) => named(symbol(row.unit, in_chip), &name),
+                None => plain,
+            },
+            Opcode::Mvp => named(Unit::Microsteps.symbol(), "target"),
+            Opcode::Ror | Opcode::Rol => {
+                Reply { unit: product.map_or("", |product| symbol(speed_unit(product), in_chip)), ..plain }
+            }
+            Opcode::Sco | Opcode::Gco | Opcode::Cco => Reply { unit: Unit::Microsteps.symbol(), ..plain },
+            Opcode::Gio => match (command.motor, command.kind) {
+                (1, 8) => named(TENTHS, "supply"),
+                (1, 9) => named("degC", "temperature"),
+                _ => plain,
+            },
+            Opcode::FirmwareVersion => Reply { text: Some(firmware(value)), ..plain },
+            Opcode::Mst => Reply::default(),
+            _ => plain,
+        }
     }
 
     fn with_meaning(self) -> Self {
@@ -71,36 +101,6 @@ fn strange(reply: &Telegram) -> Reply {
             Reply { status: Some(status), error, ..Reply::default() }.with_meaning()
         }
         None => Reply { error: Some(format!("reply with a wrong checksum: {bytes}")), ..Reply::default() },
-    }
-}
-
-/// The value of a reply with its unit and name.
-fn of_value(product: Option<Product>, in_chip: bool, command: Command, value: i32) -> Reply {
-    let plain = Reply { value: Some(value), ..Reply::default() };
-    let Some(opcode) = Opcode::from_number(command.opcode) else { return plain };
-    let parameter = product.and_then(|product| parameter(product.spec(), opcode, command));
-    let named = |unit, name: &str| Reply { unit, name: Some(name.into()), ..plain.clone() };
-    match opcode {
-        Opcode::Stap | Opcode::Rsap | Opcode::Stgp | Opcode::Rsgp => {
-            Reply { name: parameter.map(|parameter| parameter.name), ..Reply::default() }
-        }
-        Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Ggp | Opcode::Sgp | Opcode::Agp => match parameter {
-            Some(Named { row, name }) => named(symbol(row.unit, in_chip), &name),
-            None => plain,
-        },
-        Opcode::Mvp => named(Unit::Microsteps.symbol(), "target"),
-        Opcode::Ror | Opcode::Rol => {
-            Reply { unit: product.map_or("", |product| symbol(speed_unit(product), in_chip)), ..plain }
-        }
-        Opcode::Sco | Opcode::Gco | Opcode::Cco => Reply { unit: Unit::Microsteps.symbol(), ..plain },
-        Opcode::Gio => match (command.motor, command.kind) {
-            (1, 8) => named(TENTHS, "supply"),
-            (1, 9) => named("degC", "temperature"),
-            _ => plain,
-        },
-        Opcode::FirmwareVersion => Reply { text: Some(firmware(value)), ..plain },
-        Opcode::Mst => Reply::default(),
-        _ => plain,
     }
 }
 

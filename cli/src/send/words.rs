@@ -67,6 +67,15 @@ impl From<&Reply> for Meaning {
     }
 }
 
+impl From<Option<&Reply>> for Meaning {
+    fn from(reply: Option<&Reply>) -> Self {
+        match reply {
+            Some(reply) => Meaning::from(reply),
+            None => Meaning { text: "no reply, as it should be".into(), done: true },
+        }
+    }
+}
+
 /// The value of a reply with its unit and name; empty where the value has no meaning.
 fn what(reply: &Reply) -> String {
     if let Some(text) = &reply.text {
