@@ -170,7 +170,9 @@ pub(super) fn propose(
         };
     }
     let Some((low, high, slowest)) = common else { return Err(why_not(curves)) };
-    let threshold = (low + high + 1).div_euclid(2);
+    // A blocked motor jumps to and fro and shows some value now and then, so the threshold is nearer to the lower end, where
+    // more of the load counts as a stall (TMC5160 datasheet, section 13.3).
+    let threshold = low + (high - low + 2) / 3;
     let speed = slowest.cruise.speed;
     let from = i64::from(speed) * i64::from(FROM_PERCENT) / 100;
     let proposal = |parameter, value, reason: String| Proposal { parameter: number(parameter), axis, value, reason };
@@ -180,9 +182,9 @@ pub(super) fn propose(
             threshold,
             match low == high {
                 true => format!("alone tells a stall from a free motor, at {speed} {unit}: there is little to spare"),
-                false => format!(
-                    "the middle of {low} to {high}, which all tell a stall from a free motor from {speed} {unit} on"
-                ),
+                false => {
+                    format!("within {low} to {high}, which all tell a stall from a free motor from {speed} {unit} on")
+                }
             },
         ),
         proposal(

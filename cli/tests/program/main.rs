@@ -39,5 +39,6 @@ mod shell;
 mod sim_products;
 mod sim_worlds;
 mod tmcm3212;
+mod tune;
 mod turns;
 mod world;

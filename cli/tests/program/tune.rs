@@ -1,0 +1,460 @@
+//! `tmcl tune`: what it proposes works, and what it touched is as before, however it ends.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Child, Output, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal};
+use tmcm::tmcl::binary::TELEGRAM;
+
+use super::fake::{Fake, State};
+use super::harness::{PATIENCE, Sim, complaint, run, tmcl};
+use super::pty::Terminal;
+
+const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/stall_homing");
+/// The hard end of the example's stage, and how far the program goes away from it.
+const HARD_END: i32 = -102_400;
+const AWAY: i32 = 51_200;
+/// A few full steps, of 256 microsteps.
+const FEW: i32 = 10 * 256;
+
+/// Numbers drawn from a seed.
+struct Draw(u64);
+
+impl Draw {
+    /// A number from `low` to `high`.
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        low + (high - low) * ((self.0 >> 33) as f64 / f64::from(1_u32 << 31))
+    }
+}
+
+/// The example's stage with another motor on it.
+fn world(seed: u64) -> String {
+    let mut draw = Draw(seed);
+    // The first numbers of seeds that are close to each other are close, too.
+    for _ in 0..4 {
+        draw.within(0.0, 1.0);
+    }
+    let mut whole = |low: f64, high: f64| draw.within(low, high).round();
+    let (zero, span, speed, noise) = (whole(-30.0, 40.0), whole(300.0, 900.0), whole(0.0, 150.0), whole(0.0, 12.0));
+    let (friction, inertia, load) = (draw.within(0.02, 0.15), draw.within(0.0, 0.2), draw.within(0.0, 0.05));
+    format!(
+        "seed = {seed}\n[motor]\nfriction = {friction:.3}\ninertia = {inertia:.3}\nload = {load:.3}\n\
+         stall_guard_noise = {noise}\nstall_guard_zero = {zero}\nstall_guard_span = {span}\nstall_guard_speed = {speed}\n\
+         [stage]\nhard_left = {HARD_END}\n"
+    )
+}
+
+fn shown(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The value that is proposed for a parameter of axis 0.
+fn proposed(text: &str, parameter: u8) -> Option<i32> {
+    let start = format!("SAP {parameter}, 0, ");
+    let line = text.lines().find_map(|line| line.strip_prefix(&start))?;
+    line.split_whitespace().next().map(|value| value.parse().unwrap())
+}
+
+/// Runs the example with a threshold. Whether it has found its zero at the hard end: by the encoder, which counts from where
+/// the motor was at the start, it then stands `AWAY` from there.
+fn homes(folder: &tempfile::TempDir, world: &str, threshold: i32) -> bool {
+    let source = std::fs::read_to_string(format!("{EXAMPLE}.tmc")).unwrap();
+    let changed = source.replace("Threshold = 9 ", &format!("Threshold = {threshold} "));
+    assert!(changed != source || threshold == 9);
+    let program = folder.path().join("homing.tmc");
+    std::fs::write(&program, changed).unwrap();
+    let output = run(&["run", program.to_str().unwrap(), "--world", world, "--at", "9900 ms: GAP 209, 0"]);
+    let report = shown(&output);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let line = report.lines().find_map(|line| line.split_once("GAP 209, 0: ")).unwrap().1;
+    let encoder: i32 = line.split_whitespace().next().unwrap().parse().unwrap();
+    report.contains("OUT0 on") && report.contains("end               STOP") && (encoder - HARD_END - AWAY).abs() <= FEW
+}
+
+/// In ten random worlds out of ten the proposed threshold brings the example home. And not because any would: the lowest
+/// stops it at once, and the highest never.
+#[test]
+fn the_proposed_threshold_homes_in_ten_random_worlds() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut thresholds = Vec::new();
+    for seed in 1..=10 {
+        let path = folder.path().join("world.toml");
+        std::fs::write(&path, world(seed)).unwrap();
+        let path = path.to_str().unwrap();
+        let output = run(&["tune", "stallguard", "sim", "--world", path, "--speeds", "800"]);
+        assert!(output.status.success(), "{}\n{}\n{}", world(seed), shown(&output), complaint(&output));
+        let threshold = proposed(&shown(&output), 174).unwrap();
+        assert!(homes(&folder, path, threshold), "{threshold} does not home in\n{}\n{}", world(seed), shown(&output));
+        for worst in [-64, 63] {
+            assert!(!homes(&folder, path, worst), "{worst} homes in\n{}", world(seed));
+        }
+        thresholds.push(threshold);
+    }
+    let (low, high) = (*thresholds.iter().min().unwrap(), *thresholds.iter().max().unwrap());
+    assert!(high - low > 30, "the worlds are all alike: {thresholds:?}");
+    assert!(!homes(&folder, folder.path().join("world.toml").to_str().unwrap(), low.min(high - 30)));
+}
+
+/// The example's stage as it is. With half of the current (parameter 6: 128, of 32 steps the 17th) and a friction of a tenth
+/// the load is a tenth of 17/32 without, so the value is 512 x (1 - 0.188) + 64 x (SGT - 13) with a noise of 4: above 0 from
+/// SGT 7 on. The load takes nine tenths of the rest: 512 x 0.1 x 0.812 = 42 is left, so it is 0 up to SGT 12.
+#[test]
+fn the_example_s_threshold() {
+    let world = format!("{EXAMPLE}.toml");
+    let output = run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800"]);
+    let text = shown(&output);
+    assert_eq!([174, 173, 181].map(|number| proposed(&text, number)), [Some(9), Some(0), Some(640)], "{text}");
+    assert!(text.contains("// within 7 to 12,"), "{text}");
+    assert!(complaint(&output).starts_with("To measure stallGuard2, motor 0 goes to and fro between 0 and "));
+}
+
+/// With SGT 10 the value is 224 without load at the whole current of 17/32 and 138 at 9/32, and 0 under load: so the current
+/// falls to the half as long as the upper threshold, (172 + 1) * 32, is not above 138, and sometimes above 160 with noise.
+#[test]
+fn coolstep_saves_current_and_gives_it_back() {
+    let world = format!("{EXAMPLE}.toml");
+    let output = run(&["tune", "coolstep", "sim", "--world", &world, "--speeds", "800", "--threshold", "10"]);
+    let text = shown(&output);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
+    assert!(row("off").contains("16 (16 to 16)   16 (16 to 16)   22"), "{text}");
+    assert!(row("172 = 2").contains(" 8 (8 to 8)   16 (16 to 16)"), "{text}");
+    assert!(row("172 = 7").contains("16 (16 to 16)   16 (16 to 16)"), "{text}");
+    assert!(matches!(proposed(&text, 172), Some(2 | 3)), "{text}");
+    assert_eq!([173, 174, 182, 183].map(|number| proposed(&text, number)), [1, 10, 640, 128].map(Some), "{text}");
+}
+
+#[test]
+fn what_cannot_be_measured_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = folder.path().join("world.toml");
+    let world = world.to_str().unwrap();
+    let tune = |text: &str, more: &[&str]| {
+        std::fs::write(world, text).unwrap();
+        let mut arguments = vec!["tune", "stallguard", "sim", "--world", world, "--speeds", "800"];
+        arguments.extend(more);
+        let output = run(&arguments);
+        (output.status.code().unwrap(), complaint(&output))
+    };
+    // 200 full steps are too little room: v^2 / a for the ramps, and a few samples.
+    let (code, message) = tune("[stage]\nhard_left = -1024\nhard_right = 1536\n", &[]);
+    assert!(code == 1 && message.contains("has room for 512: give it more with --room"), "{message}");
+    // Back-EMF is short below 5000 full steps a second, and this motor makes 95.
+    let (code, message) = tune("[motor]\nstall_guard_speed = 5000\nstall_guard_noise = 20\n", &[]);
+    assert!(code == 1 && message.contains("Try a higher speed, or load the motor more"), "{message}");
+    // A load that the motor cannot bear makes it lose steps.
+    let (code, message) = tune("", &["--load", "0.9"]);
+    assert!(code == 1 && message.contains("full steps under load 0.90: give it less with --load"), "{message}");
+    let (code, message) = tune("", &["--room", "0"]);
+    assert!(code == 1 && message.contains("has room for 0"), "{message}");
+    let (code, message) = tune("", &["--speeds", "60 s"]);
+    assert!(code == 2 && message.contains("--speeds: 60 s: that is no speed"), "{message}");
+    let (code, message) = tune("", &["--axis", "1"]);
+    assert!(code == 1 && message.contains("status 4"), "{message}");
+    let (code, message) = tune("", &["--plot", "curve.png"]);
+    assert!(code == 2 && message.contains(".svg"), "{message}");
+}
+
+/// All settings of a module, as a file has them.
+fn settings(sim: &Sim) -> String {
+    let file = sim.path("settings");
+    let link = format!("tcp:{}", sim.told("tcp"));
+    let output = run(&["params", &link, "save", file.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    std::fs::read_to_string(file).unwrap()
+}
+
+/// A module on the example's stage whose time goes faster, with settings that are not the usual ones.
+fn module(product: &str) -> Sim {
+    let world = format!("{EXAMPLE}.toml");
+    let sim = Sim::start(&[
+        "--tcp",
+        "127.0.0.1:0",
+        "--control",
+        "127.0.0.1:0",
+        "--world",
+        &world,
+        "--speed",
+        "4",
+        "--product",
+        product,
+    ]);
+    let mut host = sim.tcp();
+    if product == "3212" {
+        // Short ramps, so that the test does not take long.
+        host.ok("SAP 5, 0, 1000000");
+        host.ok("SAP 17, 0, 1000000");
+    }
+    for (parameter, value) in
+        [(174, -3), (172, 4), (168, 1), (169, 1), (171, 1), (170, 2), (173, 1), (181, 1500), (4, 1200)]
+    {
+        host.ok(&format!("SAP {parameter}, 0, {value}"));
+    }
+    sim
+}
+
+/// The link to it, and its control port.
+fn ways(sim: &Sim) -> (String, String) {
+    (format!("tcp:{}", sim.told("tcp")), sim.told("control").into())
+}
+
+#[test]
+fn by_the_control_port_all_is_as_before_in_the_end() {
+    for product in ["1140", "3212"] {
+        let sim = module(product);
+        let before_load = sim.control(&["load 0.01", "state"])["load"].clone();
+        let before = settings(&sim);
+        let (link, control) = ways(&sim);
+        let plot = sim.path("curves.svg");
+        let speed = if product == "3212" { "30000" } else { "2000" };
+        let output = run(&[
+            "tune",
+            "stallguard",
+            &link,
+            "--control",
+            &control,
+            "--yes",
+            "--speeds",
+            speed,
+            "--room",
+            "100000",
+            "--plot",
+            plot.to_str().unwrap(),
+        ]);
+        assert!(output.status.success(), "{}", complaint(&output));
+        assert!(
+            proposed(&shown(&output), 174).is_some_and(|threshold| (7..=13).contains(&threshold)),
+            "{}",
+            shown(&output)
+        );
+        assert_eq!(settings(&sim), before);
+        let mut host = sim.tcp();
+        assert_eq!((host.ok("GAP 1, 0"), host.ok("GAP 3, 0")), (0, 0));
+        let state = sim.control(&["state"]);
+        assert_eq!((&state["load"], &state["lost_steps"]), (&before_load, &0.into()));
+        let image = std::fs::read_to_string(plot).unwrap();
+        assert!(
+            image.ends_with("</svg>\n") && image.contains("with load") && image.contains("parameter 174"),
+            "{image}"
+        );
+    }
+}
+
+/// A measurement that has begun: the motor has been seen to turn.
+fn begun(sim: &Sim, link: &str) -> Child {
+    let control = sim.told("control");
+    let child = tmcl(&["tune", "stallguard", link, "--control", control, "--yes", "--speeds", "800"]).spawn().unwrap();
+    let end = Instant::now() + PATIENCE;
+    while sim.control(&["state"])["velocity"] == 0 {
+        assert!(Instant::now() < end, "the motor does not turn");
+    }
+    child
+}
+
+fn assert_left_in_peace(sim: &Sim, before: &str) {
+    let mut host = sim.tcp();
+    assert_eq!((host.ok("GAP 3, 0"), host.ok("GAP 2, 0")), (0, 0));
+    drop(host);
+    assert_eq!(settings(sim), before);
+    assert_eq!(sim.control(&["state"])["load"], 0.0);
+}
+
+#[test]
+fn a_signal_stops_the_motor_and_puts_everything_back() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
+        let child = begun(&sim, &ways(&sim).0);
+        std::thread::sleep(Duration::from_millis(200));
+        rustix::process::kill_process(Pid::from_child(&child), signal).unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{}", complaint(&output));
+        assert!(
+            complaint(&output).contains("all settings are as before, and the motor stands at "),
+            "{}",
+            complaint(&output)
+        );
+        assert_left_in_peace(&sim, &before);
+    }
+}
+
+/// What stands between the program and a module, and fails.
+struct Cable {
+    link: String,
+    /// Number of telegrams that still pass before it fails.
+    left: Arc<AtomicUsize>,
+    /// After it has failed it can be connected to again.
+    mends: Arc<AtomicBool>,
+}
+
+impl Cable {
+    fn to(address: &str) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let link = format!("tcp:{}", listener.local_addr().unwrap());
+        let (left, mends) = (Arc::new(AtomicUsize::new(usize::MAX)), Arc::new(AtomicBool::new(true)));
+        let (module, telegrams, mending) = (address.to_owned(), Arc::clone(&left), Arc::clone(&mends));
+        std::thread::spawn(move || {
+            for host in listener.incoming() {
+                carry(host.unwrap(), TcpStream::connect(&module).unwrap(), &telegrams);
+                if !mending.load(Ordering::SeqCst) {
+                    return;
+                }
+                telegrams.store(usize::MAX, Ordering::SeqCst);
+            }
+        });
+        Cable { link, left, mends }
+    }
+
+    fn fail(&self, mends: bool) {
+        self.mends.store(mends, Ordering::SeqCst);
+        self.left.store(20, Ordering::SeqCst);
+    }
+}
+
+/// Carries telegrams to and fro until either side or the cable fails.
+fn carry(mut host: TcpStream, mut module: TcpStream, left: &AtomicUsize) {
+    let mut telegram = [0; TELEGRAM];
+    while left.load(Ordering::SeqCst) > 0 {
+        if host.read_exact(&mut telegram).is_err()
+            || module.write_all(&telegram).is_err()
+            || module.read_exact(&mut telegram).is_err()
+            || host.write_all(&telegram).is_err()
+        {
+            return;
+        }
+        left.fetch_sub(1, Ordering::SeqCst);
+    }
+}
+
+#[test]
+fn a_link_that_fails_for_a_moment_is_opened_again() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    let cable = Cable::to(sim.told("tcp"));
+    let child = begun(&sim, &cable.link);
+    cable.fail(true);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        complaint(&output).contains("; all settings are as before, and the motor stands at "),
+        "{}",
+        complaint(&output)
+    );
+    assert_left_in_peace(&sim, &before);
+}
+
+#[test]
+fn what_could_not_be_put_back_is_said_as_commands() {
+    let sim = module("1140");
+    let cable = Cable::to(sim.told("tcp"));
+    let child = begun(&sim, &cable.link);
+    cable.fail(false);
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = complaint(&output);
+    for command in ["MST 0", "SAP 4, 0, 1200", "SAP 173, 0, 1", "SAP 174, 0, -3", "SAP 172, 0, 4", "SAP 181, 0, 1500"] {
+        assert!(message.contains(command), "{command}: {message}");
+    }
+    // What it says to send helps.
+    let commands = message.rsplit_once("send ").unwrap().1.trim();
+    let mut host = sim.tcp();
+    for command in commands.split("; ") {
+        host.ok(command);
+    }
+    host.until("GAP 3, 0", 0);
+    assert_eq!((host.ok("GAP 4, 0"), host.ok("GAP 181, 0")), (1200, 1500));
+}
+
+/// Without a terminal nobody can be asked; on one, no is no, and Ctrl-C in the question is the end.
+#[test]
+fn nothing_moves_without_consent() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    let (link, control) = ways(&sim);
+    let output = run(&["tune", "stallguard", &link, "--control", &control]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("--yes"), "{}", complaint(&output));
+    for (answer, code) in [("n\r", 1), ("\r", 1), ("\x03", 130), ("\x04", 1)] {
+        let mut terminal = Terminal::start(&["tune", "stallguard", &link, "--control", &control]);
+        let told = terminal.expect("[y/N]");
+        assert!(told.contains("motor 0 goes to and fro between 0 and "), "{told}");
+        terminal.keys(answer);
+        let (status, rest) = terminal.end();
+        assert_eq!(status.code(), Some(code), "{rest}");
+        assert!(terminal.is_as_before());
+    }
+    assert_eq!(settings(&sim), before);
+    assert_eq!(sim.control(&["state"])["field"], 0);
+}
+
+/// Somebody at a terminal with 40 columns holds the shaft when asked to.
+#[test]
+fn a_hand_loads_the_motor() {
+    let sim = module("1140");
+    let mut terminal = Terminal::start_with(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000"], 40);
+    terminal.expect("[y/N]");
+    terminal.line("y");
+    terminal.expect("press Enter");
+    assert_ne!(sim.control(&["state"])["field"], 0);
+    sim.control(&["load 0.39"]);
+    terminal.line("");
+    terminal.expect("let go");
+    sim.control(&["load 0"]);
+    terminal.line("");
+    let (status, text) = terminal.end();
+    assert!(status.success(), "{text}");
+    let table = text.rsplit_once("Axis 0").unwrap().1.replace('\r', "");
+    assert!(table.lines().all(|line| line.chars().count() <= 40), "{table}");
+    assert!(table.contains("\nSAP 174, 0, 9\n"), "{table}");
+}
+
+/// Standard input that ends while a hand is waited for: nobody can say that the shaft is held.
+#[test]
+fn without_a_hand_it_ends() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    let output = run(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000", "--yes"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("standard input has ended"), "{}", complaint(&output));
+    assert_left_in_peace(&sim, &before);
+}
+
+/// Nobody reads the result any more: quiet, but only after all has been put back.
+#[test]
+fn a_closed_pipe_changes_nothing() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    let (link, control) = ways(&sim);
+    let mut child = tmcl(&["tune", "stallguard", &link, "--control", &control, "--yes", "--speeds", "2000"])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    assert_eq!(child.wait().unwrap().code(), Some(141));
+    assert_left_in_peace(&sim, &before);
+}
+
+/// A module that knows none of the commands that move a motor, and one that runs a program.
+#[test]
+fn modules_that_cannot_be_tuned() {
+    let fake = Fake::start(State { mode: 1, ..State::default() });
+    let output = run(&["tune", "stallguard", &fake.link, "--yes"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint(&output).contains("a program runs in the module"), "{}", complaint(&output));
+    let fake = Fake::start(State { version: 0x270F_0100, ..State::default() });
+    let output = run(&["tune", "stallguard", &fake.link, "--yes"]);
+    assert!(complaint(&output).contains("a TMCM-9999 is not known here"), "{}", complaint(&output));
+    let sim = module("1140");
+    sim.tcp().ok("ROR 0, 500");
+    let output = run(&["tune", "stallguard", &ways(&sim).0, "--yes"]);
+    assert!(
+        complaint(&output).contains("motor 0 turns; stop it first, for example with \"MST 0\""),
+        "{}",
+        complaint(&output)
+    );
+}
