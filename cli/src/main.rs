@@ -5,9 +5,8 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, eds, load, monitor, params, run, scan, send, shell, sim, tune, version,
-    world,
-    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, sim, tune, version, world,
+    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tune,
+    version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the

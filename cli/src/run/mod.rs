@@ -126,7 +126,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     check_outputs(options)?;
     let kind = options.product.kind();
     options.at.iter().try_for_each(|event| event.check(kind)).map_err(Failure::Arguments)?;
-    let settings = Settings { product: Some(options.product), strict: options.strict };
+    let settings = Settings { product: Some(options.product), strict: options.strict, ..Settings::default() };
     let program = read_program(&options.program, settings)?;
     let world = options.world.as_deref().map(|path| read_world(path, options.product));
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);

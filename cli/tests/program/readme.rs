@@ -43,6 +43,22 @@ fn what_readme_shows_happens() {
     assert!(is.unwrap() == was.unwrap(), "docs/stall_homing.svg is not what README's command draws");
 }
 
+const TOOLS: Page = Page {
+    name: "docs/tools.md",
+    not_run: &[],
+    awaited: &[
+        "tmcl send tcp:127.0.0.1:4140 --value \"GAP APActualSpeed, 0\"",
+        "tmcl send tcp:127.0.0.1:4140 \"RFS STATUS, 0\"",
+    ],
+    varies: &[("position # speed 1678 int load # switches - driver SG errors -", "how long the motor has turned")],
+    mended: None,
+};
+
+#[test]
+fn what_the_page_of_the_tools_shows_happens() {
+    TOOLS.check();
+}
+
 #[test]
 fn what_the_page_of_the_control_port_shows_happens() {
     Page::plain("docs/control.md").check();
