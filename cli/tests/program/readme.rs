@@ -51,7 +51,7 @@ const TOOLS: Page = Page {
         "tmcl send tcp:127.0.0.1:4140 \"RFS STATUS, 0\"",
     ],
     varies: &[("position # speed 1678 int load # switches - driver SG errors -", "how long the motor has turned")],
-    mended: None,
+    mended: Some(["count.tmc", "COMP Turnz", "COMP Turns", "unknown name 'Turnz'"]),
 };
 
 #[test]
