@@ -10,7 +10,7 @@ use tmcm::tmcl::{Command, Instruction, Opcode};
 
 use crate::failure::Failure;
 use crate::product::{self, Product, parameter};
-use crate::program::{end, read_commands, target};
+use crate::program::{address, end, read_commands, target};
 
 /// Show an assembled TMCL program as source
 ///
@@ -28,7 +28,7 @@ pub struct Options {
     pub product: Product,
 
     /// Address in program memory that the program was assembled for: that of `tmcl asm --origin`
-    #[arg(long, value_name = "ADDRESS", default_value_t = 0)]
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0, value_parser = address)]
     pub origin: u16,
 }
 

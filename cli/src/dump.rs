@@ -11,7 +11,7 @@ use crate::disasm;
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::product::short;
-use crate::program::{end, goes_on, is_readable};
+use crate::program::{address, end, goes_on, is_readable};
 use crate::progress::Progress;
 use crate::signal::EndSignal;
 
@@ -33,7 +33,7 @@ pub struct Options {
     pub output: PathBuf,
 
     /// Address of the first command that is read
-    #[arg(long, value_name = "ADDRESS", default_value_t = 0)]
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0, value_parser = address)]
     pub at: u16,
 
     /// Read so many commands, and no more; a whole memory takes two minutes on RS485 with 9600 bit/s

@@ -53,7 +53,7 @@ use crate::failure::Failure;
 use crate::files::read_source;
 use crate::output::{Output, is_standard};
 use crate::product::{self, Product};
-use crate::program::binary;
+use crate::program::{address, binary};
 pub(crate) use assembler::assemble_watched;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
@@ -99,7 +99,7 @@ pub struct Options {
     /// Address in program memory at which the program will begin, from which its labels count
     ///
     /// `tmcl load --at` puts it there; a source is assembled for that address by `tmcl load` itself.
-    #[arg(long, value_name = "ADDRESS", default_value_t = 0, conflicts_with = "names")]
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0, conflicts_with = "names", value_parser = address)]
     pub origin: u16,
 
     /// Take warnings for errors, so that no file is written for a program that has any

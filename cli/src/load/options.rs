@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::program::ProgramThere;
+use crate::program::{ProgramThere, address};
 
 /// Load a TMCL program into a module, where it stays
 ///
@@ -32,7 +32,7 @@ pub struct Options {
     ///
     /// A source is assembled for that address. An assembled program is put there as it is: it has to have been assembled
     /// for it, by `tmcl asm --origin`.
-    #[arg(long, value_name = "ADDRESS", default_value_t = 0)]
+    #[arg(long, value_name = "ADDRESS", default_value_t = 0, value_parser = address)]
     pub at: u16,
 
     /// Load it again whenever FILE, or a file that it includes, is saved; until Ctrl-C

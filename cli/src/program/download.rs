@@ -28,8 +28,11 @@ pub fn download(module: &mut Conversation, program: &Program, at: u16, signal: &
         return Err(match broken {
             Broken::Off(failure) => failure,
             Broken::Refused(address, error) => {
-                let size = error.is(Status::InvalidValue);
-                let hint = if size { "; the program does not fit into program memory" } else { "" };
+                let hint = match &error {
+                    error if error.is(Status::InvalidValue) => "; the program does not fit into program memory",
+                    error if error.is_refusal() => "",
+                    _ => "; what is in the module now is incomplete, so load the program again",
+                };
                 Failure::Failed(format!("address {address}: {}{hint}", explain(module, error)))
             }
         });
@@ -52,7 +55,11 @@ fn send(module: &mut Conversation, program: &Program, at: u16, signal: &EndSigna
     let mut progress = Progress::new("loading the program", total);
     for (done, (address, command)) in (1..).zip(program.at_addresses(at)) {
         if signal.happened() {
-            return Err(Broken::Off(signal.failure("interrupted; the module has no program now")));
+            let message = match at {
+                0 => "interrupted; the module has no program now".into(),
+                at => format!("interrupted; at address {at} the module has no program now"),
+            };
+            return Err(Broken::Off(signal.failure(message)));
         }
         let reply = module.request(command).map_err(|error| Broken::Refused(address, error))?;
         if reply.status() != Some(Status::Loaded) {

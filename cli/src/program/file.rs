@@ -70,7 +70,7 @@ fn standard_input(settings: Settings) -> Result<Program, Failure> {
 /// Fails for a program without commands, and for one with a command that a module would execute during the download. The
 /// first command has the address `origin`.
 fn check(program: &Program, origin: u16) -> Result<(), String> {
-    if program.commands.is_empty() {
+    if program.is_empty() {
         return Err("the program has no commands".into());
     }
     let mut commands = (u32::from(origin)..).zip(&program.commands);
@@ -97,7 +97,9 @@ mod tests {
     #[test]
     fn files_that_cannot_be_loaded_are_refused_with_a_reason() {
         assert!(failure_of("empty.bin", &[]).ends_with("empty.bin: the program has no commands"));
-        assert!(failure_of("empty.tmc", b"#nostop\n").ends_with("empty.tmc: the program has no commands"));
+        for source in [&b"#nostop\n"[..], b"", b"// nothing yet\nSpeed = 5\nLoop:\n"] {
+            assert!(failure_of("empty.tmc", source).ends_with("empty.tmc: the program has no commands"));
+        }
         let message = "address 0: a program cannot have command 129; a module would carry it out at once";
         assert!(failure_of("control.bin", &[129, 0, 0, 0, 0, 0, 0, 129]).ends_with(message));
         assert!(failure_of("control.tmc", b"129\n").ends_with(message));

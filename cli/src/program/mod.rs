@@ -1,11 +1,13 @@
 //! TMCL programs with what is known of their source, their files, and their download into a module.
 
+mod address;
 pub mod binary;
 mod download;
 mod end;
 mod file;
 mod target;
 
+pub use address::address;
 pub use download::{download, explain, is_readable, verify};
 pub use end::{end, goes_on};
 pub use file::{read_commands, read_program, read_watched};
@@ -64,6 +66,11 @@ impl Program {
     /// True for a program that was assembled from a source.
     pub fn has_source(&self) -> bool {
         !self.lines.is_empty()
+    }
+
+    /// True if nobody has written any command: a STOP that the assembler has added is none.
+    pub fn is_empty(&self) -> bool {
+        self.commands.is_empty() || self.has_source() && self.lines.iter().all(Option::is_none)
     }
 
     /// The source line of the command at an address.

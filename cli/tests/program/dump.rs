@@ -6,6 +6,9 @@ use std::process::Stdio;
 use super::harness::{Sim, complaint, names, run, tmcl};
 use super::pty::Terminal;
 
+/// A module whose whole memory is read in a moment.
+const FAST: [&str; 4] = ["--tcp", "127.0.0.1:0", "--speed", "100"];
+
 /// A program with a handler and a subroutine, and what it is in the module.
 const SOURCE: &str = "\
 #include TMCLParam.tmc
@@ -62,7 +65,7 @@ fn dumped(sim: &Sim, options: &[&str]) -> String {
 
 #[test]
 fn a_program_comes_back_as_source() {
-    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let sim = Sim::start(&FAST);
     load(&sim, SOURCE, &[]);
     assert_eq!(dumped(&sim, &[]), DUMPED);
     let file = sim.path("again.tmc").to_str().unwrap().to_owned();
@@ -85,7 +88,7 @@ fn what_comes_back_assembles_to_the_same_bytes() {
         ("3212", "six_point_ramp.tmc"),
         ("6110", "homing_axes.tmc"),
     ] {
-        let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--product", product]);
+        let sim = Sim::start(&[&FAST[..], &["--product", product]].concat());
         let path = |name: &str| sim.path(name).to_str().unwrap().to_owned();
         let [was, source, is] = ["was.bin", "again.tmc", "is.bin"].map(path);
         for arguments in [
@@ -105,7 +108,7 @@ fn what_comes_back_assembles_to_the_same_bytes() {
 /// A routine that only a host starts is not lost, wherever it lies.
 #[test]
 fn all_of_the_memory_is_read_or_a_part_of_it() {
-    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let sim = Sim::start(&FAST);
     load(&sim, "Loop: MST 0\nJA Loop\n", &[]);
     load(&sim, "Again: WAIT TICKS, 0, 10\nJA Again\nSTOP\n", &["--at", "5"]);
     let whole = "\
@@ -158,7 +161,7 @@ fn an_empty_memory_is_no_failure() {
 
 #[test]
 fn a_protected_program_is_told() {
-    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let sim = Sim::start(&FAST);
     load(&sim, SOURCE, &[]);
     sim.tcp().ok("SGP 81, 0, 1");
     let file = sim.path("again.tmc");
@@ -177,7 +180,7 @@ fn a_protected_program_is_told() {
 /// A program that moves the motor goes on while it is read.
 #[test]
 fn a_program_that_runs_is_read() {
-    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let sim = Sim::start(&FAST);
     load(&sim, "Loop: GGP 7, 2\nCALC ADD, 1\nAGP 7, 2\nJA Loop\n", &["--run"]);
     assert!(dumped(&sim, &["--count", "4"]).ends_with("L0:\n    GGP 7, 2\n    CALC ADD, 1\n    AGP 7, 2\n    JA L0\n"));
     assert_eq!(sim.tcp().ok("GGP 128, 0"), 1);

@@ -28,6 +28,10 @@ pub(crate) struct State {
     pub(crate) broken: Option<usize>,
     /// An address at which it is restarted during a download.
     pub(crate) restarts: Option<usize>,
+    /// An address during a download from which on it answers nothing.
+    pub(crate) dies: Option<usize>,
+    /// It has died.
+    pub(crate) dead: bool,
     /// 0 stop, 1 run, 2 step, 3 reset.
     pub(crate) mode: u8,
     pub(crate) counter: usize,
@@ -48,7 +52,9 @@ impl State {
     fn answer(&mut self, command: Command) -> Option<Reply> {
         self.asked.push(command);
         let opcode = Opcode::from_number(command.opcode);
+        self.dead |= self.dies.is_some() && self.download == self.dies;
         match self.download {
+            _ if self.dead => None,
             Some(address) if command.opcode < Opcode::StopApplication as u8 => Some(self.store(address, command)),
             _ if self.mute && opcode == Some(Opcode::FirmwareVersion) => None,
             _ => Some(self.execute(opcode, command)),

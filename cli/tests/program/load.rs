@@ -79,6 +79,31 @@ fn a_download_that_fails_leaves_nothing_to_run() {
     assert_eq!(fake.state().memory[0].to_string(), "STOP");
 }
 
+/// A cable that is pulled, a supply that fails.
+#[test]
+fn a_module_that_falls_silent_is_told_and_what_to_do_then() {
+    let fake = Fake::start(State { dies: Some(1), ..State::default() });
+    let (code, said, complaint) = load(&fake, &["--run", "--timeout", "100"]);
+    assert_eq!((code, said.as_str()), (Some(1), ""));
+    let told = complaint.lines().last().unwrap();
+    assert!(told.starts_with("tmcl: address 1: WAIT POS, 0, 0: no reply; check power"), "{complaint}");
+    assert!(told.ends_with("; what is in the module now is incomplete, so load the program again"), "{complaint}");
+}
+
+#[test]
+fn addresses_that_are_none_are_told() {
+    let at = |text: &str| {
+        let output = run(&["load", "sim", "stage.tmc", "--at", text]);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        complaint(&output)
+    };
+    for text in ["Loop", "70000", "$", ""] {
+        let told =
+            format!("error: invalid value '{text}' for '--at <ADDRESS>': an address is a number from 0 to 65535");
+        assert!(text.is_empty() || at(text).starts_with(&told), "{}", at(text));
+    }
+}
+
 #[test]
 fn files_that_are_no_program_are_told() {
     let fake = Fake::start(State::default());
@@ -87,6 +112,14 @@ fn files_that_are_no_program_are_told() {
     let path = file.to_str().unwrap();
     let output = run(&["load", &fake.link, path]);
     assert!(complaint(&output).contains("cannot read"), "{}", complaint(&output));
+    // Neither is what a pipe or an editor has not written yet: the module keeps what it has.
+    let empty = folder.path().join("empty.tmc");
+    std::fs::write(&empty, "// soon\n").unwrap();
+    let output = run(&["load", &fake.link, empty.to_str().unwrap()]);
+    assert!(complaint(&output).ends_with("empty.tmc: the program has no commands\n"), "{}", complaint(&output));
+    let output = run(&["load", &fake.link, "-"]);
+    assert_eq!(complaint(&output), "tmcl: standard input: the program has no commands\n");
+    assert!(fake.state().asked.iter().all(|command| command.opcode == 136), "it has been asked what it is, no more");
     std::fs::write(&file, "STOP").unwrap();
     let output = run(&["load", &fake.link, path]);
     assert_eq!(output.status.code(), Some(1));

@@ -248,6 +248,43 @@ fn a_program_is_loaded_again_whenever_it_is_saved() {
     assert_eq!(sim.tcp().ok("GGP 128, 0"), 1, "the program goes on");
 }
 
+/// Half a program is none: what has been begun is made a STOP.
+#[test]
+fn a_download_that_is_interrupted_leaves_nothing_to_run() {
+    let sim = Sim::start(&["--rs485", "{}/bus", "--tcp", "127.0.0.1:0"]);
+    let long = source(&sim, &"MVP REL, 0, 5\n".repeat(500));
+    for (at, told) in [("0", "the module has no program now"), ("50", "at address 50 the module has no program now")] {
+        let mut terminal = Terminal::start_with(&["load", sim.told("rs485"), &long, "--run", "--at", at], 40);
+        terminal.expect("loading the program [");
+        terminal.expect("1 %");
+        terminal.keys("\x03");
+        let (status, said) = terminal.end();
+        assert_eq!(status.code(), Some(130));
+        assert!(said.contains(&format!("tmcl: interrupted; {told}")), "{said}");
+        assert!(terminal.is_as_before());
+        let output = run(&["send", &format!("tcp:{}", sim.told("tcp")), &format!("134, 0, 0, {at}"), "GGP 128, 0"]);
+        let said = String::from_utf8(output.stdout).unwrap();
+        assert!(said.starts_with(&format!("134, 0, 0, {at}: STOP\nGGP 128, 0: ")), "{said}");
+    }
+}
+
+/// Who watches learns that the module is gone, and does not wait for ever.
+#[test]
+fn a_module_that_vanishes_ends_the_watch() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let folder = tempfile::tempdir().unwrap();
+    let stage = folder.path().join("stage.tmc");
+    std::fs::write(&stage, "MST 0\n").unwrap();
+    let mut terminal =
+        Terminal::start(&["load", &format!("tcp:{}", sim.told("tcp")), stage.to_str().unwrap(), "--watch"]);
+    terminal.expect("Ctrl-C ends");
+    drop(sim);
+    std::fs::write(&stage, "MST 0\nMST 0\n").unwrap();
+    let (status, said) = terminal.end();
+    assert_eq!(status.code(), Some(1));
+    assert!(said.contains("the other side has closed the connection"), "{said}");
+}
+
 #[test]
 fn what_cannot_be_saved_again_is_not_watched() {
     let output = type_into(&["load", "sim", "-", "--watch"], "STOP\n");
