@@ -306,7 +306,8 @@ fn protected_programs() {
     // What has not been compared does not run.
     assert_eq!((sim.tcp().ok("GGP 128, 0"), sim.tcp().ok("GAP 1, 0")), (0, 0));
     let output = type_into(&["debug", &link, &file, "--attach"], "step\n");
-    assert_eq!(String::from_utf8_lossy(&output.stdout).lines().nth(1), Some(">     1  MVP ABS, 0, 2000"));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(bare(&said)[1], ">     1  MVP ABS, 0, 2000");
     // Against being overwritten.
     sim.tcp().ok("SGP 81, 0, 2");
     let output = run(&["load", &link, &file]);
@@ -333,6 +334,11 @@ fn an_eeprom_that_does_not_answer_is_told_from_a_protection() {
     assert!(complaint(&output).contains("\"SGP 81, 0, 0\" lifts the protection"), "{}", complaint(&output));
 }
 
+/// What the debugger says without the commands that it shows around the one where it is.
+fn bare(said: &str) -> Vec<&str> {
+    said.lines().filter(|line| !line.starts_with("   ")).collect()
+}
+
 #[test]
 fn a_program_is_debugged() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
@@ -341,7 +347,7 @@ fn a_program_is_debugged() {
     let output = type_into(&["debug", &link, &file(&sim, &MOVES)], commands);
     assert!(output.status.success(), "{}", complaint(&output));
     let said = String::from_utf8(output.stdout).unwrap();
-    let told: Vec<&str> = said.lines().collect();
+    let told = bare(&said);
     assert_eq!(told[..2], [">     0  CALC LOAD, 5", ">     1  MVP ABS, 0, 2000"]);
     assert!(told[2].ends_with("program counter 1, accumulator 5, X 0"), "{said}");
     let expected = [
@@ -377,25 +383,44 @@ Tick:   GGP Ticks, 2
 fn a_source_is_debugged_by_its_labels() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--serial", "{}/usb", "--slcan", "{}/can"]);
     let source = source(&sim, TICKS);
-    let commands = "break tick\ncontinue\nregisters\nstep 4\ndelete\nbreak Dine\nbreak Done\ncontinue\ndelete Done\n\
+    let commands = "break tick\ncontinue\nregisters\nstep 4\ndelete\nbreak Done\ncontinue\ndelete Done\n\
                     list Done\ncontinue\nregisters\nstop\nbreak Tick\nregisters\n";
     let begin = "\
 >     0  SGP 0, 3, 1000                    4  SGP TI_TIMER0, 3, 1000
+      1  VECT 0, 6                         5  VECT TI_TIMER0, Tick
+      2  EI 0                              6  EI TI_TIMER0
 Tick:
  *    6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
 breakpoint
+Loop:
+      4  WAIT TICKS, 0, 140                8  Loop:   WAIT TICKS, 0, 140
+Done:
+      5  JA 4                              9  Done:   JA Loop
 Tick:
 >*    6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
+      7  CALC ADD, 1                      11  CALC ADD, 1
+      8  AGP 7, 2                         12  AGP Ticks, 2
 step by step, program counter 6, accumulator 0, X 0
+      2  EI 0                              6  EI TI_TIMER0
+      3  EI 255                            7  EI TI_GLOBAL
 Loop:
 >     4  WAIT TICKS, 0, 140                8  Loop:   WAIT TICKS, 0, 140
+Done:
+      5  JA 4                              9  Done:   JA Loop
+Tick:
+ *    6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
 no breakpoints
-'Dine' is neither an address nor a label of the program; did you mean 'Done'?
 Done:
  *    5  JA 4                              9  Done:   JA Loop
 breakpoint
+      3  EI 255                            7  EI TI_GLOBAL
+Loop:
+      4  WAIT TICKS, 0, 140                8  Loop:   WAIT TICKS, 0, 140
 Done:
 >*    5  JA 4                              9  Done:   JA Loop
+Tick:
+      6  GGP 7, 2                         10  Tick:   GGP Ticks, 2
+      7  CALC ADD, 1                      11  CALC ADD, 1
 no breakpoints
 Done:
 >     5  JA 4                              9  Done:   JA Loop
