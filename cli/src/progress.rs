@@ -4,6 +4,8 @@ use std::io::{IsTerminal, Write};
 
 /// Width of the bar in characters; bar and text together must fit a terminal with 80 columns.
 const WIDTH: usize = 24;
+/// A bar of fewer characters tells nothing.
+const SHORTEST: usize = 5;
 
 /// A bar that is redrawn on a terminal and removed at the end. If standard error is no terminal, a single line is
 /// printed.
@@ -34,8 +36,7 @@ impl Progress {
         let percent = done.min(self.total) * 100 / self.total;
         if self.terminal && self.shown != Some(percent) {
             self.shown = Some(percent);
-            let full = WIDTH * percent / 100;
-            write(&format!("\r{} [{}{}] {percent} %", self.what, "#".repeat(full), ".".repeat(WIDTH - full)));
+            write(&format!("\r{}", drawn(&self.what, percent, columns())));
         }
     }
 
@@ -53,8 +54,42 @@ impl Drop for Progress {
     }
 }
 
+/// The bar on a terminal with so many columns, without the last of them: the next line would begin behind that. Where it
+/// is narrow the bar is shorter, or left out, and at last the text is cut.
+fn drawn(what: &str, percent: usize, columns: usize) -> String {
+    let (text, end) = (what.chars().count(), format!(" {percent:3} %"));
+    let room = columns.saturating_sub(1 + end.len());
+    let width = WIDTH.min(room.saturating_sub(text + 3));
+    if width < SHORTEST {
+        return what.chars().take(room).collect::<String>() + &end;
+    }
+    let full = width * percent / 100;
+    format!("{what} [{}{}]{end}", "#".repeat(full), ".".repeat(width - full))
+}
+
+/// The width of the terminal on standard error.
+fn columns() -> usize {
+    let size = rustix::termios::tcgetwinsize(std::io::stderr());
+    size.map(|size| size.ws_col.into()).ok().filter(|columns| *columns > 0).unwrap_or(80)
+}
+
 fn write(text: &str) {
     let mut stderr = std::io::stderr();
     // A closed standard error must not end the program.
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bar_fits_the_terminal() {
+        let what = "reading 139 settings";
+        assert_eq!(drawn(what, 50, 80), "reading 139 settings [############............]  50 %");
+        assert_eq!(drawn(what, 50, 40), "reading 139 settings [#####.....]  50 %");
+        assert_eq!(drawn(what, 100, 33), "reading 139 settings 100 %");
+        assert_eq!(drawn(what, 7, 20), "reading 139 s   7 %");
+        assert!((1..100).all(|columns| drawn(what, 100, columns).chars().count() < columns.max(7)));
+    }
 }

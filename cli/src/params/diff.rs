@@ -10,6 +10,7 @@ use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::link::LinkTarget;
 use crate::product::Product;
+use crate::signal::EndSignal;
 
 /// One of the two things that are compared, as the user has named it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,14 +70,14 @@ impl Opened {
     }
 
     /// The settings: those of the file; of a module those that `asked` names, or else all.
-    fn settings(self, asked: Option<&[Setting]>) -> Result<Settings, Failure> {
+    fn settings(self, asked: Option<&[Setting]>, signal: &EndSignal) -> Result<Settings, Failure> {
         match self {
             Opened::File(settings) => Ok(settings),
             Opened::Module(mut module) => {
                 let identity = module.identity()?;
                 let list = match asked {
-                    Some(asked) => save::values(&mut module, asked)?,
-                    None => save::all(&mut module)?,
+                    Some(asked) => save::values(&mut module, asked, signal)?,
+                    None => save::all(&mut module, signal)?,
                 };
                 Ok(Settings { number: Some(identity.number), product: identity.product, list })
             }
@@ -87,15 +88,20 @@ impl Opened {
 /// Prints what is different between `a` and `b`: lines of `a` behind a minus, of `b` behind a plus. Fails if anything
 /// is.
 pub(super) fn diff(a: &Side, b: &Side, way: &Way) -> Result<(), Failure> {
+    if a.name() == STANDARD && b.name() == STANDARD {
+        return Err(Failure::Arguments("standard input can be one of the two, and not both".into()));
+    }
     let (first, second) = (Opened::open(a, way)?, Opened::open(b, way)?);
+    // Until here a signal ends the program by itself.
+    let signal = &EndSignal::watch()?;
     // What a file does not have is not asked of a module.
     let (first, second) = if matches!(first, Opened::File(_)) {
-        let first = first.settings(None)?;
-        let second = second.settings(Some(&first.list))?;
+        let first = first.settings(None, signal)?;
+        let second = second.settings(Some(&first.list), signal)?;
         (first, second)
     } else {
-        let second = second.settings(None)?;
-        (first.settings(Some(&second.list))?, second)
+        let second = second.settings(None, signal)?;
+        (first.settings(Some(&second.list), signal)?, second)
     };
     let (name, other) = (a.name(), b.name());
     if let (Some(one), Some(two)) = (first.number, second.number)

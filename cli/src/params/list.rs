@@ -10,6 +10,7 @@ use super::place::Where;
 use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::product::{Product, axis_number, numbers, symbol};
+use crate::signal::EndSignal;
 
 /// Bank of the parameters of interrupts.
 const BANK_OF_INTERRUPTS: u8 = 3;
@@ -33,7 +34,7 @@ struct Entry {
 
 /// Prints the table, of these axes or this bank only if there are any, and only parameters whose names contain all of
 /// `words`.
-pub(super) fn list(module: &mut Conversation, words: &[String], at: Where) -> Result<(), Failure> {
+pub(super) fn list(module: &mut Conversation, words: &[String], at: Where, signal: &EndSignal) -> Result<(), Failure> {
     let product = module.product()?;
     let spec = numbers(product);
     let axes = module.axes()?;
@@ -57,7 +58,7 @@ pub(super) fn list(module: &mut Conversation, words: &[String], at: Where) -> Re
         });
         let in_chip = module.is_in_chip_units(axis)?;
         let entries = entries.filter(|entry| wanted(&entry.name)).collect();
-        found += table(module, &format!("Axis {axis}"), entries, in_chip, &mut out)?;
+        found += table(module, &format!("Axis {axis}"), entries, in_chip, signal, &mut out)?;
     }
     let has_bank = |bank| at.axis.is_none() && at.bank.is_none_or(|only| only == bank);
     if has_bank(0) {
@@ -67,7 +68,7 @@ pub(super) fn list(module: &mut Conversation, words: &[String], at: Where) -> Re
             name: found.row.name.into(),
         });
         let entries = entries.filter(|entry| wanted(&entry.name)).collect();
-        found += table(module, "Global parameters, bank 0", entries, false, &mut out)?;
+        found += table(module, "Global parameters, bank 0", entries, false, signal, &mut out)?;
     }
     if has_bank(BANK_OF_INTERRUPTS) {
         let entries = INTERRUPTS.iter().flat_map(|kind| {
@@ -78,7 +79,7 @@ pub(super) fn list(module: &mut Conversation, words: &[String], at: Where) -> Re
             })
         });
         let entries = entries.filter(|entry| wanted(&entry.name)).collect();
-        found += table(module, "Interrupts, bank 3", entries, false, &mut out)?;
+        found += table(module, "Interrupts, bank 3", entries, false, signal, &mut out)?;
     }
     match found {
         0 => Err(Failure::Failed("no parameter has all these words in its name".into())),
@@ -98,11 +99,15 @@ fn table(
     heading: &str,
     entries: Vec<Entry>,
     in_chip: bool,
+    signal: &EndSignal,
     out: &mut impl Write,
 ) -> Result<usize, Failure> {
     let product = module.product()?;
     let mut rows = Vec::new();
     for Entry { setting, row, name } in entries {
+        if signal.happened() {
+            return Err(signal.failure(""));
+        }
         let value = match setting.read() {
             command if clears(command, product) => "-".into(),
             command => match module.value(command) {

@@ -1,6 +1,7 @@
 //! `tmcl params`: a module's settings one by one, as a table, and in files of TMCL commands.
 
 mod diff;
+mod draft;
 mod file;
 mod list;
 mod one;
@@ -15,6 +16,7 @@ use clap::{Args, Subcommand};
 use crate::conversation::{Conversation, Reach, Way};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
+use crate::signal::EndSignal;
 use diff::Side;
 use one::Assignment;
 use place::Where;
@@ -177,18 +179,25 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     match &options.action {
         Action::Get { names, place, value } => one::get(&mut open()?, names, (*place).into(), *value),
         Action::Set { assignments, place, store } => one::set(&mut open()?, assignments, (*place).into(), *store),
-        Action::List { words, place } => list::list(&mut open()?, words, (*place).into()),
+        Action::List { words, place } => {
+            let mut module = open()?;
+            list::list(&mut module, words, (*place).into(), &EndSignal::watch()?)
+        }
         Action::Diff { .. } if options.link.is_some() => {
             Err(Failure::Arguments("diff has two sides and no other LINK: tmcl params diff A B".into()))
         }
         Action::Diff { first, second } => diff::diff(first, second, &options.way),
-        Action::Save { file } => save::save(&mut open()?, file),
+        Action::Save { file } => {
+            let mut module = open()?;
+            save::save(&mut module, file, &EndSignal::watch()?)
+        }
         Action::Restore { file, store, interface } => {
             let reach = reach()?;
             let settings = file::read(file)?;
             let mut module = Conversation::open(&reach)?;
             restore::check(&mut module, &settings, file)?;
-            restore::restore(&mut module, &reach, settings.list, *store, *interface)
+            // Until here a signal ends the program by itself.
+            restore::restore(&mut module, &reach, settings.list, (*store, *interface), &EndSignal::watch()?)
         }
     }
 }

@@ -13,6 +13,7 @@ use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::product::{Product, stores_axes};
 use crate::progress::Progress;
+use crate::signal::EndSignal;
 
 /// Fails if the settings are those of another product than that of the module.
 pub(super) fn check(module: &mut Conversation, settings: &Settings, path: &Path) -> Result<(), Failure> {
@@ -30,13 +31,13 @@ pub(super) fn check(module: &mut Conversation, settings: &Settings, path: &Path)
 }
 
 /// Writes the settings to the module. With `store` they are also stored in the EEPROM; only with `interface` the
-/// settings of the interfaces are written, too.
+/// settings of the interfaces are written, too. A signal, or a module that does not answer any more, ends it half way.
 pub(super) fn restore(
     module: &mut Conversation,
     reach: &Reach,
     settings: Vec<Setting>,
-    store: bool,
-    interface: bool,
+    (store, interface): (bool, bool),
+    signal: &EndSignal,
 ) -> Result<(), Failure> {
     let product = module.product()?;
     let (mut interfaces, settings): (Vec<_>, Vec<_>) =
@@ -52,7 +53,7 @@ pub(super) fn restore(
 
     let total = settings.len() + interfaces.len();
     let progress = Progress::new(format!("restoring {total} settings"), total);
-    let mut restorer = Restorer { module, progress, done: 0, same: 0, changed: 0 };
+    let mut restorer = Restorer { module, signal, progress, total, done: 0, same: 0, changed: 0 };
     let mut refused = restorer.write(&settings)?;
     // A refused parameter may depend on one further down, as the acceleration does on its divisor, so refused ones are
     // written again until that changes nothing more.
@@ -115,7 +116,9 @@ fn standstill(module: &mut Conversation, settings: &[Setting]) -> Result<(), Fai
 /// The state of restoring, with counts of settings.
 struct Restorer<'a> {
     module: &'a mut Conversation,
+    signal: &'a EndSignal,
     progress: Progress,
+    total: usize,
     done: usize,
     same: usize,
     changed: usize,
@@ -123,19 +126,31 @@ struct Restorer<'a> {
 
 impl Restorer<'_> {
     /// Writes the settings whose values differ. Returns the settings that the module refuses.
-    fn write(&mut self, settings: &[Setting]) -> Result<Vec<(Setting, Error)>, Error> {
+    fn write(&mut self, settings: &[Setting]) -> Result<Vec<(Setting, Error)>, Failure> {
         let mut refused = Vec::new();
         for setting in settings {
+            self.go_on()?;
             match self.write_one(*setting) {
                 Ok(()) => {
                     self.done += 1;
                     self.progress.reach(self.done);
                 }
                 Err(error) if error.is_refusal() => refused.push((*setting, error)),
-                Err(error) => return Err(error),
+                Err(error) => return Err(Failure::Failed(format!("{error}; {}", self.so_far()))),
             }
         }
         Ok(refused)
+    }
+
+    /// Fails if a signal has come.
+    fn go_on(&self) -> Result<(), Failure> {
+        if self.signal.happened() { Err(self.signal.failure(self.so_far())) } else { Ok(()) }
+    }
+
+    /// What a user has to know who finds it ended half way.
+    fn so_far(&self) -> String {
+        let (done, total) = (self.done, self.total);
+        format!("{done} of {total} settings are as in the file; restore it again for the rest")
     }
 
     fn write_one(&mut self, setting: Setting) -> Result<(), Error> {
@@ -153,17 +168,18 @@ impl Restorer<'_> {
 
     /// Stores axis parameters, user variables and coordinates in the EEPROM of a product, as far as it does that.
     /// Returns the refusals of the module.
-    fn store(&mut self, settings: &[Setting], product: Option<Product>) -> Result<Vec<Error>, Error> {
+    fn store(&mut self, settings: &[Setting], product: Option<Product>) -> Result<Vec<Error>, Failure> {
         let mut commands: Vec<Command> = settings.iter().filter_map(|setting| setting.store(product)).collect();
         if settings.iter().any(|setting| matches!(setting, Setting::Coordinate { .. })) {
             commands.push(Command::new(Opcode::Sco as u8, 0, ALL_AXES, 0));
         }
         let mut refused = Vec::new();
         for command in commands {
+            self.go_on()?;
             match self.module.request(command) {
                 Ok(_) => {}
                 Err(error) if error.is_refusal() => refused.push(error),
-                Err(error) => return Err(error),
+                Err(error) => return Err(Failure::Failed(format!("{error}; not all settings are stored"))),
             }
         }
         Ok(refused)

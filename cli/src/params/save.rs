@@ -5,12 +5,14 @@ use std::path::Path;
 
 use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Parameter, STORED_USER_VARIABLES};
 
+use super::draft::Draft;
 use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::product::{Product, numbers, stores_axes};
 use crate::progress::Progress;
+use crate::signal::EndSignal;
 
 /// A heading of the file and the settings below it.
 struct Section {
@@ -19,7 +21,8 @@ struct Section {
 }
 
 /// Saves a module's settings in a file, or prints them. The file is written only after all settings have been read.
-pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure> {
+pub(super) fn save(module: &mut Conversation, path: &Path, signal: &EndSignal) -> Result<(), Failure> {
+    let draft = if path == Path::new(STANDARD) { None } else { Some(Draft::begin(path)?) };
     let identity = module.identity()?;
     let mut text = format!("{TITLE}{identity}, saved by tmcl params\n");
     let sections = sections(identity.product, module.axes()?);
@@ -33,6 +36,9 @@ pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure
                 text += &format!("{}\n", setting.with(value).line(identity.product));
                 saved += 1;
             }
+            if signal.happened() {
+                return Err(signal.failure(""));
+            }
             asked += 1;
             progress.reach(asked);
         }
@@ -42,31 +48,43 @@ pub(super) fn save(module: &mut Conversation, path: &Path) -> Result<(), Failure
         0 => String::new(),
         missing => format!("; {missing} more are unknown to this module"),
     };
-    if path == Path::new(STANDARD) {
-        let mut out = std::io::stdout().lock();
-        out.write_all(text.as_bytes())?;
-        out.flush()?;
-        return Ok(writeln!(std::io::stderr(), "tmcl: {saved} settings{missing}")?);
+    match draft {
+        Some(draft) => {
+            draft.finish(&text)?;
+            Ok(writeln!(std::io::stdout(), "{saved} settings saved in {}{missing}", path.display())?)
+        }
+        None => {
+            let mut out = std::io::stdout().lock();
+            out.write_all(text.as_bytes())?;
+            out.flush()?;
+            // A closed standard error does not end the program.
+            let _ = writeln!(std::io::stderr(), "tmcl: {saved} settings{missing}");
+            Ok(())
+        }
     }
-    let shown = path.display();
-    std::fs::write(path, text).map_err(|error| Failure::Failed(format!("cannot write {shown}: {error}")))?;
-    Ok(writeln!(std::io::stdout(), "{saved} settings saved in {shown}{missing}")?)
 }
 
 /// All settings of a module with their values, as they would be saved.
-pub(super) fn all(module: &mut Conversation) -> Result<Vec<Setting>, Failure> {
+pub(super) fn all(module: &mut Conversation, signal: &EndSignal) -> Result<Vec<Setting>, Failure> {
     let product = module.product()?;
     let sections = sections(product, module.axes()?);
     let settings: Vec<Setting> = sections.into_iter().flat_map(|section| section.settings).collect();
-    values(module, &settings)
+    values(module, &settings, signal)
 }
 
 /// These settings with the values that they have in a module; without those that it does not have.
-pub(super) fn values(module: &mut Conversation, settings: &[Setting]) -> Result<Vec<Setting>, Failure> {
+pub(super) fn values(
+    module: &mut Conversation,
+    settings: &[Setting],
+    signal: &EndSignal,
+) -> Result<Vec<Setting>, Failure> {
     let total = settings.len();
     let mut progress = Progress::new(format!("reading {total} settings"), total);
     let mut read = Vec::new();
     for (done, setting) in (1..).zip(settings) {
+        if signal.happened() {
+            return Err(signal.failure(""));
+        }
         read.extend(value(module, *setting)?.map(|value| setting.with(value)));
         progress.reach(done);
     }

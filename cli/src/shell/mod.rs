@@ -22,6 +22,7 @@ use std::io::Write;
 use std::time::Duration;
 
 use clap::Args;
+use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
@@ -61,6 +62,8 @@ Examples:
   echo GAP 1, 0 | tmcl shell sim          lines from a pipe
 Without a terminal the exit code is 1 if a line was not carried out.";
 
+/// A command that every module answers, and that changes nothing: 135, which is not stored in download mode either.
+const PRESENT: Command = Command::new(Opcode::ApplicationStatus as u8, 0, 0, 0);
 /// What the shell asks with.
 const PROMPT: &str = "(tmcl) ";
 
@@ -68,6 +71,9 @@ const PROMPT: &str = "(tmcl) ";
 pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch()?;
     let mut module = Conversation::open(&options.reach)?;
+    // Nobody should have to type a command to find out that no module is there; one that does not tell what it is answers
+    // this all the same.
+    module.exchange(PRESENT).map_err(|error| Failure::Failed(error.to_string()))?;
     let identity = module.identity()?;
     let mut editor = Editor::open(Words::of(identity.product))?;
     let is_simulated = options.reach.link == LinkTarget::Simulated;

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::harness::{Sim, complaint, run, type_into};
+use super::harness::{Sim, complaint, names, run, type_into};
+use super::pty::Terminal;
 
 /// Runs `tmcl params` and gives what it says.
 fn params(link: &[&str], action: &str, file: &Path, options: &[&str]) -> (Option<i32>, String) {
@@ -317,4 +318,72 @@ fn coordinates_of_all_axes_are_saved_and_standard_output_takes_them() {
         let again = type_into(&["params", "sim", "--product", product, "restore", "-"], &said);
         assert_eq!(again.status.code(), Some(0), "{}", super::harness::complaint(&again));
     }
+}
+
+/// On a bus on which each reply takes a fifth of a second.
+#[test]
+fn what_is_interrupted_is_told_and_nothing_is_lost() {
+    let sim = Sim::start(&["--rs485", "{}/bus", "--tcp", "127.0.0.1:0", "--speed", "0.05"]);
+    let (bus, file) = (sim.told("rs485"), sim.path("axis.tmcl"));
+    let name = file.to_str().unwrap();
+    let old = "SAP 4, 0, 1500\nSAP 5, 0, 500\n".repeat(70);
+    std::fs::write(&file, &old).unwrap();
+    let before = names(sim.folder.path());
+    for (arguments, begins, told) in [
+        (&["save", name][..], "reading 139 settings", ""),
+        (&["list"], "", ""),
+        (
+            &["restore", name],
+            "restoring 140 settings",
+            " of 140 settings are as in the file; restore it again for the rest",
+        ),
+        (&["diff", name, bus], "reading 140 settings", ""),
+    ] {
+        let link: &[&str] = if arguments[0] == "diff" { &[] } else { &[bus] };
+        let options = ["--timeout", "20000"];
+        let mut terminal = Terminal::start_with(&[&["params"], link, arguments, &options].concat(), 40);
+        if begins.is_empty() {
+            std::thread::sleep(std::time::Duration::from_millis(500));
+        } else {
+            terminal.expect(begins);
+            terminal.expect("  1 %");
+        }
+        terminal.keys("\x03");
+        let (status, said) = terminal.end();
+        // `list` may not have begun.
+        assert!(status.code() == Some(130) || arguments == ["list"], "{arguments:?}: {status} {said}");
+        assert!(said.contains(told), "{arguments:?}: {said}");
+        assert!(terminal.is_as_before());
+        assert_eq!(names(sim.folder.path()), before, "{arguments:?}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), old);
+    }
+}
+
+#[test]
+fn files_that_are_none_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("binary.tmcl"), [0xFF, 0, 1]).unwrap();
+    std::fs::write(path("empty.tmcl"), "").unwrap();
+    for (arguments, code, expected) in [
+        (&["sim", "restore", &path("none.tmcl")][..], 1, "cannot read "),
+        (&["sim", "restore", &path("")], 1, "cannot read "),
+        (&["sim", "restore", &path("binary.tmcl")], 1, "binary.tmcl is no text (UTF-8)"),
+        (&["sim", "save", &path("none/axis.tmcl")], 1, "cannot write "),
+        (&["sim", "save", &path("")], 1, "cannot write "),
+        (&["sim", "save", "/dev/full"], 1, "cannot write /dev/full"),
+        (&["diff", "-", "-"], 2, "standard input can be one of the two, and not both"),
+        (&["sim", "get", "300"], 2, "300 is no parameter; their numbers are 0 to 255"),
+        (&["sim", "set", "4"], 2, "for example APMaxCurrent=100"),
+        (&["sim", "get", "4", "--axis", "x"], 2, "invalid value 'x'"),
+        (&["tcp:localhost", "list"], 2, "give a host and a port"),
+        (&["/dev/null", "list"], 1, "/dev/null"),
+    ] {
+        let (told, said, complaint) = say(arguments);
+        assert!(told == Some(code) && said.is_empty(), "{arguments:?}: {told:?} {said} {complaint}");
+        assert!(complaint.contains(expected), "{arguments:?}: {complaint}");
+    }
+    // A file without a setting has nothing that is different.
+    assert_eq!(say(&["diff", &path("empty.tmcl"), "sim"]).0, Some(0));
+    assert_eq!(say(&["sim", "restore", &path("empty.tmcl")]).0, Some(0));
 }

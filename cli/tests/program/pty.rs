@@ -76,6 +76,12 @@ impl Terminal {
         }
     }
 
+    /// True if the program has shown a text since the last one that was waited for.
+    pub(crate) fn shows(&mut self, text: &str) -> bool {
+        self.look(Duration::ZERO);
+        self.shown.contains(text)
+    }
+
     /// Takes what the program shows within a time. False once the program has closed the terminal.
     fn look(&mut self, within: Duration) -> bool {
         let master = self.master.as_mut().unwrap();

@@ -1,0 +1,95 @@
+//! A file that takes the place of an older one when it is complete, and not before.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::failure::Failure;
+
+/// A file that is being written, beside the one that it will be. It is removed if it is never finished.
+#[derive(Debug)]
+pub(super) struct Draft {
+    /// What it will be.
+    path: PathBuf,
+    /// Where it is written; `None` for what is no file on a disk, such as a pipe, which is written directly.
+    beside: Option<PathBuf>,
+    file: File,
+}
+
+impl Draft {
+    /// Begins a file, so that a name that cannot be written is noticed at once.
+    pub(super) fn begin(path: &Path) -> Result<Self, Failure> {
+        Self::open(path).map_err(|error| cannot(path, &error))
+    }
+
+    fn open(path: &Path) -> io::Result<Self> {
+        // A link goes on to lead to the file.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+        match OpenOptions::new().write(true).open(&path) {
+            Ok(file) if !file.metadata()?.is_file() => return Ok(Draft { path, beside: None, file }),
+            Ok(_) => {}
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) => return Err(error),
+        }
+        let mut name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?.to_owned();
+        name.push(".part");
+        let beside = path.with_file_name(name);
+        let file = File::create(&beside)?;
+        Ok(Draft { path, beside: Some(beside), file })
+    }
+
+    /// Writes the text, with which the file is complete.
+    pub(super) fn finish(mut self, text: &str) -> Result<(), Failure> {
+        let written = self.file.write_all(text.as_bytes()).and_then(|()| match &self.beside {
+            Some(beside) => {
+                if let Ok(old) = fs::metadata(&self.path) {
+                    fs::set_permissions(beside, old.permissions())?;
+                }
+                self.file.sync_all()?;
+                fs::rename(beside, &self.path)
+            }
+            None => Ok(()),
+        });
+        match written {
+            Ok(()) => {
+                self.beside = None;
+                Ok(())
+            }
+            Err(error) => Err(cannot(&self.path, &error)),
+        }
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        if let Some(beside) = &self.beside {
+            // What cannot be removed is left.
+            let _ = fs::remove_file(beside);
+        }
+    }
+}
+
+fn cannot(path: &Path, error: &io::Error) -> Failure {
+    Failure::Failed(format!("cannot write {}: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_replaced_only_by_a_complete_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("axis.tmcl");
+        fs::write(&path, "old").unwrap();
+        drop(Draft::begin(&path).unwrap());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        Draft::begin(&path).unwrap().finish("new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+        assert!(Draft::begin(&folder.path().join("none/axis.tmcl")).is_err());
+        assert!(Draft::begin(folder.path()).is_err());
+        Draft::begin(Path::new("/dev/null")).unwrap().finish("new").unwrap();
+        assert!(Draft::begin(Path::new("/dev/full")).unwrap().finish("new").is_err());
+    }
+}
