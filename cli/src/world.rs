@@ -55,7 +55,7 @@ Examples:
 The exit code is 1 if a command was refused.";
 
 /// Reads the address of the port.
-fn address(text: &str) -> Result<String, String> {
+pub(crate) fn address(text: &str) -> Result<String, String> {
     let address = sim::address(text.strip_prefix("tcp:").unwrap_or(text))?;
     match address.ends_with(":0") {
         true => Err("port 0 is none; tmcl sim prints the one that it has taken".into()),
@@ -139,13 +139,14 @@ fn missing(value: &Value, name: &str) -> String {
 }
 
 /// A connection to a control port.
-struct Port {
+pub(crate) struct Port {
     lines: BufReader<TcpStream>,
     timeout: Duration,
 }
 
 impl Port {
-    fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
+    /// Connects to a port. `timeout` is the longest wait for the connection, and for each answer.
+    pub(crate) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
         let stream = link::connect(address, timeout, "--control")?;
         let failed = |error| Failure::Failed(format!("cannot use the connection: {error}"));
         stream.set_read_timeout(Some(timeout)).map_err(failed)?;
@@ -154,7 +155,7 @@ impl Port {
     }
 
     /// Sends a command and gives the line that answers it, as it came and taken apart.
-    fn ask(&mut self, command: &str) -> Result<(String, Map<String, Value>), Failure> {
+    pub(crate) fn ask(&mut self, command: &str) -> Result<(String, Map<String, Value>), Failure> {
         let failed = |why: String| Failure::Failed(format!("{command}: {why}"));
         let mut bytes = Vec::new();
         let sent = self.lines.get_mut().write_all(format!("{command}\n").as_bytes());

@@ -1,16 +1,15 @@
 //! What loads the motor: the simulated world, the control port of a virtual module, or the user's hand.
 
-use std::io::{BufRead, BufReader, Write};
-use std::net::TcpStream;
 use std::time::Duration;
 
 use hal_sim::control::{Control, State};
 use hal_sim::world::motor::{FULL_TORQUE, Motor};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use super::ask::Lines;
 use super::drive::Drive;
 use crate::failure::Failure;
+use crate::world::Port;
 
 /// The part of the torque in reserve that a virtual motor is loaded with.
 const PART: f64 = 0.9;
@@ -44,7 +43,7 @@ pub(super) enum Brake {
 impl Brake {
     /// The control port at an address.
     pub(super) fn control(address: &str, axis: u8, load: Option<f64>) -> Result<Self, Failure> {
-        let mut port = ControlPort::open(address)?;
+        let mut port = ControlPort(Port::connect(address, PATIENCE)?);
         let before = port.axis(usize::from(axis))?.get("load").and_then(Value::as_f64).unwrap_or_default();
         Ok(Brake::Control { port, load, before })
     }
@@ -133,48 +132,16 @@ fn set_load(drive: &mut Drive<'_, '_>, axis: usize, load: f64) -> Result<(), Fai
     Control::Load { axis, load }.apply(&mut module.board().borrow_mut()).map(|_| ()).map_err(Failure::Failed)
 }
 
-/// A connection to the control port of `tmcl sim`.
-pub(super) struct ControlPort {
-    address: String,
-    stream: TcpStream,
-    answers: BufReader<TcpStream>,
-}
+/// The control port of `tmcl sim`.
+pub(super) struct ControlPort(Port);
 
 impl ControlPort {
-    /// Connects to a port.
-    pub(super) fn open(address: &str) -> Result<Self, Failure> {
-        let failed = |error: std::io::Error| {
-            Failure::Failed(format!(
-                "--control: cannot connect to {address}: {error}. It is the control port of the virtual module: tmcl sim \
-                 --control {address}"
-            ))
-        };
-        let stream = TcpStream::connect(address).map_err(failed)?;
-        stream.set_read_timeout(Some(PATIENCE)).map_err(failed)?;
-        stream.set_nodelay(true).map_err(failed)?;
-        let answers = BufReader::new(stream.try_clone().map_err(failed)?);
-        Ok(ControlPort { address: address.into(), stream, answers })
-    }
-
-    /// Sends a line and returns the answer.
-    fn send(&mut self, line: &str) -> Result<Value, Failure> {
-        let answer = self.exchange(line).map_err(|error| {
-            Failure::Failed(format!("--control: the port {} does not answer: {error}", self.address))
-        })?;
-        let wrong = |why: &str| Failure::Failed(format!("--control: {}: {line}: {why}", self.address));
-        let answer: Value = serde_json::from_str(&answer).map_err(|_| wrong("this is no control port"))?;
-        match answer.get("ok").and_then(Value::as_bool) {
-            Some(true) => Ok(answer),
-            _ => Err(wrong(answer.get("error").and_then(Value::as_str).unwrap_or("refused"))),
-        }
-    }
-
-    fn exchange(&mut self, line: &str) -> std::io::Result<String> {
-        self.stream.write_all(format!("{line}\n").as_bytes())?;
-        let mut answer = String::new();
-        match self.answers.read_line(&mut answer)? {
-            0 => Err(std::io::ErrorKind::UnexpectedEof.into()),
-            _ => Ok(answer),
+    /// Sends a command that has to be carried out, and returns the answer.
+    fn send(&mut self, command: &str) -> Result<Map<String, Value>, Failure> {
+        let (_, answer) = self.0.ask(command).map_err(|failure| Failure::Failed(format!("--control: {failure}")))?;
+        match answer.get("error").and_then(Value::as_str) {
+            Some(why) => Err(Failure::Failed(format!("--control: {command}: {why}"))),
+            None => Ok(answer),
         }
     }
 

@@ -15,7 +15,7 @@ pub(super) const SAMPLES: u32 = 12;
 /// with the filter, of which one has begun and ended.
 pub(super) const FRESH: i32 = 8;
 /// Number of times the motor may go along its track without a sample.
-const PATIENCE: u32 = 6;
+const PATIENCE: u32 = 20;
 /// Number of looks after which a motor that should turn is taken for one that is held up.
 const HELD_UP: u32 = 100;
 /// Time between two looks at a motor whose speed changes.

@@ -38,6 +38,7 @@ use crate::progress::Progress;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
 use crate::terminal;
+use crate::world;
 use bench::Bench;
 use brake::Brake;
 use drive::{Drive, Method};
@@ -108,7 +109,7 @@ pub struct Common {
     /// Load the motor of a virtual module by this port: that of `tmcl sim --control`
     ///
     /// On LINK sim the motor is loaded without it. Otherwise somebody has to hold the shaft when asked to.
-    #[arg(long, value_name = "ADDR:PORT")]
+    #[arg(long, value_name = "ADDR:PORT", value_parser = world::address)]
     pub control: Option<String>,
 
     /// Load a virtual motor with this part of its torque at full current, in place of one that it can just bear

@@ -98,7 +98,9 @@ impl Setup {
             let full_steps = f64::from(method.settle) + f64::from(method.apart) * f64::from(samples);
             full_steps * f64::from(self.microsteps) + speed * latency.as_secs_f64() * f64::from(samples)
         };
-        Need { speed, acceleration: self.acceleration, constant: 2.0 * way(SAMPLES), enough: way(SAMPLES / 3) }
+        // A way of a second at least: what asks the module may be held up for a moment.
+        let constant = (2.0 * way(SAMPLES)).max(speed);
+        Need { speed, acceleration: self.acceleration, constant, enough: way(SAMPLES / 3) }
     }
 
     /// How long so many readings take at a speed, on a track of so many microsteps, if a sample takes `latency`.

@@ -180,7 +180,7 @@ fn module(product: &str) -> Sim {
         "--world",
         &world,
         "--speed",
-        "4",
+        "2",
         "--product",
         product,
     ]);
