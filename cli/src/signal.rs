@@ -3,8 +3,8 @@
 use std::io::Read;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::os::unix::net::UnixStream;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
@@ -20,6 +20,26 @@ pub struct EndSignal {
     bell: UnixStream,
     /// The number of the last signal.
     caught: Arc<AtomicUsize>,
+}
+
+/// The number of the last signal since somebody began to wait for something else than the bell; 0 is none.
+static LAST: LazyLock<Arc<AtomicUsize>> = LazyLock::new(Arc::default);
+
+/// A wait for something else than a signal, in which signals that come are noticed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wait(());
+
+impl Wait {
+    /// The wait begins: signals that came before do not count.
+    pub(crate) fn begin() -> Self {
+        LAST.store(0, Ordering::SeqCst);
+        Wait(())
+    }
+
+    /// The number of a signal that has come meanwhile.
+    pub(crate) fn signal(self) -> Option<u8> {
+        u8::try_from(LAST.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
+    }
 }
 
 impl EndSignal {
@@ -40,6 +60,7 @@ impl EndSignal {
         for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
             // The number is noted before the bell rings, because handlers run in the order of their registration.
             signal_hook::flag::register_usize(signal, Arc::clone(&caught), signal.unsigned_abs() as usize)?;
+            signal_hook::flag::register_usize(signal, Arc::clone(&LAST), signal.unsigned_abs() as usize)?;
             signal_hook::low_level::pipe::register(signal, rope.try_clone()?)?;
         }
         Ok(EndSignal { bell, caught })

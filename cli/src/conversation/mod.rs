@@ -69,7 +69,11 @@ impl fmt::Display for Error {
                 write!(f, "{command}: status {status} {}", meaning(*status))
             }
             Error::Strange { command, reply } => {
-                write!(f, "{command}: what came is not the reply to it: {}", hexadecimal(reply))
+                let reply = hexadecimal(reply);
+                write!(
+                    f,
+                    "{command}: what came is not the reply to it: {reply}; is there a module, and is --baud right?"
+                )
             }
         }
     }
@@ -79,7 +83,12 @@ impl std::error::Error for Error {}
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
-        Failure::Failed(error.to_string())
+        match error {
+            Error::Link { error: LinkError::Interrupted { signal }, .. } => {
+                Failure::Interrupted { signal, message: String::new() }
+            }
+            error => Failure::Failed(error.to_string()),
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use tmcm_sim::NativeModule;
 
 use crate::failure::Failure;
 use crate::product::Product;
-use crate::signal::EndSignal;
+use crate::signal::{EndSignal, Wait};
 use serial::Serial;
 use simulated::Simulated;
 pub use simulated::Surroundings;
@@ -107,6 +107,11 @@ pub enum LinkError {
     Refused,
     /// The other side has closed the connection.
     Closed,
+    /// A signal has ended the wait for a reply that does not come.
+    Interrupted {
+        /// The number of the signal.
+        signal: u8,
+    },
     /// The device or the connection failed.
     Io(std::io::Error),
 }
@@ -122,7 +127,10 @@ impl fmt::Display for LinkError {
             }
             LinkError::Address => f.write_str("addresses go up to 255 on this link; only CAN has more, up to 2047"),
             LinkError::Refused => f.write_str("the adapter refused the frame; check its power and the bus"),
-            LinkError::Closed => f.write_str("the other side has closed the connection"),
+            LinkError::Closed => {
+                f.write_str("the other side has closed the connection; check the power of the module, and its cable")
+            }
+            LinkError::Interrupted { signal } => write!(f, "signal {signal} came before a reply"),
             LinkError::Io(error) => write!(f, "the link failed: {error}"),
         }
     }
@@ -243,6 +251,53 @@ impl Link {
     }
 }
 
+/// After a signal a reply is waited for no longer than this: a module that works has answered by then, and what talks to it
+/// ends as it should.
+const GRACE: Duration = Duration::from_millis(500);
+/// Time between two looks for a signal.
+const LOOK: Duration = Duration::from_millis(50);
+/// Most reads of what has come before a request, so that somebody who never stops talking is no end of it.
+const STALE_READS: usize = 256;
+
+/// The wait for a reply, which a time-out ends, or soon after it has come a signal.
+#[derive(Debug)]
+struct Patience {
+    until: Instant,
+    wait: Wait,
+    /// When the wait ends because of a signal, and its number.
+    grace: Option<(Instant, u8)>,
+}
+
+impl Patience {
+    /// The wait begins.
+    fn begin(timeout: Duration) -> Self {
+        Patience { until: Instant::now() + timeout, wait: Wait::begin(), grace: None }
+    }
+
+    /// True if the time is over.
+    fn is_over(&self) -> bool {
+        Instant::now() >= self.until
+    }
+
+    /// Waits until a descriptor can be read. False if it cannot be read in time.
+    fn readable(&mut self, fd: &impl std::os::fd::AsFd) -> Result<bool, LinkError> {
+        loop {
+            let now = Instant::now();
+            if let (None, Some(signal)) = (self.grace, self.wait.signal()) {
+                self.grace = Some((now + GRACE, signal));
+            }
+            if readable(fd, self.until.min(now + LOOK))? {
+                return Ok(true);
+            }
+            match self.grace {
+                Some((end, signal)) if now >= end => return Err(LinkError::Interrupted { signal }),
+                _ if self.is_over() => return Ok(false),
+                _ => {}
+            }
+        }
+    }
+}
+
 /// Waits until a descriptor can be read, at most until the instant `until`. False if it cannot be read by then.
 pub(crate) fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::Result<bool> {
     loop {
@@ -258,15 +313,16 @@ pub(crate) fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::
 
 /// Reads a reply from a device that is in non-blocking mode, or gives up after `timeout`.
 fn read_reply(device: &mut (impl std::io::Read + std::os::fd::AsFd), timeout: Duration) -> Result<Telegram, LinkError> {
-    let until = Instant::now() + timeout;
+    let mut patience = Patience::begin(timeout);
     let mut reply: Telegram = [0; TELEGRAM];
     let mut bytes = 0;
     while let Some(rest) = reply.get_mut(bytes..).filter(|rest| !rest.is_empty()) {
-        if !readable(device, until)? {
+        if !patience.readable(device)? {
             return Err(LinkError::NoReply { bytes });
         }
         match device.read(rest) {
             Ok(0) => return Err(LinkError::Closed),
+            Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => return Err(LinkError::Closed),
             Ok(count) => bytes += count,
             Err(error) if matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::Interrupted) => {}
             Err(error) => return Err(error.into()),

@@ -9,7 +9,7 @@ use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Opcode, Reply};
 
-use super::{LinkError, readable};
+use super::{LinkError, Patience, STALE_READS, readable};
 use crate::slcan::{self, DONE, REFUSED};
 
 /// Commands that open the adapter's channel: an empty line ends any unfinished command, C closes the channel, S8 sets
@@ -34,9 +34,9 @@ impl<T: Read + Write + AsFd> Slcan<T> {
             adapter.write(command)?;
             // A refusal may mean that the adapter is in the wanted state already, so it is ignored. If the channel
             // does not open, the adapter will refuse the frames.
-            let until = Instant::now() + ANSWER;
+            let mut patience = Patience::begin(ANSWER);
             loop {
-                match adapter.line(until) {
+                match adapter.line(&mut patience) {
                     Ok(line) if !line.is_empty() => {}
                     Ok(_) | Err(LinkError::Refused | LinkError::NoReply { .. }) => break,
                     Err(error) => return Err(error),
@@ -52,9 +52,10 @@ impl<T: Read + Write + AsFd> Slcan<T> {
         self.forget()?;
         let frame = Frame::standard(id, &can::encode_command(command)).ok_or(LinkError::Refused)?;
         self.write(&slcan::line(&frame))?;
-        let until = Instant::now() + timeout;
+        let mut patience = Patience::begin(timeout);
         loop {
-            let frame = slcan::parse(&self.line(until)?).filter(|frame| !frame.is_extended() && frame.is_data_frame());
+            let frame =
+                slcan::parse(&self.line(&mut patience)?).filter(|frame| !frame.is_extended() && frame.is_data_frame());
             if let Some(reply) = frame.and_then(|frame| telegram(id, command, frame.data())) {
                 return Ok(reply);
             }
@@ -68,7 +69,10 @@ impl<T: Read + Write + AsFd> Slcan<T> {
 
     /// Drops everything that has come so far: late replies to earlier requests.
     fn forget(&mut self) -> Result<(), LinkError> {
-        while readable(&self.device, Instant::now())? {
+        for _ in 0..STALE_READS {
+            if !readable(&self.device, Instant::now())? {
+                break;
+            }
             self.read()?;
         }
         self.line.clear();
@@ -76,8 +80,12 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     }
 
     /// The next line from the adapter; a refusal is an error.
-    fn line(&mut self, until: Instant) -> Result<String, LinkError> {
+    fn line(&mut self, patience: &mut Patience) -> Result<String, LinkError> {
         loop {
+            // Somebody who never stops talking does not keep this from ending.
+            if patience.is_over() {
+                return Err(LinkError::NoReply { bytes: 0 });
+            }
             if let Some(end) = self.line.iter().position(|byte| [DONE, REFUSED].contains(byte)) {
                 let mut line: Vec<u8> = self.line.drain(..=end).collect();
                 return match line.pop() {
@@ -85,7 +93,7 @@ impl<T: Read + Write + AsFd> Slcan<T> {
                     _ => Ok(String::from_utf8(line).unwrap_or_default()),
                 };
             }
-            if !readable(&self.device, until)? {
+            if !patience.readable(&self.device)? {
                 return Err(LinkError::NoReply { bytes: 0 });
             }
             self.read()?;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use tmcm::tmcl::binary::Telegram;
 
-use super::{LinkError, read_reply};
+use super::{LinkError, STALE_READS, read_reply};
 use crate::failure::Failure;
 
 /// An open connection in non-blocking mode.
@@ -50,7 +50,11 @@ impl Tcp {
 
     pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
         let mut late = [0; 256];
-        while self.0.read(&mut late).is_ok_and(|count| count > 0) {}
+        for _ in 0..STALE_READS {
+            if !self.0.read(&mut late).is_ok_and(|count| count > 0) {
+                break;
+            }
+        }
         // The write does not block, because a telegram fits the socket's buffer.
         self.0.write_all(request)?;
         read_reply(&mut self.0, timeout)
