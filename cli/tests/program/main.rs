@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod asm;
+mod bad_input;
 #[path = "../../../tests/common/image.rs"]
 mod build;
 mod calc;
