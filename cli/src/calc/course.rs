@@ -79,7 +79,7 @@ pub(super) fn write(out: &mut Vec<u8>, axis: Axis, words: &[String]) -> Result<(
         let (at, with) = (needed("at", MOVE)?, needed("with", MOVE)?);
         refuse(&parts, "from", "a move begins from standstill; its speed stands behind 'at'")?;
         let (up, down) = sides(axis, &parts, at, with)?;
-        let speed = at.made.actual.to_f64();
+        let speed = at.made.actual.approximate();
         Course { parts: &parts, course: travel(&up, &down, way, speed), braked: Some(braked(axis, at, with)) }
     } else {
         if let Some(word) = way.first() {
@@ -89,8 +89,8 @@ pub(super) fn write(out: &mut Vec<u8>, axis: Axis, words: &[String]) -> Result<(
         for word in PARTS.iter().map(|(word, ..)| *word).filter(|word| !matches!(*word, "from" | "with")) {
             refuse(&parts, word, "a motor that turns at a speed stops with one deceleration, that behind 'with'")?;
         }
-        let top = from.made.actual.to_f64();
-        let down = Side::plain(with.made.actual.to_f64()).leg(top);
+        let top = from.made.actual.approximate();
+        let down = Side::plain(with.made.actual.approximate()).leg(top);
         Course { parts: &parts, course: Move { top, legs: [Leg::default(), Leg::default(), down] }, braked: None }
     };
     // Writing to memory cannot fail.
@@ -184,12 +184,12 @@ fn distance(axis: Axis, words: &[String]) -> Result<f64, String> {
 
 /// How the ramp of a move begins and ends.
 fn sides(axis: Axis, parts: &[Part], at: &Part, with: &Part) -> Result<(Side, Side), String> {
-    let main = with.made.actual.to_f64();
+    let main = with.made.actual.approximate();
     if let Generator::Tmc429 { .. } = axis.scale.generator {
         let braked = braked(axis, at, with);
         return Ok((Side::plain(braked.up), Side::plain(braked.down)));
     }
-    let point = |word: &str| parts.iter().find(|part| part.word == word).map(|part| part.made.actual.to_f64());
+    let point = |word: &str| parts.iter().find(|part| part.word == word).map(|part| part.made.actual.approximate());
     let knee = point("v1").unwrap_or_default();
     for (word, other) in [("a1", "v1"), ("d1", "v1"), ("v1", "a1"), ("v1", "d1")] {
         if point(word).is_some() && point(other).is_none_or(|value| value == 0.0) {
@@ -218,13 +218,14 @@ struct Braked {
 /// the distance d to the target the speed is sqrt(2048 * p * d) of its units, p = PMUL / 2^(3 + PDIV) (datasheet, section
 /// 8.1.10.2), which is a deceleration of 1024 * p of its units of speed squared.
 fn braked(axis: Axis, at: &Part, with: &Part) -> Braked {
-    let as_it_is = Braked { own: with.made.own, up: with.made.actual.to_f64(), down: with.made.actual.to_f64() };
+    let as_it_is =
+        Braked { own: with.made.own, up: with.made.actual.approximate(), down: with.made.actual.approximate() };
     let Generator::Tmc429 { pulse_divisor, ramp_divisor } = axis.scale.generator else { return as_it_is };
     let [acceleration, speed] = [with, at].map(|part| i32::try_from(part.made.own).unwrap_or(i32::MAX));
     let Some(found) = braking(acceleration, ramp_divisor, pulse_divisor, speed) else { return as_it_is };
     let own = i128::from(found.acceleration);
     let pulses = |quantity, number: i128| {
-        axis.scale.pulses(quantity, Unit::Internal, Exact::whole(number)).map_or(0.0, Exact::to_f64)
+        axis.scale.pulses(quantity, Unit::Internal, Exact::whole(number)).map_or(0.0, Exact::approximate)
     };
     let unit = pulses(Quantity::Speed, 1);
     let p = f64::from(found.pmul) / f64::from(3 + i32::from(found.pdiv)).exp2();
@@ -291,7 +292,7 @@ impl Course<'_> {
         ];
         table::write(out, &columns, &lines)?;
         let limit = self.parts.iter().find(|part| part.word == "at");
-        if let Some(limit) = limit.filter(|limit| self.course.top < limit.made.actual.to_f64()) {
+        if let Some(limit) = limit.filter(|limit| self.course.top < limit.made.actual.approximate()) {
             let top = self.course.top;
             let rpm = top / microsteps / steps * 60.0;
             writeln!(out, "It gets to {top:.0} pps, {rpm:.3} rpm: the way is too short for {}.", limit.text)?;

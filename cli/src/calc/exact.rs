@@ -48,11 +48,6 @@ impl Exact {
         Exact { numerator: self.denominator, denominator: self.numerator }
     }
 
-    /// The number as a float, for roots.
-    pub(super) fn to_f64(self) -> f64 {
-        self.numerator as f64 / self.denominator as f64
-    }
-
     /// The nearest whole number; a half is rounded away from 0.
     pub(super) fn rounded(self) -> i128 {
         let magnitude = (2 * self.numerator.abs() + self.denominator) / (2 * self.denominator);

@@ -92,7 +92,7 @@ Examples:
   tmcl calc move 51200 microsteps at 60 rpm with 500 rpm/s
       how long a turn takes
   tmcl calc stop from 60 rpm with 100 rpm/s          how far the motor goes on
-  tmcl calc --product 3212 move 10 turns at 300 rpm with 1000 rpm/s v1 60 rpm a1 200 rpm/s
+  tmcl calc --product 3212 move 9 turns at 5 rps with 9 rps/s v1 1 rps a1 3 rps/s d1 3 rps/s
       with a ramp of six points
   tmcl calc -- -500 int                              a speed to the left";
 

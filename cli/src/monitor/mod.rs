@@ -59,7 +59,10 @@ pub struct Options {
     /// Time between two samples, in milliseconds; 0 is as often as possible
     ///
     /// A slow link may need longer, and several axes take their time: then it says how long a sample takes.
-    #[arg(long, value_name = "MS", default_value_t = 100)]
+    #[arg(
+        long, value_name = "MS", default_value_t = 100,
+        value_parser = clap::value_parser!(u64).range(..=LONGEST_INTERVAL)
+    )]
     pub interval: u64,
 
     /// End after so many samples
@@ -67,10 +70,13 @@ pub struct Options {
     pub count: Option<u64>,
 }
 
+/// Longest interval in milliseconds: a day.
+const LONGEST_INTERVAL: u64 = 24 * 3600 * 1000;
+
 const EXAMPLES: &str = "\
 Examples:
   tmcl monitor /dev/ttyACM0                                     one line, refreshed ten times a second
-  tmcl monitor tcp:127.0.0.1:4140 --csv --count 600 > run.csv   a minute for a plot
+  tmcl monitor tcp:127.0.0.1:4140 --csv --count 100 > run.csv   ten seconds for a plot
   tmcl monitor /dev/ttyUSB0 --address 3 --interval 500          module 3 on an RS485 bus
   tmcl monitor /dev/ttyACM0 --axis 0,2                          two axes of several
   tmcl monitor sim --params 1,3,206,180 --json --count 2        position, speed, load and current, for a program";

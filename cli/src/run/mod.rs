@@ -141,7 +141,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let end = session.run(options.until, &signal)?;
     let mut report = Report::of(&mut session, end, options.until, &program, &before);
     if let Some((plot, recording)) = plot.as_mut().zip(session.recording.as_ref()) {
-        let name = options.program.file_name().unwrap_or_default().to_string_lossy();
+        let name = match options.program.file_name().map(|name| name.to_string_lossy()) {
+            Some(name) if !is_standard(&options.program) => name,
+            _ => "standard input".into(),
+        };
         plot.write(plot::draw(&name, report::time(&session, end), recording, &program).as_bytes())?;
         report.plot = Some(plot.name().into());
     }

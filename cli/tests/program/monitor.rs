@@ -251,3 +251,60 @@ fn a_terminal_has_one_line_for_all_axes() {
         assert!(line.len() < usize::from(columns), "{columns}: {line:?}");
     }
 }
+
+/// Whatever a module does, the program ends with one sentence; whatever the reader does, it ends quietly.
+#[test]
+fn what_does_not_answer_well_is_told_in_one_sentence() {
+    let told = |link: &str, options: &[&str]| {
+        let output =
+            run(&[&["monitor", link, "--product", "1140", "--axis", "0", "--timeout", "200"], options].concat());
+        assert_eq!(output.status.code(), Some(1));
+        let told = complaint(&output);
+        assert_eq!(told.lines().count(), 1, "{told}");
+        told
+    };
+    // It answers late.
+    let link = module(|_| {
+        std::thread::sleep(Duration::from_secs(1));
+        Some(0)
+    });
+    assert!(told(&link, &[]).starts_with("tmcl: GAP 1, 0: "));
+    // What it answers is no reply.
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let link = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        let mut stream = listener.accept().unwrap().0;
+        let mut request = [0; TELEGRAM];
+        while stream.read_exact(&mut request).is_ok() {
+            let _ = stream.write_all(&[0x55; TELEGRAM]);
+        }
+    });
+    assert!(told(&link, &[]).contains("what came is not the reply to it: 55 55"));
+    // Nobody listens there.
+    assert!(told("tcp:127.0.0.1:1", &[]).contains("127.0.0.1:1"));
+    for wrong in [&["--interval", "86400001"][..], &["--interval", "fast"], &["--axis", "256"], &["--params", ""]] {
+        let output = run(&[&["monitor", "sim"], wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}: {}", complaint(&output));
+    }
+    let mut monitor = tmcl(&["monitor", "sim", "--csv", "--interval", "1"]).spawn().unwrap();
+    drop(monitor.stdout.take());
+    assert_eq!(monitor.wait().unwrap().code(), Some(141));
+    assert_eq!(complaint(&monitor.wait_with_output().unwrap()), "");
+}
+
+/// Ctrl-C at a narrow terminal: what was shown has fitted, the terminal is as before, and the line has ended.
+#[test]
+fn a_narrow_terminal_is_left_as_it_was() {
+    for options in [&["--params", "1,206,180,3,4,5,6,7"][..], &[], &["--product", "6110"]] {
+        let mut terminal = Terminal::start_with(&[&["monitor", "sim", "--interval", "10"], options].concat(), 40);
+        terminal.expect("\x1b[K");
+        let line = terminal.expect("\x1b[K");
+        let line = line.trim_start_matches('\r').trim_end_matches("\x1b[K");
+        assert!(!line.is_empty() && line.chars().count() < 40 && !line.contains('\n'), "{line:?}");
+        terminal.keys("\x03");
+        let (status, rest) = terminal.end();
+        assert!(rest.ends_with("\x1b[K\r\n") || rest.ends_with("^C\r\n"), "{rest:?}");
+        assert_eq!(status.code(), Some(130));
+        assert!(terminal.is_as_before());
+    }
+}
