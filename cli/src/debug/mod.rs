@@ -71,7 +71,7 @@ Examples:
   printf 'break MainLoop\\ncontinue\\naxes\\n' | tmcl debug sim examples/main_loop.tmc
 After the prompt:
   break Back if acc > 5          stop before the label Back, but only then
-  print APActualPosition         a parameter, by its name in tmcl asm --names
+  print APActualPosition         a parameter by its name; watch shows it at each stop
   set variable 10 = 3            a user variable; set acc 3 is for the accumulator";
 
 /// Debugs until the user quits, and prints the state in which the module is left.
@@ -81,8 +81,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
         return Err(Failure::Arguments(message.into()));
     }
-    let mut signal = EndSignal::watch()?;
+    // Until the link is open, Ctrl-C ends the program at once: looking for a host may take long.
     let mut module = Conversation::open(&options.program.reach)?;
+    let mut signal = EndSignal::watch()?;
     let program = read_program(file, module.product()?)?;
     if options.attach {
         // A program that is protected from being read cannot be compared with the file.

@@ -201,3 +201,28 @@ pub struct Farewell {
     /// The axes that move.
     pub moving: Vec<Axis>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What shows a program step by step elsewhere gets the same values as the text.
+    #[test]
+    fn values_can_be_sent_as_json() {
+        let row = Row {
+            address: 7,
+            labels: vec!["Back".into()],
+            current: true,
+            breakpoint: false,
+            command: Some("MVP ABS, 0, 0".into()),
+            line: Some(Line { position: "14".into(), text: "Back: MVP ABS, Motor0, 0".into() }),
+        };
+        let now = Reading { of: "acc".into(), value: 5, unit: "", name: None };
+        let halt = Halt { reason: Reason::Breakpoint, around: vec![row], changed: vec![Change { before: 4, now }] };
+        let expected = r#"{"halted":{"reason":"breakpoint","around":[{"address":7,"labels":["Back"],"current":true,"breakpoint":false,"command":"MVP ABS, 0, 0","line":{"position":"14","text":"Back: MVP ABS, Motor0, 0"}}],"changed":[{"before":4,"now":{"of":"acc","value":5}}]}}"#;
+        assert_eq!(serde_json::to_string(&Told::Halted(halt)).unwrap(), expected);
+        let state = State::of(0x0201_0007);
+        assert_eq!(state, State { program: RunState::Stepping, waiting: true, counter: 7 });
+        assert_eq!(serde_json::to_string(&state).unwrap(), r#"{"program":"stepping","waiting":true,"counter":7}"#);
+    }
+}

@@ -97,10 +97,14 @@ fn strange(reply: &Telegram) -> Reply {
     let bytes = hexadecimal(reply);
     match binary::decode_reply(reply) {
         Some(Received { status, opcode, .. }) => {
-            let error = Some(format!("it answers command {opcode}: {bytes}"));
+            let late = "if it came late for an earlier command, give the module more --timeout";
+            let error = Some(format!("it answers command {opcode}: {bytes}; {late}"));
             Reply { status: Some(status), error, ..Reply::default() }.with_meaning()
         }
-        None => Reply { error: Some(format!("reply with a wrong checksum: {bytes}")), ..Reply::default() },
+        None => {
+            let hint = "check the wiring, and on RS485 --baud and termination";
+            Reply { error: Some(format!("reply with a wrong checksum: {bytes}; {hint}")), ..Reply::default() }
+        }
     }
 }
 

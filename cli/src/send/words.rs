@@ -129,7 +129,7 @@ mod tests {
         assert_eq!(meaning(KNOWN, false, command, &refused), expected);
         assert_eq!(
             meaning(KNOWN, false, command, &[1; 9]).text,
-            "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01"
+            "reply with a wrong checksum: 01 01 01 01 01 01 01 01 01; check the wiring, and on RS485 --baud and termination"
         );
         let other = binary::encode_reply(2, 1, &tmcl::Reply::echo(Status::Ok, Command::new(6, 0, 0, 0)));
         let in_words = meaning(KNOWN, false, command, &other);

@@ -1,12 +1,13 @@
 //! `tmcl debug`, told what to do through a pipe and on a terminal.
 
 use std::process::Output;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rustix::process::Signal;
+use tmcm::tmcl::Opcode;
 
 use super::fake::{Fake, State, program};
-use super::harness::{Sim, complaint, run, type_into};
+use super::harness::{PATIENCE, Sim, complaint, run, type_into};
 use super::pty::Terminal;
 
 const PROGRAM: [&str; 5] = ["CALC LOAD, 5", "CALC ADD, 1", "WAIT TICKS, 0, 100", "JA 1", "STOP"];
@@ -346,14 +347,17 @@ const RUNS: &str = "Loop: CALC ADD, 1\nJA Loop\nNever: STOP\n";
 #[test]
 fn a_program_that_runs_is_interrupted() {
     let start = || {
-        let (mut terminal, folder) = on_a_terminal(RUNS, "sim");
+        let fake = Fake::start(State::default());
+        let (mut terminal, folder) = on_a_terminal(RUNS, &fake.link);
         ask(&mut terminal, "break Never");
         terminal.line("continue");
-        terminal.expect("\n");
-        // Between the line and the prompt the terminal is as always.
-        while !terminal.is_as_before() {
+        // The line has been read for good once the first step is done.
+        let end = Instant::now() + PATIENCE;
+        while !fake.state().asked.iter().any(|command| command.opcode == Opcode::StepApplication as u8) {
+            assert!(Instant::now() < end);
             std::thread::sleep(Duration::from_millis(1));
         }
+        assert!(terminal.is_as_before());
         (terminal, folder)
     };
     let (mut interrupted, _folder) = start();
@@ -433,4 +437,46 @@ fn the_terminal_gets_its_settings_back() {
     let mut closed = start();
     closed.hang_up();
     assert_eq!(closed.end().0.code(), Some(129));
+}
+
+/// What cannot be debugged is told before anything moves.
+#[test]
+fn wrong_files_and_links_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("good.tmc"), "STOP\n").unwrap();
+    std::fs::write(path("bad.tmc"), "STPO\n").unwrap();
+    std::fs::write(path("text.bin"), "STOP\n").unwrap();
+    let good = path("good.tmc");
+    for (arguments, code, told) in [
+        (["sim", &path("none.tmc")], 1, "none.tmc: No such file"),
+        (["sim", &path("bad.tmc")], 1, "bad.tmc:1:1: error: unknown command 'STPO'"),
+        (["sim", &path("text.bin")], 1, "text.bin is text, not an assembled program"),
+        (["sim", "-"], 2, "the program has to be in a file"),
+        (["tcp:127.0.0.1", &good], 2, "give a host and a port"),
+        (["127.0.0.1:1", &good], 2, "did you mean tcp:127.0.0.1:1?"),
+        (["tcp:127.0.0.1:1", &good], 1, "cannot connect to 127.0.0.1:1"),
+        (["/dev/null", &good], 1, "/dev/null is not a serial device"),
+    ] {
+        let output = run(&["debug", arguments[0], arguments[1]]);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}");
+        assert!(complaint(&output).contains(told), "{arguments:?}: {}", complaint(&output));
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+}
+
+/// A terminal of 40 columns is as good as any, and so is the end of a script in the middle of a line.
+#[test]
+fn narrow_terminals_and_short_scripts() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("program.tmc");
+    std::fs::write(&file, COUNTER).unwrap();
+    let mut terminal = Terminal::start_with(&["debug", "sim", file.to_str().unwrap()], 40);
+    terminal.expect("(tmcl) ");
+    assert!(ask(&mut terminal, "print APMaxPositioningSpeed, Motor0 + 0 + 0 + 0").contains("= 1000 int"));
+    terminal.keys("\x04");
+    assert_eq!(terminal.end().0.code(), Some(0));
+    assert!(terminal.is_as_before());
+    let (told, output) = script(COUNTER, &[], "step\r\nprint pc");
+    assert_eq!((output.status.code(), answers(&told)[0]), (Some(0), "pc = 1"));
 }

@@ -1,10 +1,15 @@
 //! `tmcl send`: the same over every link.
 
+use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::os::unix::fs::symlink;
+use std::time::Duration;
+
+use tmcm::tmcl::binary::{self, TELEGRAM};
+use tmcm::tmcl::{Reply, Status};
 
 use super::fake::{Fake, State};
-use super::harness::{Sim, complaint, run};
+use super::harness::{Sim, complaint, run, tmcl};
 
 const LINES: [&str; 7] =
     ["136, 0", "136, 1", "GAP 4, 0", "SAP 4, 0, 1500", "STAP 4, 0", "GIO 8, 1", "MVP ABS, 0, -500"];
@@ -183,4 +188,61 @@ fn what_was_meant_is_suggested() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}");
         assert!(complaint(&output).contains(meant), "{arguments:?}: {}", complaint(&output));
     }
+}
+
+/// A module that does to each telegram what it is told.
+fn answering(answer: impl Fn([u8; TELEGRAM]) -> Option<Vec<u8>> + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let link = format!("tcp:{}", listener.local_addr().unwrap());
+    std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        let mut request = [0; TELEGRAM];
+        while stream.read_exact(&mut request).is_ok() {
+            match answer(request) {
+                // The program may have had enough.
+                Some(bytes) => drop(stream.write_all(&bytes)),
+                None => return,
+            }
+        }
+    });
+    link
+}
+
+/// What comes in place of a reply is told in one sentence, with what can be done, and nothing of it is taken for a value.
+#[test]
+fn a_module_that_does_not_answer_well_is_told() {
+    let reply = |opcode, value| {
+        let plain = Reply::Plain { status: Status::Ok, opcode, value };
+        binary::encode_reply(2, 1, &plain).to_vec()
+    };
+    let late = move |_| {
+        std::thread::sleep(Duration::from_millis(400));
+        Some(reply(6, 1))
+    };
+    for (link, told) in [
+        (
+            answering(|_| Some(vec![0xAA; TELEGRAM])),
+            "reply with a wrong checksum: AA AA AA AA AA AA AA AA AA; check the",
+        ),
+        (answering(|_| Some(vec![0xAA; 4])), "only 4 of 9 bytes of a reply came; on RS485 check --baud"),
+        (answering(|_| Some(Vec::new())), "no reply; check power, wiring"),
+        (answering(|_| None), "the other side has closed the connection"),
+        (answering(late), "no reply; check power, wiring"),
+        (answering(move |_| Some(reply(5, 1))), "it answers command 5"),
+    ] {
+        let output = run(&["send", &link, "--timeout", "200", "--value", "GAP 1, 0"]);
+        assert_eq!((output.status.code(), output.stdout.as_slice()), (Some(1), &b""[..]), "{told}");
+        let complaint = complaint(&output);
+        assert!(complaint.starts_with("tmcl: GAP 1, 0: ") && complaint.contains(told), "{told}: {complaint}");
+        assert_eq!(complaint.lines().count(), 1, "{complaint}");
+    }
+}
+
+#[test]
+fn what_reads_the_values_may_have_enough() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut send = tmcl(&["send", "sim", "--value", "GAP 1, 0"]);
+    let output = send.stdout(writer).spawn().unwrap().wait_with_output().unwrap();
+    assert_eq!((output.status.code(), complaint(&output).as_str()), (Some(141), ""));
 }
