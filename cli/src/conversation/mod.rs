@@ -84,9 +84,7 @@ impl std::error::Error for Error {}
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
-            Error::Link { error: LinkError::Interrupted { signal }, .. } => {
-                Failure::Interrupted { signal, message: String::new() }
-            }
+            Error::Link { error: interrupted @ LinkError::Interrupted { .. }, .. } => interrupted.into(),
             error => Failure::Failed(error.to_string()),
         }
     }

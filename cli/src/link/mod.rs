@@ -138,6 +138,15 @@ impl fmt::Display for LinkError {
 
 impl std::error::Error for LinkError {}
 
+impl From<LinkError> for Failure {
+    fn from(error: LinkError) -> Self {
+        match error {
+            LinkError::Interrupted { signal } => Failure::Interrupted { signal, message: String::new() },
+            error => Failure::Failed(error.to_string()),
+        }
+    }
+}
+
 impl From<std::io::Error> for LinkError {
     fn from(error: std::io::Error) -> Self {
         LinkError::Io(error)

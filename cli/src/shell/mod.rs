@@ -73,7 +73,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut module = Conversation::open(&options.reach)?;
     // Nobody should have to type a command to find out that no module is there; one that does not tell what it is answers
     // this all the same.
-    module.exchange(PRESENT).map_err(|error| Failure::Failed(error.to_string()))?;
+    module.exchange(PRESENT)?;
     let identity = module.identity()?;
     let mut editor = Editor::open(Words::of(identity.product))?;
     let is_simulated = options.reach.link == LinkTarget::Simulated;
