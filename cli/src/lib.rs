@@ -44,6 +44,7 @@ pub mod load;
 pub mod monitor;
 pub mod output;
 pub mod params;
+mod poll;
 pub mod product;
 pub mod program;
 pub mod progress;

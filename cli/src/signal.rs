@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::failure::Failure;
-use crate::link::readable;
+use crate::poll::readable;
 
 /// A file descriptor that can be read once one of the signals has come: Ctrl-C (SIGINT), SIGTERM, or SIGHUP, which tells
 /// that the terminal is gone.

@@ -1,4 +1,4 @@
-//! What the debugger knows and tells, as values: of these [`words`](super::words) makes the text, and anything else
+//! What the debugger knows and tells, as values: of these `words` makes the text, and anything else
 //! that shows a program step by step can show the same.
 
 use serde::Serialize;

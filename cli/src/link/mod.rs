@@ -9,12 +9,12 @@ use std::fmt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use rustix::event::{PollFd, PollFlags, Timespec};
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 use tmcm_sim::NativeModule;
 
 use crate::failure::Failure;
+use crate::poll::readable;
 use crate::product::Product;
 use crate::signal::{EndSignal, Wait};
 use serial::Serial;
@@ -303,19 +303,6 @@ impl Patience {
                 _ if self.is_over() => return Ok(false),
                 _ => {}
             }
-        }
-    }
-}
-
-/// Waits until a descriptor can be read, at most until the instant `until`. False if it cannot be read by then.
-pub(crate) fn readable(fd: &impl std::os::fd::AsFd, until: Instant) -> std::io::Result<bool> {
-    loop {
-        let left = until.saturating_duration_since(Instant::now());
-        let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
-        match rustix::event::poll(&mut [PollFd::new(fd, PollFlags::IN)], Some(&timeout)) {
-            Ok(count) => return Ok(count > 0),
-            Err(rustix::io::Errno::INTR) => {}
-            Err(error) => return Err(error.into()),
         }
     }
 }

@@ -9,7 +9,8 @@ use tmcm::tmcl::binary::{self, Telegram};
 use tmcm::tmcl::can;
 use tmcm::tmcl::{Command, Opcode, Reply};
 
-use super::{LinkError, Patience, STALE_READS, readable};
+use super::{LinkError, Patience, STALE_READS};
+use crate::poll::readable;
 use crate::slcan::{self, DONE, REFUSED};
 
 /// Commands that open the adapter's channel: an empty line ends any unfinished command, C closes the channel, S8 sets

@@ -1,13 +1,13 @@
 //! `tmcl shell`: a module's direct mode for somebody at a terminal.
 //!
-//! * [`action`] - what a line asks for
-//! * [`complete`] - what the Tab key completes
-//! * [`state`] - what there is to tell, as values
-//! * [`text`] - its text
-//! * [`watch`] - parameters that are read again and again
-//! * [`jog`] - a motor that moves while a key is held
-//! * [`fuel`] - how far it goes on by a key
-//! * [`keys`] - the keys
+//! * `action` - what a line asks for
+//! * `complete` - what the Tab key completes
+//! * `state` - what there is to tell, as values
+//! * `text` - its text
+//! * `watch` - parameters that are read again and again
+//! * `jog` - a motor that moves while a key is held
+//! * `fuel` - how far it goes on by a key
+//! * `keys` - the keys
 
 mod action;
 mod complete;

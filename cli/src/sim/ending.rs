@@ -7,7 +7,7 @@ use std::time::Instant;
 use rustix::io::Errno;
 
 use crate::failure::Failure;
-use crate::link::readable;
+use crate::poll::readable;
 use crate::signal::EndSignal;
 
 /// Watches for signals and for the end of standard input.

@@ -4,7 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
 use crate::failure::Failure;
-use crate::link::readable;
+use crate::poll::readable;
 use crate::signal::EndSignal;
 
 /// Time between two looks for a signal.

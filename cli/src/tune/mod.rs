@@ -1,11 +1,11 @@
 //! `tmcl tune`: measures what stallGuard2 and coolStep make of a motor, and proposes their settings.
 //!
-//! * [`bench`] - the axis, and what is put back in the end
-//! * [`track`], [`plan`] - where the motor goes, at which speeds, and for how long
-//! * [`drive`], [`stats`] - samples at constant speed
-//! * [`brake`], [`ask`] - what loads the motor, and the user
-//! * [`stallguard`], [`coolstep`] - the two measurements, and what is proposed
-//! * [`table`], [`proposal`], [`plot`] - what is shown
+//! * `bench` - the axis, and what is put back in the end
+//! * `track`, `plan` - where the motor goes, at which speeds, and for how long
+//! * `drive`, `stats` - samples at constant speed
+//! * `brake`, `ask` - what loads the motor, and the user
+//! * `stallguard`, `coolstep` - the two measurements, and what is proposed
+//! * `table`, `proposal`, `plot` - what is shown
 
 mod ask;
 mod bench;

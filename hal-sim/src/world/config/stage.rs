@@ -40,12 +40,12 @@ pub struct StageConfig {
 
 /// An end switch: the positions that close it, as far as they have an end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::world) struct EndSwitch {
-    pub(in crate::world) pin: Pin,
+pub(crate) struct EndSwitch {
+    pub(crate) pin: Pin,
     /// The position at which the switch closes for a motor that comes from the middle of the stage.
-    pub(in crate::world) at: i64,
+    pub(crate) at: i64,
     /// Number of positions that keep it closed, from `at` outward; all if it has no width.
-    pub(in crate::world) width: Option<i64>,
+    pub(crate) width: Option<i64>,
 }
 
 impl EndSwitch {
@@ -57,7 +57,7 @@ impl EndSwitch {
 
 impl StageConfig {
     /// The end switch where positions are low, and the one where they are high.
-    pub(in crate::world) fn ends(&self) -> (Option<EndSwitch>, Option<EndSwitch>) {
+    pub(crate) fn ends(&self) -> (Option<EndSwitch>, Option<EndSwitch>) {
         let left = self.left.map(|at| EndSwitch { pin: Pin::Left, at, width: self.left_width });
         let right = self.right.map(|at| EndSwitch { pin: Pin::Right, at, width: self.right_width });
         if self.reversed { (right, left) } else { (left, right) }
