@@ -265,6 +265,26 @@ mod tests {
         }
     }
 
+    /// Built in the other way round, the left switch is pressed where positions are high, and the cams go outward as they
+    /// do otherwise.
+    #[test]
+    fn a_stage_may_be_the_other_way_round() {
+        let config = StageConfig {
+            left: Some(1_000),
+            right: Some(-1_000),
+            right_width: Some(100),
+            reversed: true,
+            ..StageConfig::default()
+        };
+        let mut stage = Stage::new(&config, None, true, 51_200, 0);
+        let expected =
+            [(-1_100, 0), (-1_099, RIGHT), (-1_000, RIGHT), (-999, 0), (999, 0), (1_000, LEFT), (9_999, LEFT)];
+        for &(at, pins) in expected.iter().chain(expected.iter().rev()) {
+            stage.move_to(at);
+            assert_eq!(stage.pins(), pins, "at {at}");
+        }
+    }
+
     /// On a rotary stage of 3000 units, with switches that overlap, each switch is closed where the remainder of the
     /// position says, over three circles and step by step.
     #[test]
