@@ -102,3 +102,27 @@ pub struct Left {
     /// What it was.
     pub before: i32,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What shows the states elsewhere than on a terminal takes them as JSON.
+    #[test]
+    fn states_are_objects_that_tell_what_they_are() {
+        let json = |state: &State| serde_json::to_string(state).unwrap();
+        let values = vec![Watched { name: "APActualSpeed".into(), value: -7 }];
+        assert_eq!(
+            json(&State::Watched { values }),
+            r#"{"state":"watched","values":[{"name":"APActualSpeed","value":-7}]}"#
+        );
+        assert_eq!(
+            json(&State::JogReady { axis: 1, speed: 137, wanted: None, unit: "int" }),
+            r#"{"state":"jog_ready","axis":1,"speed":137,"unit":"int"}"#
+        );
+        assert_eq!(
+            json(&State::JogEnded { axis: 0, end: JogEnd::Slow, left: None }),
+            r#"{"state":"jog_ended","axis":0,"end":{"why":"slow"}}"#
+        );
+    }
+}

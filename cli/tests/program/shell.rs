@@ -249,6 +249,25 @@ fn axes_of_every_kind_are_moved() {
     assert_eq!(bench.ok("GAP 4, 2"), 51200);
 }
 
+/// At 9600 baud a request and its reply take 19 ms, and a key three of them.
+#[test]
+fn a_slow_bus_is_fast_enough() {
+    let sim = Sim::start(&[&LINKS[..], &["--rs485", "{}/bus"]].concat());
+    let shell = Terminal::start_with(&["shell", sim.told("rs485")], 40);
+    let mut bench = Bench { sim, shell };
+    bench.shell.expect("(tmcl) ");
+    bench.jog("jog 0 500");
+    in_time(|| {
+        bench.hold(RIGHT, 0, 500, 500_000);
+        bench.stops_after(RIGHT, 0, |_| {})
+    });
+    bench.shell.keys("q");
+    let shown = bench.shell.expect("axis 0 is stopped");
+    let lines = shown.split(['\r', '\n']).filter(|line| line.starts_with("position "));
+    assert!(lines.clone().count() > 10 && lines.clone().all(|line| line.trim_end_matches("\x1b[K").len() < 40));
+    assert_eq!(bench.ok("GAP 4, 0"), 1000);
+}
+
 #[test]
 fn a_module_that_does_not_move_is_told_and_ends_the_jog() {
     let mut bench = Bench::jogging(&[], "jog");
