@@ -2,7 +2,7 @@
 
 use super::axis::Axis;
 use super::exact::Exact;
-use super::scale::{Quantity, Scale, Unit};
+use super::scale::{Generator, Quantity, Scale, Unit};
 use super::value::{self, Meaning};
 use crate::product::Product;
 
@@ -31,7 +31,7 @@ impl Live {
     pub(crate) fn new(product: Product, settings: Settings) -> Self {
         let Settings { divisors, microsteps, steps, in_chip } = settings;
         let spec = product.spec();
-        let axis = Axis { spec, scale: Scale { generator: super::generator(spec, divisors), microsteps, steps } };
+        let axis = Axis { spec, scale: Scale { generator: Generator::of(spec, divisors), microsteps, steps } };
         let unit = if in_chip { axis.scale.generator.own_unit() } else { axis.usual_unit() };
         Live { axis, unit }
     }

@@ -13,7 +13,6 @@ mod value;
 use std::io::Write;
 
 use clap::Args;
-use tmcm::module::Spec;
 use tmcm::param::AxisParameter;
 
 use self::axis::{Axis, MOST_DIVIDED, Made};
@@ -122,20 +121,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 pub(crate) fn in_usual_unit(product: Product, register: i32) -> i32 {
     let spec = product.spec();
     // What the divisors and the motor are makes no difference between a register and its parameter.
-    let generator = generator(spec, (0, 0));
+    let generator = Generator::of(spec, (0, 0));
     let axis = Axis { spec, scale: Scale { generator, microsteps: 1, steps: 1 } };
     let (own, usual, speed) = (generator.own_unit(), axis.usual_unit(), Quantity::Speed);
     let pulses = axis.scale.pulses(speed, own, Exact::whole(register));
     let number = pulses.and_then(|pulses| axis.scale.number(speed, usual, pulses)).map(Exact::rounded);
     number.and_then(|number| i32::try_from(number).ok()).unwrap_or(register)
-}
-
-/// The ramp generator of a product, with these pulse and ramp divisors if it has any.
-fn generator(spec: &Spec, (pulse_divisor, ramp_divisor): (u8, u8)) -> Generator {
-    match spec.axis.row(AxisParameter::PulseDivisor) {
-        Some(_) => Generator::Tmc429 { pulse_divisor, ramp_divisor },
-        None => Generator::Tmc5160,
-    }
 }
 
 /// The axis that the options describe.
@@ -148,7 +139,7 @@ fn axis(options: &Options) -> Result<Axis, String> {
     };
     let pulse_divisor = divisor(AxisParameter::PulseDivisor, options.pulse_divisor, "pulse-divisor")?;
     let ramp_divisor = divisor(AxisParameter::RampDivisor, options.ramp_divisor, "ramp-divisor")?;
-    let generator = generator(spec, (pulse_divisor, ramp_divisor));
+    let generator = Generator::of(spec, (pulse_divisor, ramp_divisor));
     let Options { microsteps, steps, .. } = *options;
     Ok(Axis { spec, scale: Scale { generator, microsteps, steps } })
 }

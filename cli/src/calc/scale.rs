@@ -1,5 +1,8 @@
 //! The formulas: what one of a unit is in pps or pps2, on a ramp generator and with a motor.
 
+use tmcm::module::Spec;
+use tmcm::param::AxisParameter;
+
 use super::exact::Exact;
 
 /// Clock of the ramp generators of all products, in Hz (manual section 6.1; TMC5160 datasheet section 12.1).
@@ -91,6 +94,14 @@ impl Unit {
 }
 
 impl Generator {
+    /// The ramp generator of a product, with these pulse and ramp divisors if it has any.
+    pub(super) fn of(spec: &Spec, (pulse_divisor, ramp_divisor): (u8, u8)) -> Self {
+        match spec.axis.row(AxisParameter::PulseDivisor) {
+            Some(_) => Generator::Tmc429 { pulse_divisor, ramp_divisor },
+            None => Generator::Tmc5160,
+        }
+    }
+
     /// The unit of the generator's registers, which take whole numbers.
     pub(super) fn own_unit(self) -> Unit {
         match self {

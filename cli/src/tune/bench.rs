@@ -121,19 +121,23 @@ impl<'a> Bench<'a> {
     pub(super) fn restore(&mut self) -> Vec<Command> {
         self.signal.forget();
         let until = Instant::now() + ENDURANCE;
-        let mut left = Vec::new();
-        if self.moved {
-            let stop = Command::new(Opcode::Mst as u8, 0, self.axis, 0);
-            match self.insist(stop, until) {
-                Ok(_) => self.await_standstill(until),
-                Err(_) => left.push(stop),
-            }
-        }
+        let stop = self.moved.then(|| Command::new(Opcode::Mst as u8, 0, self.axis, 0));
         // What was changed last is put back first.
-        while let Some((parameter, before)) = self.changed.pop() {
-            let write = self.write(parameter, before);
-            if self.insist(write, until).is_err() {
-                left.push(write);
+        let changed = std::mem::take(&mut self.changed).into_iter().rev();
+        let writes: Vec<Command> = changed.map(|(parameter, before)| self.write(parameter, before)).collect();
+        let mut left = Vec::new();
+        let mut gone = false;
+        for command in stop.into_iter().chain(writes) {
+            // To a link that is gone nothing more is sent, because each command could take a whole time-out.
+            let sent = if gone { None } else { Some(self.insist(command, until)) };
+            match sent {
+                Some(Ok(_)) if Some(command) == stop => self.await_standstill(until),
+                Some(Ok(_)) => {}
+                Some(Err(error)) => {
+                    gone = !error.is_refusal();
+                    left.push(command);
+                }
+                None => left.push(command),
             }
         }
         left

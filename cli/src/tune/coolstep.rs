@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use tmcm::param::AxisParameter as P;
 
-use super::Measurement;
 use super::drive::Method;
+use super::measurement::Measurement;
 use super::plan::Cruise;
 use super::proposal::Proposal;
 use super::stats::{Reading, Stats};

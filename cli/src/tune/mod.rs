@@ -5,13 +5,16 @@
 //! * `drive`, `stats` - samples at constant speed
 //! * `brake`, `ask` - what loads the motor, and the user
 //! * `stallguard`, `coolstep` - the two measurements, and what is proposed
-//! * `table`, `proposal`, `plot` - what is shown
+//! * `measurement` - what both measurements have in common
+//! * `found`, `table`, `proposal`, `plot` - what is shown
 
 mod ask;
 mod bench;
 mod brake;
 mod coolstep;
 mod drive;
+mod found;
+mod measurement;
 mod plan;
 mod plot;
 mod proposal;
@@ -33,7 +36,6 @@ use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::output::Output;
-use crate::product::{Product, axis_number};
 use crate::progress::Progress;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
@@ -42,8 +44,9 @@ use crate::world;
 use bench::Bench;
 use brake::Brake;
 use drive::{Drive, Method};
+use found::{Found, Subject};
+use measurement::Measurement;
 use plan::{Cruise, Setup};
-use stats::Reading;
 use track::{Room, Track};
 
 /// Measure what stallGuard2 and coolStep make of a motor, and propose settings for them
@@ -157,63 +160,6 @@ impl What {
     }
 }
 
-/// The measurement under way.
-struct Measurement<'b, 'a> {
-    drive: Drive<'b, 'a>,
-    cruises: Vec<Cruise>,
-    brake: Brake,
-    progress: Progress,
-    done: usize,
-    /// What the motor was loaded with, in words, and the full steps that it had lost before.
-    load: Option<(String, i64)>,
-}
-
-impl Measurement<'_, '_> {
-    /// From now on the motor is measured at this speed.
-    fn begin(&mut self, cruise: &Cruise) -> Result<(), Failure> {
-        self.drive.cruise(cruise.speed, cruise.full_step)
-    }
-
-    fn read(&mut self, method: Method) -> Result<Reading, Failure> {
-        let reading = self.drive.measure(method)?;
-        self.done += 1;
-        self.progress.reach(self.done);
-        Ok(reading)
-    }
-
-    /// Loads the motor.
-    fn hold(&mut self) -> Result<(), Failure> {
-        self.progress.pause();
-        let lost = self.brake.lost(&mut self.drive)?;
-        self.load = Some((self.brake.hold(&mut self.drive)?, lost));
-        self.drive.refresh();
-        Ok(())
-    }
-
-    /// Takes the load away.
-    fn release(&mut self) -> Result<(), Failure> {
-        self.progress.pause();
-        self.brake.release(&mut self.drive)?;
-        self.drive.refresh();
-        let lost = self.brake.lost(&mut self.drive)?;
-        match &self.load {
-            Some((load, before)) if lost != *before => {
-                let steps = lost - before;
-                Err(Failure::Failed(format!(
-                    "the motor lost {steps} full steps under {load}: give it less with --load"
-                )))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-/// What was found.
-enum Found {
-    Stallguard(Vec<stallguard::Curve>),
-    Coolstep(Vec<coolstep::Course>, coolstep::Choice),
-}
-
 /// Measures and shows what was found.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let what = &options.what;
@@ -262,28 +208,20 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     }
 
     let progress = Progress::new(format!("measuring {}", what.name()), each as usize * cruises.len());
-    let mut measurement = Measurement {
-        drive: Drive::new(&mut bench, track, setup.microsteps),
-        cruises,
-        brake,
-        progress,
-        done: 0,
-        load: None,
-    };
+    let drive = Drive::new(&mut bench, track, setup.microsteps);
+    let mut measurement = Measurement::new(drive, cruises, brake, progress);
     let found = match what {
         What::Stallguard(_) => stallguard::measure(&mut measurement).map(Found::Stallguard),
         What::Coolstep { threshold, .. } => coolstep::measure(&mut measurement, *threshold, current)
-            .map(|(courses, choice)| Found::Coolstep(courses, choice)),
+            .map(|(courses, choice)| Found::Coolstep { courses, choice, threshold: *threshold, current }),
     };
-    let Measurement { mut brake, load, progress, .. } = measurement;
-    drop(progress);
+    let (mut brake, load) = measurement.end();
     let found = found.and_then(|found| bench.bring_back(track.home).map(|()| found));
     if found.is_err() {
         brake.let_go(common.axis);
     }
     let found = put_back(&mut bench, &track, found)?;
-    let load = load.map_or_else(String::new, |(load, _)| load);
-    show(what, &found, &load, product, current, setup.live.unit(), plot)
+    found.show(&Subject { product, axis: common.axis, load, unit: setup.live.unit() }, plot)
 }
 
 /// Fails if the motor turns, or a program could move it.
@@ -389,60 +327,4 @@ fn put_back<T>(bench: &mut Bench<'_>, track: &Track, found: Result<T, Failure>) 
         (Err(failure), true) => Err(failure),
         (Err(_), false) => Err(Failure::Failed(also)),
     }
-}
-
-/// Shows tables, proposals and curves.
-fn show(
-    what: &What,
-    found: &Found,
-    load: &str,
-    product: Product,
-    current: i32,
-    unit: &str,
-    plot: Option<Output>,
-) -> Result<(), Failure> {
-    let (columns, common) = (terminal::columns(), what.common());
-    let (name, axis) = (product.name(), common.axis);
-    let mut out = Vec::new();
-    let (proposals, drawn) = match found {
-        Found::Stallguard(curves) => {
-            for curve in curves {
-                let title =
-                    format!("Axis {axis} of a {name} at {}, {load}: value 206 by threshold 174", curve.cruise.name);
-                table::text(&mut out, &title, columns)?;
-                table::curve(&mut out, curve, columns)?;
-                writeln!(out)?;
-            }
-            let number = |parameter| axis_number(Some(product), parameter).unwrap_or_default();
-            let title = format!("stallGuard2 of axis {axis} of a {name}, {load}");
-            (stallguard::propose(curves, axis, unit, number), plot::curves(&title, curves))
-        }
-        Found::Coolstep(courses, choice) => {
-            for course in courses {
-                let title =
-                    format!("Axis {axis} of a {name} at {}, {load}: current 180, value 206", course.cruise.name);
-                table::text(&mut out, &title, columns)?;
-                table::course(&mut out, course, columns)?;
-                writeln!(out)?;
-            }
-            let What::Coolstep { threshold, .. } = what else { return Ok(()) };
-            let number = |parameter| axis_number(Some(product), parameter);
-            let title = format!("coolStep of axis {axis} of a {name}, {load}");
-            let proposals = coolstep::propose(courses, *choice, *threshold, current, axis, unit, number);
-            (Ok(proposals), plot::courses(&title, courses))
-        }
-    };
-    if let Ok(proposals) = &proposals {
-        proposal::write(&mut out, proposals, columns)?;
-    }
-    let drawing = plot.as_ref().is_some_and(Output::is_standard);
-    match drawing {
-        true => std::io::stderr().write_all(&out).unwrap_or_default(),
-        false => std::io::stdout().write_all(&out).and_then(|()| std::io::stdout().flush())?,
-    }
-    if let Some(mut plot) = plot {
-        plot.write(drawn.as_bytes())?;
-        plot.finish()?;
-    }
-    proposals.map(|_| ()).map_err(Failure::Failed)
 }

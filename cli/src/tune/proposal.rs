@@ -85,7 +85,7 @@ mod tests {
         );
         assert_eq!(
             written(40),
-            "SAP 174, 0, -10\n    // a reason that takes more than half\n    // a line of forty\nSAP 173, 0, 0\n    // short\n"
+            "SAP 174, 0, -10\n    // a reason that takes more than\n    // half a line of forty\nSAP 173, 0, 0\n    // short\n"
         );
         assert!(written(40).lines().all(|line| line.len() <= 40));
     }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use tmcm::param::AxisParameter as P;
 
-use super::Measurement;
 use super::drive::{FRESH, Method};
+use super::measurement::Measurement;
 use super::plan::Cruise;
 use super::proposal::Proposal;
 use super::stats::Stats;
@@ -219,5 +219,63 @@ fn why_not(curves: &[Curve]) -> String {
             "at {name} no threshold tells load from none: under load the value is always 0 only up to {loaded}, and without \
              load never 0 only from {free} on. Try a higher speed, or load the motor more"
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use super::*;
+
+    /// A curve whose value is above 0 from a threshold on without load, and up to another one 0 with it.
+    fn curve(speed: i32, free_from: i32, stalls_to: i32) -> Curve {
+        let cruise = Cruise { speed, name: format!("{speed} int"), pulses: 1.0, full_step: Duration::from_millis(10) };
+        let stats = |value| {
+            let mut stats = Stats::default();
+            stats.take(value);
+            Some(stats)
+        };
+        let row = |threshold| {
+            let (free, loaded) = (i32::from(threshold >= free_from), i32::from(threshold > stalls_to));
+            (threshold, Row { free: stats(free), loaded: stats(loaded) })
+        };
+        Curve { cruise, rows: (LOWEST..=HIGHEST).map(row).collect() }
+    }
+
+    fn threshold(curves: &[Curve]) -> Result<(i32, i32), String> {
+        let proposals = propose(curves, 0, "int", |parameter| match parameter {
+            P::StallGuardThreshold => 174,
+            P::StopOnStall => 181,
+            _ => 173,
+        })?;
+        let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
+        Ok((value(174).expect("174"), value(181).expect("181")))
+    }
+
+    /// A third of the way up, rounded up: 7 + 5 / 3 and 7 + 4 / 3.
+    #[test]
+    fn the_threshold_is_nearer_to_the_lower_end() {
+        assert_eq!(threshold(&[curve(800, 7, 12)]), Ok((9, 640)));
+        assert_eq!(threshold(&[curve(800, 7, 11)]), Ok((9, 640)));
+        assert_eq!(threshold(&[curve(800, 12, 12)]), Ok((12, 640)));
+        assert_eq!(threshold(&[curve(800, -64, 63)]), Ok((-21, 640)));
+    }
+
+    /// Speeds that share a threshold are served together; a slow one that needs its own is left out, and so is one at which
+    /// nothing can be told.
+    #[test]
+    fn several_speeds() {
+        assert_eq!(threshold(&[curve(500, 9, 14), curve(1000, 7, 12)]), Ok((10, 400)));
+        assert_eq!(threshold(&[curve(500, 20, 30), curve(1000, 7, 12)]), Ok((9, 800)));
+        assert_eq!(threshold(&[curve(500, 20, 10), curve(1000, 7, 12)]), Ok((9, 800)));
+    }
+
+    #[test]
+    fn where_nothing_can_be_told_it_is_said_why() {
+        let why = |free_from, stalls_to| threshold(&[curve(800, free_from, stalls_to)]).unwrap_err();
+        assert!(why(64, 63).contains("at 800 int the value is 0 with every threshold"));
+        assert!(why(0, -65).contains("never 0 under load"));
+        assert!(why(10, 5).contains("always 0 only up to 5, and without load never 0 only from 10 on"));
     }
 }

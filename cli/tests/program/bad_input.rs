@@ -31,7 +31,8 @@ const fn tool(arguments: &'static [&'static str]) -> Tool {
 }
 
 /// Everything that talks to a module.
-const LINKED: [Tool; 17] = [
+const LINKED: [Tool; 18] = [
+    tool(&["dump", "{link}"]),
     tool(&["send", "{link}", "GAP 1, 0"]),
     tool(&["send", "{link}", "GAP APActualPosition, 0"]),
     tool(&["send", "{link}", "--json", "GAP 1, 0"]),
@@ -91,7 +92,7 @@ const WRONG: [(&[&str], &str); 24] = [
     (&["scan", "sim", "--addresses", "9-1"], "1 to 255"),
     (&["run", "x.tmc", "--until", "10"], "unit"),
     (&["run", "x.tmc", "--at", "soon: press left"], "soon"),
-    (&["run", "../examples/jog.tmc", "--plot", "x.png"], ".svg"),
+    (&["run", concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/jog.tmc"), "--plot", "x.png"], ".svg"),
     (&["calc", "60 rpn"], "rpm"),
     (&["calc", "fast"], "60 rpm"),
     (&["sim", "--modules", "0"], "0"),

@@ -1,0 +1,90 @@
+//! What was found, and how it is shown: tables, proposals and curves.
+
+use std::io::Write;
+
+use super::coolstep::{self, Choice, Course};
+use super::plot;
+use super::proposal;
+use super::stallguard::{self, Curve};
+use super::table;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::product::{Product, axis_number};
+use crate::terminal;
+
+/// What was found.
+pub(super) enum Found {
+    /// The load value over the threshold of stallGuard2.
+    Stallguard(Vec<Curve>),
+    /// The current over the settings of coolStep.
+    Coolstep {
+        /// What was measured, for each speed.
+        courses: Vec<Course>,
+        /// What was chosen.
+        choice: Choice,
+        /// The threshold of stallGuard2 that the user has named.
+        threshold: Option<i32>,
+        /// Parameter 6.
+        current: i32,
+    },
+}
+
+/// What it was found of.
+pub(super) struct Subject {
+    pub(super) product: Product,
+    pub(super) axis: u8,
+    /// What the motor was loaded with, in words.
+    pub(super) load: String,
+    /// The unit of its speeds.
+    pub(super) unit: &'static str,
+}
+
+impl Found {
+    /// Shows it on standard output, and draws it. Where the image goes to standard output, the rest goes to standard error.
+    pub(super) fn show(&self, subject: &Subject, plot: Option<Output>) -> Result<(), Failure> {
+        let columns = terminal::columns();
+        let Subject { product, axis, load, unit } = subject;
+        let (name, axis) = (product.name(), *axis);
+        let mut out = Vec::new();
+        let (proposals, drawn) = match self {
+            Found::Stallguard(curves) => {
+                for curve in curves {
+                    let speed = &curve.cruise.name;
+                    let title = format!("Axis {axis} of a {name} at {speed}, {load}: value 206 by threshold 174");
+                    table::text(&mut out, &title, columns)?;
+                    table::curve(&mut out, curve, columns)?;
+                    writeln!(out)?;
+                }
+                let number = |parameter| axis_number(Some(*product), parameter).unwrap_or_default();
+                let title = format!("stallGuard2 of axis {axis} of a {name}, {load}");
+                (stallguard::propose(curves, axis, unit, number), plot::curves(&title, curves))
+            }
+            Found::Coolstep { courses, choice, threshold, current } => {
+                for course in courses {
+                    let speed = &course.cruise.name;
+                    let title = format!("Axis {axis} of a {name} at {speed}, {load}: current 180, value 206");
+                    table::text(&mut out, &title, columns)?;
+                    table::course(&mut out, course, columns)?;
+                    writeln!(out)?;
+                }
+                let number = |parameter| axis_number(Some(*product), parameter);
+                let title = format!("coolStep of axis {axis} of a {name}, {load}");
+                let proposals = coolstep::propose(courses, *choice, *threshold, *current, axis, unit, number);
+                (Ok(proposals), plot::courses(&title, courses))
+            }
+        };
+        if let Ok(proposals) = &proposals {
+            proposal::write(&mut out, proposals, columns)?;
+        }
+        match plot.as_ref().is_some_and(Output::is_standard) {
+            // A closed standard error does not keep the image from being drawn.
+            true => std::io::stderr().write_all(&out).unwrap_or_default(),
+            false => std::io::stdout().write_all(&out).and_then(|()| std::io::stdout().flush())?,
+        }
+        if let Some(mut plot) = plot {
+            plot.write(drawn.as_bytes())?;
+            plot.finish()?;
+        }
+        proposals.map(|_| ()).map_err(Failure::Failed)
+    }
+}
