@@ -62,8 +62,12 @@ fn values(spec: &Spec, instruction: &Instruction, command: Command) -> Vec<i32> 
 /// Tries an instruction with every type, on axes and in banks that there are and are not.
 fn compare(product: Product, instruction: &Instruction) {
     let spec = product.spec();
+    let mut module = new_module(product);
     for kind in 0..=u8::MAX {
-        let mut module = new_module(product);
+        // Some parameters can be set to what fits the others, which have their values after power-on in a new module.
+        if instruction.opcode == Opcode::Sap && spec.axis.find(kind).is_some() {
+            module = new_module(product);
+        }
         for motor in [0, 1, 2, 3, spec.axes - 1, spec.axes, 0xFF] {
             let command = Command::new(instruction.opcode as u8, kind, motor, 0);
             if let Some(parameter) = crate::product::parameter(spec, instruction.opcode, command) {
