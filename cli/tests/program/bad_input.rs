@@ -44,6 +44,7 @@ const LINKED: [Tool; 18] = [
     tool(&["monitor", "{link}", "--csv", "--count", "3"]),
     tool(&["scan", "{link}", "--addresses", "1-2"]),
     tool(&["load", "{link}", "{program}"]),
+    tool(&["dump", "{link}", "--count", "3"]),
     tool(&["debug", "{link}", "{program}"]),
     tool(&["debug", "{link}", "{program}", "--attach"]),
     Tool { arguments: &["shell", "{link}"], typed: "GAP 1, 0\n" },
