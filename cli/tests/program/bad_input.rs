@@ -32,7 +32,6 @@ const fn tool(arguments: &'static [&'static str]) -> Tool {
 
 /// Everything that talks to a module.
 const LINKED: [Tool; 18] = [
-    tool(&["dump", "{link}"]),
     tool(&["send", "{link}", "GAP 1, 0"]),
     tool(&["send", "{link}", "GAP APActualPosition, 0"]),
     tool(&["send", "{link}", "--json", "GAP 1, 0"]),
