@@ -139,7 +139,7 @@ fn all_examples_are_disassembled_to_the_same_program() {
             _ => Product::Tmcm1140,
         };
         let commands = assembled(&name, product).commands;
-        let again = assemble_text(&name, &disasm::source(&commands, product), Some(product)).unwrap();
+        let again = assemble_text(&name, &disasm::source(&commands, 0, Some(product)), Some(product)).unwrap();
         assert_eq!(again.commands, commands, "{name}");
     }
 }
