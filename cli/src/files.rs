@@ -3,11 +3,18 @@
 use std::fs::File;
 use std::io::{self, ErrorKind, IsTerminal, Read};
 use std::path::Path;
+use std::time::{Duration, Instant};
+
+use crate::failure::Failure;
+use crate::poll::readable;
+use crate::signal::Wait;
 
 /// File name that stands for standard input or standard output.
 pub(crate) const STANDARD: &str = "-";
 /// Largest size of a text or program in bytes; real ones are far smaller.
 pub(crate) const LARGEST: u64 = 1 << 20;
+/// How long a signal may go unnoticed while standard input says nothing.
+const GLANCE: Duration = Duration::from_millis(50);
 
 /// Reads a source to its end; an error if that is more than `limit` bytes.
 pub(crate) fn read(source: impl Read, limit: u64) -> io::Result<Vec<u8>> {
@@ -33,31 +40,67 @@ pub(crate) fn read_text(path: &Path) -> io::Result<String> {
 
 /// Reads TMCL source from a file or standard input. Other bytes than UTF-8 are no error, because comments may be in any
 /// encoding.
-pub(crate) fn read_source(path: &Path) -> Result<String, String> {
+pub(crate) fn read_source(path: &Path) -> Result<String, Failure> {
     let bytes = read_named(path)?;
     if is_text(&bytes) {
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     } else {
-        Err(format!("{} is no text; if it is an assembled program, tmcl disasm shows its source", name(path)))
+        let name = name(path);
+        Err(Failure::Failed(format!("{name} is no text; if it is an assembled program, tmcl disasm shows its source")))
     }
 }
 
 /// Reads a file, or standard input to its end.
-pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, String> {
+///
+/// # Errors
+/// The file cannot be read, or a signal has come while standard input had no end.
+pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, Failure> {
     let name = name(path);
     let bytes = if path == Path::new(STANDARD) {
-        read(std::io::stdin().lock(), LARGEST)
+        let mut typed = Typed { wait: Wait::begin(), ended_by: None };
+        let bytes = read(&mut typed, LARGEST);
+        if let Some(signal) = typed.ended_by {
+            return Err(Failure::Interrupted { signal, message: String::new() });
+        }
+        bytes
     } else {
         match File::open(path) {
             // Reading a terminal would wait for input without end.
             Ok(file) if file.is_terminal() => {
-                return Err(format!("{name} is a device, not a file; a link comes first, then the file"));
+                let hint = "a link comes first, then the file";
+                return Err(Failure::Failed(format!("{name} is a device, not a file; {hint}")));
             }
             Ok(file) => read(file, LARGEST),
             Err(error) => Err(error),
         }
     };
-    bytes.map_err(|error| format!("cannot read {name}: {error}"))
+    bytes.map_err(|error| Failure::Failed(format!("cannot read {name}: {error}")))
+}
+
+/// Standard input, which may be a terminal where nothing comes for ever. It ends at a signal, even where the signal does
+/// not end the program by itself.
+struct Typed {
+    wait: Wait,
+    /// The number of the signal that has ended it.
+    ended_by: Option<u8>,
+}
+
+impl Read for Typed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let stdin = io::stdin();
+        loop {
+            // What has been typed before Ctrl-C is half of something.
+            let ready = readable(&stdin, Instant::now() + GLANCE)?;
+            self.ended_by = self.wait.signal();
+            if self.ended_by.is_some() {
+                return Ok(0);
+            }
+            if ready {
+                // Past the buffer of the library, in which bytes could hide from `readable`.
+                return Ok(rustix::io::read(&stdin, buffer)?);
+            }
+        }
+    }
 }
 
 /// The name of a file, or of standard input, in messages.

@@ -141,7 +141,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     let settings = Settings { product: Some(options.product), origin: options.origin, strict: options.strict };
     let assembly = reported(if is_standard(source) {
-        assemble_text("standard input", &read_source(source).map_err(Failure::Failed)?, settings)
+        assemble_text("standard input", &read_source(source)?, settings)
     } else {
         assemble_file(source, settings)
     })?;

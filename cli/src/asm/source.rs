@@ -26,7 +26,8 @@ impl Source {
 
     /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, String> {
-        let source = Self::from_text(&path.display().to_string(), &read_source(path)?);
+        let source =
+            Self::from_text(&path.display().to_string(), &read_source(path).map_err(|failure| failure.to_string())?);
         Ok(Source { path: Some(path.into()), ..source })
     }
 }

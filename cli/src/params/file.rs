@@ -171,7 +171,7 @@ pub(super) struct Settings {
 /// Reads a file of settings, or standard input.
 pub(super) fn read(path: &Path) -> Result<Settings, Failure> {
     let shown = name(path);
-    let bytes = read_named(path).map_err(Failure::Failed)?;
+    let bytes = read_named(path)?;
     let text = String::from_utf8(bytes).map_err(|_| Failure::Failed(format!("{shown} is no text (UTF-8)")))?;
     let list = parse(&text).map_err(|error| Failure::Failed(format!("{shown}:{error}")))?;
     Ok(Settings { product: product(&text), list })

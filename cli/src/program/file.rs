@@ -16,7 +16,7 @@ const SOURCE: &str = "tmc";
 
 /// Reads an assembled program for a product. The message about a text says that it is one.
 pub fn read_commands(path: &Path, product: Option<Product>) -> Result<Vec<Command>, Failure> {
-    commands(path, &read_named(path).map_err(Failure::Failed)?, product)
+    commands(path, &read_named(path)?, product)
 }
 
 fn commands(path: &Path, bytes: &[u8], product: Option<Product>) -> Result<Vec<Command>, Failure> {
@@ -59,7 +59,7 @@ pub fn read_watched(path: &Path, settings: impl Into<Settings>) -> (Result<Progr
 /// Reads a source or an assembled program from standard input.
 fn standard_input(settings: Settings) -> Result<Program, Failure> {
     let path = Path::new(STANDARD);
-    let bytes = read_named(path).map_err(Failure::Failed)?;
+    let bytes = read_named(path)?;
     if is_text(&bytes) {
         Ok(reported(assemble_text(&name(path), &String::from_utf8_lossy(&bytes), settings))?.into())
     } else {

@@ -11,6 +11,7 @@ use rustix::process::{Pid, Signal};
 use tmcm::tmcl::binary::{self, TELEGRAM};
 use tmcm::tmcl::{Reply, Status};
 
+use super::fake::{Fake, State};
 use super::harness::{Sim, run, tmcl};
 use super::pty::Terminal;
 
@@ -299,6 +300,32 @@ fn signals_end_every_tool_at_once() {
 /// A program that a signal ends has this code as shells show it, whether it says so itself or not.
 fn ended_by(status: ExitStatus, code: i32) -> bool {
     status.code() == Some(code) || status.signal().is_some_and(|signal| signal + 128 == code)
+}
+
+/// At a terminal standard input never ends by itself: what reads it to its end is ended by any signal, and the module has
+/// been asked what it is, at most.
+#[test]
+fn signals_end_what_waits_for_standard_input() {
+    let mut complaints = Vec::new();
+    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
+        for arguments in [&["load", "{}", "-"][..], &["load", "{}", "-", "--run"], &["params", "{}", "restore", "-"]] {
+            let fake = Fake::start(State::default());
+            let arguments: Vec<&str> =
+                arguments.iter().map(|argument| if *argument == "{}" { &fake.link } else { *argument }).collect();
+            let mut terminal = Terminal::start(&arguments);
+            terminal.keys("MVP REL, 0, 5\r");
+            // The program is there before the signal; that it waits by then is likely, and makes no difference.
+            std::thread::sleep(Duration::from_millis(300));
+            terminal.signal(signal);
+            let begun = Instant::now();
+            let (status, said) = terminal.end();
+            let asked = fake.state().asked.iter().all(|command| command.opcode == 136);
+            if !ended_by(status, code) || !asked || begun.elapsed() > Duration::from_secs(5) {
+                complaints.push(format!("tmcl {}: {status:?}, not {code}: {said}", arguments.join(" ")));
+            }
+        }
+    }
+    all_right(complaints);
 }
 
 #[test]
