@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::{
     asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tune,
     version, world,
@@ -52,8 +52,19 @@ enum Command {
     Tune(tune::Options),
 }
 
+/// The same command, where a number below 0 is a value and no option: whether it can be one there is for the reader of that
+/// value to say.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let command = command.mut_args(|argument| match argument.get_action().takes_values() {
+        true => argument.allow_negative_numbers(true),
+        false => argument,
+    });
+    command.mut_subcommands(with_negative_numbers)
+}
+
 fn main() -> ExitCode {
-    let done = match Arguments::parse().command {
+    let arguments = Arguments::from_arg_matches(&with_negative_numbers(Arguments::command()).get_matches());
+    let done = match arguments.unwrap_or_else(|error| error.exit()).command {
         Command::Sim(options) => sim::run(&options),
         Command::Send(options) => send::run(&options),
         Command::Shell(options) => shell::run(&options),

@@ -93,7 +93,7 @@ Examples:
   tmcl calc stop from 60 rpm with 100 rpm/s          how far the motor goes on
   tmcl calc --product 3212 move 9 turns at 5 rps with 9 rps/s v1 1 rps a1 3 rps/s d1 3 rps/s
       with a ramp of six points
-  tmcl calc -- -500 int                              a speed to the left";
+  tmcl calc -500 int                                 a speed to the left";
 
 /// Reads a number of microsteps per full step.
 fn microsteps(text: &str) -> Result<u16, String> {

@@ -50,7 +50,7 @@ pub struct Options {
     pub program: PathBuf,
 
     /// Let the program run no longer than TIME, which has a unit: us, ms, s, min or h
-    #[arg(long, value_name = "TIME", default_value = "10 s", value_parser = time::parse)]
+    #[arg(long, value_name = "TIME", default_value = "10 s", allow_hyphen_values = true, value_parser = time::parse)]
     pub until: Nanos,
 
     /// Show every command that is executed: when and where, and what is in the registers after it
@@ -79,7 +79,7 @@ pub struct Options {
     /// torque, 0 to 1: 1 is the motor's at full current, and with less current less stalls it), slip STEPS, fault NAME on|off, power off|on. The number of an axis may stand behind press,
     /// release, load, slip and fault: `load 0.5 1`; without one it is axis 0. Commands to the module are written in
     /// capitals, as for `tmcl send`, or as four numbers: "129, 1, 0, 5" starts the routine at address 5.
-    #[arg(long, value_name = "TIME: WHAT", value_parser = Event::parse)]
+    #[arg(long, value_name = "TIME: WHAT", allow_hyphen_values = true, value_parser = Event::parse)]
     pub at: Vec<Event>,
 
     /// Take the assembler's warnings for errors, and end with 1 when a command was refused, a division was one by zero, or

@@ -78,7 +78,7 @@ const WRITING: [&[&str]; 6] = [
 ];
 
 /// Numbers and names that cannot be, each with a word that the answer has to have.
-const WRONG: [(&[&str], &str); 24] = [
+const WRONG: [(&[&str], &str); 34] = [
     (&["send", "sim", "--address", "2048", "GAP 1, 0"], "2047"),
     (&["send", "sim", "--timeout", "0", "GAP 1, 0"], "600000"),
     (&["send", "sim", "--baud", "fast", "GAP 1, 0"], "fast"),
@@ -103,6 +103,17 @@ const WRONG: [(&[&str], &str); 24] = [
     (&["tune", "stallguard", "sim", "--load", "2"], "from 0 to 1"),
     (&["tune", "coolstep", "sim", "--threshold", "64"], "63"),
     (&["load", "sim", "x.tmc", "--at", "2048x"], "2048x"),
+    // A number below 0 is a value that cannot be, and no option that is unknown.
+    (&["run", "x.tmc", "--until", "-1s"], "not within 0 s and 1000 h"),
+    (&["run", "x.tmc", "--until", "-1"], "unit"),
+    (&["monitor", "sim", "--interval", "-5"], "invalid value '-5' for '--interval <MS>'"),
+    (&["asm", "x.tmc", "--origin", "-5"], "an address is a number from 0 to 65535"),
+    (&["load", "sim", "x.tmc", "--at", "-5"], "an address is a number from 0 to 65535"),
+    (&["world", "127.0.0.1:1", "--timeout", "-1"], "invalid value '-1' for '--timeout <MS>'"),
+    (&["tune", "stallguard", "sim", "--speeds", "-5"], "above 0"),
+    (&["send", "sim", "--address", "-1", "GAP 1, 0"], "invalid value '-1' for '--address <N>'"),
+    (&["params", "sim", "list", "--axis", "-1"], "invalid value '-1' for '--axis <N>'"),
+    (&["calc", "-5", "s"], "a time is not negative"),
 ];
 
 /// A folder with the files that tools need.

@@ -16,6 +16,16 @@ fn line<'a>(table: &'a str, unit: &str) -> Vec<&'a str> {
     line.unwrap_or_else(|| panic!("no '{unit}' in:\n{table}")).split_whitespace().collect()
 }
 
+/// A value below 0 needs no `--` before it.
+#[test]
+fn speeds_and_ways_to_the_left() {
+    assert!(calculated("-500 int").starts_with("-500 int as a speed of a TMCM-1140"));
+    assert_eq!(calculated("-500 int"), calculated("-- -500 int"));
+    assert_eq!(calculated("--product 3212 -1.5 rps"), calculated("--product 3212 -- -1.5 rps"));
+    let way = "move -1 turns at 60 rpm with 500 rpm/s";
+    assert_eq!(calculated(way), calculated(&format!("-- {way}")));
+}
+
 /// What it says to arguments that it refuses.
 fn refused(arguments: &str) -> String {
     let words: Vec<&str> = ["calc"].into_iter().chain(arguments.split(' ')).collect();
@@ -151,8 +161,8 @@ fn what_no_module_can_have_is_refused_with_a_way_out() {
     // 2047 * 256e12 / 2^39 = 953208.655 pps2; three ramp divisors less are eight times that.
     let hard = refused("5000000 pps2");
     assert!(hard.contains("at most 953208.655119 pps2 (2047 int). It is possible with --ramp-divisor 4\n"), "{hard}");
-    assert!(refused("-- -5 pps2").contains("an acceleration has no sign"));
-    assert!(refused("-- -5 s").contains("a time is not negative"));
+    assert!(refused("-5 pps2").contains("an acceleration has no sign"));
+    assert!(refused("-5 s").contains("a time is not negative"));
 }
 
 #[test]
