@@ -21,7 +21,7 @@ impl Complete for Completion {
         let words: Vec<String> = if before.trim().is_empty() {
             WORDS.into_iter().filter(begins).map(String::from).collect()
         } else {
-            let fixed = Register::NAMES.into_iter().chain(["variable"]);
+            let fixed = Register::NAMES.into_iter().chain(["variable", "register"]);
             fixed.chain(self.names.iter().map(String::as_str)).filter(begins).map(String::from).collect()
         };
         (start, words)
@@ -43,6 +43,6 @@ mod tests {
         assert_eq!(complete("break lo"), words(6, &["Loop"]));
         assert_eq!(complete("break Loop + a"), words(13, &["acc", "APMaxSpeed"]));
         assert_eq!(complete("print ö"), words(6, &[]));
-        assert_eq!(Completion { names }.complete("print ", 6).1.len(), 7);
+        assert_eq!(Completion { names }.complete("print ", 6).1.len(), 8);
     }
 }

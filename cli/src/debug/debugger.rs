@@ -389,15 +389,16 @@ impl<'a> Debugger<'a> {
 }
 
 /// Cuts what is typed behind `set` into the name and the value: at a `=`, or else behind the first word, with
-/// `variable` behind the word that follows it.
+/// `variable` or `register` behind the word that follows it.
 fn assignment(typed: &str) -> Result<(&str, &str), String> {
     let missing = || "what, and to which value? For example: set acc 5".to_owned();
     let (what, value) = match typed.split_once('=') {
         Some(cut) => cut,
         None => {
-            let is_variable = typed.split_whitespace().next().is_some_and(|word| word.eq_ignore_ascii_case("variable"));
+            let first = typed.split_whitespace().next().unwrap_or_default();
+            let is_two = ["variable", "register"].iter().any(|word| first.eq_ignore_ascii_case(word));
             let mut spaces = typed.match_indices(char::is_whitespace).map(|(at, _)| at);
-            let end = spaces.nth(usize::from(is_variable)).ok_or_else(missing)?;
+            let end = spaces.nth(usize::from(is_two)).ok_or_else(missing)?;
             typed.split_at_checked(end).ok_or_else(missing)?
         }
     };

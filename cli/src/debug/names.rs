@@ -68,10 +68,15 @@ impl Names {
         found.map(|(name, number)| (name.as_str(), *number))
     }
 
+    /// True for a label or constant of the program. Upper and lower case are the same.
+    pub(super) fn is_own(&self, name: &str) -> bool {
+        let is = |own: &str| own.eq_ignore_ascii_case(name);
+        self.symbols.labels().any(|(own, _)| is(own)) || self.symbols.constants().any(|(own, _)| is(own))
+    }
+
     /// The parameter with this name in the built-in files, unless the program itself gives the name another meaning.
     pub(super) fn parameter(&self, name: &str) -> Option<Parameter> {
-        let is = |own: &str| own.eq_ignore_ascii_case(name);
-        if self.symbols.labels().any(|(own, _)| is(own)) || self.symbols.constants().any(|(own, _)| is(own)) {
+        if self.is_own(name) {
             return None;
         }
         let number = u8::try_from(asm::names(self.product).value(name)?).ok()?;

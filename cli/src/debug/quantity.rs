@@ -47,9 +47,14 @@ impl Quantity {
         let end = text.find(|c: char| c.is_whitespace() || c == ',').unwrap_or(text.len());
         let (word, rest) = text.split_at_checked(end).unwrap_or((text, ""));
         let rest = rest.trim_start().strip_prefix(',').unwrap_or(rest).trim();
-        let what = match (Register::named(word), rest) {
+        // What the program calls by the name of a register is meant before the register.
+        let register = Register::named(word).filter(|_| !names.is_own(word));
+        let what = match (register, rest) {
             _ if text.is_empty() => return Err("what? For example: acc, x, variable 10, APActualPosition".into()),
             (Some(register), "") => What::Register(register),
+            _ if word.eq_ignore_ascii_case("register") && !rest.is_empty() => What::Register(
+                Register::named(rest).ok_or_else(|| format!("no register '{rest}'; there are acc, x, pc"))?,
+            ),
             _ if word.eq_ignore_ascii_case("variable") => What::Variable(byte(rest, names)?),
             _ => match (names.variable(word), names.parameter(word), rest) {
                 (Some((_, number)), _, "") => What::Variable(number),
@@ -150,6 +155,7 @@ mod tests {
             ("acc", What::Register(Register::Accumulator)),
             ("X", What::Register(Register::X)),
             ("pc", What::Register(Register::Counter)),
+            ("register x", What::Register(Register::X)),
             ("variable 12", What::Variable(12)),
             ("variable Count + 1", What::Variable(11)),
             ("count", What::Variable(10)),
@@ -168,6 +174,7 @@ mod tests {
         }
         assert_eq!(what("Lop"), Err("unknown name 'Lop'; did you mean 'Loop'?".into()));
         assert_eq!(what("variable 256"), Err("256 is out of range; 0..255 fits here".into()));
+        assert_eq!(what("register y"), Err("no register 'y'; there are acc, x, pc".into()));
         assert!(what(" ").unwrap_err().starts_with("what?"));
     }
 }

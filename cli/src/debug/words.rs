@@ -32,6 +32,7 @@ An empty line repeats the last command. Going to the handler of an interrupt is 
 PLACE: an address, Label, Label + 1, or :12 for line 12 of the source (included.tmc:12 of another file).
 WHAT: acc, x, pc, variable N, the name of such a number, a parameter by its name in tmcl asm --names (behind it the
 axis, as in APActualSpeed 1), a label or constant, an expression. VALUE: an expression, also behind a =.
+register acc, register x and register pc are the registers where the program gives these names to something else.
 set acc and set x leave the flag that JC ZE asks for as CALC LOAD of the accumulator does.";
 
 /// The text of what an action leads to; empty if nothing is to be shown.

@@ -480,3 +480,26 @@ fn narrow_terminals_and_short_scripts() {
     let (told, output) = script(COUNTER, &[], "step\r\nprint pc");
     assert_eq!((output.status.code(), answers(&told)[0]), (Some(0), "pc = 1"));
 }
+
+/// Homing programs call their user variables so; the registers have another name as well.
+#[test]
+fn the_program_s_own_names_come_before_the_registers() {
+    let source = "X = 10\nPC = 11\nMain: SGP X, 2, 77\nSGP PC, 2, 5\nCALC LOAD, 3\nInc: CALC ADD, 1\nSTOP\n";
+    let commands = "step 4\nprint X\nprint x\nprint PC\nprint register pc\nset x 78\nprint variable 10\n\
+                    print register x\nset register x 4\nprint acc\nreset\nbreak Inc if X = 77\ncontinue\n";
+    let (told, output) = script(source, &[], commands);
+    let told = answers(&told);
+    let expected = [
+        "X = 77 (variable 10)",
+        "x = 77 (variable 10)",
+        "PC = 5 (variable 11)",
+        "register pc = 4",
+        "x = 78 (variable 10)",
+        "variable 10 = 78",
+        "register x = 0",
+        "register x = 4",
+        "acc = 4",
+    ];
+    assert!(told.windows(expected.len()).any(|part| part == expected), "{told:?} {}", complaint(&output));
+    assert!(told.contains(&"breakpoint"), "{told:?}");
+}
