@@ -44,6 +44,9 @@ pub(super) enum Action {
 impl Action {
     /// Reads a line. The error says what to type.
     pub(super) fn read(line: &str, product: Option<Product>) -> Result<Self, String> {
+        if line.trim_start().starts_with("//") {
+            return Ok(Action::Nothing);
+        }
         let words: Vec<&str> = line.split_whitespace().collect();
         let [first, rest @ ..] = words.as_slice() else { return Ok(Action::Nothing) };
         match (first.to_ascii_lowercase().as_str(), rest) {
@@ -115,7 +118,7 @@ mod tests {
         let send = |command, numeric| Ok(Action::Send { command, numeric });
         assert_eq!(read("SAP APMaxCurrent, Motor1, 2 * 50"), send(Command::new(5, 6, 1, 100), false));
         assert_eq!(read("6, 1, 0"), send(Command::new(6, 1, 0, 0), true));
-        assert_eq!(read("  "), Ok(Action::Nothing));
+        assert_eq!((read("  "), read("  // GAP 1, 0")), (Ok(Action::Nothing), Ok(Action::Nothing)));
         assert_eq!((read("help"), read("QUIT")), (Ok(Action::Help), Ok(Action::Quit)));
         let parameters = vec![("APActualPosition".into(), 1), ("3".into(), 3)];
         assert_eq!(read("watch APActualPosition, 3 axis 2"), Ok(Action::Watch { axis: 2, parameters }));

@@ -374,7 +374,10 @@ fn a_virtual_module_of_its_own_is_moved() {
 
 #[test]
 fn without_a_terminal_lines_are_read_and_a_jog_is_refused() {
-    let output = type_into(&["shell", "sim"], "SAP 4, 0, 3*500\n\nGAP 4, 0\nwatch 4 1\nhelp\nquit\nGAP 5, 0\n");
+    let output = type_into(
+        &["shell", "sim"],
+        "// of axis 0\nSAP 4, 0, 3*500\n\n  // what it was\nGAP 4, 0 // now\nwatch 4 1\nhelp\nquit\nGAP 5, 0\n",
+    );
     assert_eq!(output.status.code(), Some(0), "{}", complaint(&output));
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     let lines: Vec<&str> = said.lines().collect();
