@@ -1,6 +1,6 @@
 //! How far a jog may go on: a held key is fuel for a short time, and nothing else keeps the motor moving.
 //!
-//! Each key that arrives gives the motor a target that is [`FUEL`] of travel, and the way to a stop, ahead of where it is.
+//! Each key that arrives gives the motor a target that is a certain time of travel ([`fuel`]), and the way to a stop, ahead of where it is.
 //! Without another key it comes to rest there by itself, whatever has become of the key, the terminal, this program and
 //! the cable.
 
@@ -12,11 +12,27 @@ use crate::calc;
 use crate::conversation::{Conversation, Error};
 use crate::product::{axis_number, speed_unit, symbol};
 
-/// How long the motor goes on after a key, before it slows down. A held key comes again some 30 times a second; over a
+/// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a second; over a
 /// slow connection the gaps are longer.
-pub(super) const FUEL: Duration = Duration::from_millis(140);
+const FUEL: Duration = Duration::from_millis(140);
 /// Longest time from the speed of a jog to a stop.
 pub(super) const BRAKING: Duration = Duration::from_millis(90);
+/// Longest time from the release of a key to a stop.
+const RELEASE: Duration = Duration::from_millis(300);
+/// Longest round trip of a request and its reply with which [`fuel`] is as long as it has to be: 6 of them are no more than
+/// `RELEASE` without `BRAKING` and 2.5 of them.
+pub(super) const LONGEST_ROUND: Duration = Duration::from_micros((300_000 - 90_000) * 2 / 17);
+
+/// How long the motor goes on after a key that was read, over a link whose round trip takes so long.
+///
+/// A key takes three round trips: the speed, the position, which is read half a round trip before its reply is here, and
+/// the target, which the module has half a round trip before the reply. The key may have waited for those of the key
+/// before it. So the motor slows down half a round trip before this time is over, and the next target comes 5.5 round
+/// trips after the key: with 6 it does not stutter. It stands 3 - 0.5 round trips and `BRAKING` after this time.
+pub(super) fn fuel(round: Duration) -> Duration {
+    let most = (RELEASE - BRAKING).saturating_sub(round * 5 / 2);
+    FUEL.max(round * 6).min(most)
+}
 
 /// The ramp of an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,13 +149,15 @@ impl Axle {
         Axle { axis, speed, wanted, before, unit, factor, ramp: ramp(f64::from(speed)) }
     }
 
-    /// The target for an axis at `position` with `speed`, in the module's units, whose key came `ago`; `None` if its fuel
-    /// is used up already.
-    pub(super) fn target(&self, position: i32, speed: i32, rightwards: bool, ago: Duration) -> Option<i32> {
-        let left = FUEL.checked_sub(ago)?.as_secs_f64();
+    /// The target for an axis at `position` with `speed`, in the module's units, that has fuel `left`.
+    pub(super) fn target(&self, position: i32, speed: i32, rightwards: bool, left: Duration) -> i32 {
         let wanted = f64::from(self.speed) * self.factor;
-        let way = self.ramp.way(f64::from(speed) * self.factor, if rightwards { wanted } else { -wanted }, left);
-        Some(position.saturating_add(way.round() as i32))
+        let way = self.ramp.way(
+            f64::from(speed) * self.factor,
+            if rightwards { wanted } else { -wanted },
+            left.as_secs_f64(),
+        );
+        position.saturating_add(way.round() as i32)
     }
 }
 
@@ -181,11 +199,20 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_too_late_is_no_fuel() {
+    fn a_target_is_ahead_of_the_position() {
         let axle = Axle::limited(0, 125, 125, "int", 8.0, |_| RAMP);
-        assert_eq!(axle.target(1000, 125, true, Duration::ZERO), Some(1165));
-        assert_eq!(axle.target(1000, -125, false, Duration::ZERO), Some(835));
-        assert_eq!(axle.target(i32::MAX, 125, true, Duration::ZERO), Some(i32::MAX));
-        assert_eq!(axle.target(1000, 125, true, Duration::from_millis(141)), None);
+        assert_eq!(axle.target(1000, 125, true, FUEL), 1165);
+        assert_eq!(axle.target(1000, -125, false, FUEL), 835);
+        assert_eq!(axle.target(i32::MAX, 125, true, FUEL), i32::MAX);
+    }
+
+    /// Up to 23 ms it is 140 ms; at 24 ms 6 * 24; at 40 ms no more than 300 - 90 - 2.5 * 40 keeps the stop in time.
+    #[test]
+    fn the_fuel_counts_the_round_trip() {
+        let of = |millis| fuel(Duration::from_millis(millis)).as_millis();
+        assert_eq!([0, 19, 23, 24, 40, 84, 1000].map(of), [140, 140, 140, 144, 110, 0, 0]);
+        // At the limit both are the same: 6 * 24.7 and 210 - 2.5 * 24.7.
+        let both = [LONGEST_ROUND * 6, Duration::from_millis(210) - LONGEST_ROUND * 5 / 2];
+        assert_eq!(both.map(|time| time.as_millis()), [148, 148]);
     }
 }

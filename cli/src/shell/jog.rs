@@ -5,21 +5,21 @@ use std::time::{Duration, Instant};
 use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode, Status};
 
-use super::fuel::{Axle, FUEL};
+use super::fuel::{Axle, LONGEST_ROUND, fuel};
 use super::keys::{Key, Reader, sum};
+use super::owed::Owed;
 use super::state::{JogEnd, Left, State};
 use super::{Shell, redraw};
 use crate::conversation::Error;
 use crate::failure::Failure;
-use crate::product::axis_number;
 use crate::terminal::raw::{Keys, Raw};
 
 /// How often it is shown where the axis is, while no key comes.
 const LOOK: Duration = Duration::from_millis(100);
 /// How long the rest of a key may take that has come in part.
 const REST_OF_KEY: Duration = Duration::from_millis(30);
-/// So many keys one after the other whose fuel is used up before the module has its target end a jog.
-const MOST_LATE: u32 = 3;
+/// So many keys one after the other whose replies take too long end a jog.
+const MOST_LATE: u32 = 5;
 /// Analog input that tells the supply voltage in tenths of volts, and the bank of the analog inputs.
 const SUPPLY: (u8, u8) = (8, 1);
 
@@ -38,8 +38,8 @@ pub(super) fn jog(shell: &mut Shell, axis: u8, speed: Option<i32>) -> Result<Sta
     let less = (axle.speed < axle.wanted).then_some(axle.wanted);
     shell.tell(&State::JogReady { axis, speed: axle.speed, wanted: less, unit: axle.unit })?;
     let mut raw = Raw::begin()?;
-    let mut jog = Jog { shell, axle, reader: Reader::default(), late: 0 };
-    let end = jog.set_speed().and_then(|()| jog.follow(&mut raw));
+    let mut jog = Jog { shell, axle, reader: Reader::default(), late: 0, round: Duration::ZERO };
+    let end = jog.stop_what_turns().and_then(|()| jog.set_speed()).and_then(|()| jog.follow(&mut raw));
     // A motor that can be stopped is stopped before anything else is done.
     let stopped = jog.stop();
     drop(raw);
@@ -48,6 +48,7 @@ pub(super) fn jog(shell: &mut Shell, axis: u8, speed: Option<i32>) -> Result<Sta
         Err(_) => Some(Left { now: jog.axle.speed, before: jog.axle.before }),
     }
     .filter(|left| left.now != left.before);
+    jog.shell.owed = left.map(|left| Owed { axis, speed: left.before });
     let end = match end {
         Ok(end) => end,
         Err(error) => jog.failed(&error),
@@ -64,6 +65,8 @@ struct Jog<'a> {
     reader: Reader,
     /// How many keys one after the other were too late.
     late: u32,
+    /// What a round trip has taken with the last key.
+    round: Duration,
 }
 
 impl Jog<'_> {
@@ -85,7 +88,8 @@ impl Jog<'_> {
                         None => {}
                     }
                     if self.late >= MOST_LATE {
-                        return Ok(JogEnd::Slow);
+                        let millis = |time: Duration| time.as_millis() as u64;
+                        return Ok(JogEnd::Slow { round_ms: millis(self.round), most_ms: millis(LONGEST_ROUND) });
                     }
                 }
                 // A key that has only begun is another one: Escape.
@@ -109,14 +113,14 @@ impl Jog<'_> {
     /// Gives the motor a target for a key that was `typed` then.
     fn refuel(&mut self, rightwards: bool, typed: Instant) -> Result<(), Error> {
         let (position, speed) = self.look()?;
-        // What the replies have taken is no time to move: so a slow link makes a jog short of breath, and not longer.
-        let Some(target) = self.axle.target(position, speed, rightwards, typed.elapsed()) else {
-            self.late += 1;
-            return Ok(());
-        };
+        // What the replies have taken is no time to move.
+        let elapsed = typed.elapsed();
+        self.round = elapsed / 2;
+        self.late = if self.round > LONGEST_ROUND { self.late + 1 } else { 0 };
+        let Some(left) = fuel(self.round).checked_sub(elapsed) else { return Ok(()) };
+        let target = self.axle.target(position, speed, rightwards, left);
         let absolute = 0;
         self.shell.module.request(Command::new(Opcode::Mvp as u8, absolute, self.axle.axis, target))?;
-        self.late = if typed.elapsed() < FUEL { 0 } else { self.late + 1 };
         self.show(position, speed);
         Ok(())
     }
@@ -124,6 +128,11 @@ impl Jog<'_> {
     fn show(&self, position: i32, speed: i32) {
         // Without a terminal nobody looks; that it is gone is noticed where keys are read.
         let _ = redraw(&super::text::text(&State::Jogging { position, speed, unit: self.axle.unit }));
+    }
+
+    /// Stops a motor that somebody else has set in motion: it moves while a key is held, and only then.
+    fn stop_what_turns(&mut self) -> Result<(), Error> {
+        if self.look()?.1 == 0 { Ok(()) } else { self.stop() }
     }
 
     /// Stops the motor (MST).
@@ -146,8 +155,7 @@ impl Jog<'_> {
         if self.axle.speed == self.axle.before {
             return Ok(());
         }
-        let number = axis_number(self.shell.module.product()?, AxisParameter::MaximumSpeed).unwrap_or_default();
-        self.shell.module.request(Command::new(Opcode::Sap as u8, number, self.axle.axis, speed)).map(drop)
+        Owed { axis: self.axle.axis, speed }.pay(&mut self.shell.module)
     }
 
     /// What an error says about the module.

@@ -8,12 +8,14 @@
 //! * `jog` - a motor that moves while a key is held
 //! * `fuel` - how far it goes on by a key
 //! * `keys` - the keys
+//! * `owed` - what a jog has changed and not put back
 
 mod action;
 mod complete;
 mod fuel;
 mod jog;
 mod keys;
+mod owed;
 mod state;
 mod text;
 mod watch;
@@ -27,12 +29,14 @@ use tmcm::tmcl::{Command, Opcode};
 use crate::conversation::{Conversation, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
+use crate::product::Product;
 use crate::send::{self, Request};
 use crate::signal::EndSignal;
 use crate::terminal;
 use crate::terminal::editor::{Editor, Input};
 use action::Action;
 use complete::Words;
+use owed::Owed;
 pub use state::{JogEnd, Left, State, Watched};
 
 /// Talk to a module at a terminal: commands and their replies, parameters that are watched, a motor moved by keys
@@ -77,31 +81,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let identity = module.identity()?;
     let mut editor = Editor::open(Words::of(identity.product))?;
     let is_simulated = options.reach.link == LinkTarget::Simulated;
-    let mut shell = Shell { module, signal, is_simulated, interactive: editor.is_terminal() };
+    let mut shell = Shell { module, signal, is_simulated, interactive: editor.is_terminal(), owed: None };
     if shell.interactive {
         shell.tell(&State::Connected { module: format!("TMCM-{}", identity.number) })?;
     }
-    let mut all_done = true;
-    loop {
-        let line = match editor.line(PROMPT, &shell.signal)? {
-            Input::Line(line) => line,
-            Input::Interrupted => continue,
-            Input::End if shell.signal.happened() => return Err(shell.signal.failure("")),
-            Input::End => break,
-        };
-        match Action::read(&line, identity.product) {
-            Ok(Action::Quit) => break,
-            Ok(action) => all_done &= shell.act(action)?,
-            Err(message) => all_done &= shell.wrong(message)?,
-        }
-        if shell.signal.happened() {
-            if !shell.interactive || !shell.signal.is_interrupt() {
-                return Err(shell.signal.failure(""));
-            }
-            shell.signal.forget();
-        }
-    }
-    if all_done || shell.interactive { Ok(()) } else { Err(Failure::Reported) }
+    let ended = shell.converse(&mut editor, identity.product);
+    shell.put_back().and(ended)
 }
 
 /// The shell at work.
@@ -112,11 +97,55 @@ struct Shell {
     is_simulated: bool,
     /// Somebody sits at a terminal.
     interactive: bool,
+    /// What a jog could not put back.
+    owed: Option<Owed>,
 }
 
 impl Shell {
+    /// Reads lines and does what they ask for.
+    fn converse(&mut self, editor: &mut Editor<Words>, product: Option<Product>) -> Result<(), Failure> {
+        let mut all_done = true;
+        loop {
+            let line = match editor.line(PROMPT, &self.signal)? {
+                Input::Line(line) => line,
+                Input::Interrupted => continue,
+                Input::End if self.signal.happened() => return Err(self.signal.failure("")),
+                Input::End => break,
+            };
+            match Action::read(&line, product) {
+                Ok(Action::Quit) => break,
+                Ok(action) => all_done &= self.act(action)?,
+                Err(message) => all_done &= self.wrong(message)?,
+            }
+            if self.signal.happened() {
+                if !self.interactive || !self.signal.is_interrupt() {
+                    return Err(self.signal.failure(""));
+                }
+                self.signal.forget();
+            }
+        }
+        if all_done || self.interactive { Ok(()) } else { Err(Failure::Reported) }
+    }
+
+    /// Tries again to put back what a jog could not.
+    fn put_back(&mut self) -> Result<(), Failure> {
+        let Some(owed) = self.owed else { return Ok(()) };
+        match owed.pay(&mut self.module) {
+            Ok(()) => {
+                self.owed = None;
+                let state = State::PutBack { axis: owed.axis, speed: owed.speed };
+                self.tell(&state).or_else(|failure| self.unless_ending(failure))
+            }
+            // That it is not what it was has been told when the jog ended.
+            Err(_) => Ok(()),
+        }
+    }
+
     /// Does what a line asks for, and tells what comes of it. True if it was done.
     fn act(&mut self, action: Action) -> Result<bool, Failure> {
+        if !matches!(action, Action::Nothing | Action::Help | Action::Quit) {
+            self.put_back()?;
+        }
         match action {
             Action::Nothing | Action::Quit => Ok(true),
             Action::Help => self.tell(&State::Help).map(|()| true),

@@ -58,6 +58,13 @@ pub enum State {
         #[serde(skip_serializing_if = "Option::is_none")]
         left: Option<Left>,
     },
+    /// A speed of positioning that a jog could not put back is what it was again.
+    PutBack {
+        /// The number of the axis.
+        axis: u8,
+        /// The speed, in the module's unit.
+        speed: i32,
+    },
     /// Something could not be done.
     Wrong {
         /// Why, and what to do.
@@ -82,8 +89,13 @@ pub enum JogEnd {
     Key,
     /// A signal has come, or the terminal is gone.
     Signal,
-    /// The replies of the module take longer than a key's fuel lasts.
-    Slow,
+    /// The replies of the module take so long that the motor would stutter, or not stop in time.
+    Slow {
+        /// What one of them takes, in milliseconds.
+        round_ms: u64,
+        /// What it may take at most.
+        most_ms: u64,
+    },
     /// The module has not done what it was told.
     Failed {
         /// What it said, or that it said nothing.
@@ -121,8 +133,8 @@ mod tests {
             r#"{"state":"jog_ready","axis":1,"speed":137,"unit":"int"}"#
         );
         assert_eq!(
-            json(&State::JogEnded { axis: 0, end: JogEnd::Slow, left: None }),
-            r#"{"state":"jog_ended","axis":0,"end":{"why":"slow"}}"#
+            json(&State::JogEnded { axis: 0, end: JogEnd::Slow { round_ms: 60, most_ms: 24 }, left: None }),
+            r#"{"state":"jog_ended","axis":0,"end":{"why":"slow","round_ms":60,"most_ms":24}}"#
         );
     }
 }

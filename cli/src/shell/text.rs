@@ -42,9 +42,10 @@ pub(super) fn text(state: &State) -> String {
         State::JogEnded { axis, end, left } => {
             let why = match end {
                 JogEnd::Key | JogEnd::Signal => format!("axis {axis} is stopped"),
-                JogEnd::Slow => {
-                    "the module's replies take too long for a jog; try USB, or a faster bit rate (--baud)".into()
-                }
+                JogEnd::Slow { round_ms, most_ms } => format!(
+                    "the module's replies take too long for a jog: {round_ms} ms each, where {most_ms} ms is the most with \
+                     which it neither stutters nor goes on too long; try USB, or a faster bit rate (--baud)"
+                ),
                 JogEnd::Failed { error, supply: Some(supply) } => {
                     let (volts, tenths) = (supply / 10, (supply % 10).abs());
                     format!("the jog is over: {error}. The motors are locked; the supply is {volts}.{tenths} V")
@@ -53,11 +54,14 @@ pub(super) fn text(state: &State) -> String {
             };
             match left {
                 Some(Left { now, before }) => {
-                    format!("{why}. Parameter 4 of axis {axis} is {now} and was {before}; it could not be put back")
+                    format!(
+                        "{why}. Parameter 4 of axis {axis} is {now} and was {before}; it could not be put back; the next command tries again"
+                    )
                 }
                 None => why,
             }
         }
+        State::PutBack { axis, speed } => format!("parameter 4 of axis {axis} is {speed} again"),
         State::Wrong { message } => message.clone(),
     }
 }
@@ -91,7 +95,7 @@ mod tests {
         assert_eq!(
             text(&ended),
             "the jog is over: MVP ABS, 0, 5: status 6. The motors are locked; the supply is 7.4 V. Parameter 4 of axis 2 \
-             is 100 and was 1000; it could not be put back"
+             is 100 and was 1000; it could not be put back; the next command tries again"
         );
     }
 }

@@ -464,3 +464,52 @@ fn a_module_that_is_not_there_is_told_at_once() {
         assert!(complaint(&output).contains(expected), "{arguments:?}: {}", complaint(&output));
     }
 }
+
+/// The fuel of a key is the round trip's affair: where it would have to be so long that the motor went on too long, it is
+/// told how slow the link is, and how slow it may be.
+#[test]
+fn a_link_that_is_too_slow_is_told_by_how_much() {
+    let mut shell = Terminal::start_with(&["shell", &slow_module(Duration::from_millis(60))], 200);
+    shell.expect("(tmcl) ");
+    shell.line("jog");
+    shell.expect("position ");
+    let end = Instant::now() + PATIENCE;
+    while !shell.shows("the module's replies take too long for a jog: ") {
+        shell.keys(RIGHT);
+        std::thread::sleep(REPEAT);
+        assert!(Instant::now() < end);
+    }
+    let told = shell.expect(" ms is the most");
+    let (took, most) = told.split_once(" ms each, where ").unwrap();
+    let took = took.rsplit(' ').next().unwrap();
+    assert!(took.parse::<u32>().unwrap() >= 60 && most.starts_with("24"), "{told}");
+}
+
+/// While the module is out of reach, its speed of positioning is that of the jog; it gets it back as soon as it can.
+#[test]
+fn a_speed_that_could_not_be_put_back_is_put_back_later() {
+    for line in ["GAP 1, 0", "quit"] {
+        let mut bench = Bench::jogging(&[], "jog 0 500");
+        bench.sim.control(&["usb off"]);
+        bench.shell.expect("it could not be put back");
+        bench.shell.expect("(tmcl) ");
+        bench.sim.control(&["usb on"]);
+        assert_eq!(bench.ok("GAP 4, 0"), 500);
+        bench.shell.line(line);
+        bench.shell.expect("parameter 4 of axis 0 is 1000 again");
+        assert_eq!(bench.ok("GAP 4, 0"), 1000);
+    }
+}
+
+/// A motor that somebody else has set in motion does not go on turning with no key held.
+#[test]
+fn a_motor_that_turns_is_stopped_when_a_jog_begins() {
+    let mut bench = Bench::start(&[]);
+    bench.ok("ROR 0, 800");
+    bench.sim.tcp().until("GAP 3, 0", 800);
+    bench.jog("jog 0 500");
+    bench.rest(0);
+    bench.hold(RIGHT, 0, 500, 100_000);
+    bench.shell.keys("q");
+    bench.shell.expect("axis 0 is stopped");
+}
