@@ -35,6 +35,7 @@ pub mod completions;
 pub mod conversation;
 pub mod debug;
 pub mod disasm;
+mod draft;
 pub mod dump;
 pub mod eds;
 pub mod failure;

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Stdout, Write};
 use std::path::Path;
 
+use crate::draft::Draft;
 use crate::failure::Failure;
 use crate::files::STANDARD;
 
@@ -22,6 +23,8 @@ pub struct Output {
 enum To {
     Standard(Stdout),
     File(BufWriter<File>),
+    /// A file that takes the place of an older one when it is finished, and what it is going to have.
+    Draft(Draft, Vec<u8>),
 }
 
 impl Output {
@@ -40,7 +43,7 @@ impl Output {
         }
     }
 
-    /// Opens an output for an SVG image.
+    /// Opens an output for an SVG image. An image that exists stays as it is until this one is finished.
     ///
     /// # Errors
     /// The name of the file does not end in .svg, or it cannot be written.
@@ -53,7 +56,12 @@ impl Output {
                  for standard output"
             )));
         }
-        Self::open(option, path)
+        if is_standard(path) {
+            return Self::open(option, path);
+        }
+        let name = path.display().to_string();
+        let draft = Draft::begin(path).map_err(|failure| named(option, failure))?;
+        Ok(Output { option, name, to: To::Draft(draft, Vec::new()) })
     }
 
     /// True for standard output. What a command prints beside its result goes to standard error then.
@@ -74,6 +82,10 @@ impl Output {
         let written = match &mut self.to {
             To::Standard(out) => return Ok(out.write_all(bytes)?),
             To::File(file) => file.write_all(bytes),
+            To::Draft(_, image) => {
+                image.extend(bytes);
+                Ok(())
+            }
         };
         written.map_err(|error| cannot(self.option, &self.name, &error))
     }
@@ -82,12 +94,12 @@ impl Output {
     ///
     /// # Errors
     /// The bytes cannot be written.
-    pub fn finish(mut self) -> Result<(), Failure> {
-        let written = match &mut self.to {
-            To::Standard(out) => return Ok(out.flush()?),
-            To::File(file) => file.flush(),
-        };
-        written.map_err(|error| cannot(self.option, &self.name, &error))
+    pub fn finish(self) -> Result<(), Failure> {
+        match self.to {
+            To::Standard(mut out) => Ok(out.flush()?),
+            To::File(mut file) => file.flush().map_err(|error| cannot(self.option, &self.name, &error)),
+            To::Draft(draft, image) => draft.finish(&image).map_err(|failure| named(self.option, failure)),
+        }
     }
 }
 
@@ -97,8 +109,15 @@ pub fn is_standard(path: &Path) -> bool {
 }
 
 fn cannot(option: &str, name: &str, error: &io::Error) -> Failure {
-    let option = if option.is_empty() { String::new() } else { format!("{option}: ") };
-    Failure::Failed(format!("{option}cannot write {name}: {error}"))
+    named(option, Failure::Failed(format!("cannot write {name}: {error}")))
+}
+
+/// The failure with the option that names the file in front.
+fn named(option: &str, failure: Failure) -> Failure {
+    match failure {
+        Failure::Failed(message) if !option.is_empty() => Failure::Failed(format!("{option}: {message}")),
+        failure => failure,
+    }
 }
 
 #[cfg(test)]
@@ -111,8 +130,15 @@ mod tests {
         for (name, is_one) in [("a.svg", true), ("a.SVG", true), ("a.png", false), ("svg", false), ("a.svg.bak", false)]
         {
             let path = folder.path().join(name);
-            assert_eq!(Output::svg("--plot", &path).is_ok(), is_one, "{name}");
-            assert_eq!(path.exists(), is_one, "{name} must not be touched");
+            std::fs::write(&path, "old").unwrap();
+            let opened = Output::svg("--plot", &path);
+            assert_eq!(opened.is_ok(), is_one, "{name}");
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), "old", "{name} must not be touched");
+            if let Ok(mut image) = opened {
+                image.write(b"new").unwrap();
+                image.finish().unwrap();
+            }
+            assert_eq!(std::fs::read_to_string(&path).unwrap() == "new", is_one, "{name}");
         }
         assert!(Output::svg("--plot", Path::new("-")).unwrap().is_standard());
         let nowhere = folder.path().join("none/a.svg");

@@ -1,7 +1,6 @@
 //! `tmcl params`: a module's settings one by one, as a table, and in files of TMCL commands.
 
 mod diff;
-mod draft;
 mod file;
 mod list;
 mod one;

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Parameter, STORED_USER_VARIABLES};
 
-use super::draft::Draft;
 use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
+use crate::draft::Draft;
 use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::product::{Product, numbers, stores_axes};
@@ -50,7 +50,7 @@ pub(super) fn save(module: &mut Conversation, path: &Path, signal: &EndSignal) -
     };
     match draft {
         Some(draft) => {
-            draft.finish(&text)?;
+            draft.finish(text.as_bytes())?;
             Ok(writeln!(std::io::stdout(), "{saved} settings saved in {}{missing}", path.display())?)
         }
         None => {

@@ -164,14 +164,15 @@ impl What {
 pub fn run(options: &Options) -> Result<(), Failure> {
     let what = &options.what;
     let common = what.common();
-    let plot = common.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
     let is_simulated = common.reach.link == LinkTarget::Simulated;
     if !is_simulated && !common.yes && !ask::can_ask() {
         return Err(Failure::Arguments(
             "the motor is going to move, and nobody can be asked without a terminal: if it may, give --yes".into(),
         ));
     }
+    // From here on a signal leaves nothing behind, also not the beginning of an image.
     let mut signal = EndSignal::watch()?;
+    let plot = common.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
     let mut module = Conversation::open(&common.reach)?;
     let identity = module.identity()?;
     let Some(product) = identity.product else {

@@ -160,6 +160,32 @@ fn what_cannot_be_measured_is_said() {
     assert!(code == 2 && message.contains(".svg"), "{message}");
 }
 
+/// A drawing is replaced by a complete one, and not by a measurement that fails.
+#[test]
+fn an_older_drawing_stays_until_there_is_a_new_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("old.svg");
+    std::fs::write(&path, "old").unwrap();
+    let plot = path.to_str().unwrap();
+    let world = format!("{EXAMPLE}.toml");
+    let output =
+        run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800", "--load", "0.9", "--plot", plot]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+    let sim = module("1140");
+    let link = ways(&sim).0;
+    let child = tmcl(&["tune", "stallguard", &link, "--control", sim.told("control"), "--yes", "--plot", plot]).spawn();
+    let child = child.unwrap();
+    let end = Instant::now() + PATIENCE;
+    while sim.control(&["state"])["velocity"] == 0 {
+        assert!(Instant::now() < end, "the motor does not turn");
+    }
+    rustix::process::kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
+    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(143));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+}
+
 /// All settings of a module, as a file has them.
 fn settings(sim: &Sim) -> String {
     let file = sim.path("settings");

@@ -8,7 +8,7 @@ use crate::failure::Failure;
 
 /// A file that is being written, beside the one that it will be. It is removed if it is never finished.
 #[derive(Debug)]
-pub(super) struct Draft {
+pub(crate) struct Draft {
     /// What it will be.
     path: PathBuf,
     /// Where it is written; `None` for what is no file on a disk, such as a pipe, which is written directly.
@@ -18,7 +18,7 @@ pub(super) struct Draft {
 
 impl Draft {
     /// Begins a file, so that a name that cannot be written is noticed at once.
-    pub(super) fn begin(path: &Path) -> Result<Self, Failure> {
+    pub(crate) fn begin(path: &Path) -> Result<Self, Failure> {
         Self::open(path).map_err(|error| cannot(path, &error))
     }
 
@@ -38,9 +38,9 @@ impl Draft {
         Ok(Draft { path, beside: Some(beside), file })
     }
 
-    /// Writes the text, with which the file is complete.
-    pub(super) fn finish(mut self, text: &str) -> Result<(), Failure> {
-        let written = self.file.write_all(text.as_bytes()).and_then(|()| match &self.beside {
+    /// Writes the bytes, with which the file is complete.
+    pub(crate) fn finish(mut self, bytes: &[u8]) -> Result<(), Failure> {
+        let written = self.file.write_all(bytes).and_then(|()| match &self.beside {
             Some(beside) => {
                 if let Ok(old) = fs::metadata(&self.path) {
                     fs::set_permissions(beside, old.permissions())?;
@@ -84,12 +84,12 @@ mod tests {
         fs::write(&path, "old").unwrap();
         drop(Draft::begin(&path).unwrap());
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
-        Draft::begin(&path).unwrap().finish("new").unwrap();
+        Draft::begin(&path).unwrap().finish(b"new").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
         assert!(Draft::begin(&folder.path().join("none/axis.tmcl")).is_err());
         assert!(Draft::begin(folder.path()).is_err());
-        Draft::begin(Path::new("/dev/null")).unwrap().finish("new").unwrap();
-        assert!(Draft::begin(Path::new("/dev/full")).unwrap().finish("new").is_err());
+        Draft::begin(Path::new("/dev/null")).unwrap().finish(b"new").unwrap();
+        assert!(Draft::begin(Path::new("/dev/full")).unwrap().finish(b"new").is_err());
     }
 }
