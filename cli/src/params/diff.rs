@@ -30,7 +30,14 @@ impl Side {
         if text.ends_with(".tmcl") {
             return Err("there is no such file".into());
         }
-        Ok(Side::Link(text.into(), LinkTarget::parse(text)?))
+        let link = LinkTarget::parse(text)?;
+        match &link {
+            // A device that is missing is told when it is opened.
+            LinkTarget::Serial(path) if !Path::new(path).exists() && !path.starts_with("/dev/") => {
+                Err("there is no such file, and it is no LINK".into())
+            }
+            _ => Ok(Side::Link(text.into(), link)),
+        }
     }
 
     fn name(&self) -> &str {

@@ -294,6 +294,8 @@ fn settings_are_compared() {
     for (arguments, code, expected) in [
         (&["diff", file, sim.told("rs485"), "--address", "2"][..], 1, "is of a TMCM-1140, and"),
         (&["diff", file, "none.tmcl"], 2, "there is no such file"),
+        (&["diff", "nofile", file], 2, "there is no such file, and it is no LINK"),
+        (&["diff", "/dev/nobody", file], 1, "Is the module connected?"),
         (&["diff", file], 2, "<B>"),
         (&[link, "diff", file, file], 2, "tmcl params diff A B"),
     ] {
