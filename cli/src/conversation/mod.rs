@@ -130,6 +130,11 @@ impl Conversation {
         self.link.time()
     }
 
+    /// Sets the longest wait for a reply.
+    pub fn set_timeout(&mut self, timeout: Duration) {
+        self.link.set_timeout(timeout);
+    }
+
     /// Lets time pass for the module, or until a signal comes. True if a signal has come.
     pub fn pause(&mut self, time: Duration, signal: &EndSignal) -> bool {
         self.link.pause(time, signal)

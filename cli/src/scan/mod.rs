@@ -43,8 +43,9 @@ pub struct Options {
     /// How long to wait for each reply, in milliseconds
     ///
     /// Modules may be set to pause for up to 255 milliseconds before they reply (global parameter 75).
-    #[arg(long, value_name = "MS", default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=600_000))]
-    pub timeout: u64,
+    /// Without it 50; over TCP, where a module is mostly alone and the way to it may be long, the first question has 2000.
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=600_000))]
+    pub timeout: Option<u64>,
 
     /// Print each module as a line of JSON
     ///
@@ -65,6 +66,10 @@ The exit code is 1 if no module is found.";
 
 /// Longest wait for a TCP connection.
 const CONNECTION: Duration = Duration::from_secs(5);
+/// How long a reply is waited for.
+const TIMEOUT: Duration = Duration::from_millis(50);
+/// How long the reply of a module that is alone on its link is waited for over TCP, once.
+const FIRST_TIMEOUT: Duration = Duration::from_millis(2000);
 /// An address that no module on a bus has. A module that answers a request to this address is alone on its link.
 const UNUSED_ADDRESS: u16 = 0;
 /// Longest wait for late replies: the longest telegram pause (global parameter 75) of a module.
@@ -82,6 +87,13 @@ fn addresses(text: &str) -> Result<RangeInclusive<u16>, String> {
     }
 }
 
+impl Options {
+    /// How long a reply is waited for.
+    fn timeout(&self) -> Duration {
+        self.timeout.map_or(TIMEOUT, Duration::from_millis)
+    }
+}
+
 /// Looks for modules and prints them.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let signal = EndSignal::watch()?;
@@ -91,6 +103,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         (LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated, None) => &BAUD_RATES[..1],
     };
     let mut modules = 0;
+    let mut heard = false;
     for (index, baud) in rates.iter().enumerate() {
         let mut scanner = match Scanner::open(options, *baud) {
             Ok(scanner) => scanner,
@@ -106,6 +119,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         let end = scanner.scan(&signal)?;
         modules += scanner.modules;
+        heard |= scanner.heard;
         let first = scanner.first.filter(|_| rates.len() > 1);
         // The serial device is closed before it is opened again at another bit rate.
         drop(scanner);
@@ -126,6 +140,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
     }
     match modules {
+        0 if heard => Err(Failure::Failed(
+            "no module answers, but something does: what came is not the reply of a module. Check what the link leads to, \
+             its bit rate, and whether several modules have one address"
+                .into(),
+        )),
         0 => Err(Failure::Failed("no module answers; check power and wiring, and try a longer --timeout".into())),
         _ => Ok(()),
     }
@@ -149,6 +168,8 @@ struct Scanner<'a> {
     baud: Option<u32>,
     /// Number of modules that have been found.
     modules: usize,
+    /// Bytes have come that are no reply.
+    heard: bool,
     /// Address of the first module that has been found.
     first: Option<u16>,
 }
@@ -156,17 +177,24 @@ struct Scanner<'a> {
 impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
         let mut link = Link::open(&options.link, baud, CONNECTION, Product::default(), &Surroundings::default())?;
-        link.set_timeout(Duration::from_millis(options.timeout));
+        link.set_timeout(options.timeout());
         let baud = match options.link {
             LinkTarget::Serial(_) => Some(baud),
             LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => None,
         };
-        Ok(Scanner { options, module: Conversation::new(link, UNUSED_ADDRESS), baud, modules: 0, first: None })
+        Ok(Scanner {
+            options,
+            module: Conversation::new(link, UNUSED_ADDRESS),
+            baud,
+            modules: 0,
+            heard: false,
+            first: None,
+        })
     }
 
     fn scan(&mut self, signal: &EndSignal) -> Result<End, Failure> {
         let can = matches!(self.options.link, LinkTarget::Slcan(_));
-        if !can && let Some(reply) = self.find(UNUSED_ADDRESS)? {
+        if !can && let Some(reply) = self.alone()? {
             self.module.turn_to(reply.module.into());
             let found = Found { alone: true, address: Some(reply.module.into()), ..self.describe(reply.value)? };
             self.found(reply.module.into(), &found)?;
@@ -198,6 +226,19 @@ impl<'a> Scanner<'a> {
         Ok(End::Complete)
     }
 
+    /// The version reply of a module that answers whatever the address. For all that it is asked it has as long as for the
+    /// first question.
+    fn alone(&mut self) -> Result<Option<Received>, Failure> {
+        let usual = self.options.timeout();
+        let is_far = matches!(self.options.link, LinkTarget::Tcp(_)) && self.options.timeout.is_none();
+        self.module.set_timeout(if is_far { FIRST_TIMEOUT } else { usual });
+        let reply = self.find(UNUSED_ADDRESS)?;
+        if reply.is_none() {
+            self.module.set_timeout(usual);
+        }
+        Ok(reply)
+    }
+
     /// Prints a module that has been found.
     fn found(&mut self, address: u16, found: &Found) -> Result<(), Failure> {
         self.modules += 1;
@@ -227,7 +268,7 @@ impl<'a> Scanner<'a> {
 
     /// Waits for late replies. The next request throws them away.
     fn settle(&self) {
-        std::thread::sleep(Duration::from_millis(self.options.timeout).min(LATE));
+        std::thread::sleep(self.options.timeout().min(LATE));
     }
 
     /// Sends a request to an address and returns its reply. Bytes that are no reply count as none: they are noise, or
@@ -236,9 +277,13 @@ impl<'a> Scanner<'a> {
         self.module.turn_to(address);
         match self.module.request(command) {
             Ok(reply) => Ok(Some(reply)),
+            Err(Error::Link { error: LinkError::NoReply { bytes: 0 }, .. }) => Ok(None),
             Err(
                 Error::Link { error: LinkError::NoReply { .. }, .. } | Error::Refused { .. } | Error::Strange { .. },
-            ) => Ok(None),
+            ) => {
+                self.heard = true;
+                Ok(None)
+            }
             Err(error) => Err(error.into()),
         }
     }

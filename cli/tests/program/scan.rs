@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::{Read, Write};
+use std::net::TcpListener;
 use std::os::fd::OwnedFd;
 use std::thread;
 use std::time::Duration;
@@ -119,6 +120,53 @@ fn a_reply_that_comes_late_is_none_at_the_next_bit_rate() {
         let found = String::from_utf8_lossy(&output.stdout);
         assert!(found.lines().all(|line| line.starts_with("address 1 at 9600 baud: ")), "{delay} ms: {found}");
     }
+}
+
+/// What answers to each telegram over TCP, after a time: its link.
+fn answering(delay: Duration, answer: impl Fn(&[u8; TELEGRAM]) -> [u8; TELEGRAM] + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let link = format!("tcp:{}", listener.local_addr().unwrap());
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let mut stream = stream.unwrap();
+            let mut request = [0; TELEGRAM];
+            while stream.read_exact(&mut request).is_ok() {
+                thread::sleep(delay);
+                // Nobody may be there any more.
+                let _ = stream.write_all(&answer(&request));
+            }
+        }
+    });
+    link
+}
+
+/// The reply of a TMCM-1140 with address 1.
+fn reply(request: &[u8; TELEGRAM]) -> [u8; TELEGRAM] {
+    let opcode = binary::decode_command(request).unwrap().opcode;
+    binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode, value: 0x0474_012A })
+}
+
+#[test]
+fn something_that_is_no_module_is_told_from_nobody() {
+    let wrong_sum = |request: &[u8; TELEGRAM]| {
+        let mut reply = reply(request);
+        reply[8] ^= 1;
+        reply
+    };
+    for link in [answering(Duration::ZERO, |_| *b"SSH-2.0-O"), answering(Duration::ZERO, wrong_sum)] {
+        let output = run(&["scan", &link, "--addresses", "1-2"]);
+        assert_eq!(output.status.code(), Some(1));
+        let told = complaint(&output);
+        assert!(told.contains("no module answers, but something does: what came is not the reply"), "{told}");
+    }
+}
+
+/// Over a long way a module takes its time, and is found without an option.
+#[test]
+fn a_module_behind_a_slow_network_is_found() {
+    let output = run(&["scan", &answering(Duration::from_millis(900), reply)]);
+    let found = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(found, "one module, whatever the address: address 1: TMCM-1140, firmware version 1.42\n");
 }
 
 #[test]
