@@ -38,9 +38,9 @@ fn address_of_line(named: &str, wanted: usize, program: &Program, file: &Path) -
     let lines = commands.filter_map(|address| Some((program.line(address)?, address)));
     // The lines of the main file have a number alone, those of other files have the name before it.
     let of_file = lines.filter_map(|(line, address)| {
-        let (name, number) = line.position.rsplit_once(':').unwrap_or(("", &line.position));
-        let wanted = if name.is_empty() { is_main } else { !named.is_empty() && is_named(Path::new(name), named) };
-        Some((number.parse::<usize>().ok().filter(|_| wanted)?, address))
+        let (name, number) = line.place();
+        let wanted = name.map_or(is_main, |name| !named.is_empty() && is_named(Path::new(name), named));
+        wanted.then_some((number, address))
     });
     let of_file: Vec<(usize, u16)> = of_file.collect();
     if of_file.is_empty() {

@@ -57,6 +57,17 @@ pub struct Line {
     pub text: String,
 }
 
+impl Line {
+    /// The name of the file if it was included by another one, and the number of the line.
+    pub fn place(&self) -> (Option<&str>, usize) {
+        let (file, number) = match self.position.rsplit_once(':') {
+            Some((file, number)) => (Some(file), number),
+            None => (None, self.position.as_str()),
+        };
+        (file, number.parse().unwrap_or_default())
+    }
+}
+
 impl Program {
     /// The address of a label. Upper and lower case are the same.
     pub fn address(&self, label: &str) -> Option<u16> {

@@ -5,7 +5,7 @@ use serde::Serialize;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::meaning;
-use crate::program::Program;
+use crate::program::{Line, Program};
 use tmcm_sim::tracer::Step;
 
 /// Types of CALC and CALCX that divide: DIV and MOD (manual section 3.7.33).
@@ -40,9 +40,12 @@ pub(super) struct Place {
     command: String,
     /// Its address in program memory.
     address: u16,
-    /// Its line in the source, after the name of an included file; left out for an assembled program.
+    /// Its line in the source; left out for an assembled program.
     #[serde(skip_serializing_if = "Option::is_none")]
-    line: Option<String>,
+    line: Option<usize>,
+    /// The included file in which this line is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<String>,
     /// Why it did not do what it says.
     reason: &'static str,
     /// The place in words.
@@ -63,10 +66,12 @@ impl Tally {
         self.count += 1;
         self.first.get_or_insert_with(|| {
             let address = step.executed.address;
+            let (file, line) = program.line(address).map(Line::place).unzip();
             Place {
                 command: program.text(&step.executed.command),
                 address,
-                line: program.line(address).map(|line| line.position.clone()),
+                line,
+                file: file.flatten().map(Into::into),
                 reason: kind.reason(step),
                 location: program.location(address),
             }
@@ -80,8 +85,9 @@ impl Tally {
 
     /// The first in words.
     pub(super) fn first_in_words(&self) -> Option<String> {
-        let Place { command, line, reason, location, .. } = self.first.as_ref()?;
-        let line = line.as_ref().map_or_else(String::new, |line| format!(", line {line}"));
+        let Place { command, line, file, reason, location, .. } = self.first.as_ref()?;
+        let file = file.as_ref().map_or_else(String::new, |file| format!("{file}:"));
+        let line = line.map_or_else(String::new, |line| format!(", line {file}{line}"));
         Some(format!("{command} at {location}{line}: {reason}"))
     }
 }

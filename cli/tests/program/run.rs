@@ -319,7 +319,7 @@ fn mishaps_of_a_program_are_told_with_their_places() {
     assert_eq!(json["refused"]["count"], 2);
     assert_eq!(
         json["divisions_by_zero"],
-        serde_json::json!({"count": 2, "first": {"command": "CALC DIV, 0", "address": 1, "line": "2", "reason": "the result is 0"}})
+        serde_json::json!({"count": 2, "first": {"command": "CALC DIV, 0", "address": 1, "line": 2, "reason": "the result is 0"}})
     );
     assert_eq!((&json["stack_full"]["count"], &json["stack_empty"]["first"]["address"]), (&1.into(), &2.into()));
     assert_eq!(json["axes"], serde_json::json!([{"axis": 0, "position": 0, "velocity": 0, "lost_steps": 0}]));
