@@ -1,5 +1,6 @@
 //! The axis that is tuned: its settings, of which those that are changed are remembered, and its motor.
 
+use std::io::Write;
 use std::time::{Duration, Instant};
 
 use tmcm::param::AxisParameter;
@@ -7,7 +8,7 @@ use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
-use crate::link::LinkError;
+use crate::link::{LinkError, LinkTarget};
 use crate::product::{Product, axis_number};
 use crate::signal::EndSignal;
 
@@ -35,6 +36,8 @@ pub(super) struct Bench<'a> {
     changed: Vec<(AxisParameter, i32)>,
     /// The motor has been sent somewhere.
     moved: bool,
+    /// The module has answered, or refused, the last request.
+    answers: bool,
 }
 
 impl<'a> Bench<'a> {
@@ -46,7 +49,7 @@ impl<'a> Bench<'a> {
         product: Product,
         axis: u8,
     ) -> Self {
-        Bench { module, reach, signal, product, axis, changed: Vec::new(), moved: false }
+        Bench { module, reach, signal, product, axis, changed: Vec::new(), moved: false, answers: true }
     }
 
     /// Whether the product has a parameter.
@@ -61,7 +64,8 @@ impl<'a> Bench<'a> {
 
     /// The value of a parameter.
     pub(super) fn get(&mut self, parameter: AxisParameter) -> Result<i32, Failure> {
-        Ok(self.module.axis(self.axis, parameter)?)
+        let answer = self.module.axis(self.axis, parameter);
+        self.heard(answer)
     }
 
     /// Writes a parameter, whose value is remembered the first time.
@@ -71,8 +75,24 @@ impl<'a> Bench<'a> {
             // A write whose reply is lost may have been carried out, so it is remembered before.
             self.changed.push((parameter, before));
         }
-        self.module.request(self.write(parameter, value))?;
-        Ok(())
+        let answer = self.module.request(self.write(parameter, value));
+        self.heard(answer).map(|_| ())
+    }
+
+    /// Takes note of whether the module answers.
+    fn heard<T>(&mut self, answer: Result<T, Error>) -> Result<T, Failure> {
+        self.answers = answer.as_ref().map_or_else(Error::is_refusal, |_| true);
+        Ok(answer?)
+    }
+
+    /// Whether the module has answered the last request: it can be told to bring the motor back.
+    pub(super) fn answers(&self) -> bool {
+        self.answers
+    }
+
+    /// Whether the module is inside this program, and ends with it.
+    pub(super) fn is_simulated(&self) -> bool {
+        self.reach.link == LinkTarget::Simulated
     }
 
     fn write(&self, parameter: AxisParameter, value: i32) -> Command {
@@ -82,8 +102,8 @@ impl<'a> Bench<'a> {
     /// Sends the motor to a position.
     pub(super) fn go_to(&mut self, position: i32) -> Result<(), Failure> {
         self.moved = true;
-        self.module.request(self.go(position))?;
-        Ok(())
+        let answer = self.module.request(self.go(position));
+        self.heard(answer).map(|_| ())
     }
 
     fn go(&self, position: i32) -> Command {
@@ -156,6 +176,7 @@ impl<'a> Bench<'a> {
 
     /// Sends a command again and again until there is a reply, or until `until`; a signal ends that, too.
     fn insist(&mut self, command: Command, until: Instant) -> Result<i32, Error> {
+        let mut told = false;
         loop {
             let error = match self.module.value(command) {
                 Err(error) if !error.is_refusal() => error,
@@ -163,6 +184,14 @@ impl<'a> Bench<'a> {
             };
             if Instant::now() >= until || self.signal.within(Duration::from_millis(100)) {
                 return Err(error);
+            }
+            if !std::mem::replace(&mut told, true) {
+                // A closed standard error must not keep the settings from being put back.
+                let _ = writeln!(
+                    std::io::stderr(),
+                    "tmcl: the module does not answer; trying for up to {} seconds to put its settings back",
+                    ENDURANCE.as_secs()
+                );
             }
             let gone = matches!(&error, Error::Link { error: LinkError::Closed | LinkError::Io(_), .. });
             if gone && let Ok(module) = Conversation::open(self.reach) {

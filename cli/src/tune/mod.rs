@@ -217,10 +217,18 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             .map(|(courses, choice)| Found::Coolstep { courses, choice, threshold: *threshold, current }),
     };
     let (mut brake, load) = measurement.end();
-    let found = found.and_then(|found| bench.bring_back(track.home).map(|()| found));
     if found.is_err() {
         brake.let_go(common.axis);
     }
+    let found = match found {
+        Ok(found) => bench.bring_back(track.home).map(|()| found),
+        Err(failure @ Failure::Failed(_)) if bench.answers() => {
+            // Why the measurement has failed counts, and not why the motor does not come back: where it stands is told.
+            let _ = bench.bring_back(track.home);
+            Err(failure)
+        }
+        Err(failure) => Err(failure),
+    };
     let found = put_back(&mut bench, &track, found)?;
     found.show(&Subject { product, axis: common.axis, load, unit: setup.live.unit() }, plot)
 }
@@ -311,7 +319,7 @@ fn put_back<T>(bench: &mut Bench<'_>, track: &Track, found: Result<T, Failure>) 
         )
     } else {
         match bench.whereabouts() {
-            Some(here) if here != track.home => {
+            Some(here) if here != track.home && !bench.is_simulated() => {
                 let (axis, home) = (bench.axis, track.home);
                 format!(
                     "all settings are as before, and the motor stands at {here}; MVP ABS, {axis}, {home} brings it back"

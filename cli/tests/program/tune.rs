@@ -160,6 +160,25 @@ fn what_cannot_be_measured_is_said() {
     assert!(code == 2 && message.contains(".svg"), "{message}");
 }
 
+/// With the highest threshold the load value says nothing, and the motor comes back all the same. In a module that ends with
+/// the program nobody can bring back anything.
+#[test]
+fn a_motor_comes_back_from_a_measurement_that_fails() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    let (link, control) = ways(&sim);
+    let arguments = ["--speeds", "2000", "--threshold", "63"];
+    let output = run(&[&["tune", "coolstep", &link, "--control", &control, "--yes"], &arguments[..]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let told = complaint(&output);
+    assert!(told.contains("--threshold") && told.ends_with("; all settings are as before\n"), "{told}");
+    assert_eq!(sim.tcp().ok("GAP 1, 0"), 0);
+    assert_left_in_peace(&sim, &before);
+    let world = format!("{EXAMPLE}.toml");
+    let output = run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800", "--load", "0.9"]);
+    assert!(!complaint(&output).contains("MVP ABS"), "{}", complaint(&output));
+}
+
 /// A drawing is replaced by a complete one, and not by a measurement that fails.
 #[test]
 fn an_older_drawing_stays_until_there_is_a_new_one() {
@@ -383,6 +402,8 @@ fn what_could_not_be_put_back_is_said_as_commands() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1));
     let message = complaint(&output);
+    // Who waits is told for what.
+    assert_eq!(message.matches("trying for up to 10 seconds to put its settings back").count(), 1, "{message}");
     for command in ["MST 0", "SAP 4, 0, 1200", "SAP 173, 0, 1", "SAP 174, 0, -3", "SAP 172, 0, 4", "SAP 181, 0, 1500"] {
         assert!(message.contains(command), "{command}: {message}");
     }
