@@ -45,6 +45,18 @@ impl Lines {
         let _ = writeln!(std::io::stderr(), "{text}");
     }
 
+    /// Whether the user has confirmed what was asked for: with Enter, or yes.
+    ///
+    /// # Errors
+    /// Another word, which nobody types who has done it.
+    pub(super) fn confirmed(&mut self) -> Result<bool, Failure> {
+        let Some(line) = self.next()? else { return Ok(false) };
+        match line.trim().to_lowercase().as_str() {
+            "" | "y" | "yes" => Ok(true),
+            other => Err(Failure::Failed(format!("ended by '{}'", other.replace(char::is_control, " ")))),
+        }
+    }
+
     /// The next line, if it is there already.
     pub(super) fn next(&mut self) -> Result<Option<String>, Failure> {
         let stdin = std::io::stdin();

@@ -69,7 +69,7 @@ impl Brake {
             }
             Brake::Hand(lines) => {
                 lines.say("Now brake the shaft while it turns, nearly as much as it can bear, and press Enter.");
-                while lines.next()?.is_none() {
+                while !lines.confirmed()? {
                     drive.look()?;
                 }
                 return Ok("by hand".into());
@@ -86,7 +86,7 @@ impl Brake {
             Brake::Control { port, before, .. } => port.send(&format!("load {before} {axis}")).map(|_| ()),
             Brake::Hand(lines) => {
                 lines.say("Now let go of the shaft, and press Enter.");
-                while lines.next()?.is_none() {
+                while !lines.confirmed()? {
                     drive.look()?;
                 }
                 Ok(())

@@ -460,6 +460,21 @@ fn a_hand_loads_the_motor() {
     assert!(table.contains("\nSAP 174, 0, 9\n"), "{table}");
 }
 
+/// Who types another word than yes does not hold the shaft.
+#[test]
+fn no_is_not_enter() {
+    let sim = module("1140");
+    let before = settings(&sim);
+    let mut terminal = Terminal::start(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000", "--yes"]);
+    terminal.expect("press Enter");
+    terminal.line("no");
+    let (status, text) = terminal.end();
+    assert_eq!(status.code(), Some(1), "{text}");
+    assert!(text.contains("ended by 'no'; all settings are as before"), "{text}");
+    assert_eq!(sim.tcp().ok("GAP 1, 0"), 0);
+    assert_left_in_peace(&sim, &before);
+}
+
 /// Standard input that ends while a hand is waited for: nobody can say that the shaft is held.
 #[test]
 fn without_a_hand_it_ends() {
