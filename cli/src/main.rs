@@ -1,9 +1,11 @@
 //! The program `tmcl`: reads its arguments and runs one of the subcommands of the library `tmcl_cli`.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use tmcl_cli::failure::Failure;
 use tmcl_cli::{
     asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tune,
     version, world,
@@ -87,6 +89,10 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             if let Some(message) = failure.message() {
+                if matches!(failure, Failure::Interrupted { .. }) && std::io::stderr().is_terminal() {
+                    // In place of the ^C that a terminal shows.
+                    let _ = write!(std::io::stderr(), "\r\x1b[K");
+                }
                 // A closed standard error does not change the exit code.
                 let _ = writeln!(std::io::stderr(), "tmcl: {message}");
             }

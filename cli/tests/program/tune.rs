@@ -475,6 +475,18 @@ fn no_is_not_enter() {
     assert_left_in_peace(&sim, &before);
 }
 
+/// What is told after Ctrl-C stands on a line of its own, without the ^C of the terminal.
+#[test]
+fn after_an_interrupt_the_line_is_the_program_s() {
+    let sim = module("1140");
+    let mut terminal = Terminal::start(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000", "--yes"]);
+    terminal.expect("press Enter");
+    terminal.keys("\x03");
+    let (status, text) = terminal.end();
+    assert_eq!(status.code(), Some(130), "{text}");
+    assert!(text.contains("\r\x1b[Ktmcl: all settings are as before"), "{text}");
+}
+
 /// Standard input that ends while a hand is waited for: nobody can say that the shaft is held.
 #[test]
 fn without_a_hand_it_ends() {
