@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
+use crate::wording;
 
 /// A file that is being written, beside the one that it will be. It is removed if it is never finished.
 #[derive(Debug)]
@@ -70,7 +71,7 @@ impl Drop for Draft {
 }
 
 fn cannot(path: &Path, error: &io::Error) -> Failure {
-    Failure::Failed(format!("cannot write {}: {error}", path.display()))
+    Failure::Failed(format!("cannot write {}: {}", path.display(), wording::of(error)))
 }
 
 #[cfg(test)]

@@ -4,6 +4,8 @@ use std::fmt;
 use std::io::ErrorKind;
 use std::process::ExitCode;
 
+use crate::wording::words;
+
 /// Exit code of a program that is ended by the signal of this number, as shells show it: 130 after Ctrl-C (SIGINT), 143
 /// after SIGTERM.
 const SIGNALLED: u8 = 128;
@@ -71,7 +73,7 @@ impl From<std::io::Error> for Failure {
     fn from(error: std::io::Error) -> Self {
         match error.kind() {
             ErrorKind::BrokenPipe => Failure::Closed,
-            _ => Failure::Failed(format!("cannot write the output: {error}")),
+            _ => Failure::Failed(format!("cannot write the output: {}", words(error))),
         }
     }
 }

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use crate::failure::Failure;
 use crate::poll::readable;
 use crate::signal::Wait;
+use crate::wording::words;
 
 /// File name that stands for standard input or standard output.
 pub(crate) const STANDARD: &str = "-";
@@ -74,7 +75,7 @@ pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, Failure> {
             Err(error) => Err(error),
         }
     };
-    bytes.map_err(|error| Failure::Failed(format!("cannot read {name}: {error}")))
+    bytes.map_err(|error| Failure::Failed(format!("cannot read {name}: {}", words(error))))
 }
 
 /// Standard input, which may be a terminal where nothing comes for ever. It ends at a signal, even where the signal does

@@ -61,4 +61,5 @@ mod svg;
 pub mod terminal;
 pub mod tune;
 pub mod version;
+mod wording;
 pub mod world;

@@ -8,6 +8,7 @@ use std::path::Path;
 use crate::draft::Draft;
 use crate::failure::Failure;
 use crate::files::STANDARD;
+use crate::wording;
 
 /// An open output: a file, or standard output. It is opened before the work begins, so that a name that cannot be written
 /// is noticed before a motor has moved.
@@ -109,7 +110,7 @@ pub fn is_standard(path: &Path) -> bool {
 }
 
 fn cannot(option: &str, name: &str, error: &io::Error) -> Failure {
-    named(option, Failure::Failed(format!("cannot write {name}: {error}")))
+    named(option, Failure::Failed(format!("cannot write {name}: {}", wording::of(error))))
 }
 
 /// The failure with the option that names the file in front.

@@ -11,6 +11,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::failure::Failure;
 use crate::poll::readable;
+use crate::wording::words;
 
 /// A file descriptor that can be read once one of the signals has come: Ctrl-C (SIGINT), SIGTERM, or SIGHUP, which tells
 /// that the terminal is gone.
@@ -49,7 +50,7 @@ impl EndSignal {
     /// # Errors
     /// The system refuses to watch for a signal.
     pub fn watch() -> Result<Self, Failure> {
-        Self::register().map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
+        Self::register().map_err(|error| Failure::Failed(format!("cannot watch for signals: {}", words(error))))
     }
 
     fn register() -> std::io::Result<Self> {

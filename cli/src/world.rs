@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::link;
 use crate::sim;
 use crate::suggest::suggestion;
+use crate::wording::words;
 
 /// Longest answer in bytes; a state of six axes has some three thousand.
 const LONGEST_ANSWER: u64 = 1 << 20;
@@ -148,7 +149,7 @@ impl Port {
     /// Connects to a port. `timeout` is the longest wait for the connection, and for each answer.
     pub(crate) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
         let stream = link::connect(address, timeout, "--control")?;
-        let failed = |error| Failure::Failed(format!("cannot use the connection: {error}"));
+        let failed = |error: std::io::Error| Failure::Failed(format!("cannot use the connection: {}", words(error)));
         stream.set_read_timeout(Some(timeout)).map_err(failed)?;
         stream.set_write_timeout(Some(timeout)).map_err(failed)?;
         Ok(Port { lines: BufReader::new(stream), timeout })
@@ -173,7 +174,7 @@ impl Port {
                 "no answer within {} ms; is this the port of tmcl sim --control?",
                 self.timeout.as_millis()
             ))),
-            Err(error) => Err(failed(format!("the connection failed: {error}"))),
+            Err(error) => Err(failed(format!("the connection failed: {}", words(error)))),
         }
     }
 }

@@ -10,6 +10,7 @@ use clap::Args;
 
 use crate::failure::Failure;
 use crate::files::STANDARD;
+use crate::wording::words;
 pub use file::text;
 pub use object::{Described, is_command};
 
@@ -44,5 +45,6 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return Ok(out.flush()?);
     }
     let shown = options.output.display();
-    std::fs::write(&options.output, text).map_err(|error| Failure::Failed(format!("cannot write {shown}: {error}")))
+    std::fs::write(&options.output, text)
+        .map_err(|error| Failure::Failed(format!("cannot write {shown}: {}", words(error))))
 }

@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::poll::readable;
 use crate::product::Product;
 use crate::signal::{EndSignal, Wait};
+use crate::wording;
 use serial::Serial;
 use simulated::Simulated;
 pub use simulated::Surroundings;
@@ -131,7 +132,7 @@ impl fmt::Display for LinkError {
                 f.write_str("the other side has closed the connection; check the power of the module, and its cable")
             }
             LinkError::Interrupted { signal } => write!(f, "signal {signal} came before a reply"),
-            LinkError::Io(error) => write!(f, "the link failed: {error}"),
+            LinkError::Io(error) => write!(f, "the link failed: {}", wording::of(error)),
         }
     }
 }

@@ -12,6 +12,7 @@ use tmcm::tmcl::binary::Telegram;
 
 use super::{LinkError, read_reply};
 use crate::failure::Failure;
+use crate::wording::words;
 
 /// Message about a device that another program has locked.
 const IN_USE: &str = "another program uses this port. End it, or wait for its end";
@@ -30,7 +31,7 @@ impl Serial {
                 Errno::ACCESS => ". Your user may have to be in the group that owns the device (often dialout)",
                 _ => "",
             };
-            Failure::Failed(format!("cannot open {path}: {error}{hint}"))
+            Failure::Failed(format!("cannot open {path}: {}{hint}", words(error)))
         })?;
         let device = File::from(device);
         if let Err(TryLockError::WouldBlock) = device.try_lock() {
@@ -40,7 +41,7 @@ impl Serial {
             Failure::Failed(match error {
                 Errno::NOTTY => format!("{path} is not a serial device"),
                 Errno::INVAL => format!("{path} does not do {baud} baud"),
-                _ => format!("cannot set up {path}: {error}"),
+                _ => format!("cannot set up {path}: {}", words(error)),
             })
         })?;
         exclude_others(&device, path);

@@ -8,6 +8,7 @@ use tmcm::tmcl::binary::Telegram;
 
 use super::{LinkError, STALE_READS, read_reply};
 use crate::failure::Failure;
+use crate::wording::words;
 
 /// An open connection in non-blocking mode.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ pub(crate) fn connect(address: &str, timeout: Duration, offered_by: &str) -> Res
             }
             _ => String::new(),
         };
-        Failure::Failed(format!("cannot connect to {address}: {error}{hint}"))
+        Failure::Failed(format!("cannot connect to {address}: {}{hint}", words(error)))
     };
     let mut last = std::io::Error::new(ErrorKind::NotFound, "there is no such host");
     for resolved in address.to_socket_addrs().map_err(failed)? {
@@ -43,7 +44,7 @@ pub(crate) fn connect(address: &str, timeout: Duration, offered_by: &str) -> Res
 impl Tcp {
     pub(super) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
         let stream = connect(address, timeout, "--tcp")?;
-        let failed = |error| Failure::Failed(format!("cannot connect to {address}: {error}"));
+        let failed = |error: std::io::Error| Failure::Failed(format!("cannot connect to {address}: {}", words(error)));
         stream.set_nonblocking(true).map_err(failed)?;
         Ok(Tcp(stream))
     }

@@ -17,6 +17,7 @@ use signal_hook::consts::SIGXFSZ;
 
 use super::say;
 use crate::failure::Failure;
+use crate::wording::words;
 use tmcm_sim::Product;
 
 /// A file with the contents of the EEPROM.
@@ -50,15 +51,15 @@ impl EepromFile {
                 // Another simulator has made the file meanwhile.
                 Ok(found) if error.kind() == ErrorKind::NotFound && !found.is_symlink() => {}
                 Err(_) if error.kind() == ErrorKind::NotFound => {
-                    let path =
-                        std::path::absolute(path).map_err(|error| failed(format!(" cannot be made: {error}")))?;
+                    let path = std::path::absolute(path)
+                        .map_err(|error| failed(format!(" cannot be made: {}", words(error))))?;
                     return Ok(EepromFile { path, product, found: None, held: None, failing: false });
                 }
-                _ => return Err(failed(format!(" cannot be read: {error}"))),
+                _ => return Err(failed(format!(" cannot be read: {}", words(error)))),
             }
         };
         let size = product.kind().eeprom.size;
-        let cannot = |error: io::Error| failed(format!(" cannot be read and written: {error}"));
+        let cannot = |error: io::Error| failed(format!(" cannot be read and written: {}", words(error)));
         loop {
             // Only a regular file is opened: opening or reading a pipe or a device may take for ever.
             let found = fs::metadata(&real).map_err(cannot)?;
@@ -83,7 +84,7 @@ impl EepromFile {
                         " is the EEPROM of another simulator that runs; end that one, or give another file".into(),
                     ));
                 }
-                Err(TryLockError::Error(error)) => return Err(failed(format!(" cannot be locked: {error}"))),
+                Err(TryLockError::Error(error)) => return Err(failed(format!(" cannot be locked: {}", words(error)))),
             }
             // Between opening and locking another simulator may have replaced the file and ended; then the new one is
             // opened.
@@ -129,8 +130,9 @@ impl EepromFile {
             let taken = self.held.is_none() && error.kind() == ErrorKind::AlreadyExists;
             // Another simulator may have made the file meanwhile: the error of opening that file tells the user more.
             let refused = taken.then(|| Self::open(&self.path, self.product).err()).flatten();
-            refused
-                .unwrap_or_else(|| Failure::Failed(format!("--eeprom: cannot write {}: {error}", self.path.display())))
+            refused.unwrap_or_else(|| {
+                Failure::Failed(format!("--eeprom: cannot write {}: {}", self.path.display(), words(error)))
+            })
         })
     }
 
@@ -185,7 +187,7 @@ impl Backing for EepromFile {
 fn let_large_writes_fail() -> Result<(), Failure> {
     signal_hook::flag::register(SIGXFSZ, Arc::<AtomicBool>::default())
         .map(|_| ())
-        .map_err(|error| Failure::Failed(format!("cannot watch for signals: {error}")))
+        .map_err(|error| Failure::Failed(format!("cannot watch for signals: {}", words(error))))
 }
 
 /// Which products have an EEPROM of so many bytes, in words behind the number.

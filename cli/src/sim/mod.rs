@@ -33,6 +33,7 @@ use tmcm::module::Spec;
 
 use crate::failure::Failure;
 use crate::files;
+use crate::wording::words;
 use eeprom::EepromFile;
 use ending::Ending;
 use links::Links;
@@ -100,7 +101,7 @@ struct Image<'a> {
 impl<'a> Image<'a> {
     fn read(path: &'a Path) -> Result<Self, Failure> {
         let elf = files::read_file(path, LARGEST_IMAGE);
-        let elf = elf.map_err(|error| Self::failed(path, &format!("cannot be read: {error}")))?;
+        let elf = elf.map_err(|error| Self::failed(path, &format!("cannot be read: {}", words(error))))?;
         let model = image::model(&elf).map_err(|error| Self::failed(path, &error))?;
         Ok(Image { path, elf, model })
     }
@@ -195,7 +196,7 @@ impl<M: VirtualModule> Simulator<M> {
         match rustix::event::poll(&mut polled, Some(&timeout)) {
             Ok(_) => Ok(polled.iter().take(signs).any(|sign| !sign.revents().is_empty()) && self.stop.has_come()),
             Err(rustix::io::Errno::INTR) => Ok(false),
-            Err(error) => Err(Failure::Failed(format!("cannot wait for the links: {error}"))),
+            Err(error) => Err(Failure::Failed(format!("cannot wait for the links: {}", words(error)))),
         }
     }
 

@@ -13,6 +13,7 @@ use rustix::termios::OptionalActions;
 
 use super::stream::Stream;
 use crate::failure::Failure;
+use crate::wording::words;
 
 /// A pseudo terminal in raw mode.
 #[derive(Debug)]
@@ -32,7 +33,7 @@ impl<E> Pty<E> {
     /// option named in error messages.
     pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
         let (master, slave, device) =
-            terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {error}")))?;
+            terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {}", words(error))))?;
         let claim = link.map(|link| make_symlink(option, link, &device)).transpose()?;
         // While one telegram waits for a host that does not read, further replies are lost, as on a wire.
         let stream = Stream::new(File::from(master), 1);
@@ -83,7 +84,10 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
 fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Failure> {
     let shown = link.display();
     let no_link = |error: io::Error| {
-        Failure::Failed(format!("{option}: cannot make a link at {shown}: {error}. Its directory has to exist"))
+        Failure::Failed(format!(
+            "{option}: cannot make a link at {shown}: {}. Its directory has to exist",
+            words(error)
+        ))
     };
     let found = fs::symlink_metadata(link).ok();
     let leftover = |found: &fs::Metadata| {
@@ -103,8 +107,9 @@ fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Fai
         _ => no_link(error),
     })?;
     if found.is_some() {
-        fs::remove_file(link)
-            .map_err(|error| Failure::Failed(format!("{option}: cannot replace the old link {shown}: {error}")))?;
+        fs::remove_file(link).map_err(|error| {
+            Failure::Failed(format!("{option}: cannot replace the old link {shown}: {}", words(error)))
+        })?;
     }
     std::os::unix::fs::symlink(device, link).map_err(no_link)?;
     Ok(claim)

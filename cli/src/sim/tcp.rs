@@ -11,6 +11,7 @@ use super::endpoint::Endpoint;
 use super::slcan::HostAdapter;
 use super::stream::Stream;
 use crate::failure::Failure;
+use crate::wording::words;
 
 /// Most connections to one port at a time. With an image each client's request takes about 2 ms of the USB cable, so
 /// with 16 clients none waits for 50 ms.
@@ -64,7 +65,7 @@ impl<C: Guest> Server<C> {
                 std::io::ErrorKind::PermissionDenied => "; ports below 1024 are not for everybody",
                 _ => "",
             };
-            Failure::Failed(format!("{option}: cannot listen on {address}: {error}{hint}"))
+            Failure::Failed(format!("{option}: cannot listen on {address}: {}{hint}", words(error)))
         })
     }
 

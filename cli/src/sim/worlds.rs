@@ -7,6 +7,7 @@ use hal_sim::world::config::WorldConfig;
 use super::options::Options;
 use crate::failure::Failure;
 use crate::files;
+use crate::wording::words;
 use tmcm_sim::Product;
 
 /// The world of each module. Each product has its own idea of what there can be.
@@ -32,7 +33,9 @@ struct WorldFile<'a> {
 
 impl<'a> WorldFile<'a> {
     fn read(path: &'a Path) -> Result<Self, Failure> {
-        let cannot = |error| Failure::Failed(format!("--world: cannot read {}: {error}", path.display()));
+        let cannot = |error: std::io::Error| {
+            Failure::Failed(format!("--world: cannot read {}: {}", path.display(), words(error)))
+        };
         Ok(WorldFile { path, text: files::read_text(path).map_err(cannot)? })
     }
 

@@ -17,6 +17,7 @@ use rustyline::{Config, Context, Helper, Highlighter, Hinter, Validator};
 use super::is_interactive;
 use crate::failure::Failure;
 use crate::signal::EndSignal;
+use crate::wording::words;
 
 /// The outcome of waiting for a line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -176,9 +177,13 @@ impl<C: Complete> Completer for Assistant<C> {
 }
 
 fn told(error: ReadlineError) -> Failure {
+    let error = match error {
+        ReadlineError::Io(error) => words(error),
+        error => error.to_string(),
+    };
     Failure::Failed(format!("cannot use the terminal: {error}"))
 }
 
 fn unreadable(error: std::io::Error) -> Failure {
-    Failure::Failed(format!("cannot read standard input: {error}"))
+    Failure::Failed(format!("cannot read standard input: {}", words(error)))
 }

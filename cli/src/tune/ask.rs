@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::failure::Failure;
 use crate::poll::readable;
 use crate::signal::EndSignal;
+use crate::wording::words;
 
 /// Time between two looks for a signal.
 const LOOK: Duration = Duration::from_millis(50);
@@ -61,7 +62,7 @@ impl Lines {
     pub(super) fn next(&mut self) -> Result<Option<String>, Failure> {
         let stdin = std::io::stdin();
         let failed = |why: String| Failure::Failed(format!("nobody answers: {why}"));
-        while readable(&stdin, Instant::now()).map_err(|error| failed(error.to_string()))? {
+        while readable(&stdin, Instant::now()).map_err(|error| failed(words(error)))? {
             let mut byte = [0];
             // Past the buffer of the library, in which a line could hide from `readable`.
             match rustix::io::read(&stdin, &mut byte) {
@@ -70,7 +71,7 @@ impl Lines {
                     return Ok(Some(String::from_utf8_lossy(&std::mem::take(&mut self.begun)).into_owned()));
                 }
                 Ok(_) => self.begun.extend(byte),
-                Err(error) => return Err(failed(error.to_string())),
+                Err(error) => return Err(failed(words(error))),
             }
         }
         Ok(None)

@@ -232,7 +232,8 @@ fn wrong(arguments: &[String], output: &Output, code: i32) -> Option<String> {
         || last.starts_with("tmcl: ")
         || arguments.first().is_some_and(|tool| tool == "send") && !output.stdout.is_empty();
     let panicked = complaint.contains("panicked");
-    let right = output.status.code() == Some(code) && is_sentence && !panicked;
+    let riddle = complaint.contains("(os error");
+    let right = output.status.code() == Some(code) && is_sentence && !panicked && !riddle;
     (!right).then(|| format!("tmcl {}: {:?}, not {code}: {complaint}", arguments.join(" "), output.status))
 }
 
@@ -354,6 +355,33 @@ fn files_that_cannot_be_read() {
             if !complaint.contains(file) {
                 complaints.push(format!("tmcl {}: which file? {complaint}", arguments.join(" ")));
             }
+        }
+    }
+    all_right(complaints);
+}
+
+/// What the system calls by names and numbers of its own is said in words.
+#[test]
+fn errors_of_the_system_are_said_in_words() {
+    let folder = Folder::new();
+    let (here, none) = (folder.at(""), folder.at("none.tmc"));
+    let held = TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = held.local_addr().unwrap().to_string();
+    let mut complaints = Vec::new();
+    for (arguments, words) in [
+        (&["disasm", here.as_str()][..], "it is a folder"),
+        (&["params", "sim", "restore", &here], "it is a folder"),
+        (&["disasm", &none], "there is no such file or folder"),
+        (&["asm", &none, "-o", "-"], "there is no such file or folder"),
+        (&["send", "tcp:127.0.0.1:1", "GAP 1, 0"], "nothing there takes connections"),
+        (&["sim", "--tcp", &taken], "it is in use already"),
+        (&["eds", "-o", "/dev/full"], "no room is left"),
+        (&["params", "sim", "save", "/dev/full"], "no room is left"),
+    ] {
+        let output = carry_out(tmcl(&[]).args(arguments), "");
+        let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+        if output.status.code() != Some(1) || !complaint.contains(words) || complaint.contains("os error") {
+            complaints.push(format!("tmcl {}: '{words}' is not in: {complaint}", arguments.join(" ")));
         }
     }
     all_right(complaints);

@@ -348,7 +348,7 @@ a.tmc:2:6: error: ROR: missing <value>; usage: ROR <motor or bank>, <value>
 a.tmc:3:10: error: main.tmc includes itself
     #include main.tmc
              ^^^^^^^^
-main.tmc:2:10: error: cannot read none.tmc: No such file or directory (os error 2); TMCLParam.tmc and Interrupts.inc \
+main.tmc:2:10: error: cannot read none.tmc: there is no such file or folder; TMCLParam.tmc and Interrupts.inc \
          are built in
     #include none.tmc
              ^^^^^^^^"
