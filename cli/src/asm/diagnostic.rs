@@ -74,7 +74,8 @@ impl fmt::Display for Diagnostic {
             Severity::Error => "error",
         };
         let Some(Location { file, line, column, length, text }) = &self.location else {
-            return write!(f, "{severity}: {}", self.message);
+            // It is about no source, and looks as what the other commands say about their files.
+            return write!(f, "tmcl: {}", self.message);
         };
         writeln!(f, "{file}:{line}:{column}: {severity}: {}", self.message)?;
         // Control characters must not reach the terminal. A tab is kept in both lines, so that the caret stands below

@@ -197,7 +197,7 @@ fn files_that_are_no_programs_are_told() {
     let long = "tmcl: long.bin: it has more commands than the 2048 that program memory holds\n";
     assert_eq!(folder.complaint(&["disasm", "long.bin"]), long);
     assert!(folder.complaint(&["disasm", "none.bin"]).starts_with("tmcl: cannot read none.bin: "));
-    assert!(folder.complaint(&["asm", "none.tmc"]).starts_with("error: cannot read none.tmc: "));
+    assert!(folder.complaint(&["asm", "none.tmc"]).starts_with("tmcl: cannot read none.tmc: "));
     let unwritable = folder.complaint(&["asm", "main.tmc", "-o", "none/main.bin"]);
     assert!(unwritable.starts_with("tmcl: cannot write none/main.bin: "), "{unwritable}");
 }

@@ -387,6 +387,22 @@ fn errors_of_the_system_are_said_in_words() {
     all_right(complaints);
 }
 
+/// Every tool says in the same way that a file cannot be read.
+#[test]
+fn files_that_are_not_there_are_told_alike() {
+    let folder = Folder::new();
+    for arguments in READING {
+        let arguments = folder.fill(arguments, ("{file}", &folder.at("none.tmc")));
+        let output = carry_out(tmcl(&[]).args(&arguments), "");
+        let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(complaint.starts_with("tmcl: "), "{arguments:?}: {complaint}");
+        assert!(
+            complaint.trim_end().ends_with("none.tmc: there is no such file or folder"),
+            "{arguments:?}: {complaint}"
+        );
+    }
+}
+
 #[test]
 fn files_that_cannot_be_written() {
     let folder = Folder::new();

@@ -383,7 +383,7 @@ program.tmc:1:8: error: unknown name 'Sped'
            ^^^^
 ";
     assert_eq!(folder.complaint(1, &["program.tmc"]), expected);
-    assert!(folder.complaint(1, &["none.tmc"]).starts_with("error: cannot read none.tmc: "));
+    assert!(folder.complaint(1, &["none.tmc"]).starts_with("tmcl: cannot read none.tmc: "));
     assert!(folder.complaint(1, &["none.bin"]).starts_with("tmcl: cannot read none.bin: "));
     folder.write("program.tmc", "136, 1, 0, 0\n");
     folder.write("fine.tmc", "STOP\n");

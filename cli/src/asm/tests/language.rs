@@ -356,7 +356,7 @@ main.tmc:2:10: error: cannot read none.tmc: there is no such file or folder; TMC
     assert!(
         files.errors("twice.tmc").contains("names.inc:1:1: error: 'Speed' is defined twice; it is also in names.inc:1")
     );
-    assert!(files.errors("missing.tmc").starts_with("error: cannot read missing.tmc"));
+    assert!(files.errors("missing.tmc").starts_with("tmcl: cannot read missing.tmc"));
 }
 
 /// Each file includes the next one several times; without a limit reading them would take for ever.
