@@ -43,6 +43,7 @@ mod files;
 pub mod link;
 pub mod load;
 pub mod monitor;
+mod number;
 pub mod output;
 pub mod params;
 mod poll;

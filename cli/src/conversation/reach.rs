@@ -6,6 +6,7 @@ use std::time::Duration;
 use clap::Args;
 
 use crate::link::{LinkTarget, Surroundings};
+use crate::number;
 use crate::product::{self, Product};
 
 /// The link to a module, its address and the time-out: options of every command that talks to a module.
@@ -30,21 +31,21 @@ pub struct Way {
     /// The module's address on an RS485 bus, or its CAN identifier, up to 2047
     #[arg(
         long, value_name = "N", default_value_t = 1, global = true,
-        value_parser = clap::value_parser!(u16).range(..=2047)
+        value_parser = number::within(0..=2047u16)
     )]
     pub address: u16,
 
     /// Speed of a serial device, for RS485; USB ignores it
     #[arg(
         long, value_name = "N", default_value_t = 9600, global = true,
-        value_parser = clap::value_parser!(u32).range(1..)
+        value_parser = number::within(1..=u32::MAX)
     )]
     pub baud: u32,
 
     /// How long to wait for each reply, in milliseconds
     #[arg(
         long, value_name = "MS", default_value_t = 1000, global = true,
-        value_parser = clap::value_parser!(u64).range(1..=600_000)
+        value_parser = number::within(1..=600_000u64)
     )]
     pub timeout: u64,
 

@@ -15,6 +15,7 @@ use tmcm::tmcl::{Command, Opcode};
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
+use crate::number;
 use crate::signal::EndSignal;
 use column::Column;
 use display::{Display, Form};
@@ -37,11 +38,11 @@ pub struct Options {
     pub reach: Reach,
 
     /// The axes to watch, for example 0,2; without it all that the module has
-    #[arg(long, value_name = "N[,N...]", value_delimiter = ',')]
+    #[arg(long, value_name = "N[,N...]", value_delimiter = ',', value_parser = number::within(0..=u8::MAX))]
     pub axis: Vec<u8>,
 
     /// The axis parameters to watch by number, for example 1,3,206,180, in place of the usual ones
-    #[arg(long, value_name = "N[,N...]", value_delimiter = ',')]
+    #[arg(long, value_name = "N[,N...]", value_delimiter = ',', value_parser = number::within(0..=u8::MAX))]
     pub params: Vec<u8>,
 
     /// Write comma separated values with a headline: time in seconds, then the parameters as numbers
@@ -61,7 +62,7 @@ pub struct Options {
     /// A slow link may need longer, and several axes take their time: then it says how long a sample takes.
     #[arg(
         long, value_name = "MS", default_value_t = 100,
-        value_parser = clap::value_parser!(u64).range(..=LONGEST_INTERVAL)
+        value_parser = number::within(0..=LONGEST_INTERVAL)
     )]
     pub interval: u64,
 

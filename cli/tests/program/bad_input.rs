@@ -78,7 +78,7 @@ const WRITING: [&[&str]; 6] = [
 ];
 
 /// Numbers and names that cannot be, each with a word that the answer has to have.
-const WRONG: [(&[&str], &str); 34] = [
+const WRONG: [(&[&str], &str); 38] = [
     (&["send", "sim", "--address", "2048", "GAP 1, 0"], "2047"),
     (&["send", "sim", "--timeout", "0", "GAP 1, 0"], "600000"),
     (&["send", "sim", "--baud", "fast", "GAP 1, 0"], "fast"),
@@ -103,6 +103,10 @@ const WRONG: [(&[&str], &str); 34] = [
     (&["tune", "stallguard", "sim", "--load", "2"], "from 0 to 1"),
     (&["tune", "coolstep", "sim", "--threshold", "64"], "63"),
     (&["load", "sim", "x.tmc", "--at", "2048x"], "2048x"),
+    (&["send", "sim", "--address", "abc", "GAP 1, 0"], "give a whole number from 0 to 2047"),
+    (&["send", "sim", "--address", "99999", "GAP 1, 0"], "give a whole number from 0 to 2047"),
+    (&["send", "sim", "--timeout", "1s", "GAP 1, 0"], "give a whole number from 1 to 600000"),
+    (&["monitor", "sim", "--params", "1,abc"], "give a whole number from 0 to 255"),
     // A number below 0 is a value that cannot be, and no option that is unknown.
     (&["run", "x.tmc", "--until", "-1s"], "not within 0 s and 1000 h"),
     (&["run", "x.tmc", "--until", "-1"], "unit"),
