@@ -6,7 +6,7 @@ use std::time::Duration;
 use tmcm::param::AxisParameter;
 
 use super::column::Column;
-use super::line::{Shown, Speeds, line, named, status};
+use super::line::{Shown, Speeds, line, named, short, status};
 use super::sample::{Object, Sample, headline, row};
 use crate::failure::Failure;
 use crate::product::axis_number;
@@ -100,7 +100,7 @@ impl Display {
     /// The line of a terminal with so many columns.
     fn status(&self, samples: &[Sample], width: usize) -> String {
         match self.usual(samples).as_deref() {
-            Some([shown]) => line(shown, &self.speeds),
+            Some([shown]) => short(shown, &self.speeds, width),
             Some(all) => status(all, &self.speeds, width),
             None => self.lines(samples).join("  "),
         }

@@ -59,6 +59,36 @@ pub(super) fn line(Shown { sample, seen, .. }: &Shown, Speeds { width, unit }: &
     )
 }
 
+/// A sample as a line of a terminal with so many columns: in words if there is room, else with `lrh` for closed switches
+/// and with the errors of driver and axis together, else as one of several axes.
+pub(super) fn short(shown: &Shown, speeds: &Speeds, columns: usize) -> String {
+    let all = line(shown, speeds);
+    if all.len() <= columns {
+        return all;
+    }
+    let [position, speed, load, driver, _, left, right, home] = shown.sample;
+    let mark = |level: Option<i32>, mark| if level == Some(1) { mark } else { '-' };
+    let [left, right, home] = [mark(left, 'l'), mark(right, 'r'), mark(home, 'h')];
+    let mut errors = flags(shown.seen, &EXTENDED_FLAGS);
+    errors.extend(flags(driver.unwrap_or_default() & !STANDSTILL, &DRIVER_FLAGS));
+    let (width, unit) = (speeds.width, &speeds.unit);
+    let head = format!(
+        "position {:>11}  speed {:>width$}{unit}  load {:>4}  {left}{right}{home}  errors ",
+        number(position),
+        number(speed),
+        number(load)
+    );
+    let mut names = listed(&errors);
+    while head.len() + names.len() > columns {
+        // Some of the names are better than none.
+        if errors.pop().is_none() || errors.is_empty() {
+            return status(&[*shown], speeds, columns);
+        }
+        names = format!("{} {DOTS}", errors.join(" "));
+    }
+    head + &names
+}
+
 /// The values of columns of one's own choice as a line, each behind its name.
 pub(super) fn named(columns: &[Column], values: &[Option<i32>]) -> String {
     let all = columns.iter().zip(values).map(|(Column { name, .. }, value)| format!("{name} {}", number(*value)));
@@ -137,6 +167,23 @@ mod tests {
         assert!(line(&shown(0, Usual::default(), 0), &internal()).ends_with("switches -  driver -  errors -"));
         let unknown = line(&shown(0, QUIET, 0), &Speeds::of(None, false));
         assert_eq!(unknown, "position           7  speed     0  load    0  switches -  driver STST  errors -");
+    }
+
+    /// Whatever the width of the terminal: what is seen tells of errors.
+    #[test]
+    fn errors_are_seen_on_narrow_terminals() {
+        let of = |columns| short(&shown(0, BUSY, 1), &internal(), columns);
+        assert!(of(120).ends_with("driver SG STST  errors stall"));
+        assert_eq!(of(79), "position      -51200  speed  1000 int  load    -  l-h  errors stall SG");
+        let all = short(&shown(0, [Some(7); 8], 3), &internal(), 79);
+        assert!(all.ends_with("  ---  errors stall ..."), "{all}");
+        assert_eq!(of(39), "0      -51200  1000 l-h!");
+        assert_eq!(of(20), "0!    -51200");
+        assert_eq!(
+            short(&shown(0, QUIET, 0), &internal(), 79),
+            "position           7  speed     0 int  load    0  ---  errors -"
+        );
+        assert_eq!(short(&shown(0, QUIET, 0), &internal(), 39), "0           7     0 ----");
     }
 
     /// The TMCM-3212 has speeds in pps, or in units of its chip, and short circuits to the supply.

@@ -296,7 +296,7 @@ fn what_does_not_answer_well_is_told_in_one_sentence() {
 #[test]
 fn a_narrow_terminal_is_left_as_it_was() {
     for options in [&["--params", "1,206,180,3,4,5,6,7"][..], &[], &["--product", "6110"]] {
-        let mut terminal = Terminal::start_with(&[&["monitor", "sim", "--interval", "10"], options].concat(), 40);
+        let mut terminal = Terminal::start_with(&[&["monitor", "sim", "--interval", "500"], options].concat(), 40);
         terminal.expect("\x1b[K");
         let line = terminal.expect("\x1b[K");
         let line = line.trim_start_matches('\r').trim_end_matches("\x1b[K");
