@@ -46,13 +46,17 @@ impl Condition {
         let text = text.trim();
         let first = text.find(['<', '>', '=', '!']).and_then(|at| text.split_at_checked(at));
         let found = first.and_then(|(left, rest)| {
-            WRITTEN.iter().find_map(|(sign, comparison)| Some((left, *comparison, rest.strip_prefix(sign)?)))
+            WRITTEN.iter().find_map(|(sign, comparison)| Some((left, (*sign, *comparison), rest.strip_prefix(sign)?)))
         });
-        let Some((left, comparison, right)) = found else {
+        let Some((left, (sign, comparison), right)) = found else {
             return Err(format!("'{text}' compares nothing; for example: acc > 5"));
         };
         // Values are compared as modules have them, with a sign.
-        let right = names.number(right)?.into();
+        let right = names.number(right).map_err(|message| match right.trim() {
+            "" => format!("a value is missing behind '{sign}'"),
+            right => format!("'{right}' behind '{sign}': {message}"),
+        })?;
+        let right = right.into();
         Ok(Condition { typed: text.into(), left: Quantity::parse(left, names)?, comparison, right })
     }
 
@@ -85,7 +89,9 @@ mod tests {
         assert_eq!(read("acc <> 0"), Ok((Comparison::NotEqual, 0)));
         assert_eq!(read("acc >= 0").map(|(comparison, _)| comparison), Ok(Comparison::GreaterOrEqual));
         assert_eq!(read("acc"), Err("'acc' compares nothing; for example: acc > 5".into()));
-        assert_eq!(read("acc >"), Err("a value is missing here".into()));
+        assert_eq!(read("acc >"), Err("a value is missing behind '>'".into()));
+        let told = "'3 4' behind '>=': a comma or an operator (+ - * /) is missing before this";
+        assert_eq!(read("acc >= 3 4"), Err(told.into()));
         assert!(read("> 5").unwrap_err().starts_with("what?"));
         assert!(read("acc ! 5").is_err());
         assert_eq!(read("Coutn > 5"), Err("unknown name 'Coutn'".into()));

@@ -9,7 +9,7 @@ use tmcm::tmcl::{Command, Opcode};
 use super::action::Action;
 use super::breakpoints::{Breakpoint, Breakpoints, place_and_condition};
 use super::condition::Condition;
-use super::names::Names;
+use super::names::{Names, Parameter};
 use super::place;
 use super::quantity::Quantity;
 use super::register::{Register, state};
@@ -250,7 +250,7 @@ impl<'a> Debugger<'a> {
     }
 
     fn set(&mut self, typed: &str) -> Result<Told, Trouble> {
-        let (what, value) = assignment(typed)?;
+        let (what, value) = assignment(typed, &self.names)?;
         let quantity = Quantity::parse(what, &self.names)?;
         let value = self.names.number(value)?;
         if quantity.is_register() {
@@ -388,19 +388,28 @@ impl<'a> Debugger<'a> {
     }
 }
 
-/// Cuts what is typed behind `set` into the name and the value: at a `=`, or else behind the first word, with
-/// `variable` or `register` behind the word that follows it.
-fn assignment(typed: &str) -> Result<(&str, &str), String> {
+/// Cuts what is typed behind `set` into the name and the value: at a `=`, or else behind the first word, or with
+/// `variable` or `register` or the name of a parameter of an axis behind the word that follows it.
+fn assignment<'a>(typed: &'a str, names: &Names) -> Result<(&'a str, &'a str), String> {
     let missing = || "what, and to which value? For example: set acc 5".to_owned();
     let (what, value) = match typed.split_once('=') {
         Some(cut) => cut,
         None => {
             let first = typed.split_whitespace().next().unwrap_or_default();
             let is_two = ["variable", "register"].iter().any(|word| first.eq_ignore_ascii_case(word));
+            // Behind a parameter there may be an axis and the value, which are no expression together.
+            let behind = typed.get(first.len()..).unwrap_or_default().trim();
+            let has_axis = matches!(names.parameter(first.trim_end_matches(',')), Some(Parameter::Axis(_)))
+                && behind.contains(char::is_whitespace)
+                && names.number(behind).is_err();
             let mut spaces = typed.match_indices(char::is_whitespace).map(|(at, _)| at);
-            let end = spaces.nth(usize::from(is_two)).ok_or_else(missing)?;
+            let end = spaces.nth(usize::from(is_two || has_axis)).ok_or_else(missing)?;
             typed.split_at_checked(end).ok_or_else(missing)?
         }
     };
-    if what.trim().is_empty() || value.trim().is_empty() { Err(missing()) } else { Ok((what.trim(), value.trim())) }
+    if what.trim().is_empty() || value.trim().is_empty() {
+        Err(missing())
+    } else {
+        Ok((what.trim().trim_end_matches(','), value.trim()))
+    }
 }

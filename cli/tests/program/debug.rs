@@ -503,3 +503,12 @@ fn the_program_s_own_names_come_before_the_registers() {
     assert!(told.windows(expected.len()).any(|part| part == expected), "{told:?} {}", complaint(&output));
     assert!(told.contains(&"breakpoint"), "{told:?}");
 }
+
+#[test]
+fn the_axis_of_a_parameter_may_stand_before_its_new_value() {
+    let commands = "set APMaxCurrent 2 60\nset APMaxCurrent, 1, 50\nset APMaxCurrent 2 * 35\nset APMaxCurrent 2 = 61\n";
+    let (told, output) = script("STOP\n", &["--product", "3110"], commands);
+    let expected = ["APMaxCurrent 2 = 60", "APMaxCurrent, 1 = 50", "APMaxCurrent = 70", "APMaxCurrent 2 = 61"];
+    let told: Vec<&str> = told.iter().filter_map(|line| Some(line.split_once(" 1/255")?.0)).collect();
+    assert_eq!(told, expected, "{}", complaint(&output));
+}
