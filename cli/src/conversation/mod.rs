@@ -269,6 +269,17 @@ impl Conversation {
         })
     }
 
+    /// What to say of an axis that the module does not have; `None` if it has it.
+    pub fn no_such_axis(&mut self, axis: u8) -> Result<Option<String>, Error> {
+        match self.axis(axis, AxisParameter::ActualPosition) {
+            Err(error) if error.is_refusal() => {}
+            answered => return answered.map(|_| None),
+        }
+        let axes = self.axes()?;
+        let there_are = if axes == 1 { "axis 0 only".into() } else { format!("axes 0 to {}", axes.saturating_sub(1)) };
+        Ok((axis >= axes).then(|| format!("axis {axis}: the module has {there_are}")))
+    }
+
     /// The number of axes of the module, found by asking for axis after axis until the module refuses the number.
     pub fn axes(&mut self) -> Result<u8, Error> {
         let mut axes = 0;

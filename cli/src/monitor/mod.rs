@@ -9,7 +9,6 @@ mod sample;
 use std::time::Duration;
 
 use clap::Args;
-use tmcm::param::AxisParameter;
 use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{Conversation, Error, Reach};
@@ -156,14 +155,16 @@ fn speeds(module: &mut Conversation, axes: &[u8]) -> Result<Speeds, Error> {
 }
 
 /// The axes to watch: those that are wanted, or else all that there are.
-fn axes(module: &mut Conversation, wanted: &[u8]) -> Result<Vec<u8>, Error> {
+fn axes(module: &mut Conversation, wanted: &[u8]) -> Result<Vec<u8>, Failure> {
     if wanted.is_empty() {
         return Ok((0..module.axes()?).collect());
     }
     let mut axes: Vec<u8> = Vec::new();
     for &axis in wanted {
         // Without this check an axis that the module does not have would show as an axis without parameters.
-        module.axis(axis, AxisParameter::ActualPosition)?;
+        if let Some(message) = module.no_such_axis(axis)? {
+            return Err(Failure::Failed(format!("--{message}")));
+        }
         if !axes.contains(&axis) {
             axes.push(axis);
         }

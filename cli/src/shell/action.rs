@@ -75,6 +75,18 @@ fn watch(words: &[&str], product: Option<Product>) -> Result<Action, String> {
     if names.is_empty() {
         return Err("watch what? For example: watch APActualPosition APActualSpeed, or watch 1 3 axis 2".into());
     }
+    // In the debugger this is the axis of the parameter before it.
+    let between = names.windows(2).find_map(|pair| match pair {
+        [name, number] if name.starts_with(char::is_alphabetic) && !name.ends_with(',') => {
+            number.starts_with(|c: char| c.is_ascii_digit()).then_some((name, number))
+        }
+        _ => None,
+    });
+    if let Some((name, number)) = between {
+        return Err(format!(
+            "is '{number}' an axis? Then type: watch {name} axis {number}; or a parameter? Then: watch {name}, {number}"
+        ));
+    }
     let one = |name: &&str| {
         let name = name.trim_end_matches(',');
         Ok((name.to_owned(), number::<u8>(name, product)?))
@@ -135,6 +147,9 @@ mod tests {
         assert!(told("watch").contains("For example: watch APActualPosition"));
         assert_eq!(told("watch 300"), "'300': 300 is out of range");
         assert!(told("watch APActualPositon").contains("did you mean 'APActualPosition'?"));
+        let expected =
+            "is '5' an axis? Then type: watch APActualSpeed axis 5; or a parameter? Then: watch APActualSpeed, 5";
+        assert_eq!(told("watch APActualSpeed 5"), expected);
         assert!(told("jog 0 -5").contains("speed above 0"));
         assert!(told("jog 0 5 5").contains("usage: jog"));
         assert!(told("jog x").contains("unknown name 'x'"));

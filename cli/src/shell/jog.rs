@@ -26,6 +26,9 @@ const SUPPLY: (u8, u8) = (8, 1);
 /// Lets the user move an axis by keys, until one of them, a signal or an error ends that. The motor stands then, or comes
 /// to rest by itself if the module is out of reach.
 pub(super) fn jog(shell: &mut Shell, axis: u8, speed: Option<i32>) -> Result<State, Failure> {
+    if let Some(message) = shell.module.no_such_axis(axis)? {
+        return Ok(State::Wrong { message });
+    }
     let axle = Axle::read(&mut shell.module, axis, speed)?;
     if axle.speed < 1 {
         return Ok(State::Wrong {

@@ -181,7 +181,7 @@ fn an_interrupt_ends_it_well() {
 fn an_axis_that_is_not_there_is_told() {
     let output = run(&["monitor", "sim", "--axis", "1"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(complaint(&output).contains("GAP 1, 1: status 4"), "{}", complaint(&output));
+    assert!(complaint(&output).contains("--axis 1: the module has axis 0 only"), "{}", complaint(&output));
 }
 
 #[test]
@@ -223,7 +223,7 @@ axis 2  position        -300  speed     0 int  load    0  switches home  driver 
     assert_eq!(said, expected);
     let output = run(&["monitor", &link, "--axis", "0,3"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(complaint(&output).contains("GAP 1, 3: status 4"), "{}", complaint(&output));
+    assert!(complaint(&output).contains("--axis 3: the module has axes 0 to 2"), "{}", complaint(&output));
 }
 
 /// Six axes in one line of a terminal, however wide that is.

@@ -312,6 +312,8 @@ fn lines_are_completed_and_answered_in_words() {
     bench.shell.expect("SAP 6, 2, 100: 100 1/255 (maximum current), status 100 ok");
     bench.shell.line("SAP 4, 0, 5000");
     bench.shell.expect("SAP 4, 0, 5000: status 4 value, motor or bank out of range");
+    bench.shell.line("jog 9");
+    bench.shell.expect("axis 9: the module has axes 0 to 2");
     bench.shell.line("GAP APMaxCurent, 0");
     bench.shell.expect("did you mean 'APMaxCurrent'?");
     bench.shell.line("help");
