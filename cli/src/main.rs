@@ -4,7 +4,6 @@ use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use clap::{CommandFactory, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
     asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tune,
@@ -36,22 +35,22 @@ Each command has examples of its own: tmcl load --help";
 #[derive(Subcommand, Debug)]
 enum Command {
     Sim(sim::Options),
+    World(world::Options),
     Send(send::Options),
     Shell(shell::Options),
+    Scan(scan::Options),
+    Monitor(monitor::Options),
+    Params(params::Options),
+    Tune(tune::Options),
+    Calc(calc::Options),
     Asm(asm::Options),
     Disasm(disasm::Options),
-    Params(params::Options),
-    Monitor(monitor::Options),
-    Scan(scan::Options),
     Run(run::Options),
     Load(load::Options),
     Dump(dump::Options),
     Debug(debug::Options),
-    Calc(calc::Options),
     Eds(eds::Options),
     Completions(completions::Options),
-    World(world::Options),
-    Tune(tune::Options),
 }
 
 /// The same command, where a number below 0 is a value and no option: whether it can be one there is for the reader of that
