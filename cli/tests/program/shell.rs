@@ -320,7 +320,7 @@ fn lines_are_completed_and_answered_in_words() {
     bench.shell.expect("jog [AXIS] [SPEED]");
     // The up arrow brings back what was typed before.
     bench.shell.expect("(tmcl) ");
-    bench.shell.keys("\x1b[A\x1b[A\x1b[A\x1b[A\r");
+    bench.shell.keys("\x1b[A\x1b[A\x1b[A\x1b[A\x1b[A\r");
     bench.shell.expect("SAP 6, 2, 100: 100 1/255 (maximum current), status 100 ok");
     assert_eq!(bench.ok("GAP 6, 2"), 100);
     bench.shell.expect("(tmcl) ");
