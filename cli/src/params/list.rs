@@ -38,10 +38,6 @@ pub(super) fn list(module: &mut Conversation, words: &[String], at: Where, signa
     let product = module.product()?;
     let spec = numbers(product);
     let axes = module.axes()?;
-    if let Some(axis) = at.axis.filter(|axis| *axis >= axes) {
-        let there_are = if axes == 1 { "axis 0 only".into() } else { format!("axes 0 to {}", axes - 1) };
-        return Err(Failure::Failed(format!("--axis {axis}: the module has {there_are}")));
-    }
     if let Some(bank) = at.bank.filter(|bank| ![0, BANK_OF_INTERRUPTS].contains(bank)) {
         return Err(Failure::Failed(format!(
             "--bank {bank}: only banks 0 and 3 have names and ranges; a variable is read by get --bank 2 NUMBER"

@@ -175,11 +175,20 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         None => Err(Failure::Arguments("which module? Give its LINK before what to do: tmcl params LINK list".into())),
     };
     let open = || Conversation::open(&reach()?);
+    let open_at = |place: Place| {
+        let mut module = open()?;
+        match place.axis.map(|axis| module.no_such_axis(axis)).transpose()?.flatten() {
+            Some(message) => Err(Failure::Failed(message)),
+            None => Ok(module),
+        }
+    };
     match &options.action {
-        Action::Get { names, place, value } => one::get(&mut open()?, names, (*place).into(), *value),
-        Action::Set { assignments, place, store } => one::set(&mut open()?, assignments, (*place).into(), *store),
+        Action::Get { names, place, value } => one::get(&mut open_at(*place)?, names, (*place).into(), *value),
+        Action::Set { assignments, place, store } => {
+            one::set(&mut open_at(*place)?, assignments, (*place).into(), *store)
+        }
         Action::List { words, place } => {
-            let mut module = open()?;
+            let mut module = open_at(*place)?;
             list::list(&mut module, words, (*place).into(), &EndSignal::watch()?)
         }
         Action::Diff { .. } if options.link.is_some() => {

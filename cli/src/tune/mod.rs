@@ -236,6 +236,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 /// Fails if the motor turns, or a program could move it.
 fn check(bench: &mut Bench<'_>) -> Result<(), Failure> {
     let axis = bench.axis;
+    if let Some(message) = bench.module.no_such_axis(axis)? {
+        return Err(Failure::Failed(message));
+    }
     if bench.get(P::ActualSpeed)? != 0 {
         return Err(Failure::Failed(format!("motor {axis} turns; stop it first, for example with \"MST {axis}\"")));
     }

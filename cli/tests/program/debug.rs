@@ -449,7 +449,7 @@ fn wrong_files_and_links_are_told() {
     std::fs::write(path("text.bin"), "STOP\n").unwrap();
     let good = path("good.tmc");
     for (arguments, code, told) in [
-        (["sim", &path("none.tmc")], 1, "none.tmc: No such file"),
+        (["sim", &path("none.tmc")], 1, "none.tmc: there is no such file"),
         (["sim", &path("bad.tmc")], 1, "bad.tmc:1:1: error: unknown command 'STPO'"),
         (["sim", &path("text.bin")], 1, "text.bin is text, not an assembled program"),
         (["sim", "-"], 2, "the program has to be in a file"),

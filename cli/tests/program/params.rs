@@ -219,11 +219,11 @@ fn what_cannot_be_written_is_said_and_nothing_else_is() {
             1,
             "SAP 6, 0, 256: status 4 value, motor or bank out of range; maximum current takes 0..255",
         ),
-        (&["set", "6=64", "--axis", "3"], 1, "SAP 6, 3, 64: status 4"),
+        (&["set", "6=64", "--axis", "3"], 1, "axis 3: the module has axes 0 to 2"),
         (&["set", "60=1", "--bank", "2", "--store"], 1, "only user variables 0 to 55 can be stored"),
         (&["set", "TI_INPUT0=1", "--store"], 1, "parameters of bank 3 cannot be stored"),
         (&["get", "250"], 1, "GAP 250, 0: status 3"),
-        (&["list", "--axis", "3"], 1, "--axis 3: the module has axes 0 to 2"),
+        (&["list", "--axis", "3"], 1, "axis 3: the module has axes 0 to 2"),
         (&["list", "--bank", "2"], 1, "get --bank 2 NUMBER"),
         (&["list", "gremlins"], 1, "no parameter has all these words"),
     ] {

@@ -155,7 +155,7 @@ fn what_cannot_be_measured_is_said() {
     let (code, message) = tune("", &["--speeds", "60 s"]);
     assert!(code == 2 && message.contains("--speeds: 60 s: that is no speed"), "{message}");
     let (code, message) = tune("", &["--axis", "1"]);
-    assert!(code == 1 && message.contains("status 4"), "{message}");
+    assert!(code == 1 && message.contains("axis 1: the module has axis 0 only"), "{message}");
     let (code, message) = tune("", &["--plot", "curve.png"]);
     assert!(code == 2 && message.contains(".svg"), "{message}");
 }
