@@ -16,8 +16,9 @@ use super::harness::{PATIENCE, Sim, run};
 /// something, or after a moment.
 const ENDLESS: [&str; 4] = ["tmcl sim", "tmcl monitor", "tmcl shell", "tmcl load {watch}"];
 /// Examples that are not run, by how they begin, and why.
-const NOT_RUN: [(&str, &str); 2] = [
+const NOT_RUN: [(&str, &str); 3] = [
     ("tmcl run stage.tmc --trace | less", "waits for keys"),
+    ("tmcl tune stallguard tcp:", "takes a minute, and has a test of its own in tune.rs"),
     ("tmcl tune stallguard /dev/ttyACM0", "asks somebody at a terminal, who also holds the shaft"),
 ];
 
