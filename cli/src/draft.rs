@@ -1,7 +1,8 @@
 //! A file that takes the place of an older one when it is complete, and not before.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::hash::{BuildHasher, RandomState};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use crate::failure::Failure;
@@ -29,13 +30,11 @@ impl Draft {
         match OpenOptions::new().write(true).open(&path) {
             Ok(file) if !file.metadata()?.is_file() => return Ok(Draft { path, beside: None, file }),
             Ok(_) => {}
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
             Err(error) => return Err(error),
         }
-        let mut name = path.file_name().ok_or(io::ErrorKind::InvalidFilename)?.to_owned();
-        name.push(".part");
-        let beside = path.with_file_name(name);
-        let file = File::create(&beside)?;
+        path.file_name().ok_or(ErrorKind::InvalidFilename)?;
+        let (beside, file) = beside(&path)?;
         Ok(Draft { path, beside: Some(beside), file })
     }
 
@@ -66,6 +65,18 @@ impl Drop for Draft {
         if let Some(beside) = &self.beside {
             // What cannot be removed is left.
             let _ = fs::remove_file(beside);
+        }
+    }
+}
+
+/// Makes a new file in the directory of `path`, under a random name, so that no existing file is touched.
+pub(crate) fn beside(path: &Path) -> io::Result<(PathBuf, File)> {
+    loop {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".{:016x}.new", RandomState::new().hash_one(())));
+        match OpenOptions::new().write(true).create_new(true).open(&name) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            made => return Ok((name.into(), made?)),
         }
     }
 }

@@ -57,7 +57,7 @@ pub(crate) fn read_source(path: &Path) -> Result<String, Failure> {
 /// The file cannot be read, or a signal has come while standard input had no end.
 pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, Failure> {
     let name = name(path);
-    let bytes = if path == Path::new(STANDARD) {
+    let bytes = if is_standard(path) {
         let mut typed = Typed { wait: Wait::begin(), ended_by: None };
         let bytes = read(&mut typed, LARGEST);
         if let Some(signal) = typed.ended_by {
@@ -104,9 +104,14 @@ impl Read for Typed {
     }
 }
 
+/// True for the name of standard input or standard output.
+pub(crate) fn is_standard(path: &Path) -> bool {
+    path == Path::new(STANDARD)
+}
+
 /// The name of a file, or of standard input, in messages.
 pub(crate) fn name(path: &Path) -> String {
-    if path == Path::new(STANDARD) { "standard input".into() } else { path.display().to_string() }
+    if is_standard(path) { "standard input".into() } else { path.display().to_string() }
 }
 
 /// True for text. An assembled program always contains bytes of 0, and text never does.

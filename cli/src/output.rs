@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::draft::Draft;
 use crate::failure::Failure;
-use crate::files::STANDARD;
+use crate::files::is_standard;
 use crate::wording;
 
 /// An open output: a file, or standard output. It is opened before the work begins, so that a name that cannot be written
@@ -29,22 +29,27 @@ enum To {
 }
 
 impl Output {
-    /// Opens an output that an option names; a file that exists is emptied.
+    /// Opens an output that an option names; it is empty for an argument without one. A file that exists stays as it is
+    /// until this one is finished.
     ///
     /// # Errors
     /// The file cannot be written.
     pub fn open(option: &'static str, path: &Path) -> Result<Self, Failure> {
-        if is_standard(path) {
-            return Ok(Output { option, name: "standard output".into(), to: To::Standard(io::stdout()) });
-        }
-        let name = path.display().to_string();
-        match File::create(path) {
-            Ok(file) => Ok(Output { option, name, to: To::File(BufWriter::new(file)) }),
-            Err(error) => Err(cannot(option, &name, &error)),
-        }
+        let begin = || Draft::begin(path).map_err(|failure| named(option, failure));
+        Self::to(option, path, || Ok(To::Draft(begin()?, Vec::new())))
     }
 
-    /// Opens an output for an SVG image. An image that exists stays as it is until this one is finished.
+    /// The same for what grows for as long as the work goes on, and is worth something before its end. A file that exists
+    /// is emptied.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn stream(option: &'static str, path: &Path) -> Result<Self, Failure> {
+        let cannot = |error| cannot(option, &path.display().to_string(), &error);
+        Self::to(option, path, || File::create(path).map(|file| To::File(BufWriter::new(file))).map_err(cannot))
+    }
+
+    /// Opens an output for an SVG image.
     ///
     /// # Errors
     /// The name of the file does not end in .svg, or it cannot be written.
@@ -57,12 +62,14 @@ impl Output {
                  for standard output"
             )));
         }
+        Self::open(option, path)
+    }
+
+    fn to(option: &'static str, path: &Path, file: impl FnOnce() -> Result<To, Failure>) -> Result<Self, Failure> {
         if is_standard(path) {
-            return Self::open(option, path);
+            return Ok(Output { option, name: "standard output".into(), to: To::Standard(io::stdout()) });
         }
-        let name = path.display().to_string();
-        let draft = Draft::begin(path).map_err(|failure| named(option, failure))?;
-        Ok(Output { option, name, to: To::Draft(draft, Vec::new()) })
+        Ok(Output { option, name: path.display().to_string(), to: file()? })
     }
 
     /// True for standard output. What a command prints beside its result goes to standard error then.
@@ -83,8 +90,8 @@ impl Output {
         let written = match &mut self.to {
             To::Standard(out) => return Ok(out.write_all(bytes)?),
             To::File(file) => file.write_all(bytes),
-            To::Draft(_, image) => {
-                image.extend(bytes);
+            To::Draft(_, whole) => {
+                whole.extend(bytes);
                 Ok(())
             }
         };
@@ -99,14 +106,9 @@ impl Output {
         match self.to {
             To::Standard(mut out) => Ok(out.flush()?),
             To::File(mut file) => file.flush().map_err(|error| cannot(self.option, &self.name, &error)),
-            To::Draft(draft, image) => draft.finish(&image).map_err(|failure| named(self.option, failure)),
+            To::Draft(draft, whole) => draft.finish(&whole).map_err(|failure| named(self.option, failure)),
         }
     }
-}
-
-/// True for the name of standard output.
-pub fn is_standard(path: &Path) -> bool {
-    path == Path::new(STANDARD)
 }
 
 fn cannot(option: &str, name: &str, error: &io::Error) -> Failure {

@@ -1,4 +1,4 @@
-//! Waiting for a file descriptor.
+//! Waiting for file descriptors.
 
 use std::os::fd::AsFd;
 use std::time::Instant;
@@ -6,12 +6,39 @@ use std::time::Instant;
 use rustix::event::{PollFd, PollFlags, Timespec};
 use rustix::io::Errno;
 
+/// What has come of a wait for two descriptors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ready {
+    /// The first can be read; the second may be, too.
+    First,
+    /// The second alone can be read, or its other end has been closed.
+    Second,
+    /// Neither, and the time is over.
+    Nothing,
+}
+
+/// Waits until one of two descriptors can be read, at most until the instant `until`, or without end.
+pub(crate) fn either(first: &impl AsFd, second: &impl AsFd, until: Option<Instant>) -> std::io::Result<Ready> {
+    let mut polled = [PollFd::new(first, PollFlags::IN), PollFd::new(second, PollFlags::IN)];
+    Ok(match wait(&mut polled, until)? {
+        false => Ready::Nothing,
+        true if polled[0].revents().is_empty() => Ready::Second,
+        true => Ready::First,
+    })
+}
+
 /// Waits until a descriptor can be read, at most until the instant `until`. False if it cannot be read by then.
 pub(crate) fn readable(fd: &impl AsFd, until: Instant) -> std::io::Result<bool> {
+    wait(&mut [PollFd::new(fd, PollFlags::IN)], Some(until))
+}
+
+fn wait(polled: &mut [PollFd<'_>], until: Option<Instant>) -> std::io::Result<bool> {
     loop {
-        let left = until.saturating_duration_since(Instant::now());
-        let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
-        match rustix::event::poll(&mut [PollFd::new(fd, PollFlags::IN)], Some(&timeout)) {
+        let timeout = until.map(|until| {
+            let left = until.saturating_duration_since(Instant::now());
+            Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() }
+        });
+        match rustix::event::poll(polled, timeout.as_ref()) {
             Ok(count) => return Ok(count > 0),
             Err(Errno::INTR) => {}
             Err(error) => return Err(error.into()),

@@ -50,8 +50,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use crate::failure::Failure;
-use crate::files::read_source;
-use crate::output::{Output, is_standard};
+use crate::files::{is_standard, read_source};
+use crate::output::Output;
 use crate::product::{self, Product};
 use crate::program::{address, binary};
 pub(crate) use assembler::assemble_watched;

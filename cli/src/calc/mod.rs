@@ -24,17 +24,6 @@ use self::value::{Meaning, Value};
 use crate::failure::Failure;
 use crate::product::{self, Product};
 
-/// What one of the internal units of a TMC429 with these divisors, 0..=13 each, is: of speed in pps, of acceleration in
-/// pps2.
-pub(crate) fn units_of_tmc429(pulse_divisor: u8, ramp_divisor: u8) -> (f64, f64) {
-    Generator::Tmc429 { pulse_divisor, ramp_divisor }.units()
-}
-
-/// What one of the units of a TMC5160 is: of speed in pps, of acceleration in pps2.
-pub(crate) fn units_of_tmc5160() -> (f64, f64) {
-    Generator::Tmc5160.units()
-}
-
 /// Convert speeds, accelerations and times between the units of a product; tell how long a move takes
 ///
 /// The numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean

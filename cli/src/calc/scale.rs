@@ -120,12 +120,6 @@ impl Generator {
         }
     }
 
-    /// One of the generator's own units of speed in pps, and one of acceleration in pps2.
-    pub(super) fn units(self) -> (f64, f64) {
-        let [speed, acceleration] = Quantity::ALL.map(|quantity| self.own(quantity).approximate());
-        (speed, acceleration)
-    }
-
     /// One of the generator's own units in pps or pps2.
     fn own(self, quantity: Quantity) -> Exact {
         match (self, quantity) {

@@ -2,7 +2,7 @@
 
 use super::action::WORDS;
 use super::register::Register;
-use crate::terminal::editor::Complete;
+use crate::terminal::editor::{Complete, begins, word};
 
 /// The words that can be typed behind a command.
 pub(super) struct Completion {
@@ -12,12 +12,8 @@ pub(super) struct Completion {
 
 impl Complete for Completion {
     fn complete(&self, line: &str, position: usize) -> (usize, Vec<String>) {
-        let typed = line.get(..position).unwrap_or(line);
-        let start = typed.rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |before| {
-            before + typed.get(before..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8)
-        });
-        let (before, word) = typed.split_at_checked(start).unwrap_or((typed, ""));
-        let begins = |name: &&str| name.get(..word.len()).is_some_and(|beginning| beginning.eq_ignore_ascii_case(word));
+        let (start, before, typed) = word(line, position);
+        let begins = |name: &&str| begins(typed, name);
         let words: Vec<String> = if before.trim().is_empty() {
             WORDS.into_iter().filter(begins).map(String::from).collect()
         } else {

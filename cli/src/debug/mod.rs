@@ -24,14 +24,13 @@ mod trouble;
 mod words;
 
 use std::io::Write;
-use std::path::Path;
 
 use clap::Args;
 use tmcm::tmcl::Opcode;
 
 use crate::conversation::Conversation;
 use crate::failure::Failure;
-use crate::files::STANDARD;
+use crate::files::is_standard;
 use crate::program::{ProgramThere, download, is_readable, read_program, verify};
 use crate::signal::EndSignal;
 use crate::terminal::editor::{Editor, Input};
@@ -77,7 +76,7 @@ After the prompt:
 /// Debugs until the user quits, and prints the state in which the module is left.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let file = &options.program.file;
-    if file == Path::new(STANDARD) {
+    if is_standard(file) {
         let message = "the program has to be in a file: standard input has the commands of the debugger";
         return Err(Failure::Arguments(message.into()));
     }

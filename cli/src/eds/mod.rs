@@ -3,14 +3,13 @@
 mod file;
 mod object;
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use crate::failure::Failure;
 use crate::files::STANDARD;
-use crate::wording::words;
+use crate::output::Output;
 pub use file::text;
 pub use object::{Described, is_command};
 
@@ -38,13 +37,7 @@ Examples:
 
 /// Writes the file.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let text = text(options.node_id);
-    if options.output == Path::new(STANDARD) {
-        let mut out = std::io::stdout().lock();
-        write!(out, "{text}")?;
-        return Ok(out.flush()?);
-    }
-    let shown = options.output.display();
-    std::fs::write(&options.output, text)
-        .map_err(|error| Failure::Failed(format!("cannot write {shown}: {}", words(error))))
+    let mut output = Output::open("", &options.output)?;
+    output.write(text(options.node_id).as_bytes())?;
+    output.finish()
 }

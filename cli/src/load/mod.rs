@@ -7,7 +7,7 @@ mod watch;
 use crate::asm::Settings;
 use crate::conversation::Conversation;
 use crate::failure::Failure;
-use crate::output::is_standard;
+use crate::files::is_standard;
 use crate::program::read_program;
 use crate::signal::EndSignal;
 pub use options::Options;

@@ -7,9 +7,8 @@ use tmcm::param::{AxisParameter, COORDINATES, GlobalParameter, Parameter, STORED
 
 use super::file::{Setting, TITLE, VARIABLES};
 use crate::conversation::{Conversation, Error};
-use crate::draft::Draft;
 use crate::failure::Failure;
-use crate::files::STANDARD;
+use crate::output::Output;
 use crate::product::{Product, numbers, stores_axes};
 use crate::progress::Progress;
 use crate::signal::EndSignal;
@@ -22,7 +21,7 @@ struct Section {
 
 /// Saves a module's settings in a file, or prints them. The file is written only after all settings have been read.
 pub(super) fn save(module: &mut Conversation, path: &Path, signal: &EndSignal) -> Result<(), Failure> {
-    let draft = if path == Path::new(STANDARD) { None } else { Some(Draft::begin(path)?) };
+    let mut output = Output::open("", path)?;
     let identity = module.identity()?;
     let mut text = format!("{TITLE}{identity}, saved by tmcl params\n");
     let sections = sections(identity.product, module.axes()?);
@@ -48,15 +47,12 @@ pub(super) fn save(module: &mut Conversation, path: &Path, signal: &EndSignal) -
         0 => String::new(),
         missing => format!("; {missing} more are unknown to this module"),
     };
-    match draft {
-        Some(draft) => {
-            draft.finish(text.as_bytes())?;
-            Ok(writeln!(std::io::stdout(), "{saved} settings saved in {}{missing}", path.display())?)
-        }
+    output.write(text.as_bytes())?;
+    let name = (!output.is_standard()).then(|| output.name().to_owned());
+    output.finish()?;
+    match name {
+        Some(name) => Ok(writeln!(std::io::stdout(), "{saved} settings saved in {name}{missing}")?),
         None => {
-            let mut out = std::io::stdout().lock();
-            out.write_all(text.as_bytes())?;
-            out.flush()?;
             // A closed standard error does not end the program.
             let _ = writeln!(std::io::stderr(), "tmcl: {saved} settings{missing}");
             Ok(())

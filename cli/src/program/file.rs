@@ -8,7 +8,7 @@ use tmcm::tmcl::Command;
 use super::{Program, binary};
 use crate::asm::{Settings, assemble_text, assemble_watched, reported};
 use crate::failure::Failure;
-use crate::files::{STANDARD, is_text, name, read_named};
+use crate::files::{STANDARD, is_standard, is_text, name, read_named};
 use crate::product::Product;
 
 /// File name extension of a source.
@@ -41,7 +41,7 @@ pub fn read_program(path: &Path, settings: impl Into<Settings>) -> Result<Progra
 /// includes, also where one of them does not exist.
 pub fn read_watched(path: &Path, settings: impl Into<Settings>) -> (Result<Program, Failure>, Vec<PathBuf>) {
     let settings = settings.into();
-    let (program, files) = if path == Path::new(STANDARD) {
+    let (program, files) = if is_standard(path) {
         (standard_input(settings), Vec::new())
     } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
         let (assembled, files) = assemble_watched(path, settings);

@@ -20,8 +20,8 @@ use hal_sim::world::config::WorldConfig;
 
 use crate::asm::Settings;
 use crate::failure::Failure;
-use crate::files::STANDARD;
-use crate::output::{Output, is_standard};
+use crate::files::{STANDARD, is_standard};
+use crate::output::Output;
 use crate::product::{self, Product};
 use crate::program::read_program;
 use crate::signal::EndSignal;
@@ -132,7 +132,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let world = world.transpose()?.unwrap_or_else(WorldConfig::default);
     let signal = EndSignal::watch()?;
     let mut plot = options.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
-    let trace = options.trace.as_deref().map(|path| Output::open("--trace", path)).transpose()?;
+    let trace = options.trace.as_deref().map(|path| Output::stream("--trace", path)).transpose()?;
     let trace = trace.map(|out| Trace::begin(out, &program));
     let recording = plot.is_some().then(|| Recording::new(options.product));
     let module = NativeModule::of(options.product, &world, None, SEED);

@@ -5,7 +5,7 @@ use tmcm::tmcl::{Field, Instruction, Opcode};
 use super::action::WORDS;
 use crate::asm;
 use crate::product::Product;
-use crate::terminal::editor::Complete;
+use crate::terminal::editor::{Complete, begins, word};
 
 /// The words that can be typed to a module of a product.
 #[derive(Clone, Debug)]
@@ -56,12 +56,9 @@ impl Words {
 
 impl Complete for Words {
     fn complete(&self, line: &str, position: usize) -> (usize, Vec<String>) {
-        let typed = line.get(..position).unwrap_or(line);
-        let begin = typed.rfind(|c: char| !c.is_ascii_alphanumeric() && c != '_').map_or(0, |at| at + 1);
-        let (before, word) = typed.split_at_checked(begin).unwrap_or((typed, ""));
-        let folded = word.to_ascii_lowercase();
-        let fits = |candidate: &&str| candidate.to_ascii_lowercase().starts_with(&folded);
-        (begin, self.candidates(before).into_iter().filter(fits).map(String::from).collect())
+        let (begin, before, typed) = word(line, position);
+        let fitting = self.candidates(before).into_iter().filter(|name| begins(typed, name));
+        (begin, fitting.map(String::from).collect())
     }
 }
 

@@ -1,19 +1,19 @@
 //! How far a jog may go on: a held key is fuel for a short time, and nothing else keeps the motor moving.
 //!
-//! Each key that arrives gives the motor a target that is a certain time of travel ([`fuel`]), and the way to a stop, ahead of where it is.
-//! Without another key it comes to rest there by itself, whatever has become of the key, the terminal, this program and
-//! the cable.
+//! Each key that arrives gives the motor a target that is a certain time of travel ([`fuel`]), and the way to a stop, ahead
+//! of where it is. Without another key it comes to rest there by itself, whatever has become of the key, the terminal, this
+//! program and the cable.
 
 use std::time::Duration;
 
 use tmcm::param::AxisParameter;
 
-use crate::calc;
+use crate::calc::{Live, Settings};
 use crate::conversation::{Conversation, Error};
 use crate::product::{axis_number, speed_unit, symbol};
 
-/// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a second; over a
-/// slow connection the gaps are longer.
+/// How long the motor goes on at least after a key, before it slows down. A held key comes again some 30 times a second;
+/// over a slow connection the gaps are longer.
 const FUEL: Duration = Duration::from_millis(140);
 /// Longest time from the speed of a jog to a stop.
 pub(super) const BRAKING: Duration = Duration::from_millis(90);
@@ -92,22 +92,20 @@ impl Axle {
         let wanted = wanted.unwrap_or(before);
         let has = |parameter| axis_number(product, parameter).is_some();
         let mut read = |parameter| module.axis(axis, parameter).map(f64::from);
-        let upper = read(AxisParameter::MaximumAcceleration)?;
-        if !has(AxisParameter::MaximumDeceleration) {
-            let [pulse, ramp] = [AxisParameter::PulseDivisor, AxisParameter::RampDivisor]
-                .map(|parameter| read(parameter).map(|divisor| divisor as u8));
-            let (speeds, accelerations) = calc::units_of_tmc429(pulse?, ramp?);
-            let rate = upper * accelerations;
-            return Ok(Self::limited(axis, wanted, before, unit, speeds, |_| Ramp {
-                acceleration: rate,
-                deceleration: rate,
-            }));
-        }
-        let (speeds, accelerations) = if in_chip { calc::units_of_tmc5160() } else { (1.0, 1.0) };
+        let mut divisor = |parameter| if has(parameter) { read(parameter).map(|it| it as u8) } else { Ok(0) };
+        let divisors = (divisor(AxisParameter::PulseDivisor)?, divisor(AxisParameter::RampDivisor)?);
+        // Neither microsteps nor turns of the motor make a difference to microsteps per second.
+        let settings = Settings { divisors, microsteps: 1, steps: 1, in_chip };
+        let live = Live::new(product.unwrap_or_default(), settings);
+        let (speeds, accelerations) = (live.speed_in_pulses(1), live.acceleration_in_pulses(1));
         let ramp = |acceleration: f64, deceleration: f64| Ramp {
             acceleration: acceleration * accelerations,
             deceleration: deceleration * accelerations,
         };
+        let upper = read(AxisParameter::MaximumAcceleration)?;
+        if !has(AxisParameter::MaximumDeceleration) {
+            return Ok(Self::limited(axis, wanted, before, unit, speeds, |_| ramp(upper, upper)));
+        }
         let upper = ramp(upper, read(AxisParameter::MaximumDeceleration)?);
         let first = read(AxisParameter::FirstVelocity)?;
         let lower = ramp(read(AxisParameter::FirstAcceleration)?, read(AxisParameter::LastDeceleration)?);

@@ -5,7 +5,6 @@
 //! then the page counts as written; if any of this fails, the firmware sees a failed page write.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::hash::{BuildHasher, RandomState};
 use std::io::{self, ErrorKind, Read, Write};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
@@ -16,6 +15,7 @@ use hal_sim::chip::at25::Backing;
 use signal_hook::consts::SIGXFSZ;
 
 use super::say;
+use crate::draft::beside;
 use crate::failure::Failure;
 use crate::wording::words;
 use tmcm_sim::Product;
@@ -217,16 +217,4 @@ fn name_anew(fresh: &Path, path: &Path) -> io::Result<()> {
 fn same(file: &File, path: &Path) -> io::Result<bool> {
     let (held, there) = (file.metadata()?, fs::symlink_metadata(path)?);
     Ok((held.dev(), held.ino()) == (there.dev(), there.ino()))
-}
-
-/// Makes a new file in the directory of `path`, under a random name, so that no existing file is touched.
-fn beside(path: &Path) -> io::Result<(PathBuf, File)> {
-    loop {
-        let mut name = path.as_os_str().to_owned();
-        name.push(format!(".{:016x}.new", RandomState::new().hash_one(())));
-        match OpenOptions::new().write(true).create_new(true).open(&name) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            made => return Ok((name.into(), made?)),
-        }
-    }
 }

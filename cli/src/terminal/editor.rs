@@ -6,8 +6,6 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 
-use rustix::event::{PollFd, PollFlags};
-use rustix::io::Errno;
 use rustix::termios::{OptionalActions, Termios};
 use rustyline::completion::Completer;
 use rustyline::error::ReadlineError;
@@ -16,6 +14,7 @@ use rustyline::{Config, Context, Helper, Highlighter, Hinter, Validator};
 
 use super::is_interactive;
 use crate::failure::Failure;
+use crate::poll::{Ready, either};
 use crate::signal::EndSignal;
 use crate::wording::words;
 
@@ -40,14 +39,20 @@ pub trait Complete {
     fn complete(&self, line: &str, position: usize) -> (usize, Vec<String>);
 }
 
-/// Nothing is completed.
-#[derive(Clone, Copy, Debug)]
-pub struct NoCompletion;
+/// The word before the cursor of a line, which is before the byte `position`: where it begins, what stands before it, and
+/// how much of it has been typed.
+pub(crate) fn word(line: &str, position: usize) -> (usize, &str, &str) {
+    let typed = line.get(..position).unwrap_or(line);
+    let inside = |c: &char| c.is_alphanumeric() || *c == '_';
+    let length: usize = typed.chars().rev().take_while(inside).map(char::len_utf8).sum();
+    let begin = typed.len().saturating_sub(length);
+    let (before, word) = typed.split_at_checked(begin).unwrap_or((typed, ""));
+    (begin, before, word)
+}
 
-impl Complete for NoCompletion {
-    fn complete(&self, _: &str, position: usize) -> (usize, Vec<String>) {
-        (position, Vec::new())
-    }
+/// Whether a word may become a name. Upper and lower case are the same.
+pub(crate) fn begins(word: &str, name: &str) -> bool {
+    name.get(..word.len()).is_some_and(|beginning| beginning.eq_ignore_ascii_case(word))
 }
 
 /// Lines of standard input.
@@ -154,14 +159,7 @@ fn guarded<T>(signal: &EndSignal, settings: &Termios, work: impl FnOnce() -> T) 
 
 /// Waits until there is something to read, or its other end has been closed; true if a signal came first.
 fn signalled_first(signal: &EndSignal, input: &impl AsFd) -> std::io::Result<bool> {
-    let mut polled = [PollFd::new(signal, PollFlags::IN), PollFd::new(input, PollFlags::IN)];
-    loop {
-        match rustix::event::poll(&mut polled, None) {
-            Ok(_) => return Ok(!polled[0].revents().is_empty()),
-            Err(Errno::INTR) => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
+    Ok(either(signal, input, None)? == Ready::First)
 }
 
 /// The line editor's view of [`Complete`].

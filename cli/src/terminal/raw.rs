@@ -3,11 +3,11 @@
 use std::io::{Stdin, Write};
 use std::time::{Duration, Instant};
 
-use rustix::event::{PollFd, PollFlags, Timespec};
 use rustix::io::Errno;
 use rustix::termios::{LocalModes, OptionalActions, SpecialCodeIndex, Termios};
 
 use crate::failure::Failure;
+use crate::poll::{Ready, either};
 use crate::signal::EndSignal;
 
 /// The outcome of waiting for keys.
@@ -55,14 +55,10 @@ impl Raw {
     pub fn keys(&mut self, time: Duration, signal: &EndSignal) -> Keys {
         let until = Instant::now() + time;
         loop {
-            let left = until.saturating_duration_since(Instant::now());
-            let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
-            let mut polled = [PollFd::new(signal, PollFlags::IN), PollFd::new(&self.stdin, PollFlags::IN)];
-            match rustix::event::poll(&mut polled, Some(&timeout)) {
-                Ok(0) => return Keys::Nothing,
-                Ok(_) if !polled[0].revents().is_empty() => return Keys::Signal,
-                Ok(_) => {}
-                Err(Errno::INTR) => continue,
+            match either(signal, &self.stdin, Some(until)) {
+                Ok(Ready::Nothing) => return Keys::Nothing,
+                Ok(Ready::First) => return Keys::Signal,
+                Ok(Ready::Second) => {}
                 Err(_) => return Keys::Closed,
             }
             let mut bytes = [0; 256];
