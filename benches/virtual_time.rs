@@ -13,7 +13,7 @@ use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, binary};
 use tmcm_sim::image::Setup;
 use tmcm_sim::native::Product;
-use tmcm_sim::{Client, ImageModule, NativeModule, VirtualModule};
+use tmcm_sim::{Client, Fleet, ImageModule, NativeModule, VirtualModule};
 
 /// Virtual time of each row, in seconds: of the virtual module, and of the flash image.
 const HOUR: u64 = 3600;
@@ -61,6 +61,7 @@ const IMAGE_ROWS: [usize; 3] = [0, 3, 4];
 
 fn main() -> Result<(), Box<dyn Error>> {
     native();
+    fleet();
     image()
 }
 
@@ -69,7 +70,7 @@ const SPEEDS: [(i32, i32); 2] = [(1000, 30_518), (1999, 61_005)];
 
 /// Rows of the firmware's core, compiled for the host: of the TMCM-1140, and of its sisters with all of their axes.
 fn native() {
-    println!("{:<52} {:>10} {:>10} {:>8}", "the motor for an hour", "virtual", "host", "ratio");
+    println!("{:<52} {:>10} {:>10} {:>8} {:>10}", "the motor for an hour", "virtual", "host", "ratio", "all polls");
     for (name, commands) in ROWS {
         time(name, Product::Tmcm1140, HOUR, commands);
     }
@@ -88,6 +89,25 @@ fn native() {
     }
 }
 
+/// Virtual time of the rows of a fleet, in seconds.
+const MINUTE: u64 = 60;
+
+/// What `tmcl sim` does: it starts a module, and takes a step of paused time, with a motor that turns, in portions of a
+/// millisecond.
+fn fleet() {
+    let start = Instant::now();
+    let mut fleet = Fleet::of(Product::Tmcm1140, &WorldConfig::default(), &[None], 1);
+    println!("{:<52} {:>21.2} ms", "the start of a module", start.elapsed().as_secs_f64() * 1e3);
+    fleet.hear_usb(Client::default(), &binary::encode_command(1, ROR));
+    fleet.run(SECOND);
+    let start = Instant::now();
+    for _ in 0..MINUTE * 1000 {
+        fleet.run(MILLISECOND);
+    }
+    let host = start.elapsed().as_secs_f64();
+    println!("{:<52} {MINUTE:>8} s {host:>8.2} s {:>7.0}x", "ROR 1000, steps of 1 ms", MINUTE as f64 / host);
+}
+
 /// A command for all axes of a product, if it is about a motor.
 fn of_all(product: Product, command: &Command) -> Vec<Command> {
     let moves = [ROR.opcode, Opcode::Sap as u8, Opcode::Mvp as u8].contains(&command.opcode);
@@ -97,14 +117,20 @@ fn of_all(product: Product, command: &Command) -> Vec<Command> {
     (0..axes).map(|motor| Command { motor, value, ..*command }).collect()
 }
 
-/// Prints how long the host takes for so many seconds of a product's virtual module.
+/// Prints how long the host takes for so many seconds of a product's virtual module, and for a tenth of them with all
+/// polls.
 fn time(name: &str, product: Product, seconds: u64, commands: &[Command]) {
     let mut module = NativeModule::of(product, &WorldConfig::default(), None, 1);
     prepare(&mut module, Source::Usb, commands);
-    let start = Instant::now();
-    module.run_until(module.now() + seconds * SECOND);
-    let host = start.elapsed().as_secs_f64();
-    println!("{name:<52} {seconds:>8} s {host:>8.2} s {:>7.0}x", seconds as f64 / host);
+    let mut pass = |seconds: u64, skips: bool| {
+        module.skip(skips);
+        let start = Instant::now();
+        module.run_until(module.now() + seconds * SECOND);
+        start.elapsed().as_secs_f64()
+    };
+    let (host, polled) = (pass(seconds, true), pass(seconds / 10, false));
+    let (ratio, polled) = (seconds as f64 / host, (seconds / 10) as f64 / polled);
+    println!("{name:<52} {seconds:>8} s {host:>8.2} s {ratio:>7.0}x {polled:>9.0}x");
     assert_eq!(module.machine().is_some_and(|machine| machine.runs()), commands.contains(&RUN), "{name}");
 }
 

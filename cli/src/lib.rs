@@ -11,6 +11,7 @@
 //! * [`dump`] - `tmcl dump`: the program in a module as source
 //! * [`disasm`] - `tmcl disasm`: the source of an assembled program
 //! * [`run`] - `tmcl run`: a program on a virtual module, in virtual time, with trace and plot
+//! * [`testing`] - `tmcl test`: scenario files on virtual modules
 //! * [`params`] - `tmcl params`: a module's settings in a file
 //! * [`calc`] - `tmcl calc`: speeds, accelerations and times in the units of a product
 //! * [`tune`] - `tmcl tune`: settings of stallGuard2 and coolStep by measurement
@@ -60,6 +61,7 @@ pub mod slcan;
 mod suggest;
 mod svg;
 pub mod terminal;
+pub mod testing;
 pub mod tune;
 pub mod version;
 mod wording;

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tune,
-    version, world,
+    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, testing,
+    tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
@@ -30,6 +30,7 @@ Examples:
   tmcl debug tcp:127.0.0.1:4140 stage.tmc        try it step by step
   tmcl load /dev/ttyACM0 stage.tmc --autostart   into a real module, to be run after power-up
   tmcl run stage.tmc --product 3110              what would it do on a module with three axes?
+  tmcl test stage.txt                            does it do what the scenarios in this file say?
 Each command has examples of its own: tmcl load --help";
 
 #[derive(Subcommand, Debug)]
@@ -46,6 +47,7 @@ enum Command {
     Asm(asm::Options),
     Disasm(disasm::Options),
     Run(run::Options),
+    Test(testing::Options),
     Load(load::Options),
     Dump(dump::Options),
     Debug(debug::Options),
@@ -75,6 +77,7 @@ fn main() -> ExitCode {
         Command::Monitor(options) => monitor::run(&options),
         Command::Scan(options) => scan::run(&options),
         Command::Run(options) => run::run(&options),
+        Command::Test(options) => testing::run(&options),
         Command::Load(options) => load::run(&options),
         Command::Dump(options) => dump::run(&options),
         Command::Debug(options) => debug::run(&options),

@@ -98,6 +98,19 @@ impl Output {
         written.map_err(|error| cannot(self.option, &self.name, &error))
     }
 
+    /// Writes what is in buffers, so that others can read it; a file that takes the place of an older one does so only when
+    /// it is finished.
+    ///
+    /// # Errors
+    /// The bytes cannot be written.
+    pub fn flush(&mut self) -> Result<(), Failure> {
+        match &mut self.to {
+            To::Standard(out) => Ok(out.flush()?),
+            To::File(file) => file.flush().map_err(|error| cannot(self.option, &self.name, &error)),
+            To::Draft(..) => Ok(()),
+        }
+    }
+
     /// Writes what is left in buffers.
     ///
     /// # Errors

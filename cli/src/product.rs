@@ -1,13 +1,14 @@
-//! The products that the tools know, by name, and what their tables say about commands.
+//! The products that the tools know, by name, and what their tables say about numbers.
 //!
 //! Where the product of a module is unknown, it is `None` here: values are shown as numbers then.
 
 use tmcm::module::Spec;
-use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row, Unit};
+use tmcm::param::{AxisParameter, GlobalParameter, Unit};
 use tmcm::tmcl::{Command, Opcode};
 pub use tmcm_sim::Product;
+pub(crate) use tmcm_sim::wire::names::{parameter, speed_unit, symbol, with_unit};
 
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// The product that programs are for, and that virtual modules are, unless the user names another one.
 pub(crate) const USUAL: &str = "1140";
@@ -30,47 +31,10 @@ pub(crate) fn short(product: Product) -> &'static str {
     product.name().trim_start_matches("TMCM-")
 }
 
-/// A parameter with its full name, which for a parameter of bank 3 includes the timer, axis or input.
-pub(crate) struct Named {
-    pub(crate) row: &'static Row,
-    pub(crate) name: String,
-}
-
-impl From<&'static Row> for Named {
-    fn from(row: &'static Row) -> Self {
-        Named { row, name: row.name.into() }
-    }
-}
-
-/// The parameter that a command reads, writes or stores; `None` for other commands and unknown parameters.
-pub(crate) fn parameter(spec: &Spec, opcode: Opcode, command: Command) -> Option<Named> {
-    let number = command.kind;
-    match opcode {
-        Opcode::Gap | Opcode::Sap | Opcode::Aap | Opcode::Stap | Opcode::Rsap => {
-            spec.axis.find(number).map(|found| Named::from(&found.row))
-        }
-        Opcode::Ggp | Opcode::Sgp | Opcode::Agp | Opcode::Stgp | Opcode::Rsgp => match command.motor {
-            0 => spec.global.find(number).map(|found| Named::from(&found.row)),
-            3 => {
-                let (numbered, index) = Interrupt::find(number, spec.axes, spec.inputs)?;
-                let name = numbered.parameter_name(index)?.to_string();
-                numbered.row.as_ref().map(|row| Named { row, name })
-            }
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
 /// The tables with the numbers of a product. A product that is not known is taken to have the numbers that all known
 /// ones share with the TMCM-1140.
 pub(crate) fn numbers(product: Option<Product>) -> &'static Spec {
     product.unwrap_or_default().spec()
-}
-
-/// The unit of speeds on a product, as its numbers are at first.
-pub(crate) fn speed_unit(product: Product) -> Unit {
-    product.spec().axis.row(AxisParameter::TargetSpeed).map_or(Unit::Number, |row| row.unit)
 }
 
 /// The unit of speeds on a product in words.
@@ -79,20 +43,6 @@ pub(crate) fn speed_words(product: Product) -> &'static str {
         Unit::Internal => "internal units",
         unit => unit.symbol(),
     }
-}
-
-/// A unit as it is printed behind a value. `in_chip` says that the axis has its speeds and accelerations in units of its
-/// chip, by its unit mode.
-pub(crate) fn symbol(unit: Unit, in_chip: bool) -> &'static str {
-    match unit {
-        Unit::Pps | Unit::Pps2 if in_chip => "chip",
-        unit => unit.symbol(),
-    }
-}
-
-/// A value with its unit, if that is not empty.
-pub(crate) fn with_unit(value: i32, unit: &str) -> String {
-    if unit.is_empty() { value.to_string() } else { format!("{value} {unit}") }
 }
 
 /// The command that reads the unit mode of an axis, on products that have one. An axis whose mode is 0 has its speeds and

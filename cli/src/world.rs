@@ -9,22 +9,37 @@ use serde_json::{Map, Value};
 
 use crate::failure::Failure;
 use crate::link;
+use crate::poll::{Ready, either};
+use crate::signal::EndSignal;
 use crate::sim;
-use crate::suggest::suggestion;
 use crate::wording::words;
+use tmcm_sim::protocol::TIME;
+use tmcm_sim::suggest::suggestion;
 
+/// Fields of which each line from a control port has one: an answer, values that are watched, and the end of a watch.
+const MARKS: [&str; 3] = [DONE, TIME, ENDED];
 /// Longest answer in bytes; a state of six axes has some three thousand.
 const LONGEST_ANSWER: u64 = 1 << 20;
 /// The field that says whether a command was carried out.
 const DONE: &str = "ok";
+/// All fields of the answer to a command for time.
+const FOR_TIME: [&str; 3] = [DONE, "met", TIME];
+/// The field of the last line of a watch.
+const ENDED: &str = "ended";
 /// The command without any.
 const STATE: &str = "state";
+/// The command that lines without a command follow.
+const WATCH: &str = "watch";
+/// Commands that take virtual time, so that nobody knows how long an answer takes.
+const LASTING: [&str; 3] = ["step", "run-until", "restart"];
+/// How long the answer to another command may take.
+const USUAL: Duration = Duration::from_secs(5);
 
-/// Change the world around a virtual module, and look at it: switches, loads, faults, supply
+/// Change the world around a virtual module, its time too, and look at it: switches, loads, faults, supply
 ///
 /// Sends commands to the control port of `tmcl sim --control ADDR:PORT`, one after the other, and prints the answer to
 /// each, a line of JSON. docs/control.md has all commands, faults, and fields of a state; the module itself is asked by
-/// `tmcl send`.
+/// `tmcl send`. Lines of a `watch` are printed as they come; behind `watch` as the last command until Ctrl-C.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
 pub struct Options {
@@ -42,9 +57,9 @@ pub struct Options {
     #[arg(long, value_name = "FIELD")]
     pub value: Option<String>,
 
-    /// How long to wait for each answer, in milliseconds
-    #[arg(long, value_name = "MS", default_value_t = 5000, value_parser = clap::value_parser!(u64).range(1..=600_000))]
-    pub timeout: u64,
+    /// How long to wait for each answer, in milliseconds; without it 5000, but for steps as long as they take
+    #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=600_000))]
+    pub timeout: Option<u64>,
 }
 
 const EXAMPLES: &str = "\
@@ -53,6 +68,8 @@ Examples:
   tmcl world 127.0.0.1:4141 \"press left\"                a switch by hand
   tmcl world 127.0.0.1:4141 \"load 0.5 2\" state          a load on axis 2, and what comes of it
   tmcl world 127.0.0.1:4141 state --value axes.0.rotor  a number for a script
+  tmcl world 127.0.0.1:4141 \"watch 100 ms rotor\"       where the rotor is, ten times a second
+  tmcl world 127.0.0.1:4141 pause \"step 20 ms\" state   time stands still, and goes on by this much
 The exit code is 1 if a command was refused.";
 
 /// Reads the address of the port.
@@ -74,34 +91,79 @@ fn command(text: &str) -> Result<String, String> {
 
 /// Sends the commands one after the other, and prints the answers.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let mut port = Port::connect(&options.address, Duration::from_millis(options.timeout))?;
-    let mut out = std::io::stdout().lock();
+    let given = options.timeout.map(Duration::from_millis);
+    let mut port = Port::connect(&options.address, given.unwrap_or(USUAL))?;
     let mut all_done = true;
     for command in &options.commands {
-        let (line, answer) = port.ask(command)?;
-        let done = answer.get(DONE) == Some(&Value::Bool(true));
-        all_done &= done;
-        match &options.value {
+        let timeout = if is_one_of(&LASTING, command) { given } else { Some(given.unwrap_or(USUAL)) };
+        port.send(command)?;
+        loop {
+            let (line, answer) = port.line(command, timeout)?;
+            let answered = answer.contains_key(DONE);
+            let done = !answered || answer.get(DONE) == Some(&Value::Bool(true));
+            all_done &= done;
+            options.print(command, &line, answer, done)?;
+            if answered {
+                break;
+            }
+        }
+    }
+    match options.commands.last() {
+        Some(command) if all_done && is_one_of(&[WATCH], command) => follow(&mut port, options, command),
+        _ if all_done => Ok(()),
+        _ => Err(Failure::Reported),
+    }
+}
+
+/// Prints the lines of a watch until it ends, or a signal comes.
+fn follow(port: &mut Port, options: &Options, command: &str) -> Result<(), Failure> {
+    let end = EndSignal::watch()?;
+    let mut goes_on = true;
+    while goes_on {
+        if !port.has_line() && either(&end, port.lines.get_ref(), None)? == Ready::First {
+            return Err(end.failure(""));
+        }
+        let (line, told) = port.line(command, None)?;
+        goes_on = !told.contains_key(ENDED);
+        options.print(command, &line, told, true)?;
+    }
+    Ok(())
+}
+
+/// Whether a command has one of these names, for whatever module.
+fn is_one_of(names: &[&str], command: &str) -> bool {
+    let words: Vec<&str> = command.split_whitespace().collect();
+    let name = if words.first() == Some(&"module") { words.get(2) } else { words.first() };
+    name.is_some_and(|name| names.contains(name))
+}
+
+impl Options {
+    /// Prints a line that came while this command was carried out, or a field of it. `done` is false for the answer to a
+    /// command that was refused.
+    fn print(&self, command: &str, line: &str, told: Map<String, Value>, done: bool) -> Result<(), Failure> {
+        let mut out = std::io::stdout().lock();
+        match &self.value {
             None => writeln!(out, "{line}")?,
             Some(field) if done => {
-                if let Some(value) = field_of(answer, field).map_err(Failure::Failed)? {
+                if let Some(value) = field_of(told, field).map_err(Failure::Failed)? {
                     writeln!(out, "{value}")?;
                 }
             }
             Some(_) => {
-                let why = answer.get("error").and_then(Value::as_str).unwrap_or_default();
+                let why = told.get("error").and_then(Value::as_str).unwrap_or_default();
                 writeln!(std::io::stderr(), "tmcl: {command}: {why}")?;
             }
         }
         // A script may wait for each line.
-        out.flush()?;
+        Ok(out.flush()?)
     }
-    if all_done { Ok(()) } else { Err(Failure::Reported) }
 }
 
-/// A field of an answer as it is printed; `None` if the answer tells nothing. The error lists the names there are.
+/// A field of an answer as it is printed; `None` if the answer tells nothing, or if it only tells the time and that is not
+/// asked for. The error lists the names there are.
 fn field_of(answer: Map<String, Value>, path: &str) -> Result<Option<String>, String> {
-    if answer.keys().all(|key| key == DONE) {
+    let is_asked_for = |key: &String| path.split('.').next() == Some(key);
+    if answer.keys().all(|key| FOR_TIME.contains(&key.as_str())) && !answer.keys().any(is_asked_for) {
         return Ok(None);
     }
     let mut value = Value::Object(answer);
@@ -150,33 +212,57 @@ impl Port {
     pub(crate) fn connect(address: &str, timeout: Duration) -> Result<Self, Failure> {
         let stream = link::connect(address, timeout, "--control")?;
         let failed = |error: std::io::Error| Failure::Failed(format!("cannot use the connection: {}", words(error)));
-        stream.set_read_timeout(Some(timeout)).map_err(failed)?;
         stream.set_write_timeout(Some(timeout)).map_err(failed)?;
         Ok(Port { lines: BufReader::new(stream), timeout })
     }
 
     /// Sends a command and gives the line that answers it, as it came and taken apart.
     pub(crate) fn ask(&mut self, command: &str) -> Result<(String, Map<String, Value>), Failure> {
-        let failed = |why: String| Failure::Failed(format!("{command}: {why}"));
-        let mut bytes = Vec::new();
+        self.send(command)?;
+        self.line(command, Some(self.timeout))
+    }
+
+    fn send(&mut self, command: &str) -> Result<(), Failure> {
         let sent = self.lines.get_mut().write_all(format!("{command}\n").as_bytes());
-        let read = sent.and_then(|()| (&mut self.lines).take(LONGEST_ANSWER).read_until(b'\n', &mut bytes));
-        match read {
-            Ok(0) => Err(failed("the simulator has closed the connection".into())),
+        sent.map_err(|error| failed(command, &Self::why(error, Some(self.timeout))))
+    }
+
+    /// The next line that comes, as it came and taken apart: the answer to this command, or a line of a watch. Without a
+    /// `timeout` it is waited for without end.
+    fn line(&mut self, command: &str, timeout: Option<Duration>) -> Result<(String, Map<String, Value>), Failure> {
+        let mut bytes = Vec::new();
+        let set = self.lines.get_ref().set_read_timeout(timeout);
+        match set.and_then(|()| (&mut self.lines).take(LONGEST_ANSWER).read_until(b'\n', &mut bytes)) {
+            Ok(0) => Err(failed(command, "the simulator has closed the connection")),
             Ok(_) => {
                 let line = String::from_utf8_lossy(&bytes).trim_end().to_owned();
+                let known = |told: &Map<String, Value>| MARKS.iter().any(|mark| told.contains_key(*mark));
                 match serde_json::from_str(&line) {
-                    Ok(Value::Object(answer)) if answer.contains_key(DONE) => Ok((line, answer)),
-                    _ => Err(failed("what answers is not a control port; give the one of tmcl sim --control".into())),
+                    Ok(Value::Object(told)) if known(&told) => Ok((line, told)),
+                    _ => Err(failed(command, "what answers is not a control port; give the one of tmcl sim --control")),
                 }
             }
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => Err(failed(format!(
-                "no answer within {} ms; is this the port of tmcl sim --control?",
-                self.timeout.as_millis()
-            ))),
-            Err(error) => Err(failed(format!("the connection failed: {}", words(error)))),
+            Err(error) => Err(failed(command, &Self::why(error, timeout))),
         }
     }
+
+    /// True if the next line has come already.
+    fn has_line(&self) -> bool {
+        self.lines.buffer().contains(&b'\n')
+    }
+
+    fn why(error: std::io::Error, timeout: Option<Duration>) -> String {
+        match (error.kind(), timeout) {
+            (ErrorKind::WouldBlock | ErrorKind::TimedOut, Some(timeout)) => {
+                format!("no answer within {} ms; is this the port of tmcl sim --control?", timeout.as_millis())
+            }
+            _ => format!("the connection failed: {}", words(error)),
+        }
+    }
+}
+
+fn failed(command: &str, why: &str) -> Failure {
+    Failure::Failed(format!("{command}: {why}"))
 }
 
 #[cfg(test)]
@@ -196,6 +282,8 @@ mod tests {
             assert_eq!(field(state, path), Ok(Some(value.into())), "{path}");
         }
         assert_eq!(field(r#"{"ok":true}"#, "can"), Ok(None));
+        assert_eq!(field(r#"{"ok":true,"time_us":7}"#, "can"), Ok(None));
+        assert_eq!(field(r#"{"ok":true,"time_us":7}"#, "time_us"), Ok(Some("7".into())));
     }
 
     #[test]

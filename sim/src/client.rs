@@ -20,12 +20,19 @@ pub struct Sent {
     pub client: Client,
     /// The bytes.
     pub bytes: Vec<u8>,
+    /// How many replies to requests end with these bytes. Events and echoes are no replies.
+    pub replies: u64,
 }
 
 impl Sent {
-    /// Bytes to be sent; `None` if there are none.
+    /// Bytes to be sent, which are an echo or an event; `None` if there are none.
     pub(crate) fn new(at: Nanos, source: Source, client: Client, bytes: &[u8]) -> Option<Self> {
-        (!bytes.is_empty()).then(|| Sent { at, source, client, bytes: bytes.to_vec() })
+        (!bytes.is_empty()).then(|| Sent { at, source, client, bytes: bytes.to_vec(), replies: 0 })
+    }
+
+    /// The same bytes, which are the reply to a request.
+    pub(crate) fn into_reply(self) -> Self {
+        Sent { replies: 1, ..self }
     }
 
     /// The bytes as a telegram; `None` if there are not nine of them.

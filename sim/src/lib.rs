@@ -10,6 +10,11 @@
 //! * [`module`] - the one face of both
 //! * [`fleet`] - several modules, of one product or of different ones, on an RS485 bus and a CAN bus
 //! * [`client`] - the clients that share a link to a module, and the bytes sent to them
+//! * [`wire`] - what goes over the wires, in words
+//! * [`protocol`] - the control protocol: the world and the time of a fleet, one line of text at a time
+//! * [`scenario`] - the language of `tmcl test`, in which tests of a module are written
+//! * [`look`] - the values of the world around a module, by the names that conditions and watches have for them
+//! * [`suggest`] - what somebody may have meant who has written an unknown name
 //! * [`tracer`] - a recorder of the commands that a program in a module executes
 //!
 //! World files, switches, loads and faults are those of [`hal_sim`]; links, commands and replies those of [`tmcm`].
@@ -17,9 +22,15 @@
 pub mod client;
 pub mod fleet;
 pub mod image;
+pub mod look;
 pub mod module;
 pub mod native;
+mod pieces;
+pub mod protocol;
+pub mod scenario;
+pub mod suggest;
 pub mod tracer;
+pub mod wire;
 
 pub use client::{Client, Sent};
 pub use fleet::Fleet;

@@ -5,9 +5,11 @@ use std::ops::DerefMut;
 
 use hal_sim::board::Board;
 use hal_sim::clock::Nanos;
+use hal_sim::control::{Control, State};
 use hal_sim::fault::CanState;
 use tmcm::can::Frame;
 use tmcm::module::Source;
+use tmcm::tmcl::Command;
 
 use crate::client::{Client, Sent};
 
@@ -64,6 +66,22 @@ pub trait VirtualModule {
     /// off and on it stays as it is.
     fn set_can(&mut self, state: CanState);
 
+    /// Carries out a command of the control protocol; gives the state if that was asked for.
+    ///
+    /// # Errors
+    /// The board has not what the command speaks of.
+    fn control(&mut self, control: Control) -> Result<Option<State>, String> {
+        match control {
+            // What runs on the board, and the ends of its links, have to know of these.
+            Control::Power { on } => self.set_power(on),
+            Control::Usb { on } => self.plug_usb(on),
+            Control::HangUp => self.plug_usb(false),
+            Control::Can { state } => self.set_can(state),
+            control => return control.apply(&mut self.board_mut()),
+        }
+        Ok(None)
+    }
+
     /// The module's port on the RS485 bus; `None` while the port is off.
     fn rs485(&self) -> Option<Rs485>;
 
@@ -73,8 +91,13 @@ pub trait VirtualModule {
     /// Number of frames to the module that wait because it is not ready for them.
     fn unread_frames(&self) -> usize;
 
-    /// True while a request of this client waits for its answer.
-    fn owes(&self, client: Client) -> bool;
+    /// True while a request of this client on a byte link waits for its answer, bytes of it wait to be read, or anything
+    /// else is on its way to it.
+    fn owes(&self, source: Source, client: Client) -> bool;
+
+    /// True while a host waits for the reply to a request that has come whole, as far as the module can be asked: on a byte
+    /// link this client, on the CAN bus anyone. Events and echoes are no replies.
+    fn awaits(&self, source: Source, client: Client) -> bool;
 
     /// Forgets a client that has gone: it gets no event any more. Requests that it has sent are carried out all the same.
     fn forget(&mut self, client: Client);
@@ -86,6 +109,13 @@ pub trait VirtualModule {
 
     /// True while a reply or an event may still come without a further request.
     fn is_busy(&self) -> bool;
+
+    /// The value that GAP or GGP would read now, at no cost: without a telegram, and nothing on the board or in the module
+    /// notices.
+    ///
+    /// # Errors
+    /// Why it cannot be had so, and what to use instead.
+    fn peek(&mut self, command: Command) -> Result<i32, String>;
 
     /// Messages for a person since the last call.
     fn take_log(&mut self) -> Vec<String>;

@@ -56,13 +56,13 @@ use crate::store::Store;
 use crate::units::Micros;
 
 /// Identifier of the commands of the master.
-const COMMAND: u16 = 0x000;
+pub const COMMAND: u16 = 0x000;
 /// Identifier of SDO replies, without the node ID.
-const SDO_REPLY: u16 = 0x580;
+pub const SDO_REPLY: u16 = 0x580;
 /// Identifier of SDO requests, without the node ID.
-const SDO_REQUEST: u16 = 0x600;
+pub const SDO_REQUEST: u16 = 0x600;
 /// Identifier of boot-up, heartbeat and guarding, without the node ID.
-const CONTROL: u16 = 0x700;
+pub const CONTROL: u16 = 0x700;
 
 /// Half the period in which the status LED blinks, in milliseconds.
 const BLINK_MS: u64 = 1000;

@@ -9,6 +9,7 @@
 
 mod arrival;
 mod axes;
+mod calm;
 mod can;
 mod desk;
 mod direct;
@@ -179,6 +180,19 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Executes a command of a link. Commands after one that restarts the module are neither executed nor answered.
     pub fn execute(&mut self, now: Micros, origin: impl Into<Origin>, command: Command) -> Answer {
         if self.device.restart().is_some() { Poll::Ready(None) } else { self.obey(now, origin.into(), command) }
+    }
+
+    /// The value that GAP or GGP would read, past all links: reading it so is no sign of life of a host.
+    ///
+    /// # Errors
+    /// The status with which the command is refused.
+    pub fn peek(&mut self, now: Micros, command: Command) -> Result<i32, Status> {
+        let Command { kind, motor, .. } = command;
+        match self.admit(Source::Usb, command)? {
+            Some(Opcode::Gap) => self.get_axis(kind, motor),
+            Some(Opcode::Ggp) => self.get_global(now, kind, motor),
+            _ => Err(Status::NotAvailable),
+        }
     }
 
     /// [`Module::execute`] while no restart is due. What hosts ask most often, GAP and GGP, and what is refused goes a

@@ -40,6 +40,15 @@ impl Supervision {
         }
     }
 
+    /// The time before which no host misses its heartbeat, if none is heard. It is in the past if a host has missed it.
+    pub(super) fn calm_until(&self, serial_limit: i32, can_limit: i32) -> Micros {
+        let end = |heard: Micros, limit: i32| match limit {
+            0 => Micros(u64::MAX),
+            limit => heard.after(Micros::from_millis(limit.unsigned_abs().into())),
+        };
+        end(self.serial, serial_limit).min(end(self.can, can_limit))
+    }
+
     /// True while a kind of link has brought no command for longer than its limit, in milliseconds; a limit of 0 is
     /// none.
     fn heartbeat_missed(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {

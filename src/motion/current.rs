@@ -74,6 +74,21 @@ impl Current {
     }
 }
 
+impl Current {
+    /// True if the motor was seen to stand.
+    pub(super) const fn stands(&self) -> bool {
+        self.still_since.is_some()
+    }
+
+    /// The time before which the excitation of a motor stays as it is, if its state of motion does, as seen after the turn
+    /// at `turn`; a time that is over counts no more.
+    pub(super) fn calm_until(&self, turn: Micros, values: &Values) -> Micros {
+        let Some(since) = self.still_since else { return Micros(u64::MAX) };
+        let ends = [P::PowerDownDelay, P::Freewheeling].map(|delay| since.after(hundredths(values.get(delay))));
+        ends.into_iter().filter(|end| *end > turn).min().unwrap_or(Micros(u64::MAX))
+    }
+}
+
 /// Converts a time in hundredths of a second, the unit of parameters 204 and 214.
 fn hundredths(n: i32) -> Micros {
     Micros::from_millis(10 * u64::from(n.unsigned_abs()))

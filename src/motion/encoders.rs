@@ -92,6 +92,11 @@ impl Encoders {
         self.external.set(position);
     }
 
+    /// True if the deviation of an encoder is supervised.
+    pub(super) fn are_supervised(&self, values: &Values) -> bool {
+        [P::MaximumEncoderDeviation, P::MaximumExternalEncoderDeviation].into_iter().any(|limit| values.get(limit) != 0)
+    }
+
     /// Deviation supervision: true if the motor's `position`, in microsteps, is further from the position of an encoder
     /// than parameter 212 (built-in) or 218 (external) allows. A limit of 0 switches the supervision of that encoder
     /// off.

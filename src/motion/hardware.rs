@@ -105,6 +105,15 @@ impl Known {
     pub const fn ahead(&self) -> i32 {
         if self.mode.positions() { self.target.wrapping_sub(self.position) } else { self.target_speed }
     }
+
+    /// The number of microsteps that the motor makes before it is at a position, if it turns on as it was seen last; the
+    /// positions wrap at 32 bits. `None` while it stands, or turns away from its goal.
+    pub fn steps_before(&self, position: i32) -> Option<u32> {
+        let on_its_way = self.speed.signum() == self.ahead().signum() && self.speed != 0;
+        let way = position.wrapping_sub(self.position);
+        let ahead = if self.speed > 0 { way } else { way.wrapping_neg() };
+        on_its_way.then_some(ahead.cast_unsigned().wrapping_sub(1))
+    }
 }
 
 /// What [`Hardware::follow`] has found.
@@ -141,6 +150,12 @@ pub trait Hardware {
     /// Of the parameters on which the excitation of the motor depends those that [`drive`](Self::drive) also takes from the
     /// values themselves: so it is called when they are written.
     const DRIVEN: &'static [AxisParameter];
+
+    /// Number of readings in a rotation, in which each comes at least once. The next rotation has the same datagrams.
+    const ROTATION: u8;
+
+    /// Number of readings after which nothing that is known of a motor that turns is older than they are.
+    const FRESH: u8;
 
     /// The driver's [flags](Self::flags) that mean that the driver has switched the motor off.
     const SHUT_DOWN: u32;
@@ -218,6 +233,11 @@ pub trait Hardware {
     /// Takes one of the other readings, in rotation; `reading` is its number, wrapping at 256. This comes once in a
     /// millisecond, where [`follow`](Self::follow) has left it; the axes of a motion controller take turns in it.
     fn refresh(&mut self, controller: &mut Self::Controller, reading: u8) -> Result<(), Error>;
+
+    /// The number of microsteps that a motor which turns on may still make, from its last known position, before
+    /// [`follow`](Self::follow) and [`refresh`](Self::refresh) do more than to read, or the axis acts upon its position; 0 for
+    /// a motor that rests. `None` if they may do more than to read now.
+    fn room(&self, controller: &Self::Controller) -> Option<u32>;
 
     /// What is known without a datagram.
     fn known(&self) -> &Known;

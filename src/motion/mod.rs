@@ -6,6 +6,7 @@
 //! writes parameters.
 
 mod axis;
+mod calm;
 mod current;
 mod encoders;
 mod guard;
@@ -26,6 +27,7 @@ mod turn;
 mod values;
 
 pub use axis::{Axis, Events, Joined, Pace};
+pub use calm::Calm;
 pub use current::Excitation;
 pub use hardware::{Course, Followed, Goal, Hardware, Known, Mode, Shape};
 pub use plan::{Leg, Mark, Plan, Sought, Until};

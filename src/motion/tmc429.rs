@@ -95,6 +95,11 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     const DRIVEN: &'static [P] = &[];
 
+    const ROTATION: u8 = READINGS;
+
+    /// Load and current are each read once in four readings of the driver.
+    const FRESH: u8 = 16;
+
     const SHUT_DOWN: u32 = (flags::OVERTEMPERATURE | flags::SHORT_A | flags::SHORT_B) as u32;
 
     fn start(chip: &mut Tmc429<M>) -> Result<(), Error> {
@@ -253,6 +258,21 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
             },
         }
         Ok(())
+    }
+
+    /// An axis notes that it is at its target whatever its mode.
+    fn room(&self, chip: &Tmc429<M>) -> Option<u32> {
+        if !chip.answers() {
+            return None;
+        }
+        if self.rest == Rest::Rests {
+            return Some(0);
+        }
+        let room = self.known.steps_before(self.known.target)?;
+        if self.known.mode.positions() && self.waypoint != self.known.target {
+            return Some(position::room(self.known.steps_before(self.waypoint)?));
+        }
+        Some(room.min(position::EXTENDED))
     }
 
     fn known(&self) -> &Known {

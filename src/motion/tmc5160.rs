@@ -121,6 +121,11 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     const DRIVEN: &'static [P] =
         &[P::MaximumCurrent, P::StandbyCurrent, P::PowerDownDelay, P::StopOnStall, P::SmartEnergyThresholdSpeed];
 
+    const ROTATION: u8 = readings::ROTATION;
+
+    /// Each reading but the version comes once in eight turns, and is answered in the next one.
+    const FRESH: u8 = 10;
+
     const SHUT_DOWN: u32 = flags::OVERTEMPERATURE | flags::SHORTS_TO_GROUND | flags::SHORTS_TO_SUPPLY;
 
     fn start(chip: &mut Tmc5160<D>) -> Result<(), Error> {
@@ -272,6 +277,18 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     /// All readings come with [`follow`](Self::follow).
     fn refresh(&mut self, _: &mut Tmc5160<D>, _: u8) -> Result<(), Error> {
         Ok(())
+    }
+
+    fn room(&self, chip: &Tmc5160<D>) -> Option<u32> {
+        let settled = self.settling == 0 && self.halting == 0 && self.releasing == 0;
+        if !settled || self.armed || self.stalled || !chip.answers() {
+            return None;
+        }
+        if self.rests() {
+            return Some(0);
+        }
+        let room = self.known.steps_before(self.known.target)?.min(self.known.steps_before(0)?);
+        Some(room.min(readings::LEAP / 2))
     }
 
     fn known(&self) -> &Known {

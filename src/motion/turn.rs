@@ -8,7 +8,7 @@
 //! found the settings of the ramp generator, some ten datagrams in all.
 
 use super::Error;
-use super::axis::{Events, Joined};
+use super::axis::{Axis, Events, Joined};
 use super::current::MotionState;
 use super::hardware::{Followed, Hardware};
 use super::sensors::Sensors;
@@ -19,6 +19,28 @@ use crate::units::Micros;
 /// How much the speed of a motor that is held to a straight line may differ from its limit while it counts as turning at
 /// that speed, besides a 64th of it: the limit wavers, and the speed may have been read some milliseconds ago.
 const WAVERING: u32 = 2;
+
+impl<H: Hardware> Axis<H> {
+    /// What the motor does, by the last readings.
+    pub(super) fn motion_state(&self) -> MotionState {
+        let held = self.held > 0;
+        let known = self.hardware.known();
+        let moving = known.ahead() != 0 || known.speed != 0;
+        if !moving || (held && self.values.is_on(P::EndSwitchPowerDown)) {
+            return MotionState::Standing;
+        }
+        if held {
+            return MotionState::Held;
+        }
+        let cruises = if known.mode.positions() {
+            let speed = self.positioning_speed().unsigned_abs();
+            known.speed.unsigned_abs().abs_diff(speed) <= if self.limited() { speed / 64 + WAVERING } else { 0 }
+        } else {
+            known.speed == known.target_speed
+        };
+        if cruises { MotionState::Cruising } else { MotionState::Changing }
+    }
+}
 
 impl<H: Hardware> Joined<'_, H> {
     /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
@@ -72,25 +94,6 @@ impl<H: Hardware> Joined<'_, H> {
             self.travelling = !(reached || cut_short);
         }
         self.refresh_excitation(now, self.motion_state())
-    }
-
-    fn motion_state(&self) -> MotionState {
-        let held = self.held > 0;
-        let known = self.hardware.known();
-        let moving = known.ahead() != 0 || known.speed != 0;
-        if !moving || (held && self.values.is_on(P::EndSwitchPowerDown)) {
-            return MotionState::Standing;
-        }
-        if held {
-            return MotionState::Held;
-        }
-        let cruises = if known.mode.positions() {
-            let speed = self.positioning_speed().unsigned_abs();
-            known.speed.unsigned_abs().abs_diff(speed) <= if self.limited() { speed / 64 + WAVERING } else { 0 }
-        } else {
-            known.speed == known.target_speed
-        };
-        if cruises { MotionState::Cruising } else { MotionState::Changing }
     }
 
     /// Gives the motor the current that belongs to this state of motion; a driver that has it already is not written

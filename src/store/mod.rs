@@ -292,6 +292,11 @@ impl<M: Memory> Store<M> {
         self.settings.settled() && !(busy && need == Need::Program)
     }
 
+    /// True while nothing is to be written and no download is open.
+    pub fn is_idle(&self) -> bool {
+        matches!(self.activity, Activity::Idle) && self.settings.settled() && !self.program.in_flight()
+    }
+
     /// The next page to write; `None` until [`Store::finish`] reports on the page handed out before.
     pub fn next_job(&mut self) -> Option<Job> {
         if self.program.in_flight() {

@@ -152,6 +152,23 @@ impl Interrupts {
         self.pending |= (signals.events | edges | self.timers(now)) & self.enabled;
     }
 
+    /// The time at which the next timer raises its interrupt, if inputs and events raise none before; `None` if a timer is
+    /// to be started or stopped, or an interrupt is wanted now.
+    pub(super) fn calm_until(&self) -> Option<Micros> {
+        if self.wanted() {
+            return None;
+        }
+        let mut until = Micros(u64::MAX);
+        for ((number, timer), period) in (0..).zip(self.timers).zip(self.periods) {
+            let runs = self.enabled & bit(number) != 0 && period != 0;
+            if runs != timer.is_some() {
+                return None;
+            }
+            until = until.min(timer.unwrap_or(until));
+        }
+        Some(until)
+    }
+
     /// Drops pending interrupts and stops the timers, because the program has stopped.
     pub fn forget(&mut self) {
         self.pending = 0;

@@ -142,6 +142,19 @@ impl Machine {
         matches!(self.state, ProgramState::Run) || self.stepping
     }
 
+    /// The time before which a program that waits, or that does not run, does nothing by itself: only an event of an axis or
+    /// an input can end its wait before. `None` while it has something to do.
+    pub fn calm_until(&self) -> Option<Micros> {
+        match self.wait {
+            _ if !self.runs() => Some(Micros(u64::MAX)),
+            Some(Wait::For { until, .. }) if !self.stepping => {
+                let timers = self.interrupts.calm_until()?;
+                Some(until.map_or(timers, |until| until.min(timers)))
+            }
+            _ => None,
+        }
+    }
+
     /// True while the handler of an interrupt runs.
     pub const fn handles(&self) -> bool {
         self.interrupted.is_some()

@@ -9,6 +9,7 @@ pub mod loose;
 pub mod node_host;
 pub mod program;
 pub mod random;
+pub mod random_command;
 pub mod row;
 pub mod table;
 pub mod tmcm3212;

@@ -15,6 +15,5 @@ mod hosts;
 mod inputs_outputs;
 mod restart;
 mod rs485;
-mod scenario;
 mod scenarios;
 mod telegrams;

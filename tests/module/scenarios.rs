@@ -1,131 +1,111 @@
-//! Runs the scenario files in `tests/scenarios` on the virtual module: on the firmware's core with all rows of their
-//! tables, and on the flash image in the emulated microcontroller, which is slow, with the first row of each. One line
-//! is printed for each scenario; `SCENARIO=text cargo test --test module scenarios` runs those whose file name or title
-//! contains the text, and `ALL_ROWS=1` all rows on the image as well.
+//! Runs the scenario files of `tests/scenarios` and `examples`, and the examples of `docs/scenarios.md`, by the code that
+//! `tmcl test` runs: on the firmware's core with all rows of their tables, and those of `tests/scenarios` on the flash images
+//! in the emulated microcontroller, which is slow, with the first row of each. One line is printed for each scenario;
+//! `SCENARIO=text cargo test --test module scenarios` runs those whose file name or title contains the text, and
+//! `ALL_ROWS=1` all rows on the images as well.
 
-use std::path::Path;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
-use crate::common::{Bench, image};
-use crate::scenario::{Choice, Rig, run_directory};
-use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
-use hal_sim::control::{Control, Line, State};
-use hal_sim::world::config::WorldConfig;
-use tmcm::module::Source;
-use tmcm::tmcl::Command;
-use tmcm::tmcl::binary::{self, TELEGRAM};
-use tmcm_sim::NativeModule;
-use tmcm_sim::VirtualModule;
-use tmcm_sim::client::Client;
-use tmcm_sim::image::{ImageModule, Setup};
+use crate::common::image;
+use tmcl_cli::testing;
+use tmcm_sim::look::Look;
+use tmcm_sim::scenario::suite::{self, File, News, Report, Start};
+use tmcm_sim::scenario::{Case, Rig, Stand};
+use tmcm_sim::{Model, Product};
 
-/// How the built-in encoder is connected is not known.
-const NO_ENCODER: &str = "the image does not read the built-in encoder";
-
-/// Scenarios that are not run on the image, and why.
-const NOT_ON_THE_IMAGE: [(&str, &str); 8] = [
-    (
-        "Distances beyond the 24 bits of the motion controller's counter are right",
-        "140 s of virtual time take the emulated microcontroller minutes",
-    ),
-    ("The built-in encoder stops the motor after a slip", NO_ENCODER),
-    ("A small slip, or no limit, and nothing happens", NO_ENCODER),
-    ("Zeroing at the absolute zero point", NO_ENCODER),
-    ("A deviation is told of once while the motor stands", NO_ENCODER),
-    ("A turn of the built-in encoder is a turn of the motor at each resolution of the manual's table 20", NO_ENCODER),
-    ("A deviation after a stall adds its flag", NO_ENCODER),
-    ("Deviation supervision goes on after the search: the encoder becomes zero with the position", NO_ENCODER),
-];
-
-/// Status and value of the reply to `command` that these bytes are.
-fn decoded(bytes: &[u8], command: Command) -> (u8, i32) {
-    let reply = binary::decode_reply(bytes.try_into().unwrap()).expect("a reply with a wrong checksum");
-    assert_eq!(reply.opcode, command.opcode, "the reply is to another command");
-    (reply.status, reply.value)
-}
-
-impl Rig for Bench {
-    fn send(&mut self, command: Command) -> Option<(u8, i32)> {
-        let sent = self.exchange(Source::Usb, binary::encode_command(1, command))?;
-        Some(decoded(&sent.bytes, command))
-    }
-
-    fn control(&mut self, line: &Line) {
-        match line.control {
-            // What runs on the board goes off with it.
-            Control::Power { on } => self.module.set_power(on),
-            Control::Usb { on } => self.module.plug_usb(on),
-            control => drop(control.apply(&mut self.module.board().borrow_mut()).unwrap()),
-        }
-    }
-
-    fn state(&mut self) -> State {
-        State::of(&self.module.board().borrow())
-    }
-
-    fn pass(&mut self, span: Nanos) {
-        self.run(span);
-    }
-}
-
-/// A module that runs the image, with a host on USB.
-struct Emulated(ImageModule);
-
-/// Longest time that a host waits for a reply.
-const PATIENCE: Nanos = 2 * SECOND;
-
-impl Rig for Emulated {
-    fn send(&mut self, command: Command) -> Option<(u8, i32)> {
-        let Emulated(module) = self;
-        while module.sent().is_some() {}
-        let begin = module.now();
-        module.hear(Source::Usb, Client::default(), &binary::encode_command(1, command));
-        let mut reply = Vec::new();
-        while reply.len() < TELEGRAM {
-            if self.0.now() >= begin + PATIENCE {
-                return None;
-            }
-            self.pass(MILLISECOND / 4);
-            reply.extend(std::iter::from_fn(|| self.0.sent()).flat_map(|sent| sent.bytes));
-        }
-        // The host's program hears of it in the next frame.
-        self.pass(MILLISECOND);
-        Some(decoded(&reply, command))
-    }
-
-    fn control(&mut self, line: &Line) {
-        match line.control {
-            Control::Power { on } => self.0.set_power(on),
-            Control::Usb { on } => self.0.plug_usb(on),
-            control => drop(control.apply(&mut self.0.board_mut()).unwrap()),
-        }
-    }
-
-    fn state(&mut self) -> State {
-        State::of(&self.0.board_mut())
-    }
-
-    fn pass(&mut self, span: Nanos) {
-        self.0.run_until(self.0.now() + span);
-        assert_eq!(self.0.stopped(), None, "the image does what cannot be emulated");
-    }
-}
-
-fn run<R: Rig>(first_rows: bool, except: &[(&str, &str)], rig: impl Fn(&WorldConfig) -> R + Sync) {
-    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenarios");
+/// The scenarios of a folder that are wanted, of which there may be none.
+fn files(folder: &str, first_rows: bool) -> Vec<File> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let paths = testing::expanded(&folder).unwrap();
     let filter = std::env::var("SCENARIO").unwrap_or_default();
-    let failures = run_directory(&directory, &Choice { filter: &filter, first_rows, except }, rig);
+    let read = |path: &PathBuf| {
+        let file = testing::read_file(path, Model::default(), "").unwrap();
+        File { name: path.file_name().unwrap().to_string_lossy().into(), ..file }
+    };
+    let mut files: Vec<File> = paths.iter().map(read).collect();
+    testing::select(&mut files, &filter, first_rows);
+    files
+}
+
+fn run<R: Rig>(files: &[File], start: impl Fn(&Case) -> Start<R> + Sync) {
+    let reports = suite::run(files, start, |news| {
+        if let News::Scenario(report) = news {
+            // Not `println`: the test harness would keep it to itself.
+            let line = format!("{}: {} ... {}", report.file, report.title, report.verdict());
+            writeln!(std::io::stdout().lock(), "{line}").unwrap();
+        }
+    });
+    let failures: Vec<String> = reports.iter().flat_map(Report::failures).collect();
     assert!(failures.is_empty(), "{} failed:\n{}", failures.len(), failures.join("\n"));
+}
+
+fn on_core(files: &[File]) {
+    run(files, |case| Start::Ready(Stand::native(case)));
 }
 
 #[test]
 fn on_the_core() {
-    run(false, &[], |world| Bench { module: NativeModule::new(world, None, 1) });
+    on_core(&files("tests/scenarios", false));
 }
 
 #[test]
-fn on_the_image() {
-    let elf = std::fs::read(image::image()).unwrap();
+fn of_the_examples() {
+    on_core(&files("examples", false));
+}
+
+/// The examples stand in blocks of code that are marked as scenarios.
+#[test]
+fn of_the_documentation() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs");
+    let page = std::fs::read_to_string(folder.join("scenarios.md")).unwrap();
+    let blocks: Vec<&str> = page.split("```scenario\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
+    assert!(blocks.len() > 5);
+    let read = |block: &&str| testing::read_text("docs/scenarios.md", block, &folder, Model::default(), "");
+    on_core(&blocks.iter().map(read).collect::<Vec<_>>());
+}
+
+/// What each value of the world means can be read there, too.
+#[test]
+fn the_documentation_has_all_values() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/scenarios.md");
+    let page = std::fs::read_to_string(path).unwrap();
+    for product in Product::ALL {
+        for name in Look::all(product.kind()).map(|look| look.name()) {
+            // Of a list the first stands for all.
+            let first = name.rsplit_once('.').filter(|(_, number)| number.parse::<u8>().is_ok());
+            let name = first.map_or(name.clone(), |(list, _)| format!("{list}.0"));
+            assert!(page.contains(&format!("`{name}`")), "'{name}' is missing");
+        }
+    }
+}
+
+/// Every example program is loaded by the scenarios that stand beside it.
+#[test]
+fn each_example_has_a_scenario() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let programs: Vec<_> = paths.filter(|path| path.extension().is_some_and(|extension| extension == "tmc")).collect();
+    assert!(programs.len() > 8);
+    for program in programs {
+        let scenarios = std::fs::read_to_string(program.with_extension("txt")).unwrap_or_default();
+        let load = format!("load {}", program.file_name().unwrap().to_str().unwrap());
+        assert!(scenarios.lines().any(|line| line.trim() == load), "no scenario does '{load}'");
+    }
+}
+
+#[test]
+fn on_the_images() {
+    let images = [
+        (Model::Tmcl(Product::Tmcm1140), image::image()),
+        (Model::Canopen, image::canopen()),
+        (Model::Tmcl(Product::Tmcm6110), image::six_axes()),
+        (Model::Tmcl(Product::Tmcm3212), image::three_axes()),
+    ]
+    .map(|(model, path)| (model, std::fs::read(path).unwrap()));
     let first_rows = std::env::var_os("ALL_ROWS").is_none();
-    let setup = Setup { usb: true, log: false };
-    run(first_rows, &NOT_ON_THE_IMAGE, |world| Emulated(ImageModule::new(&elf, world, None, 1, setup).unwrap()));
+    run(&files("tests/scenarios", first_rows), |case| match images.iter().find(|(model, _)| *model == case.model) {
+        Some((_, elf)) => testing::on_image(elf, case),
+        None => Start::LeftOut(format!("there is no image of the {}", case.model.product().name())),
+    });
 }

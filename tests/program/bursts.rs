@@ -17,7 +17,7 @@ use tmcm_sim::native::{Simulated, parts};
 
 use crate::common::program::MEMORY;
 use crate::common::random::Random;
-use crate::random_programs;
+use crate::common::random_command;
 
 /// Random programs in all, commands of each, and how many milliseconds each runs.
 const PROGRAMS: u32 = 500;
@@ -207,7 +207,7 @@ fn random_programs_do_the_same_in_bursts_and_without() {
     for number in 0..PROGRAMS {
         // Every other one begins with a handler for a timer and an input, and some lie where program memory ends.
         let mut program = if number.is_multiple_of(2) { handlers(&mut random) } else { vec![] };
-        program.resize_with(LENGTH, || random_programs::command(&mut random));
+        program.resize_with(LENGTH, || random_command::command(&mut random));
         let at = if number.is_multiple_of(8) { MEMORY as usize - LENGTH } else { 0 };
         pair.start(at, &program);
         for _ in 0..SPAN {

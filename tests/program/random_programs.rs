@@ -2,6 +2,7 @@
 //! microseconds of virtual time: no panic, and every direct-mode request is answered in time, with values in their range.
 
 use crate::common::random::Random;
+use crate::common::random_command::{LENGTH, command};
 use crate::common::{Bench, OK};
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use tmcm::module::Source;
@@ -13,56 +14,9 @@ use tmcm_sim::VirtualModule;
 const TIME: Nanos = 1_000_000_000 * MICROSECOND;
 /// How long each program runs.
 const TURN: Nanos = 500 * MILLISECOND;
-/// Commands of a program.
-const LENGTH: usize = 40;
 /// A reply comes at the latest this long after its request: a slice of the program takes at most one command that
 /// talks to the chips, a millisecond at most eight, and a request waits for no more than one of them.
 const REPLY: Nanos = MILLISECOND;
-
-/// Any bytes at all, or a command whose fields mean something. 128 and up control the module and cannot be in a program.
-pub(crate) fn command(random: &mut Random) -> Command {
-    let line = |text: String| text::parse(&text).unwrap();
-    let (number, address) = (random.below(40), random.below(LENGTH as u64 + 2));
-    let value = random.below(4096) as i32 - 2048;
-    match random.below(40) {
-        0 => Command::new(random.below(128) as u8, random.next() as u8, random.next() as u8, random.next() as i32),
-        1 => Command::new(random.below(128) as u8, random.next() as u8, 0, value),
-        2 | 3 => line(format!("JA {address}")),
-        4..=6 => Command::new(Opcode::Jc as u8, random.below(12) as u8, 0, address as i32),
-        7 | 8 => line(format!("CSUB {address}")),
-        9 => line("RSUB".into()),
-        10 => line("RETI".into()),
-        11 => Command::new(Opcode::Wait as u8, random.below(5) as u8, 0, random.below(4) as i32),
-        12 => line(format!("VECT {}, {address}", interrupt(random))),
-        13 => line(format!("EI {}", interrupt(random))),
-        14 => line("EI 255".into()),
-        15 => line(format!("SGP {}, 3, {}", random.below(3), 1 + random.below(20))),
-        16 => line(format!("SGP {}, 3, {}", random.pick(&[27, 28, 39, 40, 41, 42]), random.below(4))),
-        17 => line(format!("ROR 0, {value}")),
-        18 => line(format!("MVP REL, 0, {value}")),
-        19 => line(format!("MVP ABS, 0, {value}")),
-        20 => line("MST 0".into()),
-        21 => Command::new(Opcode::Rfs as u8, random.below(3) as u8, 0, 0),
-        22 => Command::new(Opcode::Sap as u8, random.pick(&[4, 5, 6, 7, 140, 193, 194]), 0, value),
-        23 | 24 => line(format!("GAP {}, 0", random.pick(&[0, 1, 3, 8, 10, 11, 206, 208]))),
-        25 => line(format!("SGP {number}, 2, {value}")),
-        26 => line(format!("GGP {number}, 2")),
-        27 => line(format!("AGP {number}, 2")),
-        28 => line(format!("STGP {number}, 2")),
-        29 => line(format!("STAP {}, 0", random.pick(&[4, 5, 6]))),
-        30 => line(format!("SIO {}, 2, {}", random.below(3), random.below(2))),
-        31 => line(format!("GIO {}, {}", random.below(5), random.below(3))),
-        32 | 33 => Command::new(Opcode::Calc as u8, random.below(10) as u8, 0, value),
-        34 | 35 => Command::new(Opcode::Calcx as u8, random.below(11) as u8, 0, 0),
-        36 | 37 => line(format!("COMP {value}")),
-        38 => line(format!("SCO {}, 0, {value}", random.below(21))),
-        _ => line("CLE ALL".into()),
-    }
-}
-
-fn interrupt(random: &mut Random) -> u8 {
-    random.pick(&[0, 1, 2, 3, 15, 21, 27, 28, 39, 40, 41, 42])
-}
 
 /// What the world does meanwhile.
 fn disturb(bench: &mut Bench, random: &mut Random) {

@@ -19,7 +19,7 @@ use super::symbol::{Meaning, Symbols};
 use super::token::Lexer;
 
 use crate::product::Product;
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// Most commands that addresses have room for.
 const MOST_COMMANDS: usize = 1 << 16;

@@ -7,8 +7,9 @@ use tmcm::module::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS};
 use tmcm::param::{ALL_INTERRUPTS, AxisParameter, COORDINATES, Interrupt, STORED_USER_VARIABLES, TIMERS};
 use tmcm::tmcl::{ALL_AXES, AxisSet, Command, FIRST_SET, Field, Instruction, MotorField, Opcode};
 
-use crate::product::{Named, parameter};
+use crate::product::parameter;
 use crate::program::target;
+use tmcm_sim::wire::names::Named;
 
 /// Type of MVP COORD.
 const COORD: u8 = 2;

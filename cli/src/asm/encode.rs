@@ -8,7 +8,7 @@ use super::source::{Problem, Span};
 use super::statement::{CommandLine, Head, Operand};
 use super::symbol::Symbols;
 use super::token::{Kind, Token};
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// The command of a line; `text` is the line's text, which errors quote.
 pub(super) fn command(line: &CommandLine, text: &str, symbols: &Symbols) -> Result<Command, Problem> {

@@ -9,7 +9,7 @@ use tmcm::tmcl::Instruction;
 use super::include;
 use super::source::Source;
 use crate::product::{self, Product};
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// The meaning of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@ use super::ramp::{Leg, Move, Side, travel};
 use super::scale::{Generator, Quantity, Unit};
 use super::table::{self, Line};
 use super::value::{self, Meaning};
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// How each form is written, for messages.
 const MOVE: &str = "tmcl calc move 51200 microsteps at 60 rpm with 500 rpm/s";

@@ -5,7 +5,7 @@ use tmcm::module::Spec;
 use super::exact::Exact;
 use super::scale::{Quantity, Unit};
 use super::time;
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// Other ways to write a unit, without spaces.
 const ALIASES: [(&str, &str); 12] = [

@@ -1,11 +1,8 @@
 //! A host's requests to one module and the decoded replies; refusals are errors.
 
-mod answer;
 mod identity;
 mod reach;
 
-pub use answer::Answer;
-pub(crate) use answer::hexadecimal;
 pub use identity::Identity;
 pub use reach::{Reach, Way};
 
@@ -17,6 +14,7 @@ use tmcm::param::AxisParameter;
 use tmcm::tmcl::binary::{Received, Telegram};
 use tmcm::tmcl::{Command, Opcode, Status};
 use tmcm_sim::NativeModule;
+use tmcm_sim::wire::{Answer, executed, hexadecimal, meaning};
 
 use crate::failure::Failure;
 use crate::link::{Link, LinkError};
@@ -90,16 +88,6 @@ impl From<Error> for Failure {
     }
 }
 
-/// True for the statuses of a command that was executed or stored in program memory.
-pub(crate) fn executed(status: u8) -> bool {
-    matches!(Status::from_number(status), Some(Status::Ok | Status::Loaded))
-}
-
-/// The meaning of a status in words.
-pub(crate) fn meaning(status: u8) -> &'static str {
-    Status::from_number(status).map_or("a status this program does not know", Status::meaning)
-}
-
 /// Command 136, type 1: the module tells its product and the version of its firmware as a number.
 pub(crate) const ASK_VERSION: Command = Command::new(Opcode::FirmwareVersion as u8, 1, 0, 0);
 
@@ -116,7 +104,11 @@ impl Conversation {
     /// Opens the link to the module that the options name.
     pub fn open(reach: &Reach) -> Result<Self, Failure> {
         let product = reach.product.unwrap_or_default();
-        let link = Link::open(&reach.link, reach.baud, reach.patience(), product, &reach.surroundings)?;
+        let mut link = Link::open(&reach.link, reach.baud, reach.patience(), product, &reach.surroundings)?;
+        if let Some(file) = &reach.log_telegrams {
+            let known = reach.product.or(link.simulated().map(|module| module.model().product()));
+            link.log_to(file, known)?;
+        }
         Ok(Conversation { link, identity: reach.product.map(Identity::from), address: reach.address })
     }
 

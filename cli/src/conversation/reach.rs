@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use clap::Args;
 
-use crate::link::{LinkTarget, Surroundings};
+use crate::link::{LinkTarget, LogFile, Surroundings};
 use crate::number;
 use crate::product::{self, Product};
 
@@ -56,6 +56,14 @@ pub struct Way {
     /// it.
     #[arg(long, value_name = "NAME", global = true, value_parser = product::named)]
     pub product: Option<Product>,
+
+    /// Write a line for each telegram or frame on the link: time, direction, bytes and what they say
+    ///
+    /// The time is in seconds since the link was opened; of LINK sim it is the virtual time. A file that exists is
+    /// emptied; - is standard output. Values have names and units as soon as it is known what the module is: by --product,
+    /// or when it has told it.
+    #[arg(long, value_name = "FILE", global = true, value_parser = LogFile::named)]
+    pub log_telegrams: Option<LogFile>,
 
     /// What surrounds the virtual module of LINK sim
     #[command(flatten)]

@@ -1,6 +1,7 @@
 //! The commands of the debugger as the user types them.
 
-use crate::suggest::{module_command, suggestion};
+use crate::suggest::module_command;
+use tmcm_sim::suggest::suggestion;
 
 /// The words of the commands.
 pub(super) const WORDS: [&str; 18] = [

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::names::Names;
 use crate::program::Program;
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// The address that the user has typed. `file` is the file of the program.
 ///

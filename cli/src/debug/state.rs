@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use crate::program::Line;
-use crate::send::Reply;
+use tmcm_sim::wire::Reply;
 
 /// State of the program, as global parameter 128 and command 135 number it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

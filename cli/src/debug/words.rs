@@ -2,7 +2,7 @@
 
 use super::state::{Axis, Change, Farewell, Halt, Reading, Reason, Registers, Row, RunState, Stop, Told};
 use crate::product::with_unit;
-use crate::send::words::Meaning;
+use tmcm_sim::wire::Meaning;
 
 /// Width of the column of commands; the source line follows behind it.
 const SOURCE: usize = 30;

@@ -1,23 +1,29 @@
 //! The host's end of a link to a module: a request goes out, its reply comes in.
 
+mod log;
 mod serial;
 mod simulated;
 mod slcan;
 mod tcp;
 
 use std::fmt;
+use std::io::{Read, Write};
+use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 use tmcm_sim::NativeModule;
+use tmcm_sim::wire::CAN;
 
 use crate::failure::Failure;
 use crate::poll::readable;
 use crate::product::Product;
 use crate::signal::{EndSignal, Wait};
 use crate::wording;
+use log::Log;
+pub use log::LogFile;
 use serial::Serial;
 use simulated::Simulated;
 pub use simulated::Surroundings;
@@ -113,6 +119,8 @@ pub enum LinkError {
         /// The number of the signal.
         signal: u8,
     },
+    /// The log of what goes over the link cannot be written.
+    Log(Failure),
     /// The device or the connection failed.
     Io(std::io::Error),
 }
@@ -131,6 +139,7 @@ impl fmt::Display for LinkError {
             LinkError::Closed => {
                 f.write_str("the other side has closed the connection; check the power of the module, and its cable")
             }
+            LinkError::Log(failure) => failure.fmt(f),
             LinkError::Interrupted { signal } => write!(f, "signal {signal} came before a reply"),
             LinkError::Io(error) => write!(f, "the link failed: {}", wording::of(error)),
         }
@@ -143,6 +152,7 @@ impl From<LinkError> for Failure {
     fn from(error: LinkError) -> Self {
         match error {
             LinkError::Interrupted { signal } => Failure::Interrupted { signal, message: String::new() },
+            LinkError::Log(failure) => failure,
             error => Failure::Failed(error.to_string()),
         }
     }
@@ -159,6 +169,7 @@ impl From<std::io::Error> for LinkError {
 pub struct Link {
     wire: Wire,
     timeout: Duration,
+    log: Log,
     /// When the link was opened.
     opened: Instant,
 }
@@ -196,7 +207,7 @@ impl Link {
             LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
             LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new(product, surroundings)?)),
         };
-        Ok(Link { wire, timeout, opened: Instant::now() })
+        Ok(Link { wire, timeout, log: Log::default(), opened: Instant::now() })
     }
 
     fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
@@ -206,6 +217,21 @@ impl Link {
             LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
         };
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
+    }
+
+    /// Logs from now on what goes over the link to a module, of which it may be known what it is.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn log_to(&mut self, file: &LogFile, product: Option<Product>) -> Result<(), Failure> {
+        let name = match &self.wire {
+            Wire::Serial(_) => "serial",
+            Wire::Tcp(_) => "tcp",
+            Wire::SlcanSerial(_) | Wire::SlcanTcp(_) => CAN,
+            Wire::Simulated(_) => "sim",
+        };
+        self.log = file.begin(name, product)?;
+        Ok(())
     }
 
     /// The virtual module inside this program, if the link leads to one.
@@ -246,17 +272,30 @@ impl Link {
     /// # Errors
     /// No reply has come, or the link has failed.
     pub fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let timeout = self.timeout;
+        let reply = self.ask(address, command);
+        if let Err(LinkError::NoReply { .. }) = reply {
+            let now = match &self.wire {
+                Wire::Simulated(module) => module.time(),
+                _ => self.log.now(),
+            };
+            self.log.give_up(now);
+        }
+        self.log.check()?;
+        reply
+    }
+
+    fn ask(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
+        let (timeout, log) = (self.timeout, &mut self.log);
         let request = || match u8::try_from(address) {
             Ok(address) => Ok(binary::encode_command(address, command)),
             Err(_) => Err(LinkError::Address),
         };
         match &mut self.wire {
-            Wire::Serial(serial) => serial.exchange(&request()?, timeout),
-            Wire::Tcp(tcp) => tcp.exchange(&request()?, timeout),
-            Wire::SlcanSerial(adapter) => adapter.ask(address, command, timeout),
-            Wire::SlcanTcp(adapter) => adapter.ask(address, command, timeout),
-            Wire::Simulated(module) => module.exchange(&request()?, timeout),
+            Wire::Serial(serial) => serial.exchange(&request()?, timeout, log),
+            Wire::Tcp(tcp) => tcp.exchange(&request()?, timeout, log),
+            Wire::SlcanSerial(adapter) => adapter.ask(address, command, timeout, log),
+            Wire::SlcanTcp(adapter) => adapter.ask(address, command, timeout, log),
+            Wire::Simulated(module) => module.exchange(&request()?, timeout, log),
         }
     }
 }
@@ -290,7 +329,7 @@ impl Patience {
     }
 
     /// Waits until a descriptor can be read. False if it cannot be read in time.
-    fn readable(&mut self, fd: &impl std::os::fd::AsFd) -> Result<bool, LinkError> {
+    fn readable(&mut self, fd: &impl AsFd) -> Result<bool, LinkError> {
         loop {
             let now = Instant::now();
             if let (None, Some(signal)) = (self.grace, self.wait.signal()) {
@@ -308,8 +347,25 @@ impl Patience {
     }
 }
 
+/// Throws away what has come to a device that is in non-blocking mode: late replies to earlier requests.
+fn drop_stale(device: &mut impl Read, log: &mut Log) {
+    let mut stale = [0; 256];
+    for _ in 0..STALE_READS {
+        match device.read(&mut stale) {
+            Ok(count) if count > 0 => log.back(log.now(), stale.get(..count).unwrap_or_default()),
+            _ => return,
+        }
+    }
+}
+
+/// Writes a request to a device that is in non-blocking mode. That does not block, because a telegram fits its buffer.
+fn write_request(device: &mut impl Write, request: &Telegram, log: &mut Log) -> Result<(), LinkError> {
+    log.out(log.now(), request);
+    Ok(device.write_all(request)?)
+}
+
 /// Reads a reply from a device that is in non-blocking mode, or gives up after `timeout`.
-fn read_reply(device: &mut (impl std::io::Read + std::os::fd::AsFd), timeout: Duration) -> Result<Telegram, LinkError> {
+fn read_reply(device: &mut (impl Read + AsFd), timeout: Duration, log: &mut Log) -> Result<Telegram, LinkError> {
     let mut patience = Patience::begin(timeout);
     let mut reply: Telegram = [0; TELEGRAM];
     let mut bytes = 0;
@@ -320,7 +376,10 @@ fn read_reply(device: &mut (impl std::io::Read + std::os::fd::AsFd), timeout: Du
         match device.read(rest) {
             Ok(0) => return Err(LinkError::Closed),
             Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => return Err(LinkError::Closed),
-            Ok(count) => bytes += count,
+            Ok(count) => {
+                log.back(log.now(), rest.get(..count).unwrap_or_default());
+                bytes += count;
+            }
             Err(error) if matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::Interrupted) => {}
             Err(error) => return Err(error.into()),
         }
@@ -331,6 +390,43 @@ fn read_reply(device: &mut (impl std::io::Read + std::os::fd::AsFd), timeout: Du
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::net::UnixStream;
+    use tmcm::tmcl::{Reply, Status};
+    use tmcm_sim::Client;
+    use tmcm_sim::wire::Place;
+
+    /// What came too late is thrown away in front of the next request, and stands in the log.
+    #[test]
+    fn a_late_reply_is_in_the_log() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let file = LogFile::named(path.to_str().unwrap()).unwrap();
+        let mut log = file.begin("serial", None).unwrap();
+        let (mut host, mut module) = UnixStream::pair().unwrap();
+        host.set_nonblocking(true).unwrap();
+        let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
+        let request = binary::encode_command(1, Command::new(6, 1, 0, 0));
+        write_request(&mut host, &request, &mut log).unwrap();
+        log.give_up(log.now());
+        module.write_all(&reply(1)).unwrap();
+        drop_stale(&mut host, &mut log);
+        write_request(&mut host, &request, &mut log).unwrap();
+        module.write_all(&reply(2)).unwrap();
+        assert_eq!(read_reply(&mut host, Duration::from_secs(60), &mut log).unwrap(), reply(2));
+        log.check().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let said: Vec<&str> = text.lines().map(|line| line[55..].trim()).collect();
+        let late = "from 1: to command 6: 1, status 100 ok";
+        assert_eq!(said, ["to 1: GAP 1, 0", "no reply", late, "to 1: GAP 1, 0", "from 1: 2, status 100 ok"]);
+        // Another link is in the same file, and told apart.
+        let mut other = file.begin("serial", None).unwrap();
+        other.out(Duration::ZERO, &request);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            text.lines().count() == 6 && text.contains(&format!("{:<8} >", Place::of("serial", Client(2)))),
+            "{text}"
+        );
+    }
 
     #[test]
     fn kinds_of_links_are_told_apart() {

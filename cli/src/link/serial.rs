@@ -1,7 +1,6 @@
 //! A link over a serial device.
 
 use std::fs::{File, TryLockError};
-use std::io::Write;
 use std::os::fd::AsFd;
 use std::time::Duration;
 
@@ -10,7 +9,7 @@ use rustix::io::Errno;
 use rustix::termios::{OptionalActions, QueueSelector};
 use tmcm::tmcl::binary::Telegram;
 
-use super::{LinkError, read_reply};
+use super::{LinkError, Log, drop_stale, read_reply, write_request};
 use crate::failure::Failure;
 use crate::wording::words;
 
@@ -48,11 +47,16 @@ impl Serial {
         Ok(Serial(device))
     }
 
-    pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
+    pub(super) fn exchange(
+        &mut self,
+        request: &Telegram,
+        timeout: Duration,
+        log: &mut Log,
+    ) -> Result<Telegram, LinkError> {
+        drop_stale(&mut self.0, log);
         rustix::termios::tcflush(&self.0, QueueSelector::IFlush).map_err(std::io::Error::from)?;
-        // The write does not block, because a telegram fits the device's buffer.
-        self.0.write_all(request)?;
-        read_reply(&mut self.0, timeout)
+        write_request(&mut self.0, request, log)?;
+        read_reply(&mut self.0, timeout, log)
     }
 }
 

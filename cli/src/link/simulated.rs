@@ -10,7 +10,7 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::binary::Telegram;
 
-use super::LinkError;
+use super::{LinkError, Log};
 use crate::failure::Failure;
 use crate::product::Product;
 use crate::sim::eeprom::EepromFile;
@@ -60,8 +60,21 @@ impl Simulated {
         Ok(Simulated(module))
     }
 
-    pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
+    pub(super) fn exchange(
+        &mut self,
+        request: &Telegram,
+        timeout: Duration,
+        log: &mut Log,
+    ) -> Result<Telegram, LinkError> {
+        // What has come before is no reply to this request.
+        while let Some(sent) = self.0.sent() {
+            log.back(Duration::from_nanos(sent.at), &sent.bytes);
+        }
+        log.out(self.time(), request);
         let sent = self.0.exchange(Source::Usb, *request, timeout.as_nanos() as Nanos);
+        if let Some(sent) = &sent {
+            log.back(Duration::from_nanos(sent.at), &sent.bytes);
+        }
         sent.and_then(|sent| sent.telegram()).ok_or(LinkError::NoReply { bytes: 0 })
     }
 

@@ -5,11 +5,11 @@ use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
 use tmcm::can::{CanFrame, Frame};
-use tmcm::tmcl::binary::{self, Telegram};
-use tmcm::tmcl::can;
-use tmcm::tmcl::{Command, Opcode, Reply};
+use tmcm::tmcl::binary::Telegram;
+use tmcm::tmcl::{Command, can};
+use tmcm_sim::wire::reply_in_frame;
 
-use super::{LinkError, Patience, STALE_READS};
+use super::{LinkError, Log, Patience, STALE_READS};
 use crate::poll::readable;
 use crate::slcan::{self, DONE, REFUSED};
 
@@ -18,8 +18,6 @@ use crate::slcan::{self, DONE, REFUSED};
 const OPEN: [&str; 4] = ["", "C", "S8", "O"];
 /// Longest wait for the answer to each of these commands; some adapters do not answer.
 const ANSWER: Duration = Duration::from_millis(300);
-/// Host address in the telegrams made of CAN replies, which carry no host address.
-const HOST: u8 = 2;
 
 /// An adapter with its channel open, on a device in non-blocking mode.
 #[derive(Debug)]
@@ -49,15 +47,23 @@ impl<T: Read + Write + AsFd> Slcan<T> {
 
     /// Sends a command to the module with identifier `id` and waits for its reply. A frame is the reply if it has the
     /// module's identifier and the number of the command; other frames are ignored.
-    pub(super) fn ask(&mut self, id: u16, command: Command, timeout: Duration) -> Result<Telegram, LinkError> {
-        self.forget()?;
+    pub(super) fn ask(
+        &mut self,
+        id: u16,
+        command: Command,
+        timeout: Duration,
+        log: &mut Log,
+    ) -> Result<Telegram, LinkError> {
+        self.forget(log)?;
         let frame = Frame::standard(id, &can::encode_command(command)).ok_or(LinkError::Refused)?;
+        log.frame_out(&frame);
         self.write(&slcan::line(&frame))?;
         let mut patience = Patience::begin(timeout);
         loop {
-            let frame =
-                slcan::parse(&self.line(&mut patience)?).filter(|frame| !frame.is_extended() && frame.is_data_frame());
-            if let Some(reply) = frame.and_then(|frame| telegram(id, command, frame.data())) {
+            let frame = slcan::parse(&self.line(&mut patience)?);
+            frame.iter().for_each(|frame| log.frame_back(frame));
+            let frame = frame.filter(|frame| !frame.is_extended() && frame.is_data_frame());
+            if let Some(reply) = frame.and_then(|frame| reply_in_frame(id, command, frame.data())) {
                 return Ok(reply);
             }
         }
@@ -69,12 +75,15 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     }
 
     /// Drops everything that has come so far: late replies to earlier requests.
-    fn forget(&mut self) -> Result<(), LinkError> {
+    fn forget(&mut self, log: &mut Log) -> Result<(), LinkError> {
         for _ in 0..STALE_READS {
             if !readable(&self.device, Instant::now())? {
                 break;
             }
             self.read()?;
+        }
+        for line in self.line.split(|byte| [DONE, REFUSED].contains(byte)) {
+            slcan::parse(&String::from_utf8_lossy(line)).iter().for_each(|frame| log.frame_back(frame));
         }
         self.line.clear();
         Ok(())
@@ -115,31 +124,12 @@ impl<T: Read + Write + AsFd> Slcan<T> {
     }
 }
 
-/// The telegram of a frame's data if they are the reply of the module with identifier `id` to `command`; else `None`.
-fn telegram(id: u16, command: Command, data: &[u8]) -> Option<Telegram> {
-    let [_, id] = id.to_be_bytes();
-    let eight: [u8; 8] = data.try_into().ok()?;
-    let [module, status, opcode, a, b, c, d, _] = eight;
-    match (Opcode::from_number(command.opcode), command.kind) {
-        (Some(Opcode::FirmwareVersion), 0) => Some(binary::encode_reply(HOST, id, &Reply::Version(eight))),
-        (Some(Opcode::ReadMemory), _) if module != id || opcode != command.opcode => {
-            let stored = Command::from_bytes(*eight.first_chunk()?);
-            Some(binary::encode_reply(HOST, id, &Reply::Memory(stored)))
-        }
-        _ if module != id || opcode != command.opcode => None,
-        _ => {
-            let mut telegram = [HOST, module, status, opcode, a, b, c, d, 0];
-            telegram[8] = binary::checksum(&telegram);
-            Some(telegram)
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use std::io::{BufRead, BufReader};
     use std::os::unix::net::UnixStream;
+    use tmcm::tmcl::binary;
 
     /// A link to an adapter that answers line by line, and then falls silent.
     fn link(answers: &'static [&str]) -> (Slcan<UnixStream>, std::thread::JoinHandle<Vec<String>>) {
@@ -162,7 +152,7 @@ mod tests {
     #[test]
     fn the_reply_is_found_among_other_traffic() {
         let (mut link, adapter) = link(&["z\rt0028016406000000FF00\rt00280364060000007B00\r"]);
-        let reply = link.ask(3, GAP, Duration::from_secs(5)).unwrap();
+        let reply = link.ask(3, GAP, Duration::from_secs(5), &mut Log::default()).unwrap();
         let reply = binary::decode_reply(&reply).unwrap();
         assert_eq!((reply.module, reply.status, reply.opcode, reply.value), (3, 100, 6, 0x7B));
         assert_eq!(adapter.join().unwrap(), ["", "C", "S8", "O", "t00380601000000000000"]);
@@ -173,7 +163,10 @@ mod tests {
     fn replies_that_came_before_the_request_are_dropped() {
         const LATE: &str = "z\rt00280364060000000100\rt00280364060000000200\rt00280364";
         let (mut link, adapter) = link(&[LATE, "z\rt00280364060000000300\r"]);
-        let mut ask = || binary::decode_reply(&link.ask(3, GAP, Duration::from_secs(5)).unwrap()).unwrap().value;
+        let mut ask = || {
+            let reply = link.ask(3, GAP, Duration::from_secs(5), &mut Log::default()).unwrap();
+            binary::decode_reply(&reply).unwrap().value
+        };
         assert_eq!((ask(), ask()), (1, 3));
         adapter.join().unwrap();
     }
@@ -181,7 +174,7 @@ mod tests {
     #[test]
     fn a_refusal_ends_the_wait_at_once() {
         let (mut link, _adapter) = link(&["\x07"]);
-        let refused = link.ask(3, GAP, Duration::from_secs(60));
+        let refused = link.ask(3, GAP, Duration::from_secs(60), &mut Log::default());
         assert!(matches!(refused, Err(LinkError::Refused)), "{refused:?}");
     }
 }

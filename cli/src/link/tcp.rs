@@ -1,12 +1,12 @@
 //! A link over TCP.
 
-use std::io::{ErrorKind, Read, Write};
+use std::io::ErrorKind;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
 use tmcm::tmcl::binary::Telegram;
 
-use super::{LinkError, STALE_READS, read_reply};
+use super::{LinkError, Log, drop_stale, read_reply, write_request};
 use crate::failure::Failure;
 use crate::wording::words;
 
@@ -49,15 +49,14 @@ impl Tcp {
         Ok(Tcp(stream))
     }
 
-    pub(super) fn exchange(&mut self, request: &Telegram, timeout: Duration) -> Result<Telegram, LinkError> {
-        let mut late = [0; 256];
-        for _ in 0..STALE_READS {
-            if !self.0.read(&mut late).is_ok_and(|count| count > 0) {
-                break;
-            }
-        }
-        // The write does not block, because a telegram fits the socket's buffer.
-        self.0.write_all(request)?;
-        read_reply(&mut self.0, timeout)
+    pub(super) fn exchange(
+        &mut self,
+        request: &Telegram,
+        timeout: Duration,
+        log: &mut Log,
+    ) -> Result<Telegram, LinkError> {
+        drop_stale(&mut self.0, log);
+        write_request(&mut self.0, request, log)?;
+        read_reply(&mut self.0, timeout, log)
     }
 }

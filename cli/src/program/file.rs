@@ -14,6 +14,11 @@ use crate::product::Product;
 /// File name extension of a source.
 const SOURCE: &str = "tmc";
 
+/// True for the name of a source.
+pub fn is_source(path: &Path) -> bool {
+    path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE))
+}
+
 /// Reads an assembled program for a product. The message about a text says that it is one.
 pub fn read_commands(path: &Path, product: Option<Product>) -> Result<Vec<Command>, Failure> {
     commands(path, &read_named(path)?, product)
@@ -43,7 +48,7 @@ pub fn read_watched(path: &Path, settings: impl Into<Settings>) -> (Result<Progr
     let settings = settings.into();
     let (program, files) = if is_standard(path) {
         (standard_input(settings), Vec::new())
-    } else if path.extension().and_then(OsStr::to_str).is_some_and(|ending| ending.eq_ignore_ascii_case(SOURCE)) {
+    } else if is_source(path) {
         let (assembled, files) = assemble_watched(path, settings);
         (reported(assembled).map(Program::from), files)
     } else {

@@ -10,7 +10,7 @@ mod target;
 pub use address::address;
 pub use download::{download, explain, is_readable, verify};
 pub use end::{end, goes_on};
-pub use file::{read_commands, read_program, read_watched};
+pub use file::{is_source, read_commands, read_program, read_watched};
 pub use target::target;
 
 use std::path::PathBuf;

@@ -5,10 +5,10 @@ use tmcm::module::Source;
 use tmcm::tmcl::binary::{self, Received};
 use tmcm::tmcl::{Command, Opcode, Status};
 
-use crate::conversation::meaning;
 use crate::failure::Failure;
 use crate::program::Program;
 use tmcm_sim::NativeModule;
+use tmcm_sim::wire::meaning;
 
 /// Serial address of the module.
 pub(super) const ADDRESS: u8 = 1;

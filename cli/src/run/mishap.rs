@@ -4,9 +4,9 @@
 use serde::Serialize;
 use tmcm::tmcl::{Command, Opcode};
 
-use crate::conversation::meaning;
 use crate::program::{Line, Program};
 use tmcm_sim::tracer::Step;
+use tmcm_sim::wire::meaning;
 
 /// Types of CALC and CALCX that divide: DIV and MOD (manual section 3.7.33).
 const DIVIDES: [u8; 2] = [3, 4];

@@ -18,9 +18,10 @@ use crate::failure::Failure;
 use crate::product::{Product, read_unit_mode};
 use crate::program::Program;
 use crate::progress::Progress;
-use crate::send::words::{self, Meaning};
 use crate::signal::EndSignal;
 use tmcm_sim::tracer::Step;
+use tmcm_sim::wire::stays_unanswered;
+use tmcm_sim::wire::words::{self, Meaning};
 use tmcm_sim::{NativeModule, VirtualModule};
 
 /// Interval at which values are recorded, in virtual time.
@@ -184,7 +185,7 @@ impl<'a> Session<'a> {
         }
         match event.action {
             // A command that is answered is noted with its answer.
-            Action::Host(command) if !words::stays_unanswered(command) => {}
+            Action::Host(command) if !stays_unanswered(command) => {}
             _ => self.notes.push((event.at, event.text.clone())),
         }
         match &mut self.trace {
@@ -194,7 +195,7 @@ impl<'a> Session<'a> {
     }
 
     fn send(&mut self, command: Command) {
-        if !words::stays_unanswered(command) && self.module.machine().is_some() {
+        if !stays_unanswered(command) && self.module.machine().is_some() {
             self.asked.push_back((self.time(), command));
         }
         self.module.receive(Source::Usb, binary::encode_command(host::ADDRESS, command));

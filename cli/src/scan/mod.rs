@@ -13,7 +13,7 @@ use tmcm::tmcl::{Command, Opcode};
 
 use crate::conversation::{ASK_VERSION, Conversation, Error};
 use crate::failure::Failure;
-use crate::link::{Link, LinkError, LinkTarget, Surroundings};
+use crate::link::{Link, LinkError, LinkTarget, LogFile, Surroundings};
 use crate::product::Product;
 use crate::progress::Progress;
 use crate::signal::EndSignal;
@@ -54,6 +54,12 @@ pub struct Options {
     /// firmware, version. What is not known is left out.
     #[arg(long)]
     pub json: bool,
+
+    /// Write a line for each telegram or frame on the link: time, direction, bytes and what they say
+    ///
+    /// As for `tmcl send`. Behind the name of the link stands the number of the bit rate, from the second one on.
+    #[arg(long, value_name = "FILE", value_parser = LogFile::named)]
+    pub log_telegrams: Option<LogFile>,
 }
 
 const EXAMPLES: &str = "\
@@ -178,6 +184,9 @@ impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
         let mut link = Link::open(&options.link, baud, CONNECTION, Product::default(), &Surroundings::default())?;
         link.set_timeout(options.timeout());
+        if let Some(file) = &options.log_telegrams {
+            link.log_to(file, None)?;
+        }
         let baud = match options.link {
             LinkTarget::Serial(_) => Some(baud),
             LinkTarget::Tcp(_) | LinkTarget::Slcan(_) | LinkTarget::Simulated => None,

@@ -1,22 +1,21 @@
 //! `tmcl send`: commands in mnemonic form to a module, replies in words.
 
-mod reply;
 mod request;
-pub mod words;
 
 use std::io::Write;
 
 use clap::Args;
 use serde::Serialize;
 use tmcm::tmcl::Command;
+use tmcm_sim::wire::stays_unanswered;
+use tmcm_sim::wire::words::{depends_on_unit_mode, needs_names};
+use tmcm_sim::wire::{Meaning, Reply};
 
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
 use crate::product::Product;
-pub use reply::Reply;
 pub use request::{Request, Typed};
-use words::{Meaning, depends_on_unit_mode, needs_names, stays_unanswered};
 
 /// Send commands to a module and show its replies
 ///
@@ -56,6 +55,7 @@ Examples:
   tmcl send sim \"SAP 4, 0, 1500\" \"GAP 4, 0\"                 two commands to a virtual module
   tmcl send sim \"GAP APMaxCurrent, Motor0\"                 by the name of the parameter
   tmcl send sim --value \"GIO 8, 1\"                          for scripts: the number alone
+  tmcl send sim --log-telegrams - \"MST 0\"                     the bytes of request and reply, too
   tmcl send /dev/ttyUSB0 --address 3 --baud 115200 \"136, 1\"   which module and firmware
 The exit code is 1 if a command was not executed.";
 

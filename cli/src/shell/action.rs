@@ -4,7 +4,7 @@ use tmcm::tmcl::Command;
 
 use crate::asm::{self, Symbols};
 use crate::product::Product;
-use crate::suggest::suggestion;
+use tmcm_sim::suggest::suggestion;
 
 /// The words of the shell that are no commands of the module.
 pub(super) const WORDS: [&str; 6] = ["watch", "jog", "help", "quit", "exit", "axis"];

@@ -8,12 +8,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use rustix::event::PollFlags;
-use tmcm::module::Source;
 
 use super::Options;
 use super::control::Controller;
 use super::endpoint::{Arrival, Endpoint};
-use super::pty::Pty;
+use super::pty::{Pty, Vacant};
 use super::slcan::HostAdapter;
 use super::tcp::{Guest, Server};
 use crate::failure::Failure;
@@ -28,6 +27,8 @@ const USUAL_CAN_PORT: u16 = 4142;
 const SERIAL: Client = Client(0);
 const RS485: Client = Client(1);
 const SLCAN: Client = Client(2);
+/// The option of the pseudo terminal of the USB link.
+const SERIAL_OPTION: &str = "--serial";
 
 /// The open links.
 #[derive(Debug)]
@@ -39,6 +40,8 @@ pub struct Links {
     pub(super) slcan_tcp: Option<Server<HostAdapter<TcpStream>>>,
     /// The control port.
     pub control: Option<Server<Controller>>,
+    /// The place of the pseudo terminal of the USB link while that has hung up.
+    vacant: Option<Vacant>,
     last_client: Client,
 }
 
@@ -54,9 +57,9 @@ impl Links {
             listen("--slcan-tcp", options.slcan_tcp.as_deref())?
         };
         let serial = if bare {
-            Some(Pty::open("--serial", None, |stream| Endpoint::new(stream, SERIAL))?)
+            Some(Pty::open(SERIAL_OPTION, None, |stream| Endpoint::new(stream, SERIAL))?)
         } else {
-            pty("--serial", options.serial.as_deref(), SERIAL)?
+            pty(SERIAL_OPTION, options.serial.as_deref(), SERIAL)?
         };
         let slcan = options.slcan.as_deref();
         let adapter = |link| Pty::open("--slcan", Some(link), |stream| HostAdapter::new(Endpoint::new(stream, SLCAN)));
@@ -67,6 +70,7 @@ impl Links {
             slcan: slcan.map(adapter).transpose()?,
             slcan_tcp,
             control: listen("--control", options.control.as_deref())?,
+            vacant: None,
             last_client: SLCAN,
         })
     }
@@ -82,6 +86,10 @@ impl Links {
         let mut told = Vec::new();
         if let Some(server) = &mut self.tcp {
             told.extend(server.accept(|stream| Endpoint::over_tcp(stream, next())));
+        }
+        if let Some(server) = self.tcp.as_mut().filter(|_| fleet.is_hung_up()) {
+            // Who comes while the cable is out finds the port, but nobody there.
+            server.clients.clear();
         }
         if let Some(server) = &mut self.slcan_tcp {
             told.extend(server.accept(|stream| HostAdapter::new(Endpoint::new(stream, next()))));
@@ -103,7 +111,32 @@ impl Links {
         told
     }
 
-    /// Drops what hosts have sent on the links in `lost`, so that it does not reach a module that gets power later.
+    /// Does to the links what has become of the modules: drops what hosts have sent in vain, so that it does not reach a
+    /// module that gets power later; ends the connections of the USB link if its cable was pulled out so that hosts see it,
+    /// and makes a new pseudo terminal when it is plugged in. Returns a message for the user.
+    pub fn follow(&mut self, fleet: &mut Fleet<impl VirtualModule>) -> Option<String> {
+        let lost = fleet.take_lost();
+        self.lose(lost);
+        if lost.hosts {
+            for endpoint in self.tcp.iter_mut().flat_map(|server| server.clients.drain(..)) {
+                fleet.forget_usb(endpoint.client);
+            }
+            if let Some(pty) = self.serial.take() {
+                self.vacant = Some(pty.hang_up());
+            }
+        }
+        let vacant = self.vacant.as_mut().filter(|_| !fleet.is_hung_up())?;
+        Some(match vacant.try_to_occupy(SERIAL_OPTION, |stream| Endpoint::new(stream, SERIAL))? {
+            Ok(pty) => {
+                let message = format!("the port of the USB link is {} again", pty.path().display());
+                (self.serial, self.vacant) = (Some(pty), None);
+                message
+            }
+            Err(failure) => failure.to_string(),
+        })
+    }
+
+    /// Drops what hosts have sent on the links in `lost`.
     pub fn lose(&mut self, lost: Lost) {
         if lost.usb {
             self.serial.iter_mut().for_each(|pty| pty.end.throw_away(|_| {}));
@@ -149,21 +182,22 @@ impl Links {
         }
     }
 
-    /// Writes bytes that have waited, and closes the connections that have ended.
-    pub fn tidy(&mut self, fleet: &mut Fleet<impl VirtualModule>) {
-        let quiet = !fleet.is_busy();
+    /// Writes bytes that have waited, and closes the connections that have ended. `at_rest` is true while time stands still,
+    /// so that nothing more comes although the modules are busy.
+    pub fn tidy(&mut self, fleet: &mut Fleet<impl VirtualModule>, at_rest: bool) {
+        let quiet = at_rest || !fleet.is_busy();
         self.serial.iter_mut().chain(&mut self.rs485).for_each(|pty| pty.end.stream.flush());
         self.slcan.iter_mut().for_each(|pty| pty.end.endpoint.stream.flush());
-        if let (Some(server), Some(module)) = (&mut self.tcp, fleet.modules_mut().first_mut()) {
-            let ended = module.take_ended();
+        if let Some(server) = &mut self.tcp {
+            let ended = fleet.take_ended();
             server.clients.retain_mut(|Endpoint { stream, client, .. }| {
                 stream.flush();
                 if ended.contains(client) {
                     stream.give_up();
                 }
-                let done = stream.ended() && stream.drained() && !module.owes(*client);
+                let done = stream.ended() && stream.drained() && !fleet.owes_usb(*client);
                 if done || stream.broken() {
-                    module.forget(*client);
+                    fleet.forget_usb(*client);
                 }
                 !done && !stream.broken()
             });
@@ -204,6 +238,11 @@ impl Links {
         self.control.iter().flat_map(|server| &server.clients).any(Controller::has_unread)
     }
 
+    /// The connections to the control port.
+    pub fn controllers(&mut self) -> &mut [Controller] {
+        self.control.as_mut().map_or(&mut [], |server| &mut server.clients)
+    }
+
     /// When the first silence on a link is to be reported.
     pub fn silence_ends(&self) -> Option<Instant> {
         let files = self.files().filter_map(Endpoint::silence_ends);
@@ -237,9 +276,8 @@ fn pty(option: &str, link: Option<&Path>, client: Client) -> Result<Option<Pty<E
 /// Passes to module 1 what has arrived from a client on the USB link.
 fn usb<T: Read + Write + AsFd>(fleet: &mut Fleet<impl VirtualModule>, endpoint: &mut Endpoint<T>) {
     let (client, unread) = (endpoint.client, fleet.unread_usb(endpoint.client));
-    let Some(module) = fleet.modules_mut().first_mut() else { return };
     endpoint.receive(unread, |arrival| match arrival {
-        Arrival::Bytes(bytes) => module.hear(Source::Usb, client, bytes),
-        Arrival::Silence => module.silence(Source::Usb, client),
+        Arrival::Bytes(bytes) => fleet.hear_usb(client, bytes),
+        Arrival::Silence => fleet.silence_usb(client),
     });
 }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
+use tmcm_sim::protocol::Speed;
 
 /// Longest lag of virtual time that is made up for, measured on the clock. After a longer interruption (the computer
 /// was busy or asleep) virtual time goes on with a lag, because hosts would see it rush otherwise.
@@ -15,8 +16,8 @@ const SHORTEST_REPORT: Duration = Duration::from_secs(1);
 /// Keeps track of how far virtual time has gone and may go. All `Nanos` are virtual time.
 #[derive(Debug)]
 pub struct Pacer {
-    /// Wanted speed: seconds of virtual time per second of the clock.
-    speed: f64,
+    /// Wanted speed.
+    speed: Speed,
     /// When the goal was last moved.
     last: Instant,
     /// How far virtual time may go.
@@ -32,29 +33,54 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// A pacer for virtual time that is at `now` at the instant `at`, and is to go `speed` times as fast as the clock.
-    pub fn new(speed: f64, at: Instant, now: Nanos) -> Self {
+    /// A pacer for virtual time that is at `now` at the instant `at`, and is to go at this speed.
+    pub fn new(speed: Speed, at: Instant, now: Nanos) -> Self {
         let marks = [(at, now); 2];
         Pacer { speed, last: at, goal: now, reached: now, marks, ideal: now, next_report: SHORTEST_REPORT }
     }
 
-    /// Wanted speed of virtual time, as a multiple of the clock's.
-    pub fn wanted(&self) -> f64 {
+    /// Wanted speed of virtual time.
+    pub fn wanted(&self) -> Speed {
         self.speed
+    }
+
+    /// Changes the wanted speed. What virtual time lags behind is forgotten.
+    pub fn set_speed(&mut self, speed: Speed, at: Instant) {
+        *self = Pacer::new(speed, at, self.reached);
     }
 
     /// Moves the goal to how far virtual time may go by the instant `at`, and returns the goal.
     pub fn advance(&mut self, at: Instant) -> Nanos {
+        let span = self.measure(at);
+        if let Some(gained) = self.scaled(span) {
+            self.ideal += gained;
+            let longest = self.scaled(LONGEST_LAG).unwrap_or_default();
+            self.goal = (self.goal + gained).min(self.reached + longest);
+        } else {
+            self.ideal = self.reached;
+            self.goal = Nanos::MAX;
+        }
+        self.goal
+    }
+
+    /// Virtual time has not gone by the clock up to the instant `at`, but somebody has taken it as far as `now`: so there
+    /// is nothing to be made up for.
+    pub fn rest(&mut self, at: Instant, now: Nanos) {
+        self.measure(at);
+        self.reached = now;
+        self.goal = now;
+        self.ideal = now;
+    }
+
+    /// The span of the clock since the last call, for the measurement of the achieved speed.
+    fn measure(&mut self, at: Instant) -> Duration {
         let [_, present] = self.marks;
         if self.last.saturating_duration_since(present.0) >= WINDOW {
             self.marks = [present, (self.last, self.reached)];
         }
         let span = at.saturating_duration_since(self.last);
         self.last = at;
-        self.ideal += self.scaled(span);
-        let goal = self.goal + self.scaled(span);
-        self.goal = goal.min(self.reached + self.scaled(LONGEST_LAG));
-        self.goal
+        span
     }
 
     /// How far virtual time has gone.
@@ -74,33 +100,40 @@ impl Pacer {
 
     /// The instant from which virtual time may be at `due`.
     pub fn when(&self, due: Nanos) -> Instant {
-        let ahead = due.saturating_sub(self.goal) as f64 / self.speed;
-        self.last + Duration::from_nanos(ahead.ceil() as u64)
+        match self.speed {
+            Speed::Factor(factor) => {
+                let ahead = due.saturating_sub(self.goal) as f64 / factor;
+                self.last + Duration::from_nanos(ahead.ceil() as u64)
+            }
+            Speed::Max => self.last,
+        }
     }
 
     /// Speed that virtual time achieved in the last one or two seconds, as a multiple of the clock's.
     pub fn achieved(&self) -> f64 {
         let [(begun, from), _] = self.marks;
         let span = self.last.saturating_duration_since(begun).as_nanos();
-        if span == 0 { self.speed } else { self.reached.saturating_sub(from) as f64 / span as f64 }
+        if span == 0 { 0.0 } else { self.reached.saturating_sub(from) as f64 / span as f64 }
     }
 
     /// The lag of virtual time if it is to be reported: when it reaches one second of the clock, and each time it has
     /// doubled since the last report.
     pub fn lag(&mut self) -> Option<Nanos> {
         let lag = self.ideal.saturating_sub(self.reached);
-        if lag < self.scaled(self.next_report) {
-            return None;
+        let reported = |report| self.scaled(report).is_some_and(|least| lag >= least);
+        let mut next = self.next_report;
+        while reported(next) {
+            next *= 2;
         }
-        while lag >= self.scaled(self.next_report) {
-            self.next_report *= 2;
-        }
-        Some(lag)
+        (std::mem::replace(&mut self.next_report, next) != next).then_some(lag)
     }
 
-    /// The span of virtual time that belongs to a span of the clock.
-    fn scaled(&self, span: Duration) -> Nanos {
-        (span.as_nanos() as f64 * self.speed).round() as Nanos
+    /// The span of virtual time that belongs to a span of the clock; `None` if time goes as fast as it can.
+    fn scaled(&self, span: Duration) -> Option<Nanos> {
+        match self.speed {
+            Speed::Factor(factor) => Some((span.as_nanos() as f64 * factor).round() as Nanos),
+            Speed::Max => None,
+        }
     }
 }
 
@@ -120,7 +153,7 @@ mod tests {
     #[test]
     fn time_goes_by_the_factor() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(2.5, start, 0);
+        let mut pacer = Pacer::new(Speed::Factor(2.5), start, 0);
         assert_eq!(go(&mut pacer, start + 4 * MS), 10_000_000);
         assert_eq!(pacer.when(15_000_000), start + 6 * MS);
         assert_eq!(pacer.when(5_000_000), start + 4 * MS);
@@ -130,7 +163,7 @@ mod tests {
     #[test]
     fn a_long_pause_is_not_made_up_for() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(1.0, start, 0);
+        let mut pacer = Pacer::new(Speed::Factor(1.0), start, 0);
         assert_eq!(go(&mut pacer, start + 500 * MS), 20_000_000);
         assert_eq!(go(&mut pacer, start + 510 * MS), 30_000_000);
         assert!(pacer.achieved() < 0.1);
@@ -139,7 +172,7 @@ mod tests {
     #[test]
     fn where_the_computer_is_too_slow_time_lags() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(2.0, start, 0);
+        let mut pacer = Pacer::new(Speed::Factor(2.0), start, 0);
         for n in 1..=100 {
             pacer.advance(start + n * 10 * MS);
             pacer.reach(pacer.reached() + 5_000_000);
@@ -154,7 +187,7 @@ mod tests {
     #[test]
     fn a_lag_is_reported_each_time_it_has_doubled() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(2.0, start, 7_000_000);
+        let mut pacer = Pacer::new(Speed::Factor(2.0), start, 7_000_000);
         assert_eq!(pacer.reached(), 7_000_000);
         let told: Vec<Nanos> = (1..=1000)
             .filter_map(|n| {
@@ -168,9 +201,32 @@ mod tests {
     }
 
     #[test]
+    fn as_fast_as_it_can_time_has_no_goal_and_never_lags() {
+        let start = Instant::now();
+        let mut pacer = Pacer::new(Speed::Max, start, 5);
+        assert_eq!(pacer.advance(start + 10_000 * MS), Nanos::MAX);
+        assert!(pacer.is_behind() && pacer.lag().is_none());
+        pacer.reach(40_000_000_005);
+        assert_eq!((pacer.achieved(), pacer.when(90_000_000_000)), (4.0, start + 10_000 * MS));
+        pacer.set_speed(Speed::Factor(2.0), start + 10_000 * MS);
+        assert_eq!(pacer.advance(start + 10_004 * MS), 40_008_000_005);
+    }
+
+    #[test]
+    fn what_passes_without_the_clock_is_not_made_up_for() {
+        let start = Instant::now();
+        let mut pacer = Pacer::new(Speed::Factor(1.0), start, 0);
+        pacer.advance(start + 10 * MS);
+        pacer.rest(start + 500 * MS, 2_000_000_000);
+        assert!(!pacer.is_behind() && pacer.lag().is_none());
+        assert_eq!((pacer.reached(), pacer.achieved()), (2_000_000_000, 4.0));
+        assert_eq!(pacer.advance(start + 510 * MS), 2_010_000_000);
+    }
+
+    #[test]
     fn the_achieved_speed_forgets_the_past() {
         let start = Instant::now();
-        let mut pacer = Pacer::new(1.0, start, 0);
+        let mut pacer = Pacer::new(Speed::Factor(1.0), start, 0);
         go(&mut pacer, start + 1000 * MS);
         for n in 1..=200 {
             go(&mut pacer, start + (1000 + 10 * n) * MS);

@@ -32,12 +32,24 @@ impl<E> Pty<E> {
     /// Makes a pseudo terminal and, if `link` is given, a symbolic link to its device at that path. `option` is the
     /// option named in error messages.
     pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
-        let (master, slave, device) =
-            terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {}", words(error))))?;
-        let claim = link.map(|link| make_symlink(option, link, &device)).transpose()?;
-        // While one telegram waits for a host that does not read, further replies are lost, as on a wire.
-        let stream = Stream::new(File::from(master), 1);
-        Ok(Pty { end: end(stream), device, link: link.map(Path::to_path_buf), _claim: claim, _slave: slave })
+        let claim = link.map(|link| reserve(option, link)).transpose()?;
+        Vacant { link: link.map(Path::to_path_buf), claim, failing: false }.occupy(option, end)
+    }
+
+    /// Hangs up: who has the terminal open sees its end, and the symbolic link is gone. The link's path stays claimed.
+    pub fn hang_up(mut self) -> Vacant {
+        self.remove_link();
+        Vacant { link: self.link.take(), claim: self._claim.take(), failing: false }
+    }
+
+    /// Removes the symbolic link, unless it points to another device by now.
+    fn remove_link(&self) {
+        if let Some(link) = &self.link
+            && fs::read_link(link).is_ok_and(|target| target == self.device)
+        {
+            // A link that cannot be removed does no harm: the next run replaces it.
+            let _ = fs::remove_file(link);
+        }
     }
 
     /// Path of the terminal's device.
@@ -52,14 +64,46 @@ impl<E> Pty<E> {
 }
 
 impl<E> Drop for Pty<E> {
-    /// Removes the symbolic link, unless it points to another device by now.
     fn drop(&mut self) {
-        if let Some(link) = &self.link
-            && fs::read_link(link).is_ok_and(|target| target == self.device)
-        {
-            // A link that cannot be removed does no harm: the next run replaces it.
-            let _ = fs::remove_file(link);
+        self.remove_link();
+    }
+}
+
+/// The place of a pseudo terminal that has hung up, or is not there yet.
+#[derive(Debug)]
+pub struct Vacant {
+    link: Option<PathBuf>,
+    claim: Option<OwnedFd>,
+    /// The last attempt to make a pseudo terminal has failed.
+    failing: bool,
+}
+
+impl Vacant {
+    /// The same as [`Vacant::occupy`], again and again until it succeeds: `None` where it has failed once more.
+    pub fn try_to_occupy<E>(
+        &mut self,
+        option: &str,
+        end: impl FnOnce(Stream<File>) -> E,
+    ) -> Option<Result<Pty<E>, Failure>> {
+        let occupied = self.occupy(option, end);
+        let known = std::mem::replace(&mut self.failing, occupied.is_err());
+        (occupied.is_ok() || !known).then_some(occupied)
+    }
+
+    /// Makes a pseudo terminal in this place, with the symbolic link that belongs there. If that fails, the place stays
+    /// vacant.
+    ///
+    /// # Errors
+    /// There is something else at the path of the link, or there are no terminals any more.
+    pub fn occupy<E>(&mut self, option: &str, end: impl FnOnce(Stream<File>) -> E) -> Result<Pty<E>, Failure> {
+        let (master, slave, device) =
+            terminal().map_err(|error| Failure::Failed(format!("cannot make a pseudo terminal: {}", words(error))))?;
+        if let Some(link) = &self.link {
+            make_symlink(option, link, &device)?;
         }
+        // While one telegram waits for a host that does not read, further replies are lost, as on a wire.
+        let stream = Stream::new(File::from(master), 1);
+        Ok(Pty { end: end(stream), device, link: self.link.take(), _claim: self.claim.take(), _slave: slave })
     }
 }
 
@@ -79,40 +123,45 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
     Ok((master, slave, device))
 }
 
-/// Makes the symbolic link and claims its path. The link of a simulator that has ended is replaced; any other file is
-/// an error.
-fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<OwnedFd, Failure> {
-    let shown = link.display();
-    let no_link = |error: io::Error| {
-        Failure::Failed(format!(
-            "{option}: cannot make a link at {shown}: {}. Its directory has to exist",
-            words(error)
-        ))
-    };
-    let found = fs::symlink_metadata(link).ok();
-    let leftover = |found: &fs::Metadata| {
-        found.is_symlink() && fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts"))
-    };
-    if found.as_ref().is_some_and(|found| !leftover(found)) {
-        let message = format!(
-            "{option}: {shown} exists and is not a link to a terminal; it is left alone. Give a path where there is \
-             nothing yet"
-        );
-        return Err(Failure::Failed(message));
-    }
-    let claim = claim(link).map_err(|error| match error.kind() {
-        ErrorKind::AddrInUse => {
-            Failure::Failed(format!("{option}: {shown} is the port of a simulator that runs. Give another path"))
-        }
-        _ => no_link(error),
-    })?;
-    if found.is_some() {
+/// Claims the path of a symbolic link, if the link could be made there.
+fn reserve(option: &str, link: &Path) -> Result<OwnedFd, Failure> {
+    is_leftover(option, link)?;
+    claim(link).map_err(|error| match error.kind() {
+        ErrorKind::AddrInUse => Failure::Failed(format!(
+            "{option}: {} is the port of a simulator that runs. Give another path",
+            link.display()
+        )),
+        _ => no_link(option, link, error),
+    })
+}
+
+/// Makes the symbolic link at a path that is claimed. The link of a simulator that has ended is replaced; any other file
+/// is an error.
+fn make_symlink(option: &str, link: &Path, device: &Path) -> Result<(), Failure> {
+    if is_leftover(option, link)? {
         fs::remove_file(link).map_err(|error| {
+            let shown = link.display();
             Failure::Failed(format!("{option}: cannot replace the old link {shown}: {}", words(error)))
         })?;
     }
-    std::os::unix::fs::symlink(device, link).map_err(no_link)?;
-    Ok(claim)
+    std::os::unix::fs::symlink(device, link).map_err(|error| no_link(option, link, error))
+}
+
+/// True if there is a link to a terminal at a path, false if there is nothing; any other file is an error.
+fn is_leftover(option: &str, link: &Path) -> Result<bool, Failure> {
+    let Ok(found) = fs::symlink_metadata(link) else { return Ok(false) };
+    if found.is_symlink() && fs::read_link(link).is_ok_and(|target| target.starts_with("/dev/pts")) {
+        return Ok(true);
+    }
+    Err(Failure::Failed(format!(
+        "{option}: {} exists and is not a link to a terminal; it is left alone. Give a path where there is nothing yet",
+        link.display()
+    )))
+}
+
+fn no_link(option: &str, link: &Path, error: io::Error) -> Failure {
+    let shown = link.display();
+    Failure::Failed(format!("{option}: cannot make a link at {shown}: {}. Its directory has to exist", words(error)))
 }
 
 /// Claims a path for a link; fails while another simulator has the path. The old link's target does not show whether

@@ -80,6 +80,11 @@ impl<T: Read + Write + AsFd> Stream<T> {
         }
     }
 
+    /// Number of bytes that wait for the other side to read them.
+    pub fn waiting(&self) -> usize {
+        self.waiting.len()
+    }
+
     /// Ends the stream; waiting bytes are dropped.
     pub fn give_up(&mut self) {
         self.ended = true;

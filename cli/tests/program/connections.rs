@@ -2,42 +2,17 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::io::{BufRead, BufReader, ErrorKind, Read, Write};
+use std::io::{BufRead, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Instant;
 
 use rustix::process::{Resource, Rlimit, getrlimit, prlimit};
 
-use super::harness::{Host, PATIENCE, Sim, request};
+use super::harness::{Controller, Host, PATIENCE, Sim, request};
 
 const LINKS: [&str; 4] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
 /// Connections at one time to one port, as `tmcl sim --help` tells.
 const MOST: usize = 16;
-
-/// A connection to the control port.
-struct Controller {
-    stream: TcpStream,
-    answers: BufReader<TcpStream>,
-}
-
-impl Controller {
-    fn new(sim: &Sim) -> Self {
-        let stream = TcpStream::connect(sim.told("control")).unwrap();
-        stream.set_read_timeout(Some(PATIENCE)).unwrap();
-        Controller { answers: BufReader::new(stream.try_clone().unwrap()), stream }
-    }
-
-    /// The next answer; none when the connection is closed.
-    fn answer(&mut self) -> Option<serde_json::Value> {
-        let mut line = String::new();
-        (self.answers.read_line(&mut line).unwrap() > 0).then(|| serde_json::from_str(&line).unwrap())
-    }
-
-    fn ask(&mut self, line: &str) -> serde_json::Value {
-        self.stream.write_all(format!("{line}\n").as_bytes()).unwrap();
-        self.answer().unwrap()
-    }
-}
 
 #[test]
 fn nothing_that_a_web_page_sends_is_carried_out() {

@@ -107,7 +107,7 @@ fn with_the_usb_cable_out_nothing_arrives_and_nothing_is_left_of_what_was_begun(
     assert!(String::from_utf8_lossy(&output.stdout).starts_with("GAP 4, 0: 1500 "), "the other links do not notice");
     sim.control(&["usb on"]);
     assert_eq!(host.ok("GAP 4, 0"), 1500);
-    assert_eq!(sim.control(&["usb"])["error"], "usage: usb off|on");
+    assert_eq!(sim.control(&["usb"])["error"], "usage: usb off [--hangup]|on");
 }
 
 #[test]

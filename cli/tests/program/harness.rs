@@ -176,6 +176,56 @@ impl Drop for Sim {
     }
 }
 
+/// A connection to the control port.
+pub(crate) struct Controller {
+    pub(crate) stream: TcpStream,
+    pub(crate) answers: BufReader<TcpStream>,
+}
+
+impl Controller {
+    pub(crate) fn new(sim: &Sim) -> Self {
+        let stream = TcpStream::connect(sim.told("control")).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        Controller { answers: BufReader::new(stream.try_clone().unwrap()), stream }
+    }
+
+    /// The next line; none when the connection is closed.
+    pub(crate) fn answer(&mut self) -> Option<serde_json::Value> {
+        let mut line = String::new();
+        (self.answers.read_line(&mut line).unwrap() > 0).then(|| serde_json::from_str(&line).unwrap())
+    }
+
+    /// Sends a line, or several.
+    pub(crate) fn tell(&mut self, line: &str) {
+        self.stream.write_all(format!("{line}\n").as_bytes()).unwrap();
+    }
+
+    /// Sends a line and takes the answer.
+    pub(crate) fn ask(&mut self, line: &str) -> serde_json::Value {
+        self.tell(line);
+        self.answer().unwrap()
+    }
+
+    /// Sends a line that must be carried out, and takes the answer.
+    pub(crate) fn ok(&mut self, line: &str) -> serde_json::Value {
+        let answer = self.ask(line);
+        assert_eq!(answer["ok"], true, "{line}: {answer}");
+        answer
+    }
+
+    /// What is said of a line that is refused.
+    pub(crate) fn refused(&mut self, line: &str) -> String {
+        let answer = self.ask(line);
+        assert_eq!(answer["ok"], false, "{line}");
+        answer["error"].as_str().unwrap().to_owned()
+    }
+
+    /// Virtual time in microseconds.
+    pub(crate) fn time(&mut self) -> u64 {
+        self.ok("state")["time_us"].as_u64().unwrap()
+    }
+}
+
 /// Host software at the other end of a link.
 pub(crate) struct Host<T>(pub(crate) T);
 

@@ -61,6 +61,7 @@ fn every_command_has_examples_that_work() {
 /// The comparison of an example with what is endless is worth something only if it finds both.
 #[test]
 fn what_is_endless_is_known() {
+    assert!(is_endless("tmcl world 127.0.0.1:4141 \"watch 1 s rotor\"") && !is_endless("tmcl world 127.0.0.1:4141"));
     assert!(is_endless("tmcl sim --modules 3") && is_endless("tmcl load /dev/ttyACM0 a.tmc --run --watch"));
     assert!(!is_endless("tmcl send sim \"MST 0\"") && !is_endless("tmcl load /dev/ttyACM0 a.tmc"));
     assert!(!is_endless("tmcl monitor sim --count 5") && !is_endless("printf 'MST 0' | tmcl shell sim"));
@@ -68,6 +69,7 @@ fn what_is_endless_is_known() {
 
 fn is_endless(example: &str) -> bool {
     let watches = example.starts_with("tmcl load") && example.contains("--watch");
+    let watches = watches || example.starts_with("tmcl world") && example.contains("\"watch ");
     let counts = example.contains("--count");
     watches || (!counts && ENDLESS.iter().any(|start| example.starts_with(start)))
 }
@@ -164,6 +166,7 @@ fn furnish(folder: &Path) {
     fs::write(folder.join("stage.tmc"), PROGRAM).unwrap();
     fs::write(folder.join("routine.tmc"), "Back: MVP REL, 0, -100\n\tWAIT POS, 0, 0\n\tJC ZE, Back\n").unwrap();
     fs::write(folder.join("stage.toml"), WORLD).unwrap();
+    fs::write(folder.join("stage.txt"), "== A move\nMVP ABS, 0, 1000\nwait 1 s until GAP 1, 0 = 1000\n").unwrap();
     fs::write(folder.join("axis.tmcl"), "SAP 4, 0, 1000\n").unwrap();
     let assembled = Command::new(env!("CARGO_BIN_EXE_tmcl")).args(["asm", "stage.tmc"]).current_dir(folder).output();
     assert!(assembled.unwrap().status.success());

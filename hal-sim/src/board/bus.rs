@@ -25,7 +25,7 @@ pub struct Datagram {
 pub(super) struct Line {
     pub(super) chip: Chip,
     /// Number of times that the chip select fell.
-    datagrams: u64,
+    pub(super) datagrams: u64,
     pub(super) selected: bool,
     /// When the chip select rose last.
     deselected: Nanos,

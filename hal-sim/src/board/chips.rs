@@ -16,6 +16,24 @@ pub(super) struct Surroundings {
     pub(super) temperature: i32,
 }
 
+/// How an axis goes on if nothing reaches its chips from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Course {
+    /// It stands, and until this time all that its chips tell stays as it is.
+    Rests(Nanos),
+    /// It turns at a constant speed.
+    Turns {
+        /// The number of steps that it goes on so at least.
+        steps: u64,
+        /// How far a step moves the field, in 1/256 full steps.
+        microsteps: u64,
+        /// The direction in which the field turns.
+        up: bool,
+    },
+    /// Anything else.
+    Changes,
+}
+
 /// What can be seen of the chips of an axis from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Observed {
@@ -59,6 +77,10 @@ pub(super) trait MotionChips {
     fn set_fault(&mut self, fault: Fault, number: usize, axis: &Axis, on: bool);
     /// What can be seen of an axis.
     fn observe(&self, number: usize, axis: &Axis) -> Observed;
+    /// How an axis goes on from now.
+    fn course(&self, number: usize, now: Nanos) -> Course;
+    /// The time at which an axis that turns at a constant speed makes a step, counted from 1.
+    fn time_of_step(&self, number: usize, step: u64) -> Nanos;
     /// The pin of the driver of an axis that tells of a stall.
     fn stall_pin(&self, number: usize, now: Nanos) -> bool;
 }

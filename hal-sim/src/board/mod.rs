@@ -6,6 +6,7 @@
 //! motor that moves keeps moving; they forget only when the power is switched off.
 
 mod bus;
+mod calm;
 mod chips;
 mod devices;
 mod faults;
@@ -15,6 +16,7 @@ mod tmc429_tmc262;
 mod tmc5160;
 
 pub use bus::Datagram;
+pub use calm::Calm;
 pub use chips::Observed;
 pub use devices::{SELECT_TIME, SharedBoard, SimPin, SimSpi};
 pub use kind::{AbnPins, BoardKind, Chip, Input, MOST_ANALOG, MotionChips, TMCM_1140, TMCM_3110, TMCM_3212, TMCM_6110};
@@ -88,6 +90,8 @@ pub struct Board {
     can: CanState,
     /// Number of bytes that have been exchanged with the EEPROM.
     eeprom_bytes: u64,
+    /// How often the world or the board was changed from outside.
+    changes: u64,
     /// The value of `eeprom_bytes` at which the power is cut.
     cut_at: Option<u64>,
 }
@@ -120,6 +124,7 @@ impl Board {
             motion_bus_stuck: None,
             can: CanState::On,
             eeprom_bytes: 0,
+            changes: 0,
             cut_at: None,
         };
         board.connect();
@@ -250,6 +255,7 @@ impl Board {
     /// and TMC5160s go on with their internal clocks.
     pub fn set_motion_clock(&mut self, running: bool) {
         self.motion.chips_mut().set_clock(self.now, running);
+        self.changes += 1;
         self.due = 0;
     }
 
@@ -324,6 +330,7 @@ impl Board {
 
     /// Brings all levels between chips and world up to date after something has changed.
     fn connect(&mut self) {
+        self.changes += 1;
         for axis in 0..self.kind.axes() {
             self.connect_axis(axis);
         }

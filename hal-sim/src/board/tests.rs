@@ -4,6 +4,7 @@ mod tmcm3212;
 use super::*;
 use crate::clock::{MICROSECOND, MILLISECOND, SECOND};
 use crate::fault::Fault;
+use crate::random::Random;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::{Operation, SpiDevice};
 
@@ -74,6 +75,47 @@ fn run(board: &SharedBoard, time: Nanos) {
 fn stop(board: &SharedBoard) {
     tmc429(board, V_TARGET, 0);
     run(board, SECOND);
+}
+
+/// A recording of the rotor is told each step. Without one steps are made at once, and the board is the same afterwards, to
+/// the nanosecond: with switches, hard ends, loads, a coolStep that changes the current, coarse and fine microsteps.
+#[test]
+fn steps_may_be_made_at_once() {
+    let config = "[stage]\nleft = -9000\nright = 9000\nhome = [200, 4000]\nhard_left = -12000\nhard_right = 11000\n\
+                  [motor]\nfriction = 0.1\npull_in = 100";
+    for seed in 0..30 {
+        let [told, skipped] = [true, false].map(|traced| {
+            let board = start(config);
+            // The board counts the changes of its world: both have the same number.
+            board.borrow_mut().change_world(|world| {
+                if traced {
+                    world.axis_mut(0).start_trace(SECOND, 0);
+                }
+            });
+            let mut random = Random::new(seed);
+            for _ in 0..100 {
+                let words = [0x9_0135, 0xA_2222, 0xA_0000, 0x0_0000, 0x0_0004, 0x0_0308, 0xE_F0D0, 0xE_F050, 0xC_0D1F];
+                let registers =
+                    [(X_ACTUAL - 2, 20_000), (V_MAX, 2048), (V_TARGET, 4096), (A_MAX, 2048), (MODE, 0x1000)];
+                match random.below(4) {
+                    0 => drop(tmc262(&board, words[random.below(9) as usize])),
+                    1 => {
+                        let load = f64::from(random.below(8)) / 10.0;
+                        board.borrow_mut().change_world(|world| world.axis_mut(0).set_load(load));
+                    }
+                    _ => {
+                        let (register, limit) = registers[random.below(5) as usize];
+                        tmc429(&board, register, random.below(limit));
+                    }
+                }
+                let scale = random.below(10);
+                run(&board, Nanos::from(random.below(MILLISECOND as u32) << scale));
+            }
+            board.borrow_mut().change_world(|world| world.axis_mut(0).take_trace());
+            format!("{board:?}")
+        });
+        assert!(told == skipped, "seed {seed}:\n{told}\n{skipped}");
+    }
 }
 
 #[test]

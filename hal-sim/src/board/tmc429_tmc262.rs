@@ -1,7 +1,7 @@
 //! TMC429s, each with up to three motors, and a TMC262 for each motor: the TMC429 steps the TMC262, whose field turns the
 //! motor; the stop switches of the axis are at the reference inputs of that motor.
 
-use super::chips::{MotionChips, Observed, Surroundings};
+use super::chips::{Course, MotionChips, Observed, Surroundings};
 use super::kind::{BoardKind, Chip};
 use crate::chip::encoder::MagneticEncoder;
 use crate::chip::tmc262::{Bridge, SHUTDOWN_CELSIUS, Tmc262};
@@ -82,6 +82,21 @@ impl StepDir for Wiring<'_> {
         }
         *self.pins
     }
+
+    #[inline]
+    fn free_steps(&self, motor: usize, dir_pin: bool) -> u32 {
+        let (Some(drive), Some(axis)) = (self.drives.get(motor), self.axes.get(motor)) else { return u32::MAX };
+        let way = axis.free_way(dir_pin);
+        drive.chip.steps_to_full_step(dir_pin).min(drive.chip.steps_on(way))
+    }
+
+    #[inline]
+    fn skip(&mut self, at: Nanos, motor: usize, dir_pin: bool, steps: u32) {
+        if let (Some(drive), Some(axis)) = (self.drives.get_mut(motor), self.axes.get_mut(motor)) {
+            drive.chip.skip(at, dir_pin, steps);
+            axis.follow(at, drive.chip.field());
+        }
+    }
 }
 
 impl Controller {
@@ -115,6 +130,13 @@ impl Tmc429sTmc262s {
     /// The motion controller of a number.
     pub(super) fn tmc429(&self, number: usize) -> Option<&Tmc429> {
         self.controllers.get(number).map(|controller| &controller.chip)
+    }
+
+    /// The motion controller of an axis, and the number of its motor there.
+    fn motor(&self, axis: usize) -> Option<(&Tmc429, usize)> {
+        let own = |controller: &&Controller| (controller.first..controller.first + controller.axes).contains(&axis);
+        let controller = self.controllers.iter().find(own)?;
+        Some((&controller.chip, axis - controller.first))
     }
 
     /// The driver of an axis.
@@ -227,10 +249,8 @@ impl MotionChips for Tmc429sTmc262s {
     }
 
     fn observe(&self, number: usize, axis: &Axis) -> Observed {
-        let own = |controller: &&Controller| (controller.first..controller.first + controller.axes).contains(&number);
-        let controller = self.controllers.iter().find(own);
         let of = |read: fn(&Tmc429, usize) -> i32| {
-            controller.map_or(0, |controller| read(&controller.chip, number - controller.first))
+            self.motor(number).map_or(0, |(controller, motor)| read(controller, motor))
         };
         let Drive { chip, encoder, .. } = &self.drives[number];
         Observed {
@@ -241,6 +261,27 @@ impl MotionChips for Tmc429sTmc262s {
             stall_guard: chip.stall_guard(),
             encoder: encoder.position(axis.motor().rotor()),
         }
+    }
+
+    fn course(&self, number: usize, now: Nanos) -> Course {
+        let (driver, Some((controller, motor))) = (&self.drives[number].chip, self.motor(number)) else {
+            return Course::Changes;
+        };
+        if controller.stands(motor) {
+            let standstill = driver.standstill().filter(|at| *at > now);
+            return Course::Rests(standstill.unwrap_or(Nanos::MAX));
+        }
+        match controller.cruise(motor) {
+            Some((up, steps)) if !driver.cool_steps() => {
+                let microsteps = driver.microsteps().unsigned_abs();
+                Course::Turns { steps, microsteps, up: controller.direction_pin(up) }
+            }
+            _ => Course::Changes,
+        }
+    }
+
+    fn time_of_step(&self, number: usize, step: u64) -> Nanos {
+        self.motor(number).map_or(Nanos::MAX, |(controller, motor)| controller.time_of_step(motor, step))
     }
 
     fn stall_pin(&self, number: usize, now: Nanos) -> bool {

@@ -1,7 +1,7 @@
 //! A TMC5160 for each motor: stop switches and ABN encoder of the axis are at its own inputs. The drivers' enable pin and
 //! the clock are common to all.
 
-use super::chips::{MotionChips, Observed, Surroundings};
+use super::chips::{Course, MotionChips, Observed, Surroundings};
 use super::kind::{BoardKind, Chip};
 use crate::chip::load::LoadRatio;
 use crate::chip::tmc5160::{Bridge, Short, Tmc5160};
@@ -185,6 +185,21 @@ impl MotionChips for Tmc5160s {
             stall_guard: chip.stall_guard(),
             encoder: 0,
         }
+    }
+
+    fn course(&self, number: usize, _now: Nanos) -> Course {
+        let chip = &self.0[number].chip;
+        if chip.stands() {
+            return Course::Rests(chip.next_event().unwrap_or(Nanos::MAX));
+        }
+        match chip.cruise() {
+            Some((up, steps, microsteps)) => Course::Turns { steps, microsteps, up },
+            None => Course::Changes,
+        }
+    }
+
+    fn time_of_step(&self, number: usize, step: u64) -> Nanos {
+        self.0[number].chip.time_of_step(step)
     }
 
     /// The chip has no such pin.

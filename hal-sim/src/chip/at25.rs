@@ -131,6 +131,11 @@ impl At25 {
         self.backing = Some(backing);
     }
 
+    /// Takes the backing back: from now on the contents are kept nowhere else.
+    pub fn take_backing(&mut self) -> Option<Box<dyn Backing>> {
+        self.backing.take()
+    }
+
     /// The number of writes to a page, counted from 0; 0 for a page that does not exist.
     pub fn page_writes(&self, page: usize) -> u32 {
         self.page_writes.get(page).copied().unwrap_or(0)

@@ -29,6 +29,12 @@ pub trait StepDir {
     /// Returns the levels of the six reference switch pins after the step, in the order of the chip's
     /// REFERENCE_SWITCHES register: bit 0 REFR1, 1 REFL1, 2 REFR2, 3 REFL2, 4 REFR3, 5 REFL3.
     fn step(&mut self, at: Nanos, motor: usize, dir_pin: bool) -> u8;
+    /// How many steps in this direction would change nothing but positions, neither a switch nor a current nor a
+    /// measurement: these need not be told one by one. 0 if each step is to be told.
+    fn free_steps(&self, motor: usize, dir_pin: bool) -> u32;
+    /// Motor `motor` gets as many step pulses at once, of which the last comes at `at`. There are at most as many as
+    /// [`free_steps`](Self::free_steps) says.
+    fn skip(&mut self, at: Nanos, motor: usize, dir_pin: bool, steps: u32);
 }
 
 /// The levels of an ABN encoder's outputs.

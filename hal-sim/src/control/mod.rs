@@ -1,7 +1,10 @@
 //! The commands of the text control protocol that concern a board: one line in, one command out.
 
+mod reply;
 mod state;
+pub mod time;
 
+pub use reply::ReplyFault;
 pub use state::{AxisState, State, Switches};
 
 use crate::board::{Board, BoardKind, MotionChips};
@@ -70,6 +73,12 @@ pub enum Control {
         /// Injected or removed.
         on: bool,
     },
+    /// `fault reply-delay TIME`, `fault reply-drop N`, `fault reply-corrupt N`: no link is part of the board, so this is for
+    /// the owner alone.
+    Reply {
+        /// What becomes of replies.
+        fault: ReplyFault,
+    },
     /// `can passive|off|on`: the owner also has to tell its bus, and what runs on the board.
     Can {
         /// What becomes of the CAN controller.
@@ -85,6 +94,8 @@ pub enum Control {
         /// Plugged in or pulled out.
         on: bool,
     },
+    /// `usb off --hangup`: the cable is pulled out, and hosts see their connections end. This is for the owner alone.
+    HangUp,
     /// `state`: asks for the [`State`].
     State,
 }
@@ -116,7 +127,7 @@ pub const USAGE: [(&str, &str); 13] = [
     ("fault", "fault NAME on|off [AXIS]"),
     ("can", "can passive|off|on"),
     ("power", "power off|on"),
-    ("usb", "usb off|on"),
+    ("usb", "usb off [--hangup]|on"),
     ("state", "state"),
 ];
 
@@ -124,13 +135,9 @@ impl Line {
     /// Reads a line. The error says what to write instead.
     pub fn parse(line: &str) -> Result<Self, String> {
         let words: Vec<&str> = line.split_whitespace().collect();
-        let (module, words) = match words.as_slice() {
-            ["module", number, rest @ ..] => (number_within("module", number, 1, 127)?, rest),
-            ["module"] => return Err("usage: module K COMMAND".into()),
-            rest => (1, rest),
-        };
+        let (module, words) = leading_module(&words)?;
         let control = Control::from_words(words)?;
-        Ok(Self { module, control })
+        Ok(Self { module: module.unwrap_or(1), control })
     }
 }
 
@@ -160,8 +167,9 @@ impl Control {
                 axis: axis_number(axis)?,
                 full_steps: number_within("number of full steps", steps, -1_000_000, 1_000_000)?,
             },
+            ["fault", ref words @ ..] if let Some(fault) = ReplyFault::parse(words) => Self::Reply { fault: fault? },
             ["fault", name, state, ref axis @ ..] if axis.len() < 2 => {
-                let fault = Fault::parse(name)?;
+                let fault = Fault::parse(name).map_err(with_those_of_replies)?;
                 if let ([axis], false) = (axis, fault.is_of_an_axis()) {
                     return Err(format!("fault '{name}' is one of the whole board: leave out the axis '{axis}'"));
                 }
@@ -169,6 +177,7 @@ impl Control {
             }
             ["can", state] => Self::Can { state: CanState::parse(state)? },
             ["power", state] => Self::Power { on: on_off(state)? },
+            ["usb", "off", "--hangup"] => Self::HangUp,
             ["usb", state] => Self::Usb { on: on_off(state)? },
             ["state"] => Self::State,
             ["module", ..] => return Err("'module' can be given only once".into()),
@@ -225,7 +234,7 @@ impl Control {
             Self::Can { state } => board.set_can(state),
             Self::Power { on: true } => board.power_on(),
             Self::Power { on: false } => board.power_off(),
-            Self::Usb { .. } => {}
+            Self::Usb { .. } | Self::HangUp | Self::Reply { .. } => {}
             Self::State => return Ok(Some(State::of(board))),
         }
         Ok(None)
@@ -238,6 +247,23 @@ fn has_chip(kind: &BoardKind, fault: Fault) -> bool {
         Fault::Tmc429 | Fault::Tmc262 => kind.motion == MotionChips::Tmc429Tmc262,
         Fault::Tmc5160 | Fault::ChipSupply => kind.motion == MotionChips::Tmc5160,
         _ => true,
+    }
+}
+
+/// The message about an unknown fault, which lists those of the board, with those of replies.
+fn with_those_of_replies(message: String) -> String {
+    ReplyFault::USAGE.iter().fold(message, |message, (name, _)| format!("{message}, {name}"))
+}
+
+/// The number of the module that a line is for, if it begins with one, and the words behind that.
+///
+/// # Errors
+/// `module` has no number from 1 on behind it.
+pub fn leading_module<'a, 'b>(words: &'a [&'b str]) -> Result<(Option<usize>, &'a [&'b str]), String> {
+    match words {
+        ["module", number, rest @ ..] => Ok((Some(number_within("module", number, 1, 127)?), rest)),
+        ["module"] => Err("usage: module K COMMAND".into()),
+        rest => Ok((None, rest)),
     }
 }
 
@@ -311,6 +337,8 @@ mod tests {
             ("can passive", Control::Can { state: CanState::Passive }),
             ("power off", Control::Power { on: false }),
             ("usb on", Control::Usb { on: true }),
+            ("usb off --hangup", Control::HangUp),
+            ("fault reply-drop 2", Control::Reply { fault: ReplyFault::Drop(2) }),
             ("  state  ", Control::State),
             ("press left 2", Control::Press { axis: 2, pin: Pin::Left, pressed: true }),
             ("release right 0", Control::Press { axis: 0, pin: Pin::Right, pressed: false }),
@@ -342,11 +370,14 @@ mod tests {
         assert!(error("analog 0 4096").contains("0 to 4095"));
         assert!(error("supply nan").contains("supply voltage 'nan'"));
         assert!(error("load 1.1").contains("0 to 1"));
-        assert!(error("fault fire on").contains("overtemperature"));
+        assert!(
+            error("fault fire on").contains("overtemperature") && error("fault fire on").ends_with(", reply-corrupt")
+        );
         assert!(error("power maybe").contains("neither 'on' nor 'off'"));
         assert!(error("can of").contains("passive, off, on"));
         assert_eq!(error("can"), "usage: can passive|off|on");
-        assert_eq!(error("usb"), "usage: usb off|on");
+        assert_eq!(error("usb"), "usage: usb off [--hangup]|on");
+        assert_eq!(error("usb on --hangup"), "usage: usb off [--hangup]|on");
         assert!(error("module").contains("module K"));
         assert!(error("module 0 state").contains("module '0'"));
         assert!(error("module 1 module 2 state").contains("only once"));

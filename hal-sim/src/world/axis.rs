@@ -89,7 +89,12 @@ impl Axis {
     /// changes; 0 if the motor is to be told of each step.
     #[inline]
     pub(crate) fn free_way(&self, up: bool) -> i64 {
-        if self.trace.is_some() { 0 } else { self.motor.free_way(up).min(self.stage.free_way(self.motor.rotor(), up)) }
+        if self.trace.is_some() { 0 } else { self.clear_way(up) }
+    }
+
+    /// As [`free_way`](Self::free_way), but for the recording of the motion.
+    pub(crate) fn clear_way(&self, up: bool) -> i64 {
+        self.motor.free_way(up).min(self.stage.free_way(self.motor.rotor(), up))
     }
 
     /// Moves the motor on to `now` after time without steps. Returns whether the rotor moved.

@@ -102,6 +102,11 @@ impl Stage {
         (if up { highest.saturating_sub(rotor) } else { rotor.saturating_sub(lowest) }).max(0)
     }
 
+    /// The number of units of position in a turn of the motor.
+    pub fn units_per_turn(&self) -> i64 {
+        self.units_per_turn
+    }
+
     /// The levels of the pins: bit 0 left, bit 1 right, bit 2 home.
     #[inline]
     pub fn pins(&self) -> u8 {

@@ -76,6 +76,11 @@ impl Bus {
         self.wire.as_ref().map(|heard| heard.at)
     }
 
+    /// True while any frame waits or is being transmitted.
+    pub(super) fn is_in_use(&self) -> bool {
+        self.wire.is_some() || self.senders.iter().any(|(_, frames)| !frames.is_empty())
+    }
+
     /// Number of a node's frames that are not complete yet.
     pub(super) fn waiting(&self, node: Node) -> usize {
         let frames = self.senders.iter().find(|(sender, _)| *sender == node).map_or(0, |(_, frames)| frames.len());

@@ -1,6 +1,12 @@
 //! A fleet: one or more virtual modules that share virtual time, an RS485 bus and a CAN bus. `tmcl sim` runs a fleet.
 
+mod agenda;
 mod can;
+mod control;
+mod frames;
+mod log;
+mod replies;
+mod requests;
 mod rs485;
 
 use std::collections::VecDeque;
@@ -9,14 +15,16 @@ use std::convert::Infallible;
 use hal_sim::clock::Nanos;
 use hal_sim::fault::CanState;
 use hal_sim::world::config::WorldConfig;
-use tmcm::can::Frame;
 use tmcm::module::Source;
 
 pub use can::{Heard, Node};
 
 use crate::client::{Client, Sent};
 use crate::module::VirtualModule;
-use crate::native::{Model, NativeModule};
+use crate::native::{FirmwareKind, Model, NativeModule};
+use crate::wire::Transcript;
+use log::{BUS, RS485, usb};
+use replies::{Fate, Leaving, Replies};
 
 /// Frames that the CAN controller of a module takes before they are on the bus.
 const MAILBOXES: usize = 3;
@@ -29,8 +37,17 @@ pub struct Fleet<M = NativeModule> {
     can: can::Bus,
     /// Replies on USB links, each with the index of its module.
     sent: VecDeque<(usize, Sent)>,
-    /// The links that have lost bytes since the last [`Fleet::take_lost`].
+    /// The links that have lost bytes since the last [`Fleet::take_lost`], and still do.
     lost: Lost,
+    /// The USB cable of module 1 is out in a way that its hosts see.
+    hung_up: bool,
+    agenda: agenda::Agenda,
+    requests: requests::Requests,
+    /// What the modules are.
+    models: Vec<Model>,
+    replies: Replies,
+    /// What goes over the links, if that is logged.
+    log: Option<Transcript>,
 }
 
 /// The links on which bytes of hosts were lost, because no module received them.
@@ -40,6 +57,8 @@ pub struct Lost {
     pub usb: bool,
     /// Both buses, because no module had power.
     pub buses: bool,
+    /// The USB link of module 1 has lost its hosts, too: the cable was pulled out in a way that they see.
+    pub hosts: bool,
 }
 
 /// A module of a fleet before it starts: what it is, where it stands, and what it has stored.
@@ -99,7 +118,25 @@ impl<M: VirtualModule> Fleet<M> {
         let (rs485, can) = (rs485::Rs485::new(modules.len()), can::Bus::default());
         // Modules may take different times to start; the fleet begins when the last has started.
         let now = modules.iter().map(M::now).max().unwrap_or_default();
-        Ok(Fleet { modules, now, rs485, can, sent: VecDeque::new(), lost: Lost::default() })
+        let (agenda, requests) = (agenda::Agenda::default(), requests::Requests::default());
+        let models = members.iter().map(|member| member.model).collect();
+        let (replies, sent, lost) = (Replies::of(modules.len()), VecDeque::new(), Lost::default());
+        let mut fleet = Fleet {
+            modules,
+            now,
+            rs485,
+            can,
+            sent,
+            lost,
+            agenda,
+            requests,
+            models,
+            replies,
+            log: None,
+            hung_up: false,
+        };
+        fleet.run_until(now);
+        Ok(fleet)
     }
 
     /// The modules.
@@ -113,28 +150,48 @@ impl<M: VirtualModule> Fleet<M> {
         &mut self.modules
     }
 
-    /// Switches the supply of a module off or on. Replies that have not been sent are lost when it is switched off.
+    /// Switches the supply of a module off or on. Replies that are not on the wire yet are lost when it is switched off.
     pub fn set_power(&mut self, index: usize, on: bool) {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.set_power(on);
         if !on {
+            self.replies.lose(index);
             self.rs485.cut_off(index);
             self.can.cut_off(Node::Module(index));
-            self.sent.retain(|(from, _)| *from != index);
             self.lost.usb |= index == 0;
+            self.requests.forget_parts();
             if !self.modules.iter_mut().any(|module| module.board_mut().is_powered()) {
                 self.can.discard_all();
                 self.lost.buses = true;
             }
+        } else {
+            self.lost.usb &= index != 0;
+            self.lost.buses = false;
         }
     }
 
-    /// Pulls the USB cable of a module out or plugs it in. Replies that have not been taken are lost.
+    /// Pulls the USB cable of a module out or plugs it in. Replies that are not on the wire yet are lost.
     pub fn plug_usb(&mut self, index: usize, on: bool) {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.plug_usb(on);
-        self.sent.retain(|(from, _)| *from != index);
-        self.lost.usb |= index == 0 && !on;
+        self.replies.cut_off(index, Source::Usb);
+        self.requests.forget_parts();
+        if index == 0 {
+            self.hung_up &= !on;
+            self.lost.usb = !on;
+        }
+    }
+
+    /// Pulls the USB cable of a module out in a way that its hosts see: their connections end.
+    pub fn hang_up_usb(&mut self, index: usize) {
+        self.plug_usb(index, false);
+        self.hung_up |= index == 0;
+        self.lost.hosts |= index == 0;
+    }
+
+    /// True while the USB cable of module 1 is out in a way that its hosts see.
+    pub fn is_hung_up(&self) -> bool {
+        self.hung_up
     }
 
     /// Disturbs the CAN controller of a module, or lets it recover. Frames that have not been sent are lost when it goes
@@ -143,11 +200,13 @@ impl<M: VirtualModule> Fleet<M> {
         let Some(module) = self.modules.get_mut(index) else { return };
         module.set_can(state);
         if state == CanState::Off {
+            self.replies.cut_off(index, Source::Can);
             self.can.cut_off(Node::Module(index));
         }
     }
 
-    /// The links that have lost bytes of hosts since the last call.
+    /// The links that have lost bytes of hosts since the last call, and on which a module still hears nothing: what hosts
+    /// have sent there and nobody has taken is lost as well.
     pub fn take_lost(&mut self) -> Lost {
         std::mem::take(&mut self.lost)
     }
@@ -157,7 +216,7 @@ impl<M: VirtualModule> Fleet<M> {
         self.now
     }
 
-    /// Lets virtual time pass until `to`, in nanoseconds.
+    /// Lets virtual time pass until `to`, in nanoseconds. What is on the agenda is carried out at its time.
     pub fn run_until(&mut self, to: Nanos) {
         let to = to.max(self.now);
         loop {
@@ -166,6 +225,7 @@ impl<M: VirtualModule> Fleet<M> {
             for module in &mut self.modules {
                 module.run_until(self.now);
             }
+            self.carry_out();
             if self.now == to {
                 return self.exchange();
             }
@@ -177,16 +237,17 @@ impl<M: VirtualModule> Fleet<M> {
         self.run_until(self.now + span);
     }
 
-    /// When the next event of a module or bus is due.
+    /// When the next event of a module or bus is due, or the next command of the agenda.
     pub fn next_event(&self) -> Option<Nanos> {
         let modules = self.modules.iter().filter_map(M::next_event);
-        modules.chain(self.rs485.next_event()).chain(self.can.next_event()).min()
+        let buses = self.rs485.next_event().into_iter().chain(self.can.next_event());
+        modules.chain(buses).chain(self.replies.next_event()).chain(self.agenda.next()).min()
     }
 
     /// True while bytes or frames may reach a host although no host sends anything more.
     pub fn is_busy(&self) -> bool {
         let wires = self.rs485.next_event().is_some() || self.can.next_event().is_some();
-        wires || self.modules.iter().any(M::is_busy)
+        wires || self.replies.next_event().is_some() || self.modules.iter().any(M::is_busy)
     }
 
     /// Number of a client's bytes that module 1 has not read from its USB link.
@@ -218,31 +279,15 @@ impl<M: VirtualModule> Fleet<M> {
         self.sent.pop_front()
     }
 
-    /// Sends bytes of the host on the RS485 bus.
-    pub fn send_rs485(&mut self, bytes: &[u8]) {
-        self.rs485.send(&mut self.modules, self.now, bytes);
-    }
-
     /// Lets [`Fleet::silence_rs485`] alone end an unfinished telegram of the host on the RS485 bus, because the host
     /// does not live in virtual time. Else 5 ms of virtual time end the telegram.
     pub fn await_silences(&mut self) {
         self.rs485.silences_announced = true;
     }
 
-    /// The host has been silent on the RS485 bus for longer than a telegram may pause.
-    pub fn silence_rs485(&mut self) {
-        self.rs485.silence(&mut self.modules);
-    }
-
     /// The bytes that the host has received on the RS485 bus since the last call.
     pub fn rs485(&mut self) -> Vec<u8> {
-        self.rs485.heard_by_host.drain(..).collect()
-    }
-
-    /// Sends a frame of an adapter on the CAN bus.
-    pub fn send_can(&mut self, adapter: u64, frame: Frame) {
-        self.can.send(Node::Adapter(adapter), frame);
-        self.can.begin(&self.modules, self.now);
+        self.rs485.heard.drain(..).map(|(_, _, byte)| byte).collect()
     }
 
     /// The next frame that was transmitted on the CAN bus.
@@ -250,23 +295,88 @@ impl<M: VirtualModule> Fleet<M> {
         self.can.heard.pop_front()
     }
 
-    /// Delivers the bytes and frames that have arrived by now, and queues the replies of the modules.
-    fn exchange(&mut self) {
-        self.rs485.deliver(&mut self.modules, self.now);
-        self.can.deliver(&mut self.modules, self.now);
-        for (index, module) in self.modules.iter_mut().enumerate() {
-            while let Some(sent) = module.sent() {
-                if sent.source == Source::Rs485 {
-                    self.rs485.reply(index, module, sent.at, &sent.bytes);
-                } else {
-                    self.sent.push_back((index, sent));
+    /// Takes the bytes that a module has sent.
+    fn take_bytes(&mut self, index: usize) {
+        while let Some(module) = self.modules.get_mut(index)
+            && let Some(sent) = module.sent()
+        {
+            // Without a pause to be kept, the module's own UART sends byte by byte.
+            let piecemeal = sent.source == Source::Rs485 && module.rs485().is_some_and(|port| port.pause.is_none());
+            for fate in self.replies.take(index, sent, piecemeal) {
+                match (fate, self.modules.get(index)) {
+                    (Fate::Passes(sent), Some(module)) if sent.source == Source::Rs485 => {
+                        self.rs485.reply(index, module, &sent);
+                    }
+                    (Fate::Passes(sent), _) => {
+                        let (at, leaving) = (sent.at, Leaving::Bytes(sent));
+                        if !self.replies.keep(self.now, at, index, &leaving) {
+                            self.leave(at, index, leaving);
+                        }
+                    }
+                    (Fate::Lost(sent), _) => {
+                        if let Some(log) = &mut self.log {
+                            let place = if sent.source == Source::Rs485 { RS485 } else { usb(sent.client) };
+                            log.lose(sent.at, place, index, &sent.bytes);
+                        }
+                    }
                 }
             }
-            while self.can.waiting(Node::Module(index)) < MAILBOXES
-                && let Some(frame) = module.frame()
-            {
-                self.can.send(Node::Module(index), frame);
+        }
+    }
+
+    /// Takes the frames that a module has sent, as many as its controller has room for.
+    fn take_frames(&mut self, index: usize) {
+        let firmware = self.firmware(index);
+        while self.can.waiting(Node::Module(index)) < MAILBOXES
+            && let Some(frame) = self.modules.get_mut(index).and_then(M::frame)
+        {
+            let leaving = Leaving::Frame(frame);
+            match self.replies.take_frame(index, firmware, &frame, self.now) {
+                Some(at) if self.replies.keep(self.now, at, index, &leaving) => {}
+                Some(at) => self.leave(at, index, leaving),
+                None => {
+                    if let Some(log) = &mut self.log {
+                        log.lose_frame(self.now, BUS, index, &frame);
+                    }
+                }
             }
+        }
+    }
+
+    /// The firmware in a module.
+    fn firmware(&self, index: usize) -> FirmwareKind {
+        self.models.get(index).copied().unwrap_or_default().firmware()
+    }
+
+    /// Lets a reply out of the module onto its link.
+    fn leave(&mut self, at: Nanos, index: usize, leaving: Leaving) {
+        match leaving {
+            Leaving::Frame(frame) => self.can.send(Node::Module(index), frame),
+            Leaving::Bytes(mut sent) => {
+                sent.at = at;
+                if let Some(log) = &mut self.log {
+                    log.answer(at, usb(sent.client), index, &sent.bytes);
+                }
+                self.requests.reply(sent.replies);
+                self.sent.push_back((index, sent));
+            }
+        }
+    }
+
+    /// Delivers the bytes and frames that have arrived by now, and queues the replies of the modules.
+    fn exchange(&mut self) {
+        let (bytes, frames) = (self.rs485.heard.len(), self.can.heard.len());
+        let replies = self.rs485.deliver(&mut self.modules, self.now);
+        self.requests.reply(replies);
+        self.can.deliver(&mut self.modules, self.now);
+        self.frames_heard(frames);
+        self.log_buses(bytes, frames);
+        while let Some((at, index, leaving)) = self.replies.arrived(self.now) {
+            self.leave(at, index, leaving);
+        }
+        for index in 0..self.modules.len() {
+            self.take_bytes(index);
+            self.take_frames(index);
         }
         self.can.begin(&self.modules, self.now);
     }

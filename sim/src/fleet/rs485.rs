@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use hal_sim::clock::{MILLISECOND, Nanos, SECOND};
 use tmcm::module::Source;
 
-use crate::client::Client;
+use crate::client::{Client, Sent};
 use crate::module::{self, VirtualModule};
 
 /// Bits of a byte on the wire: start bit, eight data bits, stop bit.
@@ -26,6 +26,8 @@ struct ByteOnWire {
     from: usize,
     baud: u64,
     byte: u8,
+    /// How many replies to requests end with this byte.
+    replies: u64,
 }
 
 /// A reply that a module has to send.
@@ -36,6 +38,8 @@ struct Message {
     /// Silence on the bus that must precede the reply (global parameter 75).
     pause: Nanos,
     bytes: Vec<u8>,
+    /// How many replies to requests end with these bytes.
+    replies: u64,
 }
 
 /// A module as a node of the bus.
@@ -58,8 +62,8 @@ pub(super) struct Rs485 {
     wire: VecDeque<ByteOnWire>,
     /// The modules, by index.
     stations: Vec<Station>,
-    /// Bytes that the host has received and not taken yet.
-    pub(super) heard_by_host: VecDeque<u8>,
+    /// Bytes that the host has received and not taken yet, each with its time and the index of the module that it came from.
+    pub(super) heard: Vec<(Nanos, usize, u8)>,
     /// True if [`Rs485::silence`] is called after the host's telegrams, because the host does not live in virtual time.
     /// Else the modules measure the host's pauses in virtual time.
     pub(super) silences_announced: bool,
@@ -70,7 +74,7 @@ impl Rs485 {
         Rs485 {
             wire: VecDeque::new(),
             stations: (0..modules).map(|_| Station::default()).collect(),
-            heard_by_host: VecDeque::new(),
+            heard: Vec::new(),
             silences_announced: false,
         }
     }
@@ -93,15 +97,22 @@ impl Rs485 {
 
     /// Takes bytes of a module. With a telegram pause given, they are sent after that pause and after the module's
     /// earlier replies. Without one, the module's own UART has sent them already, and they arrive at `ready`.
-    pub(super) fn reply(&mut self, from: usize, module: &impl VirtualModule, ready: Nanos, bytes: &[u8]) {
-        match (module.rs485(), self.stations.get_mut(from)) {
-            (Some(module::Rs485 { pause: Some(pause), .. }), Some(station)) => {
-                station.messages.push_back(Message { ready, pause, bytes: bytes.to_vec() });
-            }
-            (Some(module::Rs485 { pause: None, baud }), _) => {
-                bytes.iter().for_each(|byte| self.put_on_wire(ByteOnWire { at: ready, from, baud, byte: *byte }));
-            }
-            _ => {}
+    pub(super) fn reply(&mut self, from: usize, module: &impl VirtualModule, sent: &Sent) {
+        let Some(module::Rs485 { pause, baud }) = module.rs485() else { return };
+        let Sent { at: ready, replies, .. } = *sent;
+        let message = Message { ready, pause: pause.unwrap_or_default(), bytes: sent.bytes.clone(), replies };
+        match self.stations.get_mut(from) {
+            Some(station) if pause.is_some() => station.messages.push_back(message),
+            _ => self.put_all_on_wire(from, ready, 0, baud, &message),
+        }
+    }
+
+    /// Puts a message of a module on the wire: its bytes, of which each takes so long, begin at `at`.
+    fn put_all_on_wire(&mut self, from: usize, at: Nanos, each: Nanos, baud: u64, message: &Message) {
+        let Message { bytes, replies, .. } = message;
+        for (count, byte) in (1..).zip(bytes) {
+            let replies = if count == bytes.len() as u64 { *replies } else { 0 };
+            self.put_on_wire(ByteOnWire { at: at + count * each, from, baud, byte: *byte, replies });
         }
     }
 
@@ -124,40 +135,47 @@ impl Rs485 {
         messages.map(|message| message.bytes.len()).sum()
     }
 
+    /// True while a reply to a request is on the wire or waits for it.
+    pub(super) fn has_reply(&self) -> bool {
+        let messages = self.stations.iter().flat_map(|station| &station.messages);
+        messages.map(|message| message.replies).chain(self.wire.iter().map(|byte| byte.replies)).any(|count| count > 0)
+    }
+
     /// When the next byte arrives, or the next reply begins.
     pub(super) fn next_event(&self) -> Option<Nanos> {
         let starts = self.stations.iter().filter_map(Station::starts);
         starts.chain(self.wire.front().map(|byte| byte.at)).min()
     }
 
-    /// Lets all replies begin and all bytes arrive that are due by now.
-    pub(super) fn deliver(&mut self, modules: &mut [impl VirtualModule], now: Nanos) {
+    /// Lets all replies begin and all bytes arrive that are due by now. How many replies have come whole.
+    pub(super) fn deliver(&mut self, modules: &mut [impl VirtualModule], now: Nanos) -> u64 {
+        let mut replies = 0;
         while let Some(at) = self.next_event().filter(|at| *at <= now) {
             // A byte arrives before a reply begins at the same time, because the byte restarts the pause before the
             // reply.
             if let Some(byte) = self.wire.pop_front_if(|byte| byte.at == at) {
+                replies += byte.replies;
                 self.arrive(modules, &byte);
             } else if let Some(from) = self.stations.iter().position(|station| station.starts() == Some(at)) {
                 self.begin(modules, from, at);
             }
         }
+        replies
     }
 
-    fn begin(&mut self, modules: &[impl VirtualModule], from: usize, mut at: Nanos) {
+    fn begin(&mut self, modules: &[impl VirtualModule], from: usize, at: Nanos) {
         let Some(station) = self.stations.get_mut(from) else { return };
         let message = station.messages.pop_front();
         let port = modules.get(from).and_then(VirtualModule::rs485);
-        let (Some(Message { bytes, .. }), Some(module::Rs485 { baud, .. })) = (message, port) else { return };
-        station.sends = at + bytes.len() as u64 * (BITS * SECOND / baud);
-        for byte in bytes {
-            at += BITS * SECOND / baud;
-            self.put_on_wire(ByteOnWire { at, from, baud, byte });
-        }
+        let (Some(message), Some(module::Rs485 { baud, .. })) = (message, port) else { return };
+        let each = BITS * SECOND / baud;
+        station.sends = at + message.bytes.len() as u64 * each;
+        self.put_all_on_wire(from, at, each, baud, &message);
     }
 
     fn arrive(&mut self, modules: &mut [impl VirtualModule], arrived: &ByteOnWire) {
-        let ByteOnWire { at, from, baud, byte } = *arrived;
-        self.heard_by_host.push_back(byte);
+        let ByteOnWire { at, from, baud, byte, .. } = *arrived;
+        self.heard.push((at, from, byte));
         for (index, (station, module)) in self.stations.iter_mut().zip(modules).enumerate() {
             // A module with another bit rate receives nothing it could use.
             if index != from && module.rs485().is_some_and(|own| own.baud == baud) {

@@ -17,8 +17,8 @@ use hal_sim::clock::{MILLISECOND, Nanos};
 use tmcm::tmcl::Opcode;
 use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
 
-use super::pieces::Pieces;
 use crate::client::Client;
+use crate::pieces::Pieces;
 
 /// Longest wait for an answer to a host while other hosts want the cable. A storing command takes longer; the board
 /// model shows when the module writes its EEPROM, and [`Cable::wait`] then prolongs the wait.
@@ -175,10 +175,20 @@ impl Cable {
         std::mem::take(&mut self.ended)
     }
 
+    /// The telegrams and lines of a host that wait to be sent, and unfinished ones after which it was silent.
+    pub(super) fn waiting(&self, client: Client) -> impl Iterator<Item = &[u8]> {
+        let portions = self.hosts.iter().filter(move |host| host.client == client).flat_map(|host| &host.waiting);
+        portions.map(|portion| portion.bytes.as_slice())
+    }
+
     /// Number of bytes of a host that wait to be sent.
     pub(super) fn unread(&self, client: Client) -> usize {
-        let portions = self.hosts.iter().filter(|host| host.client == client).flat_map(|host| &host.waiting);
-        portions.map(|portion| portion.bytes.len()).sum()
+        self.waiting(client).map(<[u8]>::len).sum()
+    }
+
+    /// The host that has the cable, or had it last.
+    pub(super) fn speaker(&self) -> Client {
+        self.speaker
     }
 
     /// True while bytes of any host wait, or a host that has left has not been removed.

@@ -4,25 +4,29 @@
 //! The module's links are the peripherals of the microcontroller: bytes and frames take their time on the wire, and are
 //! received only once the firmware has started.
 
+mod asked;
 mod cable;
+mod frames;
 mod marker;
-mod pieces;
 
 use std::collections::VecDeque;
 
 use hal_sim::board::Board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use hal_sim::fault::CanState;
-use hal_sim::mcu::{self, CanBus, LogLine, Machine, Part, Stop, Waiting};
+use hal_sim::mcu::{CanBus, LogLine, Machine, Part, Stop, Waiting};
 use hal_sim::world::config::WorldConfig;
-use tmcm::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
+use tmcm::can::Frame;
 use tmcm::module::Source;
+use tmcm::tmcl::Command;
 
 use crate::client::{Client, Sent};
 use crate::module::{Rs485, VirtualModule};
 use crate::native::Product;
+use crate::pieces::Pieces;
+use asked::{Asked, SILENCE};
 use cable::{Cable, GAP};
-use pieces::Pieces;
+use frames::{from_bus, to_bus};
 
 pub use marker::model;
 
@@ -52,6 +56,11 @@ pub struct ImageModule {
     /// True while the USB cable is plugged in.
     plugged: bool,
     cable: Cable,
+    /// What is asked by the host that has the cable, and on the RS485 bus.
+    asked_usb: Asked,
+    asked_rs485: Asked,
+    /// Until when a reply to a frame is expected.
+    frames_until: Nanos,
     /// The telegram that the host on the RS485 bus has begun to send.
     rs485: Pieces,
     /// End of the silence on the RS485 bus that must follow the host's last bytes.
@@ -60,6 +69,11 @@ pub struct ImageModule {
     frames: VecDeque<Frame>,
     /// When a byte or frame last went to the module or came from it.
     last_traffic: Nanos,
+    /// The next time at which bytes and frames are collected, a multiple of [`POLL`]: so it does not depend on the times
+    /// up to which the owner runs the module.
+    poll: Nanos,
+    /// When they were collected last.
+    polled: Nanos,
     log: Vec<String>,
     stopped: Option<String>,
 }
@@ -109,11 +123,16 @@ impl ImageModule {
             log.push("the image has no log that can be read: it is to be built with defmt and defmt-rtt".into());
         }
         let mut module = ImageModule {
+            poll: machine.now(),
+            polled: machine.now(),
             machine,
             setup,
             powered: true,
             plugged: setup.usb,
             cable: Cable::default(),
+            asked_usb: Asked::default(),
+            asked_rs485: Asked::default(),
+            frames_until: 0,
             rs485: Pieces::default(),
             silent_until: 0,
             sent: VecDeque::new(),
@@ -122,7 +141,7 @@ impl ImageModule {
             log,
             stopped: None,
         };
-        module.collect();
+        module.look_after();
         Ok(module)
     }
 
@@ -135,15 +154,23 @@ impl ImageModule {
     /// for good, and [`VirtualModule::stopped`] tells why.
     pub fn run_until(&mut self, to: Nanos) {
         while self.stopped.is_none() && self.machine.now() < to {
-            self.feed();
-            // A module may send by itself after a start with another bit rate.
-            self.connect_can();
-            let next_poll = to.min(self.machine.now() + POLL);
-            if let Err(stop) = self.machine.run_until(next_poll) {
+            if let Err(stop) = self.machine.run_until(to.min(self.poll)) {
                 self.stopped = Some(stop.to_string());
             }
-            self.collect();
+            if self.machine.now() >= self.poll {
+                self.look_after();
+            }
         }
+    }
+
+    /// Collects what the module has sent, and brings it what waits.
+    fn look_after(&mut self) {
+        self.collect();
+        self.feed();
+        // A module may send by itself after a start with another bit rate.
+        self.connect_can();
+        self.polled = self.machine.now();
+        self.poll = (self.polled / POLL + 1) * POLL;
     }
 
     /// Connects the CAN controller to its bus, which takes on the module's bit rate. A module whose controller is not
@@ -170,19 +197,25 @@ impl ImageModule {
         }
         if self.cable.must_be_reset(now) {
             self.machine.usb().reset();
-        } else if let Some(bytes) = self.cable.next(now) {
+            self.asked_usb = Asked::default();
+        } else if let (before, Some(bytes)) = (self.cable.speaker(), self.cable.next(now)) {
+            if self.cable.speaker() != before {
+                self.asked_usb = Asked::default();
+            }
+            self.asked_usb.ask(&bytes, now);
             self.machine.usb().send(&bytes);
             self.last_traffic = now;
         }
     }
 
-    /// Sends bytes to the module on the RS485 bus, at the module's own bit rate.
-    fn send_rs485(&mut self, bytes: &[u8], gap: bool) {
-        let Some(baud) = self.machine.bit_rates().rs485 else { return };
+    /// Sends bytes to the module on the RS485 bus, at the module's own bit rate. When the last of them will have come.
+    fn send_rs485(&mut self, bytes: &[u8], gap: bool) -> Nanos {
+        let Some(baud) = self.machine.bit_rates().rs485 else { return 0 };
         let now = self.machine.now();
         let end = self.machine.rs485().send_at(now.max(self.silent_until), bytes, baud);
         self.silent_until = if gap { end.max(now) + GAP } else { 0 };
         self.last_traffic = now;
+        end.max(now)
     }
 
     /// Collects the bytes, frames and log lines that the module has sent.
@@ -190,16 +223,25 @@ impl ImageModule {
         let now = self.machine.now();
         let waiting = self.sent.len() + self.frames.len();
         for character in self.machine.rs485().take_sent().into_iter().filter(|character| character.driven) {
-            let (at, source, client) = (character.end, Source::Rs485, Client::default());
-            self.sent.push_back(Sent { at, source, client, bytes: vec![character.value] });
+            let (at, source, client, bytes) = (character.end, Source::Rs485, Client::default(), vec![character.value]);
+            let replies = self.asked_rs485.hear(&bytes, now);
+            self.sent.push_back(Sent { at, source, client, bytes, replies });
         }
         for (at, bytes) in self.machine.usb().take() {
             let client = self.cable.hear(now, bytes.len());
-            self.sent.push_back(Sent { at, source: Source::Usb, client, bytes });
+            let replies = self.asked_usb.hear(&bytes, now);
+            self.sent.push_back(Sent { at, source: Source::Usb, client, bytes, replies });
         }
         self.frames.extend(self.machine.can().take_sent().into_iter().filter_map(|(_, frame)| from_bus(&frame)));
         if self.sent.len() + self.frames.len() > waiting {
             self.last_traffic = now;
+        }
+        if let Some(end) = self.machine.board().at25().next_event() {
+            self.asked_usb.works(end);
+            self.asked_rs485.works(end);
+            if self.polled < self.frames_until {
+                self.frames_until = self.frames_until.max(end + SILENCE);
+            }
         }
         let told = |line: &LogLine| self.setup.log || matches!(line.level.as_str(), "warn" | "error");
         let lines = self.machine.log().take().into_iter().filter(told);
@@ -223,7 +265,7 @@ impl VirtualModule for ImageModule {
     }
 
     fn next_event(&self) -> Option<Nanos> {
-        Some(self.machine.now() + POLL)
+        Some(self.poll)
     }
 
     fn set_power(&mut self, on: bool) {
@@ -231,6 +273,7 @@ impl VirtualModule for ImageModule {
             self.powered = on;
             self.machine.set_power(on);
             self.cable.cut();
+            (self.asked_usb, self.asked_rs485, self.frames_until) = (Asked::default(), Asked::default(), 0);
             self.rs485 = Pieces::default();
             self.silent_until = 0;
             self.sent.clear();
@@ -243,6 +286,7 @@ impl VirtualModule for ImageModule {
             self.plugged = on;
             self.machine.usb().plug(on);
             self.cable.cut();
+            self.asked_usb = Asked::default();
             self.sent.retain(|sent| sent.source != Source::Usb);
         }
     }
@@ -251,22 +295,32 @@ impl VirtualModule for ImageModule {
         match source {
             _ if !self.powered => {}
             Source::Usb if !self.plugged => {}
-            Source::Usb => self.cable.push(client, bytes),
+            Source::Usb => {
+                self.cable.push(client, bytes);
+                self.feed();
+            }
             Source::Rs485 => {
-                let whole = self.rs485.push(bytes).concat();
-                self.send_rs485(&whole, false);
+                for whole in self.rs485.push(bytes) {
+                    let end = self.send_rs485(&whole, false);
+                    self.asked_rs485.ask(&whole, end);
+                }
             }
             Source::Can => {}
         }
     }
 
     fn overhear(&mut self, byte: u8) {
-        self.send_rs485(&[byte], false);
+        let end = self.send_rs485(&[byte], false);
+        // Another module has answered in this one's place.
+        self.asked_rs485.hear(&[byte], end);
     }
 
     fn silence(&mut self, source: Source, client: Client) {
         match source {
-            Source::Usb => self.cable.silence(client),
+            Source::Usb => {
+                self.cable.silence(client);
+                self.feed();
+            }
             Source::Rs485 => {
                 if let Some(rest) = self.rs485.silence() {
                     self.send_rs485(&rest, true);
@@ -288,6 +342,7 @@ impl VirtualModule for ImageModule {
         }
         self.machine.can().send(to_bus(frame));
         self.last_traffic = self.machine.now();
+        self.frames_until = self.frames_until.max(self.last_traffic + SILENCE);
     }
 
     fn frame(&mut self) -> Option<Frame> {
@@ -318,8 +373,19 @@ impl VirtualModule for ImageModule {
         self.machine.bit_rates().can.map_or(0, |_| self.machine.waiting().can)
     }
 
-    fn owes(&self, client: Client) -> bool {
-        self.cable.owes(self.machine.now(), client)
+    fn owes(&self, source: Source, client: Client) -> bool {
+        source == Source::Usb && self.cable.owes(self.machine.now(), client)
+    }
+
+    fn awaits(&self, source: Source, client: Client) -> bool {
+        match source {
+            Source::Usb => {
+                let waits = self.cable.speaker() == client && self.asked_usb.waits(self.polled);
+                self.plugged && (waits || self.cable.waiting(client).any(asked::is_answered))
+            }
+            Source::Rs485 => self.asked_rs485.waits(self.polled),
+            Source::Can => !self.frames.is_empty() || self.unread_frames() > 0 || self.polled < self.frames_until,
+        }
     }
 
     fn forget(&mut self, client: Client) {
@@ -336,6 +402,12 @@ impl VirtualModule for ImageModule {
         self.powered && (unread || self.machine.now() < self.last_traffic + QUIET)
     }
 
+    fn peek(&mut self, _: Command) -> Result<i32, String> {
+        Err("a module that runs its image tells its parameters only over a link: use what the world shows, such as \
+             'position' and 'velocity'"
+            .into())
+    }
+
     fn take_log(&mut self) -> Vec<String> {
         std::mem::take(&mut self.log)
     }
@@ -343,24 +415,4 @@ impl VirtualModule for ImageModule {
     fn stopped(&self) -> Option<String> {
         self.stopped.clone()
     }
-}
-
-/// A frame as the emulated CAN controller has it.
-fn to_bus(frame: &Frame) -> mcu::CanFrame {
-    let mut data = [0; 8];
-    data.iter_mut().zip(frame.data()).for_each(|(to, byte)| *to = *byte);
-    let id = match frame.id() {
-        Id::Standard(id) => id.as_raw().into(),
-        Id::Extended(id) => id.as_raw(),
-    };
-    let (extended, remote) = (frame.is_extended(), frame.is_remote_frame());
-    mcu::CanFrame { id, extended, remote, length: frame.dlc() as u8, data }
-}
-
-/// A frame of the emulated CAN controller; `None` if its identifier or length is impossible.
-fn from_bus(frame: &mcu::CanFrame) -> Option<Frame> {
-    let mcu::CanFrame { id, extended, remote, length, ref data } = *frame;
-    let id: Id = if extended { ExtendedId::new(id)?.into() } else { StandardId::new(u16::try_from(id).ok()?)?.into() };
-    let length = length.into();
-    if remote { Frame::new_remote(id, length) } else { Frame::new(id, data.get(..length)?) }
 }

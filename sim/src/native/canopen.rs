@@ -132,8 +132,8 @@ impl Firmware for Canopen {
         None
     }
 
-    fn ports(&self) -> &Ports {
-        &self.ports
+    fn ports(&self) -> (&Ports, &LinkSettings) {
+        (&self.ports, &self.settings)
     }
 
     fn ports_mut(&mut self) -> (&mut Ports, &LinkSettings) {

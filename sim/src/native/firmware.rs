@@ -20,6 +20,15 @@ pub(super) trait Firmware {
     /// When the firmware wants to be polled next.
     fn deadline(&self) -> Nanos;
 
+    /// When the firmware may do something next that nobody can do in its place, so that it has to be polled.
+    fn acts(&self) -> Nanos {
+        self.deadline()
+    }
+
+    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline are then as if all of them had
+    /// come.
+    fn skip(&mut self, _to: Nanos) {}
+
     /// True if the next poll begins the turn of a millisecond.
     fn begins_turn(&self) -> bool;
 
@@ -42,10 +51,10 @@ pub(super) trait Firmware {
     /// The port on the RS485 bus; `None` while it is off.
     fn rs485(&self) -> Option<Rs485>;
 
-    /// The module's ends of its byte links.
-    fn ports(&self) -> &Ports;
-
     /// The module's ends of its byte links, with the link settings in force.
+    fn ports(&self) -> (&Ports, &LinkSettings);
+
+    /// The same, to be changed.
     fn ports_mut(&mut self) -> (&mut Ports, &LinkSettings);
 
     /// The position of an axis in microsteps, as the firmware read it last, and its target in the modes that have one.
@@ -72,6 +81,12 @@ pub(super) trait Firmware {
     /// The answer to a command that reads a value in memory, past all links.
     fn read(&mut self, _: Command) -> Option<i32> {
         None
+    }
+
+    /// The value that a command would read, as [`VirtualModule::peek`](crate::module::VirtualModule::peek) has it.
+    fn peek(&mut self, _: Command) -> Result<i32, String> {
+        Err("a CANopen node has no parameters of TMCL: use what the world shows, such as 'position' and 'velocity'"
+            .into())
     }
 
     /// Records the commands that programs execute, or stops recording.

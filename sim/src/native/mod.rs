@@ -3,8 +3,10 @@
 mod board;
 mod canopen;
 mod firmware;
+mod peek;
 mod ports;
 mod product;
+mod quiet;
 mod surroundings;
 mod tmcl;
 mod traffic;
@@ -46,6 +48,8 @@ pub struct NativeModule {
     plugged: bool,
     /// The commands of programs are recorded.
     tracing: bool,
+    /// Polls that change nothing are left out.
+    skips: bool,
     /// Messages for a person, such as that of an EEPROM with unknown contents.
     log: Vec<String>,
 }
@@ -86,6 +90,7 @@ impl NativeModule {
             traffic: Traffic::default(),
             plugged: true,
             tracing: false,
+            skips: true,
             log: Vec::new(),
         };
         module.boot();
@@ -163,6 +168,12 @@ impl NativeModule {
         self.firmware.as_ref().is_some_and(|firmware| firmware.begins_turn())
     }
 
+    /// Leaves polls of the firmware out that change nothing, as it does from the start, or polls it each millisecond. There
+    /// is no difference but in the time that it takes.
+    pub fn skip(&mut self, on: bool) {
+        self.skips = on;
+    }
+
     /// What the firmware answers to a command that reads a value in its memory: at once and past all links.
     pub fn read(&mut self, command: Command) -> Option<i32> {
         self.firmware.as_mut()?.read(command)
@@ -221,7 +232,7 @@ impl NativeModule {
     }
 
     fn has_unread(&self) -> bool {
-        let bytes = self.firmware.as_ref().is_some_and(|firmware| firmware.ports().has_unread());
+        let bytes = self.firmware.as_ref().is_some_and(|firmware| firmware.ports().0.has_unread());
         bytes || !self.traffic.frames_in.is_empty()
     }
 }
@@ -241,6 +252,11 @@ impl VirtualModule for NativeModule {
         self.present = self.present.max(to);
         loop {
             self.deliver();
+            if self.skips
+                && let Some(firmware) = &mut self.firmware
+            {
+                firmware.skip(to);
+            }
             let poll = self.firmware.as_ref().map(|firmware| firmware.deadline()).filter(|at| *at <= to);
             self.board.borrow_mut().advance_to(poll.unwrap_or(to));
             if poll.is_none() {
@@ -253,7 +269,8 @@ impl VirtualModule for NativeModule {
     fn next_event(&self) -> Option<Nanos> {
         let reply = self.traffic.outbox.iter().map(|sent| sent.at).min();
         let request = Some(self.now()).filter(|now| *now > self.present && self.has_unread());
-        let poll = self.firmware.as_ref().map(|firmware| firmware.deadline());
+        let poll =
+            self.firmware.as_ref().map(|firmware| if self.skips { firmware.acts() } else { firmware.deadline() });
         [reply, request, poll].into_iter().flatten().min()
     }
 
@@ -341,7 +358,7 @@ impl VirtualModule for NativeModule {
     }
 
     fn unread(&self, source: Source, client: Client) -> usize {
-        self.firmware.as_ref().map_or(0, |firmware| firmware.ports().unread(source, client))
+        self.firmware.as_ref().map_or(0, |firmware| firmware.ports().0.unread(source, client))
     }
 
     fn unread_frames(&self) -> usize {
@@ -349,10 +366,23 @@ impl VirtualModule for NativeModule {
         self.traffic.frames_in.iter().filter(|frame| firmware.is_addressed(frame)).count()
     }
 
-    fn owes(&self, client: Client) -> bool {
-        self.firmware.as_ref().is_some_and(|firmware| firmware.ports().owes(client))
-            || self.traffic.outbox.iter().any(|sent| sent.client == client)
-            || self.traffic.waiting.iter().any(|(_, waiting)| *waiting == client)
+    fn owes(&self, source: Source, client: Client) -> bool {
+        self.firmware.as_ref().is_some_and(|firmware| firmware.ports().0.unread(source, client) > 0)
+            || self.traffic.outbox.iter().any(|sent| (sent.source, sent.client) == (source, client))
+            || self.traffic.waiting.contains(&(source, client))
+    }
+
+    fn awaits(&self, source: Source, client: Client) -> bool {
+        let Some(firmware) = &self.firmware else { return false };
+        let Traffic { outbox, frames_in, frames_out, waiting, .. } = &self.traffic;
+        if source == Source::Can {
+            return firmware.awaits(source) || !frames_in.is_empty() || !frames_out.is_empty();
+        }
+        let (ports, settings) = firmware.ports();
+        let is_reply = |sent: &Sent| sent.replies > 0 && (sent.source, sent.client) == (source, client);
+        waiting.contains(&(source, client))
+            || outbox.iter().any(is_reply)
+            || ports.has_request(source, client, settings)
     }
 
     fn forget(&mut self, client: Client) {
@@ -371,6 +401,11 @@ impl VirtualModule for NativeModule {
         };
         let owes = self.has_unread() || !self.traffic.outbox.is_empty() || !self.traffic.waiting.is_empty();
         owes || firmware.awaits(Source::Can) || waited_for
+    }
+
+    fn peek(&mut self, command: Command) -> Result<i32, String> {
+        let firmware = self.firmware.as_mut().ok_or("the module has no power, so it has no values")?;
+        firmware.peek(command)
     }
 
     fn take_log(&mut self) -> Vec<String> {

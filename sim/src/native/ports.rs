@@ -139,13 +139,22 @@ impl Ports {
         self.position(source, client).and_then(|index| self.entries.get(index)).map_or(0, |entry| entry.ahead.len())
     }
 
+    /// True if a whole request of a client is among the bytes that have not been read.
+    pub(crate) fn has_request(&self, source: Source, client: Client, settings: &LinkSettings) -> bool {
+        let found = self.position(source, client).and_then(|index| self.entries.get(index));
+        let Some(Entry { port, ahead, .. }) = found.filter(|entry| !entry.ahead.is_empty()) else { return false };
+        let mut port = port.clone();
+        ahead.iter().any(|heard| {
+            match heard {
+                Some(byte) => drop(port.push(*byte, AT, || *settings)),
+                None => port.silence(),
+            }
+            port.is_ready()
+        })
+    }
+
     /// True while bytes of any client have not been read.
     pub(crate) fn has_unread(&self) -> bool {
         self.entries.iter().any(|entry| !entry.ahead.is_empty())
-    }
-
-    /// True while bytes of this client wait.
-    pub(crate) fn owes(&self, client: Client) -> bool {
-        self.entries.iter().any(|entry| entry.client == client && !entry.ahead.is_empty())
     }
 }

@@ -110,7 +110,33 @@ impl Product {
     }
 }
 
+impl FirmwareKind {
+    /// The firmware of a name: `tmcl` or `canopen`.
+    pub fn named(name: &str) -> Option<FirmwareKind> {
+        match name {
+            "tmcl" => Some(FirmwareKind::Tmcl),
+            "canopen" => Some(FirmwareKind::Canopen),
+            _ => None,
+        }
+    }
+}
+
 impl Model {
+    /// A product with a firmware.
+    ///
+    /// # Errors
+    /// A message: the product has no such firmware.
+    pub fn of(product: Product, firmware: FirmwareKind) -> Result<Model, String> {
+        match (product, firmware) {
+            (product, FirmwareKind::Tmcl) => Ok(Model::Tmcl(product)),
+            (Product::Tmcm1140, FirmwareKind::Canopen) => Ok(Model::Canopen),
+            (product, FirmwareKind::Canopen) => {
+                let (name, only) = (product.name(), Product::Tmcm1140.name());
+                Err(format!("the {name} has no CANopen firmware, only the {only} has"))
+            }
+        }
+    }
+
     /// The product.
     pub fn product(self) -> Product {
         match self {

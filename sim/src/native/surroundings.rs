@@ -24,8 +24,9 @@ pub(super) struct Surroundings<const AXES: usize> {
     /// The inputs as they were read last.
     inputs: Inputs<AXES>,
     keeper: Keeper<SimSpi>,
-    /// The time at which the EEPROM is looked after next.
+    /// The time at which the EEPROM is looked after next, and when that was asked last.
     keep: Micros,
+    asked: Micros,
     /// Virtual time of the start, and what the clock showed then.
     started: Nanos,
     clock: Micros,
@@ -40,6 +41,7 @@ impl<const AXES: usize> Surroundings<AXES> {
             inputs: Inputs::default(),
             keeper,
             keep: clock,
+            asked: clock,
             started: board.borrow().now(),
             clock,
         }
@@ -51,12 +53,29 @@ impl<const AXES: usize> Surroundings<AXES> {
 
     /// The firmware's time.
     pub(super) fn now(&self) -> Micros {
-        self.clock.after(Micros((self.board.borrow().now() - self.started) / MICROSECOND))
+        self.time(self.board.borrow().now())
+    }
+
+    /// What the firmware's clock shows at a virtual time.
+    fn time(&self, at: Nanos) -> Micros {
+        self.clock.after(Micros((at - self.started) / MICROSECOND))
     }
 
     /// Virtual time when the firmware's clock shows `time`.
     pub(super) fn when(&self, time: Micros) -> Nanos {
-        self.started + time.since(self.clock).0 * MICROSECOND
+        self.started.saturating_add(time.since(self.clock).0.saturating_mul(MICROSECOND))
+    }
+
+    /// When it was asked last whether the EEPROM is to be looked after.
+    pub(super) fn asked(&self) -> Nanos {
+        self.when(self.asked)
+    }
+
+    /// Turns are left out in which the EEPROM has nothing to do, and at these times it would have been asked for.
+    pub(super) fn pass(&mut self, asked: impl Iterator<Item = Nanos>) {
+        for at in asked {
+            self.ask(self.time(at));
+        }
     }
 
     /// The inputs. The edges of an encoder that have been read are gone: so the inputs are read `anew` for the polls that
@@ -74,10 +93,16 @@ impl<const AXES: usize> Surroundings<AXES> {
 
     /// Looks after the EEPROM, once in a millisecond; takes the `next` job. Tells how a job has gone that has ended.
     pub(super) fn keep(&mut self, now: Micros, next: impl FnOnce() -> Option<Job>) -> Option<bool> {
-        if now < self.keep {
-            return None;
+        if self.ask(now) { self.keeper.poll(now, next) } else { None }
+    }
+
+    /// True if the EEPROM is to be looked after now: it has not been for a millisecond.
+    fn ask(&mut self, now: Micros) -> bool {
+        self.asked = now;
+        let due = now >= self.keep;
+        if due {
+            self.keep = now.after(Micros::from_millis(1));
         }
-        self.keep = now.after(Micros::from_millis(1));
-        self.keeper.poll(now, next)
+        due
     }
 }

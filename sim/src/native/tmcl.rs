@@ -2,6 +2,7 @@
 
 use std::task::Poll;
 
+use hal_sim::board;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos};
 use hal_sim::fault::CanState;
 use tmcm::can::Frame;
@@ -13,16 +14,22 @@ use tmcm::vm::Machine;
 
 use super::board::{Simulated, Wired, parts};
 use super::firmware::{Firmware, Start, messages};
+use super::peek;
 use super::ports::Ports;
+use super::quiet::Quiet;
 use super::surroundings::{Surroundings, keeper};
 use super::traffic::{Ends, Traffic};
 use crate::module::Rs485;
 use crate::tracer::{Step, Tracer};
 
+/// Number of turns that are left out at once at most.
+const LONGEST: u64 = 10_000;
+
 /// The TMCL firmware of product `P`.
 struct Tmcl<P: Wired + Product, const AXES: usize, const N: usize> {
     module: Module<Simulated<Tracer, P, N>, AXES>,
     around: Surroundings<AXES>,
+    quiet: Quiet,
     ports: Ports,
     baud: u64,
 }
@@ -37,6 +44,7 @@ pub(super) fn start<P: Wired + Product, const AXES: usize, const N: usize>(
     module.start(clock, |store| report = keeper.load(store));
     let firmware = Tmcl {
         around: Surroundings::new(board, keeper, clock),
+        quiet: Quiet::new(Module::<Simulated<Tracer, P, N>, AXES>::ROTATION),
         ports: Ports::new(module.link_settings().start),
         baud: module.baud_rate().into(),
         module,
@@ -44,9 +52,68 @@ pub(super) fn start<P: Wired + Product, const AXES: usize, const N: usize>(
     (Box::new(firmware), messages(&report))
 }
 
+impl<P: Wired + Product, const AXES: usize, const N: usize> Tmcl<P, AXES, N> {
+    /// For how long nothing happens from the turn on that begins next, and whether a motor turns; `None` if the firmware is
+    /// in the middle of something.
+    fn calm(&self) -> Option<(board::Calm, bool)> {
+        let board = self.around.board().borrow();
+        let late = board.now() > self.deadline();
+        let (until, room) = self.module.calm().filter(|_| !late && !self.ports.has_unread())?;
+        let calm = board.calm(&room);
+        Some((board::Calm { until: calm.until.min(self.around.when(until)), ..calm }, room != [0; AXES]))
+    }
+
+    /// Looks at the turn that begins next, which is due. For how long turns may be left out, and whether a motor turns; `None`
+    /// if none may be.
+    fn look(&mut self) -> Option<(board::Calm, bool)> {
+        let due = self.deadline();
+        let calm = self.calm().filter(|(calm, _)| calm.until.min(calm.readable) >= due + MILLISECOND);
+        let Tmcl { around, quiet, .. } = self;
+        let board = around.board().borrow();
+        quiet.begin(&board, due, calm.is_some(), around.asked());
+        calm.filter(|_| quiet.lasts(&board))
+    }
+
+    /// Number of turns from the one on that begins next that are over by `end`.
+    fn turns_until(&self, end: Nanos) -> u64 {
+        end.saturating_sub(self.deadline()) / MILLISECOND
+    }
+}
+
 impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P, AXES, N> {
     fn deadline(&self) -> Nanos {
         self.around.when(self.module.deadline())
+    }
+
+    fn acts(&self) -> Nanos {
+        let due = self.deadline();
+        if !self.begins_turn() || !self.quiet.lasts(&self.around.board().borrow()) {
+            return due;
+        }
+        self.calm().map_or(due, |(calm, _)| due + self.turns_until(calm.until).min(LONGEST) * MILLISECOND)
+    }
+
+    /// Each turn that is polled is looked at before, also that behind others that were left out: it reads anew what follows
+    /// from positions, so that others may be left out behind it.
+    fn skip(&mut self, to: Nanos) {
+        let due = self.deadline();
+        if due > to || !self.begins_turn() {
+            return;
+        }
+        let Some((calm, turning)) = self.look() else { return };
+        let fresh = if turning { Module::<Simulated<Tracer, P, N>, AXES>::FRESH } else { 0 };
+        let turns = self.turns_until(calm.until.min(to)).saturating_sub(fresh.into());
+        let turns = turns.min(self.turns_until(calm.readable)).min(LONGEST);
+        let rotations = turns / u64::from(Module::<Simulated<Tracer, P, N>, AXES>::ROTATION);
+        if rotations > 0 {
+            let outputs = self.module.pass(rotations as u32);
+            let Tmcl { around, quiet, .. } = self;
+            around.write(&outputs);
+            let board = around.board().clone();
+            around.pass(quiet.pass(&mut board.borrow_mut(), due, rotations as usize));
+            board.borrow_mut().advance_to(self.deadline());
+            self.look();
+        }
     }
 
     fn begins_turn(&self) -> bool {
@@ -75,6 +142,9 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
         let arrived = board.borrow().now();
         let before = module.subscriber();
         let served = serve(module, &mut Ends { traffic: &mut *traffic, ports, board, arrived }, || now);
+        if served {
+            self.quiet.disturb();
+        }
         if module.subscriber() != before && traffic.served.is_some() {
             traffic.subscriber = traffic.served;
         }
@@ -99,8 +169,8 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
         Some(Rs485 { baud: self.baud, pause: Some(pause) })
     }
 
-    fn ports(&self) -> &Ports {
-        &self.ports
+    fn ports(&self) -> (&Ports, &LinkSettings) {
+        (&self.ports, self.module.link_settings())
     }
 
     fn ports_mut(&mut self) -> (&mut Ports, &LinkSettings) {
@@ -113,6 +183,7 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
     }
 
     fn forget(&mut self, source: Source) {
+        self.quiet.disturb();
         self.module.forget(source);
     }
 
@@ -129,11 +200,18 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
     }
 
     fn read(&mut self, command: Command) -> Option<i32> {
+        self.quiet.disturb();
         let now = self.around.now();
         match self.module.execute(now, Source::Usb, command) {
             Poll::Ready(Some(Reply::Plain { status: Status::Ok, value, .. })) => Some(value),
             _ => None,
         }
+    }
+
+    fn peek(&mut self, command: Command) -> Result<i32, String> {
+        peek::check(P::SPEC, command)?;
+        let refused = |status: Status| format!("the module does not read this: {}", status.meaning());
+        self.module.peek(self.around.now(), command).map_err(refused)
     }
 
     fn trace(&mut self, on: bool) {

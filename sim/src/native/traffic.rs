@@ -89,7 +89,8 @@ impl LinkEnds for Ends<'_> {
             let ahead = self.traffic.outbox.iter().filter(|sent| sent.source == source).map(|sent| sent.at).max();
             ahead.map_or(now, |ahead| ahead.max(now))
         };
-        self.traffic.outbox.extend(Sent::new(at, source, client, &bytes));
+        let sent = Sent::new(at, source, client, &bytes);
+        self.traffic.outbox.extend(if event { sent } else { sent.map(Sent::into_reply) });
     }
 }
 

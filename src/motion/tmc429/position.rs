@@ -15,6 +15,14 @@ const REACH: i32 = 1 << 22;
 /// braking ramp, which has 2^19 microsteps.
 const RENEW: u32 = 1 << 21;
 
+/// The microsteps that a motor may make between two readings at most: half of what the counter allows.
+pub(super) const EXTENDED: u32 = 1 << 22;
+
+/// The microsteps that a motor may make before its waypoint is moved on, if it has `left` to go to it.
+pub(super) fn room(left: u32) -> u32 {
+    left.saturating_sub(RENEW).min(EXTENDED)
+}
+
 /// The position that is nearest to `position` among those whose low 24 bits are `counter`, as the chip counts; in
 /// microsteps.
 pub(super) fn extend(position: i32, counter: u32) -> i32 {

@@ -9,7 +9,10 @@ use crate::motion::Error;
 
 /// A difference between two readings of the position, in microsteps, after which the chip is asked whether it is there: at
 /// its top speed of 7 999 512 pps a motor makes 8000 in a millisecond.
-const LEAP: u32 = 1 << 14;
+pub(super) const LEAP: u32 = 1 << 14;
+
+/// Number of turns in a rotation of readings.
+pub(super) const ROTATION: u8 = 32;
 
 impl<D: SpiDevice> Tmc5160Axis<D> {
     /// The register for which this turn asks: the speed in one of two turns, else in rotation the states of driver, ramp and
@@ -17,7 +20,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
     /// takes the place of the driver's.
     pub(super) fn next_reading(&mut self, chip: &Tmc5160<D>) -> Register {
         self.rotation = self.rotation.wrapping_add(1);
-        match self.rotation % 32 {
+        match self.rotation % ROTATION {
             n if n % 2 == 0 => Register::VActual,
             n if n % 4 == 1 && !(self.armed && chip.is_stalled()) => Register::DrvStatus,
             31 => Register::Ioin,

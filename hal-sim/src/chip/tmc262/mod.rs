@@ -134,6 +134,31 @@ impl Tmc262 {
         before >> 8 != self.field >> 8
     }
 
+    /// How many pulses with this level on the direction input there may be before one passes a full step.
+    #[inline]
+    pub fn steps_to_full_step(&self, dir: bool) -> u32 {
+        let within = self.field & 0xFF;
+        let way = if dir { 0xFF - within } else { within };
+        // In SPI mode pulses do not move the field.
+        way.checked_div(self.microsteps).map_or(u32::MAX, |steps| steps as u32)
+    }
+
+    /// How many pulses there may be before one moves the field further than `way`, in 1/256 full steps.
+    #[inline]
+    pub fn steps_on(&self, way: i64) -> u32 {
+        way.checked_div(self.microsteps).map_or(u32::MAX, |steps| steps.clamp(0, u32::MAX.into()) as u32)
+    }
+
+    /// Takes so many pulses at once, of which the last comes at `at`, and which do not pass a full step.
+    #[inline]
+    pub fn skip(&mut self, at: Nanos, dir: bool, steps: u32) {
+        self.last_step = Some(at);
+        let way = self.microsteps * i64::from(steps);
+        let delta = if dir { way } else { -way };
+        self.pointer = (self.pointer + delta) & (PERIOD - 1);
+        self.field += delta;
+    }
+
     /// Measures stallGuard2 at the end of a full step, at `at`, with `load` on the motor, and lets coolStep react.
     pub fn take_reading(&mut self, at: Nanos, load: LoadRatio) {
         let sgcsconf = self.registers.sgcsconf;
@@ -222,6 +247,21 @@ impl Tmc262 {
     /// Fault injection: a coil that is not connected.
     pub fn set_open(&mut self, bridge: Bridge, on: bool) {
         self.open[bridge as usize] = on;
+    }
+
+    /// The time at which the flag of standstill comes, if the motor is not stepped until then; `None` if it is there.
+    pub fn standstill(&self) -> Option<Nanos> {
+        self.last_step.map(|last| last + STANDSTILL)
+    }
+
+    /// Whether coolStep is switched on, so that the current follows the load.
+    pub fn cool_steps(&self) -> bool {
+        field(self.registers.smarten, 0, 4) != 0
+    }
+
+    /// The number of microsteps in a pulse; 0 in SPI mode.
+    pub fn microsteps(&self) -> i64 {
+        self.microsteps
     }
 
     fn stands_still(&self, now: Nanos) -> bool {

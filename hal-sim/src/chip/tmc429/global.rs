@@ -101,6 +101,11 @@ impl Global {
         (self.interface >> interface::POS_COMP_SEL_SHIFT & interface::POS_COMP_SEL_MASK) as usize
     }
 
+    /// The position, of 24 bits, with which the selected motor's is compared.
+    pub(super) fn compare_position(&self) -> u32 {
+        self.compare_position
+    }
+
     /// Compares the selected motor's position (24 bit); its interrupt comes when they begin to match.
     pub(super) fn compare(&mut self, position: Option<u32>) {
         let matches = position == Some(self.compare_position);

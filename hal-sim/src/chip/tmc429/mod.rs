@@ -184,9 +184,32 @@ impl Tmc429 {
         self.axes.get(motor).map_or(0, Axis::velocity)
     }
 
+    /// True if a motor stands, and will unless it is told otherwise or a switch changes.
+    pub fn stands(&self, motor: usize) -> bool {
+        self.axes.get(motor).is_none_or(|axis| axis.next() == NEVER)
+    }
+
+    /// For a motor that turns at a constant speed: its direction, true up, and the number of steps that it is certain to
+    /// make at this speed; `None` for any other.
+    pub fn cruise(&self, motor: usize) -> Option<(bool, u64)> {
+        let axis = self.axes.get(motor).filter(|axis| axis.free_steps() > 0)?;
+        Some((axis.counts_up(), axis.free_steps().into()))
+    }
+
+    /// The time at which a motor that turns at a constant speed makes a step, counted from 1, if it does so until then.
+    pub fn time_of_step(&self, motor: usize, step: u64) -> Nanos {
+        self.axes.get(motor).map_or(Nanos::MAX, |axis| self.clock.time_of(axis.tick_of_step(step)))
+    }
+
+    /// The level of the direction output while a motor counts up, or down.
+    pub fn direction_pin(&self, up: bool) -> bool {
+        self.global.direction_pin(up)
+    }
+
     /// Executes all ticks up to `last`.
     fn run(&mut self, last: u64, load: &mut impl StepDir) {
         loop {
+            self.skip_steps(last, load);
             let [first, second, third] = [0, 1, 2].map(|motor| self.axes[motor].next());
             let tick = first.min(second).min(third);
             if tick > last {
@@ -202,6 +225,57 @@ impl Tmc429 {
                 }
             }
         }
+    }
+
+    /// Makes the steps at once that are due by tick `last` and change nothing but positions, up to the first tick at which
+    /// something else happens to any motor. Some of the last ones may be left.
+    #[inline]
+    fn skip_steps(&mut self, last: u64, load: &mut impl StepDir) {
+        if !self.axes.iter().any(|axis| axis.free_steps_due(last) > 1) || !self.global.step_direction() {
+            return;
+        }
+        let mut end = last;
+        for (motor, axis) in self.axes.iter().enumerate().filter(|(_, axis)| axis.next() <= last) {
+            let free = self.free_steps(motor, load);
+            if free < axis.free_steps_due(end) || free == 0 {
+                end = end.min(axis.tick_of_step(free + 1) - 1);
+            }
+        }
+        for motor in 0..MOTORS {
+            let axis = &mut self.axes[motor];
+            let steps = axis.free_steps_due(end) as u32;
+            if steps > 1 {
+                let tick = axis.skip(steps);
+                let direction = self.global.direction_pin(axis.counts_up());
+                self.pulses[motor] = Some(tick);
+                load.skip(self.clock.time_of(tick), motor, direction, steps);
+            }
+        }
+        self.compare_positions();
+    }
+
+    /// How many steps of a motor, which are due, change nothing but positions.
+    fn free_steps(&self, motor: usize, load: &impl StepDir) -> u64 {
+        let axis = &self.axes[motor];
+        let free = axis.free_steps();
+        if free == 0 || !self.get_out(motor) {
+            return 0;
+        }
+        let compared = if motor == self.global.compare_motor() {
+            axis.steps_before(self.global.compare_position())
+        } else {
+            u32::MAX
+        };
+        let told = load.free_steps(motor, self.global.direction_pin(axis.counts_up()));
+        free.min(compared).min(told).into()
+    }
+
+    /// Whether the step pulses of a motor get out: none comes while the one before is still high.
+    fn get_out(&self, motor: usize) -> bool {
+        let Some(length) = self.global.pulse_cycles() else { return true };
+        let axis = &self.axes[motor];
+        let first = self.pulses[motor].map_or(u64::MAX, |before| axis.next() - before);
+        first.min(axis.shortest_period()).saturating_mul(CYCLES_PER_TICK) >= length
     }
 
     /// Makes the outputs follow a position counter that has moved.

@@ -144,6 +144,11 @@ impl Driver {
         (way >> self.resolution).saturating_add(1)
     }
 
+    /// How far a step moves the field, in 1/256 full steps.
+    pub(super) fn width(&self) -> u64 {
+        1 << self.resolution
+    }
+
     /// The direction in which a step turns the field.
     #[inline]
     pub(super) fn turns_up(&self, up: bool) -> bool {

@@ -48,7 +48,8 @@ use encoder::Encoder;
 use port::{Limits, Port};
 use ramp::{NEVER, Ramp};
 use registers::Registers;
-use switches::Switches;
+use registers::address::{COOLCONF, SW_MODE};
+use switches::{Switches, mode};
 
 /// Frequency of the internal clock, in Hz.
 pub const INTERNAL_CLOCK_HZ: u32 = 12_000_000;
@@ -234,6 +235,29 @@ impl Tmc5160 {
     /// VACTUAL, for observers.
     pub fn velocity(&self) -> i32 {
         self.ramp.velocity()
+    }
+
+    /// True if the motor stands.
+    pub fn stands(&self) -> bool {
+        self.ramp.stands()
+    }
+
+    /// For a motor that turns at a constant speed, and whose current does not follow the load: the direction in which the
+    /// field turns, true up; the number of steps that it is certain to make at this speed; and how far a step moves the
+    /// field, in 1/256 full steps. `None` for any other.
+    pub fn cruise(&self) -> Option<(bool, u64, u64)> {
+        let steps = self.ramp.quiet().filter(|_| !self.heeds_load())?;
+        Some((self.driver.turns_up(self.ramp.direction() > 0), steps, self.driver.width()))
+    }
+
+    /// The time at which a motor that turns at a constant speed makes a step, counted from 1, if it does so until then.
+    pub fn time_of_step(&self, step: u64) -> Nanos {
+        self.clock.time_of(self.ramp.clock_of_step(step))
+    }
+
+    /// Whether coolStep or a stop at a stall is switched on.
+    fn heeds_load(&self) -> bool {
+        self.registers.field(COOLCONF, 0, 4) != 0 || self.registers.bit(SW_MODE, mode::SG_STOP)
     }
 
     /// What a register that keeps what was written contains, for observers.

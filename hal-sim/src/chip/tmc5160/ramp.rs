@@ -231,6 +231,18 @@ impl Ramp {
         due.min(self.free_steps.into()) as u32
     }
 
+    /// The number of steps that have no other effect here than to be counted; `None` for none.
+    pub(super) fn quiet(&self) -> Option<u64> {
+        (self.free_steps > 0).then_some(self.free_steps.into())
+    }
+
+    /// The clock of a step, counted from 1, if all up to it are made at the present speed.
+    pub(super) fn clock_of_step(&self, step: u64) -> u64 {
+        let way = (u128::from(step) * u128::from(MICROSTEP)).saturating_sub(self.phase.into());
+        let clocks = way.div_ceil(u128::from(self.velocity.unsigned_abs().max(1)));
+        self.synced + u64::try_from(clocks).unwrap_or(u64::MAX / 2)
+    }
+
     /// Makes that many of these steps at once. Returns the clock of the last one.
     pub(super) fn skip(&mut self, steps: u32) -> u64 {
         let speed = self.velocity.unsigned_abs();

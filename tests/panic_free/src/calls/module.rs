@@ -51,6 +51,8 @@ pub(super) fn device<P: Built<AXES>, const AXES: usize>() {
     device.next_reading();
     any(&mut device);
     any((device.is_locked(), device.lacks_supply(), device.is_given_up(), device.stop_switches(any(0))));
+    any(device.calm());
+    device.pass(any(0));
     any(device.end_moves(|axis| axis.hard_stop()));
     any(device.axis(any(0)).is_some());
     device.outputs_mut().restart = any(true);
@@ -92,7 +94,9 @@ pub(super) fn module<P: Built<AXES>, const AXES: usize>() {
     any(&mut module);
     any((module.deadline(), module.takes_inputs(now()), module.subscriber(), module.awaits(any(Source::Usb))));
     any((module.spec().number, *module.link_settings(), module.machine().state(), module.axes().len()));
-    any((module.baud_rate(), module.can_bit_rate()));
+    any((module.baud_rate(), module.can_bit_rate(), module.calm()));
+    any(module.pass(any(0)));
+    let _ = any(module.peek(now(), command()));
     any(module.store().next_job());
     any(module.hooks());
     module.forget(any(Source::Usb));

@@ -14,7 +14,7 @@ use tmcm::param::{AxisParameter, Table, tmcm1140, tmcm3212};
 #[inline(never)]
 pub(super) fn motion() {
     let known = any(Known::default());
-    any((known.ahead(), known.mode.positions()));
+    any((known.ahead(), known.steps_before(any(0)), known.mode.positions()));
     any(ramp::braking(any(0), any(0), any(0), any(0)));
     let ratio = any(Ratio::new(any(0), any(0)));
     any((ratio.times(any(0)), ratio.up(any(0), any(0)), ratio.limit(any(0), any(0))));
@@ -53,7 +53,7 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
         axis.last_speed(),
         axis.target_position(),
     ));
-    any((axis.home_switch(), axis.travelling(), axis.rests(), axis.stop_switches(&chip)));
+    any((axis.home_switch(), axis.travelling(), axis.rests(), axis.stop_switches(&chip), axis.calm(&chip, now())));
     let mut axis = axis.on(&mut chip);
     let _ = any(axis.start(now(), any(0)));
     let _ = any(axis.rotate(now(), any(0)));

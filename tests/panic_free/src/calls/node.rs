@@ -63,4 +63,5 @@ pub(super) fn node() {
     any(&mut outbox);
     any(canopen::usb::reply(&any(Addressed::default())));
     any((any(Emergency::Reset).data(), any(Emergency::Reset).reaction(), any(canopen::Abort::Toggle).code()));
+    any(canopen::Abort::from_code(any(0)).map(canopen::Abort::meaning));
 }

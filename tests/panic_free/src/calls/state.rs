@@ -38,7 +38,7 @@ pub(super) fn store() {
     any(&mut store);
     any(store.erase(any(0)));
     any(&mut store);
-    any((store.settled(any(Need::Settings)), store.is_unreachable()));
+    any((store.settled(any(Need::Settings)), store.is_idle(), store.is_unreachable()));
     any(store.finish(any(true)));
     store.reset(any(true));
     any(&mut store);
@@ -86,6 +86,7 @@ pub(super) fn machine() {
         machine.waits(),
         machine.runs(),
         machine.busy(),
+        machine.calm_until(),
         machine.handles(),
     ));
     if let Some(opcode) = Opcode::from_number(any(0)) {

@@ -35,6 +35,64 @@ impl Axis {
         step
     }
 
+    /// The number of steps, from the present one on, that have no other effect in the axis than to be counted; 0 if
+    /// anything else comes first.
+    #[inline]
+    pub(in crate::chip::tmc429) fn free_steps(&self) -> u32 {
+        if self.sample_at == NEVER { self.free_steps } else { 0 }
+    }
+
+    /// The number of steps that are due by tick `last`, as far as nothing but steps is due; it may be more than
+    /// [`free_steps`](Self::free_steps).
+    #[inline]
+    pub(in crate::chip::tmc429) fn free_steps_due(&self, last: u64) -> u64 {
+        if self.next > last || self.free_steps() == 0 {
+            return 0;
+        }
+        let pulses = (last >> self.pulse_div) - (self.synced >> self.pulse_div);
+        (u64::from(self.phase) + pulses * u64::from(self.rate())) / u64::from(PHASE_PERIOD)
+    }
+
+    /// The tick of a step, counted from 1, of which all before are free; or of what else comes next.
+    pub(in crate::chip::tmc429) fn tick_of_step(&self, step: u64) -> u64 {
+        if step <= 1 { self.next } else { ((self.synced >> self.pulse_div) + self.pulses_to(step)) << self.pulse_div }
+    }
+
+    /// The pulse ticks up to a step, counted from 1, at the present rate.
+    fn pulses_to(&self, step: u64) -> u64 {
+        (step * u64::from(PHASE_PERIOD) - u64::from(self.phase)).div_ceil(self.rate().into())
+    }
+
+    /// The shortest time between two steps at the present rate, which is not 0, in ticks.
+    pub(in crate::chip::tmc429) fn shortest_period(&self) -> u64 {
+        u64::from(PHASE_PERIOD / self.rate()) << self.pulse_div
+    }
+
+    /// The number of steps that may follow before the one that makes X_ACTUAL `position`, of 24 bits.
+    pub(in crate::chip::tmc429) fn steps_before(&self, position: u32) -> u32 {
+        let ahead = position.wrapping_sub(self.x_actual.cast_unsigned());
+        let way = if self.velocity > 0 { ahead } else { ahead.wrapping_neg() };
+        (way & reg::POSITION_MASK).wrapping_sub(1) & reg::POSITION_MASK
+    }
+
+    /// Whether the next step counts up.
+    pub(in crate::chip::tmc429) fn counts_up(&self) -> bool {
+        self.velocity > 0
+    }
+
+    /// Makes that many free steps at once. Returns the tick of the last one.
+    pub(in crate::chip::tmc429) fn skip(&mut self, steps: u32) -> u64 {
+        let pulses = self.pulses_to(steps.into());
+        let phase = u64::from(self.phase) + pulses * u64::from(self.rate());
+        self.phase = (phase - u64::from(steps) * u64::from(PHASE_PERIOD)) as u32;
+        self.synced = ((self.synced >> self.pulse_div) + pulses) << self.pulse_div;
+        self.free_steps -= steps;
+        self.up = self.velocity > 0;
+        self.next = self.next_step();
+        self.count(steps);
+        self.synced
+    }
+
     /// A change of velocity, limited to what one ramp tick can do.
     pub(super) fn limit(&self, difference: i32) -> i32 {
         let a_max = self.a_max.cast_signed();
@@ -98,7 +156,8 @@ impl Axis {
         } else {
             return None;
         }
-        Some(self.count())
+        self.count(1);
+        Some(self.up)
     }
 
     /// Executes a tick at which a step is due that has no other effect than to be counted.
@@ -109,21 +168,21 @@ impl Axis {
         self.free_steps -= 1;
         self.up = self.velocity > 0;
         self.next = self.next_step();
-        self.count()
+        self.count(1);
+        self.up
     }
 
-    /// Counts a step in the direction `up`, which it returns.
-    fn count(&mut self) -> bool {
+    /// Counts steps in the direction `up`.
+    fn count(&mut self, steps: u32) {
         // 64 microsteps per full step are an increment of 1, a full step is one of 64 (11.5.1).
-        let width = 1 << (6 - self.usrs.min(6));
+        let width = (steps << (6 - self.usrs.min(6))) as u8;
         if self.up {
-            self.x_actual = wrap(self.x_actual + 1);
+            self.x_actual = wrap(self.x_actual.wrapping_add_unsigned(steps));
             self.microstep = self.microstep.wrapping_add(width);
         } else {
-            self.x_actual = wrap(self.x_actual - 1);
+            self.x_actual = wrap(self.x_actual.wrapping_sub_unsigned(steps));
             self.microstep = self.microstep.wrapping_sub(width);
         }
-        self.up
     }
 
     /// Determines what the ramp generator aims at, and V_TARGET where the chip computes it (8.1.5).

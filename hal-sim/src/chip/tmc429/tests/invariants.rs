@@ -37,13 +37,22 @@ fn scenario(seed: u64, mut cut: impl FnMut(&mut Rig, Nanos)) -> (Vec<(Nanos, usi
                 rig.write(base | register, data);
             }
         }
+        match random.below(6) {
+            0 => rig.write(POS_COMP, random.below(20_000) as u32),
+            1 => rig.write(POS_COMP_INT, 0x101),
+            2 => rig.write(IF_CONF, STEP_DIR | (random.below(4) << 6) as u32),
+            3 => rig.write(GLOBAL, (random.below(16) << 8) as u32),
+            _ => {}
+        }
         let span = random.below(50_000_000);
         cut(&mut rig, span);
     }
     (
         std::mem::take(&mut rig.stage.steps),
         format!(
-            "{:?}",
+            "{:?} {:?} {:?}",
+            rig.chip.global,
+            rig.chip.pulses,
             rig.chip.axes.map(|mut axis| {
                 axis.sync(rig.chip.clock.tick_at(rig.now));
                 axis
@@ -75,6 +84,39 @@ fn pieces_of_time_do_not_matter() {
         assert_eq!(whole.1, cut.1, "seed {seed}");
         assert!(whole.0.len() > 1000);
     }
+}
+
+/// Steps that are made at once leave the chip as if they had been made one by one, and those that are told come at the same
+/// times; also when time goes on in pieces.
+#[test]
+fn steps_may_be_made_at_once() {
+    let (mut all, mut untold) = (0, 0);
+    for seed in 0..40 {
+        let single = scenario(seed, Rig::run);
+        let mut random = Random(seed + 2000);
+        let many = scenario(seed, |rig, span| {
+            rig.stage.skips = true;
+            let end = rig.now + span;
+            while rig.now < end {
+                let piece = (1 + random.below(10_000_000)).min(end - rig.now);
+                rig.run(piece);
+            }
+        });
+        all += many.0.len();
+        untold += many.0.iter().filter(|(at, ..)| *at == UNTOLD).count();
+        for motor in 0..3 {
+            let of = |steps: &[(Nanos, usize, bool)]| -> Vec<_> {
+                steps.iter().copied().filter(|step| step.1 == motor).collect()
+            };
+            let (single, mut many) = (of(&single.0), of(&many.0));
+            for (at, single) in many.iter_mut().map(|step| &mut step.0).zip(&single) {
+                *at = if *at == UNTOLD { single.0 } else { *at };
+            }
+            assert_same(seed, &single, &many);
+        }
+        assert_eq!(single.1, many.1, "seed {seed}");
+    }
+    assert!(untold > all / 10, "{untold} of {all} steps");
 }
 
 #[test]
@@ -128,6 +170,12 @@ impl StepDir for Erratic {
         self.0 = self.0.wrapping_add(1);
         self.0 / 4
     }
+
+    fn free_steps(&self, _motor: usize, _dir_pin: bool) -> u32 {
+        0
+    }
+
+    fn skip(&mut self, _at: Nanos, _motor: usize, _dir_pin: bool, _steps: u32) {}
 }
 
 #[test]
@@ -159,6 +207,14 @@ impl StepDir for Counter {
     fn step(&mut self, _at: Nanos, _motor: usize, _dir_pin: bool) -> u8 {
         self.0 += 1;
         0
+    }
+
+    fn free_steps(&self, _motor: usize, _dir_pin: bool) -> u32 {
+        u32::MAX
+    }
+
+    fn skip(&mut self, _at: Nanos, _motor: usize, _dir_pin: bool, steps: u32) {
+        self.0 += u64::from(steps);
     }
 }
 

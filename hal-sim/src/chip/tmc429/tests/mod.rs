@@ -59,7 +59,12 @@ struct Stage {
     /// The switches are closed at positions in these ranges.
     left: Option<(i32, i32)>,
     right: Option<(i32, i32)>,
+    /// Steps that leave the switches as they are need not be told one by one.
+    skips: bool,
 }
+
+/// In the place of the time of a step that was not told.
+const UNTOLD: Nanos = Nanos::MAX;
 
 impl Stage {
     fn pins(&self) -> u8 {
@@ -76,6 +81,25 @@ impl StepDir for Stage {
         }
         self.steps.push((at, motor, dir_pin));
         self.pins()
+    }
+
+    fn free_steps(&self, motor: usize, dir_pin: bool) -> u32 {
+        if !self.skips || motor != 0 {
+            return if self.skips { 40 } else { 0 };
+        }
+        let way = |edge: i32| if dir_pin { edge - self.position - 1 } else { self.position - edge };
+        // Up the switch changes at these positions, down just below them.
+        let edges = [self.left, self.right].into_iter().flatten().flat_map(|(first, last)| [first, last + 1]);
+        edges.map(way).filter(|way| *way >= 0).min().map_or(1_000, |way| way as u32)
+    }
+
+    fn skip(&mut self, at: Nanos, motor: usize, dir_pin: bool, steps: u32) {
+        if motor == 0 {
+            self.position += if dir_pin { 1 } else { -1 } * steps as i32;
+            self.highest = self.highest.max(self.position);
+        }
+        self.steps.extend((1..steps).map(|_| (UNTOLD, motor, dir_pin)));
+        self.steps.push((at, motor, dir_pin));
     }
 }
 

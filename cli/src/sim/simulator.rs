@@ -1,0 +1,184 @@
+//! The loop of `tmcl sim`.
+//!
+//! One thread runs everything. Each turn of the loop sleeps until bytes arrive or a module has something to do, lets
+//! virtual time pass up to the present, takes the bytes that have arrived, and writes the replies that are due. While time
+//! is paused, it passes for those who wait once their bytes have been taken.
+
+use std::time::{Duration, Instant};
+
+use hal_sim::board::BoardKind;
+use hal_sim::clock::SECOND;
+use rustix::event::{PollFd, PollFlags, Timespec};
+
+use super::answer::Told;
+use super::control::{Controller, ControllerId};
+use super::course::{Course, Finished};
+use super::desk;
+use super::ending::Ending;
+use super::factory::Factory;
+use super::links::Links;
+use super::say;
+use crate::failure::Failure;
+use crate::output::Output;
+use crate::wording::words;
+use tmcm_sim::VirtualModule;
+use tmcm_sim::fleet::{Fleet, Lost};
+
+/// The state of the running simulator.
+pub(super) struct Simulator<'a, M> {
+    pub(super) stop: Ending,
+    pub(super) factory: Factory<'a, M>,
+    pub(super) fleet: Fleet<M>,
+    /// The boards of the modules, that of module 1 first.
+    pub(super) kinds: Vec<&'static BoardKind>,
+    pub(super) links: Links,
+    pub(super) course: Course,
+    /// Longest sleep while the modules have nothing to do for a host.
+    pub(super) nap: Duration,
+    /// The file of --log-telegrams.
+    pub(super) telegrams: Option<Output>,
+    /// Number of the last connection to the control port.
+    pub(super) last_controller: ControllerId,
+}
+
+impl<M: VirtualModule> Simulator<'_, M> {
+    /// Runs until the end is asked for.
+    ///
+    /// # Errors
+    /// A module cannot go on, or the system refuses to wait.
+    pub(super) fn run(mut self) -> Result<(), Failure> {
+        while !self.sleep()? {
+            self.course.run(&mut self.fleet, self.links.controllers());
+            self.take_requests();
+            self.restart()?;
+            let finished = self.course.serve(&mut self.fleet, self.links.controllers());
+            // A reply is in the log before its host has it.
+            self.log_telegrams()?;
+            self.hand_out_replies(finished);
+            self.report_messages();
+            self.check()?;
+        }
+        self.log_telegrams()
+    }
+
+    /// Sleeps until bytes arrive or there is something to do. True if the program is to end.
+    fn sleep(&mut self) -> Result<bool, Failure> {
+        let mut wake = self.course.wake(&self.fleet, self.nap);
+        wake = self.links.silence_ends().map_or(wake, |end| wake.min(end));
+        if self.links.has_lines() {
+            wake = Instant::now();
+        }
+        let left = wake.saturating_duration_since(Instant::now());
+        let timeout = Timespec { tv_sec: left.as_secs() as i64, tv_nsec: left.subsec_nanos().into() };
+
+        let interests = self.links.interests();
+        let mut polled: Vec<PollFd<'_>> =
+            self.stop.signs().map(|sign| PollFd::from_borrowed_fd(sign, PollFlags::IN)).collect();
+        let signs = polled.len();
+        polled.extend(interests.into_iter().map(|(fd, flags)| PollFd::from_borrowed_fd(fd, flags)));
+        match rustix::event::poll(&mut polled, Some(&timeout)) {
+            Ok(_) => Ok(polled.iter().take(signs).any(|sign| !sign.revents().is_empty()) && self.stop.has_come()),
+            Err(rustix::io::Errno::INTR) => Ok(false),
+            Err(error) => Err(Failure::Failed(format!("cannot wait for the links: {}", words(error)))),
+        }
+    }
+
+    /// Takes what has arrived on the links, but for what arrives during a step, and the lines at the control port.
+    fn take_requests(&mut self) {
+        if !self.course.is_stepping() {
+            self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
+        }
+        // The control port is taken out of `links`, because its commands change the other links meanwhile.
+        let mut control = self.links.control.take();
+        if let Some(server) = &mut control {
+            let last = &mut self.last_controller.0;
+            let refused = server.accept(|stream| {
+                *last += 1;
+                Controller::new(ControllerId(*last), stream)
+            });
+            refused.iter().for_each(|message| say(message));
+            for controller in &mut server.clients {
+                controller.receive(|from, line| {
+                    if self.course.is_paused() && !self.course.is_stepping() {
+                        // A host may have written to a link before this line, after the link was looked at.
+                        self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
+                    }
+                    let outcome = desk::carry_out(from, line, &self.kinds, &mut self.fleet, &mut self.course);
+                    // Lost bytes are removed before the answer is sent, because a host may send new bytes after the
+                    // answer.
+                    if !self.course.is_stepping() {
+                        self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
+                    }
+                    outcome
+                });
+            }
+        }
+        self.links.control = control;
+    }
+
+    /// Puts new modules in the place of the old ones, if that was asked for. The links stay; what is on its way is lost.
+    fn restart(&mut self) -> Result<(), Failure> {
+        let Some(asker) = self.course.take_restart() else { return Ok(()) };
+        self.log_telegrams()?;
+        self.fleet = self.factory.anew(&mut self.fleet)?;
+        if self.telegrams.is_some() {
+            self.fleet.log_telegrams();
+        }
+        self.course = self.course.anew(self.fleet.now());
+        self.links.lose(Lost { usb: true, buses: true, hosts: false });
+        // The cable is in again, and who reads the answer may open the port.
+        self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
+        let told = Told::time(self.fleet.now());
+        self.links.controllers().iter_mut().for_each(|controller| controller.end_watch("restart"));
+        self.answer((asker, Ok(Some(told))));
+        Ok(())
+    }
+
+    /// Writes the lines of --log-telegrams since the last call.
+    fn log_telegrams(&mut self) -> Result<(), Failure> {
+        let Some(output) = &mut self.telegrams else { return Ok(()) };
+        let lines = self.fleet.take_telegrams();
+        if lines.is_empty() { Ok(()) } else { output.write(lines.as_bytes()).and_then(|()| output.flush()) }
+    }
+
+    /// Writes what the modules have sent, and after it the answer to what has been done meanwhile.
+    fn hand_out_replies(&mut self, finished: Option<Finished>) {
+        if !self.course.is_stepping() {
+            // The agenda may have changed the links meanwhile.
+            self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
+        }
+        if !self.course.holds_replies() {
+            self.links.send(&mut self.fleet);
+        }
+        finished.into_iter().for_each(|finished| self.answer(finished));
+        self.links.tidy(&mut self.fleet, self.course.is_at_rest());
+    }
+
+    /// Answers a connection, if it still is there.
+    fn answer(&mut self, (asker, result): Finished) {
+        if let Some(controller) = self.links.controllers().iter_mut().find(|controller| controller.id == asker) {
+            controller.answer(result);
+        }
+    }
+
+    fn report_messages(&mut self) {
+        let several = self.fleet.modules().len() > 1;
+        for (number, module) in (1..).zip(self.fleet.modules_mut()) {
+            for message in module.take_log() {
+                say(&if several { format!("module {number}: {message}") } else { message });
+            }
+        }
+        if let Some((lag, achieved)) = self.course.lag() {
+            let seconds = lag as f64 / SECOND as f64;
+            say(&format!(
+                "virtual time lags, it is {seconds:.1} s behind and goes at {achieved:.2} times the clock's pace"
+            ));
+        }
+    }
+
+    /// Ends the program if a module cannot go on.
+    fn check(&self) -> Result<(), Failure> {
+        let stopped = |(number, module): (usize, &M)| Some(format!("module {number} stopped: {}", module.stopped()?));
+        (1..).zip(self.fleet.modules()).find_map(stopped).map_or(Ok(()), |why| Err(Failure::Failed(why)))
+    }
+}

@@ -1,0 +1,44 @@
+//! For how long the polls of an axis do nothing but to take the same readings again. Whoever simulates a module may leave
+//! such polls out.
+
+use super::axis::{Axis, Events};
+use super::hardware::Hardware;
+use super::stall::Measured;
+use crate::param::AxisParameter as P;
+use crate::units::Micros;
+
+/// What an axis is going to do, as long as its inputs and the answers of its chips stay as they are but for the position and
+/// the load of a motor that turns on at its speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Calm {
+    /// Polls before this time change nothing but what they have read.
+    pub until: Micros,
+    /// The number of microsteps that the motor may still make, on its way and from where it was read last, until a poll may
+    /// act upon its position; 0 for a motor that rests.
+    pub room: u32,
+}
+
+impl<H: Hardware> Axis<H> {
+    /// What the axis is going to do after its last poll, which was that of the turn at `turn`; `None` if the next poll may
+    /// do more than to take readings.
+    pub fn calm(&self, controller: &H::Controller, turn: Micros) -> Option<Calm> {
+        let idle = self.search.is_none() && !self.stopping && self.held == 0 && self.watched_right().is_none();
+        let mut current = self.current;
+        let excitation = current.select(turn, self.motion_state(), self.last_speed(), &self.values);
+        let told = self.later.is_none() && self.events == Events::default() && self.excitation == Some(excitation);
+        let settled = (self.was_at_target || !self.at_target()) && !self.hardware.waits_to_be_driven();
+        let well = !self.hardware.is_lost(controller)
+            && !self.hardware.deviates()
+            && self.hardware.flags(controller) & H::SHUT_DOWN & !self.alarms == 0;
+        if !(idle && told && settled && well) {
+            return None;
+        }
+        let room = self.hardware.room(controller)?;
+        let unguarded = matches!(self.measured, Measured::Whole { .. })
+            && self.values.get(P::StopOnStall) == 0
+            && !self.encoders.are_supervised(&self.values);
+        let rests = room == 0 && !self.travelling && self.current.stands();
+        let until = self.current.calm_until(turn, &self.values);
+        (rests || room > 0 && unguarded).then_some(Calm { until, room })
+    }
+}
