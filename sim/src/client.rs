@@ -9,6 +9,21 @@ use tmcm::tmcl::binary::Telegram;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Client(pub u64);
 
+impl Client {
+    /// The first of those numbers that no host on a link has.
+    const INQUIRIES: u64 = 1 << 63;
+
+    /// The host that an inquiry of a fleet is from.
+    pub(crate) const fn of_inquiry(number: u64) -> Self {
+        Client(Self::INQUIRIES | number)
+    }
+
+    /// True for such a host.
+    pub(crate) const fn is_inquiry(self) -> bool {
+        self.0 >= Self::INQUIRIES
+    }
+}
+
 /// Bytes on their way to the host: a reply, or an echo in ASCII mode.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sent {

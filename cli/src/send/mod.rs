@@ -104,15 +104,17 @@ fn show_value(out: &mut impl Write, module: &mut Conversation, command: Command)
     Ok(false)
 }
 
-/// A command and its reply as a line of JSON.
-#[derive(Serialize)]
-struct Told {
-    command: String,
+/// A command and its reply, for JSON.
+#[derive(Debug, Serialize)]
+pub struct Answered {
+    /// The command.
+    pub command: String,
+    /// Its reply.
     #[serde(flatten)]
-    reply: Option<Reply>,
+    pub reply: Option<Reply>,
     /// Why there is no reply.
     #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<String>,
+    pub error: Option<String>,
 }
 
 /// Sends a command and prints the reply as JSON, or that there is none. True if the command has been executed.
@@ -121,14 +123,14 @@ fn show_json(out: &mut impl Write, module: &mut Conversation, request: Request) 
     let (told, done) = match reply_to(module, request) {
         Ok(reply) => {
             let done = reply.as_ref().is_none_or(Reply::done);
-            (Told { command, reply, error: None }, Ok(done))
+            (Answered { command, reply, error: None }, Ok(done))
         }
         Err(error) => {
             let reason = match &error {
                 Error::Link { error, .. } => error.to_string(),
                 error => error.to_string(),
             };
-            (Told { command, reply: None, error: Some(reason) }, Err(error))
+            (Answered { command, reply: None, error: Some(reason) }, Err(error))
         }
     };
     serde_json::to_writer(&mut *out, &told).map_err(std::io::Error::from)?;

@@ -55,7 +55,7 @@ impl Typed {
     }
 
     /// True if what the module is has to be known.
-    pub(super) fn has_names(&self) -> bool {
+    pub(crate) fn has_names(&self) -> bool {
         matches!(self, Typed::Named(_))
     }
 
@@ -63,7 +63,7 @@ impl Typed {
     ///
     /// # Errors
     /// A message for the user about a name that the product does not have.
-    pub(super) fn request(&self, product: Option<Product>) -> Result<Request, String> {
+    pub(crate) fn request(&self, product: Option<Product>) -> Result<Request, String> {
         match self {
             Typed::Plain(request) => Ok(*request),
             Typed::Named(line) => Request::read(line, product, &Symbols::default()),

@@ -4,6 +4,8 @@ use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
 use serde::Serialize;
 
+use crate::send::Answered;
+
 /// An answer. Serialised it is one line.
 #[derive(Serialize)]
 struct Answer {
@@ -22,6 +24,8 @@ pub enum Told {
     State(Box<Report>),
     /// The answer to a command about time.
     Time(Moment),
+    /// A command to the firmware, and its reply.
+    Reply(Box<Answered>),
 }
 
 /// A moment, and what is the case then.

@@ -208,7 +208,9 @@ impl Course {
         Ok(())
     }
 
-    fn refuse_if_busy(&self) -> Result<(), String> {
+    /// # Errors
+    /// Something is under way that takes virtual time, or a restart is to come.
+    pub(super) fn refuse_if_busy(&self) -> Result<(), String> {
         let name = match (&self.errand, self.restart) {
             (Some(errand), _) => errand.task.name(),
             (None, Some(_)) => "restart",

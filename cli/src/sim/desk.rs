@@ -5,6 +5,7 @@ use hal_sim::board::BoardKind;
 use super::answer::Told;
 use super::control::{ControllerId, Outcome};
 use super::course::{Course, Task};
+use super::inquiries::Inquiries;
 use super::watch::Watch;
 use crate::suggest::{module_command, world_command};
 use tmcm_sim::VirtualModule;
@@ -22,6 +23,7 @@ pub(super) fn carry_out(
     kinds: &[&'static BoardKind],
     fleet: &mut Fleet<impl VirtualModule>,
     course: &mut Course,
+    inquiries: &mut Inquiries,
 ) -> Result<Outcome, String> {
     let now = fleet.now();
     let told = match Request::parse(line, kinds).map_err(|error| misplaced(line).unwrap_or(error))? {
@@ -58,6 +60,10 @@ pub(super) fn carry_out(
             return Ok(Outcome::Watch(Watch::new(index, every, values, now)));
         }
         Request::Unwatch => return Ok(Outcome::Unwatch),
+        Request::Send { module, command } => {
+            course.refuse_if_busy()?;
+            return inquiries.ask(from, fleet, module, &command).map(|()| Outcome::Later);
+        }
     };
     Ok(Outcome::Done(told))
 }
@@ -68,9 +74,7 @@ fn misplaced(line: &str) -> Option<String> {
         return Some(format!("the commands here are written in small letters; did you mean '{meant}'?"));
     }
     let command = module_command(line)?;
-    Some(format!(
-        "'{command}' is a command for the module; send it over one of its links: tmcl send LINK \"{command}\""
-    ))
+    Some(format!("'{command}' is a command for the module; write: send {command}"))
 }
 
 #[cfg(test)]
@@ -86,7 +90,7 @@ mod tests {
     /// Answers to lines that are carried out at once.
     fn ask(course: &mut Course, line: &str) -> String {
         let mut fleet = Fleet::new(&WorldConfig::default(), &[None], 1);
-        match carry_out(FIRST, line, &[&TMCM_1140], &mut fleet, course) {
+        match carry_out(FIRST, line, &[&TMCM_1140], &mut fleet, course, &mut Inquiries::default()) {
             Ok(Outcome::Done(told)) => answer(Ok(told)),
             Ok(other) => format!("{other:?}"),
             Err(error) => answer(Err(error)),

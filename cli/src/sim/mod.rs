@@ -8,6 +8,7 @@ pub mod eeprom;
 mod ending;
 pub mod endpoint;
 mod factory;
+mod inquiries;
 mod introduce;
 pub mod links;
 mod options;
@@ -42,6 +43,7 @@ use course::Course;
 use eeprom::EepromFile;
 use ending::Ending;
 use factory::Factory;
+use inquiries::Inquiries;
 use links::Links;
 use simulator::Simulator;
 use tmcm_sim::VirtualModule;
@@ -152,7 +154,8 @@ fn serve<M: VirtualModule>(
     let course = Course::new(options.speed, options.paused, fleet.now());
     let kinds = options.product.iter().map(|product| product.kind()).collect();
     let nap = if options.firmware() == Firmware::Canopen { SHORT_NAP } else { NAP };
-    Simulator { stop, factory, fleet, kinds, links, course, nap, telegrams, last_controller: ControllerId(0) }.run()
+    let (inquiries, last_controller) = (Inquiries::default(), ControllerId(0));
+    Simulator { stop, factory, fleet, kinds, links, course, inquiries, nap, telegrams, last_controller }.run()
 }
 
 /// Prints a message for a person on standard error.

@@ -95,8 +95,9 @@ pub struct Options {
     /// Port 0 takes a free one and prints it. `tmcl world` sends commands from a shell, and docs/control.md explains all of
     /// this and every field of `state`.
     ///
-    /// For time: `pause [TIME]`, `resume`, `speed X|max`, `step TIME`, `run-until CONDITION max TIME`, `at TIME COMMAND`,
-    /// `restart`, `watch INTERVAL NAME...`, `unwatch`. A TIME is a number and a unit, us, ms, s, min or h: `20 ms`.
+    /// For time and firmware: `pause [TIME]`, `resume`, `speed X|max`, `step TIME`, `run-until CONDITION max TIME`,
+    /// `at TIME COMMAND`, `restart`, `watch INTERVAL NAME...`, `unwatch`, `send COMMAND`. A TIME is a number and a unit, us,
+    /// ms, s, min or h: `20 ms`. The COMMAND of `send` is one of TMCL: `send MVP ABS, 0, 1000`.
     ///
     /// NAME of a fault: eeprom, spi, spi-low, tmc429, tmc262, tmc5160, chip-supply, short-a, short-b, open-a, open-b,
     /// overtemperature, encoder. The first three are those of the whole board. Replies on their way to hosts have faults of

@@ -16,6 +16,7 @@ use super::course::{Course, Finished};
 use super::desk;
 use super::ending::Ending;
 use super::factory::Factory;
+use super::inquiries::Inquiries;
 use super::links::Links;
 use super::say;
 use crate::failure::Failure;
@@ -33,6 +34,8 @@ pub(super) struct Simulator<'a, M> {
     pub(super) kinds: Vec<&'static BoardKind>,
     pub(super) links: Links,
     pub(super) course: Course,
+    /// Commands to the firmware that have come to the control port.
+    pub(super) inquiries: Inquiries,
     /// Longest sleep while the modules have nothing to do for a host.
     pub(super) nap: Duration,
     /// The file of --log-telegrams.
@@ -103,7 +106,14 @@ impl<M: VirtualModule> Simulator<'_, M> {
                         // A host may have written to a link before this line, after the link was looked at.
                         self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
                     }
-                    let outcome = desk::carry_out(from, line, &self.kinds, &mut self.fleet, &mut self.course);
+                    let outcome = desk::carry_out(
+                        from,
+                        line,
+                        &self.kinds,
+                        &mut self.fleet,
+                        &mut self.course,
+                        &mut self.inquiries,
+                    );
                     // Lost bytes are removed before the answer is sent, because a host may send new bytes after the
                     // answer.
                     if !self.course.is_stepping() {
@@ -130,6 +140,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
         self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
         let told = Told::time(self.fleet.now());
         self.links.controllers().iter_mut().for_each(|controller| controller.end_watch("restart"));
+        self.inquiries.end().into_iter().for_each(|finished| self.answer(finished));
         self.answer((asker, Ok(Some(told))));
         Ok(())
     }
@@ -149,6 +160,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
         }
         if !self.course.holds_replies() {
             self.links.send(&mut self.fleet);
+            self.inquiries.finished(&mut self.fleet).into_iter().for_each(|finished| self.answer(finished));
         }
         finished.into_iter().for_each(|finished| self.answer(finished));
         self.links.tidy(&mut self.fleet, self.course.is_at_rest());

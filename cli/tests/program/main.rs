@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod asks;
 mod asm;
 mod bad_input;
 #[path = "../../../tests/common/image.rs"]

@@ -110,7 +110,7 @@ fn column(head: &str) -> Vec<(String, bool)> {
 fn the_page_has_all_commands_and_faults_and_no_others() {
     let names = |head| column(head).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
     assert_eq!(names("command"), USAGE.map(|(_, usage)| usage));
-    assert_eq!(names("command for time"), protocol::USAGE.map(|(_, usage, _)| usage));
+    assert_eq!(names("command for time and firmware"), protocol::USAGE.map(|(_, usage, _)| usage));
     assert_eq!(names("fault"), Fault::ALL.map(Fault::name));
     // Those of an axis are told from those of the board.
     for fault in Fault::ALL {
@@ -122,7 +122,7 @@ fn the_page_has_all_commands_and_faults_and_no_others() {
     let faults = Fault::ALL.map(Fault::name).join(", ");
     assert!(help.contains(&format!("NAME of a fault: {faults}")), "{help}");
     let for_time = protocol::USAGE.map(|(_, usage, _)| format!("`{usage}`")).join(", ");
-    assert!(help.contains(&format!("For time: {for_time}.")), "{help}");
+    assert!(help.contains(&format!("For time and firmware: {for_time}.")), "{help}");
 }
 
 /// The names of the fields of a state; those inside of others have the names of these before them.

@@ -12,7 +12,7 @@ pub(super) const BUS: Place = Place::alone(CAN);
 
 /// The USB link of a host.
 pub(super) const fn usb(client: Client) -> Place {
-    Place::of("usb", client)
+    if client.is_inquiry() { Place::alone("control") } else { Place::of("usb", client) }
 }
 
 impl<M: VirtualModule> Fleet<M> {

@@ -4,6 +4,7 @@ mod agenda;
 mod can;
 mod control;
 mod frames;
+mod inquiries;
 mod log;
 mod replies;
 mod requests;
@@ -21,7 +22,7 @@ pub use can::{Heard, Node};
 
 use crate::client::{Client, Sent};
 use crate::module::VirtualModule;
-use crate::native::{FirmwareKind, Model, NativeModule};
+use crate::native::{FirmwareKind, Model, NativeModule, Product};
 use crate::wire::Transcript;
 use log::{BUS, RS485, usb};
 use replies::{Fate, Leaving, Replies};
@@ -43,6 +44,7 @@ pub struct Fleet<M = NativeModule> {
     hung_up: bool,
     agenda: agenda::Agenda,
     requests: requests::Requests,
+    inquiries: inquiries::Inquiries,
     /// What the modules are.
     models: Vec<Model>,
     replies: Replies,
@@ -130,6 +132,7 @@ impl<M: VirtualModule> Fleet<M> {
             lost,
             agenda,
             requests,
+            inquiries: inquiries::Inquiries::default(),
             models,
             replies,
             log: None,
@@ -142,6 +145,11 @@ impl<M: VirtualModule> Fleet<M> {
     /// The modules.
     pub fn modules(&self) -> &[M] {
         &self.modules
+    }
+
+    /// What the module with this index is.
+    pub fn product(&self, index: usize) -> Option<Product> {
+        self.models.get(index).map(|model| model.product())
     }
 
     /// The modules, to be changed. Power, USB cable and CAN controller are switched by [`Fleet::set_power`],
@@ -358,7 +366,7 @@ impl<M: VirtualModule> Fleet<M> {
                     log.answer(at, usb(sent.client), index, &sent.bytes);
                 }
                 self.requests.reply(sent.replies);
-                self.sent.push_back((index, sent));
+                self.sent.extend(self.inquiries.take(sent).map(|sent| (index, sent)));
             }
         }
     }

@@ -23,8 +23,8 @@ const PATIENCE: Nanos = SECOND;
 /// A host on a byte link.
 #[derive(Debug)]
 struct Host {
-    source: Source,
-    client: Client,
+    /// Where its bytes come.
+    link: What,
     /// What it has sent of a telegram that is not whole.
     pieces: Pieces,
 }
@@ -37,10 +37,12 @@ struct Waiting {
     since: Nanos,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum What {
-    /// Bytes on a byte link, of a client.
-    Bytes(Source, Client),
+    /// Bytes of a client on the USB link of the module with this index.
+    Usb(usize, Client),
+    /// Bytes on the RS485 bus.
+    Rs485,
     /// A frame.
     Frame(Frame),
 }
@@ -55,30 +57,33 @@ pub(super) struct Requests {
 
 impl Requests {
     /// Bytes of a host have come.
-    fn hear(&mut self, source: Source, client: Client, now: Nanos, bytes: &[u8]) {
-        let whole = self.host(source, client).pieces.push(bytes);
+    fn hear(&mut self, what: What, now: Nanos, bytes: &[u8]) {
+        let whole = self.host(&what).pieces.push(bytes);
         self.answered +=
             whole.iter().filter(|whole| whole.as_slice().try_into().is_ok_and(is_silent_telegram)).count() as u64;
-        let is_theirs =
-            |waiting: &&mut Waiting| matches!(waiting.what, What::Bytes(s, c) if (s, c) == (source, client));
-        match self.waiting.iter_mut().find(is_theirs) {
+        match self.waiting.iter_mut().find(|waiting| waiting.what == what) {
             Some(waiting) => waiting.since = now,
-            None => self.waiting.push(Waiting { what: What::Bytes(source, client), since: now }),
+            None => self.waiting.push(Waiting { what, since: now }),
         }
     }
 
     /// A host has been silent for so long that an unfinished telegram is given up.
-    fn silence(&mut self, source: Source, client: Client) {
-        self.host(source, client).pieces.silence();
+    fn silence(&mut self, what: &What) {
+        self.host(what).pieces.silence();
     }
 
-    fn host(&mut self, source: Source, client: Client) -> &mut Host {
-        let index = self.hosts.iter().position(|host| (host.source, host.client) == (source, client));
+    fn host(&mut self, link: &What) -> &mut Host {
+        let index = self.hosts.iter().position(|host| host.link == *link);
         let index = index.unwrap_or_else(|| {
-            self.hosts.push(Host { source, client, pieces: Pieces::default() });
+            self.hosts.push(Host { link: *link, pieces: Pieces::default() });
             self.hosts.len() - 1
         });
         &mut self.hosts[index]
+    }
+
+    /// A host on a byte link has gone.
+    fn forget(&mut self, link: &What) {
+        self.hosts.retain(|host| host.link != *link);
     }
 
     /// What hosts have sent of telegrams that are not whole has been lost.
@@ -95,12 +100,16 @@ impl Requests {
 impl<M: VirtualModule> Fleet<M> {
     /// Bytes of a client on the USB link of module 1 arrive.
     pub fn hear_usb(&mut self, client: Client, bytes: &[u8]) {
-        let Some(module) = self.modules.first_mut() else { return };
+        self.hear_usb_of(0, client, bytes);
+    }
+
+    pub(super) fn hear_usb_of(&mut self, index: usize, client: Client, bytes: &[u8]) {
+        let Some(module) = self.modules.get_mut(index) else { return };
         if let Some(log) = &mut self.log {
             log.hear(self.now, usb(client), bytes);
         }
         module.hear(Source::Usb, client, bytes);
-        self.requests.hear(Source::Usb, client, self.now, bytes);
+        self.requests.hear(What::Usb(index, client), self.now, bytes);
     }
 
     /// Ends an unfinished telegram of a client on the USB link of module 1: the client has been silent for too long.
@@ -110,7 +119,7 @@ impl<M: VirtualModule> Fleet<M> {
         }
         if let Some(module) = self.modules.first_mut() {
             module.silence(Source::Usb, client);
-            self.requests.silence(Source::Usb, client);
+            self.requests.silence(&What::Usb(0, client));
         }
     }
 
@@ -127,13 +136,23 @@ impl<M: VirtualModule> Fleet<M> {
 
     /// Forgets a client of the USB link of module 1 that has gone. What it has sent is carried out all the same.
     pub fn forget_usb(&mut self, client: Client) {
+        self.forget_usb_of(0, client);
+    }
+
+    pub(super) fn forget_usb_of(&mut self, index: usize, client: Client) {
         if let Some(log) = &mut self.log {
             log.forget(self.now, usb(client));
         }
-        self.requests.hosts.retain(|host| (host.source, host.client) != (Source::Usb, client));
-        if let Some(module) = self.modules.first_mut() {
+        self.requests.forget(&What::Usb(index, client));
+        if let Some(module) = self.modules.get_mut(index) {
             module.forget(client);
         }
+    }
+
+    /// True while a client on the USB link of the module with this index waits for a reply that may come.
+    pub(super) fn awaits_usb_of(&mut self, index: usize, client: Client) -> bool {
+        self.settle();
+        self.requests.waiting.iter().any(|waiting| waiting.what == What::Usb(index, client))
     }
 
     /// Sends bytes of the host on the RS485 bus.
@@ -142,7 +161,7 @@ impl<M: VirtualModule> Fleet<M> {
             log.hear(self.now, RS485, bytes);
         }
         self.rs485.send(&mut self.modules, self.now, bytes);
-        self.requests.hear(Source::Rs485, Client::default(), self.now, bytes);
+        self.requests.hear(What::Rs485, self.now, bytes);
     }
 
     /// The host has been silent on the RS485 bus for longer than a telegram may pause.
@@ -151,7 +170,7 @@ impl<M: VirtualModule> Fleet<M> {
             log.silence(self.now, RS485);
         }
         self.rs485.silence(&mut self.modules);
-        self.requests.silence(Source::Rs485, Client::default());
+        self.requests.silence(&What::Rs485);
     }
 
     /// Sends a frame of an adapter on the CAN bus.
@@ -209,14 +228,14 @@ impl<M: VirtualModule> Fleet<M> {
         let rs485 = self.rs485.has_reply() || modules.iter().any(|module| module.awaits(Source::Rs485, host));
         let can = self.can.is_in_use() || modules.iter().any(|module| module.awaits(Source::Can, host));
         let can = can || late.owes(Source::Can, host);
-        let usb = |client| {
-            let module = modules.first();
+        let usb = |index, client| {
+            let module: Option<&M> = modules.get(index);
             module.is_some_and(|module| module.awaits(Source::Usb, client)) || late.owes(Source::Usb, client)
         };
         self.requests.waiting.retain(|waiting| match waiting.what {
-            What::Bytes(Source::Usb, client) => usb(client),
-            What::Bytes(Source::Rs485, _) => rs485,
-            What::Bytes(Source::Can, _) | What::Frame(_) => can,
+            What::Usb(index, client) => usb(index, client),
+            What::Rs485 => rs485,
+            What::Frame(_) => can,
         });
         let works = |module: &mut M| module.board_mut().at25().next_event();
         let worked = self.modules.iter_mut().filter_map(works).max().unwrap_or_default();

@@ -57,6 +57,13 @@ pub enum Request {
     },
     /// `restart`: all begins anew.
     Restart,
+    /// `send COMMAND`: a command of TMCL for a module.
+    Send {
+        /// Index of the module.
+        module: usize,
+        /// The command, which may have names in it that only its product knows.
+        command: String,
+    },
     /// `watch INTERVAL NAME...`: a line of values at each interval of virtual time.
     Watch {
         /// Index of the module whose values are told.
@@ -70,8 +77,9 @@ pub enum Request {
     Unwatch,
 }
 
-/// The commands about time: the name of each, how it is written, and an example of one that takes something.
-pub const USAGE: [(&str, &str, &str); 9] = [
+/// The commands about time, and to the firmware: the name of each, how it is written, and an example of one that takes
+/// something.
+pub const USAGE: [(&str, &str, &str); 10] = [
     ("pause", "pause [TIME]", "pause 10 ms"),
     ("resume", "resume", ""),
     ("speed", "speed X|max", "speed 2.5"),
@@ -81,6 +89,7 @@ pub const USAGE: [(&str, &str, &str); 9] = [
     ("restart", "restart", ""),
     ("watch", "watch INTERVAL NAME...", "watch 10 ms rotor velocity"),
     ("unwatch", "unwatch", ""),
+    ("send", "send COMMAND", "send MVP ABS, 0, 51200"),
 ];
 
 impl Request {
@@ -108,7 +117,7 @@ impl Request {
         kinds: &[&'static BoardKind],
     ) -> Result<Self, String> {
         match (name, module) {
-            ("run-until" | "watch", _) | (_, None) => {}
+            ("run-until" | "watch" | "send", _) | (_, None) => {}
             ("at", Some(number)) => {
                 return Err(format!("write the module behind the time: at TIME module {number} COMMAND"));
             }
@@ -127,6 +136,7 @@ impl Request {
             ("restart", []) => Ok(Self::Restart),
             ("watch", [_, ..]) => watch(words, addressed(module, kinds)?),
             ("unwatch", []) => Ok(Self::Unwatch),
+            ("send", [_, ..]) => Ok(Self::Send { module: addressed(module, kinds)?.0, command: words.join(" ") }),
             _ => Err(usage(name)),
         }
     }
