@@ -1,5 +1,5 @@
 //! How much faster than real time the virtual module runs, and the flash image on the emulated microcontroller:
-//! `cargo bench --bench virtual_time`.
+//! `cargo bench --bench virtual_time`; with `-- short` behind it in a sixtieth of the time, to see that it runs.
 
 #[path = "../tests/common/image.rs"]
 mod build;
@@ -15,9 +15,11 @@ use tmcm_sim::image::Setup;
 use tmcm_sim::native::Product;
 use tmcm_sim::{Client, Fleet, ImageModule, NativeModule, VirtualModule};
 
-/// Virtual time of each row, in seconds: of the virtual module, and of the flash image.
+/// Virtual time of each row, in seconds: of the virtual module, and of the flash image. In a short run it is less.
 const HOUR: u64 = 3600;
 const IMAGE: u64 = 4;
+/// How much shorter a short run is.
+const SHORTER: u64 = 60;
 
 /// Commands around a program: what comes in between is stored.
 const LOAD: Command = Command::new(Opcode::EnterDownload as u8, 0, 0, 0);
@@ -60,19 +62,20 @@ const ROWS: &[(&str, &[Command])] = &[
 const IMAGE_ROWS: [usize; 3] = [0, 3, 4];
 
 fn main() -> Result<(), Box<dyn Error>> {
-    native();
+    let is_short = std::env::args().any(|argument| argument == "short");
+    native(if is_short { HOUR / SHORTER } else { HOUR });
     fleet();
-    image()
+    image(if is_short { 1 } else { IMAGE })
 }
 
 /// The same speeds as those of the rows, by their values there, for a product whose speeds are in pps.
 const SPEEDS: [(i32, i32); 2] = [(1000, 30_518), (1999, 61_005)];
 
 /// Rows of the firmware's core, compiled for the host: of the TMCM-1140, and of its sisters with all of their axes.
-fn native() {
-    println!("{:<52} {:>10} {:>10} {:>8} {:>10}", "the motor for an hour", "virtual", "host", "ratio", "all polls");
+fn native(hour: u64) {
+    println!("{:<52} {:>10} {:>10} {:>8} {:>10}", "the motor of a TMCM-1140", "virtual", "host", "ratio", "all polls");
     for (name, commands) in ROWS {
-        time(name, Product::Tmcm1140, HOUR, commands);
+        time(name, Product::Tmcm1140, hour, commands);
     }
     for product in [Product::Tmcm6110, Product::Tmcm3212] {
         println!(
@@ -84,7 +87,7 @@ fn native() {
         );
         for (name, commands) in ROWS {
             let commands: Vec<_> = commands.iter().flat_map(|command| of_all(product, command)).collect();
-            time(name, product, HOUR / 10, &commands);
+            time(name, product, hour / 10, &commands);
         }
     }
 }
@@ -135,7 +138,7 @@ fn time(name: &str, product: Product, seconds: u64, commands: &[Command]) {
 }
 
 /// Rows of the flash image. An instruction that is skipped, as one in a loop that waits, is none.
-fn image() -> Result<(), Box<dyn Error>> {
+fn image(seconds: u64) -> Result<(), Box<dyn Error>> {
     println!("{:<52} {:>10} {:>10} {:>8} {:>16}", "the flash image", "virtual", "host", "ratio", "instructions/s");
     let elf = std::fs::read(build::try_built(fw::TMCL)?.path)?;
     for (name, commands) in IMAGE_ROWS.iter().filter_map(|&row| ROWS.get(row)) {
@@ -147,11 +150,11 @@ fn image() -> Result<(), Box<dyn Error>> {
         };
         let before = done(&mut module);
         let start = Instant::now();
-        module.run_until(module.now() + IMAGE * SECOND);
+        module.run_until(module.now() + seconds * SECOND);
         let host = start.elapsed().as_secs_f64();
         assert_eq!(module.stopped(), None, "{name}");
         let speed = (done(&mut module) - before) as f64 / host / 1e6;
-        println!("{name:<52} {IMAGE:>8} s {host:>8.2} s {:>7.2}x {speed:>8.1} million", IMAGE as f64 / host);
+        println!("{name:<52} {seconds:>8} s {host:>8.2} s {:>7.2}x {speed:>8.1} million", seconds as f64 / host);
     }
     Ok(())
 }

@@ -7,7 +7,6 @@
 use hal_sim::board::{Board, BoardKind};
 use hal_sim::clock::{MICROSECOND, MILLISECOND};
 use hal_sim::fault::CanState;
-use hal_sim::world::motor::FULL_TORQUE;
 use hal_sim::world::pin::Pin;
 
 use crate::suggest::suggestion;
@@ -74,7 +73,7 @@ static VALUES: &[Value] = &[
     Value {
         name: "load",
         unit: "0..1, of the torque at full current",
-        of: Of::Axis(|board, axis| f64::from(board.world().axis(axis).motor().load()) / f64::from(FULL_TORQUE)),
+        of: Of::Axis(|board, axis| board.world().axis(axis).motor().load_told()),
     },
     Value { name: "switches.left", unit: FLAG, of: Of::Axis(|board, axis| level(board, axis, Pin::Left)) },
     Value { name: "switches.right", unit: FLAG, of: Of::Axis(|board, axis| level(board, axis, Pin::Right)) },
@@ -127,7 +126,7 @@ static VALUES: &[Value] = &[
 ];
 
 /// Further names, and those in the table that they stand for.
-static ALIASES: &[(&str, &str)] = &[
+static ALIASES: [(&str, &str); 8] = [
     ("bridges", "bridges_on"),
     ("left_switch", "switches.left"),
     ("right_switch", "switches.right"),
@@ -245,7 +244,8 @@ fn unknown(name: &str, kind: &BoardKind) -> String {
     let known = values.iter().map(String::as_str).chain(ALIASES.iter().map(|(alias, _)| *alias));
     let suggestion = suggestion(name, known);
     if suggestion.is_empty() {
-        format!("unknown value '{name}'; the world has: {}", values.join(", "))
+        let aliases = ALIASES.map(|(alias, _)| alias).join(", ");
+        format!("unknown value '{name}'; the world has: {}; and by other names {aliases}", values.join(", "))
     } else {
         format!("unknown value '{name}'{suggestion}")
     }

@@ -91,6 +91,9 @@ pub trait VirtualModule {
     /// Number of frames to the module that wait because it is not ready for them.
     fn unread_frames(&self) -> usize;
 
+    /// Whether what hosts send on a link now is heard.
+    fn hearing(&self, source: Source) -> Hearing;
+
     /// True while a request of this client on a byte link waits for its answer, bytes of it wait to be read, or anything
     /// else is on its way to it.
     fn owes(&self, source: Source, client: Client) -> bool;
@@ -122,6 +125,17 @@ pub trait VirtualModule {
 
     /// The reason for which the module cannot go on; `None` while it can.
     fn stopped(&self) -> Option<String>;
+}
+
+/// Whether a module hears its hosts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hearing {
+    /// It does.
+    Now,
+    /// It starts anew, and will.
+    Soon,
+    /// It does not, as long as nobody switches its power on or plugs its cable in.
+    Off,
 }
 
 /// A port on the RS485 bus.

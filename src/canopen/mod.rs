@@ -363,6 +363,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if self.has_released() { self.device.turn() } else { self.device.deadline() }
     }
 
+    /// True from a command that restarts the node until it does: frames are ignored.
+    pub fn is_restarting(&self) -> bool {
+        self.device.restart().is_some()
+    }
+
     /// Does all that is due at `now`: to be called at [`Node::deadline`], or as soon after it as can be. Takes the inputs
     /// as they are now, and returns the outputs as they are to be set.
     pub fn poll(&mut self, now: Micros, inputs: &Inputs<1>) -> Outputs {

@@ -266,6 +266,11 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if core::mem::take(&mut self.changed) { Some(self.outputs(now)) } else { None }
     }
 
+    /// True from a command that restarts the firmware until it does: requests are neither executed nor answered.
+    pub const fn is_restarting(&self) -> bool {
+        self.device.restart().is_some()
+    }
+
     /// The outputs as they are to be set. The restart is asked for when all is done that was begun before.
     #[inline(never)]
     fn outputs(&mut self, now: Micros) -> Outputs {

@@ -2,7 +2,9 @@
 
 #![allow(dead_code, clippy::panic)]
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 
 pub(crate) use fw::Built;
 
@@ -26,8 +28,12 @@ pub(crate) fn three_axes() -> PathBuf {
     built(fw::TMCM_3212)
 }
 
+/// An image of which all tests of a process know, once it was built: asking Cargo again takes longer than many a test.
 fn built(name: &str) -> PathBuf {
-    try_built(name).unwrap_or_else(|error| panic!("{error}")).path
+    static BUILT: Mutex<BTreeMap<String, PathBuf>> = Mutex::new(BTreeMap::new());
+    let mut built = BUILT.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let build = || try_built(name).unwrap_or_else(|error| panic!("{error}")).path;
+    built.entry(name.to_owned()).or_insert_with(build).clone()
 }
 
 /// Builds a flash image by its name; returns its path and the compiler's messages, or an error message.

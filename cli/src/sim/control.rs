@@ -157,6 +157,11 @@ impl Controller {
         }
     }
 
+    /// True if the next line of the watch would be lost, because the client has not read those before.
+    pub fn is_behind(&self) -> bool {
+        self.watch.is_some() && self.stream.waiting() >= MOST_WAITING
+    }
+
     /// Ends the watch, if there is one, for a reason that the client is told.
     pub fn end_watch(&mut self, why: &'static str) {
         if self.watch.take().is_some() {

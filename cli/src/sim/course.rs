@@ -286,9 +286,17 @@ impl Course {
         let now = fleet.now();
         if let Some(Errand { asker, task, goal: Some(goal) }) = &mut self.errand {
             let (asker, goal) = (*asker, *goal);
+            // Its own watch loses no line: time waits until the client has read.
+            let is_behind = |watcher: &Controller| watcher.id == asker && watcher.is_behind();
+            if watchers.iter().any(is_behind) {
+                return Portion::Idle;
+            }
             let Some(result) = task.outcome(fleet, now >= goal) else {
                 let span = if matches!(task, Task::Step(_)) { stretch(fleet) } else { PORTION };
-                pass(goal.min(now.saturating_add(span)), fleet, watchers);
+                let to = goal.min(now.saturating_add(span));
+                while fleet.now() < to && !watchers.iter().any(is_behind) {
+                    pass(next_line(watchers).map_or(to, |due| due.min(to)), fleet, watchers);
+                }
                 return Portion::Passed;
             };
             self.errand = None;
@@ -315,7 +323,7 @@ impl Course {
 
 /// What a portion of paused time has brought.
 enum Portion {
-    /// Nothing: there was nothing to do.
+    /// Nothing: there was nothing to do, or a client has to read first.
     Idle,
     /// Time has passed, or a step has begun.
     Passed,

@@ -88,6 +88,34 @@ fn that_no_reply_comes_is_told_at_once() {
     assert_eq!(port.time(), begun + 1_301_000);
 }
 
+/// Number of the questions until one is answered, and the virtual time in milliseconds that they have taken.
+fn questions(port: &mut Controller, line: &str) -> (usize, u64) {
+    let begun = port.time();
+    let count = 1 + (0..10).take_while(|_| port.ok(line)["status"].is_null()).count();
+    (count, (port.time() - begun) / 1000)
+}
+
+#[test]
+fn who_asks_until_the_module_is_back_gets_on() {
+    let sim = Sim::start(&[&PAUSED[..], &["--modules", "2", "--tcp", "127.0.0.1:0"]].concat());
+    let mut port = Controller::new(&sim);
+    // After command 255 the firmware starts anew 100 ms later, which takes 53 ms.
+    assert_eq!(port.ok("send 255, 0, 0, 1234")["status"], 100);
+    assert!(matches!(questions(&mut port, "send GAP 1, 0"), (2, 150..160)));
+    port.ok("send 137, 0, 0, 1234");
+    assert!(matches!(questions(&mut port, "send GAP 1, 0"), (2, _)));
+    for (off, on) in [("power off", "power on"), ("usb off", "usb on")] {
+        port.ok(off);
+        port.ok(&format!("at 20 ms {on}"));
+        assert!(matches!(questions(&mut port, "send GAP 1, 0"), (2, 20..100)), "{off}");
+        // The other module has heard all of it.
+        assert_eq!(questions(&mut port, "module 2 send GAP 1, 0"), (1, 1));
+    }
+    // Without anything to wait for time stands still.
+    port.ok("power off");
+    assert_eq!(questions(&mut port, "send GAP 1, 0"), (11, 0));
+}
+
 #[test]
 fn time_may_go_by_the_clock_or_be_somebody_elses() {
     let sim = Sim::start(&["--control", "127.0.0.1:0"]);

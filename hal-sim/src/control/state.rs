@@ -2,7 +2,6 @@
 
 use crate::board::Board;
 use crate::fault::CanState;
-use crate::world::motor::FULL_TORQUE;
 use crate::world::pin::Pin;
 use serde::Serialize;
 
@@ -123,7 +122,7 @@ impl AxisState {
             bridges_on: chips.bridges_on,
             current: chips.current,
             stall_guard: chips.stall_guard,
-            load: f64::from(motor.load()) / f64::from(FULL_TORQUE),
+            load: motor.load_told(),
             switches: Switches {
                 left: world.level(Pin::Left),
                 right: world.level(Pin::Right),

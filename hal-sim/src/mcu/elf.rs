@@ -1,7 +1,7 @@
 //! The firmware's image: an ELF file for the microcontroller.
 
 use object::read::elf::{ElfFile32, ProgramHeader};
-use object::{Architecture, Endianness, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
+use object::{Architecture, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 
 use super::cpu::FLASH_SIZE;
 use super::stop::Stop;
@@ -27,7 +27,7 @@ impl Image {
     /// Reads an ELF file.
     pub(super) fn parse(file: &[u8]) -> Result<Self, Stop> {
         let wrong = |what: &dyn std::fmt::Display| Stop::Image(what.to_string());
-        let elf = ElfFile32::<Endianness>::parse(file).map_err(|_| wrong(&"not an ELF file of 32 bits"))?;
+        let elf = read(file)?;
         if elf.architecture() != Architecture::Arm {
             return Err(wrong(&"not for an ARM core"));
         }
@@ -63,10 +63,17 @@ impl Image {
 
 /// How the name of a symbol goes on that begins with `start`; `None` without such a symbol. A firmware can tell so what it
 /// is.
-pub fn mark(file: &[u8], start: &str) -> Option<String> {
-    let elf = ElfFile32::<Endianness>::parse(file).ok()?;
+///
+/// # Errors
+/// The file is no image for the microcontroller.
+pub fn mark(file: &[u8], start: &str) -> Result<Option<String>, Stop> {
+    Image::parse(file)?;
     let rest = |name: &str| name.strip_prefix(start).map(Into::into);
-    elf.symbols().find_map(|symbol| rest(symbol.name().ok()?))
+    Ok(read(file)?.symbols().find_map(|symbol| rest(symbol.name().ok()?)))
+}
+
+fn read(file: &[u8]) -> Result<ElfFile32<'_>, Stop> {
+    ElfFile32::parse(file).map_err(|_| Stop::Image("not an ELF file of 32 bits".into()))
 }
 
 #[cfg(test)]

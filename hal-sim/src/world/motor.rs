@@ -147,6 +147,11 @@ impl Motor {
         self.load
     }
 
+    /// The external load as people write it, 0 to 1: rounded to four digits, so that what was set is told.
+    pub fn load_told(&self) -> f64 {
+        (f64::from(self.load) / f64::from(FULL_TORQUE) * 1e4).round() / 1e4
+    }
+
     /// Sets the current that makes torque, in 1/32 of the full current; 0 is bridges off.
     #[inline]
     pub fn set_current(&mut self, current: u32) {

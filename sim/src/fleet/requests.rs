@@ -13,7 +13,7 @@ use super::frames::{Wish, answers, wish};
 use super::log::{RS485, usb};
 use super::{Fleet, Heard, Node};
 use crate::client::Client;
-use crate::module::VirtualModule;
+use crate::module::{Hearing, VirtualModule};
 use crate::pieces::Pieces;
 use crate::wire::answering::is_silent_telegram;
 
@@ -35,6 +35,8 @@ struct Waiting {
     what: What,
     /// When it came, or when an EEPROM last worked.
     since: Nanos,
+    /// No module heard it: it is lost, and its host asks again.
+    unheard: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,13 +59,13 @@ pub(super) struct Requests {
 
 impl Requests {
     /// Bytes of a host have come.
-    fn hear(&mut self, what: What, now: Nanos, bytes: &[u8]) {
+    fn hear(&mut self, what: What, now: Nanos, unheard: bool, bytes: &[u8]) {
         let whole = self.host(&what).pieces.push(bytes);
         self.answered +=
             whole.iter().filter(|whole| whole.as_slice().try_into().is_ok_and(is_silent_telegram)).count() as u64;
         match self.waiting.iter_mut().find(|waiting| waiting.what == what) {
-            Some(waiting) => waiting.since = now,
-            None => self.waiting.push(Waiting { what, since: now }),
+            Some(waiting) => (waiting.since, waiting.unheard) = (now, unheard),
+            None => self.waiting.push(Waiting { what, since: now, unheard }),
         }
     }
 
@@ -108,8 +110,9 @@ impl<M: VirtualModule> Fleet<M> {
         if let Some(log) = &mut self.log {
             log.hear(self.now, usb(client), bytes);
         }
+        let unheard = module.hearing(Source::Usb) != Hearing::Now;
         module.hear(Source::Usb, client, bytes);
-        self.requests.hear(What::Usb(index, client), self.now, bytes);
+        self.requests.hear(What::Usb(index, client), self.now, unheard, bytes);
     }
 
     /// Ends an unfinished telegram of a client on the USB link of module 1: the client has been silent for too long.
@@ -160,8 +163,9 @@ impl<M: VirtualModule> Fleet<M> {
         if let Some(log) = &mut self.log {
             log.hear(self.now, RS485, bytes);
         }
+        let unheard = !self.modules.iter().any(|module| module.hearing(Source::Rs485) == Hearing::Now);
         self.rs485.send(&mut self.modules, self.now, bytes);
-        self.requests.hear(What::Rs485, self.now, bytes);
+        self.requests.hear(What::Rs485, self.now, unheard, bytes);
     }
 
     /// The host has been silent on the RS485 bus for longer than a telegram may pause.
@@ -177,7 +181,10 @@ impl<M: VirtualModule> Fleet<M> {
     pub fn send_can(&mut self, adapter: u64, frame: Frame) {
         let wishes = self.models.iter().map(|model| wish(model.firmware(), &frame));
         match wishes.max().unwrap_or(Wish::Nothing) {
-            Wish::Reply => self.requests.waiting.push(Waiting { what: What::Frame(frame), since: self.now }),
+            Wish::Reply => {
+                let unheard = self.modules.iter().any(|module| module.hearing(Source::Can) != Hearing::Now);
+                self.requests.waiting.push(Waiting { what: What::Frame(frame), since: self.now, unheard });
+            }
             Wish::Silence => self.requests.answered += 1,
             Wish::Nothing => {}
         }
@@ -232,10 +239,22 @@ impl<M: VirtualModule> Fleet<M> {
             let module: Option<&M> = modules.get(index);
             module.is_some_and(|module| module.awaits(Source::Usb, client)) || late.owes(Source::Usb, client)
         };
+        // What nobody heard takes the time until somebody does, if that will be.
+        let changes = self.agenda.next().is_some();
+        let will_hear = |module: &M, source| match module.hearing(source) {
+            Hearing::Now => false,
+            Hearing::Soon => true,
+            Hearing::Off => changes,
+        };
+        let will_any = |source| modules.iter().any(|module| will_hear(module, source));
         self.requests.waiting.retain(|waiting| match waiting.what {
-            What::Usb(index, client) => usb(index, client),
-            What::Rs485 => rs485,
-            What::Frame(_) => can,
+            What::Usb(index, client) => {
+                let lost =
+                    || waiting.unheard && modules.get(index).is_some_and(|module| will_hear(module, Source::Usb));
+                usb(index, client) || lost()
+            }
+            What::Rs485 => rs485 || waiting.unheard && will_any(Source::Rs485),
+            What::Frame(_) => can || waiting.unheard && will_any(Source::Can),
         });
         let works = |module: &mut M| module.board_mut().at25().next_event();
         let worked = self.modules.iter_mut().filter_map(works).max().unwrap_or_default();

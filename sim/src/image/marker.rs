@@ -17,9 +17,9 @@ const MODELS: [(&str, Model); 4] = [
 /// Product and firmware of an image; `None` if it does not say, as other people's images do not.
 ///
 /// # Errors
-/// The image says that it is something of which nothing is known here.
+/// The file is no image, or says that it is something of which nothing is known here.
 pub fn model(elf: &[u8]) -> Result<Option<Model>, String> {
-    let Some(name) = mark(elf, MARK) else { return Ok(None) };
+    let Some(name) = mark(elf, MARK).map_err(|stop| stop.to_string())? else { return Ok(None) };
     let model = MODELS.iter().find(|(known, _)| *known == name).map(|(_, model)| *model);
     model.map(Some).ok_or_else(|| format!("it is an image of {name}, which cannot be simulated"))
 }

@@ -21,7 +21,7 @@ use tmcm::module::Source;
 use tmcm::tmcl::Command;
 
 use crate::client::{Client, Sent};
-use crate::module::{Rs485, VirtualModule};
+use crate::module::{Hearing, Rs485, VirtualModule};
 use crate::native::Product;
 use crate::pieces::Pieces;
 use asked::{Asked, SILENCE};
@@ -375,6 +375,11 @@ impl VirtualModule for ImageModule {
 
     fn owes(&self, source: Source, client: Client) -> bool {
         source == Source::Usb && self.cable.owes(self.machine.now(), client)
+    }
+
+    /// Whether the firmware starts anew, is not seen from outside.
+    fn hearing(&self, source: Source) -> Hearing {
+        if self.powered && (self.plugged || source != Source::Usb) { Hearing::Now } else { Hearing::Off }
     }
 
     fn awaits(&self, source: Source, client: Client) -> bool {

@@ -107,6 +107,10 @@ impl Firmware for Canopen {
         self.serve_frame(traffic) || telegram
     }
 
+    fn is_restarting(&self) -> bool {
+        self.node.is_restarting()
+    }
+
     fn accepts(&self, frame: &Frame) -> bool {
         let Id::Standard(id) = frame.id() else { return false };
         let wanted = Filter { id: id.as_raw(), remote: frame.is_remote_frame() };

@@ -73,6 +73,10 @@ pub(super) trait Firmware {
         false
     }
 
+    /// True from a command that starts the firmware anew until it does: what comes meanwhile is neither carried out nor
+    /// answered.
+    fn is_restarting(&self) -> bool;
+
     /// The interpreter, if the firmware executes programs.
     fn machine(&self) -> Option<&Machine> {
         None

@@ -28,7 +28,7 @@ pub use board::{Motion, Simulated, Tmc429s, Wired, parts};
 pub use product::{FirmwareKind, Model, Product};
 
 use crate::client::{Client, Sent};
-use crate::module::{Rs485, VirtualModule};
+use crate::module::{Hearing, Rs485, VirtualModule};
 use crate::tracer::Step;
 use firmware::{Firmware, Start};
 use traffic::Traffic;
@@ -370,6 +370,19 @@ impl VirtualModule for NativeModule {
         self.firmware.as_ref().is_some_and(|firmware| firmware.ports().0.unread(source, client) > 0)
             || self.traffic.outbox.iter().any(|sent| (sent.source, sent.client) == (source, client))
             || self.traffic.waiting.contains(&(source, client))
+    }
+
+    fn hearing(&self, source: Source) -> Hearing {
+        match &self.firmware {
+            Some(firmware) if self.plugged || source != Source::Usb => {
+                if firmware.is_restarting() {
+                    Hearing::Soon
+                } else {
+                    Hearing::Now
+                }
+            }
+            _ => Hearing::Off,
+        }
     }
 
     fn awaits(&self, source: Source, client: Client) -> bool {

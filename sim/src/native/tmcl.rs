@@ -151,6 +151,10 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
         served
     }
 
+    fn is_restarting(&self) -> bool {
+        self.module.is_restarting()
+    }
+
     fn accepts(&self, frame: &Frame) -> bool {
         can::decode(frame).is_some()
     }

@@ -216,7 +216,7 @@ fn is_about_time(name: &str) -> bool {
 }
 
 /// Whether a command is read as one for the world; a second `module` gets its error there.
-fn is_about_the_world(name: &str) -> bool {
+pub(crate) fn is_about_the_world(name: &str) -> bool {
     name == "module" || control::USAGE.iter().any(|(other, _)| *other == name)
 }
 
@@ -233,10 +233,17 @@ fn example(name: &str) -> &'static str {
 }
 
 fn unknown(name: &str) -> String {
-    match suggestion(name, Request::names()) {
-        none if none.is_empty() => {
-            format!("unknown command '{name}'; there are: {}", Request::names().collect::<Vec<_>>().join(", "))
-        }
+    unknown_among(name, Request::names().collect())
+}
+
+/// What to say of a name that is no command for the world, where there is no other.
+pub(crate) fn unknown_in_the_world(name: &str) -> String {
+    unknown_among(name, control::USAGE.iter().map(|(name, _)| *name).filter(|name| *name != "state").collect())
+}
+
+fn unknown_among(name: &str, names: Vec<&str>) -> String {
+    match suggestion(name, names.iter().copied()) {
+        none if none.is_empty() => format!("unknown command '{name}'; there are: {}", names.join(", ")),
         suggestion => format!("unknown command '{name}'{suggestion}"),
     }
 }

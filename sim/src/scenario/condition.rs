@@ -9,6 +9,7 @@ use super::program::Program;
 use super::sdo::Object;
 use super::token::{Token, Tokens, shown};
 use crate::look::Look;
+use crate::suggest::suggestion;
 
 /// Where the values of a condition come from.
 pub trait Values {
@@ -289,7 +290,15 @@ impl Term {
             Some(Token::Number(axis)) if axis.fract() == 0.0 => Some(*axis as usize),
             _ => None,
         };
-        let look = Look::named(word, axis, vocabulary.kind)?;
+        let look = Look::named(word, axis, vocabulary.kind).map_err(|error| {
+            let others = ["program", "program_counter"].into_iter().chain(PROGRAM.map(|(name, _)| name));
+            match suggestion(word, others).as_str() {
+                suggestion if error.starts_with("unknown") && !suggestion.is_empty() => {
+                    format!("unknown value '{word}'{suggestion}")
+                }
+                _ => error,
+            }
+        })?;
         if axis.is_some() {
             tokens.next();
         }

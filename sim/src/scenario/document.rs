@@ -32,6 +32,8 @@ pub struct Surroundings<'a> {
 
 /// Reads the text of a file. A scenario with a mistake does not keep the others from running.
 pub fn read(text: &str, surroundings: &Surroundings<'_>) -> Vec<Scenario> {
+    // An editor may have put a byte order mark before the text.
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines: Vec<SourceLine> = (1..)
         .zip(text.lines())
         .map(|(number, text)| SourceLine { number, text: without_comment(text).to_string() })
@@ -66,8 +68,19 @@ pub fn read(text: &str, surroundings: &Surroundings<'_>) -> Vec<Scenario> {
     scenarios
 }
 
+/// The line that a message about a world speaks of.
+fn line_in(message: &str) -> Option<usize> {
+    let (_, behind) = message.split_once("line ")?;
+    behind.split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
+}
+
 fn without_comment(line: &str) -> &str {
     line.split_once('#').map_or(line, |(text, _)| text).trim_end()
+}
+
+/// What tells a case from the others of its scenario.
+fn label(parameters: &Parameters) -> String {
+    parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
 /// The name of a program's file, and that of the product that it is for.
@@ -95,8 +108,14 @@ impl Reader<'_> {
         if steps.is_empty() {
             return Err(Mistake::new(heading.number, "the scenario has no steps"));
         }
-        let combinations = settings.combinations();
-        combinations.iter().map(|parameters| self.case(heading, &settings, steps, parameters)).collect()
+        let combinations = settings.combinations().map_err(|message| Mistake::new(heading.number, message))?;
+        let case = |parameters| {
+            self.case(heading, &settings, steps, parameters).map_err(|mistake| match label(parameters) {
+                none if none.is_empty() => mistake,
+                label => Mistake { message: format!("{} (case: {label})", mistake.message), ..mistake },
+            })
+        };
+        combinations.iter().map(case).collect()
     }
 
     fn case(
@@ -106,7 +125,6 @@ impl Reader<'_> {
         steps: &[SourceLine],
         parameters: &Parameters,
     ) -> Result<Case, Mistake> {
-        let label = parameters.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ");
         let model = self.model(heading, settings, parameters)?;
         let kind = model.product().kind();
         let world = self.world(heading, settings, parameters, kind)?;
@@ -130,7 +148,7 @@ impl Reader<'_> {
             }
             parsed.push((source, step));
         }
-        Ok(Case { label, model, world, not_on_image: settings.not_on_image.clone(), steps: parsed })
+        Ok(Case { label: label(parameters), model, world, not_on_image: settings.not_on_image.clone(), steps: parsed })
     }
 
     fn model(&self, heading: &SourceLine, settings: &Settings, parameters: &Parameters) -> Result<Model, Mistake> {
@@ -184,8 +202,10 @@ impl Reader<'_> {
                 (lines.first().map_or(1, |line| line.number), String::new(), toml)
             }
         };
-        WorldConfig::parse_for(kind, &text)
-            .map_err(|message| Mistake::new(line, format!("world: {place}{}", message.trim_end())))
+        WorldConfig::parse_for(kind, &text).map_err(|message| {
+            let told = line_in(&message).filter(|_| matches!(settings.world, Some(World::Lines(_))));
+            Mistake::new(told.unwrap_or(line), format!("world: {place}{}", message.trim_end()))
+        })
     }
 
     /// The program in a file for a module.

@@ -15,6 +15,7 @@ use super::sdo::{self, Object};
 use super::step::{Answer, Pattern, Step};
 use super::{Case, Mistake, Rig};
 use crate::look::Look;
+use crate::wire::meaning;
 
 /// How long `power cycle` leaves the supply off, and how long it waits for the module to start.
 const OFF: Nanos = 100 * MILLISECOND;
@@ -63,7 +64,7 @@ impl<R: Rig> Values for Runner<R> {
     fn read(&mut self, command: Command) -> Result<f64, String> {
         match self.rig.send(command) {
             Some((100, value)) => Ok(value.into()),
-            Some((status, _)) => Err(format!("{} answered status {status}", name(command))),
+            Some((status, _)) => Err(format!("{} {}", name(command), answered(status))),
             None => Err(format!("{}: no reply", name(command))),
         }
     }
@@ -79,6 +80,11 @@ impl<R: Rig> Values for Runner<R> {
     fn remembered(&self, name: &str) -> Option<f64> {
         self.remembered.get(name).copied()
     }
+}
+
+/// A status that no step wants, in words.
+fn answered(status: u8) -> String {
+    format!("answered status {status} ({})", meaning(status))
 }
 
 /// The mnemonic of a command, or its number where it has none.
@@ -122,12 +128,12 @@ impl<R: Rig> Runner<R> {
         let command = command.command(self)?;
         let reply = self.rig.send(command);
         let Answer::Status { status: wanted, value: wanted_value } = answer else {
-            let why = |(status, value)| format!("answered status {status}, value {value}");
+            let why = |(status, value)| format!("{}, value {value}", answered(status));
             return reply.map_or(Ok(()), |reply| Err(why(reply)));
         };
         let Some((status, value)) = reply else { return Err("no reply".into()) };
         if status != *wanted {
-            return Err(format!("answered status {status}"));
+            return Err(answered(status));
         }
         if let Some(wanted) = wanted_value
             && wanted.value(self)? != f64::from(value)
@@ -174,7 +180,7 @@ impl<R: Rig> Runner<R> {
     fn must(&mut self, command: Command, wanted: Status) -> Result<(), String> {
         match self.rig.send(command) {
             Some((status, _)) if status == wanted as u8 => Ok(()),
-            Some((status, _)) => Err(format!("{command} answered status {status}")),
+            Some((status, _)) => Err(format!("{command} {}", answered(status))),
             None => Err(format!("{command}: no reply")),
         }
     }

@@ -31,11 +31,14 @@ pub(super) enum World {
 /// What a setting begins with.
 pub(super) const HEADS: [&str; 5] = ["product:", "firmware:", "world:", "not on the image:", "for "];
 
+/// Most cases of a scenario. More are a mistake, such as a table for each bit of something.
+const MOST_CASES: usize = 10_000;
+
 impl Settings {
-    /// Takes settings from the front of `lines`, and gives the lines behind them. They replace those in `common`; tables
-    /// are added.
+    /// Takes settings from the front of `lines`, and gives the lines behind them. They replace those in `common`, and tables
+    /// those with a name in common.
     pub(super) fn read(lines: &[SourceLine], common: Settings) -> Result<(Settings, &[SourceLine]), Mistake> {
-        let mut settings = common;
+        let mut settings = Settings::default();
         let mut rest = lines;
         while let [line, after @ ..] = rest {
             if is_indented(line) {
@@ -53,8 +56,29 @@ impl Settings {
         }
         match rest.iter().find(|line| is_indented(line)) {
             Some(stray) => Err(Mistake::new(stray.number, "steps are not indented")),
-            None => Ok((settings, rest)),
+            None => Ok((settings.over(common), rest)),
         }
+    }
+
+    /// These settings, and where they say nothing those in `common`.
+    fn over(self, common: Settings) -> Settings {
+        let mut tables = common.tables;
+        tables.retain(|table| !self.has_name_of(table));
+        tables.extend(self.tables);
+        Settings {
+            product: self.product.or(common.product),
+            firmware: self.firmware.or(common.firmware),
+            world: self.world.or(common.world),
+            not_on_image: self.not_on_image.or(common.not_on_image),
+            tables,
+        }
+    }
+
+    /// True if one of these tables has a name that this table has, too. All rows of a table have the same names.
+    fn has_name_of(&self, table: &[Parameters]) -> bool {
+        let names = |table: &[Parameters]| table.first().cloned().unwrap_or_default();
+        let wanted = names(table);
+        self.tables.iter().any(|own| names(own).keys().any(|name| wanted.contains_key(name)))
     }
 
     /// Takes a setting and the lines below it; false if the line is none.
@@ -68,22 +92,46 @@ impl Settings {
         if value.text.is_empty() && *head != "world:" {
             return Err(Mistake::new(line.number, format!("something is missing behind '{head}'")));
         }
+        let is_second = match *head {
+            "product:" => self.product.is_some(),
+            "firmware:" => self.firmware.is_some(),
+            "not on the image:" => self.not_on_image.is_some(),
+            "world:" => self.world.is_some(),
+            _ => false,
+        };
+        if is_second {
+            return Err(Mistake::new(line.number, format!("a second '{head}'")));
+        }
         match *head {
             "product:" => self.product = Some(value),
             "firmware:" => self.firmware = Some(value),
             "not on the image:" => self.not_on_image = Some(value.text),
             "world:" if value.text.is_empty() => self.world = Some(World::Lines(block.to_vec())),
             "world:" => self.world = Some(World::File(value)),
-            _ => self.tables.push(table_of(&value, block)?),
+            _ => {
+                let table = table_of(&value, block)?;
+                if self.has_name_of(&table) {
+                    return Err(Mistake::new(line.number, "a second table with the same name"));
+                }
+                self.tables.push(table);
+            }
         }
         Ok(true)
     }
 
     /// Every row of each table with every row of the others.
-    pub(super) fn combinations(&self) -> Vec<Parameters> {
-        self.tables.iter().fold(vec![Parameters::new()], |so_far, table| {
+    ///
+    /// # Errors
+    /// They are too many: the message says how many.
+    pub(super) fn combinations(&self) -> Result<Vec<Parameters>, String> {
+        let count = self.tables.iter().fold(1, |count: usize, table| count.saturating_mul(table.len()));
+        if count > MOST_CASES {
+            return Err(format!("the tables make {count} cases; a scenario has {MOST_CASES} at most"));
+        }
+        let combinations = self.tables.iter().fold(vec![Parameters::new()], |so_far, table| {
             so_far.iter().flat_map(|left| table.iter().map(move |right| merged(left, right))).collect()
-        })
+        });
+        Ok(combinations)
     }
 }
 

@@ -11,6 +11,7 @@ use super::program::Program;
 use super::sdo::{NODE, Object};
 use super::settings::HEADS;
 use super::token::{Token, Tokens};
+use crate::protocol::{is_about_the_world, unknown_in_the_world};
 use crate::suggest::suggestion;
 
 /// What a line says.
@@ -118,6 +119,7 @@ impl Step {
             "power" => Err("usage: power cycle".into()),
             "run" => run(tokens, vocabulary),
             "sdo" => sdo(tokens, vocabulary),
+            _ if is_about_the_world(word) => Err(format!("unknown step '{word}'; did you mean 'control {word} ...'?")),
             _ => Err(match suggestion(word, WORDS.into_iter().chain(HEADS)).as_str() {
                 "" => format!(
                     "unknown step '{word}'; there are: {}, and TMCL commands in capitals",
@@ -138,6 +140,9 @@ fn control(text: &str, vocabulary: Vocabulary<'_>) -> Result<Step, String> {
         }
         words => (None, words),
     };
+    if let Some(name) = words.first().filter(|name| !is_about_the_world(name)) {
+        return Err(unknown_in_the_world(name));
+    }
     match Line::parse(&words.join(" "))? {
         Line { module: 1, control: Control::State } => Err("the state is looked at by 'expect' and 'let'".into()),
         line @ Line { module: 1, control } => control.check(vocabulary.kind).map(|()| Step::Control { delay, line }),

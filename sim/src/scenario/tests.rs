@@ -84,13 +84,19 @@ fn errors_in_steps_say_what_to_write() {
         ("expect roter = 5", "unknown value 'roter'; did you mean 'rotor'?"),
         ("expect rotor 1 = 5", "no axis 1: the TMCM-1140 has one, axis 0"),
         ("SAP 4, 0, 2.5", "SAP: 2.5 is not a whole number"),
-        ("expect rotor = 5 +-", "a value is missing before the end of the line"),
+        ("expect rotor = 5 +- ", "a value is missing before the end of the line"),
         ("expect rotor between 5", "usage: VALUE between VALUE and VALUE"),
         ("expect rotor = 5 for 3 h", "time '3 h' is too long"),
         ("wait until rotor = 5", "a time is missing, such as 500 ms"),
-        ("wait 5x s", "'5x' is not a number"),
+        ("wait 5x s", "'x' is not a unit of time"),
+        ("wait $y s", "'$y' is no parameter"),
+        ("wait 1.2.3 s", "'1.2.3' is not a number"),
         ("let 5 = rotor", "usage: let NAME = VALUE"),
         ("control press up", "there are: left, right, home"),
+        ("control pres left", "did you mean 'press'?"),
+        ("press left", "did you mean 'control press ...'?"),
+        ("expect programm = 1", "unknown value 'programm'; did you mean 'program'?"),
+        ("expect zzz = 1", "by other names bridges, left_switch"),
         ("control module 2 press left", "there is one module only"),
         ("control at 5 ms state", "looked at by 'expect'"),
         ("control at 5 parsec power off", "'parsec' is not a unit of time"),
@@ -126,6 +132,10 @@ fn errors_in_the_structure_name_their_line() {
         ("== T\nproduct:\nMST 0", 2, "something is missing behind 'product:'"),
         ("== T\nproduct: 6110\n  x\nMST 0", 3, "nothing stands below"),
         ("== T\nMST 0\nproduct: 6110", 3, "come before the steps"),
+        ("== T\nproduct: 6110\nproduct: 1140\nMST 0", 3, "a second 'product:'"),
+        ("== T\nfor a = 1\nfor a b:\n  1 2\nMST 0", 3, "a second table with the same name"),
+        ("== T\nfor a = 1110\nproduct: $a\nMST 0", 3, "'1110' is no product; there are: TMCM-1140, TMCM-3110"),
+        ("== T\nworld:\n  [stage]\n  lft = 5\nMST 0", 4, "unknown field"),
         ("== T\nworld: none.toml\nMST 0", 2, "world: none.toml: "),
         ("firmware: canopen\n== T\nload program.tmc", 3, "executes no TMCL programs"),
         ("== T\nload program.tmc\nrun Lop", 3, "the program has no label 'Lop'; did you mean 'Loop'?"),
@@ -251,10 +261,11 @@ fn what_is_not_met_fails() {
         ("GAP 0, 0", "no reply"),
         ("GAP 5, 0 -> 4", "answered status 5"),
         ("GAP 5, 0 -> 5 77", "answered value 2"),
-        ("GAP 5, 0 -> no reply", "answered status 5, value 2"),
+        ("GAP 5, 0 -> no reply", "answered status 5 ("),
         ("expect GAP 5, 0 = 2", "GAP answered status 5"),
         ("expect GAP 0, 0 = 2", "GAP: no reply"),
         ("expect rotor = 5 +- 4", "the left side is 0, the right side 5"),
+        ("expect rotor = 5 +-4", "the left side is 0, the right side 5"),
         ("expect rotor != 0", "the left side is 0, the right side 0"),
         ("expect rotor < 0", "the left side is 0"),
         ("expect rotor > 0", "the left side is 0"),
@@ -370,4 +381,33 @@ fn news_come_in_the_order_of_the_files() {
     assert_eq!(failures.len(), 4);
     assert_eq!(failures[0], "a.txt:5: MST 5: answered status 4 (case: wait = 9)");
     assert!(failures[1].starts_with("a.txt:7: unknown step 'jump'"), "{}", failures[1]);
+}
+
+#[test]
+fn what_a_scenario_says_takes_the_place_of_what_its_file_says() {
+    let text = "\u{feff}for x = 1, 2\nfor y = 5, 6\nproduct: 3110\n== T\nfor x = 3\nproduct: 6110\nexpect $x + $y between 8 and 9\n\
+                expect rotor 5 = 0\n";
+    assert_eq!(outcomes(text), [Outcome::Passed, Outcome::Passed]);
+}
+
+#[test]
+fn there_is_an_end_to_the_number_of_cases() {
+    let tables: String = (0..400).map(|table| format!("for x{table} = 1, 2\n")).collect();
+    let [Outcome::Failed(Mistake { line: 1, message })] = &outcomes(&format!("== T\n{tables}MST 0"))[..] else {
+        panic!("not refused");
+    };
+    assert!(message.ends_with("cases; a scenario has 10000 at most"), "{message}");
+}
+
+#[test]
+fn what_is_written_close_together_means_the_same() {
+    let steps = "
+MVP ABS, 0, 1000
+wait 2s until rotor=1010 +-10
+wait 500ms
+expect rotor = 1003+-4 for 2.5ms
+control load 0.1
+expect load = 0.1
+";
+    assert_eq!(run(steps), Ok(()));
 }

@@ -16,8 +16,8 @@ pub(super) enum Token {
     Symbol(&'static str),
 }
 
-/// Longer ones first. `+-` is the tolerance when a space follows.
-const SYMBOLS: &[&str] = &["->", "<=", ">=", "!=", "=", "<", ">", "+", "-", "&", ",", ":"];
+/// Longer ones first.
+const SYMBOLS: &[&str] = &["->", "+-", "<=", ">=", "!=", "=", "<", ">", "+", "-", "&", ",", ":"];
 
 /// What names are made of.
 pub(super) fn in_word(c: char) -> bool {
@@ -76,6 +76,9 @@ impl Tokens {
     pub(super) fn span(&mut self) -> Result<Nanos, String> {
         match (self.next(), self.next()) {
             (Some(Token::Number(number)), Some(Token::Word(unit))) => time::span(&format!("{number} {unit}")),
+            (Some(Token::Name(name)), _) => {
+                Err(format!("'${name}' is no parameter, and only those can stand in the place of a time"))
+            }
             _ => Err("a time is missing, such as 500 ms or 2 s".into()),
         }
     }
@@ -101,11 +104,13 @@ fn token(text: &str, first: char) -> Result<(Token, usize), String> {
         };
     }
     if in_word(first) {
-        let token = if first.is_ascii_digit() { Token::Number(number(word)?) } else { Token::Word(word.into()) };
-        return Ok((token, length));
-    }
-    if text.starts_with("+- ") {
-        return Ok((Token::Symbol("+-"), 2));
+        if !first.is_ascii_digit() {
+            return Ok((Token::Word(word.into()), length));
+        }
+        // A unit may follow its number without a space, as in `20ms`.
+        let unit = if word.starts_with("0x") { None } else { word.find(|c: char| c.is_ascii_alphabetic()) };
+        let digits = word.get(..unit.unwrap_or(word.len())).unwrap_or_default();
+        return Ok((Token::Number(number(digits)?), digits.len()));
     }
     let symbol = SYMBOLS.iter().find(|symbol| text.starts_with(*symbol));
     symbol.map(|symbol| (Token::Symbol(symbol), symbol.len())).ok_or_else(|| format!("'{first}' means nothing here"))

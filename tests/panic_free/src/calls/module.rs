@@ -94,7 +94,7 @@ pub(super) fn module<P: Built<AXES>, const AXES: usize>() {
     any(&mut module);
     any((module.deadline(), module.takes_inputs(now()), module.subscriber(), module.awaits(any(Source::Usb))));
     any((module.spec().number, *module.link_settings(), module.machine().state(), module.axes().len()));
-    any((module.baud_rate(), module.can_bit_rate(), module.calm()));
+    any((module.baud_rate(), module.can_bit_rate(), module.calm(), module.is_restarting()));
     any(module.pass(any(0)));
     let _ = any(module.peek(now(), command()));
     any(module.store().next_job());

@@ -40,7 +40,7 @@ pub(super) fn node() {
     node.stored(any(true));
     any(&mut node);
     any((node.deadline(), node.takes_inputs(now()), node.node_id(), node.bit_rate(), node.state(), node.axes().len()));
-    any((node.is_settled(), node.store().next_job()));
+    any((node.is_settled(), node.is_restarting(), node.store().next_job()));
     if let Ok(entry) = any(Entry::find(any(0), any(0))) {
         let row = entry.row();
         any((
