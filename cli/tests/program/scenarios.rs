@@ -73,7 +73,11 @@ fn files_come_from_folders_and_from_standard_input() {
     let text = said(&folder.test(&["."]));
     assert!(text.starts_with("./a.txt: A ... ok\n./b.txt: B ... ok\n2 passed, 0 failed, in "), "{text}");
     let output = type_into(&["test", "-"], "== Typed\nMST 5\n");
-    assert!(said(&output).contains("\nstandard input:2: MST 5: answered status 4\n"), "{}", said(&output));
+    assert!(
+        said(&output).contains("\nstandard input:2: MST 5: answered status 4 (value, motor or bank out of range)\n"),
+        "{}",
+        said(&output)
+    );
     assert_eq!(output.status.code(), Some(1));
 }
 
@@ -104,7 +108,7 @@ fn mistakes_in_programs_and_worlds_are_told_where_they_are_named() {
     let program = "a.txt:3: wrong.tmc:2:";
     assert!(text.contains(program) && text.contains("did you mean 'Loop'?; tmcl asm shows all 2 errors"), "{text}");
     assert!(text.contains("a.txt:5: world: none.toml: "), "{text}");
-    assert!(text.contains("a.txt:9: world: ") && text.contains("lefft"), "{text}");
+    assert!(text.contains("a.txt:10: world: ") && text.contains("lefft"), "{text}");
 }
 
 #[test]

@@ -109,13 +109,19 @@ impl Reader<'_> {
             return Err(Mistake::new(heading.number, "the scenario has no steps"));
         }
         let combinations = settings.combinations().map_err(|message| Mistake::new(heading.number, message))?;
-        let case = |parameters| {
-            self.case(heading, &settings, steps, parameters).map_err(|mistake| match label(parameters) {
-                none if none.is_empty() => mistake,
-                label => Mistake { message: format!("{} (case: {label})", mistake.message), ..mistake },
-            })
-        };
-        combinations.iter().map(case).collect()
+        let case = |parameters| self.case(heading, &settings, steps, parameters);
+        let mut cases = Vec::new();
+        for (parameters, result) in combinations.iter().map(|parameters| (parameters, case(parameters))) {
+            match result {
+                Ok(case) => cases.push(case),
+                // Where others have the same mistake, it is none of this row.
+                Err(mistake) if combinations.iter().all(|parameters| case(parameters).is_err()) => return Err(mistake),
+                Err(Mistake { line, message }) => {
+                    return Err(Mistake { line, message: format!("{message} (case: {})", label(parameters)) });
+                }
+            }
+        }
+        Ok(cases)
     }
 
     fn case(

@@ -411,3 +411,13 @@ expect load = 0.1
 ";
     assert_eq!(run(steps), Ok(()));
 }
+
+#[test]
+fn a_mistake_of_one_row_names_the_row() {
+    let [Outcome::Failed(Mistake { line: 4, message })] =
+        &outcomes("== T\nfor p = 1140, 3110\nproduct: $p\nexpect rotor 2 = 0")[..]
+    else {
+        panic!("not refused");
+    };
+    assert_eq!(message, "no axis 2: the TMCM-1140 has one, axis 0 (case: p = 1140)");
+}
