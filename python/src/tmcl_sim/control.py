@@ -1,0 +1,81 @@
+"""A connection to the control port of a simulator: a line of text out, a line of JSON in."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+from contextlib import suppress
+from typing import IO, Any
+
+from .errors import SimError
+from .process import Process
+
+
+class Connection:
+    """A connection, made when it is first used.
+
+    Several threads may ask: one of them has its turn at a time, and the others wait. If an exception such as
+    KeyboardInterrupt comes between a question and its answer, the next question goes over a new connection.
+    """
+
+    def __init__(self, process: Process):
+        self._process = process
+        self._turn = threading.Lock()
+        self._socket: socket.socket | None = None
+        self._lines: IO[bytes] | None = None
+
+    def ask(self, line: str) -> dict[str, Any]:
+        """Carries out a command and gives the fields of the answer. Raises SimError with the simulator's words if it is
+        refused."""
+        with self._turn:
+            try:
+                self.write(line)
+                answer = self.read()
+            except BaseException:
+                self.close()
+                raise
+        if not answer["ok"]:
+            raise SimError(answer["error"])
+        return answer
+
+    def write(self, line: str) -> None:
+        """Sends a line."""
+        self._process.check()
+        if "\n" in line or "\r" in line:
+            raise SimError(f"a command is one line, and this is more: {line!r}")
+        try:
+            self._connected().sendall(line.encode() + b"\n")
+        except OSError:
+            raise self._process.gone() from None
+
+    def read(self) -> dict[str, Any]:
+        """Waits for the next line that the simulator sends."""
+        self._process.check()
+        line = b""
+        if self._lines:
+            with suppress(OSError):
+                line = self._lines.readline()
+        if not line.endswith(b"\n"):
+            self._process.check()
+            raise self._process.gone()
+        return dict(json.loads(line))
+
+    def _connected(self) -> socket.socket:
+        if self._socket is None:
+            host, _, port = self._process.ready["control"].rpartition(":")
+            self._socket = socket.create_connection((host, int(port)))
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._lines = self._socket.makefile("rb")
+        return self._socket
+
+    def close(self) -> None:
+        """Ends the connection. Who waits for a line of it is woken."""
+        if self._socket:
+            with suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
+            self._socket.close()
+        if self._lines:
+            with suppress(OSError):
+                self._lines.close()
+        self._socket = self._lines = None

@@ -1,0 +1,44 @@
+"""What all modules of a simulator share: its process, the connection to its control port, and the watches."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+from .control import Connection
+from .process import Process
+from .watch import Watch
+
+
+class Session:
+    """A running simulator and all connections to its control port."""
+
+    def __init__(self, process: Process):
+        self.process = process
+        self._control = Connection(process)
+        self._watches: weakref.WeakSet[Watch] = weakref.WeakSet()
+
+    def ask(self, line: str) -> dict[str, Any]:
+        """Carries out a command of the control port and gives the fields of the answer."""
+        return self._control.ask(line)
+
+    def watch(self, command: str) -> Watch:
+        """A watch that begins with this command."""
+        watch = Watch(self.process, command)
+        self._watches.add(watch)
+        return watch
+
+    def restart(self) -> None:
+        """All begins anew, and the watches go on."""
+        self.ask("restart")
+        for watch in list(self._watches):
+            watch.begin_anew()
+
+    def end(self) -> None:
+        """Ends the simulator, and then the connections to it. A second time does nothing."""
+        # A fork of the process has copies of all connections, and is to leave them alone.
+        if self.process.is_own:
+            self.process.end()
+            self._control.close()
+            for watch in list(self._watches):
+                watch.close()
