@@ -11,6 +11,9 @@ from typing import IO, Any
 from .errors import SimError
 from .process import Process
 
+# pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
+__tracebackhide__ = True
+
 
 class Connection:
     """A connection, made when it is first used.

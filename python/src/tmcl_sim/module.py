@@ -12,6 +12,9 @@ from .state import State, value_of
 from .times import seconds, span
 from .watch import Watch
 
+# pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
+__tracebackhide__ = True
+
 Switch = Literal["left", "right", "home"]
 
 

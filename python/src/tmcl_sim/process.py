@@ -19,6 +19,9 @@ from typing import IO, Any
 
 from .errors import Died, SimError, StartError
 
+# pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
+__tracebackhide__ = True
+
 # How many seconds the simulator has for its end before it is killed. It takes some milliseconds.
 PATIENCE = 10
 # How many lines of its standard error an exception tells.

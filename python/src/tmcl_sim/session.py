@@ -9,6 +9,9 @@ from .control import Connection
 from .process import Process
 from .watch import Watch
 
+# pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
+__tracebackhide__ = True
+
 
 class Session:
     """A running simulator and all connections to its control port."""

@@ -15,6 +15,9 @@ from .process import Process, link_path
 from .session import Session
 from .times import seconds, span
 
+# pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
+__tracebackhide__ = True
+
 # An address of this computer alone, with a free port.
 ANY_PORT = "127.0.0.1:0"
 

@@ -11,6 +11,9 @@ from .control import Connection
 from .process import Process
 from .times import seconds
 
+# pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
+__tracebackhide__ = True
+
 
 @dataclass(frozen=True)
 class Sample:

@@ -1,0 +1,147 @@
+"""Plots of values over virtual time: as an SVG image, and in text characters for a terminal. Drawn without
+dependencies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from html import escape
+
+# Size of the text plot, in characters.
+COLUMNS, ROWS = 64, 9
+# Size of the image and of what surrounds its panels, in pixels.
+WIDTH, PANEL, LEFT, RIGHT, TOP, GAP = 1000, 220, 110, 24, 46, 46
+# Colours that people with any eyes tell apart (Okabe and Ito).
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+GRID, QUIET = "#d9dde1", "#666"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A value over time: its name, and points of time in seconds and value."""
+
+    name: str
+    points: Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves with one scale; the title has their unit."""
+
+    title: str
+    curves: Sequence[Curve]
+
+
+def as_text(panels: Sequence[Panel]) -> str:
+    """The plot in text characters. A curve that stays the same all the time is a line of text."""
+    times = _times(panels)
+    if not times:
+        return "no virtual time has passed"
+    blocks = []
+    for panel in panels:
+        for curve in panel.curves:
+            title = f"{curve.name}: {panel.title}"
+            values = [value for _, value in curve.points]
+            if not values:
+                continue
+            if min(values) == max(values):
+                blocks.append(f"{title}: {_number(values[0])} all the time")
+            else:
+                blocks.append(f"{title}\n{_characters(curve, min(times), max(times))}")
+    return "\n\n".join(blocks)
+
+
+def _characters(curve: Curve, begin: float, end: float) -> str:
+    """A curve that is not level."""
+    values = [value for _, value in curve.points]
+    low, high = min(values), max(values)
+    cells = [[" "] * COLUMNS for _ in range(ROWS)]
+    for time, value in curve.points:
+        column = round((time - begin) / (end - begin) * (COLUMNS - 1))
+        row = round((value - low) / (high - low) * (ROWS - 1))
+        cells[ROWS - 1 - row][column] = "*"
+    labels = {0: _number(high), ROWS - 1: _number(low)}
+    margin = max(len(label) for label in labels.values())
+    lines = [f"{labels.get(row, ''):>{margin}} |{''.join(line).rstrip()}" for row, line in enumerate(cells)]
+    first, last = f"{begin:.3f} s", f"{end:.3f} s"
+    axis = [" " * margin + " +" + "-" * COLUMNS, " " * (margin + 2) + first + f"{last:>{COLUMNS - len(first)}}"]
+    return "\n".join(lines + axis)
+
+
+def as_svg(title: str, panels: Sequence[Panel]) -> str:
+    """The plot as an SVG image."""
+    height = TOP + len(panels) * (PANEL + GAP)
+    times = _times(panels) or [0.0]
+    begin, end = _apart(min(times), max(times))
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" '
+        'font-family="DejaVu Sans, Verdana, Helvetica, Arial, sans-serif" font-size="12" fill="#222">',
+        f"<title>{escape(title)}</title>",
+        '<rect width="100%" height="100%" fill="#fff"/>',
+        _label(LEFT, 24, title, 'font-size="17" font-weight="bold"'),
+    ]
+    for number, panel in enumerate(panels):
+        top = TOP + GAP / 2 + number * (PANEL + GAP)
+        parts += _panel(panel, top, begin, end)
+    parts += [_label((LEFT + WIDTH - RIGHT) / 2, height - 6, "virtual time in seconds", _middle(QUIET)), "</svg>"]
+    return "\n".join(parts) + "\n"
+
+
+def _panel(panel: Panel, top: float, begin: float, end: float) -> Iterable[str]:
+    """A panel from `top` down, with its grid and its curves."""
+    values = [value for curve in panel.curves for _, value in curve.points] or [0.0]
+    low, high = _apart(min(values), max(values))
+    bottom, right = top + PANEL, WIDTH - RIGHT
+
+    def x(time: float) -> float:
+        return LEFT + (time - begin) / (end - begin) * (right - LEFT)
+
+    def y(value: float) -> float:
+        return bottom - (value - low) / (high - low) * PANEL
+
+    yield _label(LEFT, top - 8, panel.title, 'font-weight="bold"')
+    for tick in _ticks(low, high):
+        yield f'<path d="M{LEFT} {y(tick):.1f}H{right}" stroke="{GRID}"/>'
+        yield _label(LEFT - 8, y(tick) + 4, _number(tick), 'text-anchor="end"')
+    for tick in _ticks(begin, end):
+        yield f'<path d="M{x(tick):.1f} {top}V{bottom}" stroke="{GRID}"/>'
+        yield _label(x(tick), bottom + 16, _number(tick), _middle("#222"))
+    for number, curve in enumerate(panel.curves):
+        colour = COLOURS[number % len(COLOURS)]
+        points = " ".join(f"{x(time):.1f},{y(value):.1f}" for time, value in curve.points)
+        yield f'<polyline points="{points}" stroke="{colour}" stroke-width="1.5" stroke-linejoin="round" fill="none"/>'
+        place = right - 100 * (len(panel.curves) - number - 1)
+        yield _label(place, top - 8, curve.name, f'text-anchor="end" fill="{colour}"')
+
+
+def _label(x: float, y: float, text: str, style: str) -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(text)}</text>'
+
+
+def _middle(colour: str) -> str:
+    return f'text-anchor="middle" fill="{colour}"'
+
+
+def _times(panels: Sequence[Panel]) -> list[float]:
+    """All times, if they are not one and the same."""
+    times = [time for panel in panels for curve in panel.curves for time, _ in curve.points]
+    return times if len(set(times)) > 1 else []
+
+
+def _apart(low: float, high: float) -> tuple[float, float]:
+    """The ends of a scale, which are not the same."""
+    return (low, high) if low < high else (low - 1, high + 1)
+
+
+def _ticks(low: float, high: float) -> list[float]:
+    """Some four round numbers on a scale: 1, 2 or 5 times a power of ten apart."""
+    rough = (high - low) / 4
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
+    return [number * step for number in range(math.ceil(low / step), math.floor(high / step) + 1)]
+
+
+def _number(value: float) -> str:
+    """A number with its thousands apart."""
+    return f"{value:,.6g}".replace(",", " ") if abs(value) < 1e6 else f"{value:,.0f}".replace(",", " ")

@@ -1,0 +1,65 @@
+"""Records the motion of a module's axes while a test runs, for the plot in the report of a test that fails."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from contextlib import suppress
+
+from .errors import SimError
+from .module import Module
+from .plot import Curve, Panel
+from .watch import Sample
+
+# Virtual time between two samples, in seconds, and how many are kept: those of the last ten seconds.
+INTERVAL, KEPT = 0.010, 1000
+# The units of the speed register, which are a matter of the motion controller.
+SPEED_UNITS = {"TMCM-3212": "0.954 microsteps/s"}
+
+
+class Recorder:
+    """Keeps the last samples of position and speed of all axes of a module. A thread of its own reads them."""
+
+    def __init__(self, module: Module):
+        self._product = module.product
+        self._axes = range(len(module.state().axes))
+        self._samples: deque[Sample] = deque(maxlen=KEPT)
+        names = [_name(value, axis) for axis in self._axes for value in ("position", "velocity")]
+        self._watch = module.watch(INTERVAL, *names)
+        self._thread = threading.Thread(target=self._read, name="tmcl_sim recorder", daemon=True)
+        self._thread.start()
+
+    def _read(self) -> None:
+        # A simulator that has died or was closed ends the record; what there is of it is worth showing.
+        with suppress(SimError):
+            for sample in self._watch:
+                if self._samples and sample.time <= self._samples[-1].time:
+                    # After a restart time has begun anew.
+                    self._samples.clear()
+                self._samples.append(sample)
+
+    def end(self) -> None:
+        """Ends the record with what has happened up to now. A second time does nothing."""
+        if self._thread.is_alive():
+            with suppress(SimError):
+                self._watch.stop()
+        self._thread.join()
+        self._watch.close()
+
+    def panels(self) -> list[Panel]:
+        """What was recorded, once it has ended."""
+        speed = SPEED_UNITS.get(self._product, "internal units")
+        return [
+            Panel("position in microsteps", [self._curve("position", axis) for axis in self._axes]),
+            Panel(f"speed in {speed}", [self._curve("velocity", axis) for axis in self._axes]),
+        ]
+
+    def _curve(self, value: str, axis: int) -> Curve:
+        name = _name(value, axis)
+        points = [(sample.time, found) for sample in self._samples if (found := sample.values.get(name)) is not None]
+        return Curve(f"axis {axis}", points)
+
+
+def _name(value: str, axis: int) -> str:
+    """The name of a value of an axis, as the simulator writes it."""
+    return f"{value} {axis}" if axis else value
