@@ -4,9 +4,9 @@ The script asks again and again whether the motor has arrived. With `paused=0.01
 pass, so its questions alone decide how far the motor gets, and each run has the same numbers.
 """
 
-import homing
 import pytest
 
+import homing
 from tmcl_sim import Sim
 
 pytestmark = pytest.mark.tmcl_sim(world="stage.toml", paused=0.010)

@@ -135,8 +135,8 @@ def _apart(low: float, high: float) -> tuple[float, float]:
 
 
 def _ticks(low: float, high: float) -> list[float]:
-    """Some four round numbers on a scale: 1, 2 or 5 times a power of ten apart."""
-    rough = (high - low) / 4
+    """Some five round numbers on a scale: 1, 2 or 5 times a power of ten apart."""
+    rough = (high - low) / 6
     power = 10.0 ** math.floor(math.log10(rough))
     step = next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough)
     return [number * step for number in range(math.ceil(low / step), math.floor(high / step) + 1)]

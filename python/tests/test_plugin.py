@@ -1,0 +1,224 @@
+"""The pytest plugin, in a pytest of its own: what it gives to tests, and what the report of a failing test tells."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+FAILING = """
+import pytest
+
+@pytest.mark.tmcl_sim(product="3110")
+def test_moves(tmcl_sim):
+    tmcl_sim.send("MVP ABS, 0, 51200")
+    tmcl_sim.send("MVP ABS, 2, -1000")
+    tmcl_sim.run_until("rotor = 51200", max=1.0)
+"""
+# What its report tells.
+SECTIONS = [
+    "*test_failing.py:*: NotMet",
+    "*- tmcl_sim: last telegrams -*",
+    "*control  >  01 04 00 00 00 00 C8 00 CD   to 1: MVP ABS, 0, 51200",
+    "*control  <  02 01 64 04 00 00 C8 00 33   from 1: 51200 microsteps (target), status 100 ok",
+    "*- tmcl_sim: state of module 1, TMCM-3110 -*",
+    "time            paused",
+    "                axis 0          axis 1          axis 2",
+    "velocity        1000            0               0",
+    "switches        none pressed    none pressed    none pressed",
+    "*- tmcl_sim: motion of module 1, TMCM-3110 -*",
+    "axis 0: position in microsteps",
+    "29 511 |  *  [*][*][*][*][*]",
+    "    22 |[*][*][*][*][*][*]",
+    "       +----------------------------------------------------------------",
+    "        0.066 s   *   1.056 s",
+    "axis 1: position in microsteps: 0 all the time",
+    "axis 0: speed in internal units",
+    "1 000 |    [*][*][*]*",
+    "As an image: *tmcl-sim-plots/test_failing.py_test_moves_motion_of_module_1_TMCM-3110.svg",
+]
+
+
+def plots(pytester: pytest.Pytester) -> list[Path]:
+    return sorted(pytester.path.rglob("*.svg"))
+
+
+def test_a_failing_test_is_told_all(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_failing=FAILING)
+    result = pytester.runpytest("--basetemp=temporary")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(SECTIONS)
+    # The frames of the package are not in the traceback.
+    result.stdout.no_fnmatch_line("*control.py*")
+    (plot,) = plots(pytester)
+    image = ElementTree.parse(plot).getroot()
+    assert image.tag.endswith("svg")
+    texts = {text.text for text in image.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"position in microsteps", "speed in internal units", "virtual time in seconds", "axis 2"} <= texts
+
+
+def test_workers_report_as_well(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_failing=FAILING, test_passing=FAILING.replace("1.0)", "9.0)"))
+    result = pytester.runpytest_subprocess("-n2", "--tmcl-sim-plots=plots")
+    result.assert_outcomes(failed=1, passed=1)
+    result.stdout.fnmatch_lines(
+        ["*- tmcl_sim: last telegrams -*", "*- tmcl_sim: state of *", "*- tmcl_sim: motion of *"]
+    )
+    assert [plot.parent for plot in plots(pytester)] == [pytester.path / "plots"]
+
+
+def test_a_passing_test_leaves_nothing(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_it(tmcl_sim): tmcl_sim.step(1.0)\ndef test_without(): pass")
+    result = pytester.runpytest("-p", "no:cacheprovider", "--tmcl-sim-plots=plots")
+    result.assert_outcomes(passed=2)
+    assert not (pytester.path / "plots").exists()
+    result.stdout.no_fnmatch_line("*tmcl_sim:*")
+
+
+def test_html_reports_show_the_plot(pytester: pytest.Pytester) -> None:
+    pytest.importorskip("pytest_html")
+    pytester.makepyfile(test_failing=FAILING)
+    pytester.runpytest("--html=report.html", "--self-contained-html").assert_outcomes(failed=1)
+    assert "polyline" in (pytester.path / "report.html").read_text()
+
+
+def test_a_fixture_that_fails_is_told_all(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.fixture
+        def stage(tmcl_sim):
+            tmcl_sim.send("SAP 4, 0, 5000")
+
+        def test_it(stage): pass
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(
+        ["E *Refused: SAP 4, 0, 5000: status 4 *", "*- tmcl_sim: last telegrams -*", "*no virtual time has passed"]
+    )
+
+
+def test_a_simulator_that_has_died_is_told(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import os
+
+        def test_it(tmcl_sim):
+            tmcl_sim.send("GAP 6, 0")
+            os.kill(tmcl_sim.ready["pid"], 9)
+            tmcl_sim.send("GAP 6, 0")
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "E *Died: the simulator has ended with signal SIGKILL without a word",
+            "*to 1: GAP 6, 0",
+            "*- tmcl_sim: state of *",
+            "the simulator has ended with signal SIGKILL without a word",
+            "*- tmcl_sim: motion of *",
+        ]
+    )
+
+
+def test_a_simulator_that_was_closed_is_told(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile("def test_it(tmcl_sim):\n    tmcl_sim.close()\n    assert False")
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*- tmcl_sim: last telegrams -*", "this Sim is closed"])
+
+
+def test_a_restart_begins_the_plot_anew(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        def test_it(tmcl_sim):
+            tmcl_sim.send("MVP ABS, 0, 51200")
+            tmcl_sim.step(5.0)
+            tmcl_sim.restart()
+            tmcl_sim.step(1.0)
+            assert False
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["axis 0: position in microsteps: 0 all the time"])
+
+
+def test_the_nearer_marker_wins_by_argument(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        pytestmark = pytest.mark.tmcl_sim(product="3110", modules=2)
+
+        def test_of_the_module(tmcl_sim):
+            assert tmcl_sim.ready["products"] == ["TMCM-3110"] * 2
+
+        @pytest.mark.tmcl_sim(product="6110", paused=False)
+        class TestOfTheClass:
+            def test_it(self, tmcl_sim):
+                assert tmcl_sim.ready["products"] == ["TMCM-6110"] * 2
+                assert tmcl_sim.state().time == "running"
+
+            @pytest.mark.tmcl_sim(modules=1, paused=True)
+            def test_nearer(self, tmcl_sim):
+                assert tmcl_sim.ready["products"] == ["TMCM-6110"]
+                assert tmcl_sim.state().time == "paused"
+
+        @pytest.mark.parametrize("axes", [pytest.param(6, marks=pytest.mark.tmcl_sim(product="6110"))])
+        def test_of_a_parameter(tmcl_sim, axes):
+            assert len(tmcl_sim.state().axes) == axes
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=4)
+
+
+def test_paths_are_relative_to_the_test(pytester: pytest.Pytester) -> None:
+    folder = pytester.mkdir("below")
+    (folder / "stage.toml").write_text("[motor]\nload = 0.5\n")
+    (folder / "test_it.py").write_text(
+        "import pytest\n"
+        "@pytest.mark.tmcl_sim('stage.toml', eeprom='module.bin')\n"
+        "def test_it(tmcl_sim):\n"
+        "    assert tmcl_sim.load == 0.5\n"
+    )
+    pytester.runpytest().assert_outcomes(passed=1)
+    assert (folder / "module.bin").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            "wrold='a.toml'",
+            "@pytest.mark.tmcl_sim(wrold='a.toml'): there is no argument 'wrold'; did you mean 'world'?",
+        ),
+        ("quickly=1", "@pytest.mark.tmcl_sim(quickly=1): there is no argument 'quickly'; there are: world, paused, *"),
+        ("'a.toml', 1", "@pytest.mark.tmcl_sim('a.toml', 1): only the world can stand without a name"),
+        ("world='a.toml'", "*StartError: tmcl: --world: cannot read *a.toml: there is no such file or folder"),
+    ],
+)
+def test_wrong_arguments_are_told(pytester: pytest.Pytester, arguments: str, words: str) -> None:
+    pytester.makepyfile(f"import pytest\n@pytest.mark.tmcl_sim({arguments})\ndef test_it(tmcl_sim): pass")
+    result = pytester.runpytest()
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines([words.replace("[", "[[]")])
+
+
+def test_a_plot_that_cannot_be_written_is_told(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_failing=FAILING)
+    pytester.path.joinpath("plots").write_text("a file")
+    result = pytester.runpytest("--tmcl-sim-plots=plots")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["The plot cannot be written: *"])
+
+
+def test_the_help_tells_of_options_and_marker(pytester: pytest.Pytester) -> None:
+    pytester.runpytest("--help").stdout.fnmatch_lines(["virtual TMCM modules:", "*--tmcl-sim-image=ELF*"])
+    pytester.runpytest("--markers").stdout.fnmatch_lines(["@pytest.mark.tmcl_sim(world=None, [*][*]arguments): *"])
+    pytester.runpytest("--fixtures").stdout.fnmatch_lines(["tmcl_sim -- *", "*A fresh virtual module: *"])

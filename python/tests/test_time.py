@@ -1,0 +1,149 @@
+"""Virtual time under the control of a test."""
+
+from __future__ import annotations
+
+import itertools
+import pickle
+import threading
+from collections.abc import Iterator
+
+import pytest
+
+from tmcl_sim import NotMet, Sim, SimError
+
+
+@pytest.fixture
+def sim() -> Iterator[Sim]:
+    with Sim() as sim:
+        yield sim
+
+
+def test_time_passes_by_steps(sim: Sim) -> None:
+    start = sim.time
+    assert sim.step(0.0123456) == sim.time == pytest.approx(start + 0.012346)
+    assert sim.state().time == "paused"
+    with pytest.raises(SimError, match="an hour, '1 h', is the longest"):
+        sim.step(7200)
+
+
+def test_a_condition_is_waited_for(sim: Sim) -> None:
+    sim.send("MVP ABS, 0, 51200")
+    assert sim.run_until("position = 51200", max=5.0) == sim.time
+    with pytest.raises(NotMet, match=r"^not within 0\.1 s: velocity > 0 \(now velocity = 0\)$") as missed:
+        sim.run_until("velocity > 0", max=0.1)
+    assert (missed.value.condition, missed.value.longest) == ("velocity > 0", 0.1)
+    assert missed.value.values == {"velocity": 0}
+    assert missed.value.state.position == 51200
+    with pytest.raises(SimError, match=r"^unknown value 'velocty'; did you mean 'velocity'\?$"):
+        sim.run_until("velocty = 0", max=0.1)
+
+
+@pytest.mark.parametrize(
+    ("condition", "now"),
+    [
+        ("rotor 0 = 1", {"rotor 0": 0}),
+        ("switches.left + inputs.3 = 2", {"switches.left": 0, "inputs.3": 0}),
+        ("can = 0", {"can": 2}),
+        ("GAP 4, 0 between 1 and 2", {}),
+    ],
+)
+def test_a_condition_that_is_not_met_tells_its_values(sim: Sim, condition: str, now: dict[str, float]) -> None:
+    with pytest.raises(NotMet) as missed:
+        sim.run_until(condition, max=0.001)
+    assert missed.value.values == now
+    assert str(pickle.loads(pickle.dumps(missed.value))) == str(missed.value)
+
+
+def test_a_command_is_put_off(sim: Sim) -> None:
+    due = sim.at(0.0025, "power off")
+    assert due == pytest.approx(sim.time + 0.0025)
+    sim.step(0.002)
+    assert sim.state().power
+    sim.step(0.001)
+    assert not sim.state().power
+
+
+def test_time_passes_with_replies() -> None:
+    with Sim(paused=0.010) as sim:
+        start = sim.time
+        sim.send("GAP 6, 0")
+        sim.send("GAP 6, 0")
+        assert 0.010 < sim.time - start <= 0.030
+        sim.pause()
+        sim.send("GAP 6, 0")
+        start = sim.time
+        sim.send("GAP 6, 0")
+        assert sim.time - start < 0.010
+
+
+def test_time_goes_by_the_clock() -> None:
+    with Sim(paused=False, speed="max") as sim:
+        assert (sim.state().time, sim.speed) == ("running", "max")
+        sim.speed = 2.5
+        assert sim.speed == 2.5
+        sim.speed = "max"
+        with pytest.raises(SimError, match=r"^time goes by the clock, so there is no 'step': write 'pause' before it$"):
+            sim.step(0.1)
+        sim.pause(0.005)
+        assert sim.state().time == "paused"
+        sim.resume()
+        assert sim.state().time == "running"
+
+
+def test_a_restart_begins_anew(sim: Sim) -> None:
+    start = sim.time
+    sim.send("MVP ABS, 0, 1000")
+    sim.press("left")
+    sim.step(1.0)
+    sim.restart()
+    state = sim.state()
+    assert (sim.time, state.position, state.switches.left) == (start, 0, False)
+
+
+def test_a_watch_tells_values_as_time_passes(sim: Sim) -> None:
+    with sim.watch(0.1, "position", "velocity", "GAP 4, 0") as watch:
+        assert watch.samples() == []
+        begin = sim.time
+        sim.send("MVP ABS, 0, 51200")
+        sim.step(0.5)
+        samples = watch.samples()
+        assert [sample.time for sample in samples] == pytest.approx([begin + 0.1 * count for count in range(1, 6)])
+        assert all(before["position"] < after["position"] for before, after in itertools.pairwise(samples))  # type: ignore[operator]
+        assert (samples[-1]["velocity"], samples[-1]["GAP 4, 0"], samples[-1].missed) == (1000, 1000, 0)
+        assert watch.samples() == []
+        sim.restart()
+        sim.step(0.2)
+        assert [sample.time for sample in watch.samples()] == pytest.approx([begin + 0.1, begin + 0.2])
+        sim.step(0.1)
+        watch.stop()
+        sim.step(0.1)
+        assert len(list(watch)) == 1
+    watch.close()
+    with pytest.raises(SimError, match="unknown value 'roter'; did you mean 'rotor'"):
+        sim.watch(0.1, "roter")
+
+
+def test_a_thread_reads_a_watch(sim: Sim) -> None:
+    found: list[float] = []
+    with sim.watch(0.01, "rotor") as watch:
+        reader = threading.Thread(target=lambda: found.extend(sample.time for sample in watch))
+        reader.start()
+        sim.step(1.0)
+        watch.stop()
+        reader.join()
+    assert len(found) == 100
+
+
+def test_threads_take_turns(sim: Sim) -> None:
+    def ask() -> None:
+        for _ in range(20):
+            sim.send("GAP 6, 0")
+            sim.step(0.001)
+
+    threads = [threading.Thread(target=ask) for _ in range(4)]
+    start = sim.time
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sim.time >= start + 4 * 20 * 0.001

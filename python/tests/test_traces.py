@@ -1,0 +1,231 @@
+"""Nothing is left behind: no process, file, link, port, thread or file descriptor, however a simulator or its host
+ends."""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from tmcl_sim import Died, Sim, SimError
+
+# How many simulators are started, and how many at a time.
+STARTS, AT_A_TIME = int(os.environ.get("TMCL_SIM_STARTS", "100")), 8
+# The longest that a busy computer may take, in seconds.
+PATIENCE = 60
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder for temporary files, which is empty."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    return tmp_path
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "it does not happen"
+        time.sleep(0.01)
+
+
+def is_running(pid: int) -> bool:
+    """Whether there is such a process; one that has ended and that nobody has waited for does not run."""
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def is_open(address: str) -> bool:
+    host, _, port = address.rpartition(":")
+    try:
+        socket.create_connection((host, int(port))).close()
+    except ConnectionRefusedError:
+        return False
+    return True
+
+
+def descriptors() -> int:
+    return len(os.listdir("/proc/self/fd"))
+
+
+def test_starts_and_stops(folder: Path) -> None:
+    def start(_: int) -> int:
+        with Sim(serial=True, can=True) as sim:
+            sim.send("MVP ABS, 0, 1000")
+            with sim.watch(0.01, "rotor"):
+                sim.step(0.1)
+            return int(sim.ready["pid"])
+
+    before = descriptors(), threading.active_count()
+    with ThreadPoolExecutor(AT_A_TIME) as pool:
+        processes = list(pool.map(start, range(STARTS)))
+    assert len(set(processes)) == STARTS
+    assert not any(Path(f"/proc/{pid}").exists() for pid in processes)
+    assert os.listdir(folder) == []
+    assert (descriptors(), threading.active_count()) == before
+
+
+def test_a_simulator_that_nobody_closes(folder: Path) -> None:
+    before = descriptors()
+    sim = Sim(serial=True)
+    pid = sim.ready["pid"]
+    del sim
+    assert not Path(f"/proc/{pid}").exists()
+    assert os.listdir(folder) == []
+    assert descriptors() == before
+
+
+def test_a_start_that_fails(folder: Path) -> None:
+    before = descriptors()
+    with pytest.raises(SimError):
+        Sim(world="missing.toml", serial=True)
+    assert os.listdir(folder) == []
+    assert descriptors() == before
+
+
+def test_a_simulator_that_is_killed_while_somebody_waits(folder: Path) -> None:
+    before = descriptors()
+    sim = Sim(serial=True)
+    # It says on standard error where the port is then.
+    sim.usb(False, hangup=True)
+    sim.usb(True)
+    sim.send("GAP 6, 0")
+    pid = sim.ready["pid"]
+    # Nobody answers, until it is killed.
+    os.kill(pid, signal.SIGSTOP)
+    killer = threading.Timer(0.2, os.kill, (pid, signal.SIGKILL))
+    killer.start()
+    with pytest.raises(
+        Died, match=r"(?s)^the simulator has ended with signal SIGKILL; its last lines:\n.*is .* again"
+    ) as died:
+        sim.step(1.0)
+    killer.join()
+    assert died.value.exit_code == -signal.SIGKILL
+    assert died.value.last_lines.startswith("tmcl sim: the port of the USB link is ")
+    with pytest.raises(Died):
+        sim.state()
+    assert len(sim.telegrams()) == 2
+    sim.close()
+    assert os.listdir(folder) == []
+    assert descriptors() == before
+
+
+def test_a_watch_of_a_simulator_that_dies() -> None:
+    with Sim() as sim, sim.watch(0.1, "rotor") as watch:
+        sim.step(0.1)
+        os.kill(sim.ready["pid"], signal.SIGKILL)
+        with pytest.raises(Died):
+            list(watch)
+
+
+def test_a_simulator_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
+    monkeypatch.setattr("tmcl_sim.process.PATIENCE", 0.1)
+    sim = Sim(serial=True)
+    os.kill(sim.ready["pid"], signal.SIGSTOP)
+    sim.close()
+    assert not Path(f"/proc/{sim.ready['pid']}").exists()
+    assert os.listdir(folder) == []
+
+
+def test_an_interruption_between_question_and_answer() -> None:
+    class Interruption(Exception):
+        pass
+
+    def interrupt(*_: object) -> None:
+        raise Interruption
+
+    with Sim() as sim:
+        pid = sim.ready["pid"]
+        old = signal.signal(signal.SIGALRM, interrupt)
+        try:
+            os.kill(pid, signal.SIGSTOP)
+            signal.setitimer(signal.ITIMER_REAL, 0.1)
+            with pytest.raises(Interruption):
+                sim.send("GAP 6, 0")
+        finally:
+            signal.signal(signal.SIGALRM, old)
+            os.kill(pid, signal.SIGCONT)
+        # The answer to the question before is not taken for that to the next.
+        assert sim.send("GAP 4, 0").value == 1000
+        assert not sim.state().switches.left
+
+
+# A host with two simulators; it tells of them, and stays until it is killed.
+HOST = """
+import json, os, sys, time
+from tmcl_sim import Sim
+sims = [Sim(serial=True, rs485=True, can=True), Sim(firmware="canopen")]
+watch = sims[0].watch(0.01, "rotor")
+sims[0].send("ROR 0, 100")
+sims[0].step(1.0)
+FORK
+print(json.dumps([sim.ready | {"fork": fork} for sim in sims]), flush=True)
+time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("fork", ["0", "os.fork()"], ids=["alone", "forked"])
+def test_a_host_that_is_killed(fork: str, folder: Path) -> None:
+    # A child of the host lives on; it has copies of all that the host has open.
+    code = HOST.replace("FORK", f"fork = {fork}\nif {fork != '0'} and not fork: time.sleep(600)")
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stdin=subprocess.DEVNULL) as host:
+        assert host.stdout is not None
+        told = json.loads(host.stdout.readline())
+        assert all(is_running(ready["pid"]) and is_open(ready["control"]) for ready in told)
+        assert sorted(os.listdir(folder)) == sorted(Path(told[0][link]).name for link in ("serial", "rs485"))
+        host.kill()
+        child = told[0]["fork"]
+        try:
+            wait_until(lambda: not any(is_running(ready["pid"]) for ready in told))
+            assert child == 0 or is_running(child)
+        finally:
+            if child:
+                os.kill(child, signal.SIGKILL)
+    wait_until(lambda: os.listdir(folder) == [])
+    addresses = [ready[link] for ready in told for link in ("control", "tcp", "slcan_tcp")]
+    assert not any(is_open(address) for address in addresses)
+
+
+def test_a_host_that_ends_without_closing(folder: Path) -> None:
+    code = "from tmcl_sim import Sim; sim = Sim(serial=True); print(sim.ready['pid'])"
+    pid = int(subprocess.check_output([sys.executable, "-c", code]))
+    assert not Path(f"/proc/{pid}").exists()
+    assert os.listdir(folder) == []
+
+
+def use(sim: Sim, told: multiprocessing.SimpleQueue[str]) -> None:
+    try:
+        sim.state()
+    except SimError as error:
+        told.put(str(error))
+    sim.close()
+    with Sim() as own:
+        told.put(str(own.send("GAP 6, 0").value))
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_fork_leaves_the_simulator_alone() -> None:
+    context = multiprocessing.get_context("fork")
+    told: multiprocessing.SimpleQueue[str] = context.SimpleQueue()
+    with Sim() as sim:
+        child = context.Process(target=use, args=(sim, told))
+        child.start()
+        child.join()
+        assert told.get() == "this Sim belongs to the process that has forked this one; start another Sim here"
+        assert (told.get(), child.exitcode) == ("128", 0)
+        assert sim.send("GAP 6, 0").value == 128
