@@ -42,7 +42,7 @@ def test_an_image() -> None:
     image = ElementTree.fromstring(as_svg("a < b", [Panel("position", [RAMP, LEVEL]), Panel("speed", [LEVEL])]))
     lines = [line.get("points", "").split() for line in image.iter("{http://www.w3.org/2000/svg}polyline")]
     assert [len(points) for points in lines] == [9, 9, 9]
-    assert (lines[0][0], lines[0][-1]) == ("110.0,288.9", "976.0,69.0")
+    assert (lines[0][0], lines[0][-1]) == ("110.0,297.9", "976.0,78.0")
     texts = [text.text for text in image.iter("{http://www.w3.org/2000/svg}text")]
     assert texts[0] == "a < b"
     assert {"position", "speed", "axis 0", "axis 1", "2 000", "8 000", "virtual time in seconds"} <= set(texts)

@@ -11,7 +11,7 @@ from html import escape
 # Size of the text plot, in characters.
 COLUMNS, ROWS = 64, 9
 # Size of the image and of what surrounds its panels, in pixels.
-WIDTH, PANEL, LEFT, RIGHT, TOP, GAP = 1000, 220, 110, 24, 46, 46
+WIDTH, PANEL, LEFT, RIGHT, TOP, BOTTOM, GAP = 1000, 220, 110, 24, 32, 34, 46
 # Colours that people with any eyes tell apart (Okabe and Ito).
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 GRID, QUIET = "#d9dde1", "#666"
@@ -71,7 +71,7 @@ def _characters(curve: Curve, begin: float, end: float) -> str:
 
 def as_svg(title: str, panels: Sequence[Panel]) -> str:
     """The plot as an SVG image."""
-    height = TOP + len(panels) * (PANEL + GAP)
+    height = TOP + len(panels) * (GAP + PANEL) + BOTTOM
     times = _times(panels) or [0.0]
     begin, end = _apart(min(times), max(times))
     parts = [
@@ -79,10 +79,10 @@ def as_svg(title: str, panels: Sequence[Panel]) -> str:
         'font-family="DejaVu Sans, Verdana, Helvetica, Arial, sans-serif" font-size="12" fill="#222">',
         f"<title>{escape(title)}</title>",
         '<rect width="100%" height="100%" fill="#fff"/>',
-        _label(LEFT, 24, title, 'font-size="17" font-weight="bold"'),
+        _label(LEFT, 28, title, 'font-size="17" font-weight="bold"'),
     ]
     for number, panel in enumerate(panels):
-        top = TOP + GAP / 2 + number * (PANEL + GAP)
+        top = TOP + number * (GAP + PANEL) + GAP
         parts += _panel(panel, top, begin, end)
     parts += [_label((LEFT + WIDTH - RIGHT) / 2, height - 6, "virtual time in seconds", _middle(QUIET)), "</svg>"]
     return "\n".join(parts) + "\n"
