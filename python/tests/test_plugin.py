@@ -218,6 +218,45 @@ def test_a_plot_that_cannot_be_written_is_told(pytester: pytest.Pytester) -> Non
     result.stdout.fnmatch_lines(["The plot cannot be written: *"])
 
 
+def test_an_image_runs_in_all_tests_that_it_is_for(pytester: pytest.Pytester, pytestconfig: pytest.Config) -> None:
+    image = pytestconfig.getoption("--tmcl-sim-image")
+    if image is None:
+        pytest.skip("--tmcl-sim-image names the image of a TMCM-1140 for this test")
+    path = pytestconfig.invocation_params.dir / image
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.tmcl_sim(modules=2)
+        def test_image(tmcl_sim):
+            assert tmcl_sim.ready["image"]
+
+        @pytest.mark.tmcl_sim(image=None)
+        def test_none(tmcl_sim):
+            assert tmcl_sim.ready["image"] is None
+
+        @pytest.mark.parametrize("argument", [
+            pytest.param(0, marks=pytest.mark.tmcl_sim(product="1140")),
+            pytest.param(1, marks=pytest.mark.tmcl_sim(product=("1140", "6110"))),
+            pytest.param(2, marks=pytest.mark.tmcl_sim(firmware="canopen")),
+        ])
+        def test_others(tmcl_sim, argument):
+            assert argument == 0
+        """
+    )
+    result = pytester.runpytest(f"--tmcl-sim-image={path}", "-rs")
+    result.assert_outcomes(passed=3, skipped=2)
+    result.stdout.fnmatch_lines(["*the image is for the TMCM-1140 with the firmware tmcl, this test is not"])
+
+
+def test_an_image_that_is_none_is_told(pytester: pytest.Pytester) -> None:
+    pytester.path.joinpath("image").write_text("no image")
+    pytester.makepyfile("def test_it(tmcl_sim): pass")
+    result = pytester.runpytest("--tmcl-sim-image=image")
+    result.assert_outcomes(errors=1)
+    result.stdout.fnmatch_lines(["E *StartError: tmcl: --image: *"])
+
+
 def test_the_help_tells_of_options_and_marker(pytester: pytest.Pytester) -> None:
     pytester.runpytest("--help").stdout.fnmatch_lines(["virtual TMCM modules:", "*--tmcl-sim-image=ELF*"])
     pytester.runpytest("--markers").stdout.fnmatch_lines(["@pytest.mark.tmcl_sim(world=None, [*][*]arguments): *"])

@@ -69,7 +69,7 @@ def _state(module: Module) -> str:
         return str(error)
     of_axis = [field.name for field in fields(Axis)]
     of_module = [field.name for field in fields(state) if field.name not in (*of_axis, "axes")]
-    rows = [[name, _words(getattr(state, name))] for name in of_module]
+    rows = [[name, _words(value)] for name in of_module if (value := getattr(state, name)) is not None]
     table = [["", *(f"axis {number}" for number in range(len(state.axes)))]]
     table += [[name, *(_words(getattr(axis, name)) for axis in state.axes)] for name in of_axis]
     return "\n".join("".join(f"{cell:16}" for cell in row).rstrip() for row in rows + table)
