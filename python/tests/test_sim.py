@@ -12,7 +12,7 @@ import serial
 from pytrinamic.connections import ConnectionManager
 from pytrinamic.modules import TMCM1140
 
-from tmcl_sim import Sim, SimError, StartError, binary
+from tmcl_sim import Sim, SimError, StartError
 
 # GAP 6, 0 (the maximum current) to module 1, and what it answers: 128.
 REQUEST = bytes([1, 6, 6, 0, 0, 0, 0, 0, 13])
@@ -144,14 +144,3 @@ def test_close() -> None:
 def test_a_start_that_fails_says_why(arguments: dict[str, object], words: str) -> None:
     with pytest.raises(StartError, match=words):
         Sim(**arguments)  # type: ignore[arg-type]
-
-
-def test_the_program_is_found(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    program = tmp_path / "tmcl"
-    program.symlink_to(binary())
-    monkeypatch.setenv("TMCL_SIM_BINARY", str(program))
-    assert binary() == str(program)
-    Sim().close()
-    monkeypatch.setenv("TMCL_SIM_BINARY", str(tmp_path))
-    with pytest.raises(StartError, match=r"^the environment variable TMCL_SIM_BINARY names .* not a program"):
-        binary()

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from tmcl_sim import Died, Sim, SimError
+from tmcl_sim import Died, Sim, SimError, Watch
 
 # How many simulators are started, and how many at a time.
 STARTS, AT_A_TIME = int(os.environ.get("TMCL_SIM_STARTS", "100")), 8
@@ -208,11 +208,12 @@ def test_a_host_that_ends_without_closing(folder: Path) -> None:
     assert os.listdir(folder) == []
 
 
-def use(sim: Sim, told: multiprocessing.SimpleQueue[str]) -> None:
+def use(sim: Sim, watch: Watch, told: multiprocessing.SimpleQueue[str]) -> None:
     try:
         sim.state()
     except SimError as error:
         told.put(str(error))
+    watch.close()
     sim.close()
     with Sim() as own:
         told.put(str(own.send("GAP 6, 0").value))
@@ -222,10 +223,13 @@ def use(sim: Sim, told: multiprocessing.SimpleQueue[str]) -> None:
 def test_a_fork_leaves_the_simulator_alone() -> None:
     context = multiprocessing.get_context("fork")
     told: multiprocessing.SimpleQueue[str] = context.SimpleQueue()
-    with Sim() as sim:
-        child = context.Process(target=use, args=(sim, told))
+    with Sim() as sim, sim.watch(0.1, "rotor") as watch:
+        sim.step(0.1)
+        child = context.Process(target=use, args=(sim, watch, told))
         child.start()
         child.join()
         assert told.get() == "this Sim belongs to the process that has forked this one; start another Sim here"
         assert (told.get(), child.exitcode) == ("128", 0)
         assert sim.send("GAP 6, 0").value == 128
+        sim.step(0.1)
+        assert len(watch.samples()) == 2

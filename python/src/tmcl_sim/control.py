@@ -75,8 +75,10 @@ class Connection:
     def close(self) -> None:
         """Ends the connection. Who waits for a line of it is woken."""
         if self._socket:
-            with suppress(OSError):
-                self._socket.shutdown(socket.SHUT_RDWR)
+            # A fork has a copy of the connection, and is not to end that of its parent.
+            if self._process.is_own:
+                with suppress(OSError):
+                    self._socket.shutdown(socket.SHUT_RDWR)
             self._socket.close()
         if self._lines:
             with suppress(OSError):

@@ -120,8 +120,9 @@ class Process:
         return _whole(self._log).decode(errors="replace").splitlines()
 
     def end(self) -> None:
-        """Ends the process, waits for its end, and removes what it leaves. A second time does nothing."""
-        if self._ended:
+        """Ends the process, waits for its end, and removes what it leaves. A second time does nothing, and so does a
+        fork."""
+        if self._ended or not self.is_own:
             return
         self._ended = True
         _running.discard(self)

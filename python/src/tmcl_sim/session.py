@@ -39,9 +39,7 @@ class Session:
 
     def end(self) -> None:
         """Ends the simulator, and then the connections to it. A second time does nothing."""
-        # A fork of the process has copies of all connections, and is to leave them alone.
-        if self.process.is_own:
-            self.process.end()
-            self._control.close()
-            for watch in list(self._watches):
-                watch.close()
+        self.process.end()
+        self._control.close()
+        for watch in list(self._watches):
+            watch.close()

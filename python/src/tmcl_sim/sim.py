@@ -40,7 +40,7 @@ class Sim(Module):
     log:      path of a file that gets a line for each telegram; one that exists is emptied.
     serial:   whether the USB link is a serial port as well; its path is then `serial`.
     rs485:    the same for the RS485 bus of all modules.
-    can:      whether there is a CAN adapter for the bus of all modules; a CANopen node always has one.
+    can:      whether there is a CAN adapter for the bus of all modules; firmware="canopen" brings one.
     binary:   path of the program `tmcl`, in place of `tmcl_sim.binary()`.
 
     Raises StartError, with the simulator's words, if it does not start. It is to be closed, by `close` or a `with`

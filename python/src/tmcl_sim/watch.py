@@ -41,7 +41,7 @@ class Watch:
         self._connection = Connection(process)
         self._command = command
         self._connection.ask(command)
-        self._stopping = False
+        self._stopping = self._ended = False
 
     def samples(self) -> list[Sample]:
         """All samples that have come since the last call, without waiting for more."""
@@ -49,10 +49,12 @@ class Watch:
         return list(self._up_to_mark())
 
     def stop(self) -> None:
-        """No more samples come. Those that have come can still be iterated over; then the iteration ends."""
-        self._stopping = True
-        self._connection.write("unwatch")
-        self._mark()
+        """No more samples come. Those that have come can still be iterated over; then the iteration ends. A second time
+        does nothing."""
+        if not self._stopping:
+            self._stopping = True
+            self._connection.write("unwatch")
+            self._mark()
 
     def close(self) -> None:
         """Ends the watch and its connection. A second time does nothing."""
@@ -64,10 +66,9 @@ class Watch:
             self._connection.write(self._command)
 
     def __iter__(self) -> Iterator[Sample]:
-        while True:
+        while not self._ended:
             yield from self._up_to_mark()
-            if self._stopping:
-                return
+            self._ended = self._stopping
 
     def _mark(self) -> None:
         """Has the simulator mark this place among the samples, by an answer that no other command has."""
@@ -77,6 +78,9 @@ class Watch:
         while "axes" not in (line := self._connection.read()):
             if not line.keys() & {"ok", "ended"}:
                 yield _sample(line)
+
+    def __del__(self) -> None:
+        self.close()
 
     def __enter__(self) -> Watch:
         return self
