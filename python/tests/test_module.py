@@ -11,6 +11,8 @@ import pytest
 
 from tmcl_sim import Module, NoReply, Refused, Sim, SimError, State
 
+# A short of bridge A among the driver's error flags.
+SHORT_A = 8
 AXES = {"1140": 1, "3110": 3, "3212": 3, "6110": 6}
 
 
@@ -162,7 +164,7 @@ def test_can_state(sim: Sim) -> None:
 def test_faults(sim: Sim) -> None:
     sim.fault("short-a", axis=0)
     sim.step(0.1)
-    assert read(sim, "GAP 208, 0") & 8
+    assert read(sim, "GAP 208, 0") & SHORT_A
     sim.fault("short-a", on=False, axis=0)
     sim.send("SAP 6, 0, 77")
     sim.fault("eeprom")
@@ -172,6 +174,13 @@ def test_faults(sim: Sim) -> None:
     assert sim.send("STAP 6, 0").status == 100
     with pytest.raises(SimError, match=r"^unknown fault 'fire'; there are: eeprom, spi"):
         sim.fault("fire")
+
+
+def test_faults_of_an_axis() -> None:
+    with Sim(product="3110") as sim:
+        sim.fault("short-a", axis=1)
+        sim.step(0.1)
+        assert [bool(read(sim, f"GAP 208, {axis}") & SHORT_A) for axis in range(3)] == [False, True, False]
 
 
 def test_faults_of_replies(sim: Sim) -> None:

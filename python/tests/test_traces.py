@@ -223,7 +223,7 @@ def use(sim: Sim, watch: Watch, told: multiprocessing.SimpleQueue[str]) -> None:
 def test_a_fork_leaves_the_simulator_alone() -> None:
     context = multiprocessing.get_context("fork")
     told: multiprocessing.SimpleQueue[str] = context.SimpleQueue()
-    with Sim() as sim, sim.watch(0.1, "rotor") as watch:
+    with Sim(serial=True) as sim, sim.watch(0.1, "rotor") as watch:
         sim.step(0.1)
         child = context.Process(target=use, args=(sim, watch, told))
         child.start()
@@ -233,3 +233,4 @@ def test_a_fork_leaves_the_simulator_alone() -> None:
         assert sim.send("GAP 6, 0").value == 128
         sim.step(0.1)
         assert len(watch.samples()) == 2
+        assert os.path.lexists(sim.serial)
