@@ -56,9 +56,10 @@ class Connection:
         """Waits for the next line that the simulator sends."""
         self._process.check()
         line = b""
-        if self._lines:
-            with suppress(OSError):
-                line = self._lines.readline()
+        if lines := self._lines:
+            # Another thread may close it meanwhile, which is a ValueError.
+            with suppress(OSError, ValueError):
+                line = lines.readline()
         if not line.endswith(b"\n"):
             self._process.check()
             raise self._process.gone()

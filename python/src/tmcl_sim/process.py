@@ -81,11 +81,6 @@ class Process:
             raise StartError(said) from None
 
     @property
-    def pid(self) -> int:
-        """The number of the process."""
-        return self._popen.pid
-
-    @property
     def is_own(self) -> bool:
         """False in a fork of the process that has started the simulator."""
         return self._owner == os.getpid()

@@ -21,7 +21,7 @@ __tracebackhide__ = True
 # An address of this computer alone, with a free port.
 ANY_PORT = "127.0.0.1:0"
 
-Path = str | os.PathLike[str]
+File = str | os.PathLike[str]
 
 
 class Sim(Module):
@@ -51,20 +51,20 @@ class Sim(Module):
 
     def __init__(
         self,
-        world: Path | None = None,
+        world: File | None = None,
         *,
         paused: bool | float = True,
         product: str | Sequence[str] | None = None,
         firmware: Literal["tmcl", "canopen"] | None = None,
         modules: int | None = None,
         speed: float | Literal["max"] = 1.0,
-        eeprom: Path | None = None,
-        image: Path | None = None,
-        log: Path | None = None,
+        eeprom: File | None = None,
+        image: File | None = None,
+        log: File | None = None,
         serial: bool = False,
         rs485: bool = False,
         can: bool = False,
-        binary: Path | None = None,
+        binary: File | None = None,
     ):
         arguments = ["--tcp", ANY_PORT, "--control", ANY_PORT, "--speed", str(speed)]
         if paused is not False:
