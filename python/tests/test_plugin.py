@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -40,6 +41,13 @@ SECTIONS = [
 ]
 
 
+def traces() -> list[str]:
+    """Threads of the plugin, and simulators, that are left in this process."""
+    threads = [thread.name for thread in threading.enumerate() if thread.name.startswith("tmcl_sim")]
+    children = Path(f"/proc/self/task/{threading.get_native_id()}/children").read_text().split()
+    return threads + [child for child in children if Path(f"/proc/{child}/comm").read_text() == "tmcl\n"]
+
+
 def plots(pytester: pytest.Pytester) -> list[Path]:
     return sorted(pytester.path.rglob("*.svg"))
 
@@ -68,10 +76,18 @@ def test_workers_report_as_well(pytester: pytest.Pytester) -> None:
 
 def test_a_passing_test_leaves_nothing(pytester: pytest.Pytester) -> None:
     pytester.makepyfile("def test_it(tmcl_sim): tmcl_sim.step(1.0)\ndef test_without(): pass")
-    result = pytester.runpytest("-p", "no:cacheprovider", "--tmcl-sim-plots=plots")
+    result = pytester.runpytest_inprocess("--tmcl-sim-plots=plots")
     result.assert_outcomes(passed=2)
     assert not (pytester.path / "plots").exists()
     result.stdout.no_fnmatch_line("*tmcl_sim:*")
+    assert traces() == []
+
+
+def test_a_failing_test_leaves_its_plot_alone(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_failing=FAILING)
+    pytester.runpytest_inprocess("--tmcl-sim-plots=plots").assert_outcomes(failed=1)
+    assert len(list((pytester.path / "plots").iterdir())) == 1
+    assert traces() == []
 
 
 def test_html_reports_show_the_plot(pytester: pytest.Pytester) -> None:
