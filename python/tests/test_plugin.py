@@ -237,7 +237,7 @@ def test_a_plot_that_cannot_be_written_is_told(pytester: pytest.Pytester) -> Non
 def test_an_image_runs_in_all_tests_that_it_is_for(pytester: pytest.Pytester, pytestconfig: pytest.Config) -> None:
     image = pytestconfig.getoption("--tmcl-sim-image")
     if image is None:
-        pytest.skip("--tmcl-sim-image names the image of a TMCM-1140 for this test")
+        pytest.skip("this test needs --tmcl-sim-image=ELF, with the image of a TMCM-1140")
     path = pytestconfig.invocation_params.dir / image
     pytester.makepyfile(
         """
