@@ -1,23 +1,26 @@
 //! Tells the program which commit it is built from, for `tmcl --version`.
 //!
 //! Builds with optimisation have it, which are those that users run: `cargo sim`, `cargo tmcl`, `cargo install`. Builds for
-//! tests have none, because they would be compiled anew after each commit. The variable TMCL_COMMIT stands for the commit
-//! where there is no repository, as in a package of the sources.
+//! tests have none, because they would be compiled anew after each commit. Where there is no repository, the variable
+//! TMCL_COMMIT stands for the commit, or the file COMMIT beside this one, which packages of the sources have.
 
 use std::env;
+use std::fs;
 use std::process::Command;
 
 /// The variable that names the commit, for this script and for the program.
 const COMMIT: &str = "TMCL_COMMIT";
+/// The file of packages of the sources, which scripts/wheel writes.
+const FILE: &str = "COMMIT";
 
 fn main() {
     println!("cargo::rerun-if-env-changed={COMMIT}");
     println!("cargo::rerun-if-changed=build.rs");
     let is_for_tests = env::var("PROFILE").is_ok_and(|profile| profile == "debug");
-    let commit = match env::var(COMMIT) {
-        Ok(commit) => commit,
-        Err(_) if is_for_tests => "a build for tests".into(),
-        Err(_) => {
+    let commit = match env::var(COMMIT).ok().or_else(of_package) {
+        Some(commit) => commit,
+        None if is_for_tests => "a build for tests".into(),
+        None => {
             // Each commit and each switch to another branch adds a line to this file.
             if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
                 println!("cargo::rerun-if-changed={log}");
@@ -26,6 +29,13 @@ fn main() {
         }
     };
     println!("cargo::rustc-env={COMMIT}={commit}");
+}
+
+/// The commit that a package of the sources is of; `None` in a repository.
+fn of_package() -> Option<String> {
+    let commit = fs::read_to_string(FILE).ok()?;
+    println!("cargo::rerun-if-changed={FILE}");
+    Some(commit.trim().into())
 }
 
 /// What git says; `None` outside of a repository, and without git.
