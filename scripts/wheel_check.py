@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""Checks a wheel that scripts/wheel has built: size, licences, and the program in it.
+
+    scripts/wheel_check.py WHEEL
+
+The program has to be stripped, to need no library and no loader of the computer, and to tell what it is.
+"""
+
+import re
+import struct
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+
+LARGEST = 8 << 20
+"""Bytes that a wheel may have."""
+
+README = Path(__file__).resolve().parent.parent / "python/README.md"
+
+LICENCES = {"LICENSE-MIT", "LICENSE-APACHE", "LICENSE-crates.txt", "LICENSE-musl.txt", "LICENSE-rust.html"}
+
+PRODUCTS = ["TMCM-1140", "TMCM-3110", "TMCM-3212", "TMCM-6110"]
+
+# Of the ELF format: kinds of segments, of entries in the dynamic section, of sections.
+PT_DYNAMIC, PT_INTERP = 2, 3
+DT_NULL, DT_NEEDED = 0, 1
+SHT_SYMTAB = 2
+
+
+def faults_of_the_program(elf: bytes) -> list[str]:
+    """What an ELF file of 64 bits has that one which runs anywhere has not."""
+    if elf[:6] != b"\x7fELF\x02\x01":
+        return ["it is no ELF file of 64 bits"]
+    faults = []
+    segments_at, sections_at = struct.unpack_from("<QQ", elf, 32)
+    segment_size, segments, section_size, sections = struct.unpack_from("<HHHH", elf, 54)
+    for number in range(segments):
+        kind, _, offset, _, _, size = struct.unpack_from("<IIQQQQ", elf, segments_at + number * segment_size)
+        if kind == PT_INTERP:
+            faults.append(f"it needs the loader {elf[offset : offset + size - 1].decode()}")
+        if kind == PT_DYNAMIC:
+            for tag, _ in struct.iter_unpack("<QQ", elf[offset : offset + size]):
+                if tag == DT_NULL:
+                    break
+                if tag == DT_NEEDED:
+                    faults.append("it needs a shared library")
+    kinds = [struct.unpack_from("<I", elf, sections_at + number * section_size + 4)[0] for number in range(sections)]
+    if SHT_SYMTAB in kinds:
+        faults.append("it is not stripped")
+    if b"/.cargo/registry" in elf:
+        faults.append("it has paths of the computer on which it was built")
+    return faults
+
+
+def faults_of_what_it_says(program: bytes) -> list[str]:
+    """What `tmcl --version` leaves out."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "tmcl"
+        path.write_bytes(program)
+        path.chmod(0o755)
+        said = subprocess.run([path, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout
+    print(said)
+    faults = []
+    if not re.match(r"tmcl \d+\.\d+\.\d+ \([0-9a-f]{10}(-dirty)?\)\n", said):
+        faults.append("it does not tell version and commit")
+    faults += [
+        f"it does not tell the firmware of a {name}" for name in PRODUCTS if not re.search(rf"{name} +TMCL \d", said)
+    ]
+    return faults
+
+
+def faults_of(path: Path) -> list[str]:
+    """What is wrong with a wheel."""
+    faults = []
+    size = path.stat().st_size
+    print(f"{path.name}: {size / (1 << 20):.2f} MiB")
+    if size >= LARGEST:
+        faults.append(f"it has {size} bytes, and may have {LARGEST}")
+    with zipfile.ZipFile(path) as wheel:
+        names = wheel.namelist()
+        licences = {name.rsplit("/", 1)[1] for name in names if ".dist-info/licenses/" in name}
+        if licences != LICENCES:
+            faults.append(f"its licences are {sorted(licences)} in place of {sorted(LICENCES)}")
+        programs = [name for name in names if name.endswith(".data/scripts/tmcl")]
+        if len(programs) != 1:
+            return [*faults, "the program tmcl is not in it"]
+        program = wheel.read(programs[0])
+        faults += [f"tmcl: {fault}" for fault in faults_of_the_program(program) + faults_of_what_it_says(program)]
+        faults += [
+            f"{file} is not in it" for file in ("tmcl_sim/__init__.py", "tmcl_sim/py.typed") if file not in names
+        ]
+        metadata = next(wheel.read(name).decode() for name in names if name.endswith(".dist-info/METADATA"))
+        if metadata.partition("\n\n")[2].strip() != README.read_text().strip():
+            faults.append(f"its description is not {README}")
+    return faults
+
+
+def main() -> None:
+    """Prints what is wrong, and ends with code 1 if there is anything."""
+    if len(sys.argv) != 2:
+        sys.exit("usage: scripts/wheel_check.py WHEEL")
+    faults = faults_of(Path(sys.argv[1]))
+    for fault in faults:
+        print(f"scripts/wheel_check.py: {fault}", file=sys.stderr)
+    sys.exit(1 if faults else 0)
+
+
+if __name__ == "__main__":
+    main()
