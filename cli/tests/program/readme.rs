@@ -64,6 +64,11 @@ fn what_the_page_of_the_control_port_shows_happens() {
     Page::plain("docs/control.md").check();
 }
 
+#[test]
+fn what_the_page_of_ci_shows_happens() {
+    Page::plain("docs/ci.md").check();
+}
+
 /// `cargo sim` and `cargo tmcl` are what is run for them here.
 #[test]
 fn its_short_commands_are_those_of_the_program() {
