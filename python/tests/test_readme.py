@@ -14,8 +14,15 @@ from pathlib import Path
 
 import pytest
 
-README = Path(__file__).parents[1] / "README.md"
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+PACKAGE = Path(__file__).parents[1]
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """The fenced blocks of a page: what they are, and their text."""
+    return re.findall(r"^```(\w+)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+
+
+BLOCKS = blocks(PACKAGE / "README.md")
 
 
 @pytest.fixture
@@ -59,6 +66,12 @@ def test_pytest_says_what_the_page_says(folder: Path, console: str) -> None:
 
 def test_all_tests_of_the_page_but_one_pass(folder: Path) -> None:
     assert re.search(r"^1 failed, 2 passed", run(folder, "-m", "pytest", "-q"), re.MULTILINE)
+
+
+def test_the_test_on_the_first_page_of_the_repository_passes(tmp_path: Path) -> None:
+    [test] = [text for _, text in blocks(PACKAGE.parent / "README.md") if text.startswith("# test_stop.py\n")]
+    (tmp_path / "test_stop.py").write_text(test)
+    assert "1 passed" in run(tmp_path, "-m", "pytest", "-q", "test_stop.py")
 
 
 def test_there_is_something_to_run() -> None:
