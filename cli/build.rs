@@ -1,8 +1,9 @@
 //! Tells the program which commit it is built from, for `tmcl --version`.
 //!
-//! Builds with optimisation have it, which are those that users run: `cargo sim`, `cargo tmcl`, `cargo install`. Builds for
-//! tests have none, because they would be compiled anew after each commit. Where there is no repository, the variable
-//! TMCL_COMMIT stands for the commit, or the file COMMIT beside this one, which packages of the sources have.
+//! Builds that leave the checkout have it: `cargo install`, the Python package. Those of `cargo sim`, `cargo tmcl` and the
+//! tests have none, because they would be compiled anew after each commit; they ask git when they are asked. Where there is
+//! no repository, the variable TMCL_COMMIT stands for the commit, or the file COMMIT beside this one, which packages of the
+//! sources have.
 
 use std::env;
 use std::fs;
@@ -16,10 +17,11 @@ const FILE: &str = "COMMIT";
 fn main() {
     println!("cargo::rerun-if-env-changed={COMMIT}");
     println!("cargo::rerun-if-changed=build.rs");
-    let is_for_tests = env::var("PROFILE").is_ok_and(|profile| profile == "debug");
+    let stays = env::var("PROFILE").is_ok_and(|profile| profile == "debug");
     let commit = match env::var(COMMIT).ok().or_else(of_package) {
         Some(commit) => commit,
-        None if is_for_tests => "a build for tests".into(),
+        // As `version.rs` has it.
+        None if stays => "a build of a checkout".into(),
         None => {
             // Each commit and each switch to another branch adds a line to this file.
             if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {

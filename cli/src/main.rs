@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
@@ -66,8 +67,16 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::from_arg_matches(&with_negative_numbers(Arguments::command()).get_matches());
-    let done = match arguments.unwrap_or_else(|error| error.exit()).command {
+    let matches = match with_negative_numbers(Arguments::command()).try_get_matches() {
+        Ok(matches) => matches,
+        Err(version) if version.kind() == ErrorKind::DisplayVersion => {
+            // A closed standard output does not want it.
+            let _ = write!(std::io::stdout(), "{}", version::with_commit(&version.to_string()));
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => error.exit(),
+    };
+    let done = match Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit()).command {
         Command::Sim(options) => sim::run(&options),
         Command::Send(options) => send::run(&options),
         Command::Shell(options) => shell::run(&options),

@@ -1,6 +1,7 @@
 //! `tmcl --version`: the program's version and commit, and the products and firmwares that it knows.
 
 use std::fmt::Write;
+use std::process::Command;
 use std::sync::LazyLock;
 
 use tmcm::canopen;
@@ -21,3 +22,20 @@ pub static LONG: LazyLock<String> = LazyLock::new(|| {
     }
     text.trim_end().into()
 });
+
+/// What stands in the place of the commit in a build that does not leave its checkout: see build.rs.
+const OF_A_CHECKOUT: &str = "a build of a checkout";
+
+/// Puts the commit of the checkout into the version of such a build. `text` is as [`SHORT`] or [`LONG`].
+pub fn with_commit(text: &str) -> String {
+    let git = |text: &str| {
+        let output = Command::new("git")
+            .args(["-C", env!("CARGO_MANIFEST_DIR"), "describe", "--always", "--dirty", "--abbrev=10", "--exclude=*"])
+            .output()
+            .ok()?;
+        let commit = String::from_utf8(output.stdout).ok().filter(|_| output.status.success())?;
+        Some(text.replacen(OF_A_CHECKOUT, commit.trim(), 1))
+    };
+    // Without git it stays what it is.
+    Some(text).filter(|text| text.contains(OF_A_CHECKOUT)).and_then(git).unwrap_or_else(|| text.into())
+}

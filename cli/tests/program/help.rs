@@ -174,3 +174,18 @@ fn furnish(folder: &Path) {
         fs::create_dir_all(folder.join(place)).unwrap();
     }
 }
+
+#[test]
+fn the_version_names_the_commit_of_the_checkout() {
+    let output =
+        Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR"), "rev-parse", "--short=10", "HEAD"]).output();
+    let commit = output.ok().filter(|output| output.status.success()).map(|output| output.stdout);
+    let expected = commit.map_or("a build of a checkout".into(), |commit| String::from_utf8(commit).unwrap());
+    for option in ["-V", "--version"] {
+        let said = String::from_utf8(run(&[option]).stdout).unwrap();
+        assert!(
+            said.starts_with(&format!("tmcl {} (", env!("CARGO_PKG_VERSION"))) && said.contains(expected.trim()),
+            "{said}"
+        );
+    }
+}
