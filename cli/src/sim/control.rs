@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::net::TcpStream;
 use std::os::fd::BorrowedFd;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use hal_sim::clock::Nanos;
 use rustix::event::PollFlags;
@@ -22,6 +22,10 @@ const LINES: usize = 4;
 /// Most bytes that wait for a client for which a line of its watch is added. It is less than what waits at most, so that
 /// there is room for the answer to a line.
 const MOST_WAITING: usize = 32 * 1024;
+/// A step waits for a client that watches as long as it reads so many bytes in so much time by the clock. A client that reads
+/// nothing gets some, too, because the system finds room for them.
+const PATIENCE: Duration = Duration::from_secs(1);
+const LEAST_READ: u64 = 256 * 1024;
 /// What a request of HTTP begins with.
 const METHODS: [&str; 9] = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH"];
 
@@ -60,13 +64,16 @@ pub struct Controller {
     owed: bool,
     /// What is told as time passes.
     watch: Option<Watch>,
+    /// When it was looked last how much the client reads, and how much was written by then.
+    looked: (Instant, u64),
 }
 
 impl Controller {
     /// A new connection.
     pub fn new(id: ControllerId, stream: Stream<TcpStream>) -> Self {
         let (unread, line) = (VecDeque::new(), Vec::new());
-        Controller { id, stream, unread, line, trusted: false, heard: Instant::now(), owed: false, watch: None }
+        let now = Instant::now();
+        Controller { id, stream, unread, line, trusted: false, heard: now, owed: false, watch: None, looked: (now, 0) }
     }
 
     /// Takes what has arrived and answers some lines, each with what `execute` makes of it. While answers wait for a
@@ -157,9 +164,19 @@ impl Controller {
         }
     }
 
-    /// True if the next line of the watch would be lost, because the client has not read those before.
-    pub fn is_behind(&self) -> bool {
-        self.watch.is_some() && self.stream.waiting() >= MOST_WAITING
+    /// True if the next line of the watch would be lost, because the client, which goes on reading, has not read those before.
+    pub fn is_behind(&mut self) -> bool {
+        let has_room = self.stream.waiting() < MOST_WAITING || self.stream.broken();
+        let Some(watch) = self.watch.as_mut().filter(|watch| watch.is_awaited() && !has_room) else { return false };
+        let (since, written) = self.looked;
+        if since.elapsed() >= PATIENCE {
+            self.looked = (Instant::now(), self.stream.written());
+            // A look that is older is one at another time of waiting.
+            if since.elapsed() < 2 * PATIENCE && self.stream.written() - written < LEAST_READ {
+                watch.forgo();
+            }
+        }
+        watch.is_awaited()
     }
 
     /// Ends the watch, if there is one, for a reason that the client is told.

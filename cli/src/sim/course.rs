@@ -208,6 +208,13 @@ impl Course {
         Ok(())
     }
 
+    /// Ends what is under way for a connection, as if its time were over.
+    pub(super) fn interrupt(&mut self, now: Nanos) {
+        if let Some(errand) = &mut self.errand {
+            errand.goal = Some(now);
+        }
+    }
+
     /// # Errors
     /// Something is under way that takes virtual time, or a restart is to come.
     pub(super) fn refuse_if_busy(&self) -> Result<(), String> {
@@ -286,15 +293,14 @@ impl Course {
         let now = fleet.now();
         if let Some(Errand { asker, task, goal: Some(goal) }) = &mut self.errand {
             let (asker, goal) = (*asker, *goal);
-            // Its own watch loses no line: time waits until the client has read.
-            let is_behind = |watcher: &Controller| watcher.id == asker && watcher.is_behind();
-            if watchers.iter().any(is_behind) {
+            // No watch loses a line: time waits until its client has read.
+            if watchers.iter_mut().any(Controller::is_behind) {
                 return Portion::Idle;
             }
             let Some(result) = task.outcome(fleet, now >= goal) else {
                 let span = if matches!(task, Task::Step(_)) { stretch(fleet) } else { PORTION };
                 let to = goal.min(now.saturating_add(span));
-                while fleet.now() < to && !watchers.iter().any(is_behind) {
+                while fleet.now() < to && !watchers.iter_mut().any(Controller::is_behind) {
                     pass(next_line(watchers).map_or(to, |due| due.min(to)), fleet, watchers);
                 }
                 return Portion::Passed;

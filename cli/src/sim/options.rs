@@ -96,8 +96,8 @@ pub struct Options {
     /// this and every field of `state`.
     ///
     /// For time and firmware: `pause [TIME]`, `resume`, `speed X|max`, `step TIME`, `run-until CONDITION max TIME`,
-    /// `at TIME COMMAND`, `restart`, `watch INTERVAL NAME...`, `unwatch`, `send COMMAND`. A TIME is a number and a unit, us,
-    /// ms, s, min or h: `20 ms`. The COMMAND of `send` is one of TMCL: `send MVP ABS, 0, 1000`.
+    /// `interrupt`, `at TIME COMMAND`, `restart`, `watch INTERVAL NAME...`, `unwatch`, `send COMMAND`. A TIME is a number
+    /// and a unit, us, ms, s, min or h: `20 ms`. The COMMAND of `send` is one of TMCL: `send MVP ABS, 0, 1000`.
     ///
     /// NAME of a fault: eeprom, spi, spi-low, tmc429, tmc262, tmc5160, chip-supply, short-a, short-b, open-a, open-b,
     /// overtemperature, encoder. The first three are those of the whole board. Replies on their way to hosts have faults of

@@ -22,6 +22,8 @@ pub struct Stream<T> {
     io: T,
     waiting: Vec<u8>,
     limit: usize,
+    /// Number of bytes that have been written so far.
+    written: u64,
     ended: bool,
     broken: bool,
 }
@@ -30,7 +32,7 @@ impl<T: Read + Write + AsFd> Stream<T> {
     /// A stream over `io`, which must be in non-blocking mode. While `limit` bytes wait because the other side does not
     /// read, [`write`](Self::write) takes no more.
     pub fn new(io: T, limit: usize) -> Self {
-        Stream { io, waiting: Vec::new(), limit, ended: false, broken: false }
+        Stream { io, waiting: Vec::new(), limit, written: 0, ended: false, broken: false }
     }
 
     /// Reads bytes that have arrived, as many as fit `buffer`.
@@ -72,7 +74,10 @@ impl<T: Read + Write + AsFd> Stream<T> {
     pub fn flush(&mut self) {
         while !self.waiting.is_empty() && !self.broken {
             match self.io.write(&self.waiting) {
-                Ok(count) if count > 0 => drop(self.waiting.drain(..count)),
+                Ok(count) if count > 0 => {
+                    self.waiting.drain(..count);
+                    self.written += count as u64;
+                }
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return,
                 Ok(_) | Err(_) => self.broken = true,
@@ -83,6 +88,11 @@ impl<T: Read + Write + AsFd> Stream<T> {
     /// Number of bytes that wait for the other side to read them.
     pub fn waiting(&self) -> usize {
         self.waiting.len()
+    }
+
+    /// Number of bytes for which the other side has had room so far.
+    pub fn written(&self) -> u64 {
+        self.written
     }
 
     /// Ends the stream; waiting bytes are dropped.

@@ -20,12 +20,14 @@ pub struct Watch {
     due: Nanos,
     /// Lines since the last one that was written, for which there was no room.
     missed: u64,
+    /// A step waits for its client to read.
+    awaited: bool,
 }
 
 impl Watch {
     /// Values of the module with this index, from `now` on: the first line is due one interval later.
     pub fn new(module: usize, every: Nanos, values: Vec<Quantity>, now: Nanos) -> Self {
-        Watch { module, values, every, begun: now, due: now + every, missed: 0 }
+        Watch { module, values, every, begun: now, due: now + every, missed: 0, awaited: true }
     }
 
     /// When the watch began.
@@ -58,9 +60,20 @@ impl Watch {
         line
     }
 
+    /// True while a step waits for the client to read: until a line has been left out, or [`Watch::forgo`].
+    pub fn is_awaited(&self) -> bool {
+        self.awaited
+    }
+
+    /// Steps wait for the client no more, because it does not read.
+    pub fn forgo(&mut self) {
+        self.awaited = false;
+    }
+
     /// Leaves out the line that is due.
     pub fn miss(&mut self) {
         self.missed += 1;
+        self.awaited = false;
         self.due += self.every;
     }
 

@@ -425,3 +425,46 @@ fn time_goes_as_fast_as_it_is_told() {
     while port.time() < slow + 10_000_000 {}
     assert!(port.refused("speed 2000").contains("from 0.001 to 1000"));
 }
+
+#[test]
+fn a_step_loses_no_line_of_a_watch_that_is_read_and_waits_for_no_other() {
+    let sim = Sim::start(&PAUSED);
+    let (mut port, mut reader, mut idle) = (Controller::new(&sim), Controller::new(&sim), Controller::new(&sim));
+    idle.ok("watch 100 us rotor velocity position");
+    let begun = reader.ok("watch 100 us rotor velocity position")["time_us"].as_u64().unwrap();
+    let reads = std::thread::spawn(move || {
+        for line in 1..=200_000 {
+            let told = reader.answer().unwrap();
+            assert_eq!((&told["time_us"], told["missed"].is_null()), (&json!(begun + 100 * line), true));
+            if line % 50_000 == 0 {
+                nap();
+            }
+        }
+    });
+    port.ok("step 20 s");
+    reads.join().unwrap();
+    // The one that has read nothing meanwhile is told how much it has missed.
+    let mut lines = 1;
+    while idle.answer().unwrap()["missed"].is_null() {
+        lines += 1;
+        assert!(lines < 200_000);
+        if lines % 1000 == 0 {
+            port.ok("step 100 us");
+        }
+    }
+}
+
+#[test]
+fn a_step_can_be_interrupted() {
+    let sim = Sim::start(&PAUSED);
+    let (mut port, mut other) = (Controller::new(&sim), Controller::new(&sim));
+    other.ok("interrupt");
+    // A watch that is not read holds the steps up, so that they are still under way.
+    port.ok("watch 100 us rotor");
+    for line in ["step 1 h", "run-until rotor = 1 max 1 h"] {
+        port.tell(line);
+        while other.ask("step 1 ms")["ok"] == true {}
+        other.ok("interrupt");
+        assert!(other.ok("step 1 ms")["time_us"].as_u64().unwrap() < 3_600_000_000);
+    }
+}

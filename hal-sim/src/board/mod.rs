@@ -268,7 +268,9 @@ impl Board {
 
     /// What can be seen of the chips of an axis, which the board has to have.
     pub fn observe(&self, axis: usize) -> Observed {
-        self.motion.chips().observe(axis, self.world.axis(axis))
+        let observed = self.motion.chips().observe(axis, self.world.axis(axis));
+        // A chip without power has no speed, whatever its register held.
+        if self.is_powered() { observed } else { Observed { velocity: 0, ..observed } }
     }
 
     /// The TMC429 of a number, to look at.

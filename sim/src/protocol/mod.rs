@@ -55,6 +55,8 @@ pub enum Request {
         /// The command.
         line: Line,
     },
+    /// `interrupt`: a step that is under way ends.
+    Interrupt,
     /// `restart`: all begins anew.
     Restart,
     /// `send COMMAND`: a command of TMCL for a module.
@@ -79,12 +81,13 @@ pub enum Request {
 
 /// The commands about time, and to the firmware: the name of each, how it is written, and an example of one that takes
 /// something.
-pub const USAGE: [(&str, &str, &str); 10] = [
+pub const USAGE: [(&str, &str, &str); 11] = [
     ("pause", "pause [TIME]", "pause 10 ms"),
     ("resume", "resume", ""),
     ("speed", "speed X|max", "speed 2.5"),
     ("step", "step TIME", "step 20 ms"),
     ("run-until", "run-until CONDITION max TIME", "run-until velocity = 0 max 5 s"),
+    ("interrupt", "interrupt", ""),
     ("at", "at TIME COMMAND", "at 2.5 ms power off"),
     ("restart", "restart", ""),
     ("watch", "watch INTERVAL NAME...", "watch 10 ms rotor velocity"),
@@ -133,6 +136,7 @@ impl Request {
             ("step", [_, ..]) => Ok(Self::Step(only_span(name, words)?)),
             ("run-until", [_, ..]) => run_until(words, addressed(module, kinds)?),
             ("at", [_, ..]) => at(words),
+            ("interrupt", []) => Ok(Self::Interrupt),
             ("restart", []) => Ok(Self::Restart),
             ("watch", [_, ..]) => watch(words, addressed(module, kinds)?),
             ("unwatch", []) => Ok(Self::Unwatch),
