@@ -226,12 +226,30 @@ def test_wrong_arguments_are_told(pytester: pytest.Pytester, arguments: str, wor
     result.stdout.fnmatch_lines([words.replace("[", "[[]")])
 
 
-def test_a_plot_that_cannot_be_written_is_told(pytester: pytest.Pytester) -> None:
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ("--tmcl-sim-plots=file", "*File exists: *"),
+        ("--basetemp=file/folder", "*Not a directory: *"),
+        ("-pno:tmpdir", "pytest runs without its plugin tmpdir, so name a folder: --tmcl-sim-plots=DIR"),
+    ],
+)
+def test_a_plot_that_cannot_be_written_is_told(pytester: pytest.Pytester, option: str, words: str) -> None:
     pytester.makepyfile(test_failing=FAILING)
-    pytester.path.joinpath("plots").write_text("a file")
-    result = pytester.runpytest("--tmcl-sim-plots=plots")
+    pytester.path.joinpath("file").write_text("a file")
+    result = pytester.runpytest_subprocess(option)
     result.assert_outcomes(failed=1)
-    result.stdout.fnmatch_lines(["The plot cannot be written: *"])
+    result.stdout.fnmatch_lines([*SECTIONS[:-1], f"The plot cannot be written: {words}"])
+
+
+def test_a_fault_of_the_plugin_costs_no_report(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest(
+        "import tmcl_sim.witness\ndef fail(*_): raise RuntimeError('a fault')\ntmcl_sim.witness.as_svg = fail"
+    )
+    pytester.makepyfile(test_failing=FAILING)
+    result = pytester.runpytest_subprocess()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines([*SECTIONS[:9], "*- tmcl_sim -*", "No more can be told: RuntimeError('a fault')"])
 
 
 def test_an_image_runs_in_all_tests_that_it_is_for(pytester: pytest.Pytester, pytestconfig: pytest.Config) -> None:

@@ -119,19 +119,28 @@ def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
     report: pytest.TestReport = outcome.get_result()
     witness = item.stash.get(WITNESS, None)
     if report.failed and witness:
-        for section in witness.sections(item.nodeid):
-            text = section.text
-            if section.image:
-                text += f"\n\n{_keep(item, section)}"
-                _show(item.config, report, section.image)
-            report.sections.append((f"tmcl_sim: {section.title}", text))
+        # Whatever goes wrong here, the failure of the test is to be told.
+        try:
+            _tell(item, report, witness)
+        except Exception as error:
+            report.sections.append(("tmcl_sim", f"No more can be told: {error!r}"))
+
+
+def _tell(item: pytest.Item, report: pytest.TestReport, witness: Witness) -> None:
+    """Adds the sections to a report."""
+    for section in witness.sections(item.nodeid):
+        text = section.text
+        if section.image:
+            text += f"\n\n{_keep(item, section)}"
+            _show(item.config, report, section.image)
+        report.sections.append((f"tmcl_sim: {section.title}", text))
 
 
 def _keep(item: pytest.Item, section: Section) -> str:
     """Writes the image of a section to a file, and says where it is."""
     assert section.image
-    path = _folder(item.config) / (re.sub(r"[^\w.-]+", "_", f"{item.nodeid} {section.title}") + ".svg")
     try:
+        path = _folder(item.config) / (re.sub(r"[^\w.-]+", "_", f"{item.nodeid} {section.title}") + ".svg")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(section.image, encoding="utf-8")
     except OSError as error:
@@ -143,7 +152,9 @@ def _folder(config: pytest.Config) -> Path:
     """Where plots go."""
     if named := config.getoption(PLOTS_OPTION):
         return config.invocation_params.dir / str(named)
-    factory: pytest.TempPathFactory = config._tmp_path_factory  # type: ignore[attr-defined]
+    factory: pytest.TempPathFactory | None = getattr(config, "_tmp_path_factory", None)
+    if factory is None:
+        raise OSError(f"pytest runs without its plugin tmpdir, so name a folder: {PLOTS_OPTION}=DIR")
     return factory.getbasetemp() / "tmcl-sim-plots"
 
 
