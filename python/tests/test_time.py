@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tmcl_sim import NotMet, Sim, SimError
+from tmcl_sim import NotMet, Sample, Sim, SimError
 
 
 @pytest.fixture
@@ -119,22 +119,62 @@ def test_a_watch_tells_values_as_time_passes(sim: Sim) -> None:
         watch.stop()
         sim.step(0.1)
         watch.stop()
-        assert len(list(watch)) == 1
-        assert list(watch) == []
+        assert len(watch.samples()) == 1
+        assert watch.samples() == []
     watch.close()
+    with pytest.raises(SimError, match=r"^this watch is closed$"):
+        watch.samples()
     with pytest.raises(SimError, match="unknown value 'roter'; did you mean 'rotor'"):
         sim.watch(0.1, "roter")
 
 
-def test_a_thread_reads_a_watch(sim: Sim) -> None:
-    found: list[float] = []
-    with sim.watch(0.01, "rotor") as watch:
-        reader = threading.Thread(target=lambda: found.extend(sample.time for sample in watch))
-        reader.start()
+def test_an_iteration_gives_what_has_come(sim: Sim) -> None:
+    with sim.watch(0.1, "rotor") as watch:
+        sim.step(0.25)
+        assert len(list(watch)) == 2
+        assert list(watch) == []
+
+
+def test_a_long_step_loses_no_sample() -> None:
+    def run() -> list[tuple[float, float | None]]:
+        with Sim() as sim, sim.watch(0.001, "position") as watch:
+            start = sim.time
+            sim.send("ROR 0, 1")
+            sim.step(300)
+            samples = watch.samples()
+            assert samples[-1]["position"] == sim.state().position
+            assert sum(sample.missed for sample in samples) == 0
+            return [(round(sample.time - start, 6), sample["position"]) for sample in samples]
+
+    first = run()
+    assert [time for time, _ in first] == [count / 1000 for count in range(1, len(first) + 1)]
+    assert len(first) >= 300_000
+    assert run() == first
+    assert run() == first
+
+
+def test_a_watch_keeps_the_last_samples(sim: Sim) -> None:
+    with sim.watch(0.001, "rotor", kept=10) as watch:
+        begin = sim.time
         sim.step(1.0)
-        watch.stop()
-        reader.join()
-    assert len(found) == 100
+        samples = watch.samples()
+        assert [sample.time for sample in samples] == pytest.approx([begin + 0.991 + 0.001 * n for n in range(10)])
+
+
+def test_threads_share_a_watch(sim: Sim) -> None:
+    def ask() -> None:
+        for _ in range(20):
+            sim.step(0.01)
+            found.extend(watch.samples())
+
+    found: list[Sample] = []
+    with sim.watch(0.01, "rotor") as watch:
+        threads = [threading.Thread(target=ask) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert len({sample.time for sample in found}) == len(found) == 80
 
 
 def test_threads_take_turns(sim: Sim) -> None:

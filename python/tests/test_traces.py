@@ -130,7 +130,26 @@ def test_a_watch_of_a_simulator_that_dies() -> None:
         sim.step(0.1)
         os.kill(sim.ready["pid"], signal.SIGKILL)
         with pytest.raises(Died):
-            list(watch)
+            watch.samples()
+        watch.close()
+        assert len(watch.rest()) == 1
+
+
+def test_a_watch_leaves_no_thread() -> None:
+    with Sim() as sim:
+        before = descriptors(), threading.active_count()
+        watch = sim.watch(0.1, "rotor")
+        assert threading.active_count() > before[1]
+        watch.close()
+        watch.close()
+        assert (descriptors(), threading.active_count()) == before
+        watch = sim.watch(0.1, "rotor")
+        del watch
+        assert (descriptors(), threading.active_count()) == before
+        watch = sim.watch(0.1, "rotor")
+    assert threading.active_count() == before[1]
+    with pytest.raises(SimError, match=r"^this Sim is closed$"):
+        watch.samples()
 
 
 def test_a_simulator_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
@@ -202,8 +221,15 @@ def test_a_host_that_is_killed(fork: str, folder: Path) -> None:
 
 
 def test_a_host_that_ends_without_closing(folder: Path) -> None:
-    code = "from tmcl_sim import Sim; sim = Sim(serial=True); print(sim.ready['pid'])"
-    pid = int(subprocess.check_output([sys.executable, "-c", code]))
+    code = """
+from tmcl_sim import Sim
+sim = Sim(serial=True, paused=False, speed="max")
+watch = sim.watch(0.001, "rotor")
+print(sim.ready["pid"])
+"""
+    host = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True)
+    assert host.stderr == b""
+    pid = int(host.stdout)
     assert not Path(f"/proc/{pid}").exists()
     assert os.listdir(folder) == []
 

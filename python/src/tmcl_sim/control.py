@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import socket
 import threading
+from collections import deque
 from contextlib import suppress
-from typing import IO, Any
+from typing import Any
 
 from .errors import SimError
 from .process import Process
 
 # pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
 __tracebackhide__ = True
+
+# How many bytes are taken from the socket at a time.
+CHUNK = 1 << 16
 
 
 class Connection:
@@ -26,7 +30,8 @@ class Connection:
         self._process = process
         self._turn = threading.Lock()
         self._socket: socket.socket | None = None
-        self._lines: IO[bytes] | None = None
+        self._lines: deque[bytes] = deque()
+        self._rest = b""
 
     def ask(self, line: str) -> dict[str, Any]:
         """Carries out a command and gives the fields of the answer. Raises SimError with the simulator's words if it is
@@ -34,7 +39,7 @@ class Connection:
         with self._turn:
             try:
                 self.write(line)
-                answer = self.read()
+                answer = self._answer()
             except BaseException:
                 self.close()
                 raise
@@ -52,15 +57,23 @@ class Connection:
         except OSError:
             raise self._process.gone() from None
 
-    def read(self) -> dict[str, Any]:
-        """Waits for the next line that the simulator sends."""
-        self._process.check()
-        line = b""
-        if lines := self._lines:
-            # Another thread may close it meanwhile, which is a ValueError.
-            with suppress(OSError, ValueError):
-                line = lines.readline()
-        if not line.endswith(b"\n"):
+    def line(self) -> bytes:
+        """Waits for the next line that the simulator sends; an empty one is the end of the connection."""
+        while not self._lines:
+            data = b""
+            if connection := self._socket:
+                # Another thread may close it meanwhile.
+                with suppress(OSError):
+                    data = connection.recv(CHUNK)
+            if not data:
+                return b""
+            *lines, self._rest = (self._rest + data).split(b"\n")
+            self._lines.extend(lines)
+        return self._lines.popleft()
+
+    def _answer(self) -> dict[str, Any]:
+        line = self.line()
+        if not line:
             self._process.check()
             raise self._process.gone()
         return dict(json.loads(line))
@@ -70,18 +83,19 @@ class Connection:
             host, _, port = self._process.ready["control"].rpartition(":")
             self._socket = socket.create_connection((host, int(port)))
             self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            self._lines = self._socket.makefile("rb")
         return self._socket
+
+    def wake(self) -> None:
+        """Whoever waits for a line finds the end of the connection."""
+        # A fork has a copy of the connection, and is not to end that of its parent.
+        if self._socket and self._process.is_own:
+            with suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
 
     def close(self) -> None:
         """Ends the connection. Who waits for a line of it is woken."""
+        self.wake()
         if self._socket:
-            # A fork has a copy of the connection, and is not to end that of its parent.
-            if self._process.is_own:
-                with suppress(OSError):
-                    self._socket.shutdown(socket.SHUT_RDWR)
             self._socket.close()
-        if self._lines:
-            with suppress(OSError):
-                self._lines.close()
-        self._socket = self._lines = None
+        self._socket, self._rest = None, b""
+        self._lines.clear()

@@ -169,10 +169,10 @@ class Module:
             raise NotMet(condition, max, state, _values(condition, state))
         return seconds(answer)
 
-    def watch(self, interval: float, *names: str) -> Watch:
+    def watch(self, interval: float, *names: str, kept: int | None = None) -> Watch:
         """Tells values each time `interval` seconds of virtual time have passed, 0.0001 or more. Names are those of
-        conditions: "position", "rotor 2", "GAP 4, 0"."""
-        return self._session.watch(f"module {self.number} watch {span(interval)} {' '.join(names)}")
+        conditions: "position", "rotor 2", "GAP 4, 0". With `kept` only so many of the last samples are kept."""
+        return self._session.watch(f"module {self.number} watch {span(interval)} {' '.join(names)}", kept)
 
 
 class Motor:

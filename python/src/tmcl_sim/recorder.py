@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-from collections import deque
 from contextlib import suppress
 
 from .errors import SimError
@@ -18,33 +16,31 @@ SPEED_UNITS = {"TMCM-3212": "0.954 microsteps/s"}
 
 
 class Recorder:
-    """Keeps the last samples of position and speed of all axes of a module. A thread of its own reads them."""
+    """Keeps the last samples of position and speed of all axes of a module."""
 
     def __init__(self, module: Module):
         self._product = module.product
         self._axes = range(len(module.state().axes))
-        self._samples: deque[Sample] = deque(maxlen=KEPT)
+        self._samples: list[Sample] = []
         names = [_name(value, axis) for axis in self._axes for value in ("position", "velocity")]
-        self._watch = module.watch(INTERVAL, *names)
-        self._thread = threading.Thread(target=self._read, name="tmcl_sim recorder", daemon=True)
-        self._thread.start()
-
-    def _read(self) -> None:
-        # A simulator that has died or was closed ends the record; what there is of it is worth showing.
-        with suppress(SimError):
-            for sample in self._watch:
-                if self._samples and sample.time <= self._samples[-1].time:
-                    # After a restart time has begun anew.
-                    self._samples.clear()
-                self._samples.append(sample)
+        self._watch = module.watch(INTERVAL, *names, kept=KEPT)
 
     def end(self) -> None:
         """Ends the record with what has happened up to now. A second time does nothing."""
-        if self._thread.is_alive():
-            with suppress(SimError):
-                self._watch.stop()
-        self._thread.join()
+        # Of a simulator that has died or was closed there is what was read until then.
+        with suppress(SimError):
+            self._watch.stop()
         self._watch.close()
+        for sample in self._watch.rest():
+            if self._samples and sample.time <= self._samples[-1].time:
+                # After a restart time has begun anew.
+                self._samples.clear()
+            self._samples.append(sample)
+
+    @property
+    def missed(self) -> int:
+        """How many samples are missing between those of the record, once it has ended."""
+        return sum(sample.missed for sample in self._samples[1:])
 
     def panels(self) -> list[Panel]:
         """What was recorded, once it has ended."""

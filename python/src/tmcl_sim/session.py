@@ -25,9 +25,9 @@ class Session:
         """Carries out a command of the control port and gives the fields of the answer."""
         return self._control.ask(line)
 
-    def watch(self, command: str) -> Watch:
-        """A watch that begins with this command."""
-        watch = Watch(self.process, command)
+    def watch(self, command: str, kept: int | None) -> Watch:
+        """A watch that begins with this command, and keeps so many samples at most."""
+        watch = Watch(self.process, command, kept)
         self._watches.add(watch)
         return watch
 

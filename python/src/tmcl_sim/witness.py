@@ -48,7 +48,10 @@ class Witness:
             yield Section(f"state of {_name(module)}", _state(module))
         for module, recorder in zip(self._modules, self._recorders, strict=False):
             panels = recorder.panels()
-            yield Section(f"motion of {_name(module)}", as_text(panels), as_svg(f"{test}: {_name(module)}", panels))
+            text = as_text(panels)
+            if recorder.missed:
+                text += f"\n\n{recorder.missed} samples are missing: the computer was too busy to read them"
+            yield Section(f"motion of {_name(module)}", text, as_svg(f"{test}: {_name(module)}", panels))
 
     def _telegrams(self) -> str:
         try:
