@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from xml.etree import ElementTree
 
-import pytest
-
 from tmcl_sim.plot import Curve, Panel, as_svg, as_text
 
 RAMP = Curve("axis 0", [(second, 1000.0 * second) for second in range(9)])
@@ -29,13 +27,6 @@ def test_a_curve_in_characters() -> None:
         "",
         "axis 1: position in microsteps: -5 all the time",
     ]
-
-
-@pytest.mark.parametrize("points", [[], [(1.0, 5.0)]])
-def test_no_time_has_passed(points: list[tuple[float, float]]) -> None:
-    panels = [Panel("position", [Curve("axis 0", points)])]
-    assert as_text(panels) == "no virtual time has passed"
-    ElementTree.fromstring(as_svg("nothing", panels))
 
 
 def test_an_image() -> None:

@@ -112,8 +112,87 @@ def test_a_fixture_that_fails_is_told_all(pytester: pytest.Pytester) -> None:
     result = pytester.runpytest()
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines(
-        ["E *Refused: SAP 4, 0, 5000: status 4 *", "*- tmcl_sim: last telegrams -*", "*no virtual time has passed"]
+        [
+            "E *Refused: SAP 4, 0, 5000: status 4 *",
+            "*- tmcl_sim: last telegrams -*",
+            "no plot: a sample *, and there has been none",
+        ]
     )
+    assert plots(pytester) == []
+
+
+def test_a_teardown_that_fails_is_told_all(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.fixture
+        def stage(tmcl_sim):
+            yield
+            tmcl_sim.send("MVP ABS, 0, 51200")
+            tmcl_sim.step(0.1)
+            tmcl_sim.send("SAP 4, 0, 5000")
+
+        def test_it(stage): pass
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(passed=1, errors=1)
+    result.stdout.fnmatch_lines(
+        [
+            "E *Refused: SAP 4, 0, 5000: status 4 *",
+            "*- tmcl_sim: last telegrams -*",
+            "*to 1: MVP ABS, 0, 51200",
+            "*- tmcl_sim: state of module 1, TMCM-1140 -*",
+            "*- tmcl_sim: motion of module 1, TMCM-1140 -*",
+            "axis 0: position in microsteps",
+        ]
+    )
+
+
+def test_junit_tells_all(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(test_failing=FAILING)
+    pytester.runpytest("--junitxml=junit.xml").assert_outcomes(failed=1)
+    (failure,) = ElementTree.parse(pytester.path / "junit.xml").getroot().iter("failure")
+    told = failure.text or ""
+    assert "tmcl_sim: last telegrams" in told
+    assert "status 100 ok" in told
+    assert "As an image: " in told
+
+
+def test_other_simulators_are_told(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest, tmcl_sim
+
+        @pytest.fixture(scope="module")
+        def station():
+            with tmcl_sim.Sim(product="6110") as sim:
+                yield sim
+
+        def test_it(station):
+            station.send("MVP ABS, 5, 100")
+            assert False
+
+        def test_both(station, tmcl_sim): assert False
+        """
+    )
+    result = pytester.runpytest()
+    result.assert_outcomes(failed=2)
+    others = [
+        "*- tmcl_sim: last telegrams of the Sim at 127.0.0.1:* -*",
+        "*to 1: MVP ABS, 5, 100",
+        "*- tmcl_sim: state of module 1, TMCM-6110 of the Sim at 127.0.0.1:* -*",
+        "position        0               0               0 *",
+    ]
+    result.stdout.fnmatch_lines([*others, "*- tmcl_sim: motion of module 1, TMCM-1140 -*", *others])
+
+
+def test_missing_samples_are_told(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest("import tmcl_sim.recorder\ntmcl_sim.recorder.Recorder.missed = 7")
+    pytester.makepyfile(test_failing=FAILING)
+    result = pytester.runpytest_subprocess()
+    result.stdout.fnmatch_lines(["7 samples are missing: the computer was too busy to read them"])
 
 
 def test_a_simulator_that_has_died_is_told(pytester: pytest.Pytester) -> None:

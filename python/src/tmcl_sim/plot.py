@@ -1,5 +1,5 @@
 """Plots of values over virtual time: as an SVG image, and in text characters for a terminal. Drawn without
-dependencies."""
+dependencies. There are two moments at least, as a line needs them."""
 
 from __future__ import annotations
 
@@ -35,9 +35,7 @@ class Panel:
 
 def as_text(panels: Sequence[Panel]) -> str:
     """The plot in text characters. A curve that stays the same all the time is a line of text."""
-    times = _times(panels)
-    if not times:
-        return "no virtual time has passed"
+    begin, end = _ends(panels)
     blocks = []
     for panel in panels:
         for curve in panel.curves:
@@ -48,7 +46,7 @@ def as_text(panels: Sequence[Panel]) -> str:
             if min(values) == max(values):
                 blocks.append(f"{title}: {_number(values[0])} all the time")
             else:
-                blocks.append(f"{title}\n{_characters(curve, min(times), max(times))}")
+                blocks.append(f"{title}\n{_characters(curve, begin, end)}")
     return "\n\n".join(blocks)
 
 
@@ -72,8 +70,7 @@ def _characters(curve: Curve, begin: float, end: float) -> str:
 def as_svg(title: str, panels: Sequence[Panel]) -> str:
     """The plot as an SVG image."""
     height = TOP + len(panels) * (GAP + PANEL) + BOTTOM
-    times = _times(panels) or [0.0]
-    begin, end = _apart(min(times), max(times))
+    begin, end = _ends(panels)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" '
         'font-family="DejaVu Sans, Verdana, Helvetica, Arial, sans-serif" font-size="12" fill="#222">',
@@ -123,10 +120,10 @@ def _middle(colour: str) -> str:
     return f'text-anchor="middle" fill="{colour}"'
 
 
-def _times(panels: Sequence[Panel]) -> list[float]:
-    """All times, if they are not one and the same."""
+def _ends(panels: Sequence[Panel]) -> tuple[float, float]:
+    """The first and the last time."""
     times = [time for panel in panels for curve in panel.curves for time, _ in curve.points]
-    return times if len(set(times)) > 1 else []
+    return min(times), max(times)
 
 
 def _apart(low: float, high: float) -> tuple[float, float]:

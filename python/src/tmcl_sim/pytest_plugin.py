@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from _pytest._code.code import ExceptionRepr
 
-from .sim import Sim
-from .witness import Section, Witness
+from .sim import Sim, open_sims
+from .witness import Section, Witness, sections
 
 # The arguments of the marker that are paths, and the option for images.
 PATHS = ("world", "image", "eeprom")
@@ -63,7 +64,6 @@ def tmcl_sim(request: pytest.FixtureRequest) -> Iterator[Sim]:
         try:
             yield sim
         finally:
-            del request.node.stash[WITNESS]
             witness.end()
 
 
@@ -113,27 +113,42 @@ def _take_image(request: pytest.FixtureRequest, arguments: dict[str, Any]) -> No
 
 
 @pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, Any, None]:
-    """Adds sections to the report of a test that has failed while it had a simulator."""
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, None]:
+    """Adds sections to the report of a test, or of its fixtures, that has failed."""
     outcome = yield
     report: pytest.TestReport = outcome.get_result()
-    witness = item.stash.get(WITNESS, None)
-    if report.failed and witness:
+    if report.failed:
         # Whatever goes wrong here, the failure of the test is to be told.
         try:
-            _tell(item, report, witness)
+            _tell(item, report)
         except Exception as error:
-            report.sections.append(("tmcl_sim", f"No more can be told: {error!r}"))
+            _add(report, "tmcl_sim", f"No more can be told: {error!r}")
+    if call.when == "teardown" and WITNESS in item.stash:
+        del item.stash[WITNESS]
 
 
-def _tell(item: pytest.Item, report: pytest.TestReport, witness: Witness) -> None:
-    """Adds the sections to a report."""
-    for section in witness.sections(item.nodeid):
-        text = section.text
-        if section.image:
-            text += f"\n\n{_keep(item, section)}"
-            _show(item.config, report, section.image)
-        report.sections.append((f"tmcl_sim: {section.title}", text))
+def _tell(item: pytest.Item, report: pytest.TestReport) -> None:
+    """Adds the sections to a report: of the simulator of the fixture, and of others that are open."""
+    witness = item.stash.get(WITNESS, None)
+    if witness:
+        for section in witness.sections(item.nodeid):
+            text = section.text
+            if section.image:
+                text += f"\n\n{_keep(item, section)}"
+                _show(item.config, report, section.image)
+            _add(report, f"tmcl_sim: {section.title}", text)
+    for sim in open_sims():
+        if witness is None or sim is not witness.sim:
+            for section in sections(sim, of=f" of the Sim at {sim.tcp}"):
+                _add(report, f"tmcl_sim: {section.title}", section.text)
+
+
+def _add(report: pytest.TestReport, title: str, text: str) -> None:
+    """Adds a section. What follows the traceback is in reports of JUnit as well; sections of the report are not."""
+    if isinstance(report.longrepr, ExceptionRepr):
+        report.longrepr.addsection(title, text)
+    else:
+        report.sections.append((title, text))
 
 
 def _keep(item: pytest.Item, section: Section) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
-
 from .errors import SimError
 from .module import Module
 from .plot import Curve, Panel
@@ -26,12 +24,18 @@ class Recorder:
         self._watch = module.watch(INTERVAL, *names, kept=KEPT)
 
     def end(self) -> None:
-        """Ends the record with what has happened up to now. A second time does nothing."""
-        # Of a simulator that has died or was closed there is what was read until then.
-        with suppress(SimError):
-            self._watch.stop()
+        """Ends the record. What it has can still be told. A second time does nothing."""
+        self._catch_up()
         self._watch.close()
-        for sample in self._watch.rest():
+
+    def _catch_up(self) -> None:
+        """Adds what has happened up to now."""
+        try:
+            samples = self._watch.samples()
+        except SimError:
+            # Of a simulator that has died or was closed there is what was read until then.
+            samples = self._watch.rest()
+        for sample in samples:
             if self._samples and sample.time <= self._samples[-1].time:
                 # After a restart time has begun anew.
                 self._samples.clear()
@@ -39,11 +43,12 @@ class Recorder:
 
     @property
     def missed(self) -> int:
-        """How many samples are missing between those of the record, once it has ended."""
+        """How many samples are missing between those of the panels."""
         return sum(sample.missed for sample in self._samples[1:])
 
     def panels(self) -> list[Panel]:
-        """What was recorded, once it has ended."""
+        """What was recorded up to now."""
+        self._catch_up()
         speed = SPEED_UNITS.get(self._product, "internal units")
         return [
             Panel("position in microsteps", [self._curve("position", axis) for axis in self._axes]),

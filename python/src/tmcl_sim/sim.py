@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import weakref
 from collections.abc import Sequence
@@ -22,6 +23,15 @@ __tracebackhide__ = True
 ANY_PORT = "127.0.0.1:0"
 
 File = str | os.PathLike[str]
+
+# All that have been started and not been forgotten, by the order of their starts.
+_numbers = itertools.count()
+_all: weakref.WeakValueDictionary[int, Sim] = weakref.WeakValueDictionary()
+
+
+def open_sims() -> list[Sim]:
+    """Those of this process that nobody has closed, the oldest first."""
+    return [sim for _, sim in sorted(_all.items()) if sim._finalizer.alive]
 
 
 class Sim(Module):
@@ -85,6 +95,7 @@ class Sim(Module):
         super().__init__(session, 1)
         # A Sim that nobody has closed is closed when it is forgotten, or when the interpreter ends.
         self._finalizer = weakref.finalize(self, session.end)
+        _all[next(_numbers)] = self
 
     def close(self) -> None:
         """Ends the simulator, and waits until nothing is left of it. A second time does nothing."""

@@ -1,4 +1,4 @@
-"""What the report of a failing test tells of its simulator: the last telegrams, the state, and a plot of the motion."""
+"""What the report of a failing test tells of simulators: the last telegrams, the state, and a plot of the motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 from .errors import SimError
 from .module import Module
 from .plot import as_svg, as_text
-from .recorder import Recorder
+from .recorder import INTERVAL, Recorder
 from .sim import Sim
 from .state import Axis, Switches
 
@@ -31,33 +31,53 @@ class Witness:
     """Watches a simulator for as long as a test runs."""
 
     def __init__(self, sim: Sim):
-        self._sim = sim
-        self._modules = [sim.module(number) for number in range(1, len(sim.ready["products"]) + 1)]
-        self._recorders = [Recorder(module) for module in self._modules[:MOST_RECORDED]]
+        self.sim = sim
+        self._recorders = [Recorder(module) for module in _modules(sim)[:MOST_RECORDED]]
+        self._last: list[Section] | None = None
 
     def end(self) -> None:
-        """Ends all records. A second time does nothing."""
+        """Takes note of how it is now, before the simulator ends, and ends the records."""
+        self._last = list(sections(self.sim))
         for recorder in self._recorders:
             recorder.end()
 
     def sections(self, test: str) -> Iterator[Section]:
-        """The sections for the report of a test. Ends the records."""
-        self.end()
-        yield Section("last telegrams", self._telegrams())
-        for module in self._modules:
-            yield Section(f"state of {_name(module)}", _state(module))
-        for module, recorder in zip(self._modules, self._recorders, strict=False):
-            panels = recorder.panels()
-            text = as_text(panels)
-            if recorder.missed:
-                text += f"\n\n{recorder.missed} samples are missing: the computer was too busy to read them"
-            yield Section(f"motion of {_name(module)}", text, as_svg(f"{test}: {_name(module)}", panels))
+        """The sections for the report of a test, of now or of the end."""
+        yield from sections(self.sim) if self._last is None else self._last
+        for module, recorder in zip(_modules(self.sim), self._recorders, strict=False):
+            yield _motion(test, module, recorder)
 
-    def _telegrams(self) -> str:
-        try:
-            return "\n".join(self._sim.telegrams(last=LAST_TELEGRAMS)) or "none"
-        except SimError as error:
-            return str(error)
+
+def sections(sim: Sim, of: str = "") -> Iterator[Section]:
+    """The sections that there are of any simulator; `of` tells which one, for their titles."""
+    yield Section(f"last telegrams{of}", _telegrams(sim))
+    for module in _modules(sim):
+        yield Section(f"state of {_name(module)}{of}", _state(module))
+
+
+def _modules(sim: Sim) -> list[Module]:
+    return [sim.module(number) for number in range(1, len(sim.ready["products"]) + 1)]
+
+
+def _motion(test: str, module: Module, recorder: Recorder) -> Section:
+    title = f"motion of {_name(module)}"
+    panels = recorder.panels()
+    most = max(len(curve.points) for panel in panels for curve in panel.curves)
+    if most < 2:
+        told = "only one" if most else "none"
+        words = f"no plot: a sample is taken each {INTERVAL * 1000:g} ms of virtual time, and there has been {told}"
+        return Section(title, words)
+    text = as_text(panels)
+    if recorder.missed:
+        text += f"\n\n{recorder.missed} samples are missing: the computer was too busy to read them"
+    return Section(title, text, as_svg(f"{test}: {_name(module)}", panels))
+
+
+def _telegrams(sim: Sim) -> str:
+    try:
+        return "\n".join(sim.telegrams(last=LAST_TELEGRAMS)) or "none"
+    except SimError as error:
+        return str(error)
 
 
 def _name(module: Module) -> str:
