@@ -13,8 +13,9 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -161,27 +162,51 @@ def test_a_simulator_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch
     assert os.listdir(folder) == []
 
 
-def test_an_interruption_between_question_and_answer() -> None:
-    class Interruption(Exception):
-        pass
+class Interruption(Exception):
+    pass
+
+
+@contextmanager
+def interruption() -> Iterator[None]:
+    """An exception comes out of nowhere after some time, as that of Ctrl-C does."""
 
     def interrupt(*_: object) -> None:
         raise Interruption
 
+    old = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        with pytest.raises(Interruption):
+            yield
+    finally:
+        signal.signal(signal.SIGALRM, old)
+
+
+def test_an_interruption_between_question_and_answer() -> None:
     with Sim() as sim:
         pid = sim.ready["pid"]
-        old = signal.signal(signal.SIGALRM, interrupt)
         try:
             os.kill(pid, signal.SIGSTOP)
-            signal.setitimer(signal.ITIMER_REAL, 0.1)
-            with pytest.raises(Interruption):
+            with interruption():
+                sim.send("GAP 6, 0")
+            with interruption():
                 sim.send("GAP 6, 0")
         finally:
-            signal.signal(signal.SIGALRM, old)
             os.kill(pid, signal.SIGCONT)
         # The answer to the question before is not taken for that to the next.
         assert sim.send("GAP 4, 0").value == 1000
         assert not sim.state().switches.left
+
+
+def test_a_step_that_is_interrupted_ends() -> None:
+    with Sim() as sim, sim.watch(0.0001, "rotor", kept=1) as watch:
+        sim.send("ROR 0, 1000")
+        with interruption():
+            sim.step(3600)
+        now = sim.time
+        assert now < 3600
+        assert sim.step(0.1) == pytest.approx(now + 0.1)
+        assert watch.samples()[0].time > now
 
 
 # A host with two simulators; it tells of them, and stays until it is killed.

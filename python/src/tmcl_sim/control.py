@@ -23,7 +23,8 @@ class Connection:
     """A connection, made when it is first used.
 
     Several threads may ask: one of them has its turn at a time, and the others wait. If an exception such as
-    KeyboardInterrupt comes between a question and its answer, the next question goes over a new connection.
+    KeyboardInterrupt comes between a question and its answer, what the simulator is doing for it is interrupted, and
+    the next question goes over a new connection.
     """
 
     def __init__(self, process: Process):
@@ -32,6 +33,8 @@ class Connection:
         self._socket: socket.socket | None = None
         self._lines: deque[bytes] = deque()
         self._rest = b""
+        # Whether the next line is the answer to an interruption, which nobody has waited for.
+        self._interrupted = False
 
     def ask(self, line: str) -> dict[str, Any]:
         """Carries out a command and gives the fields of the answer. Raises SimError with the simulator's words if it is
@@ -39,13 +42,24 @@ class Connection:
         with self._turn:
             try:
                 self.write(line)
+                if self._interrupted:
+                    self._answer()
+                    self._interrupted = False
                 answer = self._answer()
             except BaseException:
-                self.close()
+                self._interrupt()
                 raise
         if not answer["ok"]:
             raise SimError(answer["error"])
         return answer
+
+    def _interrupt(self) -> None:
+        """Ends a step or the like that is under way. Its answer is left for the next question, as a simulator that does
+        not answer is not to keep the exception from its way."""
+        self.close()
+        with suppress(SimError):
+            self.write("interrupt")
+            self._interrupted = True
 
     def write(self, line: str) -> None:
         """Sends a line."""
@@ -97,5 +111,5 @@ class Connection:
         self.wake()
         if self._socket:
             self._socket.close()
-        self._socket, self._rest = None, b""
+        self._socket, self._rest, self._interrupted = None, b"", False
         self._lines.clear()
