@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 
@@ -81,8 +81,9 @@ class State(Axis):
     """The temperature of the board, in degrees Celsius."""
     axes: tuple[Axis, ...]
     """The axes, axis 0 first."""
-    speed_factor: float
-    """How fast virtual time has been going lately; 1 is real time."""
+    speed_factor: float = field(compare=False)
+    """How fast virtual time has been going lately by the computer's clock; 1 is real time. States that differ only in
+    this are equal."""
     speed_wanted: float | None
     """How fast it should go by the clock; None is as fast as it can."""
     enable: bool | None = None
@@ -95,7 +96,7 @@ class State(Axis):
 
 
 def _fields(kind: type[Axis], answer: Mapping[str, Any]) -> dict[str, Any]:
-    found = {field.name: answer[field.name] for field in fields(kind) if field.name in answer}
+    found = {each.name: answer[each.name] for each in fields(kind) if each.name in answer}
     lists = {name: tuple(value) for name, value in found.items() if isinstance(value, list)}
     return found | lists | {"switches": Switches(**found["switches"])}
 

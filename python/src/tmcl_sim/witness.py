@@ -91,7 +91,9 @@ def _state(module: Module) -> str:
     except SimError as error:
         return str(error)
     of_axis = [field.name for field in fields(Axis)]
-    of_module = [field.name for field in fields(state) if field.name not in (*of_axis, "axes")]
+    # What goes by the computer's clock says nothing of the module.
+    of_module = [field.name for field in fields(state) if field.name not in of_axis and field.compare]
+    of_module.remove("axes")
     rows = [[name, _words(value)] for name in of_module if (value := getattr(state, name)) is not None]
     table = [["", *(f"axis {number}" for number in range(len(state.axes)))]]
     table += [[name, *(_words(getattr(axis, name)) for axis in state.axes)] for name in of_axis]
