@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
-from tmcl_sim import Module, NoReply, Refused, Sim, SimError, State
+from tmcl_sim import Module, NoReply, Refused, Sim, SimError
 
 # A short of bridge A among the driver's error flags.
 SHORT_A = 8
@@ -99,6 +100,9 @@ def test_supply_and_temperature(sim: Sim) -> None:
     sim.supply = 12.5
     sim.temperature = 40
     assert (sim.supply, sim.temperature) == (12.5, 40)
+    sim.temperature = 40.0
+    with pytest.raises(ValueError, match=r"^the temperature is a whole number of degrees Celsius, not 25\.5$"):
+        sim.temperature = 25.5
     sim.step(0.1)
     assert read(sim, "GIO 8, 1") == 125
     assert read(sim, "GIO 9, 1") == 40
@@ -128,7 +132,10 @@ def test_axes_have_motors_of_their_own() -> None:
         sim.press("home", axis=1)
         assert sim.state().axes[1].switches.home
         with pytest.raises(SimError, match=r"^no axis 3: the TMCM-3110 has axes 0 to 2$"):
-            sim.axis(3).press("left")
+            sim.axis(3)
+        before = sim.state()
+        sim.axis(1)
+        assert sim.state() == before
 
 
 def test_power(sim: Sim) -> None:
@@ -226,9 +233,37 @@ def test_a_refused_command_changes_nothing(sim: Sim) -> None:
         sim.control("state\nstate")
     with pytest.raises(AttributeError):
         sim.laod = 0.5  # type: ignore[attr-defined]
-    assert same(sim.state()) == same(before)
+    assert sim.state() == before
 
 
-def same(state: State) -> State:
-    """The state without what depends on the computer."""
-    return dataclasses.replace(state, speed_factor=0.0)
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda sim: sim.power("off"), "power('off'): write power(True) or power(False)"),
+        (lambda sim: sim.usb(2), "usb(2): write usb(True) or usb(False)"),
+        (lambda sim: sim.usb("on", hangup=True), "usb('on'): write usb(True) or usb(False)"),
+        (
+            lambda sim: sim.fault("short-a", "off"),
+            'fault("short-a", \'off\'): write fault("short-a", True) or fault("short-a", False)',
+        ),
+    ],
+)
+def test_on_and_off_are_true_and_false(sim: Sim, call: Callable[[Sim], None], words: str) -> None:
+    before = sim.state()
+    with pytest.raises(TypeError, match=f"^{re.escape(words)}$"):
+        call(sim)
+    assert sim.state() == before
+    sim.power(0)  # type: ignore[arg-type]
+    assert not sim.state().power
+
+
+def test_a_state_is_equal_however_fast_time_goes(sim: Sim) -> None:
+    state = sim.state()
+    assert dataclasses.replace(state, speed_factor=2.0) == state
+    assert dataclasses.replace(state, temperature=26) != state
+
+
+@pytest.mark.parametrize("line", ["watch 10 ms rotor", "module 1 watch 10 ms rotor", "unwatch"])
+def test_a_watch_is_no_line_of_control(sim: Sim, line: str) -> None:
+    with pytest.raises(SimError, match=r'write watch = sim\.watch\(0\.010, "rotor"\)'):
+        sim.control(line)

@@ -25,6 +25,7 @@ SECTIONS = [
     "*control  <  02 01 64 04 00 00 C8 00 33   from 1: 51200 microsteps (target), status 100 ok",
     "*- tmcl_sim: state of module 1, TMCM-3110 -*",
     "time            paused",
+    "temperature     25",
     "                axis 0          axis 1          axis 2",
     "velocity        1000            0               0",
     "switches        none pressed    none pressed    none pressed",
@@ -278,12 +279,13 @@ def test_paths_are_relative_to_the_test(pytester: pytest.Pytester) -> None:
     (folder / "stage.toml").write_text("[motor]\nload = 0.5\n")
     (folder / "test_it.py").write_text(
         "import pytest\n"
-        "@pytest.mark.tmcl_sim('stage.toml', eeprom='module.bin')\n"
+        "@pytest.mark.tmcl_sim('stage.toml', eeprom='module.bin', log='telegrams.txt')\n"
         "def test_it(tmcl_sim):\n"
         "    assert tmcl_sim.load == 0.5\n"
     )
     pytester.runpytest().assert_outcomes(passed=1)
     assert (folder / "module.bin").exists()
+    assert (folder / "telegrams.txt").exists()
 
 
 @pytest.mark.parametrize(

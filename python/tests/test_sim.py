@@ -32,6 +32,20 @@ def test_a_world(tmp_path: Path) -> None:
         assert sim.load == 0.5
 
 
+def test_a_path_may_begin_with_a_dash(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("-x.toml").write_text("[motor]\nload = 0.5\n")
+    with Sim("-x.toml", eeprom="-x.bin") as sim:
+        assert sim.load == 0.5
+    assert Path("-x.bin").exists()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_path_that_can_be_none_is_refused() -> None:
+    with pytest.raises(StartError, match="embedded null byte"):
+        Sim("a\0b")
+
+
 def test_an_eeprom_keeps_what_is_stored(tmp_path: Path) -> None:
     for stored in (128, 77):
         with Sim(eeprom=tmp_path / "module.bin") as sim:

@@ -24,6 +24,8 @@ def test_time_passes_by_steps(sim: Sim) -> None:
     assert sim.state().time == "paused"
     with pytest.raises(SimError, match="an hour, '1 h', is the longest"):
         sim.step(7200)
+    with pytest.raises(ValueError, match=r"^a time is a number of seconds, not nan$"):
+        sim.step(float("nan"))
 
 
 def test_a_condition_is_waited_for(sim: Sim) -> None:

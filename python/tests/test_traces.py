@@ -136,9 +136,13 @@ def test_a_watch_of_a_simulator_that_dies() -> None:
         assert len(watch.rest()) == 1
 
 
-def test_a_watch_leaves_no_thread() -> None:
+@pytest.mark.filterwarnings("error")
+def test_a_watch_leaves_nothing() -> None:
     with Sim() as sim:
+        sim.state()
         before = descriptors(), threading.active_count()
+        with pytest.raises(SimError):
+            sim.watch(0.1, "roter")
         watch = sim.watch(0.1, "rotor")
         assert threading.active_count() > before[1]
         watch.close()

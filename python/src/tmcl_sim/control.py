@@ -39,6 +39,8 @@ class Connection:
     def ask(self, line: str) -> dict[str, Any]:
         """Carries out a command and gives the fields of the answer. Raises SimError with the simulator's words if it is
         refused."""
+        if "\n" in line or "\r" in line:
+            raise SimError(f"a command is one line, and this is more: {line!r}")
         with self._turn:
             try:
                 self.write(line)
@@ -64,8 +66,6 @@ class Connection:
     def write(self, line: str) -> None:
         """Sends a line."""
         self._process.check()
-        if "\n" in line or "\r" in line:
-            raise SimError(f"a command is one line, and this is more: {line!r}")
         try:
             self._connected().sendall(line.encode() + b"\n")
         except OSError:

@@ -65,7 +65,9 @@ class Module:
     # What happens around the module.
 
     def axis(self, number: int) -> Motor:
-        """The motor of an axis, from 0 on."""
+        """The motor of an axis, from 0 on. Raises SimError if there is none."""
+        # The simulator knows which axes there are. A blow of no steps changes nothing.
+        self.slip(0, number)
         return Motor(self, number)
 
     def press(self, switch: Switch, axis: int = 0) -> None:
@@ -109,20 +111,23 @@ class Module:
 
     @property
     def temperature(self) -> int:
-        """The temperature of the board in degrees Celsius, -55 to 200."""
+        """The temperature of the board in whole degrees Celsius, -55 to 200."""
         return self.state().temperature
 
     @temperature.setter
-    def temperature(self, celsius: int) -> None:
-        self._ask(f"temperature {celsius}")
+    def temperature(self, celsius: float) -> None:
+        if celsius != int(celsius):
+            raise ValueError(f"the temperature is a whole number of degrees Celsius, not {celsius}")
+        self._ask(f"temperature {int(celsius)}")
 
     def power(self, on: bool) -> None:
-        """The module loses its power, or starts anew. The EEPROM and the world keep what they have."""
-        self._ask(f"power {_on(on)}")
+        """The module loses its power (False), or starts anew (True). The EEPROM and the world keep what they have."""
+        self._ask(f"power {_on('power', on)}")
 
     def usb(self, on: bool, hangup: bool = False) -> None:
         """The USB cable is pulled out or plugged in. With `hangup` hosts see that it is out: their connections end."""
-        self._ask("usb off --hangup" if hangup and not on else f"usb {_on(on)}")
+        level = _on("usb", on)
+        self._ask("usb off --hangup" if hangup and not on else f"usb {level}")
 
     def can_state(self, state: Literal["on", "passive", "off"]) -> None:
         """What disturbances on the bus have made of the CAN controller: it does not tell others of errors any more
@@ -134,7 +139,8 @@ class Module:
     def fault(self, name: str, on: bool = True, axis: int | None = None) -> None:
         """A fault begins or ends. Those of the board, which take no axis, are eeprom, spi and spi-low; those of an axis
         tmc429, tmc262, tmc5160, chip-supply, short-a, short-b, open-a, open-b, overtemperature and encoder."""
-        self._ask(f"fault {name} {_on(on)}" + ("" if axis is None else f" {axis}"))
+        level = _on("fault", on, f'"{name}", ')
+        self._ask(f"fault {name} {level}" + ("" if axis is None else f" {axis}"))
 
     def reply_delay(self, delay: float) -> None:
         """Replies come later by so many seconds of virtual time; 0 ends it."""
@@ -207,7 +213,10 @@ class Motor:
         self._module.release(switch, self.number)
 
 
-def _on(on: bool) -> str:
+def _on(method: str, on: bool, before: str = "") -> str:
+    """The level of a call such as `power(True)`; `before` are its arguments before that."""
+    if on not in (False, True):
+        raise TypeError(f"{method}({before}{on!r}): write {method}({before}True) or {method}({before}False)")
     return "on" if on else "off"
 
 

@@ -54,7 +54,8 @@ class Process:
                 # Ctrl-C at the terminal is for this interpreter; what becomes of the simulator is decided here.
                 start_new_session=True,
             )
-        except OSError as error:
+        # A ValueError is an argument with a character that no argument can have.
+        except (OSError, ValueError) as error:
             self._close_files()
             raise StartError(f"{program} cannot be started: {error}") from None
         _running.add(self)

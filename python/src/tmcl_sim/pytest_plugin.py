@@ -20,8 +20,14 @@ from .sim import Sim, open_sims
 from .witness import Section, Witness, sections
 
 # The arguments of the marker that are paths, and the option for images.
-PATHS = ("world", "image", "eeprom")
+PATHS = ("world", "image", "eeprom", "log")
 IMAGE_OPTION, PLOTS_OPTION = "--tmcl-sim-image", "--tmcl-sim-plots"
+
+if not hasattr(pytest, "StashKey"):
+    raise pytest.UsageError(
+        f"the plugin of tmcl-sim needs pytest 7 or later, and this is {pytest.__version__}: "
+        "`pip install -U pytest` brings it, and `pytest -p no:tmcl_sim` goes without the plugin"
+    )
 
 WITNESS = pytest.StashKey[Witness]()
 IMAGE = pytest.StashKey[tuple[str, str]]()

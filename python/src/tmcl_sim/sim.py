@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+import re
 import weakref
 from collections.abc import Sequence
 from types import TracebackType
@@ -76,18 +77,19 @@ class Sim(Module):
         can: bool = False,
         binary: File | None = None,
     ):
-        arguments = ["--tcp", ANY_PORT, "--control", ANY_PORT, "--speed", str(speed)]
+        arguments = ["--tcp", ANY_PORT, "--control", ANY_PORT, f"--speed={speed}"]
         if paused is not False:
             arguments.append("--paused" if paused is True else f"--paused={span(paused)}")
         if product is not None:
-            arguments += ["--product", product if isinstance(product, str) else ",".join(product)]
+            arguments.append(f"--product={product if isinstance(product, str) else ','.join(product)}")
         if can or firmware == "canopen":
             arguments += ["--slcan-tcp", ANY_PORT]
         links = {option: link_path(option) for option, wanted in (("serial", serial), ("rs485", rs485)) if wanted}
         given = {"world": world, "firmware": firmware, "modules": modules, "eeprom": eeprom, "image": image, **links}
         for option, value in given.items():
             if value is not None:
-                arguments += [f"--{option}", str(value)]
+                # In one word, so that a value may begin with a dash.
+                arguments.append(f"--{option}={value}")
         program = os.fspath(binary) if binary is not None else find_binary()
         # An absolute path, so that no name has a meaning of its own to the simulator.
         kept = os.path.abspath(log) if log is not None else None
@@ -117,7 +119,13 @@ class Sim(Module):
         return self if number == 1 else Module(self._session, number)
 
     def control(self, line: str) -> dict[str, Any]:
-        """Carries out any command of the control port (docs/control.md), and gives the fields of the answer."""
+        """Carries out any command of the control port (docs/control.md), and gives the fields of the answer. In place
+        of its `watch` there is `Module.watch`."""
+        if re.match(r"\s*(module\s+\d+\s+)?(un)?watch\b", line):
+            raise SimError(
+                f'{line!r}: samples come by a connection of their own; write watch = sim.watch(0.010, "rotor"), '
+                "watch.samples() and watch.close()"
+            )
         return self._session.ask(line)
 
     # Time.
