@@ -46,7 +46,11 @@ class Watch:
         self._process = process
         self._command = command
         connection = Connection(process)
-        connection.ask(command)
+        try:
+            connection.ask(command)
+        except BaseException:
+            connection.close()
+            raise
         self._reader = _Reader(connection, kept)
         self._stopped = False
         # A watch that nobody has closed is closed when it is forgotten, or when the interpreter ends.
