@@ -73,6 +73,11 @@ def test_telegrams() -> None:
         assert sim.telegrams(last=1) == lines[-1:]
         assert sim.telegrams(last=0) == []
         assert sim.telegrams(last=100) == lines
+        for _ in range(200):
+            sim.send("GAP 6, 0")
+        lines = sim.telegrams()
+        assert len(lines) == 404
+        assert [sim.telegrams(last=count) for count in (1, 300, 404)] == [lines[-1:], lines[-300:], lines]
 
 
 def test_a_log_is_kept(tmp_path: Path) -> None:

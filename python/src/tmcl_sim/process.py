@@ -26,6 +26,8 @@ __tracebackhide__ = True
 PATIENCE = 10
 # How many lines of its standard error an exception tells.
 LAST_LINES = 20
+# How many bytes at the end of a file are read first, to find its last lines.
+WINDOW = 4096
 # What `tmcl` adds for somebody at a terminal when an argument is wrong.
 HINT = "For more information, try '--help'."
 
@@ -105,15 +107,14 @@ class Process:
 
     def last_lines(self) -> str:
         """The last lines of its standard error."""
-        text = _whole(self._stderr).decode(errors="replace")
-        return "\n".join(text.splitlines()[-LAST_LINES:])
+        return "\n".join(_lines(self._stderr, LAST_LINES))
 
-    def telegrams(self) -> list[str]:
-        """The lines of its log of telegrams so far, also when it has died."""
+    def telegrams(self, last: int | None) -> list[str]:
+        """The lines of its log of telegrams so far, or the last of them, also when it has died."""
         if self._log is None or self._log.closed:
             self.check()
         assert self._log is not None
-        return _whole(self._log).decode(errors="replace").splitlines()
+        return _lines(self._log, last)
 
     def end(self) -> None:
         """Ends the process, waits for its end, and removes what it leaves. A second time does nothing, and so does a
@@ -158,10 +159,19 @@ def link_path(what: str) -> str:
     return str(Path(tempfile.gettempdir()) / f"tmcl-sim-{what}-{secrets.token_hex(8)}")
 
 
-def _whole(file: IO[bytes]) -> bytes:
-    """All of a file that another process writes, whose place in it may be shared."""
+def _lines(file: IO[bytes], last: int | None) -> list[str]:
+    """The lines of a file that another process writes, whose place in it may be shared; or the last of them, for which
+    no more of it is read than they need."""
     descriptor = file.fileno()
-    return os.pread(descriptor, os.fstat(descriptor).st_size, 0)
+    size = os.fstat(descriptor).st_size
+    length = size if last is None else min(size, WINDOW)
+    while True:
+        lines = os.pread(descriptor, length, size - length).decode(errors="replace").splitlines()
+        if last is not None and len(lines) > last:
+            return lines[len(lines) - last :]
+        if length == size:
+            return lines
+        length = min(size, 2 * length)
 
 
 _running: weakref.WeakSet[Process] = weakref.WeakSet()

@@ -166,8 +166,7 @@ class Sim(Module):
     def telegrams(self, last: int | None = None) -> list[str]:
         """The telegrams on all links so far, or the last of them, a line each: virtual time in seconds, link,
         direction, bytes and what they say. A simulator that has died tells them as well."""
-        lines = self._session.process.telegrams()
-        return lines if last is None else lines[max(len(lines) - last, 0) :]
+        return self._session.process.telegrams(last)
 
     @property
     def ready(self) -> dict[str, Any]:
