@@ -38,8 +38,8 @@ class Watch:
     """Samples of values at each interval of virtual time, whatever lets it pass. `Module.watch` makes one.
 
     Samples are read as they come, by a thread of the watch, and kept until they are asked for. To iterate over a watch
-    is the same as over `samples()`: it gives what has come, and ends. It goes on after `Sim.restart`, with the time
-    beginning anew, and ends with the simulator.
+    is the same as over `samples()`: it gives what has come, and ends; while time goes by the clock, ask again for more.
+    It goes on after `Sim.restart`, with the time beginning anew, and ends with the simulator.
     """
 
     def __init__(self, process: Process, command: str, kept: int | None = None):
