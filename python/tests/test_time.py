@@ -142,7 +142,7 @@ def test_a_long_step_loses_no_sample() -> None:
         with Sim() as sim, sim.watch(0.001, "position") as watch:
             start = sim.time
             sim.send("ROR 0, 1")
-            sim.step(300)
+            sim.step(100)
             samples = watch.samples()
             assert samples[-1]["position"] == sim.state().position
             assert sum(sample.missed for sample in samples) == 0
@@ -150,7 +150,7 @@ def test_a_long_step_loses_no_sample() -> None:
 
     first = run()
     assert [time for time, _ in first] == [count / 1000 for count in range(1, len(first) + 1)]
-    assert len(first) >= 300_000
+    assert len(first) >= 100_000
     assert run() == first
     assert run() == first
 
