@@ -294,7 +294,7 @@ impl Course {
         if let Some(Errand { asker, task, goal: Some(goal) }) = &mut self.errand {
             let (asker, goal) = (*asker, *goal);
             // No watch loses a line: time waits until its client has read.
-            if watchers.iter_mut().any(Controller::is_behind) {
+            if now < goal && watchers.iter_mut().any(Controller::is_behind) {
                 return Portion::Idle;
             }
             let Some(result) = task.outcome(fleet, now >= goal) else {
