@@ -23,6 +23,7 @@
 //! * [`load`] - `tmcl load`: a program into a module
 //! * [`debug`] - `tmcl debug`: a program in a module, step by step
 //! * [`product`] - the products that are known
+//! * [`request`] - commands as the user types them
 //! * [`failure`] - the failure of a subcommand, with its exit code
 //! * [`signal`] - signals that ask the program to end
 //! * [`output`] - files that a command writes, or standard output
@@ -51,6 +52,7 @@ mod poll;
 pub mod product;
 pub mod program;
 pub mod progress;
+pub mod request;
 pub mod run;
 pub mod scan;
 pub mod send;

@@ -19,7 +19,8 @@ use super::trouble::Trouble;
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
 use crate::program::{Program, download, read_program};
-use crate::send::{Request, reply_to};
+use crate::request::Request;
+use crate::send::reply_to;
 use crate::signal::EndSignal;
 
 /// Number of commands that `list` shows.

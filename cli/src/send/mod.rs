@@ -1,11 +1,8 @@
 //! `tmcl send`: commands in mnemonic form to a module, replies in words.
 
-mod request;
-
 use std::io::Write;
 
 use clap::Args;
-use serde::Serialize;
 use tmcm::tmcl::Command;
 use tmcm_sim::wire::stays_unanswered;
 use tmcm_sim::wire::words::{depends_on_unit_mode, needs_names};
@@ -15,7 +12,7 @@ use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
 use crate::product::Product;
-pub use request::{Request, Typed};
+use crate::request::{Answered, Request, Typed};
 
 /// Send commands to a module and show its replies
 ///
@@ -102,19 +99,6 @@ fn show_value(out: &mut impl Write, module: &mut Conversation, command: Command)
     // A closed standard error does not end the program.
     let _ = writeln!(std::io::stderr(), "tmcl: {command}: {told}");
     Ok(false)
-}
-
-/// A command and its reply, for JSON.
-#[derive(Debug, Serialize)]
-pub struct Answered {
-    /// The command.
-    pub command: String,
-    /// Its reply.
-    #[serde(flatten)]
-    pub reply: Option<Reply>,
-    /// Why there is no reply.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub error: Option<String>,
 }
 
 /// Sends a command and prints the reply as JSON, or that there is none. True if the command has been executed.

@@ -4,7 +4,7 @@ use hal_sim::clock::{MICROSECOND, Nanos};
 use hal_sim::control::State;
 use serde::Serialize;
 
-use crate::send::Answered;
+use crate::request::Answered;
 
 /// An answer. Serialised it is one line.
 #[derive(Serialize)]

@@ -5,7 +5,7 @@ use std::task::Poll;
 use super::answer::Told;
 use super::control::ControllerId;
 use super::course::Finished;
-use crate::send::{Answered, Typed};
+use crate::request::{Answered, Typed};
 use tmcm::tmcl::Command;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::client::Client;

@@ -1,6 +1,8 @@
-//! Commands as the user types them.
+//! Commands as the user types them, and what is told of their replies as JSON.
 
+use serde::Serialize;
 use tmcm::tmcl::Command;
+use tmcm_sim::wire::Reply;
 
 use crate::asm::{self, Symbols};
 use crate::product::Product;
@@ -69,6 +71,19 @@ impl Typed {
             Typed::Named(line) => Request::read(line, product, &Symbols::default()),
         }
     }
+}
+
+/// A command and its reply, for JSON.
+#[derive(Debug, Serialize)]
+pub struct Answered {
+    /// The command.
+    pub command: String,
+    /// Its reply.
+    #[serde(flatten)]
+    pub reply: Option<Reply>,
+    /// Why there is no reply.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
 }
 
 #[cfg(test)]
