@@ -56,15 +56,14 @@ impl<M: VirtualModule> Fleet<M> {
 
     /// The reply to an inquiry, which is taken with it; `Ready(None)` if none comes any more.
     pub fn reply_to(&mut self, inquiry: Client) -> Poll<Option<Telegram>> {
-        let open = &mut self.inquiries.open;
-        let Some(index) = open.iter().position(|open| open.client == inquiry) else { return Poll::Ready(None) };
-        let reply: Option<Telegram> =
-            open.get(index).and_then(|inquiry| inquiry.heard.first_chunk::<TELEGRAM>()).copied();
-        let module = open.get(index).map_or(0, |inquiry| inquiry.module);
+        let Some(open) = self.inquiries.open.iter().find(|open| open.client == inquiry) else {
+            return Poll::Ready(None);
+        };
+        let (module, reply) = (open.module, open.heard.first_chunk::<TELEGRAM>().copied());
         if reply.is_none() && self.awaits_usb_of(module, inquiry) {
             return Poll::Pending;
         }
-        self.inquiries.open.remove(index);
+        self.inquiries.open.retain(|open| open.client != inquiry);
         self.forget_usb_of(module, inquiry);
         Poll::Ready(reply)
     }

@@ -152,3 +152,21 @@ fn saving_takes_as_long_as_the_eeprom() {
     assert_eq!(reply.frame.data()[0], 0x60);
     assert!((5 * MILLISECOND..SECOND).contains(&took), "{took}");
 }
+
+/// Number of the first request that is answered, of ten.
+fn answered(mut ask: impl FnMut() -> bool) -> Option<usize> {
+    (1..=10).find(|_| ask())
+}
+
+#[test]
+fn who_asks_again_on_a_bus_until_the_module_is_back_gets_on() {
+    let mut paused = Paused::new();
+    paused.exchange_rs485(1, "255, 0, 0, 1234");
+    assert_eq!(answered(|| !paused.exchange_rs485(1, "GAP 1, 0").0.is_empty()), Some(2));
+    paused.exchange_can(tmcl_frame(1, "255, 0, 0, 1234"));
+    assert_eq!(answered(|| !paused.exchange_can(tmcl_frame(1, "GAP 1, 0")).0.is_empty()), Some(2));
+    let mut node = Paused::of(FirmwareKind::Canopen, 1);
+    node.exchange_can(Frame::standard(0, &[0x81, 1]).unwrap());
+    let mut read = || node.exchange_can(sdo_read(1, 0x1000, 0)).0.iter().any(|heard| id(heard) == Some(0x581));
+    assert_eq!(answered(&mut read), Some(2));
+}

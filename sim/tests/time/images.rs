@@ -79,14 +79,7 @@ fn what_is_not_answered_takes_no_time_or_is_given_up() {
 
 #[test]
 fn an_event_moves_no_time() {
-    let mut paused = paused(FirmwareKind::Tmcl, 1);
-    paused.ok("138, 0, 0, 1");
-    paused.ok("MVP REL, 0, 100");
-    let answered = paused.fleet.answered();
-    assert_eq!(paused.serve(), 0);
-    paused.fleet.run(SECOND);
-    let sent = paused.sent();
-    assert_eq!((sent.len(), sent[0].bytes[2], paused.fleet.answered()), (1, 128, answered));
+    paused(FirmwareKind::Tmcl, 1).event_moves_no_time();
 }
 
 #[test]

@@ -72,14 +72,7 @@ fn commands_without_a_reply_take_the_time_until_they_are_taken() {
 
 #[test]
 fn an_event_moves_no_time() {
-    let mut paused = Paused::new();
-    paused.ok("138, 0, 0, 1");
-    paused.ok("MVP REL, 0, 100");
-    let answered = paused.fleet.answered();
-    assert_eq!(paused.serve(), 0);
-    paused.fleet.run(SECOND);
-    let sent = paused.sent();
-    assert_eq!((sent.len(), sent[0].bytes[2], paused.fleet.answered()), (1, 128, answered));
+    Paused::new().event_moves_no_time();
 }
 
 #[test]

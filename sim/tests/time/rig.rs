@@ -115,6 +115,17 @@ impl<M: VirtualModule> Paused<M> {
         std::iter::from_fn(|| self.fleet.can()).filter(|heard| id(heard).is_some()).collect()
     }
 
+    /// The event of command 138 comes when the motor has arrived, is no reply, and lets no time pass by itself.
+    pub(crate) fn event_moves_no_time(&mut self) {
+        self.ok("138, 0, 0, 1");
+        self.ok("MVP REL, 0, 100");
+        let answered = self.fleet.answered();
+        assert_eq!(self.serve(), 0);
+        self.fleet.run(SECOND);
+        let sent = self.sent();
+        assert_eq!((sent.len(), sent[0].bytes[2], self.fleet.answered()), (1, 128, answered));
+    }
+
     /// Carries out a command of the control protocol.
     pub(crate) fn control(&mut self, line: &str) -> Option<State> {
         self.fleet.control(&Line::parse(line).unwrap()).unwrap()
