@@ -1,7 +1,7 @@
 //! The signals that the firmware exchanges with the board in each poll. Which pins they are is the table that the board
 //! makes of [`Signals`]; the analog ones come from `analog`, counts of encoders from `encoder`.
 
-use embassy_stm32::gpio::Output;
+use embassy_stm32::gpio::{Level, Output};
 
 use super::analog;
 use super::encoder::Encoder;
@@ -11,6 +11,10 @@ use crate::motion::Sensors;
 
 /// The number of the ENABLE input among the digital inputs.
 const ENABLE: u32 = 10;
+
+/// The level of a digital output that is off, on all boards: that with which the published firmware of the TMCM-1140's
+/// closest sibling starts.
+pub(super) const OFF: Level = Level::High;
 
 /// The pins of the signals of a board with `AXES` axes, `INPUTS` digital inputs, `OUTPUTS` digital outputs, and pull-up
 /// resistors that are switched in `GROUPS` groups.
@@ -22,7 +26,7 @@ pub(super) struct Signals<const AXES: usize, const INPUTS: usize, const OUTPUTS:
     pub(super) inputs: [Line; INPUTS],
     /// The ENABLE input; `None` on a board without one.
     pub(super) enable: Option<Line>,
-    /// OUT0 and the others; high is on.
+    /// OUT0 and the others; [`OFF`] is the level of those that are off.
     pub(super) outputs: [Output<'static>; OUTPUTS],
     /// The pull-up resistors of inputs; high is on.
     pub(super) pull_ups: [Output<'static>; GROUPS],
@@ -69,7 +73,7 @@ impl<const AXES: usize, const INPUTS: usize, const OUTPUTS: usize, const GROUPS:
 
     /// Sets all outputs. LED2 is `fault`'s.
     pub(super) fn write(&mut self, outputs: &Outputs) {
-        set(&mut self.outputs, outputs.digital);
+        set(&mut self.outputs, !outputs.digital);
         set(&mut self.pull_ups, outputs.pull_ups);
         self.led.set_level(outputs.led.into());
     }

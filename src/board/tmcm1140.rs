@@ -2,8 +2,11 @@
 //!
 //! Microcontroller and pin map of the TMCM-1140 are not published. This is the map of its closest published sibling,
 //! which has the same motion controller, driver, EEPROM and interfaces, and whose GD32F425VG is pin and register
-//! compatible with the STM32F405VG used here. Pins marked "chosen" have no counterpart on the sibling: they were chosen
-//! for this firmware. **The whole map is to be checked against the module before flashing.**
+//! compatible with the STM32F405VG used here. What the pins marked "chosen" are connected to is not known of the sibling
+//! either. They were chosen so that no output works against another one on a board wired like the sibling's: what is an
+//! input here is one in the sibling's published firmware, and what is an output here is one there and starts with the same
+//! level. Pins that the sibling has beyond these are left alone. **The whole map is to be checked against the module before
+//! flashing.**
 //!
 //! | pin | signal | |
 //! |---|---|---|
@@ -19,9 +22,10 @@
 //! | PC4 PC5 | LED2 (trouble), LED1 (running) | high is on |
 //! | PC10 PC11 PC12 | SPI3 clock, in, out: EEPROM | |
 //! | PD0 PD1 | CAN in, out | |
-//! | PD8 PD9 | OUT0, OUT1 | chosen; high is on |
-//! | PD10 | pull-up resistors of IN1..IN3 | chosen; high is on |
-//! | PD11..PD14 | IN0..IN3 | chosen; PD12, PD13 are the inputs of TIM4, which can count the ABN encoder at IN1, IN2 |
+//! | PD8 PD9 | IN0, IN3 | chosen |
+//! | PD10 PD11 | OUT0, OUT1 | chosen; low is on: the sibling starts them high, and outputs are off at power-up |
+//! | PD12 PD13 | IN1, IN2 | chosen; the inputs of TIM4, which can count the ABN encoder there |
+//! | PD14 | pull-up resistors of IN1..IN3 | chosen; high is on, as at power-up |
 //! | PE0 | SG_TST of the TMC262 | high on a stall |
 //! | PE1 | ENN of the TMC262 | low switches the bridges on |
 //! | PE15 | RS485 direction | high sends |
@@ -50,21 +54,24 @@ pub(super) const ENN: Line = Line::new(GPIOE, 1);
 pub(super) const TROUBLE: Line = Line::new(GPIOC, 4);
 /// SG_TST of the TMC262.
 const STALL: Line = Line::new(GPIOE, 0);
-/// IN0 to IN3. IN1 and IN2 are A and B of the encoder: their levels can be read although they are inputs of its timer. IN2 is
-/// also the right stop switch, IN3 the home switch and N of the encoder.
-const INPUTS: [Line; 4] = Line::row(GPIOD, 11);
-const IN2: Line = INPUTS[2];
-const IN3: Line = INPUTS[3];
+/// IN1 and IN2, A and B of the encoder: their levels can be read although they are inputs of its timer.
+const TRACKS: [Line; 2] = Line::row(GPIOD, 12);
+/// IN2 is also the right stop switch.
+const IN2: Line = TRACKS[1];
+/// IN3 is also the home switch, and N of the encoder.
+const IN3: Line = Line::new(GPIOD, 9);
+/// IN0 to IN3.
+const INPUTS: [Line; 4] = [Line::new(GPIOD, 8), TRACKS[0], IN2, IN3];
 /// Supply voltage for which the converter reads full scale: 36.3 V, in units of 0.1 V. The divider is 10 kOhm to 1
 /// kOhm.
 const SUPPLY: u32 = 363;
 
 /// The external encoder.
-static ENCODER: Encoder = Encoder::new(TIM4, IN3, Interrupt::EXTI15_10);
+static ENCODER: Encoder = Encoder::new(TIM4, IN3, Interrupt::EXTI9_5);
 
 /// The interrupt of IN3.
 #[interrupt]
-unsafe fn EXTI15_10() {
+unsafe fn EXTI9_5() {
     ENCODER.edge();
 }
 
@@ -91,8 +98,8 @@ impl Board {
             axes: [Axis { stall: Some(STALL), home: IN3, right: Some(IN2), encoder: Some(&ENCODER) }],
             inputs: INPUTS,
             enable: None,
-            outputs: pins::outputs([p.PD8.into(), p.PD9.into()], Level::Low),
-            pull_ups: pins::outputs([p.PD10.into()], Level::High),
+            outputs: pins::outputs([p.PD10.into(), p.PD11.into()], signals::OFF),
+            pull_ups: pins::outputs([p.PD14.into()], Level::High),
             led: pins::output(p.PC5.into(), Level::Low),
         };
         let bus = MotionBus::new(p.SPI1, p.PA5, p.PA7, p.PA6);

@@ -14,7 +14,7 @@
 //! | PA13 PA14 | SWDIO, SWCLK; connected with each other at power-up: factory reset | |
 //! | PA15 | EEPROM chip select | low active |
 //! | PB10 PB11 | USART3 out, in: RS485 | |
-//! | PB12..PB15 | OUT0..OUT3 | high is on |
+//! | PB12..PB15 | OUT0..OUT3 | low is on |
 //! | PC1 | supply over a divider of 19 | |
 //! | PC4 PC5 | LED2 (trouble), LED1 (running) | high is on |
 //! | PC10 PC11 PC12 | SPI3 clock, in, out: EEPROM | |
@@ -75,7 +75,7 @@ impl Board {
             axes: HOMES.map(|home| Axis { stall: None, home, right: None, encoder: None }),
             inputs: INPUTS,
             enable: Some(ENABLE),
-            outputs: pins::outputs([p.PB12.into(), p.PB13.into(), p.PB14.into(), p.PB15.into()], Level::Low),
+            outputs: pins::outputs([p.PB12.into(), p.PB13.into(), p.PB14.into(), p.PB15.into()], signals::OFF),
             pull_ups: [],
             led: pins::output(p.PC5.into(), Level::Low),
         };

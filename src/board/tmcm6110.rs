@@ -15,7 +15,7 @@
 //! | PA15 | EEPROM chip select | low active |
 //! | PB8 PB9 | pull-up resistors of the switches of axes 0 to 2, of axes 3 to 5 | high is on |
 //! | PB10 PB11 | USART3 out, in: RS485 | |
-//! | PB12..PB15 PC6..PC9 | OUT0..OUT7 | high is on |
+//! | PB12..PB15 PC6..PC9 | OUT0..OUT7 | low is on |
 //! | PC0 PC1 PC2 | analog IN0, supply over a divider of 11, analog IN4 | |
 //! | PC4 PC5 | LED2 (trouble), LED1 (running) | high is on |
 //! | PC10 PC11 PC12 | SPI3 clock, in, out: EEPROM | |
@@ -81,7 +81,7 @@ impl Board {
             axes: from_fn(|axis| Axis { stall: Some(STALLS[axis]), home: HOMES[axis], right: None, encoder: None }),
             inputs: INPUTS,
             enable: None,
-            outputs: pins::outputs([out0, out1, out2, out3, out4, out5, out6, out7], Level::Low),
+            outputs: pins::outputs([out0, out1, out2, out3, out4, out5, out6, out7], signals::OFF),
             pull_ups: pins::outputs([p.PB8.into(), p.PB9.into()], Level::High),
             led: pins::output(p.PC5.into(), Level::Low),
         };

@@ -46,7 +46,7 @@ pub struct Outputs {
 }
 
 impl Default for Outputs {
-    /// The state after power-on: outputs low, pull-up resistors on.
+    /// The state after power-on: outputs off, pull-up resistors on.
     fn default() -> Self {
         Outputs { digital: 0, pull_ups: u8::MAX, led: false, trouble: false, restart: false }
     }

@@ -16,6 +16,7 @@ mod node;
 mod node_faults;
 mod node_soak;
 mod panic_free;
+mod pins;
 mod replies;
 mod restart;
 mod six_axes;

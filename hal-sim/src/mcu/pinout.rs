@@ -26,7 +26,7 @@ pub struct Pinout {
     pub can: [Pin; 2],
     /// LED1 and LED2.
     pub leds: [Pin; 2],
-    /// Digital outputs, OUT0 first.
+    /// Digital outputs, OUT0 first; low is on.
     pub outputs: &'static [Pin],
     /// Groups of the inputs' pull-ups.
     pub pull_ups: &'static [Pin],
@@ -53,8 +53,8 @@ pub struct Pinout {
 }
 
 impl Pinout {
-    /// The TMCM-1140, with the pins of its closest sibling. Nothing is known of its analog channels: PC0 and PC1, and a
-    /// divider by eleven.
+    /// The TMCM-1140, with the pins of its closest sibling; which of the sibling's inputs and outputs are the digital ones is
+    /// a choice of the firmware's. Nothing is known of its analog channels: PC0 and PC1, and a divider by eleven.
     pub const TMCM_1140: Self = Self {
         kind: &TMCM_1140,
         selects: &[((A, 4), Chip::Tmc429(0)), ((C, 3), Chip::Tmc262(0)), ((A, 15), Chip::At25)],
@@ -64,9 +64,9 @@ impl Pinout {
         rs485: [(B, 10), (B, 11), (E, 15)],
         can: [(D, 0), (D, 1)],
         leds: [(C, 5), (C, 4)],
-        outputs: &[(D, 8), (D, 9)],
-        pull_ups: &[(D, 10)],
-        inputs: &[(D, 11), (D, 12), (D, 13), (D, 14)],
+        outputs: &[(D, 10), (D, 11)],
+        pull_ups: &[(D, 14)],
+        inputs: &[(D, 8), (D, 12), (D, 13), (D, 9)],
         enable: None,
         homes: &[],
         stalls: &[((E, 0), 0)],

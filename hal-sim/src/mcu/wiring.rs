@@ -146,15 +146,21 @@ impl Wiring {
             }
         }
         let on = |pin| level(ports, pin) == Some(true);
+        let low = |pin| level(ports, pin) == Some(false);
         let left_alone = self.disable_pulled_up || self.disabled;
         let disabled = level(ports, pinout.disable).unwrap_or(left_alone);
         if disabled != self.disabled {
             self.disabled = disabled;
             self.board.set_disable_pin(disabled);
         }
-        let word = |pins: &[Pin]| (0..).zip(pins).fold(0, |word, (bit, &pin)| word | u32::from(on(pin)) << bit);
-        let outputs =
-            Outputs { digital: word(pinout.outputs), pull_ups: word(pinout.pull_ups), leds: pinout.leds.map(on) };
+        let word = |levels: &dyn Fn(Pin) -> bool, pins: &[Pin]| {
+            (0..).zip(pins).fold(0, |word, (bit, &pin)| word | u32::from(levels(pin)) << bit)
+        };
+        let outputs = Outputs {
+            digital: word(&low, pinout.outputs),
+            pull_ups: word(&on, pinout.pull_ups),
+            leds: pinout.leds.map(on),
+        };
         if outputs != self.outputs {
             self.outputs = outputs;
             self.board.set_outputs(outputs);
@@ -173,10 +179,9 @@ impl Wiring {
         Ok(())
     }
 
-    /// The level to which a port drives ENN; none where it leaves the pin to a resistor.
-    pub(super) fn enable_pin(&self, ports: &[Gpio]) -> Option<bool> {
-        let (port, pin) = self.pinout.disable;
-        ports.get(port)?.output(pin)
+    /// The pin of ENN.
+    pub(super) fn disable_pin(&self) -> Pin {
+        self.pinout.disable
     }
 
     /// Whether the board drives pins of a port.

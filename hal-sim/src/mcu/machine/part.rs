@@ -8,6 +8,7 @@ use crate::board::Board;
 use crate::clock::Nanos;
 use crate::mcu::can::{Can, CanFrame};
 use crate::mcu::peripheral::Peripheral;
+use crate::mcu::pinout::Pin;
 use crate::mcu::rs485::Rs485;
 use crate::mcu::serial::Incoming;
 use crate::mcu::soc::Soc;
@@ -115,10 +116,15 @@ impl Machine {
 }
 
 impl Part<'_, Wiring> {
+    /// The level to which the microcontroller itself drives a pin as an output; none while it leaves the pin to others.
+    pub fn driven(&self, (port, pin): Pin) -> Option<bool> {
+        let Soc { wiring, peripherals, .. } = &*self.soc;
+        peripherals.ports.get(port)?.output(pin).filter(|_| wiring.board.is_powered())
+    }
+
     /// The level to which the microcontroller itself drives ENN; none while it leaves the pin to a resistor.
     pub fn enable_pin(&self) -> Option<bool> {
-        let Soc { wiring, peripherals, .. } = &*self.soc;
-        wiring.enable_pin(&peripherals.ports).filter(|_| wiring.board.is_powered())
+        self.driven(self.soc.wiring.disable_pin())
     }
 }
 

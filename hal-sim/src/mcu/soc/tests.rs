@@ -72,10 +72,11 @@ fn a_repeated_read_of_a_status_is_noticed_and_one_of_a_counter_is_not() {
 #[test]
 fn the_board_is_at_the_pins() {
     let mut soc = soc("");
-    write(&mut soc, &[(GPIOD, 1 << 16 | 1 << 18), (GPIOD + 0x18, 1 << 9)]);
+    // PD10 is high, PD11 is low, and an output that is low is on. IN2 is at PD13.
+    write(&mut soc, &[(GPIOD + 0x18, 1 << 10), (GPIOD, 1 << 20 | 1 << 22)]);
     assert_eq!(soc.board().world().outputs().digital, 0b10);
     soc.board_mut().change_world(|world| world.axis_mut(0).press(Pin::Right, true));
-    assert_eq!(soc.read(soc.now, GPIOD + 0x10, 4) >> 11 & 0xF, 0b0100);
+    assert_eq!(soc.read(soc.now, GPIOD + 0x10, 4) >> 8 & 0xFF, 0b0010_0100);
 }
 
 #[test]
@@ -93,8 +94,8 @@ fn another_board_is_at_other_pins() {
     };
     let mut soc = wired(Board::of_kind(&KIND, &WorldConfig::default(), 0), &PINOUT);
     let datagrams = |soc: &Soc| [0, 1].map(|number| soc.board().datagrams(Chip::Tmc429(number)));
-    // PB0, PB1, PB4, PB5 are outputs; PB0, PB1 and PB5 are high.
-    write(&mut soc, &[(GPIOB + 0x18, 0b10_0011), (GPIOB, 0x505)]);
+    // PB0, PB1, PB4, PB5 are outputs; PB0, PB1 and PB4 are high, so OUT1 alone is on.
+    write(&mut soc, &[(GPIOB + 0x18, 0b01_0011), (GPIOB, 0x505)]);
     let (before, end) = (datagrams(&soc), soc.now + 1_000);
     run(&mut soc, end);
     write(&mut soc, &[(GPIOB + 0x18, 1 << 17)]);
