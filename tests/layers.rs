@@ -14,6 +14,7 @@
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
 //! * Only the board uses `unsafe`.
+//! * Nothing knows the folder in which it was compiled.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -29,6 +30,7 @@ mod tokens;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use tokens::tokens;
 
@@ -108,7 +110,8 @@ fn declared<'a>(tokens: &[&'a str]) -> Vec<&'a str> {
 }
 
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    static ROOT: LazyLock<PathBuf> = LazyLock::new(|| fw::workspace().unwrap());
+    &ROOT
 }
 
 /// All Rust sources in a folder and its subfolders, or the file at this path.
@@ -376,4 +379,20 @@ fn unsafe_is_left_to_the_board() {
             assert!(!tokens(&fs::read_to_string(path).unwrap()).contains(&"unsafe"), "{}", path.display());
         }
     }
+}
+
+/// A checkout may be moved or copied with all that is built in it: what is there then uses that checkout, and not the one
+/// where it was built.
+#[test]
+fn nothing_knows_the_folder_in_which_it_was_compiled() {
+    let folders = ["MANIFEST_DIR", "TARGET_TMPDIR", "BIN_EXE_"].map(|name| format!("env!(\"CARGO_{name}"));
+    let mut checked = 0;
+    for folder in ["src", "fw", "hal-sim", "sim", "cli", "tests", "benches", "build.rs"] {
+        for path in sources(&root().join(folder)) {
+            let text = fs::read_to_string(&path).unwrap();
+            assert!(!folders.iter().any(|name| text.contains(name)), "{}", path.display());
+            checked += 1;
+        }
+    }
+    assert!(checked > 400, "{checked} files");
 }

@@ -36,7 +36,6 @@ mod statistics;
 mod symbols;
 mod waits;
 
-use std::path::Path;
 use std::process::ExitCode;
 
 use hal_sim::clock::{MILLISECOND, Nanos};
@@ -47,8 +46,8 @@ use host::Failure;
 use report::{Report, progress};
 use symbols::Symbols;
 
-/// The page with the figures.
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/performance.md");
+/// The page with the figures, in the workspace.
+const PAGE: &str = "docs/performance.md";
 
 /// How much is measured.
 struct Extent {
@@ -118,7 +117,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool, Failure> {
     let mut report = Report::default();
     let kept = measure(&images, &extent, &mut report)?;
     if updates {
-        report.write(Path::new(PAGE))?;
+        report.write(&fw::workspace()?.join(PAGE))?;
     }
     Ok(kept)
 }

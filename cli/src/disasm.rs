@@ -11,6 +11,7 @@ use tmcm::tmcl::{Command, Instruction, Opcode};
 use crate::failure::Failure;
 use crate::product::{self, Product, parameter};
 use crate::program::{address, end, read_commands, target};
+use crate::tell;
 
 /// Show an assembled TMCL program as source
 ///
@@ -46,7 +47,7 @@ const COMMENT: usize = 36;
 /// Prints the source of a program.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let commands = read_commands(&options.program, Some(options.product))?;
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     out.write_all(source(&commands, options.origin, Some(options.product)).as_bytes())?;
     Ok(out.flush()?)
 }

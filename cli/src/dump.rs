@@ -14,6 +14,7 @@ use crate::product::short;
 use crate::program::{address, end, goes_on, is_readable};
 use crate::progress::Progress;
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// Read the program in a module back as source
 ///
@@ -78,10 +79,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     output.finish()?;
     if is_standard {
         // A closed standard error does not end the program.
-        let _ = writeln!(std::io::stderr(), "tmcl: {summary}");
+        let _ = writeln!(tell::err(), "tmcl: {summary}");
         return Ok(());
     }
-    Ok(writeln!(std::io::stdout(), "{summary}")?)
+    Ok(writeln!(tell::out(), "{summary}")?)
 }
 
 /// The addresses to read; of a product that is not known, as many as a module can have.

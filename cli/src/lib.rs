@@ -26,6 +26,7 @@
 //! * [`request`] - commands as the user types them
 //! * [`failure`] - the failure of a subcommand, with its exit code
 //! * [`signal`] - signals that ask the program to end
+//! * [`tell`] - what is told on standard output and standard error, without what controls a terminal
 //! * [`output`] - files that a command writes, or standard output
 //! * [`terminal`] - the user's terminal: lines with history, and single keys
 //! * [`progress`] - a progress bar
@@ -62,6 +63,7 @@ pub mod sim;
 pub mod slcan;
 mod suggest;
 mod svg;
+pub mod tell;
 pub mod terminal;
 pub mod testing;
 pub mod tune;

@@ -7,8 +7,8 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use tmcl_cli::failure::Failure;
 use tmcl_cli::{
-    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, testing,
-    tune, version, world,
+    asm, calc, completions, debug, disasm, dump, eds, load, monitor, params, run, scan, send, shell, sim, tell,
+    testing, tune, version, world,
 };
 
 /// Virtual Trinamic stepper motor modules - TMCM-1140, TMCM-3110, TMCM-3212, TMCM-6110 - and tools for TMCL, the
@@ -71,7 +71,7 @@ fn main() -> ExitCode {
         Ok(matches) => matches,
         Err(version) if version.kind() == ErrorKind::DisplayVersion => {
             // A closed standard output does not want it.
-            let _ = write!(std::io::stdout(), "{}", version::with_commit(&version.to_string()));
+            let _ = write!(tell::out(), "{}", version::with_commit(&version.to_string()));
             return ExitCode::SUCCESS;
         }
         Err(error) => error.exit(),
@@ -102,10 +102,10 @@ fn main() -> ExitCode {
             if let Some(message) = failure.message() {
                 if matches!(failure, Failure::Interrupted { .. }) && std::io::stderr().is_terminal() {
                     // In place of the ^C that a terminal shows.
-                    let _ = write!(std::io::stderr(), "\r\x1b[K");
+                    let _ = tell::err().redraw("");
                 }
                 // A closed standard error does not change the exit code.
-                let _ = writeln!(std::io::stderr(), "tmcl: {message}");
+                let _ = writeln!(tell::err(), "tmcl: {message}");
             }
             failure.exit_code()
         }

@@ -1,6 +1,8 @@
 //! `tmcl --version`: the program's version and commit, and the products and firmwares that it knows.
 
+use std::env;
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 
@@ -30,7 +32,8 @@ const OF_A_CHECKOUT: &str = "a build of a checkout";
 pub fn with_commit(text: &str) -> String {
     let git = |text: &str| {
         let output = Command::new("git")
-            .args(["-C", env!("CARGO_MANIFEST_DIR"), "describe", "--always", "--dirty", "--abbrev=10", "--exclude=*"])
+            .args(["describe", "--always", "--dirty", "--abbrev=10", "--exclude=*"])
+            .current_dir(checkout()?)
             .output()
             .ok()?;
         let commit = String::from_utf8(output.stdout).ok().filter(|_| output.status.success())?;
@@ -38,4 +41,13 @@ pub fn with_commit(text: &str) -> String {
     };
     // Without git it stays what it is.
     Some(text).filter(|text| text.contains(OF_A_CHECKOUT)).and_then(git).unwrap_or_else(|| text.into())
+}
+
+/// The checkout of this build: the one in which it lies, or, where Cargo builds elsewhere, the one for which Cargo runs it.
+/// It may have been moved, or copied, since this was compiled.
+fn checkout() -> Option<PathBuf> {
+    let package = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    let places = [env::current_exe().ok(), package];
+    let root = places.iter().flatten().find_map(|place| place.ancestors().find(|above| above.join(file!()).is_file()));
+    root.map(Path::to_owned)
 }

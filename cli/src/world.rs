@@ -12,6 +12,7 @@ use crate::link;
 use crate::poll::{Ready, either};
 use crate::signal::EndSignal;
 use crate::sim;
+use crate::tell;
 use crate::wording::words;
 use tmcm_sim::protocol::TIME;
 use tmcm_sim::suggest::suggestion;
@@ -141,7 +142,7 @@ impl Options {
     /// Prints a line that came while this command was carried out, or a field of it. `done` is false for the answer to a
     /// command that was refused.
     fn print(&self, command: &str, line: &str, told: Map<String, Value>, done: bool) -> Result<(), Failure> {
-        let mut out = std::io::stdout().lock();
+        let mut out = tell::out();
         match &self.value {
             None => writeln!(out, "{line}")?,
             Some(field) if done => {
@@ -151,7 +152,7 @@ impl Options {
             }
             Some(_) => {
                 let why = told.get("error").and_then(Value::as_str).unwrap_or_default();
-                writeln!(std::io::stderr(), "tmcl: {command}: {why}")?;
+                writeln!(tell::err(), "tmcl: {command}: {why}")?;
             }
         }
         // A script may wait for each line.

@@ -1,6 +1,7 @@
 //! Builds what runs on the microcontroller. Rust's library for it is installed first if it is missing, so that the
 //! toolchain may be there without it, as where rustup does not install by itself what `rust-toolchain.toml` names.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
@@ -17,8 +18,6 @@ pub const CANOPEN: &str = "tmcm1140-canopen";
 pub const TMCM_6110: &str = "tmcm6110";
 /// The image of the TMCM-3212, which speaks TMCL.
 pub const TMCM_3212: &str = "tmcm3212";
-/// The board for which the package builds without being told.
-const BOARD: &str = "tmcm1140";
 
 /// A program for the microcontroller.
 #[derive(Debug)]
@@ -36,20 +35,16 @@ pub fn image(directory: &Path, name: &str) -> Result<Built, String> {
 
 /// The arguments by which Cargo builds an image: it is a binary of the package, and a feature is its board, whose name is
 /// the first part of the image's.
-fn choice(name: &str) -> Vec<&str> {
-    let mut arguments = vec!["--package", PACKAGE, "--bin", name];
+fn choice(name: &str) -> [&str; 6] {
     let board = name.split_once('-').map_or(name, |(board, _)| board);
-    if board != BOARD {
-        arguments.extend(["--no-default-features", "--features", board]);
-    }
-    arguments
+    ["--package", PACKAGE, "--bin", name, "--features", board]
 }
 
 /// Builds a program by `cargo rustc` into a build directory; what is there already is not built again. Flags meant for
 /// the host's compiler are left out. The error is what the compiler says, or the sentence of [`prepare`].
 pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, String> {
     prepare()?;
-    let output = cargo("rustc")
+    let output = cargo("rustc")?
         .args(["--color=never", "--target-dir"])
         .arg(directory)
         .args(arguments)
@@ -64,18 +59,45 @@ pub fn build(directory: &Path, name: &str, arguments: &[&str]) -> Result<Built, 
     Ok(Built { path: directory.join(TARGET).join("release").join(name), messages })
 }
 
-/// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it.
-pub fn image_by(command: &str, name: &str, arguments: &[String]) -> Command {
-    let mut cargo = cargo(command);
+/// A command of Cargo that builds an image on the way, with more arguments: `build`, or `run` to flash it. The error is the
+/// sentence of [`workspace`].
+pub fn image_by(command: &str, name: &str, arguments: &[String]) -> Result<Command, String> {
+    let mut cargo = cargo(command)?;
     cargo.args(choice(name)).args(arguments);
-    cargo
+    Ok(cargo)
 }
 
-fn cargo(command: &str) -> Command {
+fn cargo(command: &str) -> Result<Command, String> {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/.."));
+    cargo.current_dir(workspace()?);
     cargo.args([command, "--release", "--target", TARGET]);
-    cargo
+    Ok(cargo)
+}
+
+/// The folder of the workspace in which the caller runs: that of the package for which Cargo has started this process, else
+/// that of the current folder. Where this was compiled tells nothing: a checkout may have been moved, or copied with all
+/// that is built in it. The error is one sentence.
+pub fn workspace() -> Result<PathBuf, String> {
+    let package = std::env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from);
+    let current = std::env::current_dir().map_err(|error| format!("there is no current folder: {error}"))?;
+    let root = package.iter().chain([&current]).find_map(|folder| folder.ancestors().find(|above| has_images(above)));
+    root.map(Path::to_owned).ok_or_else(|| {
+        format!("neither {} nor a folder above it is a checkout of the firmware: go to one", current.display())
+    })
+}
+
+/// Whether this is the folder of the package with the images, which is that of the workspace.
+fn has_images(folder: &Path) -> bool {
+    let line = format!("name = \"{PACKAGE}\"");
+    fs::read_to_string(folder.join("Cargo.toml")).is_ok_and(|manifest| manifest.lines().any(|other| other == line))
+}
+
+/// The folder with the programs that were built together with the test that asks; the build directory is the one above.
+/// The error is one sentence.
+pub fn programs() -> Result<PathBuf, String> {
+    let test = std::env::current_exe().map_err(|error| format!("it is unknown where this runs: {error}"))?;
+    // The test itself is one folder further down.
+    test.ancestors().nth(2).map(Path::to_owned).ok_or_else(|| format!("{} was not built by Cargo", test.display()))
 }
 
 /// Sees to it that Rust's library for the microcontroller is there. If it cannot be, the error is one sentence that

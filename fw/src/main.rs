@@ -10,9 +10,9 @@ fn main() -> ExitCode {
     let image = arguments.next().unwrap_or_else(|| fw::TMCL.into());
     let command = arguments.next().unwrap_or_else(|| "build".into());
     let rest: Vec<String> = arguments.collect();
-    let error = match fw::prepare() {
+    let error = match fw::prepare().and_then(|()| fw::image_by(&command, &image, &rest)) {
         // Cargo takes this process over, and is its end.
-        Ok(()) => format!("cargo cannot be run: {}", fw::image_by(&command, &image, &rest).exec()),
+        Ok(mut cargo) => format!("cargo cannot be run: {}", cargo.exec()),
         Err(sentence) => sentence,
     };
     eprintln!("{error}");

@@ -1,11 +1,11 @@
 //! Rust's library for the microcontroller: installed where it is missing, and one sentence where it cannot be. Of all
 //! tests of the workspace these are the first (packages go by their names), so that where it cannot be, no other is
-//! begun.
+//! begun. And which checkout is built.
 
 #![allow(clippy::unwrap_used)]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 #[test]
@@ -20,7 +20,7 @@ impl Computer {
     fn with(programs: &[(&str, &str)]) -> Self {
         let computer = Computer(tempfile::tempdir().unwrap());
         for (name, script) in programs {
-            let script = format!("#!/bin/sh\ncd $(dirname $0)\necho {name} \"$@\" >>calls\n{script}\n");
+            let script = format!("#!/bin/sh\ncd \"$(dirname \"$0\")\"\necho {name} \"$@\" >>calls\n{script}\n");
             // Written by another process: a file that this one writes while a test beside it starts a program cannot be run.
             let write = ["-c", "printf %s \"$1\" >$0 && chmod +x $0", name, &script];
             let done = Command::new("sh").args(write).current_dir(computer.folder()).status().unwrap();
@@ -35,7 +35,7 @@ impl Computer {
 
     /// Runs `cargo fw` there.
     fn fw(&self, toolchain: Option<&str>) -> Output {
-        self.run(Command::new(env!("CARGO_BIN_EXE_fw")).arg("build"), toolchain)
+        self.run(Command::new(program()).arg("build"), toolchain)
     }
 
     /// Runs a program there.
@@ -51,6 +51,11 @@ impl Computer {
         let calls = fs::read_to_string(self.folder().join("calls")).unwrap();
         calls.lines().map(|line| line.split(' ').take(3).collect::<Vec<_>>().join(" ")).collect()
     }
+}
+
+/// What `cargo fw` runs.
+fn program() -> PathBuf {
+    fw::programs().unwrap().join("fw")
 }
 
 /// A compiler that tells where the library would be.
@@ -121,4 +126,42 @@ fn who_asks_again_is_only_reminded() {
     let [first, second] = errors[..] else { panic!("{said}") };
     assert!(first.contains(": rustup target add") && second.contains("as said"), "{said}");
     assert_eq!(computer.calls().len(), 1, "the compiler is not asked again");
+}
+
+/// The program here was compiled in this checkout, and other ones are built: so it is where a checkout has been copied with
+/// all that is built in it.
+#[test]
+fn the_checkout_is_built_for_which_cargo_runs_it_or_in_which_somebody_stands() {
+    let computer = Computer::with(&[RUSTC, ("cargo", "echo $OLDPWD")]);
+    let folder = computer.folder().canonicalize().unwrap();
+    fs::create_dir(folder.join("library")).unwrap();
+    for copy in ["a copy", "another"] {
+        fs::create_dir_all(folder.join(copy).join("docs")).unwrap();
+        fs::create_dir_all(folder.join(copy).join("fw")).unwrap();
+        fs::write(folder.join(copy).join("Cargo.toml"), "[workspace]\n\n[package]\nname = \"tmcm\"\n").unwrap();
+    }
+    let built = |package: Option<&str>, current: &str| {
+        let mut fw = Command::new(program());
+        fw.arg("build").current_dir(folder.join(current)).env_remove("CARGO_MANIFEST_DIR");
+        fw.envs(package.map(|name| ("CARGO_MANIFEST_DIR", folder.join(name))));
+        computer.run(&mut fw, Some(NAME))
+    };
+    for (package, current, expected) in [
+        (Some("a copy/fw"), "another", "a copy"),
+        (None, "a copy", "a copy"),
+        (None, "another/docs", "another"),
+        // Somebody else's package is none of this.
+        (Some("library"), "another/docs", "another"),
+    ] {
+        let output = built(package, current);
+        assert!(output.status.success(), "{}", said(&output));
+        let place = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(Path::new(place.trim_end()), folder.join(expected), "{package:?}, {current}");
+    }
+    let output = built(None, "library");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        said(&output).ends_with("library nor a folder above it is a checkout of the firmware: go to one\n"),
+        "{output:?}"
+    );
 }

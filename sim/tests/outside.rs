@@ -18,12 +18,12 @@ fn manifest(library: &Path) -> String {
 
 #[test]
 fn the_example_compiles_outside_of_the_workspace() {
-    let library = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let workspace = library.parent().unwrap();
+    let workspace = fw::workspace().unwrap();
+    let library = workspace.join("sim");
     // Kept from run to run, so that only the first one builds everything.
     let project = workspace.join("target/outside");
     fs::create_dir_all(project.join("src")).unwrap();
-    fs::write(project.join("Cargo.toml"), manifest(library)).unwrap();
+    fs::write(project.join("Cargo.toml"), manifest(&library)).unwrap();
     // The versions are those of the workspace, which are there already: nothing has to be fetched.
     fs::copy(workspace.join("Cargo.lock"), project.join("Cargo.lock")).unwrap();
     fs::copy(library.join("examples/ten_lines.rs"), project.join("src/main.rs")).unwrap();

@@ -27,7 +27,7 @@ use crate::can::{CanFrame, ExtendedId, Frame, Id, StandardId};
 const FIFO: usize = 0;
 /// Number of filter banks in use, each with room for four identifiers.
 const BANKS: u8 = 3;
-/// Number of frames that can wait for a mailbox: a late reply, and events.
+/// Number of frames that can wait for a mailbox: events, and a late reply behind them.
 const WAITING: usize = 4;
 
 /// Stands for Embassy's handlers, which are not in use.
@@ -241,6 +241,11 @@ pub(super) fn refill() {
 #[cold]
 fn wait_for_room() {
     CAN1.ier().write(|w| w.set_tmeie(true));
+}
+
+/// True if a frame can wait, and another one behind it. While a mailbox has room none waits.
+pub(super) fn takes_event() -> bool {
+    QUEUE.with(|queue| queue.len() < WAITING - 1)
 }
 
 /// Puts a frame behind those that wait for a mailbox.

@@ -1,6 +1,6 @@
 //! The links of the board as a firmware uses them.
 
-use super::can::Can;
+use super::can::{self, Can};
 use super::mail::{Outgoing, USB, USB_REQUESTS};
 use super::rs485;
 use crate::module::{LinkEnds, LinkMode, LinkSettings, Origin, Request, Source};
@@ -30,12 +30,21 @@ impl LinkEnds for Ends {
         }
     }
 
+    /// Each link keeps room for the reply of a request, for which a host waits.
+    #[cold]
+    #[inline(never)]
+    fn takes_event(&mut self, source: Source) -> bool {
+        match source {
+            Source::Rs485 => rs485::takes_event(),
+            Source::Usb => USB.free_capacity() > 1,
+            Source::Can => can::takes_event(),
+        }
+    }
+
     #[inline(always)]
     fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
         let room = match to.source {
             Source::Rs485 => rs485::answer(reply, mode, settings),
-            // The last free place is for the reply of a request: the host waits for that one.
-            Source::Usb if reply.is_some_and(Reply::is_event) && USB.free_capacity() < 2 => false,
             Source::Usb => {
                 let addresses = settings.reply_addresses();
                 USB.try_send(Outgoing { reply: reply.copied(), mode, addresses }).is_ok()

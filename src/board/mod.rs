@@ -79,7 +79,7 @@ pub type Canopen<P> = canopen::Canopen<chosen::Chips<P>>;
     all(feature = "tmcm1140", feature = "tmcm3212"),
     all(feature = "tmcm6110", feature = "tmcm3212")
 ))]
-compile_error!("an image is for one board: another than the TMCM-1140's takes --no-default-features as well");
+compile_error!("an image is for one board: give the feature of that one alone");
 
 use defmt_rtt as _;
 

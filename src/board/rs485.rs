@@ -28,7 +28,7 @@ use super::mail::link_settings;
 use super::{now, wake};
 use crate::module::{LinkMode, LinkSettings, Port, Request, Source};
 use crate::tmcl::Reply;
-use crate::tmcl::ascii::LINE;
+use crate::tmcl::ascii::{LINE, REPLY};
 use crate::units::Micros;
 
 /// Number of received bytes that can wait to be decoded while a reply is due: a line that is typed ahead.
@@ -166,6 +166,11 @@ pub(super) fn answer(reply: Option<&Reply>, mode: Option<LinkMode>, settings: &L
         link.catch_up();
     }
     taken
+}
+
+/// True if there is room for an event, and for a reply behind it.
+pub(super) fn takes_event() -> bool {
+    lock().out.len() + 2 * REPLY <= OUT
 }
 
 /// Sends a reply whose pause is over. To be called every millisecond.

@@ -24,7 +24,8 @@ const SLOTS: usize = 123;
 impl Memory for Tmcm1140 {
     const SIZE: usize = 16_384;
     const PAGE: usize = 64;
-    const LAYOUT: Layout = Layout { tag: b"tmcm canopen 1", defaults: const { &defaults() }, after_erasing: UNUSED };
+    const LAYOUT: Layout =
+        Layout { tag: b"tmcm canopen 1", defaults: const { &defaults() }, after_erasing: UNUSED, other: 16 };
     type Program = [u8; 0];
     type Values = [i32; 224];
     type Pairs = [Pair; 16];
@@ -82,9 +83,16 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     }
 
     /// Restores the defaults of a group, which are in force after the next start; until then the values stay as they
-    /// are. Pending until they are durable.
+    /// are. Pending until they are durable. A power cut leaves all of the defaults or none where the group is all objects,
+    /// else those of some pages.
     pub(super) fn load_defaults(&mut self, group: Group) -> Poll<()> {
         let defaults = <Tmcm1140 as Memory>::LAYOUT.defaults;
+        let store = self.device.store_mut();
+        let mut slots = defaults.iter().enumerate().skip(FIRST_SLOT);
+        if group == Group::All && slots.any(|(slot, default)| store.get(slot) != Some(*default)) {
+            store.reset(false);
+            return self.durable();
+        }
         self.set_slots(group, |_, _, slot| defaults.get(slot).copied().unwrap_or_default())
     }
 
@@ -98,6 +106,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 let _ = self.device.store_mut().set(slot, value);
             }
         }
+        self.durable()
+    }
+
+    /// Pending until all that was saved is durable.
+    fn durable(&self) -> Poll<()> {
         if self.is_settled() { Poll::Ready(()) } else { Poll::Pending }
     }
 

@@ -7,3 +7,8 @@ pub mod error;
 pub mod tmc262;
 pub mod tmc429;
 pub mod tmc5160;
+
+/// How often a datagram of a motion controller or a driver is repeated at once if its answer is lost, where it sets a
+/// register to a value, or reads one without any other effect: a disturbance of the bus is shorter. The datagram itself may
+/// have arrived, so what would do something else when it comes twice is not repeated.
+const REPEATS: u8 = 2;

@@ -6,6 +6,7 @@
 
 use embedded_hal::spi::SpiDevice;
 
+use super::error::Error;
 use crate::units::CurrentScale;
 
 /// The configuration of the chip, field by field of its registers (TMC262 datasheet, chapter 6), in the units of the
@@ -76,6 +77,12 @@ enum Register {
 
 const REGISTERS: usize = 5;
 
+/// Marks contents of a register that are known, in a word of which the register has the low 20 bits.
+const KNOWN: u32 = 1 << 31;
+
+/// An answer that no chip gives: all its bits are set, also the two that are always zero.
+const NO_ANSWER: u32 = 0xF_FFFF;
+
 /// The reading that the next answer carries: the field RDSEL as last written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Readout {
@@ -110,14 +117,14 @@ pub mod flags {
     pub const SHORT_B: u8 = 1 << 4;
 }
 
-/// The chip on its SPI bus.
+/// The chip on its SPI bus. Each datagram sets a register to a value, so one whose answer was lost may be repeated.
 #[derive(Debug)]
 pub struct Tmc262<SPI> {
     spi: SPI,
     /// The words that the registers are to have.
     words: [u32; REGISTERS],
-    /// The words that the registers are known to have.
-    written: [Option<u32>; REGISTERS],
+    /// The words that the registers are known to have, with [`KNOWN`]; 0 where that is not known.
+    written: [u32; REGISTERS],
     readout: Readout,
     /// Index in `TURNS` of the register that the next refresh rewrites.
     turn: usize,
@@ -132,7 +139,7 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         Tmc262 {
             spi,
             words: [0; REGISTERS],
-            written: [None; REGISTERS],
+            written: [0; REGISTERS],
             readout: Readout::Position,
             turn: 0,
             load: 0,
@@ -141,34 +148,38 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         }
     }
 
-    /// Brings the chip to a configuration. Only registers that differ are written.
+    /// Gives the registers other words, by a configuration, which [`update`](Self::update) writes.
+    pub fn configure(&mut self, configuration: &Configuration) {
+        self.words = words(configuration);
+    }
+
+    /// Brings the chip to its configuration. Only registers that differ are written.
     ///
     /// # Errors
-    /// The error of the SPI bus; the register concerned is written by the next call.
-    pub fn apply(&mut self, configuration: &Configuration) -> Result<(), SPI::Error> {
-        self.words = words(configuration);
+    /// A datagram did not get through; the register concerned is written by the next call.
+    pub fn update(&mut self) -> Result<(), Error<SPI::Error>> {
         for register in
             [Register::DrvConf, Register::DrvCtrl, Register::ChopConf, Register::SmartEn, Register::SgcsConf]
         {
-            if self.written[register as usize] != Some(self.words[register as usize]) {
+            if self.written[register as usize] != self.words[register as usize] | KNOWN {
                 self.send(register)?;
             }
         }
         Ok(())
     }
 
-    /// Forgets what the registers contain, as after a loss of supply: the next [`apply`](Self::apply) writes all of
+    /// Forgets what the registers contain, as after a loss of supply: the next [`update`](Self::update) writes all of
     /// them.
     pub fn forget(&mut self) {
-        self.written = [None; REGISTERS];
+        self.written = [0; REGISTERS];
     }
 
     /// Rewrites one register in turn and takes in the reading that its answer carries. After eight calls a driver that
     /// lost its supply has all registers again.
     ///
     /// # Errors
-    /// The error of the SPI bus.
-    pub fn refresh(&mut self) -> Result<(), SPI::Error> {
+    /// The datagram did not get through.
+    pub fn refresh(&mut self) -> Result<(), Error<SPI::Error>> {
         let register = TURNS[self.turn % TURNS.len()];
         self.turn = (self.turn + 1) % TURNS.len();
         self.send(register)
@@ -189,9 +200,14 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         self.flags
     }
 
-    fn send(&mut self, register: Register) -> Result<(), SPI::Error> {
+    /// Notes that the driver does not answer: it reads as all ones then, as if all flags were set.
+    pub const fn note_silence(&mut self) {
+        (self.load, self.current, self.flags) = (0x3FF, 0x1F, u8::MAX);
+    }
+
+    fn send(&mut self, register: Register) -> Result<(), Error<SPI::Error>> {
         let word = self.words[register as usize];
-        self.written[register as usize] = None;
+        self.written[register as usize] = 0;
         // Each DRVCONF selects the readout that the one before did not.
         let next = match (register, self.readout) {
             (Register::DrvConf, Readout::StallGuard) => Readout::Current,
@@ -201,11 +217,17 @@ impl<SPI: SpiDevice> Tmc262<SPI> {
         let sent = if register == Register::DrvConf { word | (next as u32) << 4 } else { word };
         let [_, high, middle, low] = sent.to_be_bytes();
         let mut datagram = [high, middle, low];
-        self.spi.transfer_in_place(&mut datagram)?;
+        self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
         let [high, middle, low] = datagram;
-        self.take(u32::from_be_bytes([0, high, middle, low]) >> 4);
+        let answer = u32::from_be_bytes([0, high, middle, low]) >> 4;
+        if answer == NO_ANSWER {
+            // If it has arrived all the same, the next answer does not carry the reading that is noted.
+            self.readout = Readout::Position;
+            return Err(Error::NoAnswer);
+        }
+        self.take(answer);
         self.readout = next;
-        self.written[register as usize] = Some(word);
+        self.written[register as usize] = word | KNOWN;
         Ok(())
     }
 

@@ -2,10 +2,12 @@
 //! chapters 6 to 8).
 //!
 //! Registers that only the firmware changes are shadowed: writing a value that the chip already has costs no datagram.
-//! Every datagram brings the chip's status byte along; the last one is kept.
+//! Every datagram brings the chip's status byte along; the last one is kept. A datagram whose answer is lost is repeated at
+//! once where that does no harm, see [`super::REPEATS`].
 
 use embedded_hal::spi::SpiDevice;
 
+use super::REPEATS;
 use super::error::Error;
 
 /// One of the chip's three ramp generators.
@@ -59,6 +61,22 @@ pub enum Register {
     /// The position latched at a reference switch; a write of any value arms the latch.
     XLatched = 0xE,
 }
+
+impl Register {
+    /// How often a datagram to the register is repeated whose answer is lost: it may have reached the chip all the same.
+    /// A second write to X_ACTUAL would lose the steps that the motor has made since the first, one to X_LATCHED would arm
+    /// the latch anew, and one to the interrupt register would clear flags.
+    const fn repeats(self, reads: bool) -> u8 {
+        match self {
+            Register::XActual if !reads => 0,
+            Register::XLatched | Register::Interrupt => 0,
+            _ => REPEATS,
+        }
+    }
+}
+
+/// Marks contents of a register that are known, in a word of which the register has the low 24 bits.
+const KNOWN: u32 = 1 << 31;
 
 /// Number of register addresses of one ramp generator.
 const REGISTERS: usize = 16;
@@ -145,21 +163,22 @@ pub struct Tmc429<SPI> {
     spi: SPI,
     /// Status byte of the last datagram that was answered.
     status: u8,
-    /// A datagram was not answered, and the chip has not answered [`confirm`](Self::confirm) since.
+    /// A datagram and its repetitions were not answered, and the chip has not answered [`confirm`](Self::confirm) since.
     unanswered: bool,
     /// The states of the reference switches as read for several who ask; `None` if that is too long ago.
     switches: Option<u32>,
-    /// The contents of the registers as far as they are known, by ramp generator and register.
-    shadow: [[Option<u32>; REGISTERS]; 3],
-    /// The interface configuration; `None` if it is not known.
-    interface: Option<u32>,
+    /// The contents of the registers with [`KNOWN`], by ramp generator and register; 0 where they are not known.
+    shadow: [[u32; REGISTERS]; 3],
+    /// The interface configuration with [`KNOWN`], or 0.
+    interface: u32,
 }
 
 impl<SPI: SpiDevice> Tmc429<SPI> {
     /// The chip on an SPI device in mode 3, with unknown register contents: after a warm start its motors may be
     /// running.
     pub const fn new(spi: SPI) -> Self {
-        Tmc429 { spi, status: 0, unanswered: false, switches: None, shadow: [[None; REGISTERS]; 3], interface: None }
+        let shadow = [[0; REGISTERS]; 3];
+        Tmc429 { spi, status: 0, unanswered: false, switches: None, shadow, interface: 0 }
     }
 
     /// Stops all motors at once, whatever they were doing: a zero that is written to V_ACTUAL in hold mode, the only
@@ -192,7 +211,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     pub fn initialise(&mut self) -> Result<(), Error<SPI::Error>> {
         // LSMD = 2 is three motors. With all other fields zero a step pulse has 16 clocks, 1 us at 16 MHz (datasheet
         // chapter 9, STPDIV_429 = 0).
-        self.transfer(COMMON, Common::GlobalParameters as u8, Some(0x2))?;
+        self.transfer(COMMON, Common::GlobalParameters as u8, Some(0x2), REPEATS)?;
         self.write_interface(false, false)
     }
 
@@ -209,10 +228,10 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         if invert_direction {
             word |= interface::INV_DIR;
         }
-        if self.interface != Some(word) {
-            self.interface = None;
-            self.transfer(COMMON, Common::InterfaceConfiguration as u8, Some(word))?;
-            self.interface = Some(word);
+        if self.interface != word | KNOWN {
+            self.interface = 0;
+            self.transfer(COMMON, Common::InterfaceConfiguration as u8, Some(word), REPEATS)?;
+            self.interface = word | KNOWN;
         }
         Ok(())
     }
@@ -233,17 +252,24 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
             return Ok(());
         }
         // After a datagram that did not get through the register may contain either value.
-        let result = self.transfer(generator as u8, register as u8, Some(word));
+        let result = self.transfer(generator as u8, register as u8, Some(word), register.repeats(false));
         if let Some(known) = self.shadow.get_mut(generator as usize).and_then(|r| r.get_mut(register as usize)) {
-            *known = if lively || result.is_err() { None } else { Some(word) };
+            *known = if lively || result.is_err() { 0 } else { word | KNOWN };
         }
         result.map(drop)
     }
 
+    /// Makes `position` the actual position of a motor that stands: then nothing is lost by a second write.
+    ///
+    /// # Errors
+    /// The datagram did not get through; the chip may have the position all the same.
+    pub fn place_standing(&mut self, generator: RampGenerator, position: u32) -> Result<(), Error<SPI::Error>> {
+        self.transfer(generator as u8, Register::XActual as u8, Some(position), REPEATS).map(drop)
+    }
+
     /// True when the chip is known to hold `word` in this register.
     pub fn holds(&self, generator: RampGenerator, register: Register, word: u32) -> bool {
-        let known = self.shadow.get(generator as usize).and_then(|r| r.get(register as usize));
-        known.is_some_and(|known| *known == Some(word))
+        self.shadow.get(generator as usize).and_then(|r| r.get(register as usize)) == Some(&(word | KNOWN))
     }
 
     /// Reads the 24 bits of a register of one motor.
@@ -251,7 +277,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// # Errors
     /// The chip did not answer, or has not been [confirmed](Self::confirm) since it once did not.
     pub fn read(&mut self, generator: RampGenerator, register: Register) -> Result<u32, Error<SPI::Error>> {
-        self.transfer(generator as u8, register as u8, None)
+        self.transfer(generator as u8, register as u8, None, register.repeats(true))
     }
 
     /// Reads the states of the six reference switches, after inversion: bit 2n is the right switch of motor n, bit 2n +
@@ -260,7 +286,7 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// # Errors
     /// As of [`read`](Self::read).
     pub fn reference_switches(&mut self) -> Result<u32, Error<SPI::Error>> {
-        self.transfer(COMMON, Common::ReferenceSwitches as u8, None)
+        self.transfer(COMMON, Common::ReferenceSwitches as u8, None, REPEATS)
     }
 
     /// The same for several who ask within a short time: it is read once, until [it is forgotten](Self::forget_switches).
@@ -285,8 +311,9 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     /// # Errors
     /// The chip did not answer with its version. Until it does, no reading counts as answered.
     pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
-        self.unanswered = false;
-        let version = self.transfer(COMMON, Common::TypeVersion as u8, None)?;
+        // One that has not answered is asked once.
+        let repeats = if core::mem::take(&mut self.unanswered) { 0 } else { REPEATS };
+        let version = self.transfer(COMMON, Common::TypeVersion as u8, None, repeats)?;
         self.unanswered = version != TYPE_VERSION;
         if self.unanswered { Err(Error::NoAnswer) } else { Ok(()) }
     }
@@ -302,20 +329,36 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
     }
 
     /// Exchanges one datagram: SMDA and register index, and then 24 bits to be written, or the read bit and zeros. The
-    /// first byte of the answer is the status (datasheet section 6.2.2.2).
-    fn transfer(&mut self, smda: u8, index: u8, write: Option<u32>) -> Result<u32, Error<SPI::Error>> {
-        let [_, high, middle, low] = write.unwrap_or(0).to_be_bytes();
+    /// first byte of the answer is the status (datasheet section 6.2.2.2). If the answer is lost the datagram is repeated up
+    /// to `repeats` times, but not to a chip that has not been confirmed since it did not answer.
+    fn transfer(&mut self, smda: u8, index: u8, write: Option<u32>, repeats: u8) -> Result<u32, Error<SPI::Error>> {
         let read = if write.is_none() { READ } else { 0 };
-        let mut datagram = [smda << 5 | index << 1 | read, high, middle, low];
-        self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
-        let [status, high, middle, low] = datagram;
-        let lost = status & STATUS_INT != 0;
-        self.unanswered |= lost;
+        let word = u32::from(smda << 5 | index << 1 | read) << 24 | write.unwrap_or(0) & WORD;
+        let mut left = if self.unanswered { 0 } else { repeats };
+        let mut answer = self.exchange(word)?;
+        while is_lost(answer) && left > 0 {
+            left = left.saturating_sub(1);
+            answer = self.exchange(word)?;
+        }
+        self.unanswered |= is_lost(answer);
         // After a lost answer a write may have reached the chip all the same, but what was read may mean nothing.
-        if lost || self.unanswered && write.is_none() {
+        if is_lost(answer) || self.unanswered && write.is_none() {
             return Err(Error::NoAnswer);
         }
-        self.status = status;
-        Ok(u32::from_be_bytes([0, high, middle, low]))
+        self.status = (answer >> 24) as u8;
+        Ok(answer & WORD)
     }
+
+    /// Exchanges the 32 bits of a datagram for those of the answer. Not inlined, because a datagram may be repeated.
+    #[inline(never)]
+    fn exchange(&mut self, word: u32) -> Result<u32, Error<SPI::Error>> {
+        let mut datagram = word.to_be_bytes();
+        self.spi.transfer_in_place(&mut datagram).map_err(Error::Spi)?;
+        Ok(u32::from_be_bytes(datagram))
+    }
+}
+
+/// True if no chip has sent this answer.
+const fn is_lost(answer: u32) -> bool {
+    answer >> 24 & STATUS_INT as u32 != 0
 }

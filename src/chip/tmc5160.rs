@@ -4,12 +4,14 @@
 //! What is read from a register comes with the datagram after the one that asks for it. So a reading costs two datagrams,
 //! but of several readings in a row each costs one: [`Tmc5160::turn`] makes use of that. Registers that only the firmware
 //! changes are shadowed: writing a value that the chip already has costs no datagram. Every datagram brings the chip's
-//! status byte along; the last one is kept.
+//! status byte along; the last one is kept. Datagrams whose answers are lost are repeated at once where that does no harm, see
+//! [`super::REPEATS`]; and what a lost answer would have brought is asked for again.
 
 mod register;
 
 use embedded_hal::spi::SpiDevice;
 
+use super::REPEATS;
 use super::error::Error;
 
 pub use register::{RampMode, Register, drv_status, enc_status, gconf, gstat, ramp_stat, sw_mode};
@@ -92,11 +94,15 @@ pub struct Tmc5160<SPI> {
     spi: SPI,
     /// Status byte of the last datagram.
     status: u8,
-    /// The register for which the last datagram has asked.
+    /// The register for which the last datagram has asked; `None` also after a lost answer, because that datagram may not
+    /// have arrived.
     asked: Option<Register>,
+    /// The register for which [`turn`](Self::turn) has asked, while no datagram has brought the answer.
+    awaited: Option<Register>,
     /// A reading that has come, and that nobody has taken yet.
     reading: Option<(Register, u32)>,
-    /// The chip has not answered as a TMC5160 does, and has not been [confirmed](Self::confirm) since.
+    /// The chip has not answered as a TMC5160 does, also not when it was asked again, and has not been
+    /// [confirmed](Self::confirm) since.
     unanswered: bool,
     /// The chip has told of a reset, and has not been [set up](Self::initialise) since.
     lost: bool,
@@ -112,6 +118,7 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
             spi,
             status: 0,
             asked: None,
+            awaited: None,
             reading: None,
             unanswered: false,
             lost: false,
@@ -165,12 +172,25 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
     /// # Errors
     /// The datagram did not get through; then the register's contents count as unknown.
     pub fn write(&mut self, register: Register, word: u32) -> Result<(), Error<SPI::Error>> {
+        self.write_repeating(register, word, register.repeats())
+    }
+
+    /// Writes to one of the two registers that count, X_ACTUAL and X_ENC, while the motor stands: then nothing is lost by a
+    /// second write.
+    ///
+    /// # Errors
+    /// The datagram did not get through; the chip may have the position all the same.
+    pub fn place_standing(&mut self, register: Register, position: i32) -> Result<(), Error<SPI::Error>> {
+        self.write_repeating(register, position as u32, REPEATS)
+    }
+
+    fn write_repeating(&mut self, register: Register, word: u32, repeats: u8) -> Result<(), Error<SPI::Error>> {
         if self.holds(register, word) {
             return Ok(());
         }
         let bit = self.bit(register);
         self.known &= !bit;
-        self.exchange(register, Some(word))?;
+        self.repeat(repeats, |chip| chip.exchange(register, Some(word)))?;
         if let Some(shadow) = self.shadow.get_mut(place(register)) {
             *shadow = word;
             self.known |= bit;
@@ -193,11 +213,18 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
     /// # Errors
     /// A datagram did not get through, or the chip has not been [confirmed](Self::confirm) since it once did not answer.
     pub fn read(&mut self, register: Register) -> Result<u32, Error<SPI::Error>> {
-        self.exchange(register, None)?;
-        let reading = self.reading;
-        let word = self.exchange(register, None)?;
-        // The second datagram has asked once more, for an answer that nobody waits for.
-        (self.reading, self.asked) = (reading, None);
+        self.read_repeating(register, REPEATS)
+    }
+
+    fn read_repeating(&mut self, register: Register, repeats: u8) -> Result<u32, Error<SPI::Error>> {
+        let word = self.repeat(repeats, |chip| {
+            chip.exchange(register, None)?;
+            let reading = chip.reading;
+            let word = chip.exchange(register, None);
+            // The second datagram has asked once more, for an answer that nobody waits for.
+            (chip.reading, chip.asked) = (reading, None);
+            word
+        })?;
         if self.unanswered { Err(Error::NoAnswer) } else { Ok(word) }
     }
 
@@ -206,10 +233,20 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
     /// # Errors
     /// As of [`read`](Self::read).
     pub fn turn(&mut self, next: Register) -> Result<Turn, Error<SPI::Error>> {
-        self.exchange(Register::XActual, None)?;
+        let position = self.repeat(REPEATS, |chip| {
+            // Its answer was lost.
+            if let Some(register) = chip.awaited.filter(|_| chip.asked.is_none()) {
+                chip.exchange(register, None)?;
+            }
+            chip.exchange(Register::XActual, None)?;
+            let reading = chip.reading;
+            let position = chip.exchange(next, None);
+            chip.reading = reading;
+            position
+        });
         let reading = self.reading.take();
-        let position = self.exchange(next, None)?;
-        self.reading = None;
+        let position = position?;
+        self.awaited = Some(next);
         if let Some((Register::Ioin, word)) = reading {
             self.unanswered |= version(word) != VERSION;
         }
@@ -218,7 +255,7 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
 
     /// Drops what has come of a register and was not taken yet: it is older than what was written since.
     pub const fn drop_reading(&mut self) {
-        self.reading = None;
+        (self.reading, self.awaited) = (None, None);
     }
 
     /// Asks the chip for its version, which shows that chip and bus work.
@@ -226,8 +263,9 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
     /// # Errors
     /// The chip did not answer with its version. Until it does, no reading counts as answered.
     pub fn confirm(&mut self) -> Result<(), Error<SPI::Error>> {
-        self.unanswered = false;
-        let word = self.read(Register::Ioin)?;
+        // One that has not answered is asked once.
+        let repeats = if core::mem::take(&mut self.unanswered) { 0 } else { REPEATS };
+        let word = self.read_repeating(Register::Ioin, repeats)?;
         self.unanswered = version(word) != VERSION;
         if self.unanswered { Err(Error::NoAnswer) } else { Ok(()) }
     }
@@ -257,6 +295,24 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         if place(register) < SHADOWED.len() { 1_u32.unbounded_shl(place(register) as u32) } else { 0 }
     }
 
+    /// Exchanges datagrams, and if an answer is lost all of them again, up to `repeats` times; but not with a chip that has not
+    /// been confirmed since it did not answer.
+    fn repeat<R>(
+        &mut self,
+        repeats: u8,
+        exchange: impl Fn(&mut Self) -> Result<R, Error<SPI::Error>>,
+    ) -> Result<R, Error<SPI::Error>> {
+        for _ in 0..if self.unanswered { 0 } else { repeats } {
+            match exchange(self) {
+                Err(Error::NoAnswer) => {}
+                result => return result,
+            }
+        }
+        let result = exchange(self);
+        self.unanswered |= matches!(result, Err(Error::NoAnswer));
+        result
+    }
+
     /// Exchanges one datagram: an address, and then 32 bits to be written, or zeros. The first byte of the answer is the
     /// status, the others are what the datagram before has asked for.
     fn exchange(&mut self, register: Register, write: Option<u32>) -> Result<u32, Error<SPI::Error>> {
@@ -268,13 +324,14 @@ impl<SPI: SpiDevice> Tmc5160<SPI> {
         let [status, a, b, c, d] = datagram;
         // All flags at once, at rest and stalled, reset and at both switches: no chip, but a line that stays high.
         if status == u8::MAX {
-            self.unanswered = true;
+            self.asked = None;
             return Err(Error::NoAnswer);
         }
         let word = u32::from_be_bytes([a, b, c, d]);
         self.status = status;
         self.lost |= status & status::RESET != 0;
         if let Some(asked) = asked {
+            self.awaited.take_if(|awaited| *awaited == asked);
             self.reading = Some((asked, word));
         }
         Ok(word)

@@ -27,7 +27,7 @@ const AHEAD: u32 = 64;
 const TAIL: u32 = 4;
 
 /// The lines that are under way.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Lines<const AXES: usize> {
     /// The followers, by axis.
     followers: [Option<Follower>; AXES],
@@ -105,7 +105,8 @@ fn is_sent<const AXES: usize>(targets: &[Option<i32>; AXES], number: usize) -> b
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// Sends axes to positions, `targets` by axis, so that they begin to move at once.
+    /// Sends axes to positions, `targets` by axis, so that they begin to move at once. What a chip does not take is made up for by
+    /// [`settle`](Self::settle).
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
@@ -115,7 +116,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// Sends axes to positions, `targets` by axis, on a straight line: they arrive at once. All of them have trapezoidal ramps
-    /// there, and afterwards.
+    /// there, and afterwards. What a chip does not take is made up for by [`settle`](Self::settle).
     ///
     /// # Errors
     /// [`Error::NotNow`] when they have different units of speed or acceleration; then nothing moves. [`Error::Chip`] when a
@@ -164,12 +165,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 self.join_moving(leader, &mut paces);
             }
         }
-        let told = self.set_going(now, targets, &paces);
-        if told.is_err() {
-            // Axes that may not all have been told of it are on no line.
-            self.leave_lines(|number| is_sent(targets, number))?;
-        }
-        told
+        self.set_going(now, targets, &paces)
     }
 
     /// True if the speeds and accelerations of two axes are in the same units.
@@ -243,6 +239,11 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         Ok(())
     }
 
+    /// True if an axis belongs to a line.
+    pub(super) fn is_on_line(&self, number: usize) -> bool {
+        self.lines.any && self.leader(number).is_some()
+    }
+
     /// The leader of the line to which an axis belongs.
     fn leader(&self, number: usize) -> Option<usize> {
         match self.lines.followers.get(number)? {
@@ -254,18 +255,17 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// Sets axes going at once: all that has to be told their chips comes before, so that one datagram to each of them is
     /// left.
     fn set_going(&mut self, now: Micros, targets: &[Option<i32>; AXES], paces: &Paces<T, AXES>) -> Result<(), Error> {
-        let mut told = Ok(());
         for is_ready in [false, true] {
             for (number, (target, pace)) in targets.iter().zip(paces).enumerate() {
                 let (Some(target), Some(mut axis)) = (*target, self.axis(number)) else { continue };
                 if is_ready {
-                    told = told.and(axis.move_at(now, target, *pace));
+                    axis.move_at(now, target, *pace)?;
                 } else {
                     axis.ready(now, target, *pace)?;
                 }
             }
         }
-        told
+        Ok(())
     }
 
     /// Takes an axis out of its line: it goes on to its target at its own pace. Where it was the leader, the others do so, too.
@@ -359,7 +359,8 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         }
     }
 
-    /// Stops the other axes of the line of an axis that was stopped before its target.
+    /// Stops the other axes of the line of an axis that was stopped before its target. This axis stays where it is, also when a
+    /// switch that has stopped it opens.
     #[inline(never)]
     fn break_line(&mut self, now: Micros, number: usize) {
         let Some(leader) = self.leader(number) else { return };
@@ -367,10 +368,13 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             if self.leader(other) != Some(leader) {
                 continue;
             }
-            if other != number
-                && let Some(mut axis) = self.axis(other).filter(|axis| axis.limited())
-                && axis.break_off(now).is_err()
-            {
+            let Some(mut axis) = self.axis(other) else { continue };
+            let told = match other == number {
+                true => axis.stay(),
+                false if axis.limited() => axis.break_off(now),
+                false => Ok(()),
+            };
+            if told.is_err() {
                 // What its chip did not take is made up for by a stop without a ramp, as soon as it answers.
                 let _ = axis.hard_stop();
             }

@@ -9,11 +9,13 @@
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod calm;
+mod command;
 mod io;
 mod line;
 mod safety;
 mod turn;
 
+pub use command::Before;
 pub use io::{ANALOG, Inputs, Outputs};
 pub use safety::{Supervised, Supply};
 pub use turn::Piece;

@@ -80,6 +80,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     pub fn next_axis(&mut self, now: Micros) -> (usize, Events) {
         let number = self.upcoming;
         self.upcoming = number.saturating_add(1);
+        let on_line = AXES > 1 && self.is_on_line(number);
         let sensors = self.inputs.axes.get(number).copied().unwrap_or_default();
         let Some(controller) = self.controllers.as_mut().get_mut(controller_of::<T>(number)) else {
             return (number, Events::default());
@@ -89,7 +90,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         // A search takes the other readings itself. With one axis there is time for them all the same.
         let is_wanted = AXES == 1 || !axis.searches() || !T::Hardware::is_of_motion(controller.rotation);
         let reading = (is_its_turn && is_wanted).then_some(controller.rotation);
-        let events = axis.on(&mut controller.shared).poll(now, sensors, reading);
+        let events = axis.on(&mut controller.shared).poll(now, sensors, reading, on_line);
         if AXES > 1 {
             self.look_at_line(now, number, events);
         }

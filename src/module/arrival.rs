@@ -30,6 +30,9 @@ struct Subscription {
     once: bool,
     /// Axes on a move that is to end with an event, as bits.
     armed: i32,
+    /// Axes that have arrived, and whose events the link has not taken yet, as bits. So however many arrive at once, and
+    /// however long the link is busy, none is forgotten.
+    arrived: i32,
 }
 
 impl Arrivals {
@@ -51,13 +54,30 @@ impl Arrivals {
         }
     }
 
-    /// Notes that the move of an axis has arrived. Returns the event, if one was asked for.
-    pub(super) fn arrive(&mut self, axis: u8) -> Option<Due> {
-        let Subscription { origin, armed, .. } = self.subscription?;
-        self.disarm(axis);
+    /// Notes that the move of an axis has arrived: its event waits for the link, if one was asked for.
+    pub(super) fn arrive(&mut self, axis: u8) {
+        if let Some(subscription) = &mut self.subscription {
+            subscription.arrived |= subscription.armed & bit(axis);
+            subscription.armed &= !bit(axis);
+        }
+    }
+
+    /// True while an event waits for its link.
+    pub(super) fn wait(&self) -> bool {
+        self.subscription.is_some_and(|asked| asked.arrived != 0)
+    }
+
+    /// Takes the event of the first axis of those that wait, if the link takes it.
+    fn next(&mut self, takes: impl FnOnce(Source) -> bool) -> Option<Due> {
+        let Subscription { origin, arrived, .. } = self.subscription.as_mut().filter(|asked| asked.arrived != 0)?;
+        if !takes(origin.source) {
+            return None;
+        }
+        let first = *arrived & arrived.wrapping_neg();
+        *arrived &= !first;
         let opcode = Opcode::PositionReachedEvent as u8;
-        let event = Reply::Plain { status: Status::PositionReached, opcode, value: bit(axis) };
-        (armed & bit(axis) != 0).then_some(Due { to: origin, reply: Some(event) })
+        let event = Reply::Plain { status: Status::PositionReached, opcode, value: first };
+        Some(Due { to: *origin, reply: Some(event) })
     }
 
     /// Forgets the request of a link.
@@ -71,12 +91,19 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// distinguishes the hosts that share a link. `None` while no event can follow.
     pub fn subscriber(&self) -> Option<(Source, u32)> {
         let Arrivals { subscription, count } = self.arrivals;
-        let waited_for = |subscription: &Subscription| subscription.mask | subscription.armed != 0;
+        let waited_for = |asked: &Subscription| asked.mask | asked.armed | asked.arrived != 0;
         subscription.filter(waited_for).map(|subscription| (subscription.origin.source, count))
     }
 
+    /// The next event of command 138, in the order of the axes, if its link `takes` one now; else it waits.
+    #[inline(never)]
+    pub fn next_event(&mut self, takes: impl FnOnce(Source) -> bool) -> Option<Due> {
+        self.arrivals.next(takes)
+    }
+
     /// Command 138: the host is to get an event when a positioning move arrives, or a reference search has made its
-    /// zero point. Bits of axes that do not exist are ignored, because published hosts set all eight.
+    /// zero point. Bits of axes that do not exist are ignored, because published hosts set all eight. Events that this
+    /// host has not been sent yet are still sent.
     pub(super) fn subscribe(&mut self, origin: Origin, command: Command) -> Result<Outcome, Status> {
         let Command { kind, value: mask, .. } = command;
         let once = match kind {
@@ -85,9 +112,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             _ => return Err(Status::WrongType),
         };
         let all = bit(AXES as u8).wrapping_sub(1);
-        let count = self.arrivals.count.wrapping_add(1);
-        self.arrivals =
-            Arrivals { subscription: Some(Subscription { origin, mask: mask & all, once, armed: 0 }), count };
+        let Arrivals { subscription, count } = self.arrivals;
+        let arrived = subscription.filter(|before| before.origin == origin).map_or(0, |before| before.arrived);
+        let subscription = Some(Subscription { origin, mask: mask & all, once, armed: 0, arrived });
+        self.arrivals = Arrivals { subscription, count: count.wrapping_add(1) };
         Ok(Outcome::Value(mask))
     }
 }

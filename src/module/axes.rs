@@ -1,6 +1,7 @@
 //! Commands to an axis: motion, axis parameters, coordinates (manual sections 3.7.1 to 3.7.8, 3.7.24 to
 //! 3.7.27).
 
+use super::arrival::Arrivals;
 use super::outcome::{Outcome, Undo};
 use super::{Module, Platform, Product};
 use crate::motion::{self, Axis, Events, Hardware, Joined, Mode};
@@ -24,7 +25,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Passes the events of an axis on: to the error flags, to the interrupts of the program, and to the host of
     /// command 138.
     pub(super) fn heed(&mut self, axis: u8, events: Events) {
-        let Events { reached, at_target, stall, cut_short, deviation, alarm, limit: _ } = events;
+        let Events { reached, at_target, stall, cut_short, deviation, alarm, at_switch: _, limit: _ } = events;
         for (event, flag) in
             [(cut_short, ErrorFlag::Position), (deviation, ErrorFlag::Deviation), (alarm, ErrorFlag::Alarm)]
         {
@@ -42,10 +43,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.signals.deviation(axis);
         }
         if reached {
-            if let Some(event) = self.arrivals.arrive(axis) {
-                // The queue has room, unless a host does not fetch its replies.
-                let _ = self.replies.push_back(event);
-            }
+            self.arrivals.arrive(axis);
         } else if cut_short || stall || deviation || alarm {
             self.arrivals.disarm(axis);
         }
@@ -73,10 +71,12 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         if speed != 0 {
             self.unlocked(now)?;
         }
-        self.each_of_group(axis, |module, axis| {
-            module.arrivals.disarm(axis);
-            Ok(module.axis(axis)?.rotate(now, speed)?)
-        })
+        let group = self.group(axis)?;
+        let before = self.device.before();
+        let told = self.device.tell_each(group.bits, |axis| axis.rotate(now, speed));
+        self.device.settle(group.bits, &before, told)?;
+        self.each_of(group, Arrivals::disarm);
+        Ok(())
     }
 
     /// RFS: starts a reference search (0), stops it (1), or tells its leg (2). The first two are for the group of the axis.
@@ -85,26 +85,24 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.unlocked(now)?;
         }
         match kind {
-            0 => {
-                if AXES > 1 {
-                    self.each_of_group(axis, |module, axis| Ok(module.axis(axis)?.may_search()?))?;
+            0 | 1 => {
+                let mut group = self.group(axis)?;
+                let before = self.device.before();
+                let told = if kind == 0 {
+                    if AXES > 1 {
+                        self.device.tell_each(group.bits, |axis| axis.may_search())?;
+                    }
+                    self.device.tell_each(group.bits, |axis| axis.start_search(now))
+                } else {
+                    group.bits &= self.searching();
+                    self.device.tell_each(group.bits, |axis| axis.stop_search(now))
+                };
+                self.device.settle(group.bits, &before, told)?;
+                self.each_of(group, Arrivals::disarm);
+                if kind == 0 {
+                    self.each_of(group, Arrivals::arm);
                 }
-                self.each_of_group(axis, |module, axis| {
-                    module.axis(axis)?.start_search(now)?;
-                    module.arrivals.disarm(axis);
-                    module.arrivals.arm(axis);
-                    Ok(())
-                })?;
             }
-            1 => self.each_of_group(axis, |module, axis| {
-                let mut state = module.axis(axis)?;
-                let searched = state.searches();
-                state.stop_search(now)?;
-                if searched {
-                    module.arrivals.disarm(axis);
-                }
-                Ok(())
-            })?,
             2 => return Ok(Outcome::Read(self.axis(axis)?.search_status())),
             _ => return Err(Status::WrongType),
         }
@@ -131,11 +129,18 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         }
         let target = targets.get(usize::from(first)).copied().flatten().ok_or(Status::InvalidValue)?;
         self.unlocked(now)?;
-        if AXES > 1 && moving.bits.count_ones() > 1 {
-            self.move_several(now, &targets, moving.straight)?;
+        let searching = AxisSet { bits: moving.bits & self.searching(), ..moving };
+        let before = self.device.before();
+        let told = if AXES == 1 || moving.bits.count_ones() == 1 {
+            self.axis(first)?.move_to(now, target)
+        } else if moving.straight {
+            self.device.start_line(now, &targets)
         } else {
-            self.move_axis(now, first, target)?;
-        }
+            self.device.start_together(now, &targets)
+        };
+        self.device.settle(moving.bits, &before, told)?;
+        self.each_of(searching, Arrivals::disarm);
+        self.each_of(moving, Arrivals::arm);
         Ok(Outcome::Value(target))
     }
 
@@ -151,37 +156,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         })
     }
 
-    fn move_axis(&mut self, now: Micros, number: u8, target: i32) -> Result<(), Status> {
-        let mut axis = self.axis(number)?;
-        let searched = axis.searches();
-        axis.move_to(now, target)?;
-        if searched {
-            self.arrivals.disarm(number);
-        }
-        self.arrivals.arm(number);
-        Ok(())
-    }
-
-    /// Sends axes to their targets at once, each for itself or all on a straight line.
-    fn move_several(&mut self, now: Micros, targets: &[Option<i32>; AXES], straight: bool) -> Result<(), Status> {
-        let searched = self.device.axes().each_ref().map(Axis::searches);
-        if straight {
-            self.device.start_line(now, targets)?;
-        } else {
-            self.device.start_together(now, targets)?;
-        }
-        for (axis, (_, searched)) in (0..).zip(targets.iter().zip(searched)).filter(|(_, (target, _))| target.is_some())
-        {
-            if searched {
-                self.arrivals.disarm(axis);
-            }
-            self.arrivals.arm(axis);
-        }
-        Ok(())
+    /// The axes that are on a reference search, axis n in bit n.
+    fn searching(&self) -> u8 {
+        let axes = (0..).zip(self.device.axes()).filter(|(_, axis)| axis.searches());
+        axes.fold(0, |bits, (axis, _)| bits | 1_u8.unbounded_shl(axis))
     }
 
     /// The axes that have the group index (parameter 213) of an axis, itself among them; it alone if that is 0.
     fn group(&mut self, axis: u8) -> Result<AxisSet, Status> {
+        if AXES == 1 {
+            self.axis(axis)?;
+        }
         let mut set = AxisSet::of(axis, AXES as u8).ok_or(Status::InvalidValue)?;
         if AXES > 1 {
             let index = |axis: &Axis<T::Hardware>| axis.setting(AxisParameter::GroupIndex);
@@ -192,13 +177,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(set)
     }
 
-    /// Has the axes of a group do something, one after the other.
-    fn each_of_group(&mut self, axis: u8, act: impl Fn(&mut Self, u8) -> Result<(), Status>) -> Result<(), Status> {
-        if AXES == 1 {
-            return act(self, axis);
-        }
-        let group = self.group(axis)?;
-        (0..AXES as u8).filter(|axis| group.contains(*axis)).try_for_each(|axis| act(self, axis))
+    /// Notes something of the arrivals of each axis of a set.
+    fn each_of(&mut self, set: AxisSet, note: impl Fn(&mut Arrivals, u8)) {
+        (0..AXES as u8).filter(|axis| set.contains(*axis)).for_each(|axis| note(&mut self.arrivals, axis));
     }
 
     /// GAP: reads an axis parameter.
@@ -310,16 +291,22 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         parameter: &Parameter<AxisParameter>,
         value: i32,
     ) -> Result<(), Status> {
-        self.axis(axis)?.write(now, parameter, value)?;
-        if AXES > 1 {
-            let function = parameter.function;
+        let (function, number) = (parameter.function, usize::from(axis));
+        let before = self.device.before();
+        let mut state = self.axis(axis)?;
+        let former = state.setting(function);
+        let mut told = state.write(now, parameter, value);
+        if AXES > 1 && told.is_ok() {
             if T::Hardware::RAMPS.contains(&function) {
-                self.device.repace(axis.into())?;
+                told = self.device.repace(number);
             } else if T::Hardware::UNITS.contains(&function) || function == AxisParameter::RampMode {
-                self.device.leave_line(axis.into())?;
+                told = self.device.leave_line(number);
+            }
+            if told.is_err() {
+                self.axis(axis)?.preset_setting(function, former);
             }
         }
-        Ok(())
+        Ok(self.device.settle(1_u8.unbounded_shl(number as u32), &before, told)?)
     }
 
     /// The row of an axis parameter in the product's table.

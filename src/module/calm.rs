@@ -22,6 +22,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             && !self.starts
             && self.waiting.is_empty()
             && self.replies.is_empty()
+            && !self.arrivals.wait()
             && (self.fuel == 0 || !self.machine.busy());
         if !idle {
             return None;

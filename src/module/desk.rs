@@ -19,6 +19,9 @@ pub trait LinkEnds {
     /// The next request of a link; `None` while there is none. `settings` are those in force.
     fn request(&mut self, source: Source, settings: &LinkSettings) -> Option<Request>;
 
+    /// True if a link takes an event now: it has room for one besides the reply to a request.
+    fn takes_event(&mut self, source: Source) -> bool;
+
     /// Ends a request of a link, with a reply or, if `reply` is `None`, without; or brings the link an event, which
     /// ends no request. `settings` are those with which the reply is sent. A byte link goes on in `mode`, if one is
     /// given.
@@ -43,9 +46,12 @@ pub fn serve<T: Platform, const AXES: usize>(
         || serve_link(Source::Usb, module, ends, &now)
 }
 
-/// Hands the replies that have become due to their links. To be called after each [`Module::poll`].
+/// Hands the replies that have become due to their links, and behind them the events that these take. To be called after
+/// each [`Module::poll`].
 pub fn deliver<T: Platform, const AXES: usize>(module: &mut Module<T, AXES>, ends: &mut impl LinkEnds) {
-    while let Some(Due { to, reply }) = module.next_reply() {
+    while let Some(Due { to, reply }) =
+        module.next_reply().or_else(|| module.next_event(|source| ends.takes_event(source)))
+    {
         answer(ends, to, reply.as_ref(), None, module.link_settings());
     }
 }

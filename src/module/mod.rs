@@ -2,7 +2,7 @@
 //!
 //! A command comes in by [`Module::execute`], which [`Module::request`] calls for what a link brings; time comes in by
 //! [`Module::poll`]. A reply may come later: after each `poll` the caller takes the replies that are due by
-//! [`Module::next_reply`]. There is no clock, no wait, and no access to hardware but through the device; digital and
+//! [`Module::next_reply`], and events by [`Module::next_event`]. There is no clock, no wait, and no access to hardware but through the device; digital and
 //! analog signals are exchanged as plain values.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
@@ -64,8 +64,6 @@ pub trait Platform: Board<Product: Product> {
 
 /// Number of links that can wait for a reply at the same time.
 const LINKS: usize = 3;
-/// Number of replies that can be due: one per link, and one event.
-const REPLIES: usize = LINKS + 1;
 /// Number of commands that can wait for the store: one per link, that of the program, and that of an interrupt handler
 /// in it.
 const WAITING: usize = LINKS + 2;
@@ -103,8 +101,8 @@ pub struct Module<T: Platform, const AXES: usize> {
     overheard: [Overheard; 2],
     /// Commands whose values are not safe in the EEPROM yet.
     waiting: Vec<Waiting, WAITING>,
-    /// Replies and events that are due, oldest first.
-    replies: Deque<Due, REPLIES>,
+    /// Replies that are due, oldest first: one per link.
+    replies: Deque<Due, LINKS>,
     arrivals: Arrivals,
     supervision: Supervision,
     /// The events of the axes for the interrupts of the program, in the turn under way.

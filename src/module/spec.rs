@@ -102,6 +102,7 @@ impl Memory for Tmcm1140 {
         tag: b"tmcm settings 2",
         defaults: const { &SLOTS.defaults::<208>(&tmcm1140::AXIS, &tmcm1140::GLOBAL) },
         after_erasing: 13,
+        other: 16,
     };
     type Program = [u8; 14_336];
     type Values = [i32; 224];
@@ -123,6 +124,7 @@ pub static TMCM_6110: Spec = Spec {
     inputs: 8,
     outputs: 8,
     analog: 0b1_0001,
+    signals: &[Signal::Supply, Signal::Temperature],
     pull_ups: 2,
     axis: &tmcm6110::AXIS,
     global: &tmcm6110::GLOBAL,
@@ -148,6 +150,10 @@ pub static TMCM_3110: Spec = Spec {
     ..TMCM_6110
 };
 
+/// Settings pages of the sisters, whose EEPROMs have the same size: one that has been used by the other is cleared of it.
+const PAGES_6110: usize = 35;
+const PAGES_3110: usize = 20;
+
 /// The slots of both sisters: those of the TMCM-1140, and two more for each axis.
 const SISTERS_SLOTS: Slots = Slots { variables: 20, axes: 76, each: 68, coordinates: 48 };
 
@@ -166,10 +172,11 @@ impl Memory for Tmcm6110 {
         tag: b"tmcm 6110 settings 1",
         defaults: const { &SISTERS_SLOTS.defaults::<484>(&tmcm6110::AXIS, &tmcm6110::GLOBAL) },
         after_erasing: 13,
+        other: PAGES_3110,
     };
     type Program = [u8; 14_336];
     type Values = [i32; 490];
-    type Pairs = [Pair; 35];
+    type Pairs = [Pair; PAGES_6110];
 }
 
 /// The TMCM-3110 as a type, with the same EEPROM.
@@ -187,10 +194,11 @@ impl Memory for Tmcm3110 {
         tag: b"tmcm 3110 settings 1",
         defaults: const { &SISTERS_SLOTS.defaults::<280>(&tmcm3110::AXIS, tmcm3110::GLOBAL) },
         after_erasing: 13,
+        other: PAGES_6110,
     };
     type Program = [u8; 14_336];
     type Values = [i32; 280];
-    type Pairs = [Pair; 20];
+    type Pairs = [Pair; PAGES_3110];
 }
 
 /// Number of axes of the TMCM-3212.
@@ -238,6 +246,7 @@ impl Memory for Tmcm3212 {
         tag: b"tmcm 3212 settings 1",
         defaults: const { &TMCM_3212_SLOTS.defaults::<136>(&tmcm3212::AXIS, &tmcm3212::GLOBAL) },
         after_erasing: 13,
+        other: 5,
     };
     type Program = [u8; TMCM_3212.commands as usize * Command::SIZE];
     type Values = [i32; 150];

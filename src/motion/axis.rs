@@ -4,9 +4,11 @@
 
 use core::ops::{Deref, DerefMut};
 
-use super::current::{Current, Excitation, MotionState};
+use super::current::{Excitation, MotionState};
 use super::encoders::Encoders;
 use super::hardware::{Course, Hardware};
+use super::orders::{Orders, Untold};
+use super::pace::Pace;
 use super::search::Search;
 use super::sensors::Sensors;
 use super::slope::Slopes;
@@ -33,25 +35,10 @@ pub struct Events {
     pub deviation: bool,
     /// The driver has shut down: over-temperature or short to ground.
     pub alarm: bool,
+    /// A motor that is to turn at a speed stands before its closed stop switch, or brakes there.
+    pub at_switch: bool,
     /// The closed stop switch before which a reference search has given up.
     pub limit: Option<Side>,
-}
-
-/// The speed and the acceleration of one motion, where they differ from parameters 4 and 5; in the units of these.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pace<S = ()> {
-    /// The speed at which the motor goes to a position; `None` for that of parameter 4.
-    pub speed: Option<i32>,
-    /// The acceleration of the motor's ramps, up and down; `None` for that of parameter 5.
-    pub acceleration: Option<i32>,
-    /// What the ramps have besides, where the ramp generator has more; `None` for that of the parameters.
-    pub shape: Option<S>,
-}
-
-impl<S> Default for Pace<S> {
-    fn default() -> Self {
-        Pace { speed: None, acceleration: None, shape: None }
-    }
 }
 
 /// The state of one axis on the hardware `H`. The functions that exchange datagrams with a chip need the motion
@@ -64,22 +51,12 @@ pub struct Axis<H: Hardware> {
     pub(super) values: Values,
     /// Number of polls, one in a millisecond, for which a stop switch has held the motor; 255 stands for any more.
     pub(super) held: u8,
-    /// A positioning move of a host or a program is under way. Its end will be an event.
-    pub(super) travelling: bool,
-    /// The actual position was the target position at the last poll, and no other target has been given since.
-    pub(super) was_at_target: bool,
-    /// The reference search that is under way.
-    pub(super) search: Option<Search>,
-    /// The pace of the last motion command.
-    pub(super) pace: Pace<H::Shape>,
-    /// Bits of parameter 207: why the motor was stopped, since the last motion command and the last reading of 207.
-    pub(super) errors: i32,
-    /// The driver's shut-downs since the last motion command, as bits of parameter 208.
-    pub(super) alarms: u32,
-    /// The motor has been stopped because an encoder deviates, and has not been sent anywhere since.
-    pub(super) deviating: bool,
-    /// The datagrams of a hard stop did not all get through to the chip. Each poll sends them again.
-    pub(super) stopping: bool,
+    /// What a command changes, besides the goal of the hardware.
+    pub(super) orders: Orders<H::Shape>,
+    /// What the chips have not taken yet; each poll tells it again.
+    pub(super) untold: Untold,
+    /// The motor is on a straight line, and was last seen turn so fast that it is somewhere else in each poll.
+    pub(super) brisk: bool,
     /// The last poll has found the motor standing where it is to stand.
     pub(super) rests: bool,
     /// The number of the reading that the last poll has left to be taken.
@@ -88,8 +65,6 @@ pub struct Axis<H: Hardware> {
     pub(super) events: Events,
     /// Whether stallGuard2 has measured the load of the moving motor yet.
     pub(super) measured: Measured,
-    /// For how long the motor has been standing, on which its current depends.
-    pub(super) current: Current,
     /// The current that the driver was told last; `None` if it is to be told anew in any case.
     pub(super) excitation: Option<Excitation>,
     /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself; `None`
@@ -128,8 +103,8 @@ impl<'a, H: Hardware> Joined<'a, H> {
 
     /// Calls a function of the hardware with the motion controller and with the course that the motor is to take.
     pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
-        let Axis { hardware, values, search, pace, watched, .. } = &mut *self.axis;
-        let mut course = course(values, search.as_ref(), pace);
+        let Axis { hardware, values, orders, watched, .. } = &mut *self.axis;
+        let mut course = course(values, orders.search.as_ref(), &orders.pace);
         course.stops.right &= watched.is_none();
         act(hardware, self.controller, &course)
     }
@@ -153,19 +128,13 @@ impl<H: Hardware> Axis<H> {
             table,
             values: Values::of(table),
             held: 0,
-            travelling: false,
-            was_at_target: true,
-            search: None,
-            pace: Pace::default(),
-            errors: 0,
-            alarms: 0,
-            deviating: false,
-            stopping: false,
+            orders: Orders::default(),
+            untold: Untold::Nothing,
+            brisk: false,
             rests: false,
             later: None,
             events: Events::default(),
             measured: Measured::default(),
-            current: Current::default(),
             excitation: None,
             watched: None,
             sensors: Sensors::default(),
@@ -219,14 +188,14 @@ impl<H: Hardware> Axis<H> {
 
     /// What closed stop switches do to the motor now, whoever watches them.
     pub(super) fn stops(&self) -> Stops {
-        course(&self.values, self.search.as_ref(), &self.pace).stops
+        course(&self.values, self.orders.search.as_ref(), &self.orders.pace).stops
     }
 
     /// True when writing parameter 2 (target speed) rotates the motor, as ROR does: in velocity mode, and in a
     /// reference search, which the rotation ends. In the two positioning modes the ramp generator works out its target
     /// speed itself.
     pub fn takes_speed(&self) -> bool {
-        self.search.is_some() || !self.hardware.known().mode.positions()
+        self.orders.search.is_some() || !self.hardware.known().mode.positions()
     }
 
     /// True when the actual position is the target position (parameter 8), by the last reading.
@@ -265,17 +234,17 @@ impl<H: Hardware> Axis<H> {
 
     /// True while a positioning move is under way.
     pub const fn travelling(&self) -> bool {
-        self.travelling
+        self.orders.travelling
     }
 
     /// True while a positioning move is under way whose pace has a speed of its own.
     pub const fn limited(&self) -> bool {
-        self.travelling && self.pace.speed.is_some()
+        self.orders.travelling && self.orders.pace.speed.is_some()
     }
 
     /// The pace of the last motion command.
     pub const fn pace(&self) -> Pace<H::Shape> {
-        self.pace
+        self.orders.pace
     }
 
     /// The way to the target, to either side, in microsteps, by the last reading of the position.
@@ -307,7 +276,7 @@ impl<H: Hardware> Axis<H> {
 
     /// True while a reference search is under way.
     pub const fn searches(&self) -> bool {
-        self.search.is_some()
+        self.orders.search.is_some()
     }
 
     /// True if the last poll has found that the motor stands and is to stand, and nothing has been told it since.
@@ -322,7 +291,7 @@ impl<H: Hardware> Axis<H> {
 
     /// The value of RFS STATUS: 0 without a reference search, else the number of the leg under way, counted from 1.
     pub fn search_status(&self) -> i32 {
-        self.search.as_ref().map_or(0, Search::number)
+        self.orders.search.as_ref().map_or(0, Search::number)
     }
 
     /// Lets the next N event zero the external encoder, if parameter 217 asks for it.
@@ -337,12 +306,12 @@ impl<H: Hardware> Axis<H> {
 
     /// The current that the motor is to have in this state of motion.
     pub(super) fn select_excitation(&mut self, now: Micros, state: MotionState) -> Excitation {
-        self.current.select(now, state, self.hardware.known().speed, &self.values)
+        self.orders.current.select(now, state, self.hardware.known().speed, &self.values)
     }
 
     /// The speed at which the motor goes to a position, in the unit of parameter 4.
     pub fn positioning_speed(&self) -> i32 {
-        course(&self.values, self.search.as_ref(), &self.pace).speed
+        course(&self.values, self.orders.search.as_ref(), &self.orders.pace).speed
     }
 }
 

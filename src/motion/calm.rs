@@ -3,6 +3,7 @@
 
 use super::axis::{Axis, Events};
 use super::hardware::Hardware;
+use super::orders::Untold;
 use super::stall::Measured;
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
@@ -22,14 +23,17 @@ impl<H: Hardware> Axis<H> {
     /// What the axis is going to do after its last poll, which was that of the turn at `turn`; `None` if the next poll may
     /// do more than to take readings.
     pub fn calm(&self, controller: &H::Controller, turn: Micros) -> Option<Calm> {
-        let idle = self.search.is_none() && !self.stopping && self.held == 0 && self.watched_right().is_none();
-        let mut current = self.current;
+        let idle = self.orders.search.is_none()
+            && self.untold == Untold::Nothing
+            && self.held == 0
+            && self.watched_right().is_none();
+        let mut current = self.orders.current;
         let excitation = current.select(turn, self.motion_state(), self.last_speed(), &self.values);
         let told = self.later.is_none() && self.events == Events::default() && self.excitation == Some(excitation);
-        let settled = (self.was_at_target || !self.at_target()) && !self.hardware.waits_to_be_driven();
+        let settled = (self.orders.was_at_target || !self.at_target()) && !self.hardware.waits_to_be_driven();
         let well = !self.hardware.is_lost(controller)
             && !self.hardware.deviates()
-            && self.hardware.flags(controller) & H::SHUT_DOWN & !self.alarms == 0;
+            && self.hardware.flags(controller) & H::SHUT_DOWN & !self.orders.alarms == 0;
         if !(idle && told && settled && well) {
             return None;
         }
@@ -37,8 +41,8 @@ impl<H: Hardware> Axis<H> {
         let unguarded = matches!(self.measured, Measured::Whole { .. })
             && self.values.get(P::StopOnStall) == 0
             && !self.encoders.are_supervised(&self.values);
-        let rests = room == 0 && !self.travelling && self.current.stands();
-        let until = self.current.calm_until(turn, &self.values);
+        let rests = room == 0 && !self.orders.travelling && self.orders.current.stands();
+        let until = self.orders.current.calm_until(turn, &self.values);
         (rests || room > 0 && unguarded).then_some(Calm { until, room })
     }
 }

@@ -5,6 +5,7 @@ use super::Error;
 use super::axis::Joined;
 use super::current::Excitation;
 use super::hardware::Hardware;
+use super::orders::Untold;
 use super::stall::{self, Measured};
 use crate::param::AxisParameter as P;
 
@@ -23,8 +24,8 @@ impl<H: Hardware> Joined<'_, H> {
             return self.recover();
         }
         let deviates = self.encoders.deviate(self.last_position(), &self.values) || self.hardware.deviates();
-        let deviation = deviates && !self.deviating;
-        let faults = self.last_flags() & H::SHUT_DOWN & !self.alarms;
+        let deviation = deviates && !self.orders.deviating;
+        let faults = self.last_flags() & H::SHUT_DOWN & !self.orders.alarms;
         // If the chip does not answer now, the next poll asks it again.
         let stall = self.stalled().unwrap_or(false);
         if !(stall || deviation || faults != 0) {
@@ -33,17 +34,17 @@ impl<H: Hardware> Joined<'_, H> {
         self.events.stall |= stall;
         self.events.deviation |= deviation;
         self.events.alarm |= faults != 0;
-        self.events.cut_short |= self.travelling;
-        self.errors |= if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
-        self.deviating |= deviation;
-        self.alarms |= faults;
+        self.events.cut_short |= self.orders.travelling;
+        self.orders.errors |= if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
+        self.orders.deviating |= deviation;
+        self.orders.alarms |= faults;
         self.hard_stop()
     }
 
     /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
     /// a reference search has ended. The driver is written at the end of the next poll that gets so far.
     pub(super) fn recover(&mut self) -> Result<(), Error> {
-        self.events.cut_short |= self.travelling || self.search.is_some();
+        self.events.cut_short |= self.orders.travelling || self.orders.search.is_some();
         self.excitation = None;
         self.hard_stop()?;
         let position = self.last_position();
@@ -60,11 +61,11 @@ impl<H: Hardware> Joined<'_, H> {
         if self.watched_right() != Some(true) || !self.stops().right || !turns_right {
             return Ok(());
         }
-        if known.ahead() <= 0 || self.search.is_some() {
+        if known.ahead() <= 0 || self.orders.search.is_some() {
             self.on_course(H::stop)?;
             return if known.ahead() < 0 { self.resume(known) } else { Ok(()) };
         }
-        self.events.cut_short |= self.travelling;
+        self.events.cut_short |= self.orders.travelling;
         self.hard_stop()
     }
 
@@ -73,13 +74,14 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip has not taken all of it; then each poll tries the stop again.
     pub fn hard_stop(&mut self) -> Result<(), Error> {
-        self.stopping = true;
+        self.untold = Untold::Stop;
         self.rests = false;
+        self.orders.ended = None;
         self.measured = Measured::default();
-        self.search = None;
-        self.travelling = false;
+        self.orders.search = None;
+        self.orders.travelling = false;
         self.on_course(H::stop)?;
-        self.stopping = false;
+        self.untold = Untold::Nothing;
         Ok(())
     }
 
@@ -94,7 +96,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// The driver's flags as parameter 208 shows them: those read last, and all shut-downs since the last motion
     /// command.
     pub(super) fn driver_flags(&self) -> u32 {
-        self.last_flags() | self.alarms
+        self.last_flags() | self.orders.alarms
     }
 
     /// The driver's flags as read last, as the bits of parameter 208.
@@ -105,9 +107,9 @@ impl<H: Hardware> Joined<'_, H> {
     /// Ends a shut-down of the driver, before a motion: the bridges are switched off here, and on again with the next
     /// excitation. A TMC262 keeps a short to ground latched until its TOFF was zero.
     pub(super) fn release_driver(&mut self) -> Result<(), Error> {
-        let alarm = self.alarms != 0;
+        let alarm = self.orders.alarms != 0;
         if let Some(excitation) = self.excitation.take_if(|_| alarm) {
-            self.alarms = 0;
+            self.orders.alarms = 0;
             self.measured = Measured::default();
             self.excitation = Some(Excitation { free: true, ..excitation });
             self.write_driver()?;

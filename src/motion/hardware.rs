@@ -222,9 +222,9 @@ pub trait Hardware {
     /// Stops the motor at once, without a ramp. Its goal is then to turn at speed 0.
     fn stop(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<(), Error>;
 
-    /// Makes `position` both the actual position and the target. Before this call the motor stands, or turns at a
-    /// speed.
-    fn place(&mut self, controller: &mut Self::Controller, position: i32) -> Result<(), Error>;
+    /// Makes `position` both the actual position and the target. Before this call the motor is `standing`, or turns at a
+    /// speed. While it turns, the position of the chip may be this one or the former one if the function fails.
+    fn place(&mut self, controller: &mut Self::Controller, position: i32, standing: bool) -> Result<(), Error>;
 
     /// Follows the motor: reads the actual position of one that does not stand. `reading` is the number of the reading that
     /// is wanted as well, if there is one. This comes once in a millisecond.
@@ -241,6 +241,10 @@ pub trait Hardware {
 
     /// What is known without a datagram.
     fn known(&self) -> &Known;
+
+    /// The same, for the goal in it to be put back after a command that was refused. The chips are told so by
+    /// [`head`](Self::head).
+    fn known_mut(&mut self) -> &mut Known;
 
     /// Reads the actual position.
     fn position(&mut self, controller: &mut Self::Controller) -> Result<i32, Error>;
@@ -268,8 +272,13 @@ pub trait Hardware {
     /// The stop switches as read last, left and right: true is closed, after inversion.
     fn last_switches(&self, controller: &Self::Controller) -> [bool; 2];
 
-    /// True while a stop switch keeps the motor from its goal. To be called while the last reading of the speed is 0.
-    fn is_held(&mut self, controller: &mut Self::Controller, course: &Course<'_>) -> Result<bool, Error>;
+    /// True while a closed stop switch acts on a motor that is to turn in the direction `ahead`, of which only the sign counts,
+    /// by the last readings.
+    fn meets_switch(&self, controller: &Self::Controller, course: &Course<'_>, ahead: i32) -> bool;
+
+    /// True while a stop switch keeps the motor from turning in the direction `ahead`. To be called while the last reading of
+    /// the speed is 0, or the position stays.
+    fn is_held(&mut self, controller: &mut Self::Controller, course: &Course<'_>, ahead: i32) -> Result<bool, Error>;
 
     /// Arms the latch: the position is to be kept at which the stop switch of [`Stops::latch`] opens, which is closed
     /// now.

@@ -1,9 +1,11 @@
 //! The motion commands of an axis: they send the motor somewhere or end its motion, and they end a reference search.
 
 use super::Error;
-use super::axis::{Joined, Pace};
+use super::axis::Joined;
 use super::current::MotionState;
 use super::hardware::{Goal, Hardware, Known, Mode};
+use super::orders::Untold;
+use super::pace::Pace;
 use super::stall::Measured;
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
@@ -15,7 +17,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram; the axis is then to be started again.
     pub fn start(&mut self, now: Micros, position: i32) -> Result<(), Error> {
-        self.place(position)?;
+        self.place(position, true)?;
         self.arm_null();
         self.refresh_excitation(now, MotionState::Standing)?;
         if !H::accepts(&self.values) {
@@ -44,8 +46,8 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn rotate_at(&mut self, now: Micros, speed: i32, acceleration: Option<i32>) -> Result<(), Error> {
         self.begin(speed != 0, Pace { acceleration, ..Pace::default() });
-        self.search = None;
-        self.travelling = false;
+        self.orders.search = None;
+        self.orders.travelling = false;
         self.run_at(now, speed)
     }
 
@@ -65,9 +67,9 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn move_at(&mut self, now: Micros, target: i32, pace: Pace<H::Shape>) -> Result<(), Error> {
         self.begin(true, pace);
-        self.search = None;
+        self.orders.search = None;
         self.travel_to(now, target)?;
-        self.travelling = true;
+        self.orders.travelling = true;
         Ok(())
     }
 
@@ -78,7 +80,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn ready(&mut self, now: Micros, target: i32, pace: Pace<H::Shape>) -> Result<(), Error> {
         self.begin(true, pace);
-        self.search = None;
+        self.orders.search = None;
         self.wake(now)?;
         self.on_course(|hardware, controller, course| hardware.ready(controller, target, course))
     }
@@ -107,8 +109,21 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn break_off(&mut self, now: Micros) -> Result<(), Error> {
-        self.events.cut_short |= self.travelling;
-        self.rotate_at(now, 0, self.pace.acceleration)
+        self.events.cut_short |= self.orders.travelling;
+        self.rotate_at(now, 0, self.orders.pace.acceleration)
+    }
+
+    /// Makes the position of a motor that has been stopped its target, so that it does not go on when what has stopped it is
+    /// over. In velocity mode it does not anyway.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip did not take a datagram.
+    pub fn stay(&mut self) -> Result<(), Error> {
+        let Known { mode, position, .. } = *self.hardware.known();
+        if !mode.positions() {
+            return Ok(());
+        }
+        self.head(Goal::Position { target: position, soft: mode == Mode::Soft })
     }
 
     /// Rotates at a speed, for a command or for a leg of a reference search, which goes on.
@@ -123,7 +138,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn travel_to(&mut self, now: Micros, target: i32) -> Result<(), Error> {
         self.wake(now)?;
         // A speed that was worked out for the motion is that of a trapezoidal ramp.
-        let soft = self.hardware.known().mode == Mode::Soft && self.pace.speed.is_none();
+        let soft = self.hardware.known().mode == Mode::Soft && self.orders.pace.speed.is_none();
         self.head(Goal::Position { target, soft })
     }
 
@@ -131,7 +146,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// heading; on a change to a positioning mode it goes to the last target. A reference search ends, as if the motor
     /// had been stopped before.
     pub(super) fn change_mode(&mut self, now: Micros, mode: Mode) -> Result<(), Error> {
-        if self.search.is_some() {
+        if self.orders.search.is_some() {
             self.rotate(now, 0)?;
         }
         let target = self.hardware.known().target;
@@ -145,7 +160,7 @@ impl<H: Hardware> Joined<'_, H> {
             (Mode::Velocity, _) => {
                 self.begin(true, Pace::default());
                 self.wake(now)?;
-                self.travelling = true;
+                self.orders.travelling = true;
                 self.head(goal)
             }
             (_, _) => self.head(goal),
@@ -157,13 +172,23 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn set_position(&mut self, now: Micros, value: i32) -> Result<(), Error> {
         let known = *self.hardware.known();
         let standing = self.at_target() && known.speed == 0;
-        if known.mode != Mode::Velocity || self.search.is_some() {
-            self.search = None;
-            self.travelling = false;
+        let rests = self.rests;
+        let ends = known.mode != Mode::Velocity || self.orders.search.is_some();
+        if ends {
+            self.orders.search = None;
+            self.orders.travelling = false;
             self.set_pace(Pace::default());
             self.run_at(now, 0)?;
         }
-        self.place(value)?;
+        if let Err(error) = self.place(value, rests) {
+            // It is not known what position the chip has. A motor that moves does not go on to a target then.
+            if rests {
+                self.untold = Untold::Position;
+            } else if ends {
+                self.untold = Untold::Stop;
+            }
+            return Err(error);
+        }
         if known.mode.positions() && standing {
             self.head(Goal::Position { target: value, soft: known.mode == Mode::Soft })
         } else {
@@ -187,13 +212,13 @@ impl<H: Hardware> Joined<'_, H> {
     /// deviation may stop the motor again.
     fn begin(&mut self, moves: bool, pace: Pace<H::Shape>) {
         self.set_pace(pace);
-        self.errors = 0;
-        self.deviating &= !moves;
+        self.orders.errors = 0;
+        self.orders.deviating &= !moves;
     }
 
     pub(super) fn set_pace(&mut self, pace: Pace<H::Shape>) {
         self.hardware.reshape(pace.shape);
-        self.pace = pace;
+        self.orders.pace = pace;
     }
 
     /// Prepares the driver for a motion: it gets the current of a motor whose speed changes, so that this current flows
@@ -204,10 +229,11 @@ impl<H: Hardware> Joined<'_, H> {
     }
 
     /// Gives the motor a goal, on the course of parameters, pace and search.
-    fn head(&mut self, goal: Goal) -> Result<(), Error> {
+    pub(super) fn head(&mut self, goal: Goal) -> Result<(), Error> {
         self.rests = false;
+        self.orders.ended = None;
         if let Goal::Position { target, .. } = goal {
-            self.was_at_target &= self.last_position() == target;
+            self.orders.was_at_target &= self.last_position() == target;
         }
         self.on_course(|hardware, controller, course| hardware.head(controller, goal, course))
     }
@@ -229,9 +255,9 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Makes both position and target `value`, in microsteps. The motor stands, or is in velocity mode: so nothing
     /// moves. A stallGuard2 measurement under way no longer counts, because its progress is told by the position.
-    fn place(&mut self, value: i32) -> Result<(), Error> {
+    pub(super) fn place(&mut self, value: i32, standing: bool) -> Result<(), Error> {
         let (hardware, controller) = self.reach();
-        hardware.place(controller, value)?;
+        hardware.place(controller, value, standing)?;
         self.measured = Measured::default();
         Ok(())
     }

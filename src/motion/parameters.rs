@@ -26,7 +26,7 @@ impl<H: Hardware> Joined<'_, H> {
             P::RampMode => self.hardware.known().mode as i32,
             P::SmartEnergyActualCurrent => self.hardware.current(self.controller()).into(),
             P::ActualLoad => self.hardware.load(self.controller()).into(),
-            P::ExtendedErrorFlags => core::mem::take(&mut self.errors),
+            P::ExtendedErrorFlags => core::mem::take(&mut self.orders.errors),
             P::DriverErrorFlags => self.driver_flags() as i32,
             P::EncoderPosition => self.encoders.built_in.position(),
             P::AbsoluteResolverValue => self.sensors.encoder.unwrap_or_default().into(),

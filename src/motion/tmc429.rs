@@ -12,7 +12,7 @@ mod settings;
 
 use core::marker::PhantomData;
 
-use embedded_hal::spi::SpiDevice;
+use embedded_hal::spi::{ErrorType, SpiDevice};
 
 use super::Error;
 use super::current::Excitation;
@@ -20,6 +20,7 @@ use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode};
 use super::slope::{Slope, Slopes};
 use super::switch::{Side, Stops};
 use super::values::Values;
+use crate::chip::error;
 use crate::chip::tmc262::{Tmc262, flags};
 use crate::chip::tmc429::{RampGenerator, RampMode, Register, Tmc429, reference, signed};
 use crate::param::AxisParameter as P;
@@ -44,6 +45,9 @@ enum Rest {
     /// The known position is that at which the motor stands.
     Rests,
 }
+
+/// A function of the driver that exchanges datagrams.
+type TellDriver<D> = fn(&mut Tmc262<D>) -> Result<(), error::Error<<D as ErrorType>::Error>>;
 
 /// What one axis has of the two chips. `M` is the SPI device of the TMC429, `D` that of the TMC262.
 #[derive(Debug)]
@@ -219,8 +223,12 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     /// X_ACTUAL is written in velocity mode (datasheet section 8.1.2), or in hold mode, in which `halt` leaves the
     /// chip.
-    fn place(&mut self, chip: &mut Tmc429<M>, position: i32) -> Result<(), Error> {
-        chip.write(self.generator, Register::XActual, position as u32)?;
+    fn place(&mut self, chip: &mut Tmc429<M>, position: i32, standing: bool) -> Result<(), Error> {
+        if standing {
+            chip.place_standing(self.generator, position as u32)?;
+        } else {
+            chip.write(self.generator, Register::XActual, position as u32)?;
+        }
         chip.write(self.generator, Register::XTarget, position as u32)?;
         self.known.position = position;
         self.known.target = position;
@@ -252,7 +260,7 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         match reading % READINGS {
             CONFIRMATION => chip.confirm()?,
             reading => match reading % 4 {
-                1 => self.driver.refresh()?,
+                1 => self.tell_driver(chip, Tmc262::refresh),
                 3 => drop(self.switches(chip)?),
                 _ => drop(self.speed(chip)?),
             },
@@ -277,6 +285,10 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     fn known(&self) -> &Known {
         &self.known
+    }
+
+    fn known_mut(&mut self) -> &mut Known {
+        &mut self.known
     }
 
     fn position(&mut self, chip: &mut Tmc429<M>) -> Result<i32, Error> {
@@ -337,14 +349,18 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         [chip.left_switch(self.generator), self.right]
     }
 
-    /// The readings of switches and speed may be some milliseconds old, so they are taken again before the motor counts
-    /// as held. Near the position that the chip counts as zero, within the tolerance of parameter 149, the chip lets
-    /// the motor pass the stop switches (datasheet section 8.1.14).
-    fn is_held(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>) -> Result<bool, Error> {
+    /// Near the position that the chip counts as zero, within the tolerance of parameter 141, the chip lets the motor pass the
+    /// stop switches (datasheet section 8.1.14).
+    fn meets_switch(&self, chip: &Tmc429<M>, course: &Course<'_>, ahead: i32) -> bool {
         let tolerance = course.tolerance.unsigned_abs();
         let near = tolerance != 0 && signed(self.known.position as u32, 24).unsigned_abs() <= tolerance;
-        let ahead = self.known.ahead();
-        if near || !course.stops.hold(ahead, self.last_switches(chip)) {
+        !near && course.stops.hold(ahead, self.last_switches(chip))
+    }
+
+    /// The readings of switches and speed may be some milliseconds old, so they are taken again before the motor counts
+    /// as held.
+    fn is_held(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>, ahead: i32) -> Result<bool, Error> {
+        if !self.meets_switch(chip, course, ahead) {
             return Ok(false);
         }
         let switches = self.switches(chip)?;
@@ -364,8 +380,10 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Ok(Some(position::extend(self.known.position, counter)))
     }
 
-    fn drive(&mut self, _: &mut Tmc429<M>, values: &Values, excitation: Excitation) -> Result<(), Error> {
-        Ok(self.driver.apply(&configuration(values, excitation))?)
+    fn drive(&mut self, chip: &mut Tmc429<M>, values: &Values, excitation: Excitation) -> Result<(), Error> {
+        self.driver.configure(&configuration(values, excitation));
+        self.tell_driver(chip, Tmc262::update);
+        Ok(())
     }
 
     fn forget(&mut self, _: &mut Tmc429<M>) {
@@ -396,6 +414,17 @@ impl<M: SpiDevice, D: SpiDevice> Tmc429Tmc262<M, D> {
         let bits = bits >> (2 * self.generator as u32);
         self.right = bits & 1 != 0;
         [bits & 2 != 0, self.right]
+    }
+
+    /// Exchanges datagrams with the driver, again if an answer is lost. A driver that does not answer then, while the TMC429 on
+    /// the same bus does, counts as shut down. What has not reached it comes with its next readings, in whose rotation all its
+    /// registers are written. Never inlined, for the size of it.
+    #[inline(never)]
+    fn tell_driver(&mut self, chip: &mut Tmc429<M>, tell: TellDriver<D>) {
+        let is_silent = tell(&mut self.driver).is_err() && tell(&mut self.driver).is_err();
+        if is_silent && chip.confirm().is_ok() && tell(&mut self.driver).is_err() {
+            self.driver.note_silence();
+        }
     }
 
     fn write_waypoint(&self, chip: &mut Tmc429<M>) -> Result<(), Error> {

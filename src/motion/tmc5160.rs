@@ -234,7 +234,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         self.known.mode = Mode::Hold;
         if chip.is_lost() {
             Self::start(chip)?;
-            chip.write(Register::XActual, self.known.position as u32)?;
+            chip.place_standing(Register::XActual, self.known.position)?;
         } else {
             chip.halt()?;
             chip.write(Register::RampStat, ramp_stat::EVENT_STOP_SG)?;
@@ -245,8 +245,12 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         self.head(chip, Goal::Speed(0), course)
     }
 
-    fn place(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
-        chip.write(Register::XActual, position as u32)?;
+    fn place(&mut self, chip: &mut Tmc5160<D>, position: i32, standing: bool) -> Result<(), Error> {
+        if standing {
+            chip.place_standing(Register::XActual, position)?;
+        } else {
+            chip.write(Register::XActual, position as u32)?;
+        }
         chip.write(Register::XTarget, position as u32)?;
         self.known.position = position;
         self.known.target = position;
@@ -293,6 +297,10 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
 
     fn known(&self) -> &Known {
         &self.known
+    }
+
+    fn known_mut(&mut self) -> &mut Known {
+        &mut self.known
     }
 
     fn position(&mut self, chip: &mut Tmc5160<D>) -> Result<i32, Error> {
@@ -342,10 +350,14 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
         self.closed
     }
 
-    fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>) -> Result<bool, Error> {
-        let ahead = self.known.ahead();
-        // The last reading of the speed is 0; it may be older than the goal.
-        Ok(course.stops.hold(ahead, self.closed) && (self.settling == 0 || self.speed(chip)? == 0))
+    fn meets_switch(&self, _: &Tmc5160<D>, course: &Course<'_>, ahead: i32) -> bool {
+        course.stops.hold(ahead, self.closed)
+    }
+
+    /// A last reading of 0 may be older than the goal.
+    fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>, ahead: i32) -> Result<bool, Error> {
+        let stood = self.settling == 0 && self.known.speed == 0;
+        Ok(self.meets_switch(chip, course, ahead) && (stood || self.speed(chip)? == 0))
     }
 
     fn latch(&mut self, chip: &mut Tmc5160<D>) -> Result<(), Error> {
@@ -403,7 +415,11 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     }
 
     fn place_encoder(&mut self, chip: &mut Tmc5160<D>, position: i32) -> Result<(), Error> {
-        chip.write(Register::XEnc, position as u32)?;
+        if self.rests() {
+            chip.place_standing(Register::XEnc, position)?;
+        } else {
+            chip.write(Register::XEnc, position as u32)?;
+        }
         self.forget_deviation(chip)
     }
 

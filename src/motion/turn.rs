@@ -10,9 +10,10 @@
 use super::Error;
 use super::axis::{Axis, Events, Joined};
 use super::current::MotionState;
-use super::hardware::{Followed, Hardware};
+use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode};
+use super::orders::Untold;
 use super::sensors::Sensors;
-use super::switch::{SETTLED, Switches};
+use super::switch::{SETTLED, SETTLED_ON_LINE, Switches};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -20,12 +21,16 @@ use crate::units::Micros;
 /// that speed, besides a 64th of it: the limit wavers, and the speed may have been read some milliseconds ago.
 const WAVERING: u32 = 2;
 
+/// Microsteps in 16 ms, the time of [`Axis::correction`], of a motor that makes two in a millisecond: one that is faster is
+/// somewhere else in each poll.
+const BRISK: i32 = 2 * 16;
+
 impl<H: Hardware> Axis<H> {
     /// What the motor does, by the last readings.
     pub(super) fn motion_state(&self) -> MotionState {
         let held = self.held > 0;
         let known = self.hardware.known();
-        let moving = known.ahead() != 0 || known.speed != 0;
+        let moving = held || known.ahead() != 0 || known.speed != 0;
         if !moving || (held && self.values.is_on(P::EndSwitchPowerDown)) {
             return MotionState::Standing;
         }
@@ -44,13 +49,14 @@ impl<H: Hardware> Axis<H> {
 
 impl<H: Hardware> Joined<'_, H> {
     /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
-    /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later.
+    /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later. An axis
+    /// that is `on_line`, on a straight line with others, counts as held by a stop switch as soon as its position stays.
     /// Returns the events since the poll before.
-    pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>) -> Events {
+    pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>, on_line: bool) -> Events {
         self.sensors = sensors;
         self.count();
         // Where a datagram did not get through to a chip, the next poll tries again.
-        let _ = self.turn(now, reading);
+        let _ = self.turn(now, reading, on_line);
         core::mem::take(&mut self.events)
     }
 
@@ -63,11 +69,32 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    fn turn(&mut self, now: Micros, reading: Option<u8>) -> Result<(), Error> {
+    /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there.
+    fn is_at_switch(&mut self) -> bool {
+        let Known { mode, target_speed, .. } = *self.hardware.known();
+        let turns = mode == Mode::Velocity && target_speed != 0 && self.orders.search.is_none();
+        let brakes = |h: &mut H, c: &mut H::Controller, course: &Course<'_>| {
+            course.stops.soft && h.meets_switch(c, course, target_speed)
+        };
+        turns && (self.held > 0 || self.on_course(brakes))
+    }
+
+    /// Ends a rotation at the stop switch before the motor, which stands there, or brakes: it does not turn again by itself
+    /// when the switch opens. What the chip does not take of that the next poll tells it again.
+    pub fn end_at_switch(&mut self) {
+        let told = self.hardware.known().target_speed;
+        if self.head(Goal::Speed(0)).is_err() {
+            self.untold = self.untold.max(Untold::Course);
+        }
+        self.orders.ended = Some(told);
+    }
+
+    fn turn(&mut self, now: Micros, reading: Option<u8>, on_line: bool) -> Result<(), Error> {
+        let before = self.last_position();
         if self.is_lost() {
             self.recover()?;
-        } else if self.stopping {
-            self.hard_stop()?;
+        } else {
+            self.catch_up()?;
         }
         let (hardware, controller) = self.reach();
         let Followed { rests, left } = hardware.follow(controller, reading)?;
@@ -79,19 +106,29 @@ impl<H: Hardware> Joined<'_, H> {
         self.rests = rests;
         self.guard()?;
         self.watch()?;
-        if let Some(search) = self.search {
+        if let Some(search) = self.orders.search {
             self.poll_search(now, search)?;
         }
-        let known = self.hardware.known();
-        let stands = known.speed == 0 && known.ahead() != 0;
-        self.held = if stands && self.on_course(H::is_held)? { self.held.saturating_add(1) } else { 0 };
+        let known = *self.hardware.known();
+        let ahead = self.orders.ended.unwrap_or(known.ahead());
+        // The speed, and one of the switches, may have been read many milliseconds ago.
+        let brisk = if known.speed == 0 { self.brisk } else { known.speed.abs() > self.correction(BRISK) };
+        self.brisk = on_line && brisk;
+        let stays = self.brisk && ahead != 0 && known.position == before;
+        if stays {
+            self.turn_switches()?;
+        }
+        let held =
+            (known.speed == 0 || stays) && ahead != 0 && self.on_course(|h, c, course| h.is_held(c, course, ahead))?;
+        self.held = if held { self.held.saturating_add(1) } else { 0 };
+        self.events.at_switch = self.is_at_switch();
         let reached = self.at_target();
-        self.events.at_target |= reached && !core::mem::replace(&mut self.was_at_target, reached);
-        if self.travelling {
-            let cut_short = self.held >= SETTLED && !reached;
+        self.events.at_target |= reached && !core::mem::replace(&mut self.orders.was_at_target, reached);
+        if self.orders.travelling {
+            let cut_short = self.held >= if on_line { SETTLED_ON_LINE } else { SETTLED } && !reached;
             self.events.reached |= reached;
             self.events.cut_short |= cut_short;
-            self.travelling = !(reached || cut_short);
+            self.orders.travelling = !(reached || cut_short);
         }
         self.refresh_excitation(now, self.motion_state())
     }
@@ -102,7 +139,7 @@ impl<H: Hardware> Joined<'_, H> {
         let excitation = self.select_excitation(now, state);
         if self.excitation != Some(excitation) || self.hardware.waits_to_be_driven() {
             self.excitation = Some(excitation);
-            self.write_driver()?;
+            self.write_driver().inspect_err(|_| self.excitation = None)?;
         }
         Ok(())
     }
@@ -122,8 +159,12 @@ impl<H: Hardware> Joined<'_, H> {
         hardware.position(controller)
     }
 
-    /// Reads the speed to which the motor is accelerating or braking: the commanded one, or the ramp generator's own.
+    /// Reads the speed to which the motor is accelerating or braking: the commanded one, also while the motor brakes at a stop
+    /// switch, or the ramp generator's own.
     pub(super) fn target_speed(&mut self) -> Result<i32, Error> {
+        if let Some(told) = self.orders.ended.filter(|_| self.last_speed() != 0) {
+            return Ok(told);
+        }
         let (hardware, controller) = self.reach();
         hardware.target_speed(controller)
     }

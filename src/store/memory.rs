@@ -28,7 +28,7 @@ pub const FIRST_SLOT: usize = 2;
 ///     const SIZE: usize = 1_024;
 ///     const PAGE: usize = 64;
 ///     // 3 * 14 values need three settings pages, but there are two pairs.
-///     const LAYOUT: Layout = Layout { tag: b"small", defaults: &[0; 3 * 14], after_erasing: 2 };
+///     const LAYOUT: Layout = Layout { tag: b"small", defaults: &[0; 3 * 14], after_erasing: 2, other: 2 };
 ///     type Program = [u8; 448];
 ///     type Values = [i32; 2 * 14];
 ///     type Pairs = [Pair; 2];
@@ -61,6 +61,9 @@ pub struct Layout {
     pub defaults: &'static [i32],
     /// The slot that [`Store::erase`](super::Store::erase) sets once the program is erased.
     pub after_erasing: usize,
+    /// Number of settings pages of the other known layout for an EEPROM of this size: that of a sister, or of another
+    /// firmware. The layout's own number if there is no other one.
+    pub other: usize,
 }
 
 /// An array whose length is a constant of its type.
@@ -96,7 +99,7 @@ pub struct Pair {
     /// The page holds foreign bytes, or is empty although other pages show that it was written once. The first storing
     /// command formats the page by writing both copies.
     pub(super) unformatted: bool,
-    /// Epoch and sequence number of each copy as it was loaded; `None` for a copy that was foreign or empty.
+    /// Epoch and sequence number of each copy as it was loaded, or formatted; `None` for a copy that was foreign or empty.
     pub(super) found: [Option<(u16, u8)>; 2],
 }
 
@@ -109,7 +112,7 @@ impl Pair {
 #[allow(clippy::arithmetic_side_effects)]
 pub(super) const fn fits<M: Memory>() -> bool {
     let (program, pairs) = (M::Program::LENGTH, M::Pairs::LENGTH);
-    let Layout { defaults, after_erasing, .. } = M::LAYOUT;
+    let Layout { defaults, after_erasing, other, .. } = M::LAYOUT;
     let pages = M::PAGE > FRAME
         && M::PAGE <= LONGEST_PAGE
         && M::PAGE.is_multiple_of(4)
@@ -119,6 +122,8 @@ pub(super) const fn fits<M: Memory>() -> bool {
         && pairs <= PAIRS;
     // The chip takes addresses of 16 bits.
     let part = M::SIZE <= 0x1_0000 && program + 2 * pairs * M::PAGE <= M::SIZE;
+    // What is cleared of the other layout holds no program.
+    let part = part && other > 0 && other <= PAIRS && program + 2 * other * M::PAGE <= M::SIZE;
     let values = M::Values::LENGTH == pairs * ((M::PAGE - FRAME) / 4);
     let slots = defaults.len() <= M::Values::LENGTH && FIRST_SLOT <= after_erasing && after_erasing < defaults.len();
     pages && part && values && slots

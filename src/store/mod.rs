@@ -6,6 +6,11 @@
 //! the older copy remains. A factory reset takes effect with its first page write: that write begins a new epoch, and
 //! pages of older epochs no longer count.
 //!
+//! An EEPROM may come from a sister or from the module's other firmware, whose settings have another [`Layout`]. The first
+//! store takes it over, beginning with the first page of either layout: where both copies of a layout's first page are
+//! gone, none of its pages counts any more, so that a layout has all of its settings or its defaults. What the other
+//! layout has before the pages of this one is cleared first; programs stay.
+//!
 //! The program exists in one copy. Two slots record whether the program is whole, and its check sum. These slots change
 //! before the first page of a download and after the last one, so that a download cut short is recognised.
 //!

@@ -42,6 +42,12 @@ pub(super) fn encode(tag: &[u8], number: usize, epoch: u16, sequence: u8, values
     page
 }
 
+/// Epoch and sequence number as any layout has them in a page; `None` if the page is erased.
+pub(super) fn head(page: &[u8]) -> Option<(u16, u8)> {
+    let &[high, low, sequence] = page.first_chunk()?;
+    page.iter().any(|byte| *byte != 0xFF).then(|| (u16::from_be_bytes([high, low]), sequence))
+}
+
 /// Copies the values out of a page and returns its epoch and sequence number. `None` if the check sum is wrong or the
 /// page has another number.
 pub(super) fn decode(tag: &[u8], number: usize, page: &[u8], values: &mut [i32]) -> Option<(u16, u8)> {

@@ -18,6 +18,12 @@ pub(super) struct Settings<M: Memory> {
     dirty: u64,
     /// Pages, one bit each, to be written even if their values are right already.
     forced: u64,
+    /// Pages before the settings that are still to be cleared, because another layout has left something there.
+    strange: u8,
+    /// Of the first two of these pages the second is to be cleared first.
+    second_first: bool,
+    /// These pages are to be cleared now. As long as there are any, nothing else is written.
+    clearing: bool,
     in_flight: Option<Flight>,
     /// The EEPROM does not answer, so that its values are unknown: a value set counts as not durable even if it is
     /// equal to the durable one assumed here.
@@ -37,9 +43,17 @@ struct Flight {
 /// settings back.
 const BOTH: u8 = 2;
 
+/// What the bytes of a page become that is cleared: not those of an erased EEPROM, so that it does not look like a page that
+/// has never been written.
+const CLEARED: u8 = 0;
+
 impl<M: Memory> Settings<M> {
     /// Number of values in a page.
     const EACH: usize = (M::PAGE - FRAME) / 4;
+    /// Pages that the other layout has before those of this one.
+    const BEYOND: u8 = (2 * M::LAYOUT.other.saturating_sub(M::Pairs::LENGTH)) as u8;
+    /// The settings page that lies where the other layout has its first one.
+    const FIRST_OF_OTHER: usize = M::Pairs::LENGTH.saturating_sub(M::LAYOUT.other);
 
     /// The slots of a page.
     fn slots(page: usize) -> Range<usize> {
@@ -53,43 +67,46 @@ impl<M: Memory> Settings<M> {
         let mut report = LoadReport::default();
         let mut space = [0; LONGEST_PAGE];
         let image = space.get_mut(..M::PAGE).unwrap_or_default();
+        let mut lost = false;
         // Until it is known which copy of each page counts, `durable` holds the first copies and `wanted` the second
         // ones: there is no RAM for a third array.
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
             let first = self.durable.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let second = self.wanted.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
-            let mut formatted = false;
-            for ((side, values), found) in [(false, first), (true, second)].into_iter().zip(&mut pair.found) {
+            let (mut formatted, mut heads) = (false, [None; 2]);
+            for (((side, values), found), head) in
+                [(false, first), (true, second)].into_iter().zip(&mut pair.found).zip(&mut heads)
+            {
                 read(address::<M>(index, side), image)?;
+                *head = page::head(image);
                 *found = page::decode(M::LAYOUT.tag, index, image, values);
-                match found {
-                    Some(_) => {
-                        report.valid = report.valid.saturating_add(1);
-                        formatted = true;
-                    }
-                    None if image.iter().all(|byte| *byte == 0xFF) => {}
-                    None => {
-                        report.foreign = report.foreign.saturating_add(1);
-                        pair.unformatted = true;
-                    }
+                if found.is_some() {
+                    report.valid = report.valid.saturating_add(1);
+                    formatted = true;
+                } else if head.is_some() {
+                    report.foreign = report.foreign.saturating_add(1);
+                    pair.unformatted = true;
                 }
             }
             pair.unformatted &= !formatted;
+            // Of two copies that are another layout's the older one is written first: until the newer one is gone, too, that
+            // layout has its settings.
+            pair.newest.0 = !formatted && second_is_newer(heads);
+            lost |= index == 0 && !formatted && heads.iter().all(Option::is_some);
         }
-        self.epoch = self.find_epoch();
+        self.look_beyond(&mut read, image)?;
+        self.epoch = self.find_epoch(lost);
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
             let first = self.durable.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let second = self.wanted.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let of_now = |found: Option<(u16, u8)>| found.filter(|(epoch, _)| *epoch == self.epoch);
-            let [one, other] = pair.found.map(of_now);
-            let second_is_newer = match (one, other) {
-                (Some((_, one)), Some((_, other))) => page::follows(other, one),
-                (one, _) => one.is_none(),
-            };
-            match if second_is_newer { other } else { one } {
+            let copies = pair.found.map(of_now);
+            let [one, other] = copies;
+            let take_second = second_is_newer(copies);
+            match if take_second { other } else { one } {
                 Some((_, sequence)) => {
-                    pair.newest = (second_is_newer, sequence);
-                    if second_is_newer {
+                    pair.newest = (take_second, sequence);
+                    if take_second {
                         copy(first, second);
                     }
                 }
@@ -100,9 +117,37 @@ impl<M: Memory> Settings<M> {
         Ok(report)
     }
 
+    /// Finds out what another layout has left in the pages before the settings, through `read` into `image`.
+    fn look_beyond<E>(
+        &mut self,
+        mut read: impl FnMut(u16, &mut [u8]) -> Result<(), E>,
+        image: &mut [u8],
+    ) -> Result<(), E> {
+        let mut heads = [None; 2];
+        for number in 0..Self::BEYOND {
+            read(Self::beyond(number), image)?;
+            if let Some(head) = heads.get_mut(usize::from(number)) {
+                *head = page::head(image);
+            }
+            if page::head(image).is_some() && image.iter().any(|byte| *byte != CLEARED) {
+                self.strange = Self::BEYOND;
+            }
+        }
+        self.second_first = Self::BEYOND > 0 && !second_is_newer(heads);
+        Ok(())
+    }
+
+    /// Address of one of the pages before the settings.
+    fn beyond(number: u8) -> u16 {
+        let back = usize::from(Self::BEYOND.saturating_sub(number)).saturating_mul(M::PAGE);
+        address::<M>(0, false).saturating_sub(back as u16)
+    }
+
     /// The epoch that counts, found from the copies that were loaded. The first page decides, because every factory
-    /// reset writes it; another page may be so many epochs old that its wrapped number looks newer.
-    fn find_epoch(&mut self) -> u16 {
+    /// reset writes it; another page may be so many epochs old that its wrapped number looks newer. If the first page is
+    /// `lost`, because both copies hold something else, the others do not count: another layout has taken the place, or
+    /// what is left would be old settings among defaults.
+    fn find_epoch(&mut self, lost: bool) -> u16 {
         let epochs = |pairs: &[Pair]| {
             let epochs = pairs.iter().flat_map(|pair| pair.found).flatten().map(|(epoch, _)| epoch);
             epochs.reduce(|a, b| if page::newer(b, a) { b } else { a })
@@ -112,6 +157,9 @@ impl<M: Memory> Settings<M> {
             return epoch;
         }
         let epoch = epochs(rest).unwrap_or_default();
+        if lost {
+            return epoch.wrapping_add(1);
+        }
         // Without a readable first page the epoch is certain only if all other pages agree on one.
         first.unformatted |= rest.iter().flat_map(|pair| pair.found).flatten().any(|(found, _)| found != epoch);
         epoch
@@ -126,6 +174,9 @@ impl<M: Memory> Settings<M> {
             epoch: 0,
             dirty: 0,
             forced: 0,
+            strange: 0,
+            second_first: false,
+            clearing: false,
             in_flight: None,
             unreachable: false,
         }
@@ -176,10 +227,16 @@ impl<M: Memory> Settings<M> {
         self.format();
     }
 
-    /// Orders both copies of each unformatted page to be written.
+    /// Orders both copies of each unformatted page to be written, after what another layout has left before the settings
+    /// is cleared. Where that layout may have its first page, and where this one has it, no copy may stay another's, for
+    /// settings would count with it of which the others are gone.
     fn format(&mut self) {
+        self.clearing = self.strange > 0;
+        let strangers = self.clearing || self.pairs.as_ref().iter().any(|pair| pair.unformatted);
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
-            if pair.unformatted && pair.forced == 0 {
+            let is_first = index == 0 || index == Self::FIRST_OF_OTHER;
+            let is_ours = pair.found.iter().all(Option::is_some);
+            if (pair.unformatted || strangers && is_first && !is_ours) && pair.forced == 0 {
                 pair.forced = BOTH;
                 self.forced |= bit(index);
             }
@@ -189,13 +246,16 @@ impl<M: Memory> Settings<M> {
     /// True when all wanted values are durable. A page being written may fail, so it counts as not durable until its
     /// write has ended.
     pub(super) fn settled(&self) -> bool {
-        self.dirty == 0 && self.forced == 0 && self.in_flight.is_none()
+        self.dirty == 0 && self.forced == 0 && !self.clearing && self.in_flight.is_none()
     }
 
     /// The next page to write; `None` until [`finish`](Self::finish) reports on the page handed out before.
     pub(super) fn next_job(&mut self) -> Option<Job> {
         if self.in_flight.is_some() {
             return None;
+        }
+        if Self::BEYOND > 0 && self.clearing {
+            return Some(self.clear());
         }
         let candidates = if self.forced == 0 { self.dirty } else { self.forced };
         if candidates == 0 {
@@ -211,6 +271,19 @@ impl<M: Memory> Settings<M> {
         Some(Job { address: address::<M>(index, !side), page: image })
     }
 
+    /// The next of the pages before the settings to be cleared.
+    fn clear(&mut self) -> Job {
+        let number = match Self::BEYOND.saturating_sub(self.strange) {
+            number @ 0..2 if self.second_first => 1_u8.saturating_sub(number),
+            number => number,
+        };
+        let mut page = page::Page::new();
+        // A page is no longer than this.
+        let _ = page.resize(M::PAGE, CLEARED);
+        self.in_flight = Some(Flight { page: 0, epoch: self.epoch, image: page.clone() });
+        Job { address: Self::beyond(number), page }
+    }
+
     /// Reports that the page handed out last is durable (`written`). If it could not be written, all wanted values go
     /// back to the durable ones.
     pub(super) fn finish(&mut self, written: bool) {
@@ -218,8 +291,17 @@ impl<M: Memory> Settings<M> {
         let pairs = self.pairs.as_mut();
         if !written {
             copy(self.wanted.as_mut(), self.durable.as_ref());
+            // A factory reset that has not come to its end is the first that the next store writes: the values here are its.
+            if let Some(first) = pairs.first_mut() {
+                first.unformatted |= first.forced > 0;
+            }
             pairs.iter_mut().for_each(|pair| pair.forced = 0);
-            (self.dirty, self.forced) = (0, 0);
+            (self.dirty, self.forced, self.clearing) = (0, 0, false);
+            return;
+        }
+        if Self::BEYOND > 0 && self.clearing {
+            self.strange = self.strange.saturating_sub(1);
+            self.clearing = self.strange > 0;
             return;
         }
         let Some(pair) = pairs.get_mut(page) else { return };
@@ -234,6 +316,7 @@ impl<M: Memory> Settings<M> {
         pair.forced = pair.forced.saturating_sub(1);
         if pair.forced == 0 {
             pair.unformatted = false;
+            pair.found = [Some((epoch, pair.newest.1)); 2];
             self.forced &= !bit(page);
         }
         self.mark(page);
@@ -246,6 +329,16 @@ impl<M: Memory> Settings<M> {
         } else {
             self.dirty &= !bit(page);
         }
+    }
+}
+
+/// Whether the second of two copies is newer than the first, by their epochs and sequence numbers; a copy that is `None` is
+/// older than any.
+fn second_is_newer(copies: [Option<(u16, u8)>; 2]) -> bool {
+    match copies {
+        [Some((epoch, one)), Some((other_epoch, other))] if epoch == other_epoch => page::follows(other, one),
+        [Some((one, _)), Some((other, _))] => page::newer(other, one),
+        [one, other] => one.is_none() && other.is_some(),
     }
 }
 

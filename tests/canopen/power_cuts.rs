@@ -3,6 +3,12 @@
 
 use crate::rig::{Rig, expedited};
 use hal_sim::clock::{MILLISECOND, Nanos};
+use hal_sim::fault::Fault;
+use hal_sim::world::config::WorldConfig;
+use tmcm::module::Source;
+use tmcm::tmcl::binary::{decode_reply, encode_command};
+use tmcm::tmcl::text;
+use tmcm_sim::{NativeModule, VirtualModule};
 
 /// A step of the master: objects that it writes, then the signature that makes them durable.
 type Step = (&'static [(u16, u8, u32)], (u16, u8), &'static [u8; 4]);
@@ -130,4 +136,122 @@ fn all_through_the_write_cycles() {
             check(rig, at, &expected, &format!("cut at {at} ns, seed {seed}"));
         }
     }
+}
+
+/// Objects of several pages, with other values than their defaults.
+const CHANGED: Step = (
+    &[(0x2003, 0, 11), (0x6083, 0, 500), (0x609A, 0, 700), (0x2000, 0, 5), (0x1017, 0, 100), (0x1401, 2, 1)],
+    (0x1010, 1),
+    b"save",
+);
+
+/// An EEPROM in which these are saved.
+fn changed() -> Vec<u8> {
+    let mut rig = Rig::new();
+    carry_out(&mut rig, &CHANGED, Nanos::MAX).unwrap();
+    rig.eeprom()
+}
+
+/// What is left if the supply fails after so many of the bytes that a step exchanges with the EEPROM; `None` if it ends
+/// before.
+fn cut_after(eeprom: &[u8], byte: u64, step: &Step) -> Option<Vec<u8>> {
+    let mut rig = Rig::with_eeprom(eeprom, byte);
+    let before = rig.board.borrow().eeprom_bytes();
+    rig.board.borrow_mut().cut_power_at_byte(before + byte);
+    carry_out(&mut rig, step, Nanos::MAX).is_none().then(|| rig.eeprom())
+}
+
+/// Restoring all defaults (1011h, 1) happens altogether or not at all, however often the supply fails meanwhile.
+#[test]
+fn all_defaults_are_restored_or_none() {
+    const LOAD: Step = (&[], (0x1011, 1), b"load");
+    let eeprom = changed();
+    let (old, default) = (found(&eeprom), found(&[0xFF; 16_384]));
+    assert!(old.iter().zip(&default).filter(|(old, default)| old != default).count() >= 5, "{old:X?}");
+    let mut seen = [0, 0];
+    for byte in 1.. {
+        let Some(left) = cut_after(&eeprom, byte, &LOAD) else { break };
+        let twice = cut_after(&left, 500_u64.saturating_sub(byte), &LOAD).unwrap_or_else(|| left.clone());
+        for left in [left, twice] {
+            let got = found(&left);
+            let outcome = [&old, &default].into_iter().position(|whole| *whole == got);
+            seen[outcome.unwrap_or_else(|| panic!("cut after byte {byte}: {got:X?}"))] += 1;
+        }
+    }
+    assert!(seen.iter().all(|times| *times > 50), "{seen:?}");
+}
+
+/// The EEPROM fails while all is restored, which is told, and works again: what is saved from then on is there after a start.
+#[test]
+fn what_is_saved_after_a_restore_that_failed_is_saved() {
+    let mut rig = Rig::with_eeprom(&changed(), 1);
+    rig.board.borrow_mut().set_fault(Fault::Eeprom, 0, true);
+    let reply = rig.post(expedited(0x1011, 1, b"load")).unwrap();
+    assert_eq!((reply[0], &reply[4..]), (0x80, 0x0606_0000_u32.to_le_bytes().as_slice()));
+    rig.board.borrow_mut().set_fault(Fault::Eeprom, 0, false);
+    carry_out(&mut rig, &(&[(0x2003, 0, 12)], (0x1010, 4), b"save"), Nanos::MAX).unwrap();
+    let got = found(&rig.eeprom());
+    assert_eq!(got[..3], [12, 500, 700], "{got:X?}");
+}
+
+/// The other firmware of the module, with settings of its own in the same place, takes the EEPROM over or leaves it.
+#[test]
+fn the_firmwares_take_the_eeprom_over_from_each_other() {
+    const LINES: [&str; 6] = ["GAP 4, 0", "GAP 6, 0", "GAP 140, 0", "GGP 76, 0", "GGP 55, 2", "GGP 3, 2"];
+    const STORED: [&str; 10] = [
+        "SAP 4, 0, 500",
+        "STAP 4, 0",
+        "SAP 6, 0, 50",
+        "STAP 6, 0",
+        "SAP 140, 0, 4",
+        "STAP 140, 0",
+        "SGP 76, 0, 9",
+        "SGP 55, 2, 5",
+        "STGP 55, 2",
+        "SGP 76, 0, 8",
+    ];
+    let module = |eeprom: &[u8]| NativeModule::new(&WorldConfig::default(), Some(eeprom), 1);
+    let ask = |module: &mut NativeModule, line: &str| {
+        let telegram = encode_command(1, text::parse(line).unwrap());
+        let sent = module.exchange(Source::Usb, telegram, 1000 * MILLISECOND).unwrap();
+        let reply = decode_reply(&sent.telegram().unwrap()).unwrap();
+        assert_eq!(reply.status, 100, "{line}");
+        reply.value
+    };
+    let tmcl = |eeprom: &[u8]| LINES.map(|line| ask(&mut module(eeprom), line));
+    let mut stored = module(&[0xFF; 16_384]);
+    STORED.iter().for_each(|line| _ = ask(&mut stored, line));
+    let stored = stored.board_mut().at25().contents().to_vec();
+
+    // The CANopen firmware on the EEPROM of the TMCL firmware.
+    let (old, default) = (tmcl(&stored), tmcl(&[0xFF; 16_384]));
+    assert!(old.iter().zip(&default).filter(|(old, default)| old != default).count() >= 5, "{old:?}");
+    let mut seen = [0, 0];
+    for byte in (1..).step_by(31) {
+        let Some(left) = cut_after(&stored, byte, &CHANGED) else { break };
+        let twice = cut_after(&left, 3 * byte, &CHANGED).unwrap_or_else(|| left.clone());
+        for left in [left, twice] {
+            let got = tmcl(&left);
+            let outcome = [old, default].iter().position(|whole| *whole == got);
+            seen[outcome.unwrap_or_else(|| panic!("cut after byte {byte}: {got:?}"))] += 1;
+        }
+    }
+    assert!(seen.iter().all(|times| *times > 1), "{seen:?}");
+
+    // And the other way round: a store and a factory reset.
+    let eeprom = changed();
+    let (old, default) = (found(&eeprom), found(&[0xFF; 16_384]));
+    let mut seen = [0, 0];
+    for line in ["SGP 76, 0, 9", "137, 0, 0, 1234"] {
+        for time in (0..400).step_by(3) {
+            let mut module = NativeModule::new(&WorldConfig::default(), Some(&eeprom), time);
+            module.receive(Source::Usb, encode_command(1, text::parse(line).unwrap()));
+            module.run_until(module.now() + u64::from(time) * MILLISECOND);
+            module.set_power(false);
+            let got = found(module.board_mut().at25().contents());
+            let outcome = [&old, &default].into_iter().position(|whole| *whole == got);
+            seen[outcome.unwrap_or_else(|| panic!("{line} cut after {time} ms: {got:X?}"))] += 1;
+        }
+    }
+    assert!(seen.iter().all(|times| *times > 1), "{seen:?}");
 }

@@ -3,7 +3,7 @@
 #![allow(dead_code, clippy::panic)]
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 pub(crate) use fw::Built;
@@ -47,5 +47,5 @@ pub(crate) fn build(name: &str, arguments: &[&str]) -> Result<Built, String> {
 }
 
 fn directory() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("..")
+    fw::programs().unwrap_or_else(|error| panic!("{error}")).join("..")
 }

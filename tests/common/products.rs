@@ -109,6 +109,7 @@ impl Memory for Three {
         tag: b"three",
         defaults: const { &THREE_SLOTS.defaults::<195>(&THREE_AXIS, &THREE_GLOBAL) },
         after_erasing: 2,
+        other: 7,
     };
     type Program = [u8; 43_008];
     type Values = [i32; 210];

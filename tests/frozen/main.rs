@@ -21,7 +21,7 @@
 mod rig;
 mod script;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::thread;
 
 use rig::EEPROM_SIZE;
@@ -36,7 +36,7 @@ struct Played {
 }
 
 fn directory() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/frozen")
+    fw::workspace().unwrap().join("tests/frozen")
 }
 
 fn play(path: PathBuf) -> Played {

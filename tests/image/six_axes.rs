@@ -1,7 +1,7 @@
 //! The very flash image of the TMCM-6110: six axes at their pins, each in its own world, on all links; and it answers what
 //! the virtual module answers. What becomes of faults in the firmware itself stands in `firmware_faults.rs`.
 
-use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, SIX_AXES, START, assert_logged, six_axes};
+use crate::common::image_host::{Host, NOT_AVAILABLE, OK, RECOVERY, SIX_AXES, START, assert_logged, request, six_axes};
 use crate::common::{Bench, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use hal_sim::world::config::WorldConfig;
@@ -217,6 +217,48 @@ fn one_silent_motion_controller_switches_all_drivers_off() {
             (host.speed(), host.bridges_on(), host.machine.board().world().outputs().leds[1]),
             (500, true, false)
         );
+    }
+}
+
+/// Six axes that arrive at once send six events over a link that is busy with other replies, or slow, as well.
+#[test]
+fn the_events_of_all_axes_find_their_way_over_busy_links() {
+    let mut host = Host::of(SIX_AXES, "");
+    host.each("SCO 1, #, 20");
+    host.plug_usb();
+    let start = "MVP COORD, 255, 1";
+    let six: Vec<(u8, u8, u32)> = (0..6).map(|axis| (128, 138, 1 << axis)).collect();
+    let told = |bytes: &[u8]| (bytes[1], bytes[2], u32::from_be_bytes(bytes[3..7].try_into().unwrap()));
+    let events = |told: Vec<(u8, u8, u32)>| {
+        let mut events: Vec<_> = told.into_iter().filter(|told| told.1 == 138).collect();
+        // They start one after the other, so one of them may arrive a millisecond before another.
+        events.sort_unstable();
+        events
+    };
+    for _ in 0..2 {
+        // An event takes 9.4 ms at 9600 bit/s.
+        host.ok("138, 1, 0, 255");
+        let said = host.said_to(&telegram(start), 200 * MILLISECOND);
+        assert_eq!(events(said.chunks(9).map(|bytes| told(&bytes[1..])).collect()), six);
+        host.each("SAP 1, #, 0");
+
+        // Requests wait behind each other for a mailbox.
+        assert_eq!(host.ask_can("138, 1, 0, 255").0, OK);
+        host.machine.can().send(request(1, start));
+        (0..40).for_each(|_| host.machine.can().send(request(1, "GAP 4, 0")));
+        host.run(200 * MILLISECOND);
+        let said = host.machine.can().take_sent();
+        assert_eq!(events(said.iter().map(|(_, frame)| told(&frame.data)).collect()), six);
+        host.each("SAP 1, #, 0");
+
+        assert_eq!(host.ask_usb("138, 1, 0, 255").0, OK);
+        let lines = [&[start][..], &["GAP 4, 0"; 40]].concat();
+        let bytes: Vec<u8> = lines.into_iter().flat_map(telegram).collect();
+        host.machine.usb().send(&bytes);
+        let said = host.hear_usb(200 * MILLISECOND);
+        assert_eq!(said.len(), 9 * 47);
+        assert_eq!(events(said.chunks(9).map(|bytes| told(&bytes[1..])).collect()), six);
+        host.each("SAP 1, #, 0");
     }
 }
 

@@ -51,7 +51,7 @@ fn finds_numbers_of_parameters() {
 
 /// The imports between the files of a crate, written as "file -> file".
 fn imports_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let folder = fw::programs().unwrap().join("layers").join(name);
     for (path, text) in files {
         let path = folder.join(path);
         fs::create_dir_all(path.parent().unwrap()).unwrap();

@@ -235,3 +235,36 @@ fn a_suppressed_reply_is_due_like_any_other() {
     assert_eq!(due, [told(CAN, Some(value)), told(Source::Rs485, None)]);
     assert!(!core.module.awaits(Source::Rs485));
 }
+
+/// A link that is busy takes its events later; while none is taken they stay those of the axes that have arrived, and a new
+/// request of the same host leaves them. When the host is gone, or another one asks, they are nobody's any more.
+#[test]
+fn events_wait_for_their_link() {
+    let event = |source: Source| {
+        let reply = Reply::Plain { status: Status::PositionReached, opcode: 138, value: 1 };
+        Some(Due { to: source.into(), reply: Some(reply) })
+    };
+    for source in [Source::Usb, CAN, Source::Rs485] {
+        let arrived = || {
+            let mut core = Core::new();
+            assert!(core.execute(source, "138, 1, 0, 1").is_ready());
+            core.ok("MVP ABS, 0, 0");
+            core.poll_in_time(20_000);
+            assert_eq!(core.module.next_event(|link| link != source), None, "{source:?}");
+            core
+        };
+        let mut core = arrived();
+        core.poll_in_time(100_000);
+        assert!(core.execute(source, "138, 0, 0, 1").is_ready());
+        assert!(core.module.calm().is_none(), "it still has something to say");
+        assert_eq!(core.module.next_event(|link| link == source), event(source));
+        assert_eq!(core.module.next_event(|_| true), None, "{source:?}");
+        let mut core = arrived();
+        core.module.forget(source);
+        assert_eq!(core.module.next_event(|_| true), None, "{source:?}");
+        let mut core = arrived();
+        let other = if source == CAN { Source::Usb } else { CAN };
+        assert!(core.execute(other, "138, 1, 0, 1").is_ready());
+        assert_eq!(core.module.next_event(|_| true), None, "{source:?}");
+    }
+}

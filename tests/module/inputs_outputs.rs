@@ -2,6 +2,7 @@
 
 use crate::common::{Bench, INVALID_VALUE, OK, WRONG_TYPE};
 use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm_sim::Product;
 
 #[test]
 fn outputs_one_by_one_and_together() {
@@ -99,6 +100,15 @@ fn analog_inputs() {
         bench.control(control);
         bench.run(2 * MILLISECOND);
         assert_eq!(bench.ok(line), value, "{control}");
+    }
+}
+
+/// Port 11 is that of the built-in encoder, which the TMCM-1140 alone has.
+#[test]
+fn without_a_built_in_encoder_there_is_no_port_11() {
+    for product in Product::ALL {
+        let expected = if product == Product::Tmcm1140 { OK } else { WRONG_TYPE };
+        assert_eq!(Bench::of(product).ask("GIO 11, 0").0, expected, "{product:?}");
     }
 }
 

@@ -1,5 +1,4 @@
-//! The module as its hosts see it: telegrams, frames and text on its links, the commands of direct mode, and the
-//! scenarios of `tests/scenarios`, which say in files what the module must do.
+//! The module as its hosts see it: telegrams, frames and text on its links, and the commands of direct mode.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -15,5 +14,4 @@ mod hosts;
 mod inputs_outputs;
 mod restart;
 mod rs485;
-mod scenarios;
 mod telegrams;

@@ -8,6 +8,7 @@ mod axis;
 mod common;
 mod driver;
 mod encoders;
+mod lost_answers;
 mod moves;
 mod ramps;
 mod soak;

@@ -11,7 +11,6 @@ mod control;
 mod download;
 mod ends;
 mod events;
-mod examples;
 mod flow;
 mod handlers;
 mod interpreters;

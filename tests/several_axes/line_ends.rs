@@ -1,7 +1,7 @@
 //! What ends a straight line: for one of its axes, which is told something else, or for all of them.
 
 use crate::Bench;
-use hal_sim::clock::{MILLISECOND, SECOND};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 
 /// What is told to one axis of a line is for that axis: the others go on to their targets by themselves.
 #[test]
@@ -190,4 +190,52 @@ fn a_broken_line_is_straight_to_its_end() {
     assert!(bench.rotor(1) < 299_000, "it has stopped");
     let off = bench.rotor(1) as f64 / 300_000.0 - bench.rotor(2) as f64 / 200_000.0;
     assert!((off * 300_000.0).abs() < 300.0, "{off}: {} and {}", bench.rotor(1), bench.rotor(2));
+}
+
+/// A press that stops an axis for 3 ms breaks its line, whatever the axis' share of the way is and wherever in a millisecond the
+/// switch closes. The line stays broken when the switch opens, after as long as it may be: then this axis stays, too.
+#[test]
+fn a_line_that_a_short_press_has_broken_stays_broken() {
+    const WAYS: [i32; 3] = [200_000, 60_000, -40_000];
+    for (axis, side) in [(0, "right"), (1, "right"), (2, "left")] {
+        for (phase, span) in (0..8).map(|phase| (phase, 3_000)).chain([(0, 10_000), (0, 25_000), (0, 500_000)]) {
+            let mut bench = Bench::six("");
+            bench.each("SAP 12, #, 0");
+            bench.each("SAP 13, #, 0");
+            bench.draw(&[0, 1, 2], &WAYS);
+            bench.run(SECOND + phase * 125 * MICROSECOND);
+            let before = bench.rotor(0);
+            bench.control(&format!("press {side} {axis}"));
+            bench.run(span * MICROSECOND);
+            bench.control(&format!("release {side} {axis}"));
+            bench.run(7 * SECOND);
+            let what = format!("axis {axis}, phase {phase}, {span} us");
+            assert_eq!((bench.speeds(), bench.all(3)), (vec![0; 6], vec![0; 6]), "{what}");
+            assert_eq!(bench.get(0, axis), bench.get(1, axis), "{what}");
+            let rotors = [0, 1, 2].map(|axis| bench.rotor(axis));
+            assert!(rotors[0].abs_diff(before) < 2_000, "{what}: {rotors:?} from {before}");
+            // Less than what the axes make in the time in which they brake.
+            for (rotor, way) in rotors.iter().zip(WAYS) {
+                let off = *rotor as f64 - rotors[0] as f64 * f64::from(way) / f64::from(WAYS[0]);
+                assert!(off.abs() < 600.0, "{what}: {off} microsteps off the line: {rotors:?}");
+            }
+        }
+    }
+}
+
+/// The contacts of a switch that bounce for less than a millisecond break no line.
+#[test]
+fn a_line_outlives_a_glitch() {
+    let mut bench = Bench::six("");
+    bench.each("SAP 12, #, 0");
+    bench.draw(&[0, 1, 2], &[100_000, 60_000, 40_000]);
+    for axis in [0, 1, 2] {
+        bench.run(500 * MILLISECOND);
+        bench.control(&format!("press right {axis}"));
+        bench.run(900 * MICROSECOND);
+        bench.control(&format!("release right {axis}"));
+    }
+    bench.run(5 * SECOND);
+    assert_eq!(bench.all(8), vec![1; 6]);
+    assert_eq!([0, 1, 2].map(|axis| bench.get(1, axis)), [100_000, 60_000, 40_000]);
 }

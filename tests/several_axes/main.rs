@@ -55,7 +55,8 @@ const UNIT_OF_SPEED: f64 = 16e6 / 524_288.0;
 trait Firmware {
     fn execute(&mut self, now: Micros, command: Command) -> Answer;
     fn deadline(&self) -> Micros;
-    fn poll(&mut self, board: &SharedBoard);
+    /// True if replies may have become due, which are fetched then, as the owner of a module does.
+    fn poll(&mut self, board: &SharedBoard) -> bool;
     fn next_reply(&mut self) -> Option<Reply>;
 }
 
@@ -105,10 +106,10 @@ impl<P: OnBoard, const AXES: usize, const N: usize> Firmware for Running<P, AXES
         self.module.deadline()
     }
 
-    fn poll(&mut self, board: &SharedBoard) {
+    fn poll(&mut self, board: &SharedBoard) -> bool {
         let now = time(board);
         let inputs = Self::inputs(&board.borrow());
-        let Some(outputs) = self.module.poll(now, &inputs) else { return };
+        let Some(outputs) = self.module.poll(now, &inputs) else { return false };
         if now >= self.keep {
             self.keep = now.after(Micros::from_millis(1));
             if let Some(written) = self.keeper.poll(now, || self.module.store().next_job()) {
@@ -120,10 +121,12 @@ impl<P: OnBoard, const AXES: usize, const N: usize> Firmware for Running<P, AXES
             pull_ups: outputs.pull_ups.into(),
             leds: [outputs.led, outputs.trouble],
         });
+        true
     }
 
     fn next_reply(&mut self) -> Option<Reply> {
-        self.module.next_reply().and_then(|due| due.reply)
+        let due = self.module.next_reply().or_else(|| self.module.next_event(|_| true));
+        due.and_then(|due| due.reply)
     }
 }
 
@@ -256,8 +259,9 @@ impl Bench {
             if deadline > end {
                 return;
             }
-            self.firmware.poll(&self.board);
-            self.late.extend(std::iter::from_fn(|| self.firmware.next_reply()));
+            if self.firmware.poll(&self.board) {
+                self.late.extend(std::iter::from_fn(|| self.firmware.next_reply()));
+            }
         }
     }
 

@@ -131,6 +131,50 @@ fn all_axes_go_further_than_the_counter_of_the_motion_controller() {
     }
 }
 
+/// However many axes arrive in the same millisecond, each has its event, in the order of their numbers: when each was sent by
+/// itself, as a group, as a set, on a straight line, and when reference searches end; with type 0 once, with type 1 each time.
+#[test]
+fn axes_that_arrive_at_once_are_all_told() {
+    // The group index of all axes, and what starts them: as many of them as can go on a line, or all.
+    let starts = [
+        (0, "MVP REL, #, 500"),
+        (1, "MVP REL, 0, 500"),
+        (0, "MVP COORD, 255, 1"),
+        (0, "MVP COORD, $47, 1"),
+        (0, "RFS START, #"),
+    ];
+    for ((group, start), kind) in starts.into_iter().flat_map(|start| [(start, 0), (start, 1)]) {
+        let world = |axes| "[[axis]]\nstage.left = -500\n".repeat(axes);
+        for mut bench in [Bench::tmcm_3110(&world(3)), Bench::six(&world(6))] {
+            let all: Vec<u8> = bench.axes().collect();
+            let started = if start.contains("$47") { &all[..3] } else { &all };
+            bench.each(&format!("SAP 213, #, {group}"));
+            bench.each("SCO 1, #, 500");
+            bench.ok(&format!("138, {kind}, 0, 255"));
+            if start.contains('#') {
+                bench.each(start);
+            } else {
+                bench.ok(start);
+            }
+            bench.run(20 * SECOND);
+            let mut arrivals = bench.arrivals();
+            // Searches take a millisecond more or less.
+            if start.contains("RFS") {
+                arrivals.sort_unstable();
+            }
+            assert_eq!(arrivals, started, "{start}, type {kind}");
+            bench.each("SAP 213, #, 0");
+            for axis in started {
+                bench.ok(&format!("MVP REL, {axis}, 100"));
+            }
+            bench.run(SECOND);
+            let mut arrivals = bench.arrivals();
+            arrivals.sort_unstable();
+            assert_eq!(arrivals, if kind == 0 { &[] } else { started }, "behind {start}, type {kind}");
+        }
+    }
+}
+
 /// Command 138 tells of each axis by its bit when that arrives, and interrupt 3 + axis reaches the program; in the order
 /// of the arrivals.
 #[test]

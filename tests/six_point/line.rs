@@ -112,3 +112,30 @@ fn axes_with_different_units_are_refused() {
     bench.refused("MVP COORD, 67, 1", crate::common::NOT_AVAILABLE);
     assert_eq!(rotors(&bench), [0; 3]);
 }
+
+/// A press that stops an axis for 3 ms breaks its line, which stays broken when the switch opens.
+#[test]
+fn a_line_that_a_short_press_has_broken_stays_broken() {
+    for (axis, side) in [(0, "right"), (1, "left"), (2, "right")] {
+        for (phase, span) in (0..4).map(|phase| (phase, 3)).chain([(0, 25), (0, 500)]) {
+            let mut bench = bench();
+            for (axis, way) in [500_000, -123_457, 60_000].into_iter().enumerate() {
+                bench.configure(&[&format!("SAP 12, {axis}, 0"), &format!("SAP 13, {axis}, 0")]);
+                bench.ok(&format!("SCO 1, {axis}, {way}"));
+            }
+            bench.ok("MVP COORD, 71, 1");
+            bench.run(3 * SECOND + phase * 250 * MICROSECOND);
+            assert!(bench.ok("GAP 3, 0") > 0);
+            bench.control(&format!("press {side} {axis}"));
+            bench.run(span * MILLISECOND);
+            bench.control(&format!("release {side} {axis}"));
+            bench.run(20 * SECOND);
+            let what = format!("axis {axis}, phase {phase}, {span} ms");
+            for (number, target) in [500_000, -123_457, 60_000].into_iter().enumerate() {
+                assert_eq!(bench.ok(&format!("GAP 3, {number}")), 0, "{what}");
+                assert_ne!(bench.ok(&format!("GAP 1, {number}")), target, "{what}: axis {number}");
+            }
+            assert_eq!(bench.ok(&format!("GAP 0, {axis}")), bench.ok(&format!("GAP 1, {axis}")), "{what}");
+        }
+    }
+}

@@ -8,5 +8,4 @@ mod common;
 mod pair;
 mod programs;
 mod ratios;
-mod scenarios;
 mod sessions;

@@ -9,5 +9,6 @@ mod eeprom_images;
 mod pages;
 mod power_cuts;
 mod program_power_cuts;
+mod reset_power_cuts;
 mod silent_eeprom;
 mod storage;

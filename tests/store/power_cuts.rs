@@ -48,7 +48,7 @@ fn script(product: Product) -> Script {
 }
 
 /// Every setting that is restored at start-up.
-fn settings(product: Product) -> Vec<String> {
+pub(crate) fn settings(product: Product) -> Vec<String> {
     let spec = product.spec();
     let axes = |axis: u8| {
         let parameters = spec.axis.rows.iter().filter(|p| p.row.stored());
@@ -84,7 +84,7 @@ fn send(bench: &mut Bench, line: &str) -> Option<i32> {
     send_until(bench, line, Nanos::MAX)
 }
 
-fn read_all(bench: &mut Bench) -> Vec<i32> {
+pub(crate) fn read_all(bench: &mut Bench) -> Vec<i32> {
     let settings = settings(bench.product());
     settings.iter().map(|line| send(bench, line).unwrap_or_else(|| panic!("no answer to {line}"))).collect()
 }

@@ -1,7 +1,5 @@
 //! The table of emergencies in `docs/canopen.md` is made from the firmware's own.
 
-use std::path::Path;
-
 use tmcm::canopen::{Emergency, Reaction};
 
 use crate::pages::compare;
@@ -23,11 +21,11 @@ fn row(emergency: Emergency) -> String {
 
 #[test]
 fn the_table_of_emergencies() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/canopen.md");
+    let path = fw::workspace().unwrap().join("docs/canopen.md");
     let page = std::fs::read_to_string(path).unwrap().replace("\r\n", "\n");
     let (before, rest) = page.split_once(HEAD).expect("docs/canopen.md has the head of the table");
     // The table ends at the first line that is none of its rows.
     let old: usize = rest.split_inclusive('\n').take_while(|line| line.starts_with('|')).map(str::len).sum();
     let rows: String = Emergency::ALL.iter().copied().map(row).collect();
-    compare("canopen.md", "emergency_docs", &format!("{before}{HEAD}{rows}{}", &rest[old..]));
+    compare("canopen.md", "--test tables emergency_docs", &format!("{before}{HEAD}{rows}{}", &rest[old..]));
 }

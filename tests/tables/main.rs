@@ -1,5 +1,5 @@
 //! The parameters, one by one and as a whole: ranges, defaults and effects; and the files of `docs` that list them and
-//! the objects of the CANopen firmware.
+//! the emergencies of the CANopen firmware.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
@@ -7,8 +7,6 @@
 mod common;
 mod emergency_docs;
 mod live_values;
-mod object_docs;
-mod object_notes;
 mod pages;
 mod parameter_docs;
 mod parameters;

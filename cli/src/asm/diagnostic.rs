@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::source::{Problem, Source, Span};
+use crate::tell::shown;
 
 /// Most errors, and most warnings, that are shown: the first few usually cause the others.
 pub(super) const SHOWN: usize = 20;
@@ -78,14 +79,13 @@ impl fmt::Display for Diagnostic {
             return write!(f, "tmcl: {}", self.message);
         };
         writeln!(f, "{file}:{line}:{column}: {severity}: {}", self.message)?;
-        // Control characters must not reach the terminal. A tab is kept in both lines, so that the caret stands below
-        // the right character.
-        let shown = |c: char| if c.is_control() && c != '\t' { '\u{fffd}' } else { c };
         // Of a very long line only the part around the location is shown.
         let skipped = if *column > WIDEST { column - WIDEST / 2 } else { 0 };
-        let line: String = text.chars().skip(skipped).take(WIDEST).map(shown).collect();
-        let before = text.chars().take(column - 1).skip(skipped).map(|c| if c == '\t' { '\t' } else { ' ' });
-        write!(f, "    {line}\n    {}{}", before.collect::<String>(), "^".repeat(WIDEST.min(*length)))
+        let part: String = text.chars().skip(skipped).take(WIDEST).collect();
+        let before: String = part.chars().take(column - 1 - skipped).collect();
+        // A tab is kept in both lines, so that the caret stands below the right character.
+        let before = shown(&before).chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect::<String>();
+        write!(f, "    {}\n    {before}{}", shown(&part), "^".repeat(WIDEST.min(*length)))
     }
 }
 

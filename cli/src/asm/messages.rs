@@ -5,6 +5,7 @@ use std::io::Write;
 use super::assembler::Assembly;
 use super::diagnostic::Diagnostics;
 use crate::failure::Failure;
+use crate::tell;
 
 /// Prints the errors and warnings of an assembly; errors become a failure that has been reported.
 pub(crate) fn reported(assembled: Result<Assembly, Diagnostics>) -> Result<Assembly, Failure> {
@@ -20,6 +21,6 @@ pub(crate) fn reported(assembled: Result<Assembly, Diagnostics>) -> Result<Assem
 fn print(diagnostics: &Diagnostics) {
     if !diagnostics.is_empty() {
         // A closed standard error must not end the program.
-        let _ = writeln!(std::io::stderr(), "{diagnostics}");
+        let _ = writeln!(tell::err(), "{diagnostics}");
     }
 }

@@ -54,6 +54,7 @@ use crate::files::{is_standard, read_source};
 use crate::output::Output;
 use crate::product::{self, Product};
 use crate::program::{address, binary};
+use crate::tell;
 pub(crate) use assembler::assemble_watched;
 pub use assembler::{Assembly, SourceLine, assemble_file, assemble_text};
 pub use diagnostic::{Diagnostic, Diagnostics, Location, Severity};
@@ -166,10 +167,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     out.finish()?;
     if program_shown {
         // A closed standard error does not end the program.
-        let _ = writeln!(std::io::stderr(), "{text}");
+        let _ = writeln!(tell::err(), "{text}");
         return Ok(());
     }
-    Ok(writeln!(std::io::stdout(), "{text}")?)
+    Ok(writeln!(tell::out(), "{text}")?)
 }
 
 fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
@@ -178,7 +179,7 @@ fn fail<T>(message: impl Into<String>) -> Result<T, Failure> {
 
 /// Prints the built-in files of a product.
 fn show_names(product: Product) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     for file in [include::PARAMETERS, include::INTERRUPTS] {
         writeln!(out, "// {file}\n{}", include::text(product.spec(), file).unwrap_or_default())?;
     }

@@ -23,6 +23,7 @@ use self::table::Line;
 use self::value::{Meaning, Value};
 use crate::failure::Failure;
 use crate::product::{self, Product};
+use crate::tell;
 
 /// Convert speeds, accelerations and times between the units of a product; tell how long a move takes
 ///
@@ -101,7 +102,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             write_value(&mut text, axis, &value)?;
         }
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     out.write_all(&text)?;
     Ok(out.flush()?)
 }

@@ -20,6 +20,7 @@ use crate::failure::Failure;
 use crate::link::{Link, LinkError};
 use crate::product::{Product, axis_number, numbers, read_unit_mode, short, speed_unit, symbol, with_unit};
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// The reason why a command has failed, or why its outcome is unknown.
 #[derive(Debug)]
@@ -105,6 +106,9 @@ impl Conversation {
     pub fn open(reach: &Reach) -> Result<Self, Failure> {
         let product = reach.product.unwrap_or_default();
         let mut link = Link::open(&reach.link, reach.baud, reach.patience(), product, &reach.surroundings)?;
+        if reach.any_address {
+            link.take_any();
+        }
         if let Some(file) = &reach.log_telegrams {
             let known = reach.product.or(link.simulated().map(|module| module.model().product()));
             link.log_to(file, known)?;
@@ -172,7 +176,7 @@ impl Conversation {
         };
         if let Some(note) = note {
             // A closed standard error does not end the program.
-            let _ = writeln!(std::io::stderr(), "tmcl: {note}");
+            let _ = writeln!(tell::err(), "tmcl: {note}");
         }
         self.identity = Some(identity);
         Ok(identity)

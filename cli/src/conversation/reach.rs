@@ -35,6 +35,14 @@ pub struct Way {
     )]
     pub address: u16,
 
+    /// Take the reply of any module, whatever address is in it
+    ///
+    /// A module puts its own address into its reply, also where it was asked by its secondary one (global parameter 87), or over
+    /// a link to it alone. On USB (/dev/ttyACM*), at the port of `tmcl sim --serial` and for LINK sim that is taken anyway;
+    /// elsewhere a reply from another address than --address is passed over.
+    #[arg(long, global = true)]
+    pub any_address: bool,
+
     /// Speed of a serial device, for RS485; USB ignores it
     #[arg(
         long, value_name = "N", default_value_t = 9600, global = true,

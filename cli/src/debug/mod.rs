@@ -33,6 +33,7 @@ use crate::failure::Failure;
 use crate::files::is_standard;
 use crate::program::{ProgramThere, download, is_readable, read_program, verify};
 use crate::signal::EndSignal;
+use crate::tell;
 use crate::terminal::editor::{Editor, Input};
 use action::Action;
 use completion::Completion;
@@ -100,7 +101,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         return done;
     }
     match debugger.farewell() {
-        Ok(farewell) => writeln!(std::io::stdout(), "{}", words::farewell(&farewell))?,
+        Ok(farewell) => writeln!(tell::out(), "{}", words::farewell(&farewell))?,
         Err(error) if done.is_ok() => return Err(error.into()),
         Err(_) => {}
     }
@@ -114,7 +115,7 @@ fn converse(
     input: &mut Editor<Completion>,
     signal: &mut EndSignal,
 ) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     let is_terminal = input.is_terminal();
     let prompt = if is_terminal { "(tmcl) " } else { "" };
     let mut last = None;
@@ -129,7 +130,7 @@ fn converse(
             Err(Trouble::Mistake(message)) => {
                 out.flush()?;
                 // A closed standard error does not change the exit code.
-                let _ = writeln!(std::io::stderr(), "tmcl: line {number}: {message}");
+                let _ = writeln!(tell::err(), "tmcl: line {number}: {message}");
                 return Err(Failure::Reported);
             }
             Err(Trouble::Failure(failure)) => return Err(failure),

@@ -1,29 +1,29 @@
 //! The host's end of a link to a module: a request goes out, its reply comes in.
 
+mod exchange;
 mod log;
+mod question;
 mod serial;
 mod simulated;
 mod slcan;
 mod tcp;
 
 use std::fmt;
-use std::io::{Read, Write};
-use std::os::fd::AsFd;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use tmcm::tmcl::Command;
-use tmcm::tmcl::binary::{self, TELEGRAM, Telegram};
+use tmcm::tmcl::binary::{TELEGRAM, Telegram};
 use tmcm_sim::NativeModule;
 use tmcm_sim::wire::CAN;
 
 use crate::failure::Failure;
-use crate::poll::readable;
 use crate::product::Product;
-use crate::signal::{EndSignal, Wait};
+use crate::signal::EndSignal;
 use crate::wording;
 use log::Log;
 pub use log::LogFile;
+use question::Question;
 use serial::Serial;
 use simulated::Simulated;
 pub use simulated::Surroundings;
@@ -108,6 +108,13 @@ pub enum LinkError {
         /// Number of bytes that came.
         bytes: usize,
     },
+    /// No module with the address has replied in time, but others have.
+    Others {
+        /// The address that was asked.
+        asked: u8,
+        /// The addresses in the replies.
+        answered: Vec<u8>,
+    },
     /// The address is above 255, which only CAN identifiers may be.
     Address,
     /// The CAN adapter has refused to send the frame.
@@ -134,6 +141,14 @@ impl fmt::Display for LinkError {
             LinkError::NoReply { bytes } => {
                 write!(f, "only {bytes} of {TELEGRAM} bytes of a reply came; on RS485 check --baud")
             }
+            LinkError::Others { asked, answered } => {
+                let (plural, others) = (if answered.len() == 1 { "" } else { "s" }, numbers(answered));
+                write!(
+                    f,
+                    "no reply from module {asked}, but module{plural} {others} answered; give --address, or --any-address if \
+                     the module asked is the only one, or has {asked} for its secondary address"
+                )
+            }
             LinkError::Address => f.write_str("addresses go up to 255 on this link; only CAN has more, up to 2047"),
             LinkError::Refused => f.write_str("the adapter refused the frame; check its power and the bus"),
             LinkError::Closed => {
@@ -143,6 +158,15 @@ impl fmt::Display for LinkError {
             LinkError::Interrupted { signal } => write!(f, "signal {signal} came before a reply"),
             LinkError::Io(error) => write!(f, "the link failed: {}", wording::of(error)),
         }
+    }
+}
+
+/// Numbers in words: `3, 4 and 7`.
+fn numbers(all: &[u8]) -> String {
+    let all: Vec<String> = all.iter().map(u8::to_string).collect();
+    match all.split_last() {
+        Some((last, before)) if !before.is_empty() => format!("{} and {last}", before.join(", ")),
+        _ => all.concat(),
     }
 }
 
@@ -169,6 +193,8 @@ impl From<std::io::Error> for LinkError {
 pub struct Link {
     wire: Wire,
     timeout: Duration,
+    /// The reply of any module is taken, whatever address is in it.
+    takes_any: bool,
     log: Log,
     /// When the link was opened.
     opened: Instant,
@@ -207,13 +233,25 @@ impl Link {
             LinkTarget::Slcan(adapter) => Self::open_adapter(adapter, baud, timeout)?,
             LinkTarget::Simulated => Wire::Simulated(Box::new(Simulated::new(product, surroundings)?)),
         };
-        Ok(Link { wire, timeout, log: Log::default(), opened: Instant::now() })
+        let takes_any = match &wire {
+            Wire::Serial(serial) => serial.is_alone(),
+            // A frame is found by its identifier in any case.
+            Wire::Tcp(_) | Wire::SlcanSerial(_) | Wire::SlcanTcp(_) => false,
+            Wire::Simulated(_) => true,
+        };
+        Ok(Link { wire, timeout, takes_any, log: Log::default(), opened: Instant::now() })
+    }
+
+    /// Takes the reply of any module from now on. Without this only a link to one module does: that of USB, and a module
+    /// inside this program.
+    pub fn take_any(&mut self) {
+        self.takes_any = true;
     }
 
     fn open_adapter(target: &LinkTarget, baud: u32, timeout: Duration) -> Result<Wire, Failure> {
         let wire = match target {
             LinkTarget::Tcp(address) => Slcan::open(Tcp::connect(address, timeout)?.0).map(Wire::SlcanTcp),
-            LinkTarget::Serial(path) => Slcan::open(Serial::open(path, baud)?.0).map(Wire::SlcanSerial),
+            LinkTarget::Serial(path) => Slcan::open(Serial::open(path, baud)?.device).map(Wire::SlcanSerial),
             LinkTarget::Slcan(_) | LinkTarget::Simulated => Err(LinkError::Io(std::io::ErrorKind::Unsupported.into())),
         };
         wire.map_err(|error| Failure::Failed(format!("the CAN adapter cannot be opened: {error}")))
@@ -273,7 +311,7 @@ impl Link {
     /// No reply has come, or the link has failed.
     pub fn exchange(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
         let reply = self.ask(address, command);
-        if let Err(LinkError::NoReply { .. }) = reply {
+        if let Err(LinkError::NoReply { .. } | LinkError::Others { .. }) = reply {
             let now = match &self.wire {
                 Wire::Simulated(module) => module.time(),
                 _ => self.log.now(),
@@ -285,148 +323,24 @@ impl Link {
     }
 
     fn ask(&mut self, address: u16, command: Command) -> Result<Telegram, LinkError> {
-        let (timeout, log) = (self.timeout, &mut self.log);
-        let request = || match u8::try_from(address) {
-            Ok(address) => Ok(binary::encode_command(address, command)),
+        let (timeout, takes_any, log) = (self.timeout, self.takes_any, &mut self.log);
+        let question = || match u8::try_from(address) {
+            Ok(address) => Ok(Question { address, command, takes_any }),
             Err(_) => Err(LinkError::Address),
         };
         match &mut self.wire {
-            Wire::Serial(serial) => serial.exchange(&request()?, timeout, log),
-            Wire::Tcp(tcp) => tcp.exchange(&request()?, timeout, log),
+            Wire::Serial(serial) => serial.exchange(&question()?, timeout, log),
+            Wire::Tcp(tcp) => tcp.exchange(&question()?, timeout, log),
             Wire::SlcanSerial(adapter) => adapter.ask(address, command, timeout, log),
             Wire::SlcanTcp(adapter) => adapter.ask(address, command, timeout, log),
-            Wire::Simulated(module) => module.exchange(&request()?, timeout, log),
+            Wire::Simulated(module) => module.exchange(&question()?.telegram(), timeout, log),
         }
     }
-}
-
-/// After a signal a reply is waited for no longer than this: a module that works has answered by then, and what talks to it
-/// ends as it should.
-const GRACE: Duration = Duration::from_millis(500);
-/// Time between two looks for a signal.
-const LOOK: Duration = Duration::from_millis(50);
-/// Most reads of what has come before a request, so that somebody who never stops talking is no end of it.
-const STALE_READS: usize = 256;
-
-/// The wait for a reply, which a time-out ends, or soon after it has come a signal.
-#[derive(Debug)]
-struct Patience {
-    until: Instant,
-    wait: Wait,
-    /// When the wait ends because of a signal, and its number.
-    grace: Option<(Instant, u8)>,
-}
-
-impl Patience {
-    /// The wait begins.
-    fn begin(timeout: Duration) -> Self {
-        Patience { until: Instant::now() + timeout, wait: Wait::begin(), grace: None }
-    }
-
-    /// True if the time is over.
-    fn is_over(&self) -> bool {
-        Instant::now() >= self.until
-    }
-
-    /// Waits until a descriptor can be read. False if it cannot be read in time.
-    fn readable(&mut self, fd: &impl AsFd) -> Result<bool, LinkError> {
-        loop {
-            let now = Instant::now();
-            if let (None, Some(signal)) = (self.grace, self.wait.signal()) {
-                self.grace = Some((now + GRACE, signal));
-            }
-            if readable(fd, self.until.min(now + LOOK))? {
-                return Ok(true);
-            }
-            match self.grace {
-                Some((end, signal)) if now >= end => return Err(LinkError::Interrupted { signal }),
-                _ if self.is_over() => return Ok(false),
-                _ => {}
-            }
-        }
-    }
-}
-
-/// Throws away what has come to a device that is in non-blocking mode: late replies to earlier requests.
-fn drop_stale(device: &mut impl Read, log: &mut Log) {
-    let mut stale = [0; 256];
-    for _ in 0..STALE_READS {
-        match device.read(&mut stale) {
-            Ok(count) if count > 0 => log.back(log.now(), stale.get(..count).unwrap_or_default()),
-            _ => return,
-        }
-    }
-}
-
-/// Writes a request to a device that is in non-blocking mode. That does not block, because a telegram fits its buffer.
-fn write_request(device: &mut impl Write, request: &Telegram, log: &mut Log) -> Result<(), LinkError> {
-    log.out(log.now(), request);
-    Ok(device.write_all(request)?)
-}
-
-/// Reads a reply from a device that is in non-blocking mode, or gives up after `timeout`.
-fn read_reply(device: &mut (impl Read + AsFd), timeout: Duration, log: &mut Log) -> Result<Telegram, LinkError> {
-    let mut patience = Patience::begin(timeout);
-    let mut reply: Telegram = [0; TELEGRAM];
-    let mut bytes = 0;
-    while let Some(rest) = reply.get_mut(bytes..).filter(|rest| !rest.is_empty()) {
-        if !patience.readable(device)? {
-            return Err(LinkError::NoReply { bytes });
-        }
-        match device.read(rest) {
-            Ok(0) => return Err(LinkError::Closed),
-            Err(error) if error.kind() == std::io::ErrorKind::ConnectionReset => return Err(LinkError::Closed),
-            Ok(count) => {
-                log.back(log.now(), rest.get(..count).unwrap_or_default());
-                bytes += count;
-            }
-            Err(error) if matches!(error.kind(), std::io::ErrorKind::WouldBlock | std::io::ErrorKind::Interrupted) => {}
-            Err(error) => return Err(error.into()),
-        }
-    }
-    Ok(reply)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::os::unix::net::UnixStream;
-    use tmcm::tmcl::{Reply, Status};
-    use tmcm_sim::Client;
-    use tmcm_sim::wire::Place;
-
-    /// What came too late is thrown away in front of the next request, and stands in the log.
-    #[test]
-    fn a_late_reply_is_in_the_log() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("log");
-        let file = LogFile::named(path.to_str().unwrap()).unwrap();
-        let mut log = file.begin("serial", None).unwrap();
-        let (mut host, mut module) = UnixStream::pair().unwrap();
-        host.set_nonblocking(true).unwrap();
-        let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
-        let request = binary::encode_command(1, Command::new(6, 1, 0, 0));
-        write_request(&mut host, &request, &mut log).unwrap();
-        log.give_up(log.now());
-        module.write_all(&reply(1)).unwrap();
-        drop_stale(&mut host, &mut log);
-        write_request(&mut host, &request, &mut log).unwrap();
-        module.write_all(&reply(2)).unwrap();
-        assert_eq!(read_reply(&mut host, Duration::from_secs(60), &mut log).unwrap(), reply(2));
-        log.check().unwrap();
-        let text = std::fs::read_to_string(&path).unwrap();
-        let said: Vec<&str> = text.lines().map(|line| line[55..].trim()).collect();
-        let late = "from 1: to command 6: 1, status 100 ok";
-        assert_eq!(said, ["to 1: GAP 1, 0", "no reply", late, "to 1: GAP 1, 0", "from 1: 2, status 100 ok"]);
-        // Another link is in the same file, and told apart.
-        let mut other = file.begin("serial", None).unwrap();
-        other.out(Duration::ZERO, &request);
-        let text = std::fs::read_to_string(&path).unwrap();
-        assert!(
-            text.lines().count() == 6 && text.contains(&format!("{:<8} >", Place::of("serial", Client(2)))),
-            "{text}"
-        );
-    }
 
     #[test]
     fn kinds_of_links_are_told_apart() {

@@ -9,8 +9,10 @@ use rustix::io::Errno;
 use rustix::termios::{OptionalActions, QueueSelector};
 use tmcm::tmcl::binary::Telegram;
 
-use super::{LinkError, Log, drop_stale, read_reply, write_request};
+use super::exchange::{converse, drop_stale};
+use super::{LinkError, Log, Question};
 use crate::failure::Failure;
+use crate::sim::claim;
 use crate::wording::words;
 
 /// Message about a device that another program has locked.
@@ -18,7 +20,11 @@ const IN_USE: &str = "another program uses this port. End it, or wait for its en
 
 /// An open serial device in raw, non-blocking mode, locked against other programs.
 #[derive(Debug)]
-pub(super) struct Serial(pub(super) File);
+pub(super) struct Serial {
+    pub(super) device: File,
+    /// It leads to one module, which answers whatever the address.
+    is_alone: bool,
+}
 
 impl Serial {
     pub(super) fn open(path: &str, baud: u32) -> Result<Self, Failure> {
@@ -44,20 +50,32 @@ impl Serial {
             })
         })?;
         exclude_others(&device, path);
-        Ok(Serial(device))
+        Ok(Serial { device, is_alone: is_alone(path) })
+    }
+
+    /// True if the device leads to one module, which answers whatever the address: it is that of USB, or the port of
+    /// `tmcl sim --serial`.
+    pub(super) fn is_alone(&self) -> bool {
+        self.is_alone
     }
 
     pub(super) fn exchange(
         &mut self,
-        request: &Telegram,
+        question: &Question,
         timeout: Duration,
         log: &mut Log,
     ) -> Result<Telegram, LinkError> {
-        drop_stale(&mut self.0, log);
-        rustix::termios::tcflush(&self.0, QueueSelector::IFlush).map_err(std::io::Error::from)?;
-        write_request(&mut self.0, request, log)?;
-        read_reply(&mut self.0, timeout, log)
+        drop_stale(&mut self.device, log);
+        rustix::termios::tcflush(&self.device, QueueSelector::IFlush).map_err(std::io::Error::from)?;
+        converse(&mut self.device, question, timeout, log)
     }
+}
+
+/// Whether a device leads to one module, which answers whatever the address.
+fn is_alone(path: &str) -> bool {
+    let device = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    let is_usb = device.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"ttyACM"));
+    is_usb || claim::is_usb(&device)
 }
 
 /// Keeps programs that ignore the lock from opening the device. Not for a pseudo terminal, which would stay exclusive
@@ -76,4 +94,15 @@ fn configure(device: &impl AsFd, baud: u32) -> Result<(), Errno> {
     settings.control_modes &= !(rustix::termios::ControlModes::CSTOPB | rustix::termios::ControlModes::CRTSCTS);
     settings.set_speed(baud)?;
     rustix::termios::tcsetattr(device, OptionalActions::Now, &settings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_of_usb_leads_to_one_module() {
+        let there_are_none = ["/dev/ttyACM177", "/dev/ttyUSB177", "/dev/ttyS177", "/dev/ttyACM177/x"];
+        assert_eq!(there_are_none.map(is_alone), [true, false, false, false]);
+    }
 }

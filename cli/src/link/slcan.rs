@@ -9,7 +9,8 @@ use tmcm::tmcl::binary::Telegram;
 use tmcm::tmcl::{Command, can};
 use tmcm_sim::wire::reply_in_frame;
 
-use super::{LinkError, Log, Patience, STALE_READS};
+use super::exchange::{Patience, STALE_READS};
+use super::{LinkError, Log};
 use crate::poll::readable;
 use crate::slcan::{self, DONE, REFUSED};
 

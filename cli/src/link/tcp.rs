@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use tmcm::tmcl::binary::Telegram;
 
-use super::{LinkError, Log, drop_stale, read_reply, write_request};
+use super::exchange::{converse, drop_stale};
+use super::{LinkError, Log, Question};
 use crate::failure::Failure;
 use crate::wording::words;
 
@@ -51,12 +52,11 @@ impl Tcp {
 
     pub(super) fn exchange(
         &mut self,
-        request: &Telegram,
+        question: &Question,
         timeout: Duration,
         log: &mut Log,
     ) -> Result<Telegram, LinkError> {
         drop_stale(&mut self.0, log);
-        write_request(&mut self.0, request, log)?;
-        read_reply(&mut self.0, timeout, log)
+        converse(&mut self.0, question, timeout, log)
     }
 }

@@ -12,6 +12,7 @@ use crate::failure::Failure;
 use crate::product::global_number;
 use crate::program::{Program, download, explain, target, verify};
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// Type of command 129 that starts the program at an address.
 const FROM_ADDRESS: u8 = 1;
@@ -28,7 +29,7 @@ pub(super) fn fit(program: Program, Settings { product, origin, .. }: Settings) 
     }
     if let Some(warning) = jump_outside(&program, origin) {
         // A closed standard error does not end the program.
-        let _ = writeln!(std::io::stderr(), "tmcl: warning: {warning}");
+        let _ = writeln!(tell::err(), "tmcl: warning: {warning}");
     }
     Ok(program)
 }
@@ -42,7 +43,7 @@ pub(super) fn load(
 ) -> Result<(), Failure> {
     let at = options.at;
     download(module, program, at, signal)?;
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     writeln!(out, "loaded to addresses {at} to {}", usize::from(at) + program.commands.len() - 1)?;
     if options.verify {
         verify(module, program, at, signal)?;

@@ -12,6 +12,7 @@ use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::program::read_watched;
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// Interval at which the files are looked at. A file that is being saved counts as saved when it has not changed for that
 /// long.
@@ -76,13 +77,12 @@ pub(super) fn run(
             Err(failure) => {
                 let message = failure.message().map_or_else(String::new, |message| format!("tmcl: {message}\n"));
                 // A closed standard error does not end the program.
-                let _ =
-                    writeln!(std::io::stderr(), "{message}tmcl: not loaded; the module keeps the program that it has");
+                let _ = writeln!(tell::err(), "{message}tmcl: not loaded; the module keeps the program that it has");
             }
         }
-        writeln!(std::io::stdout(), "waiting for {} to be saved; Ctrl-C ends", path.display())?;
+        writeln!(tell::out(), "waiting for {} to be saved; Ctrl-C ends", path.display())?;
         let saved = wait(watched, signal)?;
-        writeln!(std::io::stdout(), "{} has changed", saved.display())?;
+        writeln!(tell::out(), "{} has changed", saved.display())?;
     }
 }
 

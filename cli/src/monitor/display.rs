@@ -1,6 +1,6 @@
 //! Where samples are shown: as a line of a terminal that is refreshed, as lines for people, or as rows for programs.
 
-use std::io::{IsTerminal, StdoutLock, Write};
+use std::io::{StdoutLock, Write};
 use std::time::Duration;
 
 use tmcm::param::AxisParameter;
@@ -10,6 +10,7 @@ use super::line::{Shown, Speeds, line, named, short, status};
 use super::sample::{Object, Sample, headline, row};
 use crate::failure::Failure;
 use crate::product::axis_number;
+use crate::tell;
 use crate::terminal;
 
 /// The form of samples.
@@ -25,7 +26,7 @@ pub(super) enum Form {
 
 /// Standard output, and what is shown there.
 pub(super) struct Display {
-    out: StdoutLock<'static>,
+    out: tell::Shown<StdoutLock<'static>>,
     form: Form,
     axes: Vec<u8>,
     columns: Vec<Column>,
@@ -38,7 +39,7 @@ pub(super) struct Display {
 
 impl Display {
     pub(super) fn new(form: Option<Form>, axes: Vec<u8>, columns: Vec<Column>, speeds: Speeds) -> Self {
-        let out = std::io::stdout().lock();
+        let out = tell::out();
         let form = form.unwrap_or(if out.is_terminal() { Form::Status } else { Form::Lines });
         let seen = vec![0; axes.len()];
         Display { out, form, axes, columns, speeds, seen, open: false }
@@ -73,7 +74,7 @@ impl Display {
                 let width = terminal::columns().saturating_sub(1);
                 let line = self.status(samples, width);
                 // The line is cut to the terminal's width, because a line that wraps around could not be overwritten.
-                write!(self.out, "\r{line:.width$}\x1b[K")?;
+                self.out.redraw(&format!("{line:.width$}"))?;
                 self.open = true;
             }
             Form::Lines => {
@@ -121,7 +122,7 @@ impl Display {
     pub(super) fn say(&mut self, text: &str) -> Result<(), Failure> {
         self.end_line()?;
         // A closed standard error must not end the program.
-        let _ = writeln!(std::io::stderr(), "tmcl: {text}");
+        let _ = writeln!(tell::err(), "tmcl: {text}");
         Ok(())
     }
 

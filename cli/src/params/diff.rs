@@ -11,6 +11,7 @@ use crate::files::STANDARD;
 use crate::link::LinkTarget;
 use crate::product::Product;
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// One of the two things that are compared, as the user has named it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -123,7 +124,7 @@ pub(super) fn diff(a: &Side, b: &Side, way: &Way) -> Result<(), Failure> {
     if lines.is_empty() {
         return Ok(());
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     writeln!(out, "--- {name}\n+++ {other}")?;
     lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
     Err(Failure::Reported)

@@ -11,6 +11,7 @@ use crate::conversation::Conversation;
 use crate::failure::Failure;
 use crate::product::{Product, axis_number, numbers, symbol};
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// Bank of the parameters of interrupts.
 const BANK_OF_INTERRUPTS: u8 = 3;
@@ -44,7 +45,7 @@ pub(super) fn list(module: &mut Conversation, words: &[String], at: Where, signa
         )));
     }
     let mut found = 0;
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     let wanted = |name: &str| words.iter().all(|word| name.to_lowercase().contains(&word.to_lowercase()));
     for axis in (0..axes).filter(|axis| at.bank.is_none() && at.axis.is_none_or(|only| only == *axis)) {
         let entries = spec.axis.rows.iter().map(|found| Entry {

@@ -10,6 +10,7 @@ use super::place::{self, Where};
 use crate::conversation::{Conversation, Error};
 use crate::failure::Failure;
 use crate::product::{Product, stores_axes};
+use crate::tell;
 
 /// Prints parameters: each as the line that a file of settings has, or as its value alone.
 pub(super) fn get(module: &mut Conversation, names: &[String], at: Where, alone: bool) -> Result<(), Failure> {
@@ -17,14 +18,14 @@ pub(super) fn get(module: &mut Conversation, names: &[String], at: Where, alone:
     let settings = names.iter().map(|name| place::parse(name, at, product)).collect::<Result<Vec<_>, _>>();
     let settings = settings.map_err(Failure::Arguments)?;
     let product = if alone { product } else { module.product()? };
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     let mut all_there = true;
     for setting in settings {
         match module.value(setting.read()) {
             Ok(value) if alone => writeln!(out, "{value}")?,
             Ok(value) => writeln!(out, "{}", setting.with(value).line(product))?,
             Err(error) if error.is_refusal() => {
-                writeln!(std::io::stderr(), "tmcl: {error}")?;
+                writeln!(tell::err(), "tmcl: {error}")?;
                 all_there = false;
             }
             Err(error) => return Err(error.into()),
@@ -71,13 +72,13 @@ pub(super) fn set(
     if store {
         settings.iter().try_for_each(|setting| storable(*setting, product)).map_err(Failure::Failed)?;
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     let mut all_done = true;
     for setting in settings {
         match write(module, setting, product, store) {
             Ok(()) => writeln!(out, "{}", setting.line(product))?,
             Err(error) if error.is_refusal() => {
-                writeln!(std::io::stderr(), "tmcl: {error}{}", hint(&error, setting, product))?;
+                writeln!(tell::err(), "tmcl: {error}{}", hint(&error, setting, product))?;
                 all_done = false;
             }
             Err(error) => return Err(error.into()),

@@ -14,6 +14,7 @@ use crate::link::LinkTarget;
 use crate::product::{Product, stores_axes};
 use crate::progress::Progress;
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// Fails if the settings are those of another product than that of the module.
 pub(super) fn check(module: &mut Conversation, settings: &Settings, path: &Path) -> Result<(), Failure> {
@@ -73,7 +74,7 @@ pub(super) fn restore(
     let Restorer { same, changed, progress, .. } = restorer;
     drop(progress);
 
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     let stored = match store {
         true if stores_axes(product) => ", all stored",
         true => ", stored but for those of the axes, which this module forgets when it is switched off",

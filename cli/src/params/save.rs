@@ -12,6 +12,7 @@ use crate::output::Output;
 use crate::product::{Product, numbers, stores_axes};
 use crate::progress::Progress;
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// A heading of the file and the settings below it.
 struct Section {
@@ -51,10 +52,10 @@ pub(super) fn save(module: &mut Conversation, path: &Path, signal: &EndSignal) -
     let name = (!output.is_standard()).then(|| output.name().to_owned());
     output.finish()?;
     match name {
-        Some(name) => Ok(writeln!(std::io::stdout(), "{saved} settings saved in {name}{missing}")?),
+        Some(name) => Ok(writeln!(tell::out(), "{saved} settings saved in {name}{missing}")?),
         None => {
             // A closed standard error does not end the program.
-            let _ = writeln!(std::io::stderr(), "tmcl: {saved} settings{missing}");
+            let _ = writeln!(tell::err(), "tmcl: {saved} settings{missing}");
             Ok(())
         }
     }

@@ -21,6 +21,7 @@ use tmcm::tmcl::Command;
 
 use crate::asm::{Assembly, Symbols};
 use crate::conversation::Reach;
+use crate::tell::shown;
 
 /// A module and the program it is to have, as they are written on the command line.
 #[derive(Args, Debug)]
@@ -138,7 +139,7 @@ impl From<Assembly> for Program {
             } else {
                 format!("{}:{}", line.source.name, line.number)
             };
-            Some(Line { position, text: line.text().trim().replace(char::is_control, " ") })
+            Some(Line { position, text: shown(line.text().trim()).replace('\t', " ") })
         };
         let lines = (0..assembly.addresses().end).map(line).collect();
         let labels = assembly.symbols.labels();

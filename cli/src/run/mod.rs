@@ -26,6 +26,7 @@ use crate::product::{self, Product};
 use crate::program::read_program;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
+use crate::tell;
 use recording::Recording;
 use report::Report;
 pub use script::{Action, Event};
@@ -170,10 +171,10 @@ fn show(options: &Options, report: &Report, beside: bool) -> Result<(), Failure>
     };
     if beside {
         // A closed standard error must not end the program.
-        let _ = std::io::stderr().write_all(text.as_bytes());
+        let _ = tell::err().write_all(text.as_bytes());
         return Ok(());
     }
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     if options.trace.as_deref().is_some_and(is_standard) {
         writeln!(out)?;
     }

@@ -17,6 +17,7 @@ use crate::link::{Link, LinkError, LinkTarget, LogFile, Surroundings};
 use crate::product::Product;
 use crate::progress::Progress;
 use crate::signal::EndSignal;
+use crate::tell;
 use found::Found;
 
 /// Find the modules on a link: every address, and on a serial device every bit rate
@@ -115,7 +116,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             Ok(scanner) => scanner,
             // A serial adapter may not support all bit rates.
             Err(failure) if index > 0 => {
-                writeln!(std::io::stderr(), "tmcl: {failure}")?;
+                writeln!(tell::err(), "tmcl: {failure}")?;
                 continue;
             }
             Err(failure) => return Err(failure),
@@ -184,6 +185,8 @@ impl<'a> Scanner<'a> {
     fn open(options: &'a Options, baud: u32) -> Result<Self, Failure> {
         let mut link = Link::open(&options.link, baud, CONNECTION, Product::default(), &Surroundings::default())?;
         link.set_timeout(options.timeout());
+        // Whoever answers is found, at whatever address.
+        link.take_any();
         if let Some(file) = &options.log_telegrams {
             link.log_to(file, None)?;
         }
@@ -252,7 +255,7 @@ impl<'a> Scanner<'a> {
     fn found(&mut self, address: u16, found: &Found) -> Result<(), Failure> {
         self.modules += 1;
         self.first = self.first.or(Some(address));
-        let mut out = std::io::stdout();
+        let mut out = tell::out();
         match self.options.json {
             true => writeln!(out, "{}", serde_json::to_string(found).map_err(std::io::Error::from)?)?,
             false => writeln!(out, "{found}")?,

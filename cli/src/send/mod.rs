@@ -13,6 +13,7 @@ use crate::failure::Failure;
 use crate::link::LinkError;
 use crate::product::Product;
 use crate::request::{Answered, Request, Typed};
+use crate::tell;
 
 /// Send commands to a module and show its replies
 ///
@@ -65,7 +66,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     };
     // Nothing is sent before all commands are read.
     let requests: Result<Vec<Request>, String> = options.commands.iter().map(|typed| typed.request(product)).collect();
-    let mut out = std::io::stdout().lock();
+    let mut out = tell::out();
     let mut all_done = true;
     for request in requests.map_err(Failure::Arguments)? {
         all_done &= if options.value {
@@ -97,7 +98,7 @@ fn show_value(out: &mut impl Write, module: &mut Conversation, command: Command)
         Some(reply) => Meaning::from(&reply).text,
     };
     // A closed standard error does not end the program.
-    let _ = writeln!(std::io::stderr(), "tmcl: {command}: {told}");
+    let _ = writeln!(tell::err(), "tmcl: {command}: {told}");
     Ok(false)
 }
 
@@ -141,7 +142,7 @@ pub(crate) fn reply_to(
             let (product, in_chip) = units(module, command)?;
             Ok(Some(Reply::read(product, in_chip, command, &telegram)))
         }
-        Err(LinkError::NoReply { bytes: 0 }) if stays_unanswered(command) => Ok(None),
+        Err(LinkError::NoReply { bytes: 0 } | LinkError::Others { .. }) if stays_unanswered(command) => Ok(None),
         Err(error) => Err(Error::Link { command, error }),
     }
 }

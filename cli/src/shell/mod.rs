@@ -33,6 +33,7 @@ use crate::product::Product;
 use crate::request::Request;
 use crate::send;
 use crate::signal::EndSignal;
+use crate::tell;
 use crate::terminal;
 use crate::terminal::editor::{Editor, Input};
 use action::Action;
@@ -176,14 +177,14 @@ impl Shell {
 
     /// Prints a state.
     fn tell(&self, state: &State) -> Result<(), Failure> {
-        let mut out = std::io::stdout().lock();
+        let mut out = tell::out();
         writeln!(out, "{}", text::text(state))?;
         Ok(out.flush()?)
     }
 
     /// Tells what is wrong; gives false, because nothing was done.
     fn wrong(&self, message: String) -> Result<bool, Failure> {
-        writeln!(std::io::stderr(), "tmcl: {}", text::text(&State::Wrong { message }))?;
+        writeln!(tell::err(), "tmcl: {}", text::text(&State::Wrong { message }))?;
         Ok(false)
     }
 
@@ -202,8 +203,5 @@ impl Shell {
 
 /// Draws a line of the terminal anew, cut to its width; the cursor stays on it.
 fn redraw(line: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    // Erases the rest of the line.
-    write!(out, "\r{}\x1b[K", text::fitting(line, terminal::columns()))?;
-    Ok(out.flush()?)
+    Ok(tell::out().redraw(&text::fitting(line, terminal::columns()))?)
 }

@@ -8,6 +8,7 @@ use tmcm::tmcl::{Command, Opcode};
 use super::state::{State, Watched};
 use super::{Shell, redraw};
 use crate::failure::Failure;
+use crate::tell;
 use crate::terminal::raw::{Keys, Raw};
 
 /// Time between two readings.
@@ -35,7 +36,7 @@ pub(super) fn watch(shell: &mut Shell, axis: u8, parameters: &[(String, u8)]) ->
     };
     drop(raw);
     // The last values stay on the screen. The terminal may be gone.
-    let _ = writeln!(std::io::stdout());
+    let _ = writeln!(tell::out());
     ended.map(|()| None)
 }
 

@@ -26,8 +26,6 @@ const MOST_WAITING: usize = 32 * 1024;
 /// nothing gets some, too, because the system finds room for them.
 const PATIENCE: Duration = Duration::from_secs(1);
 const LEAST_READ: u64 = 256 * 1024;
-/// What a request of HTTP begins with.
-const METHODS: [&str; 9] = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH"];
 
 /// Number of a connection to the control port; no other has it, before or after.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,8 +54,6 @@ pub struct Controller {
     /// Bytes that have come and that nobody has looked at.
     unread: VecDeque<u8>,
     line: Vec<u8>,
-    /// A command has been carried out.
-    trusted: bool,
     /// When the last line came, or the connection.
     heard: Instant,
     /// The answer to a line comes later; further lines wait until it has come.
@@ -73,7 +69,7 @@ impl Controller {
     pub fn new(id: ControllerId, stream: Stream<TcpStream>) -> Self {
         let (unread, line) = (VecDeque::new(), Vec::new());
         let now = Instant::now();
-        Controller { id, stream, unread, line, trusted: false, heard: now, owed: false, watch: None, looked: (now, 0) }
+        Controller { id, stream, unread, line, heard: now, owed: false, watch: None, looked: (now, 0) }
     }
 
     /// Takes what has arrived and answers some lines, each with what `execute` makes of it. While answers wait for a
@@ -85,7 +81,7 @@ impl Controller {
                 Input::Bytes(count) => self.unread.extend(buffer.iter().take(count)),
                 // A last line may come without its end.
                 Input::Ended if !self.line.is_empty() => self.unread.push_back(b'\n'),
-                Input::Ended | Input::Nothing => {}
+                Input::Ended | Input::Held | Input::Nothing => {}
             }
         }
         let mut lines = 0;
@@ -108,17 +104,11 @@ impl Controller {
         let text = String::from_utf8_lossy(&line);
         // One character more than that is kept of a longer one.
         let too_long = line.len() > LONGEST_LINE;
-        if !self.trusted && (too_long || is_http(&text)) {
-            // Any web page can make a browser send lines, behind this one.
-            self.unread.clear();
-            return self.stream.give_up();
-        }
         let outcome = if too_long {
             Err(format!("a line has {LONGEST_LINE} characters at most"))
         } else {
             execute(self.id, &text)
         };
-        self.trusted |= outcome.is_ok();
         self.owed = matches!(outcome, Ok(Outcome::Later));
         match outcome {
             Ok(Outcome::Later) => {}
@@ -219,28 +209,5 @@ impl Guest for Controller {
     fn dismiss(mut self) {
         let why = format!("closed: there are {MOST_CONNECTIONS} connections, and no more at one time");
         self.stream.write((answer(Err(why)) + "\n").as_bytes());
-    }
-}
-
-/// Whether a request of HTTP may begin with this line: a method that is known, or any with a path or address behind it.
-fn is_http(line: &str) -> bool {
-    let lower = line.to_ascii_lowercase();
-    let behind = lower.split_whitespace().nth(1).unwrap_or_default();
-    lower.contains(" http/")
-        || ["/", "http:", "https:"].iter().any(|beginning| behind.starts_with(beginning))
-        || line.split_whitespace().next().is_some_and(|word| METHODS.contains(&word))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn requests_of_http_are_told_from_commands() {
-        let http = ["GET / HTTP/1.1", "POST /x", "PRI * HTTP/2.0", "q * Http/1.1", "OPTIONS", "QUERY /", "q HTTP://x"];
-        assert!(http.iter().all(|line| is_http(line)));
-        assert!(
-            !["", "state", "get", "press left", "POSTER", "module 1 GET", "input 1/2"].iter().any(|line| is_http(line))
-        );
     }
 }

@@ -39,6 +39,8 @@ pub(super) struct Course {
     errand: Option<Errand>,
     /// Who waits for a restart.
     restart: Option<ControllerId>,
+    /// Who has asked for the end of what is under way, and waits for it.
+    interrupters: Vec<ControllerId>,
     /// The last turn has ended before all was done that there was to do.
     is_working: bool,
 }
@@ -110,12 +112,22 @@ impl Course {
     /// reply.
     pub(super) fn new(speed: Speed, paused: Option<Nanos>, now: Nanos) -> Self {
         let pacer = Pacer::new(speed, Instant::now(), now);
-        Course { pacer, paused, debt: 0, counted: 0, errand: None, restart: None, is_working: false }
+        Course {
+            pacer,
+            paused,
+            debt: 0,
+            counted: 0,
+            errand: None,
+            restart: None,
+            interrupters: Vec::new(),
+            is_working: false,
+        }
     }
 
     /// The course of new modules from `now` on, paused and as fast as this one.
-    pub(super) fn anew(&self, now: Nanos) -> Self {
-        Self::new(self.pacer.wanted(), self.paused, now)
+    pub(super) fn anew(&mut self, now: Nanos) -> Self {
+        let interrupters = std::mem::take(&mut self.interrupters);
+        Course { interrupters, ..Self::new(self.pacer.wanted(), self.paused, now) }
     }
 
     /// True while time passes by steps and for requests alone.
@@ -141,6 +153,11 @@ impl Course {
     /// Who has asked for a restart, which is for the owner of the modules to do.
     pub(super) fn take_restart(&mut self) -> Option<ControllerId> {
         self.restart.take()
+    }
+
+    /// Who has waited for the end of what was under way, once it has come.
+    pub(super) fn take_interrupters(&mut self) -> Vec<ControllerId> {
+        if self.is_busy() { Vec::new() } else { std::mem::take(&mut self.interrupters) }
     }
 
     /// How time goes, for the answer to `state`.
@@ -208,11 +225,22 @@ impl Course {
         Ok(())
     }
 
-    /// Ends what is under way for a connection, as if its time were over.
-    pub(super) fn interrupt(&mut self, now: Nanos) {
+    /// Ends what is under way for a connection, as if its time were over, and `from` waits until it has ended: the next line
+    /// of `from` comes after that. False if nothing is under way.
+    pub(super) fn interrupt(&mut self, from: ControllerId, now: Nanos) -> bool {
         if let Some(errand) = &mut self.errand {
             errand.goal = Some(now);
         }
+        let is_busy = self.is_busy();
+        if is_busy {
+            self.interrupters.push(from);
+        }
+        is_busy
+    }
+
+    /// True while something is under way that takes virtual time, or a restart is to come.
+    fn is_busy(&self) -> bool {
+        self.errand.is_some() || self.restart.is_some()
     }
 
     /// # Errors

@@ -52,10 +52,8 @@ pub(super) fn carry_out(
             }
             return course.begin(from, Task::RunUntil { module, condition, longest }).map(|()| Outcome::Later);
         }
-        Request::Interrupt => {
-            course.interrupt(now);
-            Some(Told::time(now))
-        }
+        Request::Interrupt if course.interrupt(from, now) => return Ok(Outcome::Later),
+        Request::Interrupt => Some(Told::time(now)),
         Request::Restart => return course.ask_restart(from).map(|()| Outcome::Later),
         Request::Watch { module: index, every, values } => {
             if let Some(module) = fleet.modules_mut().get_mut(index) {

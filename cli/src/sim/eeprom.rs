@@ -2,7 +2,8 @@
 //!
 //! The file is locked as long as the simulator runs. For each page that a module writes a new file is made, written to
 //! the disk and locked before it replaces the old one, so that the path always leads to a complete, locked file. Only
-//! then the page counts as written; if any of this fails, the firmware sees a failed page write.
+//! then the page counts as written; if any of this fails, the firmware sees a failed page write. A simulator that is killed
+//! meanwhile leaves its new file behind; the next one to hold the old file removes it.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Read, Write};
@@ -15,7 +16,7 @@ use hal_sim::chip::at25::Backing;
 use signal_hook::consts::SIGXFSZ;
 
 use super::say;
-use crate::draft::beside;
+use crate::draft::{beside, left_beside};
 use crate::failure::Failure;
 use crate::wording::words;
 use tmcm_sim::Product;
@@ -91,6 +92,7 @@ impl EepromFile {
             if same(&file, &real).map_err(cannot)? {
                 let mut contents = vec![0; size];
                 file.read_exact(&mut contents).map_err(cannot)?;
+                sweep(&real, size);
                 return Ok(EepromFile { path: real, product, found: Some(contents), held: Some(file), failing: false });
             }
         }
@@ -126,10 +128,14 @@ impl EepromFile {
 
     /// Replaces the file by one with these contents. The old file stays until the new one is complete.
     pub fn save(&mut self, contents: &[u8]) -> Result<(), Failure> {
-        self.replace(contents).map_err(|error| {
-            let taken = self.held.is_none() && error.kind() == ErrorKind::AlreadyExists;
+        let is_first = self.held.is_none();
+        let replaced = self.replace(contents);
+        if is_first && replaced.is_ok() {
+            sweep(&self.path, contents.len());
+        }
+        replaced.map_err(|error| {
             // Another simulator may have made the file meanwhile: the error of opening that file tells the user more.
-            let refused = taken.then(|| Self::open(&self.path, self.product).err()).flatten();
+            let refused = is_first.then(|| Self::open(&self.path, self.product).err()).flatten();
             refused.unwrap_or_else(|| {
                 Failure::Failed(format!("--eeprom: cannot write {}: {}", self.path.display(), words(error)))
             })
@@ -195,6 +201,19 @@ fn whose(size: u64) -> String {
     let names = Product::ALL.into_iter().filter(|product| product.kind().eeprom.size as u64 == size).map(Product::name);
     let names = names.collect::<Vec<_>>().join(" or ");
     if names.is_empty() { names } else { format!(" like that of a {names}") }
+}
+
+/// Removes what a simulator that was killed has left of new files for an EEPROM of `size` bytes. Who calls this has the lock
+/// of the file at `path`, so no other simulator makes new ones; one that tries to has locked its own.
+fn sweep(path: &Path, size: usize) {
+    for left in left_beside(path) {
+        let is_ours = |found: fs::Metadata| found.is_file() && found.len() <= size as u64;
+        if fs::symlink_metadata(&left).is_ok_and(is_ours) && File::open(&left).is_ok_and(|file| file.try_lock().is_ok())
+        {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(&left);
+        }
+    }
 }
 
 /// Gives a file a name that no other file has. If several simulators try at once, one succeeds.

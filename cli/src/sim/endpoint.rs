@@ -60,19 +60,31 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
 
     /// Reads what has arrived and passes it to `take`. `unread` is the number of bytes read before that still wait for
     /// the module.
-    pub fn receive(&mut self, unread: usize, take: impl FnOnce(Arrival<'_>)) {
+    pub fn receive(&mut self, unread: usize, mut take: impl FnMut(Arrival<'_>)) {
         self.full = unread >= ROOM;
         if self.full {
             return;
         }
         let mut buffer = [0; ROOM];
         let room = buffer.get_mut(unread..).unwrap_or_default();
-        if let Input::Bytes(count) = self.stream.read(room) {
-            self.heard = Some(Instant::now());
-            take(Arrival::Bytes(room.get(..count).unwrap_or_default()));
-        } else if self.silence_ends().is_some_and(|end| end <= Instant::now()) {
-            self.heard = None;
-            take(Arrival::Silence);
+        match self.stream.read(room) {
+            Input::Bytes(count) => {
+                self.heard = Some(Instant::now());
+                take(Arrival::Bytes(room.get(..count).unwrap_or_default()));
+            }
+            Input::Held => self.heard = Some(Instant::now()),
+            Input::Nothing | Input::Ended => {
+                if self.silence_ends().is_some_and(|end| end <= Instant::now()) {
+                    self.heard = None;
+                    // What is held back is no whole telegram. The silence ends one that a host has begun, and somebody who
+                    // types in ASCII mode waits for the echo.
+                    let held = self.stream.release();
+                    if !held.is_empty() {
+                        take(Arrival::Bytes(&held));
+                    }
+                    take(Arrival::Silence);
+                }
+            }
         }
     }
 
@@ -80,12 +92,17 @@ impl<T: Read + Write + AsFd> Endpoint<T> {
     pub fn throw_away(&mut self, mut take: impl FnMut(&[u8])) {
         self.heard = None;
         let (mut buffer, mut thrown) = ([0; ROOM], 0);
-        while thrown < MOST_THROWN_AWAY
-            && let Input::Bytes(count) = self.stream.read(&mut buffer)
-        {
-            thrown += count;
-            take(buffer.get(..count).unwrap_or_default());
+        while thrown < MOST_THROWN_AWAY {
+            match self.stream.read(&mut buffer) {
+                Input::Bytes(count) => {
+                    thrown += count;
+                    take(buffer.get(..count).unwrap_or_default());
+                }
+                Input::Held => {}
+                Input::Nothing | Input::Ended => break,
+            }
         }
+        take(&self.stream.release());
     }
 
     /// The descriptor and events to poll for: bytes, unless none would be read, and room for replies.

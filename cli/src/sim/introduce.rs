@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use super::links::Links;
 use super::options::{Firmware, Options};
 use super::pty::Pty;
+use super::say;
 use tmcm_sim::Product;
 
 /// Prints what the modules are. `what_runs` tells what runs in a module of a product.
@@ -71,6 +72,21 @@ pub(super) fn links(links: &Links, options: &Options, out: &mut impl Write) -> i
         writeln!(out, "    tmcl world {} state", server.reachable())?;
     }
     Ok(())
+}
+
+/// Warns of ports to which other computers may be able to connect.
+pub(super) fn warn(links: &Links) {
+    let open = links.open_to_others();
+    let (are, them) = if open.len() == 1 { ("is", "it") } else { ("are", "them") };
+    if !open.is_empty() {
+        let open = open.join(", ");
+        say(&format!(
+            "{open} {are} open to other computers: whoever reaches this one moves the motors, without a password"
+        ));
+        say(&format!(
+            "listen on 127.0.0.1 in place of that, unless it is meant and a firewall keeps others from {them}"
+        ));
+    }
 }
 
 /// Prints the path of a serial port, and returns it.

@@ -61,6 +61,7 @@ impl Links {
         } else {
             pty(SERIAL_OPTION, options.serial.as_deref(), SERIAL)?
         };
+        let serial = serial.map(Pty::of_usb);
         let slcan = options.slcan.as_deref();
         let adapter = |link| Pty::open("--slcan", Some(link), |stream| HostAdapter::new(Endpoint::new(stream, SLCAN)));
         Ok(Links {
@@ -73,6 +74,20 @@ impl Links {
             vacant: None,
             last_client: SLCAN,
         })
+    }
+
+    /// The TCP ports to which other computers may be able to connect, as options.
+    pub(super) fn open_to_others(&self) -> Vec<String> {
+        fn option<C: Guest>(option: &str, server: Option<&Server<C>>) -> Option<String> {
+            let server = server.filter(|server| server.is_open_to_others())?;
+            Some(format!("{option} {}", server.address()))
+        }
+        let ports = [
+            option("--tcp", self.tcp.as_ref()),
+            option("--slcan-tcp", self.slcan_tcp.as_ref()),
+            option("--control", self.control.as_ref()),
+        ];
+        ports.into_iter().flatten().collect()
     }
 
     /// Accepts connections and passes to the modules what has arrived, a limited number of bytes per client. Returns
@@ -129,7 +144,7 @@ impl Links {
         Some(match vacant.try_to_occupy(SERIAL_OPTION, |stream| Endpoint::new(stream, SERIAL))? {
             Ok(pty) => {
                 let message = format!("the port of the USB link is {} again", pty.path().display());
-                (self.serial, self.vacant) = (Some(pty), None);
+                (self.serial, self.vacant) = (Some(pty.of_usb()), None);
                 message
             }
             Err(failure) => failure.to_string(),

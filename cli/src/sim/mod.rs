@@ -1,6 +1,7 @@
 //! `tmcl sim`: virtual modules in real time, or in time that a host controls, with links that host software opens.
 
 pub mod answer;
+pub(crate) mod claim;
 pub mod control;
 mod course;
 mod desk;
@@ -8,6 +9,7 @@ pub mod eeprom;
 mod ending;
 pub mod endpoint;
 mod factory;
+mod greeting;
 mod inquiries;
 mod introduce;
 pub mod links;
@@ -37,6 +39,7 @@ use tmcm::module::Spec;
 use crate::failure::Failure;
 use crate::files;
 use crate::output::Output;
+use crate::tell;
 use crate::wording::words;
 use control::ControllerId;
 use course::Course;
@@ -141,7 +144,8 @@ fn serve<M: VirtualModule>(
         fleet.log_telegrams();
     }
     let links = Links::open(options)?;
-    let mut out = std::io::stdout().lock();
+    introduce::warn(&links);
+    let mut out = tell::out();
     if options.ready_json {
         ready::line(&links, options, &mut out)?;
     } else {
@@ -161,5 +165,5 @@ fn serve<M: VirtualModule>(
 /// Prints a message for a person on standard error.
 fn say(message: &str) {
     // A closed standard error must not end the simulator.
-    let _ = writeln!(std::io::stderr(), "tmcl sim: {message}");
+    let _ = writeln!(tell::err(), "tmcl sim: {message}");
 }

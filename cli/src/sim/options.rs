@@ -12,8 +12,8 @@ use tmcm_sim::{FirmwareKind, Model, Product};
 use crate::failure::Failure;
 use crate::product;
 
-/// Most modules: as many as an RS485 bus carries.
-const MOST_MODULES: u8 = 32;
+/// Most modules: as many as a CANopen network has node IDs.
+const MOST_MODULES: u8 = 127;
 
 /// Run a virtual TMCM-1140, TMCM-3110, TMCM-3212 or TMCM-6110, or several on a bus, that host software drives like real
 /// ones
@@ -55,7 +55,10 @@ pub struct Options {
 
     /// Offer the module's USB link on a TCP port, to up to 16 clients at once
     ///
-    /// Further connections are refused. Port 0 takes a free port and prints it.
+    /// Further connections are refused, and one that begins like HTTP or TLS is closed, so that no web page reaches the
+    /// module. Port 0 takes a free port and prints it.
+    ///
+    /// There is no password: with another address than one of 127.0.0.1 or [::1], who reaches this computer moves the motor.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub tcp: Option<String>,
 
@@ -74,11 +77,11 @@ pub struct Options {
     #[arg(long, value_name = "PATH")]
     pub slcan: Option<PathBuf>,
 
-    /// Offer the CAN bus on a TCP port; each client has an adapter of its own
+    /// Offer the CAN bus on a TCP port, as --tcp the USB link; each client has an adapter of its own
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub slcan_tcp: Option<String>,
 
-    /// Number of modules; without it as many as --product names, or 1
+    /// Number of modules, up to 127; without it as many as --product names, or 1
     ///
     /// A fresh module K has serial address and CAN identifier K, or with --firmware canopen node ID K; as in the
     /// factory, all TMCL modules reply to address and identifier 2. --serial and --tcp belong to module 1. A factory
@@ -115,9 +118,8 @@ pub struct Options {
     /// ports of --serial and --tcp stay; what is sent into them is lost, and nothing comes. After `usb off --hangup`
     /// connections end, and the path of --serial is gone until `usb on`.
     ///
-    /// A connection on which something like HTTP, or a line too long, comes before the first command is closed, so
-    /// that no web page reaches the module. Commands of a client that does not read its answers wait until it does. At
-    /// 16 connections a new one takes the place of the one that has been idle longest.
+    /// A connection that begins like HTTP or TLS is closed, as at --tcp. Commands of a client that does not read its answers
+    /// wait until it does. At 16 connections a new one takes the place of the one that has been idle longest.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub control: Option<String>,
 
@@ -128,7 +130,7 @@ pub struct Options {
     /// while that cannot be written, the module answers stores with status 5, and a CANopen node with abort code
     /// 06060000h. A file has one simulator at a time. Either firmware of a product, and another product with an EEPROM
     /// of this size, takes the file: it finds its own defaults there, and what the other has stored is there until this
-    /// one stores something.
+    /// one stores something. Then the other one has its defaults.
     #[arg(long, value_name = "FILE")]
     pub eeprom: Option<PathBuf>,
 
@@ -289,7 +291,7 @@ impl Options {
             return refused("all modules run the image, which is for one product. Give its name alone".into());
         }
         if named.len() > usize::from(MOST_MODULES) {
-            return refused(format!("these are {} modules, and a bus carries {MOST_MODULES}", named.len()));
+            return refused(format!("these are {} modules, and {MOST_MODULES} are the most", named.len()));
         }
         match self.modules {
             Some(count) if named.len() > 1 && named.len() != usize::from(count) => refused(format!(

@@ -1,16 +1,15 @@
 //! A serial port for host software: a pseudo terminal, and a symbolic link to the terminal's device.
 
 use std::fs::{self, File};
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, ErrorKind};
 use std::os::fd::OwnedFd;
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use rustix::fs::{Mode, OFlags};
 use rustix::pty::OpenptFlags;
 use rustix::termios::OptionalActions;
 
+use super::claim;
 use super::stream::Stream;
 use crate::failure::Failure;
 use crate::wording::words;
@@ -24,6 +23,8 @@ pub struct Pty<E> {
     link: Option<PathBuf>,
     /// Shows other simulators that the link's path is in use.
     _claim: Option<OwnedFd>,
+    /// Shows the tools that the terminal leads to one module.
+    _usb: Option<OwnedFd>,
     /// The terminal's device, kept open so that the terminal stays in raw mode while no host has the device open.
     _slave: OwnedFd,
 }
@@ -34,6 +35,13 @@ impl<E> Pty<E> {
     pub fn open(option: &str, link: Option<&Path>, end: impl FnOnce(Stream<File>) -> E) -> Result<Self, Failure> {
         let claim = link.map(|link| reserve(option, link)).transpose()?;
         Vacant { link: link.map(Path::to_path_buf), claim, failing: false }.occupy(option, end)
+    }
+
+    /// The same terminal as the end of a USB cable: it leads to one module, which answers whatever the address.
+    pub fn of_usb(mut self) -> Self {
+        // Without the claim the tools look at the addresses in replies, as on a bus.
+        self._usb = claim::usb(&self.device).ok();
+        self
     }
 
     /// Hangs up: who has the terminal open sees its end, and the symbolic link is gone. The link's path stays claimed.
@@ -103,7 +111,14 @@ impl Vacant {
         }
         // While one telegram waits for a host that does not read, further replies are lost, as on a wire.
         let stream = Stream::new(File::from(master), 1);
-        Ok(Pty { end: end(stream), device, link: self.link.take(), _claim: self.claim.take(), _slave: slave })
+        Ok(Pty {
+            end: end(stream),
+            device,
+            link: self.link.take(),
+            _claim: self.claim.take(),
+            _usb: None,
+            _slave: slave,
+        })
     }
 }
 
@@ -126,7 +141,7 @@ fn terminal() -> io::Result<(OwnedFd, OwnedFd, PathBuf)> {
 /// Claims the path of a symbolic link, if the link could be made there.
 fn reserve(option: &str, link: &Path) -> Result<OwnedFd, Failure> {
     is_leftover(option, link)?;
-    claim(link).map_err(|error| match error.kind() {
+    claim::path(link).map_err(|error| match error.kind() {
         ErrorKind::AddrInUse => Failure::Failed(format!(
             "{option}: {} is the port of a simulator that runs. Give another path",
             link.display()
@@ -162,32 +177,4 @@ fn is_leftover(option: &str, link: &Path) -> Result<bool, Failure> {
 fn no_link(option: &str, link: &Path, error: io::Error) -> Failure {
     let shown = link.display();
     Failure::Failed(format!("{option}: cannot make a link at {shown}: {}. Its directory has to exist", words(error)))
-}
-
-/// Claims a path for a link; fails while another simulator has the path. The old link's target does not show whether
-/// its simulator still runs, because the numbers of terminals are used again.
-fn claim(link: &Path) -> io::Result<OwnedFd> {
-    let parent = link.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let folder = fs::metadata(parent)?;
-    let mut hasher = DefaultHasher::new();
-    (folder.dev(), folder.ino(), link.file_name()).hash(&mut hasher);
-    take(&format!("tmcl sim {:016x}", hasher.finish()))
-}
-
-/// Claims a name until the returned descriptor is closed. The name is a socket's abstract name, because the system
-/// frees such a name however the process ends.
-#[cfg(target_os = "linux")]
-fn take(name: &str) -> io::Result<OwnedFd> {
-    use std::os::linux::net::SocketAddrExt;
-    use std::os::unix::net::{SocketAddr, UnixDatagram};
-    Ok(UnixDatagram::bind_addr(&SocketAddr::from_abstract_name(name)?)?.into())
-}
-
-/// Claims a name until the returned descriptor is closed. This system has no abstract names, so the claim is the lock
-/// of a temporary file, which is not removed.
-#[cfg(not(target_os = "linux"))]
-fn take(name: &str) -> io::Result<OwnedFd> {
-    let file = File::options().create(true).truncate(false).write(true).open(std::env::temp_dir().join(name))?;
-    file.try_lock().map_err(|_| ErrorKind::AddrInUse)?;
-    Ok(file.into())
 }

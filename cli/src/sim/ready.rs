@@ -45,11 +45,11 @@ pub(super) fn line(links: &Links, options: &Options, out: &mut impl Write) -> io
         image: options.image.as_ref().map(|path| path.display().to_string()),
         time: if options.paused.is_some() { Going::Paused } else { Going::Running },
         serial: links.serial.as_ref().map(path),
-        tcp: links.tcp.as_ref().map(|server| server.reachable()),
+        tcp: links.tcp.as_ref().map(|server| server.address()),
         rs485: links.rs485.as_ref().map(path),
         slcan: links.slcan.as_ref().map(path),
-        slcan_tcp: links.slcan_tcp.as_ref().map(|server| server.reachable()),
-        control: links.control.as_ref().map(|server| server.reachable()),
+        slcan_tcp: links.slcan_tcp.as_ref().map(|server| server.address()),
+        control: links.control.as_ref().map(|server| server.address()),
     };
     writeln!(out, "{}", serde_json::to_string(&ready)?)
 }

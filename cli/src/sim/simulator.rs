@@ -152,7 +152,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
         if lines.is_empty() { Ok(()) } else { output.write(lines.as_bytes()).and_then(|()| output.flush()) }
     }
 
-    /// Writes what the modules have sent, and after it the answer to what has been done meanwhile.
+    /// Writes what the modules have sent, and after it the answers to what has been done meanwhile, or has ended.
     fn hand_out_replies(&mut self, finished: Option<Finished>) {
         if !self.course.is_stepping() {
             // The agenda may have changed the links meanwhile.
@@ -163,6 +163,10 @@ impl<M: VirtualModule> Simulator<'_, M> {
             self.inquiries.finished(&mut self.fleet).into_iter().for_each(|finished| self.answer(finished));
         }
         finished.into_iter().for_each(|finished| self.answer(finished));
+        for interrupter in self.course.take_interrupters() {
+            let told = Told::time(self.fleet.now());
+            self.answer((interrupter, Ok(Some(told))));
+        }
         self.links.tidy(&mut self.fleet, self.course.is_at_rest());
     }
 

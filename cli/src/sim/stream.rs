@@ -5,11 +5,15 @@ use std::os::fd::{AsFd, BorrowedFd};
 
 use rustix::event::PollFlags;
 
+use super::greeting::{Caller, Greeting};
+
 /// The outcome of a read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Input {
     /// This number of bytes was read.
     Bytes(usize),
+    /// Bytes have arrived, and are held back until it is known who sends them.
+    Held,
     /// No byte has arrived.
     Nothing,
     /// No byte will arrive any more.
@@ -20,6 +24,8 @@ pub enum Input {
 #[derive(Debug)]
 pub struct Stream<T> {
     io: T,
+    /// What the stream has begun with, until it is known who is at the other end.
+    greeting: Option<Greeting>,
     waiting: Vec<u8>,
     limit: usize,
     /// Number of bytes that have been written so far.
@@ -32,11 +38,49 @@ impl<T: Read + Write + AsFd> Stream<T> {
     /// A stream over `io`, which must be in non-blocking mode. While `limit` bytes wait because the other side does not
     /// read, [`write`](Self::write) takes no more.
     pub fn new(io: T, limit: usize) -> Self {
-        Stream { io, waiting: Vec::new(), limit, written: 0, ended: false, broken: false }
+        Stream { io, greeting: None, waiting: Vec::new(), limit, written: 0, ended: false, broken: false }
+    }
+
+    /// A stream whose other end may be a web browser. If it is one, the stream ends, and nothing that it has sent is read.
+    pub fn guarded(io: T, limit: usize) -> Self {
+        Stream { greeting: Some(Greeting::default()), ..Self::new(io, limit) }
     }
 
     /// Reads bytes that have arrived, as many as fit `buffer`.
     pub fn read(&mut self, buffer: &mut [u8]) -> Input {
+        let Some(mut greeting) = self.greeting.take() else { return self.read_on(buffer) };
+        let Some((front, rest)) = buffer.split_at_mut_checked(greeting.held().len()) else { return Input::Nothing };
+        front.copy_from_slice(greeting.held());
+        let (input, before) = (self.read_on(rest), front.len());
+        match input {
+            Input::Bytes(count) => match greeting.hear(rest.get(..count).unwrap_or_default()) {
+                Caller::Host => return Input::Bytes(before + count),
+                Caller::Browser => {
+                    self.give_up();
+                    return Input::Ended;
+                }
+                Caller::Unknown => {
+                    self.greeting = Some(greeting);
+                    return Input::Held;
+                }
+            },
+            // Who has said all has not sent a request of HTTP. The next read finds the end again.
+            Input::Ended if before > 0 && !self.broken => {
+                self.ended = false;
+                return Input::Bytes(before);
+            }
+            Input::Ended | Input::Held | Input::Nothing => self.greeting = Some(greeting),
+        }
+        input
+    }
+
+    /// Gives bytes that are held back, because they are not to wait any longer.
+    pub fn release(&mut self) -> Vec<u8> {
+        self.greeting.as_mut().map(Greeting::release).unwrap_or_default()
+    }
+
+    /// Reads bytes from whoever is at the other end.
+    fn read_on(&mut self, buffer: &mut [u8]) -> Input {
         if self.ended {
             return Input::Ended;
         }

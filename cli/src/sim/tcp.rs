@@ -82,6 +82,11 @@ impl<C: Guest> Server<C> {
         self.address
     }
 
+    /// True if other computers may be able to connect.
+    pub fn is_open_to_others(&self) -> bool {
+        !self.address.ip().to_canonical().is_loopback()
+    }
+
     /// An address that a client on this computer can connect to.
     pub fn reachable(&self) -> SocketAddr {
         let mut address = self.address;
@@ -105,7 +110,7 @@ impl<C: Guest> Server<C> {
                 // A connection that breaks before it is set up is ignored.
                 Ok((socket, _)) if prepare(&socket).is_err() => {}
                 Ok((socket, from)) => {
-                    let refused = !self.admit(make(Stream::new(socket, LIMIT)));
+                    let refused = !self.admit(make(Stream::guarded(socket, LIMIT)));
                     if refused && !std::mem::replace(&mut self.refusal_told, true) {
                         return Some(format!(
                             "{}: the connection from {from} is refused: there are {MOST_CONNECTIONS}, and no more at one time",

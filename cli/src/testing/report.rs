@@ -7,6 +7,7 @@ use tmcm_sim::scenario::suite::{News, Outcome, Report};
 
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::tell;
 
 /// Prints what happens.
 pub(super) struct Printer {
@@ -44,10 +45,10 @@ impl Printer {
         if self.printed.is_ok() {
             self.printed = if self.beside {
                 // A closed standard error does not end the program.
-                let _ = writeln!(io::stderr(), "{line}");
+                let _ = writeln!(tell::err(), "{line}");
                 Ok(())
             } else {
-                writeln!(io::stdout(), "{line}")
+                writeln!(tell::out(), "{line}")
             };
         }
     }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use crate::failure::Failure;
 use crate::poll::readable;
 use crate::signal::EndSignal;
+use crate::tell;
 use crate::wording::words;
 
 /// Time between two looks for a signal.
@@ -43,7 +44,7 @@ impl Lines {
     /// Tells the user something. It goes to standard error, which is not part of the result.
     pub(super) fn say(&self, text: &str) {
         // A closed standard error must not end a measurement.
-        let _ = writeln!(std::io::stderr(), "{text}");
+        let _ = writeln!(tell::err(), "{text}");
     }
 
     /// Whether the user has confirmed what was asked for: with Enter, or yes.
@@ -54,7 +55,7 @@ impl Lines {
         let Some(line) = self.next()? else { return Ok(false) };
         match line.trim().to_lowercase().as_str() {
             "" | "y" | "yes" => Ok(true),
-            other => Err(Failure::Failed(format!("ended by '{}'", other.replace(char::is_control, " ")))),
+            other => Err(Failure::Failed(format!("ended by '{other}'"))),
         }
     }
 

@@ -11,6 +11,7 @@ use crate::failure::Failure;
 use crate::link::{LinkError, LinkTarget};
 use crate::product::{Product, axis_number};
 use crate::signal::EndSignal;
+use crate::tell;
 
 /// MVP ABS.
 const ABSOLUTE: u8 = 0;
@@ -188,7 +189,7 @@ impl<'a> Bench<'a> {
             if !std::mem::replace(&mut told, true) {
                 // A closed standard error must not keep the settings from being put back.
                 let _ = writeln!(
-                    std::io::stderr(),
+                    tell::err(),
                     "tmcl: the module does not answer; trying for up to {} seconds to put its settings back",
                     ENDURANCE.as_secs()
                 );

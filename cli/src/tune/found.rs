@@ -10,6 +10,7 @@ use super::table;
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::product::{Product, axis_number};
+use crate::tell;
 use crate::terminal;
 
 /// What was found.
@@ -78,8 +79,8 @@ impl Found {
         }
         match plot.as_ref().is_some_and(Output::is_standard) {
             // A closed standard error does not keep the image from being drawn.
-            true => std::io::stderr().write_all(&out).unwrap_or_default(),
-            false => std::io::stdout().write_all(&out).and_then(|()| std::io::stdout().flush())?,
+            true => tell::err().write_all(&out).unwrap_or_default(),
+            false => tell::out().write_all(&out).and_then(|()| tell::out().flush())?,
         }
         if let Some(mut plot) = plot {
             plot.write(drawn.as_bytes())?;

@@ -39,6 +39,7 @@ use crate::output::Output;
 use crate::progress::Progress;
 use crate::signal::EndSignal;
 use crate::sim::read_world;
+use crate::tell;
 use crate::terminal;
 use crate::world;
 use bench::Bench;
@@ -307,7 +308,7 @@ fn announce(what: &What, track: &Track, setup: &Setup, time: Duration, common: &
     let mut told = Vec::new();
     table::text(&mut told, &text, terminal::columns())?;
     // A closed standard error must not keep the motor from being measured.
-    let _ = std::io::stderr().write_all(&told);
+    let _ = tell::err().write_all(&told);
     Ok(())
 }
 

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::build;
 use super::harness::{Controller, Sim};
+use super::time::{begin_an_hour, tireless};
 
 const PAUSED: [&str; 3] = ["--paused", "--control", "127.0.0.1:0"];
 
@@ -132,10 +133,11 @@ fn time_may_go_by_the_clock_or_be_somebody_elses() {
     other.ok("restart");
     assert!(port.answer().unwrap()["error"].is_string());
     // While somebody lets time pass, nothing is sent.
-    other.ok("pause");
-    port.tell("step 1 h");
+    let sim = tireless();
+    let (mut stepper, mut other) = (begin_an_hour(&sim), Controller::new(&sim));
     assert!(other.refused("send GGP 66, 0").contains("busy: a 'step' is under way"));
-    assert_eq!(port.answer().unwrap()["ok"], true);
+    other.ok("interrupt");
+    assert_eq!(stepper.answer().unwrap()["ok"], true);
 }
 
 #[test]

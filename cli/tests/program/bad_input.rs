@@ -5,6 +5,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::process::ExitStatusExt;
 use std::process::{Command, ExitStatus, Output, Stdio};
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal};
@@ -12,7 +13,7 @@ use tmcm::tmcl::binary::{self, TELEGRAM};
 use tmcm::tmcl::{Reply, Status};
 
 use super::fake::{Fake, State};
-use super::harness::{Sim, run, tmcl};
+use super::harness::{Sim, command, tmcl, tmcl_path};
 use super::pty::Terminal;
 
 /// What a command may take at most to notice that something is wrong, on a busy computer.
@@ -93,7 +94,7 @@ const WRONG: [(&[&str], &str); 38] = [
     (&["scan", "sim", "--addresses", "9-1"], "1 to 255"),
     (&["run", "x.tmc", "--until", "10"], "unit"),
     (&["run", "x.tmc", "--at", "soon: press left"], "soon"),
-    (&["run", concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/jog.tmc"), "--plot", "x.png"], ".svg"),
+    (&["run", "{program}", "--plot", "x.png"], ".svg"),
     (&["calc", "60 rpn"], "rpm"),
     (&["calc", "fast"], "60 rpm"),
     (&["sim", "--modules", "0"], "0"),
@@ -249,15 +250,22 @@ fn all_right(wrong: Vec<String>) {
 #[test]
 fn modules_that_answer_late_or_rubbish_or_not_at_all() {
     let folder = Folder::new();
-    let mut complaints = Vec::new();
-    for peer in Peer::ALL {
+    let complaints = Mutex::new(Vec::new());
+    let visit = |peer: Peer| {
         let link = peer.start();
         for Tool { arguments, typed } in &LINKED {
             let arguments = folder.fill(arguments, ("{link}", &link));
             let output = carry_out(tmcl(&[]).args(&arguments).args(["--timeout", "50"]), typed);
-            complaints.extend(wrong(&arguments, &output, 1).map(|wrong| format!("{peer:?}: {wrong}")));
+            let wrong = wrong(&arguments, &output, 1).map(|wrong| format!("{peer:?}: {wrong}"));
+            complaints.lock().unwrap().extend(wrong);
         }
-    }
+    };
+    std::thread::scope(|scope| {
+        for peer in Peer::ALL {
+            scope.spawn(move || visit(peer));
+        }
+    });
+    let complaints = complaints.into_inner().unwrap();
     assert!(!std::path::Path::new(&folder.at("new.tmcl")).exists(), "half a file");
     all_right(complaints);
 }
@@ -286,15 +294,21 @@ fn signals_end_every_tool_at_once() {
     let link = Peer::Silent.start();
     let mut complaints = Vec::new();
     for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143)] {
-        for Tool { arguments, typed } in &LINKED {
+        let begun = LINKED.each_ref().map(|Tool { arguments, typed }| {
             let arguments = folder.fill(arguments, ("{link}", &link));
             let mut child =
                 tmcl(&[]).args(&arguments).args(["--timeout", "60000"]).stdin(Stdio::piped()).spawn().unwrap();
             let mut stdin = child.stdin.take().unwrap();
             stdin.write_all(typed.as_bytes()).unwrap();
-            std::thread::sleep(Duration::from_millis(150));
-            rustix::process::kill_process(Pid::from_child(&child), signal).unwrap();
-            let end = Instant::now() + Duration::from_secs(5);
+            (arguments, child, stdin)
+        });
+        // They wait for the module by then, as is likely, and makes no difference.
+        std::thread::sleep(Duration::from_secs(1));
+        for (_, child, _) in &begun {
+            rustix::process::kill_process(Pid::from_child(child), signal).unwrap();
+        }
+        let end = Instant::now() + SOON;
+        for (arguments, mut child, _stdin) in begun {
             let status = loop {
                 match child.try_wait().unwrap() {
                     Some(status) => break Some(status),
@@ -336,7 +350,7 @@ fn signals_end_what_waits_for_standard_input() {
             let begun = Instant::now();
             let (status, said) = terminal.end();
             let asked = fake.state().asked.iter().all(|command| command.opcode == 136);
-            if !ended_by(status, code) || !asked || begun.elapsed() > Duration::from_secs(5) {
+            if !ended_by(status, code) || !asked || begun.elapsed() > SOON {
                 complaints.push(format!("tmcl {}: {status:?}, not {code}: {said}", arguments.join(" ")));
             }
         }
@@ -424,10 +438,11 @@ fn files_that_cannot_be_written() {
 
 #[test]
 fn numbers_and_names_that_cannot_be() {
+    let folder = Folder::new();
     let mut complaints = Vec::new();
     for (arguments, word) in WRONG {
-        let output = run(arguments);
-        let arguments: Vec<String> = arguments.iter().map(ToString::to_string).collect();
+        let arguments = folder.fill(arguments, ("", ""));
+        let output = tmcl(&[]).args(&arguments).output().unwrap();
         complaints.extend(wrong(&arguments, &output, 2));
         let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
         if !complaint.contains(word) {
@@ -482,8 +497,8 @@ fn standard_input_that_is_closed() {
     let mut complaints = Vec::new();
     for arguments in TALKING.into_iter().chain([&["shell", "sim"][..], &["debug", "sim", "{program}"]]) {
         let arguments = folder.fill(arguments, ("", ""));
-        let mut shell = Command::new("sh");
-        shell.args(["-c", "exec \"$@\" <&-", "sh", env!("CARGO_BIN_EXE_tmcl")]).args(&arguments);
+        let mut shell = command("sh");
+        shell.args(["-c", "exec \"$@\" <&-", "sh", tmcl_path()]).args(&arguments);
         let output = carry_out(shell.stdout(Stdio::piped()).stderr(Stdio::piped()), "");
         if !output.status.success() {
             let complaint = String::from_utf8_lossy(&output.stderr).into_owned();

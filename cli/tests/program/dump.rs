@@ -80,7 +80,7 @@ fn a_program_comes_back_as_source() {
 /// Programs of all products come back as the bytes that were loaded.
 #[test]
 fn what_comes_back_assembles_to_the_same_bytes() {
-    let examples = |name: &str| format!("{}/../examples/{name}", env!("CARGO_MANIFEST_DIR"));
+    let examples = |name: &str| format!("{}/examples/{name}", fw::workspace().unwrap().display());
     for (product, name) in [
         ("1140", "timer_interrupt.tmc"),
         ("1140", "routines.tmc"),

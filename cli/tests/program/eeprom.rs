@@ -181,6 +181,55 @@ fn nobody_can_foresee_the_name_of_the_new_file() {
     assert_eq!(names(sim.folder.path()), ["module.bin"]);
 }
 
+/// New files that a simulator has left, because it was killed while it wrote, are removed by the next one; what is not surely
+/// such a file of this EEPROM stays.
+#[test]
+fn new_files_of_a_simulator_that_was_killed_are_removed() {
+    let stray = |name: &str| format!("{name}.0123456789abcdef.new");
+    let others = [
+        stray("module.bin.2"),
+        stray("other.bin"),
+        "module.bin.0123456789ABCDEF.new".into(),
+        "module.bin.0123456789abcde.new".into(),
+        "module.bin.0123456789abcdefg.new".into(),
+        "module.bin.new".into(),
+        "module.bin.0123456789abcdef".into(),
+        // It is larger than an EEPROM.
+        "module.bin.00000000000000aa.new".into(),
+        // Somebody writes it.
+        "module.bin.00000000000000bb.new".into(),
+        // It leads elsewhere.
+        "module.bin.00000000000000cc.new".into(),
+        // It is a folder.
+        "module.bin.00000000000000dd.new".into(),
+    ];
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    for name in &others[..7] {
+        fs::write(path(name), [0xFF; 16_384]).unwrap();
+    }
+    fs::write(path(&others[7]), [0xFF; 16_385]).unwrap();
+    let busy = File::create(path(&others[8])).unwrap();
+    busy.lock().unwrap();
+    symlink(path("other"), path(&others[9])).unwrap();
+    fs::write(path("other"), "somebody else's").unwrap();
+    fs::create_dir(path(&others[10])).unwrap();
+    let mut expected: Vec<String> = others.iter().cloned().chain(["module.bin".into(), "other".into()]).collect();
+    expected.sort();
+    // Half a file, all of it, and nothing yet; with a file of the EEPROM and, the first time, without one.
+    let mut folder = folder;
+    for _ in 0..2 {
+        for (number, length) in [(1, 0), (2, 300), (3, 16_384)] {
+            let name = format!("module.bin.{number:016x}.new");
+            fs::write(folder.path().join(name), vec![0; length]).unwrap();
+        }
+        let sim = Sim::start_in(folder, &OPTIONS);
+        assert_eq!(names(sim.folder.path()), expected);
+        folder = sim.end(Signal::KILL).1;
+    }
+    drop(busy);
+}
+
 #[test]
 fn what_cannot_be_an_eeprom_is_left_alone() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,19 +1,14 @@
 //! How `tmcl sim` ends, and what it leaves behind.
 
 use std::io::Write;
-use std::process::{Command, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::process::Stdio;
 
 use rustix::process::Signal;
-use signal_hook::consts::SIGHUP;
 
-use super::harness::{Sim, run, tmcl};
+use super::harness::{Sim, command, run, tmcl, tmcl_path};
 
 #[test]
 fn every_signal_that_ends_it_removes_its_links() {
-    // What is handled here is not ignored there, even if these tests run under `nohup`.
-    signal_hook::flag::register(SIGHUP, Arc::<AtomicBool>::default()).unwrap();
     for signal in [Signal::HUP, Signal::INT, Signal::TERM] {
         let sim = Sim::start(&["--serial", "{}/port", "--rs485", "{}/bus", "--slcan", "{}/can"]);
         let links = ["port", "bus", "can"].map(|name| sim.path(name));
@@ -27,8 +22,8 @@ fn every_signal_that_ends_it_removes_its_links() {
 /// As `nohup` starts it.
 #[test]
 fn it_outlives_its_terminal_if_that_is_wanted() {
-    let mut command = Command::new("sh");
-    command.args(["-c", "trap '' HUP; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_tmcl"), "sim", "--tcp", "127.0.0.1:0"]);
+    let mut command = command("sh");
+    command.args(["-c", "trap '' HUP; exec \"$@\"", "sh", tmcl_path(), "sim", "--tcp", "127.0.0.1:0"]);
     let sim = Sim::start_as(tempfile::tempdir().unwrap(), command.stdin(Stdio::null()).stdout(Stdio::piped()));
     sim.signal(Signal::HUP);
     // The signal has come before the command.

@@ -7,11 +7,13 @@ use std::net::TcpStream;
 use std::os::fd::AsFd;
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Output, Stdio};
-use std::sync::mpsc;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, LazyLock, Once, mpsc};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec};
 use rustix::process::{Pid, Signal};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use tmcm::tmcl::binary::{self, Received, TELEGRAM, Telegram};
 use tmcm::tmcl::text;
 
@@ -20,11 +22,34 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 /// A silence that ends an unfinished telegram, however busy the computer.
 pub(crate) const SILENCE: Duration = Duration::from_millis(300);
 
+/// Where the program is.
+pub(crate) fn tmcl_path() -> &'static str {
+    static PATH: LazyLock<String> = LazyLock::new(|| fw::programs().unwrap().join("tmcl").to_str().unwrap().into());
+    &PATH
+}
+
 /// The program with these arguments.
 pub(crate) fn tmcl(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_tmcl"));
+    let mut command = command(tmcl_path());
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
+}
+
+/// Any program that a test starts: signals that end it do so even if whoever started the tests ignores them, as `nohup`
+/// does, and a shell for what it starts with `&`.
+pub(crate) fn command(program: &str) -> Command {
+    static HEARD: Once = Once::new();
+    HEARD.call_once(|| {
+        for (name, signal) in [("HUP", SIGHUP), ("INT", SIGINT), ("TERM", SIGTERM)] {
+            // A shell lives on if it has inherited that the signal is ignored.
+            let is_ignored = Command::new("sh").args(["-c", &format!("kill -{name} $$")]).status().unwrap().success();
+            if is_ignored {
+                // What is handled here, and be it by nothing, is not ignored in programs started from here.
+                signal_hook::flag::register(signal, Arc::<AtomicBool>::default()).unwrap();
+            }
+        }
+    });
+    Command::new(program)
 }
 
 /// Runs the program to its end.
@@ -130,6 +155,11 @@ impl Sim {
             last = serde_json::from_str(&answers.next().unwrap().unwrap()).unwrap();
         }
         last
+    }
+
+    /// Waits until it has read all that its links have brought: it looks at each of them before it answers twice.
+    pub(crate) fn has_looked(&self) {
+        self.control(&["state", "state"]);
     }
 
     /// Its process.

@@ -3,14 +3,14 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal};
 
 use super::build;
-use super::harness::{PATIENCE, Sim, run};
+use super::harness::{PATIENCE, Sim, command, run, tmcl_path};
 
 /// Commands that go on until somebody ends them, by how they begin; here that is done as soon as they have printed
 /// something, or after a moment.
@@ -22,8 +22,11 @@ const NOT_RUN: [(&str, &str); 3] = [
     ("tmcl tune stallguard /dev/ttyACM0", "asks somebody at a terminal, who also holds the shaft"),
 ];
 
+/// The links of examples to modules that are there.
+const LINKS: [&str; 4] = ["slcan:/dev/ttyACM0", "/dev/ttyACM0", "/dev/ttyUSB0", "tcp:127.0.0.1:4140"];
+
 /// How many commands are tried at a time.
-const AT_A_TIME: usize = 4;
+const AT_A_TIME: usize = 8;
 
 /// What an example may be about, in the folder where it is run.
 const PROGRAM: &str =
@@ -103,24 +106,32 @@ fn carry_out(sim: &Sim, example: &str) -> Result<(), String> {
     let usb = sim.path("usb").display().to_string();
     let can = sim.path("can").display().to_string();
     let bus = sim.path("rs485").display().to_string();
-    let line = example
+    // Who asks a module waits for it, however busy this computer is; a scan waits for those that are not there, too.
+    let asked = LINKS.iter().find(|link| example.contains(*link) && !example.starts_with("tmcl scan"));
+    let patient = asked.map_or(example.into(), |link| example.replacen(link, &format!("{link} --timeout 60000"), 1));
+    let line = patient
         .replace("/tmp/", &format!("{}/", folder.path().display()))
         .replace("~/", &format!("{}/", folder.path().display()))
         .replace("slcan:/dev/ttyACM0", &format!("slcan:{can}"))
         .replace("/dev/ttyACM0", &usb)
-        .replace("/dev/ttyUSB0", &bus);
+        .replace("/dev/ttyUSB0", &bus)
+        // As it is this takes ten seconds.
+        .replace("--count 100 ", "--count 5 ");
+    // And this takes thirteen.
+    let is_whole_scan = line.starts_with("tmcl scan") && !line.contains("--addresses");
+    let line = if is_whole_scan { line + " --addresses 1-16" } else { line };
     // A simulator takes ports of its own.
     let line = if line.starts_with("tmcl sim") {
         line.replace(":4140", ":0").replace(":4141", ":0")
     } else {
         line.replace("127.0.0.1:4140", &port("tcp")).replace("127.0.0.1:4141", &port("control"))
     };
-    let program = Path::new(env!("CARGO_BIN_EXE_tmcl")).parent().unwrap().display().to_string();
+    let program = Path::new(tmcl_path()).parent().unwrap().display().to_string();
     let search = format!("{program}:{}", std::env::var("PATH").unwrap());
     // The shell becomes the program where that is all, so that a signal reaches it.
     let line = if line.starts_with("tmcl ") && !line.contains(['|', '>', '&']) { format!("exec {line}") } else { line };
     let output = fs::File::create(path("output")).unwrap();
-    let mut child = Command::new("sh")
+    let mut child = command("sh")
         .args(["-c", &line])
         .current_dir(folder.path())
         .env("PATH", search)
@@ -154,7 +165,7 @@ fn carry_out(sim: &Sim, example: &str) -> Result<(), String> {
 
 /// Puts what examples speak of into a folder.
 fn furnish(folder: &Path) {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap();
+    let root = fw::workspace().unwrap();
     for name in ["examples", "hal-sim"] {
         symlink(root.join(name), folder.join(name)).unwrap();
     }
@@ -168,7 +179,7 @@ fn furnish(folder: &Path) {
     fs::write(folder.join("stage.toml"), WORLD).unwrap();
     fs::write(folder.join("stage.txt"), "== A move\nMVP ABS, 0, 1000\nwait 1 s until GAP 1, 0 = 1000\n").unwrap();
     fs::write(folder.join("axis.tmcl"), "SAP 4, 0, 1000\n").unwrap();
-    let assembled = Command::new(env!("CARGO_BIN_EXE_tmcl")).args(["asm", "stage.tmc"]).current_dir(folder).output();
+    let assembled = command(tmcl_path()).args(["asm", "stage.tmc"]).current_dir(folder).output();
     assert!(assembled.unwrap().status.success());
     for place in [".local/share/bash-completion/completions", ".zfunc", ".config/fish/completions"] {
         fs::create_dir_all(folder.join(place)).unwrap();
@@ -178,7 +189,7 @@ fn furnish(folder: &Path) {
 #[test]
 fn the_version_names_the_commit_of_the_checkout() {
     let output =
-        Command::new("git").args(["-C", env!("CARGO_MANIFEST_DIR"), "rev-parse", "--short=10", "HEAD"]).output();
+        command("git").args(["rev-parse", "--short=10", "HEAD"]).current_dir(fw::workspace().unwrap()).output();
     let commit = output.ok().filter(|output| output.status.success()).map(|output| output.stdout);
     let expected = commit.map_or("a build of a checkout".into(), |commit| String::from_utf8(commit).unwrap());
     for option in ["-V", "--version"] {

@@ -10,7 +10,7 @@ use rustix::process::Signal;
 use tmcm::tmcl::binary;
 
 use super::build;
-use super::harness::{SILENCE, Sim, complaint, request, run};
+use super::harness::{SILENCE, Sim, complaint, request, run, tmcl_path};
 
 pub(crate) const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 pub(crate) const CONTROL: [&str; 2] = ["--control", "127.0.0.1:0"];
@@ -53,7 +53,7 @@ fn it_answers_and_moves_on_every_link() {
 
 #[test]
 fn telegrams_may_come_in_pieces_and_rubbish_ends_with_a_silence() {
-    let sim = start(&[&TCP]);
+    let sim = start(&[&TCP, &CONTROL]);
     let mut host = sim.tcp();
     for cut in [1, 5, 8] {
         let telegram = request("GAP 4, 0");
@@ -69,7 +69,9 @@ fn telegrams_may_come_in_pieces_and_rubbish_ends_with_a_silence() {
         }
     }
     host.write(b"rub");
+    sim.has_looked();
     std::thread::sleep(SILENCE);
+    sim.has_looked();
     assert_eq!(host.ok("GAP 4, 0"), 1000);
 }
 
@@ -165,7 +167,7 @@ fn a_file_that_is_no_image_is_told() {
     };
     assert!(refused("missing", None).contains("--image: ") && refused("missing", None).contains("cannot be read"));
     assert!(refused("text", Some(b"no ELF")).contains("the image cannot be used"));
-    let host = std::fs::read(env!("CARGO_BIN_EXE_tmcl")).unwrap();
+    let host = std::fs::read(tmcl_path()).unwrap();
     assert!(refused("host", Some(&host)).contains("the image cannot be used"));
     assert!(refused("crash", Some(&crashing())).contains("the core is locked up"));
 }
@@ -181,4 +183,28 @@ fn crashing() -> Vec<u8> {
     elf[stack + 4..stack + 8].copy_from_slice(&0x080F_F001_u32.to_le_bytes());
     elf[stack + 8..stack + 16].fill(0);
     elf
+}
+
+/// The image has no built-in encoder: each module says so once if a host reads its parameters, on whatever link.
+#[test]
+fn who_reads_the_built_in_encoder_is_warned_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let messages = folder.path().join("messages");
+    let links = [&TCP[..], &["--modules", "3", "--rs485", "{}/rs485", "--slcan", "{}/slcan"]].concat();
+    let arguments = [&["--image", image()], links.as_slice()].concat();
+    let sim = Sim::start_saying(folder, &arguments, File::create(&messages).unwrap().into());
+    for line in ["GAP 4, 0", "GAP 215, 0", "GAP 209, 0", "GAP 215, 0"] {
+        sim.tcp().ok(line);
+    }
+    send(sim.told("rs485"), "2", "GAP 209, 0");
+    send(&format!("slcan:{}", sim.told("slcan")), "3", "GAP 215, 0");
+    let (_, _folder) = sim.end(Signal::TERM);
+    let told = std::fs::read_to_string(&messages).unwrap();
+    let told: Vec<_> = told.lines().filter(|line| line.contains("built-in encoder")).collect();
+    assert_eq!(told.len(), 3, "{told:?}");
+    for (module, line) in (1..).zip(told) {
+        let parameter = if module == 2 { 209 } else { 215 };
+        let start = format!("tmcl sim: module {module}: parameter {parameter} was read, which is always 0 here: ");
+        assert!(line.starts_with(&start), "{line}");
+    }
 }

@@ -83,11 +83,13 @@ fn telegrams_arrive_in_pieces() {
 
 #[test]
 fn after_a_silence_it_is_in_step_again() {
-    fn broken<T: Read + Write + AsFd>(mut host: Host<T>) {
+    fn broken<T: Read + Write + AsFd>(sim: &Sim, mut host: Host<T>) {
         let telegram = request("GAP 4, 0");
         for rubbish in [&[0xFF][..], &telegram[..3], &telegram[1..]] {
             host.write(rubbish);
+            sim.has_looked();
             std::thread::sleep(SILENCE);
+            sim.has_looked();
             assert_eq!(host.ok("GAP 4, 0"), 1000);
         }
         // Nine bytes of rubbish are a telegram with a wrong checksum.
@@ -95,9 +97,9 @@ fn after_a_silence_it_is_in_step_again() {
         assert_eq!(binary::decode_reply(&host.read()).unwrap().status, 1);
         assert_eq!(host.ok("GAP 4, 0"), 1000);
     }
-    let sim = Sim::start(&[TCP, SERIAL].concat());
-    broken(sim.tcp());
-    broken(sim.serial());
+    let sim = Sim::start(&[TCP, SERIAL, ["--control", "127.0.0.1:0"]].concat());
+    broken(&sim, sim.tcp());
+    broken(&sim, sim.serial());
 }
 
 #[test]

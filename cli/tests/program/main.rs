@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+mod addresses;
 mod asks;
 mod asm;
 mod bad_input;
@@ -17,6 +18,8 @@ mod eds;
 mod eeprom;
 mod ending;
 mod fake;
+mod foreign_text;
+mod greeting;
 mod harness;
 mod help;
 mod image;

@@ -11,14 +11,14 @@ use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal};
 
 use super::build;
-use super::harness::{PATIENCE, tmcl};
+use super::harness::{PATIENCE, command, tmcl, tmcl_path};
 
 /// What a port is called on a page; here each is a free one.
 const HOST: &str = "127.0.0.1";
@@ -189,14 +189,14 @@ fn items(text: &str) -> impl Iterator<Item = Item> {
 
 /// Where programs are found, this one among them.
 fn with_tmcl() -> OsString {
-    let own = Path::new(env!("CARGO_BIN_EXE_tmcl")).parent().unwrap().to_owned();
+    let own = Path::new(tmcl_path()).parent().unwrap().to_owned();
     let path = env::var_os("PATH").unwrap();
     env::join_paths([own].into_iter().chain(env::split_paths(&path))).unwrap()
 }
 
 /// The folder of the repository.
 fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().unwrap()
+    fw::workspace().unwrap()
 }
 
 /// The words of a command line; quotes keep them together.
@@ -317,7 +317,7 @@ impl Reader {
         let mut command = match words[..] {
             ["tmcl", ref words @ ..] => tmcl(words),
             [program, ref words @ ..] if OTHERS.contains(&program) => {
-                let mut command = Command::new(program);
+                let mut command = command(program);
                 command.args(words).env("PATH", with_tmcl());
                 command
             }

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::{AsFd, OwnedFd};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec};
@@ -12,7 +12,7 @@ use rustix::process::{Pid, Signal};
 use rustix::pty::OpenptFlags;
 use rustix::termios::{Termios, Winsize};
 
-use super::harness::PATIENCE;
+use super::harness::{PATIENCE, command, tmcl_path};
 
 /// The program on a terminal of its own.
 pub(crate) struct Terminal {
@@ -46,8 +46,8 @@ impl Terminal {
         let side = || Stdio::from(slave.try_clone().unwrap());
         // setsid makes this the controlling terminal of the program, which it becomes: Ctrl-C is a signal, and so is the
         // end of the terminal.
-        let mut command = Command::new("setsid");
-        command.args(["--ctty", env!("CARGO_BIN_EXE_tmcl")]).args(arguments).env("TERM", "xterm");
+        let mut command = command("setsid");
+        command.args(["--ctty", tmcl_path()]).args(arguments).env("TERM", "xterm");
         let child = command.stdin(side()).stdout(side()).stderr(side()).spawn().unwrap();
         Terminal { child, master: Some(master.into()), slave: Some(slave), settings, shown: String::new() }
     }

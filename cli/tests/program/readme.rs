@@ -1,7 +1,6 @@
 //! README and other pages do not lie: see [`super::page`].
 
 use std::fs;
-use std::path::Path;
 
 use super::page::Page;
 
@@ -38,7 +37,7 @@ const README: Page = Page {
 #[test]
 fn what_readme_shows_happens() {
     let folder = README.check();
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = fw::workspace().unwrap();
     let [is, was] = [folder.path().join("stall_homing.svg"), root.join("docs/stall_homing.svg")].map(fs::read);
     assert!(is.unwrap() == was.unwrap(), "docs/stall_homing.svg is not what README's command draws");
 }
@@ -72,7 +71,7 @@ fn what_the_page_of_ci_shows_happens() {
 /// `cargo sim` and `cargo tmcl` are what is run for them here.
 #[test]
 fn its_short_commands_are_those_of_the_program() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../.cargo");
+    let folder = fw::workspace().unwrap().join(".cargo");
     let aliases = fs::read_to_string(folder.join("config.toml")).unwrap();
     for (name, end) in [("sim", "-- sim\""), ("tmcl", "--\"")] {
         let alias = aliases.lines().find(|line| line.starts_with(&format!("{name} = \"run "))).unwrap();

@@ -1,6 +1,5 @@
 //! `tmcl run`: a program in, a report, a trace and a plot out.
 
-use std::path::Path;
 use std::process::Output;
 
 use super::harness::{complaint, names, tmcl, type_into};
@@ -529,7 +528,7 @@ fn what_is_wrong_with_the_arguments_is_told_in_one_sentence() {
 /// writes them anew.
 #[test]
 fn the_plots_of_the_examples_are_up_to_date() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = fw::workspace().unwrap();
     let page = std::fs::read_to_string(root.join("examples/README.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let names = ["homing_axes", "straight_line", "pick_and_place", "six_point_ramp"];

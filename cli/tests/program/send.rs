@@ -49,10 +49,11 @@ fn three_modules_on_two_buses() {
     let (can, bus) = (format!("slcan:{}", sim.told("slcan")), sim.told("rs485").to_string());
     for module in ["1", "2", "3"] {
         let line = format!("SAP 4, 0, 100{module}");
-        assert!(run(&["send", &can, "--address", module, &line, "STAP 4, 0"]).status.success(), "module {module}");
+        let output = run(&["send", &can, "--timeout", "60000", "--address", module, &line, "STAP 4, 0"]);
+        assert!(output.status.success(), "module {module}: {}", complaint(&output));
     }
     for module in ["3", "1", "2"] {
-        let output = run(&["send", &bus, "--address", module, "GAP 4, 0", "GGP 66, 0"]);
+        let output = run(&["send", &bus, "--timeout", "60000", "--address", module, "GAP 4, 0", "GGP 66, 0"]);
         let lines = String::from_utf8(output.stdout).unwrap();
         assert!(lines.contains(&format!("GAP 4, 0: 100{module} int")), "module {module}: {lines}");
         assert!(lines.contains(&format!("GGP 66, 0: {module} ")), "module {module}: {lines}");

@@ -102,8 +102,37 @@ fn one_name_is_that_of_all_modules_and_a_list_has_one_for_each() {
     for count in ["1", "2", "4"] {
         refused(&["--product", "6110,1140,TMCM-6110", "--modules", count], 2, &[&says(count), "leave out --modules"]);
     }
-    refused(&["--product", &["1140"; 33].join(",")], 2, &["these are 33 modules, and a bus carries 32"]);
-    assert!(first(&["--product", &["1140"; 32].join(",")]).starts_with("32 virtual TMCM-1140s "));
+    refused(&["--product", &["1140"; 128].join(",")], 2, &["these are 128 modules, and 127 are the most"]);
+    refused(&["--modules", "128"], 2, &["128 is not in 1..=127"]);
+    assert!(first(&["--product", &["1140"; 127].join(",")]).starts_with("127 virtual TMCM-1140s "));
+}
+
+/// As many modules as there are, of each product: the first and the last, and those between them, have the addresses of their
+/// numbers on both buses, and all of them end when the simulator does.
+#[test]
+fn there_may_be_127_modules() {
+    for (product, (version, ..)) in ["1140", "3110", "3212", "6110"].into_iter().zip(PRODUCTS) {
+        let links = ["--rs485", "{}/bus", "--slcan-tcp", "127.0.0.1:0"];
+        let sim = Sim::start(&[&["--product", product, "--modules", "127"][..], &links, &CONTROL].concat());
+        let (mut bus, mut can) = (Bus::of(&sim), Master::new(&sim));
+        for module in [1, 2, 64, 126, 127] {
+            assert_eq!(bus.ok(module, "136, 1, 0, 0"), version);
+            bus.ok(module, &format!("MVP ABS, 0, {module}"));
+            // GGP 71, the CAN identifier for requests, and GAP 0, the target.
+            for (request, value) in [([10, 71, 0], i32::from(module)), ([6, 0, 0], module.into())] {
+                can.send(module.into(), &[&request[..], &[0; 4]].concat());
+                can.until(2, &[&[module, 100, request[0]][..], &value.to_be_bytes()].concat());
+            }
+        }
+        assert_eq!(sim.control(&["module 127 send GGP 66, 0"])["value"], 127);
+        let (status, _) = sim.end(Signal::INT);
+        assert!(status.success(), "{product}: {status}");
+    }
+    let sim = Sim::start(&["--firmware", "canopen", "--modules", "127", "--slcan-tcp", "127.0.0.1:0"]);
+    let mut master = Master::new(&sim);
+    for node in [1, 64, 127] {
+        assert_eq!(master.read(node, 0x2708, 0), u32::from(node));
+    }
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! What is around modules with several axes: world files, switches, loads, faults, encoders, inputs and outputs.
 
 use std::fs;
-use std::path::Path;
 
 use serde_json::Value;
 
@@ -9,7 +8,6 @@ use super::harness::{PATIENCE, Sim, run};
 use super::sim_products::{of_axes, refused};
 
 const LINKS: [&str; 6] = ["--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0", "--speed", "20"];
-const GANTRY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../hal-sim/worlds/gantry.toml");
 
 /// A module of a product in a world.
 fn start(product: &str, world: &str) -> Sim {
@@ -116,9 +114,9 @@ fn a_world_file_has_no_more_axes_than_the_product() {
 /// what the file says for all of them, and nothing in their way.
 #[test]
 fn each_axis_of_the_gantry_finds_its_own_place() {
-    assert!(Path::new(GANTRY).exists());
+    let gantry = fw::workspace().unwrap().join("hal-sim/worlds/gantry.toml");
     for (product, axes) in [("3110", 3), ("6110", 6)] {
-        let sim = Sim::start(&[&LINKS[..], &["--product", product, "--world", GANTRY]].concat());
+        let sim = Sim::start(&[&LINKS[..], &["--product", product, "--world", gantry.to_str().unwrap()]].concat());
         let mut host = sim.tcp();
         let starts = of_axes(&sim.control(&["state"]), "rotor");
         assert_eq!(starts, [102_400, 51_200, 25_600, 0, 0, 0][..axes]);

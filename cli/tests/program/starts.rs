@@ -36,11 +36,43 @@ fn one_line_of_json_tells_what_it_is_and_where() {
     }
     child.kill().unwrap();
     child.wait().unwrap();
-    let (mut child, told) = start(&["--firmware", "canopen", "--slcan-tcp", "0.0.0.0:0"]);
+    let (mut child, told) = start(&["--firmware", "canopen", "--slcan-tcp", "127.0.0.1:0"]);
     assert_eq!((&told["firmware"], &told["time"], &told["tcp"]), (&"canopen".into(), &"running".into(), &Value::Null));
-    assert!(told["slcan_tcp"].as_str().unwrap().starts_with("127.0.0.1:"), "an address to connect to");
     child.kill().unwrap();
     child.wait().unwrap();
+}
+
+/// Who listens on more than this computer's own addresses is told so, and which address it is.
+#[test]
+fn ports_for_other_computers_are_warned_of() {
+    for (arguments, open) in [
+        (&["--tcp", "0.0.0.0:0"][..], &["tcp"][..]),
+        (&["--firmware", "canopen", "--slcan-tcp", "0.0.0.0:0"], &["slcan_tcp"]),
+        (&["--tcp", "127.0.0.1:0", "--control", "0.0.0.0:0"], &["control"]),
+        (
+            &["--tcp", "0.0.0.0:0", "--slcan-tcp", "0.0.0.0:0", "--control", "0.0.0.0:0"],
+            &["tcp", "slcan_tcp", "control"],
+        ),
+        (&["--tcp", "127.0.0.1:0", "--slcan-tcp", "127.0.0.2:0", "--control", "localhost:0"], &[]),
+    ] {
+        let mut command = tmcl(&["sim", "--ready-json", "--exit-with-stdin"]);
+        let output = command.args(arguments).output().unwrap();
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let warned = String::from_utf8(output.stderr).unwrap();
+        let lines: Vec<&str> = warned.lines().collect();
+        assert_eq!(lines.len(), if open.is_empty() { 0 } else { 2 }, "{warned}");
+        for port in ["tcp", "slcan_tcp", "control"] {
+            let option = format!("--{} {}", port.replace('_', "-"), told[port].as_str().unwrap_or("none"));
+            let is_open = open.contains(&port);
+            assert_eq!(lines.first().is_some_and(|line| line.contains(&option)), is_open, "{option}: {warned}");
+            assert_eq!(option.contains("0.0.0.0:"), is_open, "{option}");
+        }
+        assert!(lines.iter().all(|line| line.starts_with("tmcl sim: ")), "{warned}");
+        assert!(
+            open.is_empty() || lines[0].contains("without a password") && lines[1].contains("127.0.0.1"),
+            "{warned}"
+        );
+    }
 }
 
 #[test]

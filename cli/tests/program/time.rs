@@ -206,22 +206,36 @@ fn what_is_wrong_is_said_with_what_to_write() {
     assert_eq!(port.refused("step 1 s"), "time goes by the clock, so there is no 'step': write 'pause' before it");
 }
 
-/// A step that goes on for as long as a test needs: an hour, in which somebody watches closely without reading.
-fn begin_an_hour(sim: &Sim) -> [Controller; 2] {
-    let [mut watcher, mut stepper] = [Controller::new(sim), Controller::new(sim)];
-    watcher.ok("watch 100 us rotor position velocity");
-    stepper.tell("step 1 h");
-    let mut port = Controller::new(sim);
+/// The microseconds of an hour.
+const HOUR: u64 = 3_600_000_000;
+
+/// Modules in paused time whose programs never wait. An hour, the longest step, takes one of them some eight seconds, and all of
+/// them a minute or more: nobody is done with it while a test goes on.
+pub(crate) fn tireless() -> Sim {
+    let sim = Sim::start(&[&PAUSED[..], &["--modules", "8"]].concat());
+    let mut port = Controller::new(&sim);
+    for module in 1..=8 {
+        for line in ["132, 0, 0, 0", "JA 0", "133, 0, 0, 0", "129, 1, 0, 0"] {
+            port.ok(&format!("module {module} send {line}"));
+        }
+    }
+    sim
+}
+
+/// Has a step of an hour begin.
+pub(crate) fn begin_an_hour(sim: &Sim) -> Controller {
+    let [mut stepper, mut port] = [Controller::new(sim), Controller::new(sim)];
     let begun = port.time();
+    stepper.tell("step 1 h");
     while port.time() == begun {}
-    [watcher, stepper]
+    stepper
 }
 
 #[test]
 fn others_are_served_during_a_step_but_time_is_in_use() {
-    let sim = Sim::start(&[&PAUSED[..], &["--modules", "8"]].concat());
+    let sim = tireless();
     let mut host = sim.serial();
-    let connections = begin_an_hour(&sim);
+    let stepper = begin_an_hour(&sim);
     let mut port = Controller::new(&sim);
     for line in ["step 1 s", "run-until rotor > 0 max 1 s", "restart", "pause", "pause 10 ms", "resume"] {
         assert_eq!(port.refused(line), "busy: a 'step' is under way; write this again when that is answered", "{line}");
@@ -235,7 +249,7 @@ fn others_are_served_during_a_step_but_time_is_in_use() {
     let asked = port.time();
     while port.time() < asked + 100_000 {}
     assert!(!host.has_news(Duration::ZERO));
-    drop(connections);
+    drop(stepper);
 }
 
 #[test]
@@ -456,15 +470,35 @@ fn a_step_loses_no_line_of_a_watch_that_is_read_and_waits_for_no_other() {
 
 #[test]
 fn a_step_can_be_interrupted() {
-    let sim = Sim::start(&PAUSED);
+    let sim = tireless();
     let (mut port, mut other) = (Controller::new(&sim), Controller::new(&sim));
     other.ok("interrupt");
-    // A watch that is not read holds the steps up, so that they are still under way.
-    port.ok("watch 100 us rotor");
     for line in ["step 1 h", "run-until rotor = 1 max 1 h"] {
+        let begun = other.time();
         port.tell(line);
-        while other.ask("step 1 ms")["ok"] == true {}
+        while other.time() == begun {}
         other.ok("interrupt");
-        assert!(other.ok("step 1 ms")["time_us"].as_u64().unwrap() < 3_600_000_000);
+        let ended = port.answer().unwrap()["time_us"].as_u64().unwrap();
+        assert!(ended < begun + HOUR, "{line}");
+        assert!(other.ok("step 1 ms")["time_us"].as_u64().unwrap() == ended + 1_000);
+    }
+}
+
+/// The lines come at once, as those of a client that does not wait for the answer to `interrupt`.
+#[test]
+fn what_follows_an_interrupt_comes_after_the_step() {
+    let sim = tireless();
+    let (mut port, mut other) = (Controller::new(&sim), Controller::new(&sim));
+    port.ok("send ROR 0, 1000");
+    for line in ["step 1 ms", "run-until rotor > 0 max 1 s", "pause 10 ms", "send GAP 1, 0", "restart"] {
+        let begun = other.time();
+        port.tell("step 1 h");
+        while other.time() == begun {}
+        other.tell(&format!("interrupt\n{line}"));
+        let ended = other.answer().unwrap()["time_us"].as_u64().unwrap();
+        assert!(ended < begun + HOUR, "{ended}");
+        let next = other.answer().unwrap();
+        assert_eq!(next["ok"], true, "{line}: {next}");
+        assert_eq!(port.answer().unwrap()["time_us"], ended, "{line}");
     }
 }

@@ -5,7 +5,13 @@ use super::harness::{Sim, complaint, run, type_into};
 
 /// A virtual module, and its link.
 fn module() -> (Sim, String) {
-    let sim = Sim::start(&["--product", "3212", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"]);
+    module_with(&[])
+}
+
+/// The same, with more options.
+fn module_with(options: &[&str]) -> (Sim, String) {
+    let links = ["--product", "3212", "--tcp", "127.0.0.1:0", "--control", "127.0.0.1:0"];
+    let sim = Sim::start(&[&links[..], options].concat());
     let link = format!("tcp:{}", sim.told("tcp"));
     (sim, link)
 }
@@ -140,7 +146,8 @@ fn settings_of_axes_are_kept_in_a_file() {
 /// Program memory holds 6144 commands: as many can be loaded, and not one more.
 #[test]
 fn the_program_memory_is_longer() {
-    let (sim, link) = module();
+    // Its time goes as fast as it is asked.
+    let (sim, link) = module_with(&["--paused"]);
     let path = sim.path("long.tmc");
     let load = |commands: usize| {
         let source = format!("{}MST 2\n#nostop\n", "CALC ADD, 1\n".repeat(commands - 1));

@@ -14,7 +14,11 @@ use super::fake::{Fake, State};
 use super::harness::{PATIENCE, Sim, complaint, run, tmcl};
 use super::pty::Terminal;
 
-const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/stall_homing");
+/// The file of the example that has this extension.
+fn example(extension: &str) -> String {
+    let path = fw::workspace().unwrap().join("examples/stall_homing").with_extension(extension);
+    path.to_str().unwrap().to_owned()
+}
 /// The hard end of the example's stage, and how far the program goes away from it.
 const HARD_END: i32 = -102_400;
 const AWAY: i32 = 51_200;
@@ -63,7 +67,7 @@ fn proposed(text: &str, parameter: u8) -> Option<i32> {
 /// Runs the example with a threshold. Whether it has found its zero at the hard end: by the encoder, which counts from where
 /// the motor was at the start, it then stands `AWAY` from there.
 fn homes(folder: &tempfile::TempDir, world: &str, threshold: i32) -> bool {
-    let source = std::fs::read_to_string(format!("{EXAMPLE}.tmc")).unwrap();
+    let source = std::fs::read_to_string(example("tmc")).unwrap();
     let changed = source.replace("Threshold = 9 ", &format!("Threshold = {threshold} "));
     assert!(changed != source || threshold == 9);
     let program = folder.path().join("homing.tmc");
@@ -105,7 +109,7 @@ fn the_proposed_threshold_homes_in_ten_random_worlds() {
 /// SGT 7 on. The load takes nine tenths of the rest: 512 x 0.1 x 0.812 = 42 is left, so it is 0 up to SGT 12.
 #[test]
 fn the_example_s_threshold() {
-    let world = format!("{EXAMPLE}.toml");
+    let world = example("toml");
     let output = run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800"]);
     let text = shown(&output);
     assert_eq!([174, 173, 181].map(|number| proposed(&text, number)), [Some(9), Some(0), Some(640)], "{text}");
@@ -117,7 +121,7 @@ fn the_example_s_threshold() {
 /// falls to the half as long as the upper threshold, (172 + 1) * 32, is not above 138, and sometimes above 160 with noise.
 #[test]
 fn coolstep_saves_current_and_gives_it_back() {
-    let world = format!("{EXAMPLE}.toml");
+    let world = example("toml");
     let output = run(&["tune", "coolstep", "sim", "--world", &world, "--speeds", "800", "--threshold", "10"]);
     let text = shown(&output);
     assert!(output.status.success(), "{}", complaint(&output));
@@ -174,7 +178,7 @@ fn a_motor_comes_back_from_a_measurement_that_fails() {
     assert!(told.contains("--threshold") && told.ends_with("; all settings are as before\n"), "{told}");
     assert_eq!(sim.tcp().ok("GAP 1, 0"), 0);
     assert_left_in_peace(&sim, &before);
-    let world = format!("{EXAMPLE}.toml");
+    let world = example("toml");
     let output = run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800", "--load", "0.9"]);
     assert!(!complaint(&output).contains("MVP ABS"), "{}", complaint(&output));
 }
@@ -186,7 +190,7 @@ fn an_older_drawing_stays_until_there_is_a_new_one() {
     let path = folder.path().join("old.svg");
     std::fs::write(&path, "old").unwrap();
     let plot = path.to_str().unwrap();
-    let world = format!("{EXAMPLE}.toml");
+    let world = example("toml");
     let output =
         run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800", "--load", "0.9", "--plot", plot]);
     assert_eq!(output.status.code(), Some(1));
@@ -216,7 +220,7 @@ fn settings(sim: &Sim) -> String {
 
 /// A module on the example's stage whose time goes faster, with settings that are not the usual ones.
 fn module(product: &str) -> Sim {
-    let world = format!("{EXAMPLE}.toml");
+    let world = example("toml");
     let sim = Sim::start(&[
         "--tcp",
         "127.0.0.1:0",
@@ -250,44 +254,47 @@ fn ways(sim: &Sim) -> (String, String) {
 
 #[test]
 fn by_the_control_port_all_is_as_before_in_the_end() {
-    for product in ["1140", "3212"] {
-        let sim = module(product);
-        let before_load = sim.control(&["load 0.01", "state"])["load"].clone();
-        let before = settings(&sim);
-        let (link, control) = ways(&sim);
-        let plot = sim.path("curves.svg");
-        let speed = if product == "3212" { "30000" } else { "2000" };
-        let output = run(&[
-            "tune",
-            "stallguard",
-            &link,
-            "--control",
-            &control,
-            "--yes",
-            "--speeds",
-            speed,
-            "--room",
-            "100000",
-            "--plot",
-            plot.to_str().unwrap(),
-        ]);
-        assert!(output.status.success(), "{}", complaint(&output));
-        assert!(
-            proposed(&shown(&output), 174).is_some_and(|threshold| (7..=13).contains(&threshold)),
-            "{}",
-            shown(&output)
-        );
-        assert_eq!(settings(&sim), before);
-        let mut host = sim.tcp();
-        assert_eq!((host.ok("GAP 1, 0"), host.ok("GAP 3, 0")), (0, 0));
-        let state = sim.control(&["state"]);
-        assert_eq!((&state["load"], &state["lost_steps"]), (&before_load, &0.into()));
-        let image = std::fs::read_to_string(plot).unwrap();
-        assert!(
-            image.ends_with("</svg>\n") && image.contains("with load") && image.contains("parameter 174"),
-            "{image}"
-        );
-    }
+    std::thread::scope(|scope| {
+        for product in ["1140", "3212"] {
+            scope.spawn(move || all_is_as_before(product));
+        }
+    });
+}
+
+fn all_is_as_before(product: &str) {
+    let sim = module(product);
+    let before_load = sim.control(&["load 0.01", "state"])["load"].clone();
+    let before = settings(&sim);
+    let (link, control) = ways(&sim);
+    let plot = sim.path("curves.svg");
+    let speed = if product == "3212" { "30000" } else { "2000" };
+    let output = run(&[
+        "tune",
+        "stallguard",
+        &link,
+        "--control",
+        &control,
+        "--yes",
+        "--speeds",
+        speed,
+        "--room",
+        "100000",
+        "--plot",
+        plot.to_str().unwrap(),
+    ]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    assert!(
+        proposed(&shown(&output), 174).is_some_and(|threshold| (7..=13).contains(&threshold)),
+        "{}",
+        shown(&output)
+    );
+    assert_eq!(settings(&sim), before);
+    let mut host = sim.tcp();
+    assert_eq!((host.ok("GAP 1, 0"), host.ok("GAP 3, 0")), (0, 0));
+    let state = sim.control(&["state"]);
+    assert_eq!((&state["load"], &state["lost_steps"]), (&before_load, &0.into()));
+    let image = std::fs::read_to_string(plot).unwrap();
+    assert!(image.ends_with("</svg>\n") && image.contains("with load") && image.contains("parameter 174"), "{image}");
 }
 
 /// A measurement that has begun: the motor has been seen to turn.

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpListener;
-use std::path::Path;
 
 use hal_sim::control::USAGE;
 use hal_sim::fault::Fault;
@@ -91,7 +90,7 @@ fn a_port_that_is_none_is_said_with_what_to_do() {
 }
 
 fn page() -> String {
-    fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/control.md")).unwrap()
+    fs::read_to_string(fw::workspace().unwrap().join("docs/control.md")).unwrap()
 }
 
 /// The first column of the page's table with this head, without quotes, and whether a star stands behind it.

@@ -31,6 +31,35 @@ pub(super) struct Line {
     deselected: Nanos,
 }
 
+/// Datagrams on the motion bus whose answers are lost: it reads all ones.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Loss {
+    /// Number of datagrams that come before them.
+    after: u64,
+    /// Number of those that are still to come.
+    count: u64,
+    /// The datagrams themselves are lost as well.
+    whole: bool,
+    /// The datagram under way is one of them.
+    now: bool,
+}
+
+impl Loss {
+    /// Some are still to come.
+    pub(super) fn is_due(&self) -> bool {
+        self.count > 0
+    }
+
+    /// A datagram begins.
+    fn begin(&mut self) {
+        self.now = self.after == 0 && self.count > 0;
+        if self.now {
+            self.count -= 1;
+        }
+        self.after = self.after.saturating_sub(1);
+    }
+}
+
 impl Line {
     /// The lines of a board.
     pub(super) fn all(kind: &BoardKind) -> Vec<Self> {
@@ -47,6 +76,9 @@ impl Board {
         line.selected = true;
         line.datagrams += 1;
         self.due = 0;
+        if chip != Chip::At25 {
+            self.loss.begin();
+        }
         if chip != Chip::At25
             && let Some(recorded) = &mut self.recorded
         {
@@ -77,7 +109,13 @@ impl Board {
             }
             return miso;
         }
-        self.motion_bus_stuck.unwrap_or(miso)
+        if self.loss.now { FLOATING } else { self.motion_bus_stuck.unwrap_or(miso) }
+    }
+
+    /// Loses the answers of `count` datagrams on the motion bus, after `after` others; where `whole` is true, the datagrams as
+    /// well, so that their chips hear nothing of them.
+    pub fn lose_answers(&mut self, after: u64, count: u64, whole: bool) {
+        self.loss = Loss { after, count, whole, now: false };
     }
 
     /// Number of bytes that have been exchanged with the EEPROM since the board was made.
@@ -157,6 +195,7 @@ impl Board {
         match chip {
             _ if !self.powered => None,
             Chip::At25 => Some(&mut self.at25),
+            _ if self.loss.now && self.loss.whole => None,
             chip => self.motion.chips_mut().slave(chip, self.now),
         }
     }

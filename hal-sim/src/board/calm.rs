@@ -33,7 +33,7 @@ impl Board {
     /// For how long the board goes on as it does. By axis `room` is the number of steps that a motor may make until then,
     /// less those of 2 ms; 0 is for one that is to rest.
     pub fn calm(&self, room: &[u32]) -> Calm {
-        let told = self.recorded.is_some() || self.lines.iter().any(|line| line.selected);
+        let told = self.recorded.is_some() || self.loss.is_due() || self.lines.iter().any(|line| line.selected);
         if !self.powered || told || self.at25.next_event().is_some() {
             return Calm::NOT;
         }

@@ -32,7 +32,7 @@ use crate::world::config::WorldConfig;
 use crate::world::pin::Pin;
 use crate::world::stage::Abn;
 use crate::world::{Outputs, World};
-use bus::Line;
+use bus::{Line, Loss};
 use chips::Surroundings;
 use motion::Motion;
 use tmc429_tmc262::Tmc429sTmc262s;
@@ -86,6 +86,8 @@ pub struct Board {
     recorded: Option<Vec<Datagram>>,
     /// Fault: the byte that the motion bus reads, whatever its chips send.
     motion_bus_stuck: Option<u8>,
+    /// Fault: datagrams on the motion bus whose answers are lost.
+    loss: Loss,
     /// Disturbance: what has become of the CAN controller, with and without power.
     can: CanState,
     /// Number of bytes that have been exchanged with the EEPROM.
@@ -122,6 +124,7 @@ impl Board {
             lines: Line::all(kind),
             recorded: None,
             motion_bus_stuck: None,
+            loss: Loss::default(),
             can: CanState::On,
             eeprom_bytes: 0,
             changes: 0,

@@ -17,6 +17,13 @@ pub(super) const SILENCE: Nanos = 50 * MILLISECOND;
 /// Status of the event of command 138, in text.
 const EVENT: &[u8] = b"128 ";
 
+/// A request on a byte link, and the reply to it.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Answer {
+    pub(super) request: Vec<u8>,
+    pub(super) reply: Vec<u8>,
+}
+
 /// The requests on a byte link that wait for replies.
 #[derive(Debug, Default)]
 pub(super) struct Asked {
@@ -38,13 +45,13 @@ impl Asked {
         self.until = self.until.max(at + SILENCE);
     }
 
-    /// Bytes have come back, from the module or from another one that has answered in its place. How many replies end with
-    /// them.
-    pub(super) fn hear(&mut self, bytes: &[u8], at: Nanos) -> u64 {
+    /// Bytes have come back, from the module or from another one that has answered in its place. The replies that end with
+    /// them, each with its request, or with none if nobody has asked.
+    pub(super) fn hear(&mut self, bytes: &[u8], at: Nanos) -> Vec<Answer> {
         self.give_up(at);
         self.until = self.until.max(at + SILENCE);
         self.part.extend(bytes);
-        std::iter::from_fn(|| self.take()).map(u64::from).sum()
+        std::iter::from_fn(|| self.take()).flatten().collect()
     }
 
     /// The module works for the host, as is seen from outside, until the time `at`.
@@ -67,8 +74,8 @@ impl Asked {
         }
     }
 
-    /// Takes the next whole telegram or line from what has come back; true if it is a reply.
-    fn take(&mut self) -> Option<bool> {
+    /// Takes the next whole telegram or line from what has come back; gives it with its request if it is a reply.
+    fn take(&mut self) -> Option<Option<Answer>> {
         let in_text = self.open.front().is_some_and(|request| is_line(request));
         let end = if in_text { self.part.iter().position(|byte| *byte == b'\r')? + 1 } else { TELEGRAM };
         if self.part.len() < end {
@@ -80,10 +87,7 @@ impl Asked {
             [_, _, status, opcode, ..] => !is_event(status, opcode),
             _ => true,
         };
-        if is_reply {
-            self.open.pop_front();
-        }
-        Some(is_reply)
+        Some(is_reply.then(|| Answer { request: self.open.pop_front().unwrap_or_default(), reply: whole }))
     }
 }
 
@@ -120,13 +124,14 @@ mod tests {
         let mut asked = Asked::default();
         asked.ask(&telegram(6, 0), 0);
         asked.ask(&telegram(6, 1), 0);
-        assert_eq!(asked.hear(&reply(Status::Ok, 6), 5), 1);
+        let answer = Answer { request: telegram(6, 0).to_vec(), reply: reply(Status::Ok, 6).to_vec() };
+        assert_eq!(asked.hear(&reply(Status::Ok, 6), 5), [answer]);
         assert!(asked.waits(5));
         // An event is no reply, and half a reply is none yet.
-        assert_eq!(asked.hear(&reply(Status::PositionReached, 138), 6), 0);
-        assert_eq!(asked.hear(&reply(Status::Ok, 6)[..4], 7), 0);
+        assert_eq!(asked.hear(&reply(Status::PositionReached, 138), 6).len(), 0);
+        assert_eq!(asked.hear(&reply(Status::Ok, 6)[..4], 7).len(), 0);
         assert!(asked.waits(7));
-        assert_eq!(asked.hear(&reply(Status::Ok, 6)[4..], 8), 1);
+        assert_eq!(asked.hear(&reply(Status::Ok, 6)[4..], 8).len(), 1);
         assert!(!asked.waits(8));
     }
 
@@ -140,7 +145,7 @@ mod tests {
         // The part of a reply that came before is not one of the next.
         asked.hear(&[1, 2, 3], SILENCE);
         asked.ask(&telegram(6, 0), 3 * SILENCE);
-        assert_eq!(asked.hear(&reply(Status::Ok, 6), 3 * SILENCE), 1);
+        assert_eq!(asked.hear(&reply(Status::Ok, 6), 3 * SILENCE).len(), 1);
         assert!(!asked.waits(3 * SILENCE));
     }
 
@@ -160,10 +165,10 @@ mod tests {
     fn the_echo_of_a_line_is_no_reply() {
         let mut asked = Asked::default();
         asked.ask(b"AMVP ABS, 0, 100\r", 0);
-        assert_eq!(asked.hear(b"AMVP ABS, 0, 100\r", 0), 0);
-        assert_eq!(asked.hear(b"BA 128 1\r", 0), 0);
+        assert_eq!(asked.hear(b"AMVP ABS, 0, 100\r", 0).len(), 0);
+        assert_eq!(asked.hear(b"BA 128 1\r", 0).len(), 0);
         assert!(asked.waits(0));
-        assert_eq!(asked.hear(b"BA 100 100\r", 0), 1);
+        assert_eq!(asked.hear(b"BA 100 100\r", 0).len(), 1);
         assert!(!asked.waits(0));
     }
 }

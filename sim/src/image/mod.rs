@@ -6,6 +6,7 @@
 
 mod asked;
 mod cable;
+mod encoder;
 mod frames;
 mod marker;
 
@@ -24,8 +25,9 @@ use crate::client::{Client, Sent};
 use crate::module::{Hearing, Rs485, VirtualModule};
 use crate::native::Product;
 use crate::pieces::Pieces;
-use asked::{Asked, SILENCE};
+use asked::{Answer, Asked, SILENCE};
 use cable::{Cable, GAP};
+use encoder::MissingEncoder;
 use frames::{from_bus, to_bus};
 
 pub use marker::model;
@@ -67,6 +69,7 @@ pub struct ImageModule {
     silent_until: Nanos,
     sent: VecDeque<Sent>,
     frames: VecDeque<Frame>,
+    encoder: MissingEncoder,
     /// When a byte or frame last went to the module or came from it.
     last_traffic: Nanos,
     /// The next time at which bytes and frames are collected, a multiple of [`POLL`]: so it does not depend on the times
@@ -137,6 +140,7 @@ impl ImageModule {
             silent_until: 0,
             sent: VecDeque::new(),
             frames: VecDeque::new(),
+            encoder: MissingEncoder::of(product),
             last_traffic: 0,
             log,
             stopped: None,
@@ -218,21 +222,32 @@ impl ImageModule {
         end.max(now)
     }
 
+    /// The number of these answers of the module.
+    fn count(&mut self, answers: &[Answer]) -> u64 {
+        self.log.extend(answers.iter().filter_map(|answer| self.encoder.send_answer(answer)));
+        answers.len() as u64
+    }
+
     /// Collects the bytes, frames and log lines that the module has sent.
     fn collect(&mut self) {
         let now = self.machine.now();
         let waiting = self.sent.len() + self.frames.len();
         for character in self.machine.rs485().take_sent().into_iter().filter(|character| character.driven) {
             let (at, source, client, bytes) = (character.end, Source::Rs485, Client::default(), vec![character.value]);
-            let replies = self.asked_rs485.hear(&bytes, now);
+            let answers = self.asked_rs485.hear(&bytes, now);
+            let replies = self.count(&answers);
             self.sent.push_back(Sent { at, source, client, bytes, replies });
         }
         for (at, bytes) in self.machine.usb().take() {
             let client = self.cable.hear(now, bytes.len());
-            let replies = self.asked_usb.hear(&bytes, now);
+            let answers = self.asked_usb.hear(&bytes, now);
+            let replies = self.count(&answers);
             self.sent.push_back(Sent { at, source: Source::Usb, client, bytes, replies });
         }
-        self.frames.extend(self.machine.can().take_sent().into_iter().filter_map(|(_, frame)| from_bus(&frame)));
+        for frame in self.machine.can().take_sent().into_iter().filter_map(|(_, frame)| from_bus(&frame)) {
+            self.log.extend(self.encoder.send_frame(&frame));
+            self.frames.push_back(frame);
+        }
         if self.sent.len() + self.frames.len() > waiting {
             self.last_traffic = now;
         }
@@ -340,6 +355,7 @@ impl VirtualModule for ImageModule {
         if self.machine.board().can() == CanState::Off {
             return;
         }
+        self.encoder.hear_frame(frame);
         self.machine.can().send(to_bus(frame));
         self.last_traffic = self.machine.now();
         self.frames_until = self.frames_until.max(self.last_traffic + SILENCE);

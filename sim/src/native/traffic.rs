@@ -71,6 +71,11 @@ impl LinkEnds for Ends<'_> {
         None
     }
 
+    /// A client's bytes wait here for as long as they have to.
+    fn takes_event(&mut self, _: Source) -> bool {
+        true
+    }
+
     fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
         let source = to.source;
         if source == Source::Can {

@@ -1,7 +1,5 @@
 //! The same with modules that run their flash image on the emulated microcontroller.
 
-use std::path::Path;
-
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm::can::Frame;
 use tmcm_sim::fleet::{Fleet, Member};
@@ -25,7 +23,7 @@ fn paused(firmware: FirmwareKind, modules: usize) -> Paused<ImageModule> {
         FirmwareKind::Tmcl => fw::TMCL,
         FirmwareKind::Canopen => fw::CANOPEN,
     };
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("..");
+    let target = fw::programs().unwrap().join("..");
     let elf = std::fs::read(fw::image(&target, name).unwrap().path).unwrap();
     let member = Member { model: Model::from(firmware), world: &WorldConfig::default(), eeprom: None };
     let mut usb = true;

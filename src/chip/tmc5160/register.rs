@@ -1,5 +1,7 @@
 //! The registers of the TMC5160 and their bits (TMC5160 datasheet, chapter 6), as far as the firmware uses them.
 
+use crate::chip::REPEATS;
+
 /// The registers, by address (datasheet chapter 6). Speeds are in 2^-24 microsteps per clock, accelerations in 2^-41
 /// microsteps per square of a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +86,18 @@ pub enum Register {
     PwmConf = 0x70,
     /// Duty cycle of stealthChop, in bits 7..0.
     PwmScale = 0x71,
+}
+
+impl Register {
+    /// How often a write to the register is repeated whose answer is lost: it may have reached the chip all the same. A
+    /// second write to a position would lose the steps, or the counts, since the first, and one to a register of flags would
+    /// clear those that have come since. No reading changes anything.
+    pub(super) const fn repeats(self) -> u8 {
+        match self {
+            Register::XActual | Register::XEnc | Register::Gstat | Register::RampStat | Register::EncStatus => 0,
+            _ => REPEATS,
+        }
+    }
 }
 
 /// Bits of [`Register::Gconf`].

@@ -160,18 +160,20 @@ mod tests {
         assert_eq!(AxisConfig::default().units_per_turn(), 51_200);
     }
 
+    /// The folder of the example files; Cargo runs tests in that of their package.
+    const WORLDS: &str = "worlds";
+
     #[test]
     fn the_example_files_are_valid() {
-        let worlds = concat!(env!("CARGO_MANIFEST_DIR"), "/worlds");
         let files: [(&str, &[&BoardKind]); 2] = [
             ("gantry.toml", &[&TMCM_3110, &TMCM_3212, &TMCM_6110]),
             ("stage.toml", &[&TMCM_1140, &TMCM_3110, &TMCM_3212, &TMCM_6110]),
         ];
-        let mut found: Vec<_> = std::fs::read_dir(worlds).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        let mut found: Vec<_> = std::fs::read_dir(WORLDS).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         found.sort();
         assert_eq!(found, files.map(|(name, _)| name), "a file for which no product is named here");
         for (name, kinds) in files {
-            let text = std::fs::read_to_string(format!("{worlds}/{name}")).unwrap();
+            let text = std::fs::read_to_string(format!("{WORLDS}/{name}")).unwrap();
             for kind in kinds {
                 if let Err(error) = WorldConfig::parse_for(kind, &text) {
                     panic!("{name} for the {}: {error}", kind.name);
@@ -183,7 +185,7 @@ mod tests {
     /// What gantry.toml has in a comment, for the products that have pins for encoders.
     #[test]
     fn the_encoder_of_the_example_with_three_axes_is_valid_where_there_are_pins_for_it() {
-        let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/worlds/gantry.toml")).unwrap();
+        let text = std::fs::read_to_string(format!("{WORLDS}/gantry.toml")).unwrap();
         let (axes, encoder) = text.rsplit_once("# [axis.abn]").unwrap();
         let text = format!("{axes}[axis.abn]{}", encoder.replace("# ", ""));
         for kind in [&TMCM_3110, &TMCM_3212] {

@@ -19,6 +19,7 @@ pub(super) fn chips() {
     let _ = any(controller.initialise());
     let _ = any(controller.write_interface(any(true), any(true)));
     let _ = any(controller.write(generator, register, any(0)));
+    let _ = any(controller.place_standing(generator, any(0)));
     any(controller.holds(generator, register, any(0)));
     let _ = any(controller.read(generator, register));
     let _ = any(controller.reference_switches());
@@ -32,7 +33,9 @@ pub(super) fn chips() {
     any(&mut driver);
     let _ = any(driver.refresh());
     driver.forget();
-    let _ = any(driver.apply(&any(CONFIGURATION)));
+    driver.configure(&any(CONFIGURATION));
+    let _ = any(driver.update());
+    driver.note_silence();
     any((driver.load(), driver.current(), driver.flags()));
 
     let mut chip = Tmc5160::new(Chip);
@@ -41,6 +44,7 @@ pub(super) fn chips() {
     let _ = any(chip.initialise());
     let _ = any(chip.halt());
     let _ = any(chip.write(register, any(0)));
+    let _ = any(chip.place_standing(register, any(0)));
     any(chip.holds(register, any(0)));
     chip.forget();
     chip.drop_reading();

@@ -63,6 +63,9 @@ pub(super) fn device<P: Built<AXES>, const AXES: usize>() {
     let _ = any(device.start_line(now(), &any([None; AXES])));
     let _ = any(device.leave_line(any(0)));
     let _ = any(device.repace(any(0)));
+    let before = any(device.before());
+    let _ = any(device.tell_each(any(0), |axis| axis.rotate(now(), any(0))));
+    let _ = any(device.settle(any(0), &before, any(Ok(()))));
     any(device.store().get(any(0)));
     any(device.store_mut().next_job());
 }
@@ -89,6 +92,8 @@ pub(super) fn module<P: Built<AXES>, const AXES: usize>() {
     any(&mut module);
     let due = any(module.next_reply());
     any(due.and_then(|due| Some(module.link_settings().frame(due.to, &due.reply?))));
+    any(&mut module);
+    any(module.next_event(|_| any(true)));
     any(&mut module);
     module.stored(any(true));
     any(&mut module);

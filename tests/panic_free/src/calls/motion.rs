@@ -76,7 +76,7 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     let _ = any(axis.set_divisors(any(0), any(0)));
     let _ = any(axis.actual_position());
     let _ = any(axis.set_positions(now(), any(0)));
-    any(axis.poll(now(), any(Sensors::default()), any(None)));
+    any(axis.poll(now(), any(Sensors::default()), any(None), any(false)));
     axis.refresh();
     any((axis.limited(), axis.pace(), axis.left(), axis.positioning_speed(), axis.correction(any(0))));
     any(axis.slopes(&axis.shape(), any(0)));
@@ -86,4 +86,8 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     let _ = any(axis.approach(any(Pace::default())));
     let _ = any(axis.repace(any(Pace::default())));
     let _ = any(axis.break_off(now()));
+    let _ = any(axis.stay());
+    let _ = any(axis.end_at_switch());
+    let former = axis.former();
+    axis.recall(&any(former));
 }

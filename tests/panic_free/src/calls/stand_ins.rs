@@ -138,6 +138,11 @@ impl LinkEnds for Nobody {
         any(Some(Request::Telegram(Addressed::default())))
     }
 
+    fn takes_event(&mut self, source: Source) -> bool {
+        any(source);
+        any(true)
+    }
+
     fn answer(&mut self, to: Origin, reply: Option<&Reply>, mode: Option<LinkMode>, settings: &LinkSettings) {
         any((to, reply, mode, settings));
     }

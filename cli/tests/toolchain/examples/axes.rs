@@ -8,7 +8,7 @@ use tmcm_sim::Product;
 const PRODUCTS: [Product; 2] = [Product::Tmcm3110, Product::Tmcm6110];
 
 /// The stage on which the axes are homed, where their rotors begin, and where each has its zero.
-const GANTRY: &str = include_str!("../../../hal-sim/worlds/gantry.toml");
+const GANTRY: &str = include_str!("../../../../hal-sim/worlds/gantry.toml");
 const BEGIN: [i64; 3] = [102_400, 51_200, 25_600];
 const ZEROS: [i64; 3] = [0, 307_200, 0];
 

@@ -4,7 +4,7 @@
 mod axes;
 mod six_points;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use tmcm_sim::{NativeModule, Product, VirtualModule};
 
 use crate::common::{Bench, INVALID_VALUE};
@@ -20,7 +20,7 @@ const AT_1000: f64 = 30_517.6;
 const TURN: i32 = 51_200;
 
 fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples")
+    fw::workspace().unwrap().join("examples")
 }
 
 fn assembled(name: &str, product: Product) -> Assembly {

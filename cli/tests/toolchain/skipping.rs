@@ -1,7 +1,6 @@
 //! All scenarios of `tests/scenarios`, on two modules at once.
 
 use std::fmt::Debug;
-use std::path::Path;
 
 use hal_sim::clock::Nanos;
 use hal_sim::control::Line;
@@ -77,7 +76,7 @@ impl Rig for Twins {
 
 #[test]
 fn have_the_same_outcome() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenarios");
+    let folder = fw::workspace().unwrap().join("tests/scenarios");
     let paths = testing::expanded(&folder).unwrap();
     let files: Vec<_> = paths.iter().map(|path| testing::read_file(path, Model::default(), "").unwrap()).collect();
     assert!(files.len() > 10);

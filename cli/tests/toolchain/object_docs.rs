@@ -14,7 +14,7 @@ const HEAD: &str = "\
 
 Generated from the table in `src/canopen/object.rs` - do not edit. After a change there:
 
-    UPDATE_DOCS=1 cargo test --test tables object_docs
+    UPDATE_DOCS=1 cargo test -p tmcl-cli --test toolchain object_docs
 
 These are the objects of the CANopen firmware; `tmcm1140-canopen.eds` beside this file has them for masters, and
 [canopen.md](canopen.md) tells how they work together. *Number*: index and sub-index. *Access*: ro is only read, rw is
@@ -152,12 +152,12 @@ fn render() -> String {
 
 #[test]
 fn the_page_of_the_objects_is_what_the_table_says() {
-    compare("objects.md", "object_docs", &render());
+    compare("objects.md", "-p tmcl-cli --test toolchain object_docs", &render());
 }
 
 #[test]
 fn the_eds_is_what_the_table_says() {
-    compare("tmcm1140-canopen.eds", "object_docs", &eds::text(None));
+    compare("tmcm1140-canopen.eds", "-p tmcl-cli --test toolchain object_docs", &eds::text(None));
 }
 
 /// A pipe or a line break in a note would break the table.

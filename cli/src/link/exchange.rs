@@ -1,0 +1,172 @@
+//! A request goes out over a device in non-blocking mode, and its reply comes in, or not in time.
+
+use std::io::{ErrorKind, Read, Write};
+use std::os::fd::AsFd;
+use std::time::{Duration, Instant};
+
+use tmcm::tmcl::binary::{TELEGRAM, Telegram};
+
+use super::{LinkError, Log, Question};
+use crate::poll::readable;
+use crate::signal::Wait;
+
+/// After a signal a reply is waited for no longer than this: a module that works has answered by then, and what talks to it
+/// ends as it should.
+const GRACE: Duration = Duration::from_millis(500);
+/// Time between two looks for a signal.
+const LOOK: Duration = Duration::from_millis(50);
+/// Most reads of what has come before a request, so that somebody who never stops talking is no end of it.
+pub(super) const STALE_READS: usize = 256;
+
+/// The wait for a reply, which a time-out ends, or soon after it has come a signal.
+#[derive(Debug)]
+pub(super) struct Patience {
+    until: Instant,
+    wait: Wait,
+    /// When the wait ends because of a signal, and its number.
+    grace: Option<(Instant, u8)>,
+}
+
+impl Patience {
+    /// The wait begins.
+    pub(super) fn begin(timeout: Duration) -> Self {
+        Patience { until: Instant::now() + timeout, wait: Wait::begin(), grace: None }
+    }
+
+    /// True if the time is over.
+    pub(super) fn is_over(&self) -> bool {
+        Instant::now() >= self.until
+    }
+
+    /// Waits until a descriptor can be read. False if it cannot be read in time.
+    pub(super) fn readable(&mut self, fd: &impl AsFd) -> Result<bool, LinkError> {
+        loop {
+            let now = Instant::now();
+            if let (None, Some(signal)) = (self.grace, self.wait.signal()) {
+                self.grace = Some((now + GRACE, signal));
+            }
+            if readable(fd, self.until.min(now + LOOK))? {
+                return Ok(true);
+            }
+            match self.grace {
+                Some((end, signal)) if now >= end => return Err(LinkError::Interrupted { signal }),
+                _ if self.is_over() => return Ok(false),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Throws away what has come to a device that is in non-blocking mode: late replies to earlier requests.
+pub(super) fn drop_stale(device: &mut impl Read, log: &mut Log) {
+    let mut stale = [0; 256];
+    for _ in 0..STALE_READS {
+        match device.read(&mut stale) {
+            Ok(count) if count > 0 => log.back(log.now(), stale.get(..count).unwrap_or_default()),
+            _ => return,
+        }
+    }
+}
+
+/// Writes a request to a device that is in non-blocking mode. That does not block, because a telegram fits its buffer.
+fn write_request(device: &mut impl Write, request: &Telegram, log: &mut Log) -> Result<(), LinkError> {
+    log.out(log.now(), request);
+    Ok(device.write_all(request)?)
+}
+
+/// Asks a question over a device that is in non-blocking mode, and reads the reply, or gives up after `timeout`. Replies of
+/// modules that were not asked are passed over.
+pub(super) fn converse(
+    device: &mut (impl Read + Write + AsFd),
+    question: &Question,
+    timeout: Duration,
+    log: &mut Log,
+) -> Result<Telegram, LinkError> {
+    write_request(device, &question.telegram(), log)?;
+    let mut patience = Patience::begin(timeout);
+    let (asked, mut answered) = (question.address, Vec::new());
+    loop {
+        // Somebody who never stops talking does not keep this from ending.
+        let reply = if patience.is_over() {
+            Err(LinkError::NoReply { bytes: 0 })
+        } else {
+            read_reply(device, &mut patience, log)
+        };
+        match reply {
+            Ok(reply) => match question.other(&reply) {
+                None => return Ok(reply),
+                Some(other) if answered.contains(&other) => {}
+                Some(other) => answered.push(other),
+            },
+            Err(LinkError::NoReply { .. }) if !answered.is_empty() => {
+                return Err(LinkError::Others { asked, answered });
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Reads the nine bytes of a reply from a device that is in non-blocking mode.
+fn read_reply(device: &mut (impl Read + AsFd), patience: &mut Patience, log: &mut Log) -> Result<Telegram, LinkError> {
+    let mut reply: Telegram = [0; TELEGRAM];
+    let mut bytes = 0;
+    while let Some(rest) = reply.get_mut(bytes..).filter(|rest| !rest.is_empty()) {
+        if !patience.readable(device)? {
+            return Err(LinkError::NoReply { bytes });
+        }
+        match device.read(rest) {
+            Ok(0) => return Err(LinkError::Closed),
+            Err(error) if error.kind() == ErrorKind::ConnectionReset => return Err(LinkError::Closed),
+            Ok(count) => {
+                log.back(log.now(), rest.get(..count).unwrap_or_default());
+                bytes += count;
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(reply)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::LogFile;
+    use std::os::unix::net::UnixStream;
+    use tmcm::tmcl::{Command, Reply, Status, binary};
+    use tmcm_sim::Client;
+    use tmcm_sim::wire::Place;
+
+    /// What came too late is thrown away in front of the next request, and stands in the log.
+    #[test]
+    fn a_late_reply_is_in_the_log() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let file = LogFile::named(path.to_str().unwrap()).unwrap();
+        let mut log = file.begin("serial", None).unwrap();
+        let (mut host, mut module) = UnixStream::pair().unwrap();
+        host.set_nonblocking(true).unwrap();
+        let reply = |value| binary::encode_reply(2, 1, &Reply::Plain { status: Status::Ok, opcode: 6, value });
+        let request = binary::encode_command(1, Command::new(6, 1, 0, 0));
+        write_request(&mut host, &request, &mut log).unwrap();
+        log.give_up(log.now());
+        module.write_all(&reply(1)).unwrap();
+        drop_stale(&mut host, &mut log);
+        write_request(&mut host, &request, &mut log).unwrap();
+        module.write_all(&reply(2)).unwrap();
+        assert_eq!(read_reply(&mut host, &mut Patience::begin(Duration::from_secs(60)), &mut log).unwrap(), reply(2));
+        log.check().unwrap();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let said: Vec<&str> = text.lines().map(|line| line[55..].trim()).collect();
+        let late = "from 1: to command 6: 1, status 100 ok";
+        assert_eq!(said, ["to 1: GAP 1, 0", "no reply", late, "to 1: GAP 1, 0", "from 1: 2, status 100 ok"]);
+        // Another link is in the same file, and told apart.
+        let mut other = file.begin("serial", None).unwrap();
+        other.out(Duration::ZERO, &request);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(
+            text.lines().count() == 6 && text.contains(&format!("{:<8} >", Place::of("serial", Client(2)))),
+            "{text}"
+        );
+    }
+}

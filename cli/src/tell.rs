@@ -1,0 +1,107 @@
+//! What is told to people and programs on standard output and standard error.
+//!
+//! Much of it comes from elsewhere: lines of files, names, what a module or a simulator has answered. Characters in it that
+//! control a terminal could clear its screen, change its title or show text in another order than it has, so they are shown
+//! and never sent.
+
+use std::borrow::Cow;
+use std::fmt::{self, Write as _};
+use std::io::{self, IsTerminal, Stderr, StdoutLock, Write};
+
+/// A text in which characters that control terminals are shown by their numbers, as JSON writes them: `\u001b` for ESC. A line
+/// of JSON says the same as before. Ends of lines and tabs stay.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    if !text.contains(controls) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    for c in text.chars() {
+        match controls(c) {
+            // Writing to a string cannot fail.
+            true => _ = write!(shown, "\\u{:04x}", u32::from(c)),
+            false => shown.push(c),
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// Whether a character controls a terminal: the codes of C0 and C1, and those that change the direction of text.
+fn controls(c: char) -> bool {
+    let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    turns || c.is_control() && c != '\n' && c != '\t'
+}
+
+/// Standard output or standard error, where all that is written is [`shown`].
+#[derive(Debug)]
+pub struct Shown<W>(W);
+
+/// Standard output.
+pub fn out() -> Shown<StdoutLock<'static>> {
+    Shown(io::stdout().lock())
+}
+
+/// Standard error.
+pub fn err() -> Shown<Stderr> {
+    Shown(io::stderr())
+}
+
+impl<W: Write + IsTerminal> Shown<W> {
+    /// True if somebody sees it at once.
+    pub fn is_terminal(&self) -> bool {
+        self.0.is_terminal()
+    }
+
+    /// Puts a line of text in the place of the one at which the cursor is.
+    ///
+    /// # Errors
+    /// The text cannot be written.
+    pub fn redraw(&mut self, line: &str) -> io::Result<()> {
+        write!(self.0, "\r{}\x1b[K", shown(line))?;
+        self.0.flush()
+    }
+}
+
+impl<W: Write> Write for Shown<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(shown(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+
+    /// Writes all at once, so that lines of several threads do not mix.
+    fn write_fmt(&mut self, text: fmt::Arguments<'_>) -> io::Result<()> {
+        self.write_all(text.to_string().as_bytes())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_controls_a_terminal_is_shown() {
+        for (text, expected) in [
+            ("motor \u{1b}[2J\u{7}", "motor \\u001b[2J\\u0007"),
+            ("\u{9b}31m\u{7f}\r", "\\u009b31m\\u007f\\u000d"),
+            ("a\u{202e}b\u{2069}\u{200f}", "a\\u202eb\\u2069\\u200f"),
+            ("plain ÄÖ µ €\t\n", "plain ÄÖ µ €\t\n"),
+            ("", ""),
+        ] {
+            assert_eq!(shown(text), expected);
+            let mut out = Shown(Vec::new());
+            write!(out, "{text}").unwrap();
+            assert_eq!(String::from_utf8(out.0).unwrap(), expected);
+        }
+    }
+
+    #[test]
+    fn a_line_of_json_says_the_same() {
+        let value = serde_json::json!({ "name": "\u{1b}]0;x\u{7}\u{9d}\u{7f}\u{202e}" });
+        let line = value.to_string();
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&shown(&line)).unwrap(), value);
+        assert!(!shown(&line).contains(controls));
+    }
+}

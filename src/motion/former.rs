@@ -1,0 +1,59 @@
+//! What an axis was told before a command. A command that a chip does not take is refused, and then it has had no effect: what
+//! the firmware wants is the former course again, and whatever the chips have taken of the other one, they are told the former
+//! one as soon as they answer.
+
+use super::Error;
+use super::axis::{Axis, Joined};
+use super::hardware::{Hardware, Known};
+use super::orders::{Orders, Untold};
+
+/// An axis as it was before a command.
+#[derive(Clone, Copy, Debug)]
+pub struct Former<S> {
+    known: Known,
+    orders: Orders<S>,
+}
+
+impl<H: Hardware> Axis<H> {
+    /// The axis as it is now, before a command.
+    pub fn former(&self) -> Former<H::Shape> {
+        Former { known: *self.hardware.known(), orders: self.orders }
+    }
+}
+
+impl<H: Hardware> Joined<'_, H> {
+    /// Has the axis be what it was before a command that has been refused: the motor goes on to its former goal. The chips
+    /// are told so now, and what they do not take, with each poll.
+    #[inline(never)]
+    pub fn recall(&mut self, former: &Former<H::Shape>) {
+        let Known { position, speed, .. } = *self.hardware.known();
+        *self.hardware.known_mut() = Known { position, speed, ..former.known };
+        self.orders = former.orders;
+        self.set_pace(former.orders.pace);
+        // The next poll that gets so far gives the motor its former current.
+        self.excitation = None;
+        self.untold = self.untold.max(Untold::Course);
+        // What fails now is done by the polls.
+        let _ = self.catch_up();
+    }
+
+    /// Tells the chips what they have not taken before.
+    pub(super) fn catch_up(&mut self) -> Result<(), Error> {
+        match self.untold {
+            Untold::Nothing => Ok(()),
+            Untold::Course | Untold::Position => {
+                let known = *self.hardware.known();
+                if self.untold == Untold::Position {
+                    self.place(known.position, true)?;
+                }
+                let ended = self.orders.ended;
+                let told = self.resume(known);
+                // That is no new goal.
+                self.orders.ended = ended;
+                self.untold = if told.is_ok() { Untold::Nothing } else { self.untold };
+                told
+            }
+            Untold::Stop => self.hard_stop(),
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! What an axis has been told, and what its chips do not know of it yet.
+
+use super::current::Current;
+use super::pace::Pace;
+use super::search::Search;
+
+/// What the chips of an axis have not all taken, of what the firmware wants. Each poll tells it again until they have. What
+/// comes later here replaces what comes before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Untold {
+    /// They know all of it.
+    #[default]
+    Nothing,
+    /// The course of the motor.
+    Course,
+    /// The position of a motor that stands, and its course.
+    Position,
+    /// A stop without a ramp.
+    Stop,
+}
+
+/// What a command changes of an axis, besides the goal of the hardware.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Orders<S> {
+    /// The reference search that is under way.
+    pub(super) search: Option<Search>,
+    /// The pace of the last motion command.
+    pub(super) pace: Pace<S>,
+    /// A positioning move of a host or a program is under way. Its end will be an event.
+    pub(super) travelling: bool,
+    /// The actual position was the target position at the last poll, and no other target has been given since.
+    pub(super) was_at_target: bool,
+    /// The motor has been stopped because an encoder deviates, and has not been sent anywhere since.
+    pub(super) deviating: bool,
+    /// The speed, in the unit of parameter 2, at which the motor was to turn when that [ended](super::Joined::end_at_switch) at a stop
+    /// switch, until the next goal. Parameter 2 has it while the motor brakes there, and the motor counts as held by the switch.
+    pub(super) ended: Option<i32>,
+    /// Bits of parameter 207: why the motor was stopped, since the last motion command and the last reading of 207.
+    pub(super) errors: i32,
+    /// The driver's shut-downs since the last motion command, as bits of parameter 208.
+    pub(super) alarms: u32,
+    /// For how long the motor has been standing, on which its current depends.
+    pub(super) current: Current,
+}
+
+impl<S> Default for Orders<S> {
+    fn default() -> Self {
+        Orders {
+            search: None,
+            pace: Pace::default(),
+            travelling: false,
+            was_at_target: true,
+            deviating: false,
+            ended: None,
+            errors: 0,
+            alarms: 0,
+            current: Current::default(),
+        }
+    }
+}
