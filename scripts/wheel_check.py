@@ -3,9 +3,11 @@
 
     scripts/wheel_check.py WHEEL
 
-The program has to be stripped, to need no library and no loader of the computer, and to tell what it is.
+The program has to be stripped, to need no library and no loader of the computer, to tell what it is, and not to tell in
+which folder it was built.
 """
 
+import os
 import re
 import struct
 import subprocess
@@ -17,7 +19,11 @@ from pathlib import Path
 LARGEST = 8 << 20
 """Bytes that a wheel may have."""
 
-README = Path(__file__).resolve().parent.parent / "python/README.md"
+ROOT = Path(__file__).resolve().parent.parent
+README = ROOT / "python/README.md"
+
+HOMES = {"/home/", "/root/", "/Users/", "/.cargo/", "/.rustup/"}
+"""What paths of a build have in them on most computers."""
 
 LICENCES = {"LICENSE-MIT", "LICENSE-APACHE", "LICENSE-crates.txt", "LICENSE-musl.txt", "LICENSE-rust.html"}
 
@@ -49,9 +55,17 @@ def faults_of_the_program(elf: bytes) -> list[str]:
     kinds = [struct.unpack_from("<I", elf, sections_at + number * section_size + 4)[0] for number in range(sections)]
     if SHT_SYMTAB in kinds:
         faults.append("it is not stripped")
-    if b"/.cargo/registry" in elf:
-        faults.append("it has paths of the computer on which it was built")
+    faults += [f"it has a path of the computer on which it was built: {path}" for path in paths_of_the_build(elf)]
     return faults
+
+
+def paths_of_the_build(program: bytes) -> list[str]:
+    """Paths in a program that tell where it was built."""
+    cargo = os.environ.get("CARGO_HOME", str(Path.home() / ".cargo"))
+    sysroot = subprocess.run(["rustc", "--print", "sysroot"], check=True, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    folders = {str(ROOT), cargo, sysroot.stdout.strip(), os.environ.get("CARGO_TARGET_DIR", str(ROOT / "target"))}
+    names = b"|".join(re.escape(name.encode()) for name in {*folders, *HOMES})
+    return sorted({found[0].decode(errors="replace") for found in re.finditer(rb"(%s)[\x21-\x7e]{0,80}" % names, program)})
 
 
 def faults_of_what_it_says(program: bytes) -> list[str]:

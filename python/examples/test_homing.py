@@ -23,44 +23,44 @@ def no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(homing, "POLL", 0)
 
 
-def test_homes_and_moves(tmcl_sim: Sim) -> None:
-    assert homing.main([*tmcl_sim.pytrinamic.split(), "100000", "50000"]) == 0
-    state = tmcl_sim.state()
+def test_homes_and_moves(virtual_module: Sim) -> None:
+    assert homing.main([*virtual_module.pytrinamic.split(), "100000", "50000"]) == 0
+    state = virtual_module.state()
     assert state.position == 50000
     assert state.lost_steps == 0
     # The fine search ends within a full step of the switch.
     assert state.rotor == pytest.approx(SWITCH + 50000, abs=256)
 
 
-def test_a_pressed_switch_ends_the_move(tmcl_sim: Sim, capsys: pytest.CaptureFixture[str]) -> None:
-    tmcl_sim.at(4.0, "press right")
-    assert homing.main([*tmcl_sim.pytrinamic.split(), "300000"]) == 1
+def test_a_pressed_switch_ends_the_move(virtual_module: Sim, capsys: pytest.CaptureFixture[str]) -> None:
+    virtual_module.at(4.0, "press right")
+    assert homing.main([*virtual_module.pytrinamic.split(), "300000"]) == 1
     assert "the switch is pressed at" in capsys.readouterr().err
-    assert tmcl_sim.state().velocity == 0
+    assert virtual_module.state().velocity == 0
 
 
-def test_a_stall_ends_the_move(tmcl_sim: Sim, capsys: pytest.CaptureFixture[str]) -> None:
-    tmcl_sim.at(4.0, "load 1")
-    assert homing.main([*tmcl_sim.pytrinamic.split(), "300000"]) == 1
+def test_a_stall_ends_the_move(virtual_module: Sim, capsys: pytest.CaptureFixture[str]) -> None:
+    virtual_module.at(4.0, "load 1")
+    assert homing.main([*virtual_module.pytrinamic.split(), "300000"]) == 1
     assert "stalled at" in capsys.readouterr().err
-    assert tmcl_sim.state().velocity == 0
+    assert virtual_module.state().velocity == 0
 
 
 @pytest.mark.tmcl_sim(serial=True)
-def test_a_power_cut_while_the_current_is_stored(tmcl_sim: Sim, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_power_cut_while_the_current_is_stored(virtual_module: Sim, capsys: pytest.CaptureFixture[str]) -> None:
     # Over a serial port PyTrinamic gives up after a time; over TCP it would wait for ever.
-    arguments = ["--interface", "serial_tmcl", "--port", tmcl_sim.serial, "--timeout", "1"]
+    arguments = ["--interface", "serial_tmcl", "--port", virtual_module.serial, "--timeout", "1"]
     # The store is the second command.
-    tmcl_sim.at(0.0125, "power off")
+    virtual_module.at(0.0125, "power off")
     assert homing.main([*arguments, "50000"]) == 1
     assert "is its power on?" in capsys.readouterr().err
 
-    tmcl_sim.power(True)
-    tmcl_sim.step(0.1)
-    assert tmcl_sim.send("GAP 6, 0").value == FACTORY_CURRENT
+    virtual_module.power(True)
+    virtual_module.step(0.1)
+    assert virtual_module.send("GAP 6, 0").value == FACTORY_CURRENT
     assert homing.main([*arguments, "50000"]) == 0
 
-    tmcl_sim.power(False)
-    tmcl_sim.power(True)
-    tmcl_sim.step(0.1)
-    assert tmcl_sim.send("GAP 6, 0").value == homing.CURRENT
+    virtual_module.power(False)
+    virtual_module.power(True)
+    virtual_module.step(0.1)
+    assert virtual_module.send("GAP 6, 0").value == homing.CURRENT

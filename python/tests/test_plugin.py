@@ -12,10 +12,10 @@ FAILING = """
 import pytest
 
 @pytest.mark.tmcl_sim(product="3110")
-def test_moves(tmcl_sim):
-    tmcl_sim.send("MVP ABS, 0, 51200")
-    tmcl_sim.send("MVP ABS, 2, -1000")
-    tmcl_sim.run_until("rotor = 51200", max=1.0)
+def test_moves(virtual_module):
+    virtual_module.send("MVP ABS, 0, 51200")
+    virtual_module.send("MVP ABS, 2, -1000")
+    virtual_module.run_until("rotor = 51200", max=1.0)
 """
 # What its report tells.
 SECTIONS = [
@@ -53,6 +53,11 @@ def plots(pytester: pytest.Pytester) -> list[Path]:
     return sorted(pytester.path.rglob("*.svg"))
 
 
+def labels(image: ElementTree.Element) -> set[str | None]:
+    """What is written in a plot."""
+    return {text.text for text in image.iter("{http://www.w3.org/2000/svg}text")}
+
+
 def test_a_failing_test_is_told_all(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(test_failing=FAILING)
     result = pytester.runpytest("--basetemp=temporary")
@@ -61,8 +66,7 @@ def test_a_failing_test_is_told_all(pytester: pytest.Pytester) -> None:
     (plot,) = plots(pytester)
     image = ElementTree.parse(plot).getroot()
     assert image.tag.endswith("svg")
-    texts = {text.text for text in image.iter("{http://www.w3.org/2000/svg}text")}
-    assert {"position in microsteps", "speed in internal units", "virtual time in seconds", "axis 2"} <= texts
+    assert {"position in microsteps", "speed in internal units", "virtual time in seconds", "axis 2"} <= labels(image)
 
 
 def test_workers_report_as_well(pytester: pytest.Pytester) -> None:
@@ -76,7 +80,7 @@ def test_workers_report_as_well(pytester: pytest.Pytester) -> None:
 
 
 def test_a_passing_test_leaves_nothing(pytester: pytest.Pytester) -> None:
-    pytester.makepyfile("def test_it(tmcl_sim): tmcl_sim.step(1.0)\ndef test_without(): pass")
+    pytester.makepyfile("def test_it(virtual_module): virtual_module.step(1.0)\ndef test_without(): pass")
     result = pytester.runpytest_inprocess("--tmcl-sim-plots=plots")
     result.assert_outcomes(passed=2)
     assert not (pytester.path / "plots").exists()
@@ -104,8 +108,8 @@ def test_a_fixture_that_fails_is_told_all(pytester: pytest.Pytester) -> None:
         import pytest
 
         @pytest.fixture
-        def stage(tmcl_sim):
-            tmcl_sim.send("SAP 4, 0, 5000")
+        def stage(virtual_module):
+            virtual_module.send("SAP 4, 0, 5000")
 
         def test_it(stage): pass
         """
@@ -128,11 +132,11 @@ def test_a_teardown_that_fails_is_told_all(pytester: pytest.Pytester) -> None:
         import pytest
 
         @pytest.fixture
-        def stage(tmcl_sim):
+        def stage(virtual_module):
             yield
-            tmcl_sim.send("MVP ABS, 0, 51200")
-            tmcl_sim.step(0.1)
-            tmcl_sim.send("SAP 4, 0, 5000")
+            virtual_module.send("MVP ABS, 0, 51200")
+            virtual_module.step(0.1)
+            virtual_module.send("SAP 4, 0, 5000")
 
         def test_it(stage): pass
         """
@@ -175,7 +179,7 @@ def test_other_simulators_are_told(pytester: pytest.Pytester) -> None:
             station.send("MVP ABS, 5, 100")
             assert False
 
-        def test_both(station, tmcl_sim): assert False
+        def test_both(station, virtual_module): assert False
         """
     )
     result = pytester.runpytest()
@@ -201,10 +205,10 @@ def test_a_simulator_that_has_died_is_told(pytester: pytest.Pytester) -> None:
         """
         import os
 
-        def test_it(tmcl_sim):
-            tmcl_sim.send("GAP 6, 0")
-            os.kill(tmcl_sim.ready["pid"], 9)
-            tmcl_sim.send("GAP 6, 0")
+        def test_it(virtual_module):
+            virtual_module.send("GAP 6, 0")
+            os.kill(virtual_module.ready["pid"], 9)
+            virtual_module.send("GAP 6, 0")
         """
     )
     result = pytester.runpytest()
@@ -223,7 +227,7 @@ def test_a_simulator_that_has_died_is_told(pytester: pytest.Pytester) -> None:
 
 
 def test_a_simulator_that_was_closed_is_told(pytester: pytest.Pytester) -> None:
-    pytester.makepyfile("def test_it(tmcl_sim):\n    tmcl_sim.close()\n    assert False")
+    pytester.makepyfile("def test_it(virtual_module):\n    virtual_module.close()\n    assert False")
     result = pytester.runpytest()
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["*- tmcl_sim: last telegrams -*", "this Sim is closed"])
@@ -232,11 +236,11 @@ def test_a_simulator_that_was_closed_is_told(pytester: pytest.Pytester) -> None:
 def test_a_restart_begins_the_plot_anew(pytester: pytest.Pytester) -> None:
     pytester.makepyfile(
         """
-        def test_it(tmcl_sim):
-            tmcl_sim.send("MVP ABS, 0, 51200")
-            tmcl_sim.step(5.0)
-            tmcl_sim.restart()
-            tmcl_sim.step(1.0)
+        def test_it(virtual_module):
+            virtual_module.send("MVP ABS, 0, 51200")
+            virtual_module.step(5.0)
+            virtual_module.restart()
+            virtual_module.step(1.0)
             assert False
         """
     )
@@ -252,23 +256,23 @@ def test_the_nearer_marker_wins_by_argument(pytester: pytest.Pytester) -> None:
 
         pytestmark = pytest.mark.tmcl_sim(product="3110", modules=2)
 
-        def test_of_the_module(tmcl_sim):
-            assert tmcl_sim.ready["products"] == ["TMCM-3110"] * 2
+        def test_of_the_module(virtual_module):
+            assert virtual_module.ready["products"] == ["TMCM-3110"] * 2
 
         @pytest.mark.tmcl_sim(product="6110", paused=False)
         class TestOfTheClass:
-            def test_it(self, tmcl_sim):
-                assert tmcl_sim.ready["products"] == ["TMCM-6110"] * 2
-                assert tmcl_sim.state().time == "running"
+            def test_it(self, virtual_module):
+                assert virtual_module.ready["products"] == ["TMCM-6110"] * 2
+                assert virtual_module.state().time == "running"
 
             @pytest.mark.tmcl_sim(modules=1, paused=True)
-            def test_nearer(self, tmcl_sim):
-                assert tmcl_sim.ready["products"] == ["TMCM-6110"]
-                assert tmcl_sim.state().time == "paused"
+            def test_nearer(self, virtual_module):
+                assert virtual_module.ready["products"] == ["TMCM-6110"]
+                assert virtual_module.state().time == "paused"
 
         @pytest.mark.parametrize("axes", [pytest.param(6, marks=pytest.mark.tmcl_sim(product="6110"))])
-        def test_of_a_parameter(tmcl_sim, axes):
-            assert len(tmcl_sim.state().axes) == axes
+        def test_of_a_parameter(virtual_module, axes):
+            assert len(virtual_module.state().axes) == axes
         """
     )
     pytester.runpytest().assert_outcomes(passed=4)
@@ -280,8 +284,8 @@ def test_paths_are_relative_to_the_test(pytester: pytest.Pytester) -> None:
     (folder / "test_it.py").write_text(
         "import pytest\n"
         "@pytest.mark.tmcl_sim('stage.toml', eeprom='module.bin', log='telegrams.txt')\n"
-        "def test_it(tmcl_sim):\n"
-        "    assert tmcl_sim.load == 0.5\n"
+        "def test_it(virtual_module):\n"
+        "    assert virtual_module.load == 0.5\n"
     )
     pytester.runpytest().assert_outcomes(passed=1)
     assert (folder / "module.bin").exists()
@@ -301,7 +305,7 @@ def test_paths_are_relative_to_the_test(pytester: pytest.Pytester) -> None:
     ],
 )
 def test_wrong_arguments_are_told(pytester: pytest.Pytester, arguments: str, words: str) -> None:
-    pytester.makepyfile(f"import pytest\n@pytest.mark.tmcl_sim({arguments})\ndef test_it(tmcl_sim): pass")
+    pytester.makepyfile(f"import pytest\n@pytest.mark.tmcl_sim({arguments})\ndef test_it(virtual_module): pass")
     result = pytester.runpytest()
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines([words.replace("[", "[[]")])
@@ -343,19 +347,19 @@ def test_an_image_runs_in_all_tests_that_it_is_for(pytester: pytest.Pytester, py
         import pytest
 
         @pytest.mark.tmcl_sim(modules=2)
-        def test_image(tmcl_sim):
-            assert tmcl_sim.ready["image"]
+        def test_image(virtual_module):
+            assert virtual_module.ready["image"]
 
         @pytest.mark.tmcl_sim(image=None)
-        def test_none(tmcl_sim):
-            assert tmcl_sim.ready["image"] is None
+        def test_none(virtual_module):
+            assert virtual_module.ready["image"] is None
 
         @pytest.mark.parametrize("argument", [
             pytest.param(0, marks=pytest.mark.tmcl_sim(product="1140")),
             pytest.param(1, marks=pytest.mark.tmcl_sim(product=("1140", "6110"))),
             pytest.param(2, marks=pytest.mark.tmcl_sim(firmware="canopen")),
         ])
-        def test_others(tmcl_sim, argument):
+        def test_others(virtual_module, argument):
             assert argument == 0
         """
     )
@@ -366,7 +370,7 @@ def test_an_image_runs_in_all_tests_that_it_is_for(pytester: pytest.Pytester, py
 
 def test_an_image_that_is_none_is_told(pytester: pytest.Pytester) -> None:
     pytester.path.joinpath("image").write_text("no image")
-    pytester.makepyfile("def test_it(tmcl_sim): pass")
+    pytester.makepyfile("def test_it(virtual_module): pass")
     result = pytester.runpytest("--tmcl-sim-image=image")
     result.assert_outcomes(errors=1)
     result.stdout.fnmatch_lines(["E *StartError: tmcl: --image: *"])
@@ -375,4 +379,89 @@ def test_an_image_that_is_none_is_told(pytester: pytest.Pytester) -> None:
 def test_the_help_tells_of_options_and_marker(pytester: pytest.Pytester) -> None:
     pytester.runpytest("--help").stdout.fnmatch_lines(["virtual TMCM modules:", "*--tmcl-sim-image=ELF*"])
     pytester.runpytest("--markers").stdout.fnmatch_lines(["@pytest.mark.tmcl_sim(world=None, [*][*]arguments): *"])
-    pytester.runpytest("--fixtures").stdout.fnmatch_lines(["tmcl_sim -- *", "*A fresh virtual module: *"])
+    fixtures = pytester.runpytest("--fixtures").stdout
+    fixtures.fnmatch_lines(["virtual_module -- *", "*A fresh virtual module: *"])
+    fixtures.fnmatch_lines(["tmcl_sim -- *", "*The same as virtual_module, *"])
+
+
+def test_the_fixture_hides_no_module_and_has_its_old_name_as_well(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest, tmcl_sim
+
+        def test_an_exception(virtual_module):
+            with pytest.raises(tmcl_sim.Refused):
+                virtual_module.send("SAP 4, 0, 5000")
+
+        @pytest.mark.tmcl_sim(product="6110")
+        def test_the_old_name(tmcl_sim, virtual_module):
+            assert tmcl_sim is virtual_module
+            assert tmcl_sim.product == "TMCM-6110"
+        """
+    )
+    pytester.runpytest().assert_outcomes(passed=2)
+
+
+def test_what_has_happened_is_marked(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        import pytest
+
+        @pytest.mark.tmcl_sim(product="3110", modules=2)
+        def test_it(virtual_module):
+            virtual_module.send("MVP ABS, 0, 51200")
+            virtual_module.press("left")
+            virtual_module.at(0.5, "load 0.25 2")
+            virtual_module.step(1.0)
+            virtual_module.axis(1)
+            virtual_module.fault("spi")
+            virtual_module.power(False)
+            virtual_module.module(2).slip(4)
+            virtual_module.control("module 2 press  home 1")
+            virtual_module.at(0.001, "power on")
+            assert False
+        """
+    )
+    result = pytester.runpytest("--basetemp=temporary")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "*- tmcl_sim: motion of module 1, TMCM-3110 -*",
+            "       +^-*-^-*-^",
+            "        0.05* s *  1.05* s",
+            "^ what has happened",
+            "0.05* s  press left",
+            "0.55* s  load 0.25 2",
+            "1.05* s  fault spi on",
+            "1.05* s  power off",
+            "",
+            "As an image: *",
+            "*- tmcl_sim: motion of module 2, TMCM-3110 -*",
+            "^ what has happened",
+            "1.05* s  slip 4",
+            "1.05* s  press home 1",
+            "",
+        ],
+        consecutive=False,
+    )
+    result.stdout.no_fnmatch_line("* s  slip 0*")
+    result.stdout.no_fnmatch_line("* s  power on")
+    first, second = (ElementTree.parse(plot).getroot() for plot in plots(pytester))
+    assert labels(first) >= {"press left", "load 0.25 2", "fault spi on, power off"}
+    assert labels(second) >= {"slip 4, press home 1"}
+
+
+def test_a_restart_undoes_what_has_happened(pytester: pytest.Pytester) -> None:
+    pytester.makepyfile(
+        """
+        def test_it(virtual_module):
+            virtual_module.press("left")
+            virtual_module.restart()
+            virtual_module.load = 0.5
+            virtual_module.step(1.0)
+            assert False
+        """
+    )
+    result = pytester.runpytest()
+    result.stdout.fnmatch_lines(["^ what has happened", "0.05* s  load 0.5", ""])
+    result.stdout.no_fnmatch_line("* s  press left")

@@ -65,7 +65,7 @@ def test_pytest_says_what_the_page_says(folder: Path, console: str) -> None:
 
 
 def test_all_tests_of_the_page_but_one_pass(folder: Path) -> None:
-    assert re.search(r"^1 failed, 2 passed", run(folder, "-m", "pytest", "-q"), re.MULTILINE)
+    assert re.search(r"^1 failed, 4 passed", run(folder, "-m", "pytest", "-q"), re.MULTILINE)
 
 
 def test_the_test_on_the_first_page_of_the_repository_passes(tmp_path: Path) -> None:
@@ -75,4 +75,4 @@ def test_the_test_on_the_first_page_of_the_repository_passes(tmp_path: Path) -> 
 
 
 def test_there_is_something_to_run() -> None:
-    assert (len(PROGRAMS), len(CONSOLES)) == (2, 2)
+    assert (len(PROGRAMS), len(CONSOLES)) == (4, 3)

@@ -123,6 +123,7 @@ def test_canopen() -> None:
             boots: list[int] = []
             network.subscribe(0x702, lambda identifier, data, time: boots.append(data[0]))
             node = network.add_node(canopen.RemoteNode(2, canopen.ObjectDictionary()))  # type: ignore[no-untyped-call]
+            node.sdo.RESPONSE_TIMEOUT = 60
             node.nmt.send_command(RESET_NODE)
             sim.step(1.0)
             assert int.from_bytes(node.sdo.upload(0x1018, 1), "little") == VENDOR

@@ -202,15 +202,32 @@ def test_an_interruption_between_question_and_answer() -> None:
         assert not sim.state().switches.left
 
 
+def keep_busy(sim: Sim) -> None:
+    """Modules run programs that never wait: an hour takes each of them some eight seconds, on a computer that is not busy."""
+    for number in range(1, len(sim.ready["products"]) + 1):
+        for line in ("132, 0, 0, 0", "JA 0", "133, 0, 0, 0", "129, 1, 0, 0"):
+            sim.module(number).send(line)
+
+
 def test_a_step_that_is_interrupted_ends() -> None:
-    with Sim() as sim, sim.watch(0.0001, "rotor", kept=1) as watch:
-        sim.send("ROR 0, 1000")
+    with Sim(modules=4) as sim, sim.watch(0.0001, "rotor", kept=1) as watch:
+        keep_busy(sim)
         with interruption():
             sim.step(3600)
         now = sim.time
         assert now < 3600
         assert sim.step(0.1) == pytest.approx(now + 0.1)
         assert watch.samples()[0].time > now
+
+
+@pytest.mark.parametrize("further", [lambda sim: sim.step(0.1), lambda sim: sim.pause(0.01), Sim.restart])
+def test_what_follows_an_interrupted_step_is_not_refused(further: Callable[[Sim], object]) -> None:
+    with Sim(modules=4) as sim:
+        keep_busy(sim)
+        with interruption():
+            sim.step(3600)
+        further(sim)
+        assert sim.time < 3600
 
 
 # A host with two simulators; it tells of them, and stays until it is killed.

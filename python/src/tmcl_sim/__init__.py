@@ -8,12 +8,12 @@ passes:
         sim.send("MVP ABS, 0, 51200")
         sim.run_until("position = 51200", max=5.0)
 
-The pytest plugin (`pytest_plugin.py`) gives the same as the fixture `tmcl_sim`. Where a time is wanted or told, it is
-virtual time in seconds."""
+The pytest plugin (`pytest_plugin.py`) gives the same as the fixture `virtual_module`. Where a time is wanted or told,
+it is virtual time in seconds."""
 
 from .errors import Died, NoReply, NotMet, Refused, SimError, StartError
 from .installation import binary
-from .module import Module, Motor
+from .module import Fault, Module, Motor, Switch
 from .reply import Reply
 from .sim import Sim
 from .state import Axis, State, Switches
@@ -22,6 +22,7 @@ from .watch import Sample, Watch
 __all__ = [
     "Axis",
     "Died",
+    "Fault",
     "Module",
     "Motor",
     "NoReply",
@@ -33,6 +34,7 @@ __all__ = [
     "SimError",
     "StartError",
     "State",
+    "Switch",
     "Switches",
     "Watch",
     "binary",

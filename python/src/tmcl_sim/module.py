@@ -15,7 +15,23 @@ from .watch import Watch
 # pytest leaves the frames of this file out of tracebacks: the line of the test is what matters.
 __tracebackhide__ = True
 
+# The names of switches, and of faults of the board or an axis, as the control port has them.
 Switch = Literal["left", "right", "home"]
+Fault = Literal[
+    "eeprom",
+    "spi",
+    "spi-low",
+    "tmc429",
+    "tmc262",
+    "tmc5160",
+    "chip-supply",
+    "short-a",
+    "short-b",
+    "open-a",
+    "open-b",
+    "overtemperature",
+    "encoder",
+]
 
 
 class Module:
@@ -72,11 +88,11 @@ class Module:
 
     def press(self, switch: Switch, axis: int = 0) -> None:
         """A hand closes a switch. It stays closed until it is released, wherever the stage is."""
-        self._ask(f"press {switch} {axis}")
+        self._ask(f"press {switch}{_of(axis)}")
 
     def release(self, switch: Switch, axis: int = 0) -> None:
         """The hand lets go of a switch; the stage decides again."""
-        self._ask(f"release {switch} {axis}")
+        self._ask(f"release {switch}{_of(axis)}")
 
     def input(self, number: int, level: bool) -> None:
         """Sets the level of a digital input, from 0 on. Where a switch is connected to it, that is pressed or
@@ -98,7 +114,7 @@ class Module:
 
     def slip(self, steps: int, axis: int = 0) -> None:
         """A blow turns the rotor by full steps, -1000000 to 1000000, without the motion controller knowing."""
-        self._ask(f"slip {steps} {axis}")
+        self._ask(f"slip {steps}{_of(axis)}")
 
     @property
     def supply(self) -> float:
@@ -136,7 +152,7 @@ class Module:
 
     # Faults.
 
-    def fault(self, name: str, on: bool = True, axis: int | None = None) -> None:
+    def fault(self, name: Fault, on: bool = True, axis: int | None = None) -> None:
         """A fault begins or ends. Those of the board, which take no axis, are eeprom, spi and spi-low; those of an axis
         tmc429, tmc262, tmc5160, chip-supply, short-a, short-b, open-a, open-b, overtemperature and encoder."""
         level = _on("fault", on, f'"{name}", ')
@@ -198,7 +214,7 @@ class Motor:
 
     @load.setter
     def load(self, load: float) -> None:
-        self._module._ask(f"load {load} {self.number}")
+        self._module._ask(f"load {load}{_of(self.number)}")
 
     def slip(self, steps: int) -> None:
         """A blow turns the rotor by full steps, -1000000 to 1000000, without the motion controller knowing."""
@@ -211,6 +227,11 @@ class Motor:
     def release(self, switch: Switch) -> None:
         """The hand lets go of a switch of this axis."""
         self._module.release(switch, self.number)
+
+
+def _of(axis: int) -> str:
+    """The number of an axis behind a command, which without one is for axis 0."""
+    return f" {axis}" if axis else ""
 
 
 def _on(method: str, on: bool, before: str = "") -> str:

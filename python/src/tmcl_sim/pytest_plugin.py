@@ -1,4 +1,4 @@
-"""The pytest plugin: the fixture `tmcl_sim`, its marker and options, and what the report of a failing test tells.
+"""The pytest plugin: the fixture `virtual_module`, its marker and options, and what the report of a failing test tells.
 
 It is loaded by its entry point wherever the package is installed. A test that does not ask for the fixture is left
 alone.
@@ -54,14 +54,14 @@ def pytest_configure(config: pytest.Config) -> None:
     """Tells pytest of the marker."""
     config.addinivalue_line(
         "markers",
-        "tmcl_sim(world=None, **arguments): the arguments of tmcl_sim.Sim for the fixture tmcl_sim, such as "
+        "tmcl_sim(world=None, **arguments): the arguments of tmcl_sim.Sim for the fixture virtual_module, such as "
         'world="stage.toml" or product="6110"; paths are relative to the file of the test, and of several markers the '
         "nearer one wins, argument by argument",
     )
 
 
 @pytest.fixture
-def tmcl_sim(request: pytest.FixtureRequest) -> Iterator[Sim]:
+def virtual_module(request: pytest.FixtureRequest) -> Iterator[Sim]:
     """A fresh virtual module: a tmcl_sim.Sim, paused if the marker does not say otherwise."""
     arguments = _arguments(request.node)
     _take_image(request, arguments)
@@ -71,6 +71,12 @@ def tmcl_sim(request: pytest.FixtureRequest) -> Iterator[Sim]:
             yield sim
         finally:
             witness.end()
+
+
+@pytest.fixture
+def tmcl_sim(virtual_module: Sim) -> Sim:
+    """The same as virtual_module, under a name that hides the module tmcl_sim in a test."""
+    return virtual_module
 
 
 def _arguments(node: pytest.Item) -> dict[str, Any]:

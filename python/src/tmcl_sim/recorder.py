@@ -1,10 +1,12 @@
-"""Records the motion of a module's axes while a test runs, for the plot in the report of a test that fails."""
+"""Records the motion of a module's axes while a test runs, and what the test makes happen around it, for the plot in
+the report of a test that fails."""
 
 from __future__ import annotations
 
 from .errors import SimError
+from .happenings import Happenings
 from .module import Module
-from .plot import Curve, Panel
+from .plot import Curve, Mark, Panel
 from .watch import Sample
 
 # Virtual time between two samples, in seconds, and how many are kept: those of the last ten seconds.
@@ -14,10 +16,12 @@ SPEED_UNITS = {"TMCM-3212": "0.954 microsteps/s"}
 
 
 class Recorder:
-    """Keeps the last samples of position and speed of all axes of a module."""
+    """Keeps the last samples of position and speed of all axes of a module. What happens around it is noted in
+    `happenings`."""
 
-    def __init__(self, module: Module):
-        self._product = module.product
+    def __init__(self, module: Module, happenings: Happenings):
+        self._number, self._product = module.number, module.product
+        self._happenings = happenings
         self._axes = range(len(module.state().axes))
         self._samples: list[Sample] = []
         names = [_name(value, axis) for axis in self._axes for value in ("position", "velocity")]
@@ -54,6 +58,13 @@ class Recorder:
             Panel("position in microsteps", [self._curve("position", axis) for axis in self._axes]),
             Panel(f"speed in {speed}", [self._curve("velocity", axis) for axis in self._axes]),
         ]
+
+    def marks(self) -> list[Mark]:
+        """What has happened around the module since the sample before the first one of the panels."""
+        if not self._samples:
+            return []
+        begin, now = self._samples[0].time - INTERVAL, self._samples[-1].time
+        return [Mark(each.time, each.what) for each in self._happenings.of(self._number, begin, now)]
 
     def _curve(self, value: str, axis: int) -> Curve:
         name = _name(value, axis)

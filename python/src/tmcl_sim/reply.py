@@ -12,15 +12,15 @@ SUCCESS = (100, 101)
 
 @dataclass(frozen=True, repr=False)
 class Reply:
-    """What a module has answered. What it has not told is None; all is None but the command after one that is not
-    replied to, such as 137."""
+    """What a module has answered. What it has not told is None, but for the value; after a command that is not replied
+    to, such as 137, there is the command alone."""
 
     command: str
     """The command, as the simulator has understood it."""
     status: int | None = None
     """The status: 100 is success."""
-    value: int | None = None
-    """The value."""
+    value: int = 0
+    """The value; 0 if none was told, as of a command that was refused or is not replied to."""
     meaning: str | None = None
     """What the status means."""
     unit: str | None = None

@@ -6,6 +6,7 @@ import weakref
 from typing import Any
 
 from .control import Connection
+from .happenings import Happenings
 from .process import Process
 from .watch import Watch
 
@@ -20,10 +21,20 @@ class Session:
         self.process = process
         self._control = Connection(process)
         self._watches: weakref.WeakSet[Watch] = weakref.WeakSet()
+        # What was made to happen around the modules, once somebody wants that to be noted.
+        self._happenings: Happenings | None = None
 
     def ask(self, line: str) -> dict[str, Any]:
         """Carries out a command of the control port and gives the fields of the answer."""
-        return self._control.ask(line)
+        answer = self._control.ask(line)
+        if self._happenings:
+            self._happenings.note(line, answer, self._control.ask)
+        return answer
+
+    def record_happenings(self) -> Happenings:
+        """From now on it is noted what is made to happen around the modules."""
+        self._happenings = Happenings()
+        return self._happenings
 
     def watch(self, command: str, kept: int | None) -> Watch:
         """A watch that begins with this command, and keeps so many samples at most."""
@@ -34,6 +45,8 @@ class Session:
     def restart(self) -> None:
         """All begins anew, and the watches go on."""
         self.ask("restart")
+        if self._happenings:
+            self._happenings.begin_anew()
         for watch in list(self._watches):
             watch.begin_anew()
 

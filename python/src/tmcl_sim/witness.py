@@ -32,7 +32,8 @@ class Witness:
 
     def __init__(self, sim: Sim):
         self.sim = sim
-        self._recorders = [Recorder(module) for module in _modules(sim)[:MOST_RECORDED]]
+        happenings = sim._session.record_happenings()
+        self._recorders = [Recorder(module, happenings) for module in _modules(sim)[:MOST_RECORDED]]
         self._last: list[Section] | None = None
 
     def end(self) -> None:
@@ -67,10 +68,11 @@ def _motion(test: str, module: Module, recorder: Recorder) -> Section:
         told = "only one" if most else "none"
         words = f"no plot: a sample is taken each {INTERVAL * 1000:g} ms of virtual time, and there has been {told}"
         return Section(title, words)
-    text = as_text(panels)
+    marks = recorder.marks()
+    text = as_text(panels, marks)
     if recorder.missed:
         text += f"\n\n{recorder.missed} samples are missing: the computer was too busy to read them"
-    return Section(title, text, as_svg(f"{test}: {_name(module)}", panels))
+    return Section(title, text, as_svg(f"{test}: {_name(module)}", panels, marks))
 
 
 def _telegrams(sim: Sim) -> str:
