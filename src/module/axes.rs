@@ -25,7 +25,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// Passes the events of an axis on: to the error flags, to the interrupts of the program, and to the host of
     /// command 138.
     pub(super) fn heed(&mut self, axis: u8, events: Events) {
-        let Events { reached, at_target, stall, cut_short, deviation, alarm, at_switch: _, limit: _ } = events;
+        let Events { reached, at_target, stall, cut_short, deviation, alarm, at_switch, limit: _ } = events;
+        if at_switch && let Ok(mut axis) = self.axis(axis) {
+            axis.end_at_switch();
+        }
         for (event, flag) in
             [(cut_short, ErrorFlag::Position), (deviation, ErrorFlag::Deviation), (alarm, ErrorFlag::Alarm)]
         {

@@ -55,7 +55,7 @@ pub struct Axis<H: Hardware> {
     pub(super) orders: Orders<H::Shape>,
     /// What the chips have not taken yet; each poll tells it again.
     pub(super) untold: Untold,
-    /// The motor is on a straight line, and was last seen turn so fast that it is somewhere else in each poll.
+    /// The motor is on a straight line or rotates, and was last seen turn so fast that it is somewhere else in each poll.
     pub(super) brisk: bool,
     /// The last poll has found the motor standing where it is to stand.
     pub(super) rests: bool,

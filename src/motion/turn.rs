@@ -45,12 +45,18 @@ impl<H: Hardware> Axis<H> {
         };
         if cruises { MotionState::Cruising } else { MotionState::Changing }
     }
+
+    /// True while the motor is to turn at a speed, outside a reference search.
+    fn rotates(&self) -> bool {
+        let Known { mode, target_speed, .. } = *self.hardware.known();
+        mode == Mode::Velocity && target_speed != 0 && self.orders.search.is_none()
+    }
 }
 
 impl<H: Hardware> Joined<'_, H> {
     /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
     /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later. An axis
-    /// that is `on_line`, on a straight line with others, counts as held by a stop switch as soon as its position stays.
+    /// that is `on_line`, on a straight line with others, or rotates, is found held by a stop switch as soon as its position stays.
     /// Returns the events since the poll before.
     pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>, on_line: bool) -> Events {
         self.sensors = sensors;
@@ -71,12 +77,11 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there.
     fn is_at_switch(&mut self) -> bool {
-        let Known { mode, target_speed, .. } = *self.hardware.known();
-        let turns = mode == Mode::Velocity && target_speed != 0 && self.orders.search.is_none();
+        let target_speed = self.hardware.known().target_speed;
         let brakes = |h: &mut H, c: &mut H::Controller, course: &Course<'_>| {
             course.stops.soft && h.meets_switch(c, course, target_speed)
         };
-        turns && (self.held > 0 || self.on_course(brakes))
+        self.rotates() && (self.held > 0 || self.on_course(brakes))
     }
 
     /// Ends a rotation at the stop switch before the motor, which stands there, or brakes: it does not turn again by itself
@@ -113,8 +118,8 @@ impl<H: Hardware> Joined<'_, H> {
         let ahead = self.orders.ended.unwrap_or(known.ahead());
         // The speed, and one of the switches, may have been read many milliseconds ago.
         let brisk = if known.speed == 0 { self.brisk } else { known.speed.abs() > self.correction(BRISK) };
-        self.brisk = on_line && brisk;
-        let stays = self.brisk && ahead != 0 && known.position == before;
+        self.brisk = (on_line || self.rotates()) && brisk;
+        let stays = self.brisk && self.held == 0 && ahead != 0 && known.position == before;
         if stays {
             self.turn_switches()?;
         }

@@ -11,5 +11,6 @@ mod encoders;
 mod lost_answers;
 mod moves;
 mod ramps;
+mod rotation_ends;
 mod soak;
 mod supervision;

@@ -47,7 +47,7 @@ fn all_axes_turn_until_their_own_stop_switches() {
 }
 
 /// A switch that is pressed by hand stops the axis that it belongs to at once, and no other; when it is released the
-/// axis goes on.
+/// axis stands until it is told to turn again.
 #[test]
 fn a_switch_that_is_pressed_stops_its_axis_alone() {
     for mut bench in Bench::bare() {
@@ -68,6 +68,11 @@ fn a_switch_that_is_pressed_stops_its_axis_alone() {
                     assert_eq!(seen, if switch == "left" { [pressed, 0] } else { [0, pressed] });
                 }
                 bench.control(&format!("release {switch} {axis}"));
+                bench.run(SECOND);
+                let mut told = vec![speed; usize::from(bench.spec.axes)];
+                told[usize::from(axis)] = 0;
+                assert_eq!((bench.speeds(), bench.all(2)), (told.clone(), told), "{switch} switch of {axis} is open");
+                bench.ok(&turn.replace('#', &axis.to_string()));
                 bench.run(SECOND);
                 assert_eq!(bench.speeds(), vec![speed; usize::from(bench.spec.axes)]);
             }

@@ -13,7 +13,7 @@ fn with_switches(toml: &str) -> Bench {
 /// A hard stop is one without a ramp: the rotor is where the switch is, within what it turns in one tick of the ramp
 /// generator, 512 clocks, or 2 microsteps at 50 000 pps.
 #[test]
-fn a_switch_stops_the_motor_at_once_and_lets_it_go_when_it_opens() {
+fn a_switch_stops_the_motor_at_once_and_a_positioning_goes_on_when_it_opens() {
     let mut bench = with_switches("[stage]\nleft = -50000\nright = 50000\n");
     bench.configure(&["SAP 5, 0, 500000", "ROR 0, 50000"]);
     bench.run(3 * SECOND);
@@ -23,8 +23,11 @@ fn a_switch_stops_the_motor_at_once_and_lets_it_go_when_it_opens() {
     bench.run(4 * SECOND);
     assert!((-50_002..=-50_000).contains(&bench.rotor()), "{}", bench.rotor());
     // A switch that is disabled does not hold it.
-    bench.ok("SAP 13, 0, 1");
+    bench.configure(&["SAP 4, 0, 50000", "MVP ABS, 0, -90000"]);
     bench.run(100 * MILLISECOND);
+    assert!((-50_002..=-50_000).contains(&bench.rotor()), "{}", bench.rotor());
+    bench.ok("SAP 13, 0, 1");
+    bench.run(500 * MILLISECOND);
     assert!(bench.rotor() < -52_000);
 }
 
