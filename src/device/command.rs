@@ -1,41 +1,64 @@
 //! Commands to axes: what a chip does not take of one leaves nothing behind, on no axis.
 
+use core::array;
+
 use super::line::Lines;
 use super::{Board, Device};
-use crate::motion::{Axis, Error, Former, Hardware, Joined};
+use crate::motion::{Error, Former, Hardware, Joined};
 
-/// What a device was told before a command.
-pub struct Before<T: Board, const AXES: usize> {
+/// What a device was told before a command to axes.
+pub(super) struct Before<T: Board, const AXES: usize> {
     axes: [Former<<T::Hardware as Hardware>::Shape>; AXES],
     lines: Lines<AXES>,
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// Notes what the device was told before a command to axes, for [`settle`](Self::settle) after it.
-    #[inline(never)]
-    pub fn before(&self) -> Before<T, AXES> {
-        Before { axes: self.axes.each_ref().map(Axis::former), lines: self.lines }
+impl<T: Board, const AXES: usize> Default for Before<T, AXES> {
+    fn default() -> Self {
+        Before { axes: array::from_fn(|_| Former::default()), lines: Lines::default() }
     }
+}
 
-    /// Ends a command that axes, axis n in bit n of `axes`, were `told`: they take all of it or nothing. If a chip did not
-    /// take its part, these axes and those on a line with them are on their former courses again, and their chips are told so.
+impl<T: Board, const AXES: usize> Device<T, AXES> {
+    /// Carries out a command to axes, axis n in bit n of `axes`, by telling it the chips: they take all of it or nothing. If a
+    /// chip does not take its part, these axes and those that were on a line are on their former courses again, and their chips
+    /// are told so.
     ///
     /// # Errors
-    /// That of `told`.
-    pub fn settle(&mut self, axes: u8, before: &Before<T, AXES>, told: Result<(), Error>) -> Result<(), Error> {
+    /// That of `tell`.
+    pub fn command(&mut self, axes: u8, tell: impl FnOnce(&mut Self) -> Result<(), Error>) -> Result<(), Error> {
+        self.note(axes);
+        let told = tell(self);
         if told == Err(Error::Chip) {
-            self.recall(axes, before);
+            self.recall(axes);
         }
         told
     }
 
     #[inline(never)]
-    fn recall(&mut self, axes: u8, before: &Before<T, AXES>) {
-        self.lines = before.lines;
-        for (number, former) in before.axes.iter().enumerate() {
-            let is_touched = is_in(axes, number) || self.is_on_line(number);
-            if let Some(mut axis) = self.axis(number).filter(|_| is_touched) {
-                axis.recall(former);
+    fn note(&mut self, axes: u8) {
+        if AXES > 1 {
+            self.before.lines = self.lines;
+        }
+        for number in 0..AXES {
+            let is_concerned = is_in(axes, number) || self.is_on_line(number);
+            if let (Some(axis), Some(former), true) =
+                (self.axes.get(number), self.before.axes.get_mut(number), is_concerned)
+            {
+                axis.note(former);
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn recall(&mut self, axes: u8) {
+        if AXES > 1 {
+            self.lines = self.before.lines;
+        }
+        for number in 0..AXES {
+            let is_concerned = is_in(axes, number) || self.is_on_line(number);
+            let Some(former) = self.before.axes.get(number).filter(|_| is_concerned).copied() else { continue };
+            if let Some(mut axis) = self.axis(number) {
+                axis.recall(&former);
             }
         }
     }

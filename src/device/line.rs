@@ -105,8 +105,8 @@ fn is_sent<const AXES: usize>(targets: &[Option<i32>; AXES], number: usize) -> b
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// Sends axes to positions, `targets` by axis, so that they begin to move at once. What a chip does not take is made up for by
-    /// [`settle`](Self::settle).
+    /// Sends axes to positions, `targets` by axis, so that they begin to move at once. To be called within a
+    /// [`command`](Self::command), which makes up for what a chip does not take.
     ///
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
@@ -116,7 +116,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 
     /// Sends axes to positions, `targets` by axis, on a straight line: they arrive at once. All of them have trapezoidal ramps
-    /// there, and afterwards. What a chip does not take is made up for by [`settle`](Self::settle).
+    /// there, and afterwards. To be called within a [`command`](Self::command), which makes up for what a chip does not take.
     ///
     /// # Errors
     /// [`Error::NotNow`] when they have different units of speed or acceleration; then nothing moves. [`Error::Chip`] when a

@@ -15,7 +15,6 @@ mod line;
 mod safety;
 mod turn;
 
-pub use command::Before;
 pub use io::{ANALOG, Inputs, Outputs};
 pub use safety::{Supervised, Supply};
 pub use turn::Piece;
@@ -109,6 +108,8 @@ pub struct Device<T: Board, const AXES: usize> {
     inversion: Inversion,
     /// The straight lines on which several axes go.
     lines: line::Lines<AXES>,
+    /// What was told before the last command to axes.
+    before: command::Before<T, AXES>,
     /// The time at which a restart is due.
     restart: Option<Micros>,
     /// The time at which the next turn is due.
@@ -144,6 +145,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             safety: safety::Safety::default(),
             inversion: Inversion::default(),
             lines: line::Lines::default(),
+            before: command::Before::default(),
             restart: None,
             next: Micros(0),
             upcoming: Self::PIECES,

@@ -75,9 +75,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.unlocked(now)?;
         }
         let group = self.group(axis)?;
-        let before = self.device.before();
-        let told = self.device.tell_each(group.bits, |axis| axis.rotate(now, speed));
-        self.device.settle(group.bits, &before, told)?;
+        self.device.command(group.bits, |device| device.tell_each(group.bits, |axis| axis.rotate(now, speed)))?;
         self.each_of(group, Arrivals::disarm);
         Ok(())
     }
@@ -90,17 +88,17 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         match kind {
             0 | 1 => {
                 let mut group = self.group(axis)?;
-                let before = self.device.before();
-                let told = if kind == 0 {
-                    if AXES > 1 {
-                        self.device.tell_each(group.bits, |axis| axis.may_search())?;
-                    }
-                    self.device.tell_each(group.bits, |axis| axis.start_search(now))
-                } else {
+                if kind == 0 && AXES > 1 {
+                    self.device.tell_each(group.bits, |axis| axis.may_search())?;
+                } else if kind != 0 {
                     group.bits &= self.searching();
-                    self.device.tell_each(group.bits, |axis| axis.stop_search(now))
-                };
-                self.device.settle(group.bits, &before, told)?;
+                }
+                self.device.command(group.bits, |device| {
+                    device.tell_each(group.bits, |axis| match kind {
+                        0 => axis.start_search(now),
+                        _ => axis.stop_search(now),
+                    })
+                })?;
                 self.each_of(group, Arrivals::disarm);
                 if kind == 0 {
                     self.each_of(group, Arrivals::arm);
@@ -133,15 +131,15 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let target = targets.get(usize::from(first)).copied().flatten().ok_or(Status::InvalidValue)?;
         self.unlocked(now)?;
         let searching = AxisSet { bits: moving.bits & self.searching(), ..moving };
-        let before = self.device.before();
-        let told = if AXES == 1 || moving.bits.count_ones() == 1 {
-            self.axis(first)?.move_to(now, target)
-        } else if moving.straight {
-            self.device.start_line(now, &targets)
-        } else {
-            self.device.start_together(now, &targets)
-        };
-        self.device.settle(moving.bits, &before, told)?;
+        self.device.command(moving.bits, |device| {
+            if AXES == 1 || moving.bits.count_ones() == 1 {
+                device.tell_each(moving.bits, |axis| axis.move_to(now, target))
+            } else if moving.straight {
+                device.start_line(now, &targets)
+            } else {
+                device.start_together(now, &targets)
+            }
+        })?;
         self.each_of(searching, Arrivals::disarm);
         self.each_of(moving, Arrivals::arm);
         Ok(Outcome::Value(target))
@@ -295,21 +293,24 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         value: i32,
     ) -> Result<(), Status> {
         let (function, number) = (parameter.function, usize::from(axis));
-        let before = self.device.before();
-        let mut state = self.axis(axis)?;
-        let former = state.setting(function);
-        let mut told = state.write(now, parameter, value);
-        if AXES > 1 && told.is_ok() {
-            if T::Hardware::RAMPS.contains(&function) {
-                told = self.device.repace(number);
+        let former = self.axis(axis)?.setting(function);
+        let bit = 1_u8.unbounded_shl(number as u32);
+        let told = self.device.command(bit, |device| {
+            device.tell_each(bit, |axis| axis.write(now, parameter, value))?;
+            if AXES == 1 {
+                Ok(())
+            } else if T::Hardware::RAMPS.contains(&function) {
+                device.repace(number)
             } else if T::Hardware::UNITS.contains(&function) || function == AxisParameter::RampMode {
-                told = self.device.leave_line(number);
+                device.leave_line(number)
+            } else {
+                Ok(())
             }
-            if told.is_err() {
-                self.axis(axis)?.preset_setting(function, former);
-            }
+        });
+        if AXES > 1 && told.is_err() {
+            self.axis(axis)?.preset_setting(function, former);
         }
-        Ok(self.device.settle(1_u8.unbounded_shl(number as u32), &before, told)?)
+        Ok(told?)
     }
 
     /// The row of an axis parameter in the product's table.

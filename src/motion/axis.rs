@@ -51,7 +51,9 @@ pub struct Axis<H: Hardware> {
     pub(super) values: Values,
     /// Number of polls, one in a millisecond, for which a stop switch has held the motor; 255 stands for any more.
     pub(super) held: u8,
-    /// What a command changes, besides the goal of the hardware.
+    /// The reference search that is under way.
+    pub(super) search: Option<Search>,
+    /// What a command changes besides, apart from the goal of the hardware.
     pub(super) orders: Orders<H::Shape>,
     /// What the chips have not taken yet; each poll tells it again.
     pub(super) untold: Untold,
@@ -103,8 +105,8 @@ impl<'a, H: Hardware> Joined<'a, H> {
 
     /// Calls a function of the hardware with the motion controller and with the course that the motor is to take.
     pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
-        let Axis { hardware, values, orders, watched, .. } = &mut *self.axis;
-        let mut course = course(values, orders.search.as_ref(), &orders.pace);
+        let Axis { hardware, values, search, orders, watched, .. } = &mut *self.axis;
+        let mut course = course(values, search.as_ref(), &orders.pace);
         course.stops.right &= watched.is_none();
         act(hardware, self.controller, &course)
     }
@@ -128,6 +130,7 @@ impl<H: Hardware> Axis<H> {
             table,
             values: Values::of(table),
             held: 0,
+            search: None,
             orders: Orders::default(),
             untold: Untold::Nothing,
             brisk: false,
@@ -188,14 +191,14 @@ impl<H: Hardware> Axis<H> {
 
     /// What closed stop switches do to the motor now, whoever watches them.
     pub(super) fn stops(&self) -> Stops {
-        course(&self.values, self.orders.search.as_ref(), &self.orders.pace).stops
+        course(&self.values, self.search.as_ref(), &self.orders.pace).stops
     }
 
     /// True when writing parameter 2 (target speed) rotates the motor, as ROR does: in velocity mode, and in a
     /// reference search, which the rotation ends. In the two positioning modes the ramp generator works out its target
     /// speed itself.
     pub fn takes_speed(&self) -> bool {
-        self.orders.search.is_some() || !self.hardware.known().mode.positions()
+        self.search.is_some() || !self.hardware.known().mode.positions()
     }
 
     /// True when the actual position is the target position (parameter 8), by the last reading.
@@ -276,7 +279,7 @@ impl<H: Hardware> Axis<H> {
 
     /// True while a reference search is under way.
     pub const fn searches(&self) -> bool {
-        self.orders.search.is_some()
+        self.search.is_some()
     }
 
     /// True if the last poll has found that the motor stands and is to stand, and nothing has been told it since.
@@ -291,7 +294,7 @@ impl<H: Hardware> Axis<H> {
 
     /// The value of RFS STATUS: 0 without a reference search, else the number of the leg under way, counted from 1.
     pub fn search_status(&self) -> i32 {
-        self.orders.search.as_ref().map_or(0, Search::number)
+        self.search.as_ref().map_or(0, Search::number)
     }
 
     /// Lets the next N event zero the external encoder, if parameter 217 asks for it.
@@ -311,7 +314,7 @@ impl<H: Hardware> Axis<H> {
 
     /// The speed at which the motor goes to a position, in the unit of parameter 4.
     pub fn positioning_speed(&self) -> i32 {
-        course(&self.values, self.orders.search.as_ref(), &self.orders.pace).speed
+        course(&self.values, self.search.as_ref(), &self.orders.pace).speed
     }
 }
 

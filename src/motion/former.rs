@@ -6,30 +6,45 @@ use super::Error;
 use super::axis::{Axis, Joined};
 use super::hardware::{Hardware, Known};
 use super::orders::{Orders, Untold};
+use super::search::Search;
 
-/// An axis as it was before a command.
+/// What an axis was told before a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Former<S> {
     known: Known,
+    search: Option<Search>,
     orders: Orders<S>,
 }
 
+impl<S> Default for Former<S> {
+    fn default() -> Self {
+        Former { known: Known::default(), search: None, orders: Orders::default() }
+    }
+}
+
 impl<H: Hardware> Axis<H> {
-    /// The axis as it is now, before a command.
-    pub fn former(&self) -> Former<H::Shape> {
-        Former { known: *self.hardware.known(), orders: self.orders }
+    /// Notes what the axis has been told so far, before a command that may be [recalled](Joined::recall).
+    #[inline(always)]
+    pub fn note(&self, former: &mut Former<H::Shape>) {
+        former.known = *self.hardware.known();
+        former.orders = self.orders;
+        // It is by far the largest, and seldom there.
+        if self.search.is_some() || former.search.is_some() {
+            former.search = self.search;
+        }
     }
 }
 
 impl<H: Hardware> Joined<'_, H> {
-    /// Has the axis be what it was before a command that has been refused: the motor goes on to its former goal. The chips
-    /// are told so now, and what they do not take, with each poll.
+    /// Has the axis be what it was when it [was noted](Axis::note), before a command that has been refused: the motor goes on to
+    /// its former goal. The chips are told so now, and what they do not take, with each poll.
     #[inline(never)]
     pub fn recall(&mut self, former: &Former<H::Shape>) {
-        let Known { position, speed, .. } = *self.hardware.known();
-        *self.hardware.known_mut() = Known { position, speed, ..former.known };
+        let known = self.hardware.known_mut();
+        *known = Known { position: known.position, speed: known.speed, ..former.known };
         self.orders = former.orders;
-        self.set_pace(former.orders.pace);
+        self.search = former.search;
+        self.set_pace(self.orders.pace);
         // The next poll that gets so far gives the motor its former current.
         self.excitation = None;
         self.untold = self.untold.max(Untold::Course);

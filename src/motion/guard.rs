@@ -44,7 +44,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
     /// a reference search has ended. The driver is written at the end of the next poll that gets so far.
     pub(super) fn recover(&mut self) -> Result<(), Error> {
-        self.events.cut_short |= self.orders.travelling || self.orders.search.is_some();
+        self.events.cut_short |= self.orders.travelling || self.search.is_some();
         self.excitation = None;
         self.hard_stop()?;
         let position = self.last_position();
@@ -61,7 +61,7 @@ impl<H: Hardware> Joined<'_, H> {
         if self.watched_right() != Some(true) || !self.stops().right || !turns_right {
             return Ok(());
         }
-        if known.ahead() <= 0 || self.orders.search.is_some() {
+        if known.ahead() <= 0 || self.search.is_some() {
             self.on_course(H::stop)?;
             return if known.ahead() < 0 { self.resume(known) } else { Ok(()) };
         }
@@ -78,7 +78,7 @@ impl<H: Hardware> Joined<'_, H> {
         self.rests = false;
         self.orders.ended = None;
         self.measured = Measured::default();
-        self.orders.search = None;
+        self.search = None;
         self.orders.travelling = false;
         self.on_course(H::stop)?;
         self.untold = Untold::Nothing;

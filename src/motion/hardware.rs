@@ -277,8 +277,14 @@ pub trait Hardware {
     fn meets_switch(&self, controller: &Self::Controller, course: &Course<'_>, ahead: i32) -> bool;
 
     /// True while a stop switch keeps the motor from turning in the direction `ahead`. To be called while the last reading of
-    /// the speed is 0, or the position stays.
-    fn is_held(&mut self, controller: &mut Self::Controller, course: &Course<'_>, ahead: i32) -> Result<bool, Error>;
+    /// the speed is 0, or the position `stays` although the motor was fast: then the last reading of the switches may be older.
+    fn is_held(
+        &mut self,
+        controller: &mut Self::Controller,
+        course: &Course<'_>,
+        ahead: i32,
+        stays: bool,
+    ) -> Result<bool, Error>;
 
     /// Arms the latch: the position is to be kept at which the stop switch of [`Stops::latch`] opens, which is closed
     /// now.

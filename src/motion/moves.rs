@@ -46,7 +46,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn rotate_at(&mut self, now: Micros, speed: i32, acceleration: Option<i32>) -> Result<(), Error> {
         self.begin(speed != 0, Pace { acceleration, ..Pace::default() });
-        self.orders.search = None;
+        self.search = None;
         self.orders.travelling = false;
         self.run_at(now, speed)
     }
@@ -67,7 +67,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn move_at(&mut self, now: Micros, target: i32, pace: Pace<H::Shape>) -> Result<(), Error> {
         self.begin(true, pace);
-        self.orders.search = None;
+        self.search = None;
         self.travel_to(now, target)?;
         self.orders.travelling = true;
         Ok(())
@@ -80,7 +80,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn ready(&mut self, now: Micros, target: i32, pace: Pace<H::Shape>) -> Result<(), Error> {
         self.begin(true, pace);
-        self.orders.search = None;
+        self.search = None;
         self.wake(now)?;
         self.on_course(|hardware, controller, course| hardware.ready(controller, target, course))
     }
@@ -146,7 +146,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// heading; on a change to a positioning mode it goes to the last target. A reference search ends, as if the motor
     /// had been stopped before.
     pub(super) fn change_mode(&mut self, now: Micros, mode: Mode) -> Result<(), Error> {
-        if self.orders.search.is_some() {
+        if self.search.is_some() {
             self.rotate(now, 0)?;
         }
         let target = self.hardware.known().target;
@@ -173,9 +173,9 @@ impl<H: Hardware> Joined<'_, H> {
         let known = *self.hardware.known();
         let standing = self.at_target() && known.speed == 0;
         let rests = self.rests;
-        let ends = known.mode != Mode::Velocity || self.orders.search.is_some();
+        let ends = known.mode != Mode::Velocity || self.search.is_some();
         if ends {
-            self.orders.search = None;
+            self.search = None;
             self.orders.travelling = false;
             self.set_pace(Pace::default());
             self.run_at(now, 0)?;
@@ -239,6 +239,7 @@ impl<H: Hardware> Joined<'_, H> {
     }
 
     /// Gives the motor the goal again that it had.
+    #[inline(never)]
     pub(super) fn resume(&mut self, known: Known) -> Result<(), Error> {
         let Known { mode, target, target_speed, .. } = known;
         self.head(if mode.positions() {

@@ -2,7 +2,6 @@
 
 use super::current::Current;
 use super::pace::Pace;
-use super::search::Search;
 
 /// What the chips of an axis have not all taken, of what the firmware wants. Each poll tells it again until they have. What
 /// comes later here replaces what comes before it.
@@ -19,11 +18,9 @@ pub(super) enum Untold {
     Stop,
 }
 
-/// What a command changes of an axis, besides the goal of the hardware.
+/// What a command changes of an axis, besides the goal of the hardware and the reference search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Orders<S> {
-    /// The reference search that is under way.
-    pub(super) search: Option<Search>,
     /// The pace of the last motion command.
     pub(super) pace: Pace<S>,
     /// A positioning move of a host or a program is under way. Its end will be an event.
@@ -46,7 +43,6 @@ pub(super) struct Orders<S> {
 impl<S> Default for Orders<S> {
     fn default() -> Self {
         Orders {
-            search: None,
             pace: Pace::default(),
             travelling: false,
             was_at_target: true,

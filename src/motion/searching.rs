@@ -56,7 +56,7 @@ impl<H: Hardware> Joined<'_, H> {
             return Err(Error::NotNow);
         }
         self.rotate_at(now, 0, pace.acceleration)?;
-        self.orders.search = Some(Search::new(plan, home, fast, slow));
+        self.search = Some(Search::new(plan, home, fast, slow));
         self.encoders.index = false;
         // While the motor comes to a stand, the stop switches already act as in the first leg.
         self.adjust()
@@ -67,7 +67,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn stop_search(&mut self, now: Micros) -> Result<(), Error> {
-        if self.orders.search.is_some() { self.rotate(now, 0) } else { Ok(()) }
+        if self.search.is_some() { self.rotate(now, 0) } else { Ok(()) }
     }
 
     /// Advances the search by one poll, in which the position has been read before. If a datagram does not get through,
@@ -103,13 +103,13 @@ impl<H: Hardware> Joined<'_, H> {
                 return self.end_search(false);
             }
         }
-        self.orders.search = Some(search);
+        self.search = Some(search);
         Ok(())
     }
 
     /// Ends a search. From then on the stop switches act as their parameters say.
     fn end_search(&mut self, found: bool) -> Result<(), Error> {
-        self.orders.search = None;
+        self.search = None;
         self.set_pace(Pace::default());
         self.events.reached |= found;
         self.events.cut_short |= !found;
@@ -120,7 +120,7 @@ impl<H: Hardware> Joined<'_, H> {
     fn begin_leg(&mut self, now: Micros, mut search: Search, view: &View) -> Result<(), Error> {
         let (goal, closed) = search.begin(view);
         // With the search in place the course below has the stop switches as this leg needs them.
-        self.orders.search = Some(search);
+        self.search = Some(search);
         if closed {
             self.arm_latch()?;
         }
@@ -129,7 +129,7 @@ impl<H: Hardware> Joined<'_, H> {
             Goal::Position { target, .. } => self.travel_to(now, target)?,
         }
         search.begun();
-        self.orders.search = Some(search);
+        self.search = Some(search);
         Ok(())
     }
 

@@ -359,12 +359,12 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
 
     /// The readings of switches and speed may be some milliseconds old, so they are taken again before the motor counts
     /// as held.
-    fn is_held(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>, ahead: i32) -> Result<bool, Error> {
-        if !self.meets_switch(chip, course, ahead) {
+    fn is_held(&mut self, chip: &mut Tmc429<M>, course: &Course<'_>, ahead: i32, stays: bool) -> Result<bool, Error> {
+        if !stays && !self.meets_switch(chip, course, ahead) {
             return Ok(false);
         }
-        let switches = self.switches(chip)?;
-        Ok(course.stops.hold(ahead, switches) && self.speed(chip)? == 0)
+        self.switches(chip)?;
+        Ok(self.meets_switch(chip, course, ahead) && self.speed(chip)? == 0)
     }
 
     fn latch(&mut self, chip: &mut Tmc429<M>) -> Result<(), Error> {

@@ -355,7 +355,7 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     }
 
     /// A last reading of 0 may be older than the goal.
-    fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>, ahead: i32) -> Result<bool, Error> {
+    fn is_held(&mut self, chip: &mut Tmc5160<D>, course: &Course<'_>, ahead: i32, _: bool) -> Result<bool, Error> {
         let stood = self.settling == 0 && self.known.speed == 0;
         Ok(self.meets_switch(chip, course, ahead) && (stood || self.speed(chip)? == 0))
     }

@@ -49,7 +49,7 @@ impl<H: Hardware> Axis<H> {
     /// True while the motor is to turn at a speed, outside a reference search.
     fn rotates(&self) -> bool {
         let Known { mode, target_speed, .. } = *self.hardware.known();
-        mode == Mode::Velocity && target_speed != 0 && self.orders.search.is_none()
+        mode == Mode::Velocity && target_speed != 0 && self.search.is_none()
     }
 }
 
@@ -78,10 +78,10 @@ impl<H: Hardware> Joined<'_, H> {
     /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there.
     fn is_at_switch(&mut self) -> bool {
         let target_speed = self.hardware.known().target_speed;
-        let brakes = |h: &mut H, c: &mut H::Controller, course: &Course<'_>| {
-            course.stops.soft && h.meets_switch(c, course, target_speed)
+        let meets = |hardware: &mut H, c: &mut H::Controller, course: &Course<'_>| {
+            hardware.meets_switch(c, course, target_speed)
         };
-        self.rotates() && (self.held > 0 || self.on_course(brakes))
+        self.rotates() && (self.held > 0 || self.values.is_on(P::SoftStop) && self.on_course(meets))
     }
 
     /// Ends a rotation at the stop switch before the motor, which stands there, or brakes: it does not turn again by itself
@@ -111,7 +111,7 @@ impl<H: Hardware> Joined<'_, H> {
         self.rests = rests;
         self.guard()?;
         self.watch()?;
-        if let Some(search) = self.orders.search {
+        if let Some(search) = self.search {
             self.poll_search(now, search)?;
         }
         let known = *self.hardware.known();
@@ -120,11 +120,9 @@ impl<H: Hardware> Joined<'_, H> {
         let brisk = if known.speed == 0 { self.brisk } else { known.speed.abs() > self.correction(BRISK) };
         self.brisk = (on_line || self.rotates()) && brisk;
         let stays = self.brisk && self.held == 0 && ahead != 0 && known.position == before;
-        if stays {
-            self.turn_switches()?;
-        }
-        let held =
-            (known.speed == 0 || stays) && ahead != 0 && self.on_course(|h, c, course| h.is_held(c, course, ahead))?;
+        let held = (known.speed == 0 || stays)
+            && ahead != 0
+            && self.on_course(|hardware, controller, course| hardware.is_held(controller, course, ahead, stays))?;
         self.held = if held { self.held.saturating_add(1) } else { 0 };
         self.events.at_switch = self.is_at_switch();
         let reached = self.at_target();

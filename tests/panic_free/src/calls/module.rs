@@ -63,9 +63,7 @@ pub(super) fn device<P: Built<AXES>, const AXES: usize>() {
     let _ = any(device.start_line(now(), &any([None; AXES])));
     let _ = any(device.leave_line(any(0)));
     let _ = any(device.repace(any(0)));
-    let before = any(device.before());
-    let _ = any(device.tell_each(any(0), |axis| axis.rotate(now(), any(0))));
-    let _ = any(device.settle(any(0), &before, any(Ok(()))));
+    let _ = any(device.command(any(0), |device| device.tell_each(any(0), |axis| axis.rotate(now(), any(0)))));
     any(device.store().get(any(0)));
     any(device.store_mut().next_job());
 }

@@ -8,7 +8,7 @@ use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::tmc5160::Tmc5160Axis;
-use tmcm::motion::{Axis, Hardware, Known, Leg, Mark, Pace, Plan, Ratio, Sensors, Slope, Sought, Until, root};
+use tmcm::motion::{Axis, Former, Hardware, Known, Leg, Mark, Pace, Plan, Ratio, Sensors, Slope, Sought, Until, root};
 use tmcm::param::{AxisParameter, Table, tmcm1140, tmcm3212};
 
 #[inline(never)]
@@ -88,6 +88,7 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     let _ = any(axis.break_off(now()));
     let _ = any(axis.stay());
     let _ = any(axis.end_at_switch());
-    let former = axis.former();
+    let mut former = any(Former::default());
+    axis.note(&mut former);
     axis.recall(&any(former));
 }
