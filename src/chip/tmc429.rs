@@ -3,7 +3,7 @@
 //!
 //! Registers that only the firmware changes are shadowed: writing a value that the chip already has costs no datagram.
 //! Every datagram brings the chip's status byte along; the last one is kept. A datagram whose answer is lost is repeated at
-//! once where that does no harm, see [`super::REPEATS`].
+//! once where that does no harm, up to twice.
 
 use embedded_hal::spi::SpiDevice;
 

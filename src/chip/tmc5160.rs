@@ -4,8 +4,8 @@
 //! What is read from a register comes with the datagram after the one that asks for it. So a reading costs two datagrams,
 //! but of several readings in a row each costs one: [`Tmc5160::turn`] makes use of that. Registers that only the firmware
 //! changes are shadowed: writing a value that the chip already has costs no datagram. Every datagram brings the chip's
-//! status byte along; the last one is kept. Datagrams whose answers are lost are repeated at once where that does no harm, see
-//! [`super::REPEATS`]; and what a lost answer would have brought is asked for again.
+//! status byte along; the last one is kept. Datagrams whose answers are lost are repeated at once where that does no harm,
+//! up to twice; and what a lost answer would have brought is asked for again.
 
 mod register;
 

@@ -58,7 +58,7 @@ pub struct Options {
     /// Further connections are refused, and one that begins like HTTP or TLS is closed, so that no web page reaches the
     /// module. Port 0 takes a free port and prints it.
     ///
-    /// There is no password: with another address than one of 127.0.0.1 or [::1], who reaches this computer moves the motor.
+    /// There is no password: with another address than 127.0.0.1 or ::1, who reaches this computer moves the motor.
     #[arg(long, value_name = "ADDR:PORT", value_parser = address)]
     pub tcp: Option<String>,
 
