@@ -48,7 +48,7 @@ pub(crate) fn main() -> Result<(), Error> {
     world(&mut module, "release left")?;
 
     // It turns to the right until something holds it.
-    for command in ["SAP 174, 0, 9", "SAP 181, 0, 500", "ROR 0, 1000"] {
+    for command in ["SAP 174, 0, 1", "SAP 181, 0, 500", "ROR 0, 1000"] {
         send(&mut module, command)?;
     }
     module.run(SECOND / 2);

@@ -158,7 +158,7 @@ fn switches_that_are_off() {
 #[test]
 fn stop_on_stall() {
     let mut rig = Rig::enabled(PV);
-    rig.set(0x209E, 0, 9);
+    rig.set(0x209E, 0, 1);
     rig.set(0x209D, 0, 1);
     rig.set(0x20A4, 0, 500);
     turn(&mut rig, 1000);

@@ -177,7 +177,7 @@ fn the_current_below_the_threshold_speed() {
 fn stop_on_stall() {
     for (object, stops) in [(0, false), (1200, false), (900, true), (1, true)] {
         let mut rig = Rig::enabled(PV);
-        rig.set(0x209E, 0, 9);
+        rig.set(0x209E, 0, 1);
         rig.set(0x20A4, 0, object);
         rig.set(0x60FF, 0, 1000);
         rig.wait(1_000);
@@ -269,7 +269,7 @@ fn what_changes_divisors_is_refused_outside_switch_on_disabled() {
 #[test]
 fn the_load_is_shown() {
     let mut rig = Rig::enabled(PV);
-    rig.set(0x209E, 0, 9);
+    rig.set(0x209E, 0, 1);
     rig.set(0x60FF, 0, 1000);
     rig.wait(1_000);
     let free = rig.read(0x2101, 0);

@@ -88,6 +88,7 @@ static THREE_BOARD: BoardKind = BoardKind {
     inputs: &[Input::Free, Input::Free],
     outputs: 2,
     pull_ups: 1,
+    full_current: 1_100,
     magnetic_encoders: false,
     abn: AbnPins::Own,
     eeprom: AT25512,

@@ -48,7 +48,7 @@ type Task = (&'static [&'static str], Option<&'static str>, Option<i64>, i32);
 const TASKS: [Task; 6] = [
     (&["SAP 4, 0, 1500", "MVP ABS, 0, 23456"], None, Some(23_456), 0),
     (&["SAP 193, 1, 7", "RFS START, 1"], None, Some(4_100), 0),
-    (&["SAP 174, 2, 9", "SAP 181, 2, 500", "ROR 2, 1000"], Some("load 1 2"), None, 1),
+    (&["SAP 174, 2, 1", "SAP 181, 2, 500", "ROR 2, 1000"], Some("load 1 2"), None, 1),
     (&["SAP 12, 3, 0", "ROR 3, 700"], None, Some(9_000), 0),
     (&["SAP 13, 4, 0", "MVP REL, 4, -45000"], None, Some(-9_000), 0),
     (&["ROL 5, 300"], Some("fault short-a on 5"), None, 0),
@@ -94,7 +94,7 @@ fn six_axes_do_six_things_at_once() {
 #[test]
 fn each_axis_stops_at_a_stall_of_its_own() {
     let mut host = Host::of(SIX_AXES, "");
-    for line in ["SAP 174, #, 9", "SAP 181, #, 500", "ROR #, 1000"] {
+    for line in ["SAP 174, #, 1", "SAP 181, #, 500", "ROR #, 1000"] {
         host.each(line);
     }
     host.run(500 * MILLISECOND);

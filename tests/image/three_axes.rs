@@ -42,7 +42,7 @@ type Task = (&'static [&'static str], Option<&'static str>, Option<i64>, i32);
 const MOVE_SEARCH_STALL: [Task; 3] = [
     (&["SAP 4, 0, 100000", "SAP 5, 0, 200000", "SAP 17, 0, 100000", "MVP ABS, 0, 123456"], None, Some(123_456), 0),
     (&["SAP 193, 1, 7", "RFS START, 1"], None, Some(4_100), 0),
-    (&["SAP 174, 2, 9", "SAP 181, 2, 20000", "ROR 2, 40000"], Some("load 1 2"), None, 1),
+    (&["SAP 174, 2, 1", "SAP 181, 2, 20000", "ROR 2, 40000"], Some("load 1 2"), None, 1),
 ];
 /// Two run into their switches, one of which stops with a ramp, and one loses its driver. The ramp takes v^2 / 2 a = 30000^2 /
 /// (2 * 51200) = 8 789 microsteps.
@@ -96,7 +96,7 @@ fn three_axes_do_three_things_at_once() {
 #[test]
 fn each_axis_stops_at_a_stall_of_its_own() {
     let mut host = Host::of(THREE_AXES, "");
-    for line in ["SAP 174, #, 9", "SAP 181, #, 20000", "ROR #, 40000"] {
+    for line in ["SAP 174, #, 1", "SAP 181, #, 20000", "ROR #, 40000"] {
         host.each(line);
     }
     host.run(SECOND);

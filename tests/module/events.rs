@@ -103,7 +103,7 @@ fn an_event_in_spite_of_a_target_speed_in_between() {
 fn no_event_after_a_stall() {
     for start in ["MVP ABS, 0, 300000", "RFS START, 0"] {
         let mut bench = Bench::new();
-        for line in ["SAP 174, 0, 9", "SAP 194, 0, 1000", "SAP 195, 0, 1000", "138, 0, 0, 1", start] {
+        for line in ["SAP 174, 0, 1", "SAP 194, 0, 1000", "SAP 195, 0, 1000", "138, 0, 0, 1", start] {
             bench.ok(line);
         }
         bench.run(SECOND);

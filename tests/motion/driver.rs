@@ -102,7 +102,7 @@ fn the_pulse_divisor_changes_without_a_step() {
 #[test]
 fn stop_on_stall_is_immediate() {
     let mut bench = Bench::new();
-    bench.configure(&["SAP 174, 0, 9", "ROR 0, 1000"]);
+    bench.configure(&["SAP 174, 0, 1", "ROR 0, 1000"]);
     bench.run(SECOND);
     bench.ok("SAP 181, 0, 500");
     bench.control("load 1");

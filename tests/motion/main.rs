@@ -14,3 +14,4 @@ mod ramps;
 mod rotation_ends;
 mod soak;
 mod supervision;
+mod torque;

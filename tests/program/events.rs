@@ -201,7 +201,7 @@ fn a_stall_ends_a_move_once() {
         // Variable 1 shows the flag.
         bench.download(0, &["JC EPO, 3", "SGP 1, 2, 0", "JA 0", "SGP 1, 2, 1", "JA 0"]);
         for line in
-            ["VECT 15, 100", "EI 15", "EI 255", "SAP 174, 0, 9", "SAP 5, 0, 100", "SAP 12, 0, 0", "138, 1, 0, 1"]
+            ["VECT 15, 100", "EI 15", "EI 255", "SAP 174, 0, 1", "SAP 5, 0, 100", "SAP 12, 0, 0", "138, 1, 0, 1"]
         {
             bench.ok(line);
         }

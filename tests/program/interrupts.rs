@@ -224,7 +224,7 @@ fn every_move_of_a_program_is_reported_once() {
 #[test]
 fn stall() {
     let mut bench = Bench::new();
-    bench.ok("SAP 174, 0, 9");
+    bench.ok("SAP 174, 0, 1");
     waiting_for(&mut bench, 15, IDLE[0]);
     for count in 1..=3 {
         bench.ok("SAP 181, 0, 0");

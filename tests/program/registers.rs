@@ -281,7 +281,7 @@ fn epo_when_a_positioning_ends_early() {
         assert_eq!(flags, [false, false, false, set], "{after}");
     }
     let stall = |bench: &mut Bench| bench.control("load 1");
-    let long: &[&str] = &["SAP 174, 0, 9", "SAP 181, 0, 500", "MVP ABS, 0, 10000000"];
+    let long: &[&str] = &["SAP 174, 0, 1", "SAP 181, 0, 500", "MVP ABS, 0, 10000000"];
     assert_eq!(error_flags("", long, stall, "CALC ADD, 0"), [false, false, false, true]);
     // Neither an arrival nor a rotation against the switch is an error of position.
     assert_eq!(error_flags(stage, &["SAP 12, 0, 0", "MVP ABS, 0, 10000"], |_| {}, "CALC ADD, 0"), [false; 4]);

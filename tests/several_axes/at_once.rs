@@ -15,7 +15,7 @@ fn six_axes_do_six_things_at_once_as_each_does_alone() {
     let tasks: [Task; 6] = [
         (&["MVP ABS, 0, 123456"], None, Some(123_456), 0, 1),
         (&["SAP 193, 1, 7", "RFS START, 1"], None, Some(8_100), 0, 1),
-        (&["SAP 174, 2, 9", "SAP 181, 2, 500", "ROR 2, 1000"], Some("load 1 2"), None, 1, 0),
+        (&["SAP 174, 2, 1", "SAP 181, 2, 500", "ROR 2, 1000"], Some("load 1 2"), None, 1, 0),
         (&["SAP 12, 3, 0", "ROR 3, 700"], None, Some(30_000), 0, 0),
         (&["MVP REL, 4, -45000"], None, Some(-45_077), 0, 1),
         (&["ROL 5, 300"], Some("fault short-a on 5"), None, 0, 0),

@@ -150,7 +150,7 @@ fn a_missed_heartbeat_stops_all_axes() {
 #[test]
 fn a_lost_supply_stops_all_axes_and_all_drivers_are_set_up_anew_when_it_is_back() {
     for mut bench in Bench::bare() {
-        bench.each("SAP 174, #, 20");
+        bench.each("SAP 174, #, 12");
         turning(&mut bench);
         let axes = usize::from(bench.spec.axes);
         let registers = |bench: &Bench| {

@@ -42,7 +42,7 @@ fn each_is_met(bench: &mut Bench, speed: i32, met: &str, over: &str, flag: (u8, 
 #[test]
 fn each_axis_stops_at_a_stall_of_its_own() {
     for mut bench in Bench::bare() {
-        bench.each("SAP 174, #, 9");
+        bench.each("SAP 174, #, 1");
         bench.each("SAP 181, #, 500");
         each_is_met(&mut bench, 1_000, "load 1 #", "load 0 #", (207, 1), Some(15));
     }
@@ -53,7 +53,7 @@ fn each_axis_stops_at_a_stall_of_its_own() {
 #[test]
 fn each_axis_has_its_own_stall_settings() {
     for mut bench in Bench::bare() {
-        bench.each("SAP 174, #, 9");
+        bench.each("SAP 174, #, 1");
         bench.each("ROR #, 1000");
         bench.run(SECOND);
         let guarded = |axis: u8| axis % 2 == 1;
@@ -120,7 +120,7 @@ fn a_short_and_an_over_temperature_stop_one_axis() {
 #[test]
 fn an_error_flag_stays_until_it_is_read_or_its_own_axis_moves() {
     for mut bench in Bench::bare() {
-        bench.each("SAP 174, #, 9");
+        bench.each("SAP 174, #, 1");
         bench.each("ROR #, 1000");
         bench.run(SECOND);
         bench.each("SAP 181, #, 500");

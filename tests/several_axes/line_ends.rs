@@ -65,7 +65,7 @@ fn what_stops_one_axis_of_a_line_stops_the_line() {
         for met in axes {
             let mut bench = Bench::six("");
             bench.each("SAP 12, #, 0");
-            bench.each("SAP 174, #, 9");
+            bench.each("SAP 174, #, 1");
             bench.each("SAP 181, #, 300");
             bench.ok("138, 1, 0, 255");
             bench.draw(&axes, &[200_000, 190_000, 180_000]);

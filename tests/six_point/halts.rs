@@ -75,7 +75,7 @@ fn the_position_of_a_switch_is_latched() {
 #[test]
 fn a_stall_stops_the_motor_in_the_chip() {
     let mut bench = bench();
-    bench.configure(&["SAP 174, 0, 9", "SAP 181, 0, 40000", "ROR 0, 50000"]);
+    bench.configure(&["SAP 174, 0, 1", "SAP 181, 0, 40000", "ROR 0, 50000"]);
     bench.run(2 * SECOND);
     assert_eq!(bench.ok("GAP 3, 0"), 50_000);
     bench.control("load 1");
@@ -105,7 +105,7 @@ fn a_threshold_is_passed_at_its_speed() {
     for (speed, stops) in [(10_000, true), (9_999, false)] {
         for (threshold, seen) in [("SAP 181, 0, 9999", "GAP 207, 0"), ("SAP 182, 0, 10000", "GAP 180, 0")] {
             let mut bench = bench();
-            bench.configure(&["SAP 174, 0, 9", "SAP 172, 0, 5", "SAP 169, 0, 3", "SAP 182, 0, 7999774", threshold]);
+            bench.configure(&["SAP 174, 0, 1", "SAP 172, 0, 5", "SAP 169, 0, 3", "SAP 182, 0, 7999774", threshold]);
             bench.ok(&format!("ROR 0, {speed}"));
             bench.run(2 * SECOND);
             if seen == "GAP 180, 0" {
@@ -125,7 +125,7 @@ fn a_threshold_is_passed_at_its_speed() {
 fn stall_and_cool_step_have_thresholds_of_their_own() {
     for (stall, cool, stops) in [(40_000, 20_000, false), (20_000, 40_000, true), (20_000, 0, true)] {
         let mut bench = bench();
-        bench.configure(&["SAP 174, 0, 9", "SAP 172, 0, 5", "SAP 170, 0, 0"]);
+        bench.configure(&["SAP 174, 0, 1", "SAP 172, 0, 5", "SAP 170, 0, 0"]);
         bench.configure(&[&format!("SAP 181, 0, {stall}"), &format!("SAP 182, 0, {cool}"), "ROR 0, 30000"]);
         bench.run(2 * SECOND);
         // Without load coolStep lowers the current to a half, but only above its speed.

@@ -91,7 +91,7 @@ fn what_happens_to_one_axis_is_nothing_to_the_others() {
     let world = format!("[[axis]]\n{STAGE}[[axis]]\n[[axis]]\nabn.lines = 1000\n");
     let mut bench = Bench::of_in_world(Product::Tmcm3212, &world);
     bench.configure(&["SAP 5, 0, 500000", "SAP 193, 0, 2", "SAP 194, 0, 40000", "SAP 195, 0, 4000"]);
-    bench.configure(&["SAP 174, 1, 9", "SAP 181, 1, 20000", "SAP 210, 2, 4000", "SAP 212, 2, 1000"]);
+    bench.configure(&["SAP 174, 1, 1", "SAP 181, 1, 20000", "SAP 210, 2, 4000", "SAP 212, 2, 1000"]);
     bench.configure(&["RFS START, 0", "ROR 1, 30000", "MVP ABS, 2, 100000"]);
     bench.run(2 * SECOND);
     bench.control("load 1 1");

@@ -125,7 +125,7 @@ fn smart_energy_actual_current() {
 #[test]
 fn actual_load_value() {
     let mut bench = Bench::new();
-    bench.ok("SAP 174, 0, 20");
+    bench.ok("SAP 174, 0, 12");
     bench.ok("ROR 0, 1000");
     let mut readings = ["load 0", "load 0.3", "load 0.6"].map(|load| {
         bench.control(load);

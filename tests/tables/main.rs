@@ -11,3 +11,4 @@ mod pages;
 mod parameter_docs;
 mod parameters;
 mod rules;
+mod torque_curve;

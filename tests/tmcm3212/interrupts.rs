@@ -92,7 +92,7 @@ fn each_switch_and_each_input_has_its_own() {
 fn each_axis_tells_its_own_stall() {
     let mut bench = bench();
     for axis in 0..3 {
-        bench.configure(&[&format!("SAP 181, {axis}, 20000"), &format!("SAP 174, {axis}, 13")]);
+        bench.configure(&[&format!("SAP 181, {axis}, 20000"), &format!("SAP 174, {axis}, 5")]);
     }
     count(&mut bench);
     for axis in 0..3 {

@@ -65,6 +65,8 @@ pub(super) enum Mark {
     Refused,
     /// The program has ended.
     Stop,
+    /// The motor of an axis has fallen out of step: its torque did not do.
+    OutOfStep(usize),
 }
 
 /// The lowest and the highest value of a channel; `None` if there was no value.
@@ -117,6 +119,8 @@ pub(super) struct Recording {
     pub(super) kinds: Vec<Mark>,
     /// Texts of the events of option `--at`, with their times.
     pub(super) notes: Vec<(Nanos, String)>,
+    /// The motors that followed their fields at the last sample, by axis.
+    followed: Vec<bool>,
 }
 
 impl Recording {
@@ -124,7 +128,17 @@ impl Recording {
     pub(super) fn new(product: Product) -> Self {
         let [axes, outputs] = [product.spec().axes, product.spec().outputs].map(usize::from);
         let (interval, inputs) = (MILLISECOND, product.kind().inputs.len());
-        Recording { interval, product, axes, outputs, inputs, slices: Vec::new(), kinds: Vec::new(), notes: Vec::new() }
+        Recording {
+            interval,
+            product,
+            axes,
+            outputs,
+            inputs,
+            slices: Vec::new(),
+            kinds: Vec::new(),
+            notes: Vec::new(),
+            followed: vec![false; axes],
+        }
     }
 
     /// The number of slices.
@@ -197,6 +211,17 @@ impl Recording {
         let waiting = module.machine().is_some_and(|machine| machine.wait().is_some());
         record(Channel::Waiting, Some(waiting.into()));
         self.slice(at).join(&sample);
+        for axis in 0..self.axes {
+            let (follows, is_driven) = {
+                let board = module.board().borrow();
+                let motor = board.world().axis(axis).motor();
+                (motor.is_following(), motor.available() > 0)
+            };
+            let followed = self.followed.get_mut(axis).map(|before| std::mem::replace(before, follows));
+            if followed == Some(true) && !follows && is_driven {
+                self.mark(at, Mark::OutOfStep(axis));
+            }
+        }
     }
 
     /// Records an event at a time since the start.

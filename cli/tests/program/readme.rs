@@ -29,7 +29,7 @@ const README: Page = Page {
         ("tmcl sim: # info: power on", "how long the image takes"),
         ("tmcl sim: # info: module runs at address 1", "how long the image takes"),
         ("tmcl sim: # info: RS485 at 9600 bit/s", "how long the image takes"),
-        ("position # speed # int load # switches - driver SG errors -", "where the program is"),
+        ("position # speed # int load # switches - driver - errors -", "where the program is"),
     ],
     mended: Some(["stage.tmc", "JA Lop", "JA Loop", "unknown name 'Lop'"]),
 };
@@ -49,7 +49,7 @@ const TOOLS: Page = Page {
         "tmcl send tcp:127.0.0.1:4140 --value \"GAP APActualSpeed, 0\"",
         "tmcl send tcp:127.0.0.1:4140 \"RFS STATUS, 0\"",
     ],
-    varies: &[("position # speed 1678 int load # switches - driver SG errors -", "how long the motor has turned")],
+    varies: &[("position # speed 1678 int load # switches - driver - errors -", "how long the motor has turned")],
     mended: Some(["count.tmc", "COMP Turnz", "COMP Turns", "unknown name 'Turnz'"]),
 };
 

@@ -68,8 +68,8 @@ fn proposed(text: &str, parameter: u8) -> Option<i32> {
 /// the motor was at the start, it then stands `AWAY` from there.
 fn homes(folder: &tempfile::TempDir, world: &str, threshold: i32) -> bool {
     let source = std::fs::read_to_string(example("tmc")).unwrap();
-    let changed = source.replace("Threshold = 9 ", &format!("Threshold = {threshold} "));
-    assert!(changed != source || threshold == 9);
+    let changed = source.replace("Threshold = 1 ", &format!("Threshold = {threshold} "));
+    assert!(changed != source || threshold == 1);
     let program = folder.path().join("homing.tmc");
     std::fs::write(&program, changed).unwrap();
     let output = run(&["run", program.to_str().unwrap(), "--world", world, "--at", "9900 ms: GAP 209, 0"]);
@@ -105,24 +105,24 @@ fn the_proposed_threshold_homes_in_ten_random_worlds() {
 }
 
 /// The example's stage as it is. With half of the current (parameter 6: 128, of 32 steps the 17th) and a friction of a tenth
-/// the load is a tenth of 17/32 without, so the value is 512 x (1 - 0.188) + 64 x (SGT - 13) with a noise of 4: above 0 from
-/// SGT 7 on. The load takes nine tenths of the rest: 512 x 0.1 x 0.812 = 42 is left, so it is 0 up to SGT 12.
+/// the load is a tenth of 17/32 without, so the value is 512 x (1 - 0.188) + 64 x (SGT - 5) with a noise of 4: above 0 from
+/// SGT -1 on. The load takes nine tenths of the rest: 512 x 0.1 x 0.812 = 42 is left, so it is 0 up to SGT 4.
 #[test]
 fn the_example_s_threshold() {
     let world = example("toml");
     let output = run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800"]);
     let text = shown(&output);
-    assert_eq!([174, 173, 181].map(|number| proposed(&text, number)), [Some(9), Some(0), Some(640)], "{text}");
-    assert!(text.contains("// within 7 to 12,"), "{text}");
+    assert_eq!([174, 173, 181].map(|number| proposed(&text, number)), [Some(1), Some(0), Some(640)], "{text}");
+    assert!(text.contains("// within -1 to 4,"), "{text}");
     assert!(complaint(&output).starts_with("To measure stallGuard2, motor 0 goes to and fro between 0 and "));
 }
 
-/// With SGT 10 the value is 224 without load at the whole current of 17/32 and 138 at 9/32, and 0 under load: so the current
+/// With SGT 2 the value is 224 without load at the whole current of 17/32 and 138 at 9/32, and 0 under load: so the current
 /// falls to the half as long as the upper threshold, (172 + 1) * 32, is not above 138, and sometimes above 160 with noise.
 #[test]
 fn coolstep_saves_current_and_gives_it_back() {
     let world = example("toml");
-    let output = run(&["tune", "coolstep", "sim", "--world", &world, "--speeds", "800", "--threshold", "10"]);
+    let output = run(&["tune", "coolstep", "sim", "--world", &world, "--speeds", "800", "--threshold", "2"]);
     let text = shown(&output);
     assert!(output.status.success(), "{}", complaint(&output));
     let row = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap().to_owned();
@@ -130,7 +130,7 @@ fn coolstep_saves_current_and_gives_it_back() {
     assert!(row("172 = 2").contains(" 8 (8 to 8)   16 (16 to 16)"), "{text}");
     assert!(row("172 = 7").contains("16 (16 to 16)   16 (16 to 16)"), "{text}");
     assert!(matches!(proposed(&text, 172), Some(2 | 3)), "{text}");
-    assert_eq!([173, 174, 182, 183].map(|number| proposed(&text, number)), [1, 10, 640, 128].map(Some), "{text}");
+    assert_eq!([173, 174, 182, 183].map(|number| proposed(&text, number)), [1, 2, 640, 128].map(Some), "{text}");
 }
 
 #[test]
@@ -284,7 +284,7 @@ fn all_is_as_before(product: &str) {
     ]);
     assert!(output.status.success(), "{}", complaint(&output));
     assert!(
-        proposed(&shown(&output), 174).is_some_and(|threshold| (7..=13).contains(&threshold)),
+        proposed(&shown(&output), 174).is_some_and(|threshold| (-1..=5).contains(&threshold)),
         "{}",
         shown(&output)
     );
@@ -464,7 +464,7 @@ fn a_hand_loads_the_motor() {
     assert!(status.success(), "{text}");
     let table = text.rsplit_once("Axis 0").unwrap().1.replace('\r', "");
     assert!(table.lines().all(|line| line.chars().count() <= 40), "{table}");
-    assert!(table.contains("\nSAP 174, 0, 9\n"), "{table}");
+    assert!(table.contains("\nSAP 174, 0, 1\n"), "{table}");
 }
 
 /// Who types another word than yes does not hold the shaft.

@@ -74,9 +74,9 @@ pub(super) trait MotionChips {
     /// The fault "does not hear its chip select".
     fn deafness(&mut self, chip: Chip) -> Option<&mut bool>;
     /// Injects or removes a fault of the chips of an axis, other than deafness. Others change nothing.
-    fn set_fault(&mut self, fault: Fault, number: usize, axis: &Axis, on: bool);
-    /// What can be seen of an axis.
-    fn observe(&self, number: usize, axis: &Axis) -> Observed;
+    fn set_fault(&mut self, fault: Fault, number: usize, axis: &Axis, on: bool, now: Nanos);
+    /// What can be seen of an axis at a time.
+    fn observe(&self, number: usize, axis: &Axis, now: Nanos) -> Observed;
     /// How an axis goes on from now.
     fn course(&self, number: usize, now: Nanos) -> Course;
     /// The time at which an axis that turns at a constant speed makes a step, counted from 1.

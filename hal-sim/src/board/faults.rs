@@ -18,7 +18,7 @@ impl Board {
             }
             Fault::Tmc262 => self.set_deaf(Chip::Tmc262(axis), on),
             Fault::Tmc5160 => self.set_deaf(Chip::Tmc5160(axis), on),
-            fault => self.motion.chips_mut().set_fault(fault, axis, self.world.axis(axis), on),
+            fault => self.motion.chips_mut().set_fault(fault, axis, self.world.axis(axis), on, self.now),
         }
         self.connect();
     }

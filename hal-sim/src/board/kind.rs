@@ -45,6 +45,8 @@ pub struct BoardKind {
     pub outputs: u32,
     /// Number of groups of inputs whose pull-up resistors can be switched; 32 at most.
     pub pull_ups: u32,
+    /// The full current of the drivers, at a current scale of 31, in milliamperes RMS.
+    pub full_current: u32,
     /// Each motor has the built-in magnetic encoder on its shaft.
     pub magnetic_encoders: bool,
     /// Where an ABN encoder can be connected.
@@ -84,6 +86,7 @@ pub static TMCM_1140: BoardKind = BoardKind {
     enable_input: None,
     outputs: 2,
     pull_ups: 1,
+    full_current: 2_000,
     magnetic_encoders: true,
     abn: AbnPins::Switches,
     eeprom: AT25128,
@@ -108,14 +111,22 @@ pub static TMCM_6110: BoardKind = BoardKind {
     enable_input: None,
     outputs: 8,
     pull_ups: 2,
+    full_current: 1_100,
     magnetic_encoders: false,
     abn: AbnPins::None,
     eeprom: AT25256,
 };
 
-/// The TMCM-3110: three axes on one TMC429, each with pins for an ABN encoder.
-pub static TMCM_3110: BoardKind =
-    BoardKind { name: "TMCM-3110", controllers: &[3], pull_ups: 1, abn: AbnPins::Own, ..TMCM_6110 };
+/// The TMCM-3110: three axes on one TMC429, each with pins for an ABN encoder. Its full current is the one that TMCM-Lib, which
+/// was written for it, reckons with.
+pub static TMCM_3110: BoardKind = BoardKind {
+    name: "TMCM-3110",
+    controllers: &[3],
+    pull_ups: 1,
+    full_current: 2_800,
+    abn: AbnPins::Own,
+    ..TMCM_6110
+};
 
 /// The TMCM-3212: three axes, each on a TMC5160 with an ABN encoder. All of its inputs are analog, too; switches, also
 /// home switches, have pins of their own.
@@ -127,6 +138,7 @@ pub static TMCM_3212: BoardKind = BoardKind {
     enable_input: Some(10),
     outputs: 4,
     pull_ups: 0,
+    full_current: 3_000,
     magnetic_encoders: false,
     abn: AbnPins::Own,
     eeprom: AT25512,

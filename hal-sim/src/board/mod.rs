@@ -271,7 +271,7 @@ impl Board {
 
     /// What can be seen of the chips of an axis, which the board has to have.
     pub fn observe(&self, axis: usize) -> Observed {
-        let observed = self.motion.chips().observe(axis, self.world.axis(axis));
+        let observed = self.motion.chips().observe(axis, self.world.axis(axis), self.now);
         // A chip without power has no speed, whatever its register held.
         if self.is_powered() { observed } else { Observed { velocity: 0, ..observed } }
     }
@@ -346,7 +346,9 @@ impl Board {
     fn connect_axis(&mut self, axis: usize) {
         let supply = if self.powered { self.world.supply() } else { 0 };
         let around = Surroundings { now: self.now, supply, temperature: self.world.temperature() };
-        self.motion.chips_mut().connect(axis, self.world.axis_mut(axis), around);
+        let surroundings = self.world.axis_mut(axis);
+        surroundings.motor_mut().set_supply(supply);
+        self.motion.chips_mut().connect(axis, surroundings, around);
     }
 
     fn settle(&mut self) {

@@ -10,7 +10,7 @@ use crate::chip::{SpiSlave, StepDir};
 use crate::clock::Nanos;
 use crate::fault::Fault;
 use crate::world::Axis;
-use crate::world::config::WorldConfig;
+use crate::world::config::{EncoderTable, WorldConfig};
 
 /// Clock of the TMC429s, in Hz.
 pub const TMC429_CLOCK_HZ: u32 = 16_000_000;
@@ -116,10 +116,11 @@ impl Tmc429sTmc262s {
         let firsts = (0..kind.axes()).filter(|axis| kind.motor(*axis).is_some_and(|(_, motor)| motor == 0));
         let controllers = firsts.zip(kind.controllers).map(|(first, &axes)| Controller::new(first, axes));
         let drives = (0..kind.axes()).map(|axis| {
-            let config = config.axis(axis);
+            let (config, seed) = (config.axis(axis), seed.wrapping_add(axis as u64));
+            let EncoderTable { offset, noise } = config.encoder;
             Drive {
-                chip: Tmc262::new(config.motor.response(), seed.wrapping_add(axis as u64)),
-                encoder: MagneticEncoder::new(config.units_per_turn(), config.encoder.offset),
+                chip: Tmc262::new(config.motor.response(), seed),
+                encoder: MagneticEncoder::new(config.units_per_turn(), offset, noise, seed),
                 overtemperature: false,
                 deaf: false,
             }
@@ -235,7 +236,7 @@ impl MotionChips for Tmc429sTmc262s {
         }
     }
 
-    fn set_fault(&mut self, fault: Fault, number: usize, axis: &Axis, on: bool) {
+    fn set_fault(&mut self, fault: Fault, number: usize, axis: &Axis, on: bool, now: Nanos) {
         let Some(drive) = self.drives.get_mut(number) else { return };
         match fault {
             Fault::ShortA => drive.chip.set_short(Bridge::A, on),
@@ -243,12 +244,12 @@ impl MotionChips for Tmc429sTmc262s {
             Fault::OpenA => drive.chip.set_open(Bridge::A, on),
             Fault::OpenB => drive.chip.set_open(Bridge::B, on),
             Fault::Overtemperature => drive.overtemperature = on,
-            Fault::Encoder => drive.encoder.set_stuck(on, axis.motor().rotor()),
+            Fault::Encoder => drive.encoder.set_stuck(on, axis.motor().rotor(), now),
             _ => {}
         }
     }
 
-    fn observe(&self, number: usize, axis: &Axis) -> Observed {
+    fn observe(&self, number: usize, axis: &Axis, now: Nanos) -> Observed {
         let of = |read: fn(&Tmc429, usize) -> i32| {
             self.motor(number).map_or(0, |(controller, motor)| read(controller, motor))
         };
@@ -259,12 +260,13 @@ impl MotionChips for Tmc429sTmc262s {
             bridges_on: chip.bridges_on(),
             current: chip.current(),
             stall_guard: chip.stall_guard(),
-            encoder: encoder.position(axis.motor().rotor()),
+            encoder: encoder.position(axis.motor().rotor(), now),
         }
     }
 
     fn course(&self, number: usize, now: Nanos) -> Course {
-        let (driver, Some((controller, motor))) = (&self.drives[number].chip, self.motor(number)) else {
+        let Drive { chip: driver, encoder, .. } = &self.drives[number];
+        let Some((controller, motor)) = self.motor(number).filter(|_| encoder.is_quiet()) else {
             return Course::Changes;
         };
         if controller.stands(motor) {

@@ -162,7 +162,7 @@ impl MotionChips for Tmc5160s {
         self.0.get_mut(axis).map(|drive| &mut drive.deaf)
     }
 
-    fn set_fault(&mut self, fault: Fault, number: usize, _axis: &Axis, on: bool) {
+    fn set_fault(&mut self, fault: Fault, number: usize, _: &Axis, on: bool, _: Nanos) {
         let Some(drive) = self.0.get_mut(number) else { return };
         match fault {
             Fault::ShortA => drive.chip.set_short(Bridge::A, Short::Ground, on),
@@ -175,7 +175,7 @@ impl MotionChips for Tmc5160s {
         }
     }
 
-    fn observe(&self, number: usize, _axis: &Axis) -> Observed {
+    fn observe(&self, number: usize, _: &Axis, _: Nanos) -> Observed {
         let chip = &self.0[number].chip;
         Observed {
             position: chip.position(),

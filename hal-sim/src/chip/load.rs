@@ -37,7 +37,7 @@ pub struct Response {
 
 impl Default for Response {
     fn default() -> Self {
-        Self { zero: 13, span: 512, speed: 0, noise: 0 }
+        Self { zero: 5, span: 512, speed: 0, noise: 0 }
     }
 }
 
@@ -59,8 +59,9 @@ pub(super) struct Threshold {
 }
 
 /// The measurement stallGuard2. For a load ratio l (0 is a free motor, 1 stalls it) the reading is `span x (1 - l) + 64 x
-/// (SGT - zero)` with noise, held within 0..=1023. With the usual [`Response`] it is 0 for the free motor at SGT 5, 64 more
-/// for each unit of SGT above, and at SGT 13 zero exactly where the motor stalls.
+/// (SGT - zero)` with noise, held within 0..=1023. With the usual [`Response`] and at SGT 5, which is the
+/// default of the firmware and the value that application note AN016 uses, it is 512 for the free motor and zero exactly where
+/// the motor stalls, and 64 more for each unit of SGT above.
 #[derive(Clone, Debug)]
 pub(super) struct StallGuard {
     value: u16,
@@ -195,12 +196,12 @@ mod tests {
         stall_guard.measure(SECOND + full_step, load, threshold, true).expect("a reading for each full step")
     }
 
-    /// 512 x (1 - 1/4) + 64 x (10 - 13) = 192.
+    /// 512 x (1 - 1/4) + 64 x (2 - 5) = 192.
     #[test]
     fn the_usual_motor() {
         let reading = |sgt, load| reading(Response::default(), sgt, SECOND / 100, load);
-        assert_eq!((reading(10, FULL_LOAD / 4), reading(5, 0), reading(6, 0)), (192, 0, 64));
-        assert_eq!((reading(13, FULL_LOAD), reading(14, FULL_LOAD)), (0, 64));
+        assert_eq!((reading(2, FULL_LOAD / 4), reading(-3, 0), reading(-2, 0)), (192, 0, 64));
+        assert_eq!((reading(5, 0), reading(5, FULL_LOAD), reading(6, FULL_LOAD)), (512, 0, 64));
     }
 
     /// Another motor: zero where it stalls at SGT -3, and 300 more without load. 300 x 1/2 + 64 x 1 = 214.

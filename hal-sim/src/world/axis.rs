@@ -18,7 +18,7 @@ pub struct Axis {
 
 impl Axis {
     pub(super) fn new(kind: &BoardKind, config: &AxisConfig) -> Self {
-        let mut motor = Motor::new(config.motor(), config.motor.start);
+        let mut motor = Motor::new(config.motor(kind), config.motor.start);
         motor.set_load(config::torque(config.motor.load));
         let tracks_at_switches = kind.abn == AbnPins::Switches;
         let abn = config.abn.clone();

@@ -225,6 +225,7 @@ mod tests {
     fn steps_move_the_stage_and_are_recorded() {
         let config = WorldConfig::parse("[stage]\nright = 10").unwrap();
         let mut world = World::new(&TMCM_1140, &config);
+        world.axis_mut(0).motor_mut().set_supply(240);
         world.axis_mut(0).motor_mut().set_current(32);
         world.settle(crate::clock::SECOND);
         world.axis_mut(0).start_trace(0, crate::clock::SECOND);

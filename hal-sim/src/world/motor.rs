@@ -1,17 +1,22 @@
 //! The motor: a rotor that follows the field of the coils, without dynamics, as long as the torque lasts.
 //!
-//! Torques are in fractions of the torque at full current ([`FULL_TORQUE`]). The current makes a torque available;
-//! load, friction and, while the speed changes, inertia demand one. While more torque is available than demanded, the
+//! Torques are in fractions of the torque at full current ([`FULL_TORQUE`]). The current makes a torque available, of which
+//! a fast motor has only what the supply lets through; load, friction, a drag that grows with the speed and, while the speed
+//! changes, inertia demand one. While more torque is available than demanded, the
 //! rotor is where the field is (the load angle is reported, but not subtracted from the position). Otherwise, or when
 //! the rotor meets a hard end, the rotor stays where it is and the field runs away. The rotor falls in again once the
 //! torque suffices and the field moves no faster than the pull-in speed, or stands: at the nearest position that looks
 //! the same to the rotor, a multiple of four full steps away. With the bridges off friction holds the rotor.
 
 mod acceleration;
+mod speed;
+mod torque;
 
 use crate::chip::load::{FULL_LOAD, LoadRatio};
 use crate::clock::{Nanos, SECOND};
 use acceleration::Acceleration;
+use speed::Speed;
+pub use torque::Winding;
 
 /// Number of units of position in a full step.
 pub const FULL_STEP: i64 = 256;
@@ -21,13 +26,19 @@ pub const PERIOD: i64 = 4 * FULL_STEP;
 /// The torque at full current, which is also the load that stalls the motor there.
 pub const FULL_TORQUE: u32 = 65_536;
 
-/// The properties of a motor. The default has neither friction nor inertia and never loses a step by itself.
+/// The properties of a motor. The default has neither friction nor inertia, all of its torque at any speed, and never loses a
+/// step by itself.
 #[derive(Clone, Debug)]
 pub struct MotorConfig {
     /// Torque that friction demands at any speed, in 1/65536 of the torque at full current.
     pub friction: u32,
     /// Torque that an acceleration of 1000 full steps/s^2 demands, in 1/65536 of the torque at full current.
     pub inertia: u32,
+    /// Its winding; `None` for a motor that has all of its torque at any speed, and no drag.
+    pub winding: Option<Winding>,
+    /// Torque that a speed of 1000 full steps/s demands, and twice as much at twice the speed, in 1/65536 of the torque at full
+    /// current.
+    pub drag: u32,
     /// Speed in full steps per second up to which a rotor that lost the field can fall in again; at least 1.
     pub pull_in: u32,
     /// The lowest position that the rotor can reach, a mechanical hard end, in 1/256 full steps.
@@ -38,7 +49,7 @@ pub struct MotorConfig {
 
 impl Default for MotorConfig {
     fn default() -> Self {
-        Self { friction: 0, inertia: 0, pull_in: 200, lowest: i64::MIN, highest: i64::MAX }
+        Self { friction: 0, inertia: 0, winding: None, drag: 0, pull_in: 200, lowest: i64::MIN, highest: i64::MAX }
     }
 }
 
@@ -56,11 +67,16 @@ pub struct Motor {
     following: bool,
     /// The rotor does not follow, and the field has not stood long enough since its last step for the rotor to fall in.
     unsettled: bool,
+    /// The current, in 1/32 of the full one.
+    current: u32,
+    /// The supply voltage, in 0.1 V.
+    supply: u16,
     available: u32,
     load: u32,
     demand: u32,
     /// The time of the last step; `None` if the field has not moved since the driver was reset.
     last_step: Option<Nanos>,
+    speed: Speed,
     acceleration: Acceleration,
 }
 
@@ -76,10 +92,13 @@ impl Motor {
             origin: 0,
             following: false,
             unsettled: true,
+            current: 0,
+            supply: 0,
             available: 0,
             load: 0,
             demand: 0,
             last_step: None,
+            speed: Speed::resting(0),
             acceleration: Acceleration::default(),
         };
         motor.restart(0);
@@ -110,12 +129,12 @@ impl Motor {
         self.following && self.has_torque()
     }
 
-    /// The torque that the present current makes available, in 1/65536 of the torque at full current.
+    /// The torque that current, supply and speed make available, in 1/65536 of the torque at full current.
     pub fn available(&self) -> u32 {
         self.available
     }
 
-    /// The torque that load, friction and inertia demand, in 1/65536 of the torque at full current.
+    /// The torque that load, friction, drag and inertia demand, in 1/65536 of the torque at full current.
     pub fn demand(&self) -> u32 {
         self.demand
     }
@@ -155,9 +174,18 @@ impl Motor {
     /// Sets the current that makes torque, in 1/32 of the full current; 0 is bridges off.
     #[inline]
     pub fn set_current(&mut self, current: u32) {
-        let available = current * (FULL_TORQUE / 32);
-        if available != self.available {
-            self.available = available;
+        if current != self.current {
+            self.current = current;
+            self.weigh();
+            self.unsettled = !self.following;
+        }
+    }
+
+    /// Sets the supply voltage of the bridges, in 0.1 V.
+    pub fn set_supply(&mut self, supply: u16) {
+        if supply != self.supply {
+            self.supply = supply;
+            self.weigh();
             self.unsettled = !self.following;
         }
     }
@@ -168,11 +196,18 @@ impl Motor {
         if self.unsettled {
             self.settle(at);
         }
+        if self.has_come_to_rest(at) {
+            self.rest();
+        }
         let delta = field - self.field;
         self.field = field;
+        let mut is_measured = self.config.winding.is_some() && self.speed.measure(at, field);
         if !self.following {
             self.try_to_fall_in(at, delta);
-        } else if self.config.inertia != 0 && self.acceleration.measure(at, delta, self.config.inertia) {
+        } else if self.config.inertia != 0 {
+            is_measured |= self.acceleration.measure(at, delta, self.config.inertia);
+        }
+        if is_measured {
             self.weigh();
         }
         self.last_step = Some(at);
@@ -214,7 +249,10 @@ impl Motor {
     /// Returns whether the rotor moved.
     #[inline]
     pub fn settle(&mut self, now: Nanos) -> bool {
-        if self.next_event().is_none_or(|due| due > now) {
+        if self.has_come_to_rest(now) {
+            self.rest();
+        }
+        if self.falls_in_at().is_none_or(|due| due > now) {
             return false;
         }
         let before = self.rotor;
@@ -222,15 +260,41 @@ impl Motor {
         before != self.rotor
     }
 
+    /// The time at which a field that stands until then counts as resting, or a rotor that has lost it falls in; `None` if
+    /// neither will be.
+    #[inline]
+    pub fn next_event(&self) -> Option<Nanos> {
+        let rests = self.rests_at();
+        self.falls_in_at().map_or(rests, |due| Some(rests.map_or(due, |rests| rests.min(due))))
+    }
+
     /// The time at which a rotor that has lost the field falls in, if the field stands until then; `None` if it will
     /// not fall in by itself.
     #[inline]
-    pub fn next_event(&self) -> Option<Nanos> {
+    fn falls_in_at(&self) -> Option<Nanos> {
         if !self.unsettled || !self.has_torque() {
             return None;
         }
         let full_step = SECOND / u64::from(self.config.pull_in.max(1));
         Some(self.last_step.map_or(0, |last| last + full_step))
+    }
+
+    /// The time at which a field that stands until then counts as resting; `None` if it does already.
+    #[inline]
+    fn rests_at(&self) -> Option<Nanos> {
+        self.speed.rests_at(self.last_step?)
+    }
+
+    #[inline]
+    fn has_come_to_rest(&self, now: Nanos) -> bool {
+        self.rests_at().is_some_and(|rests| rests <= now)
+    }
+
+    /// The field has come to rest: it no longer takes anything for its speed.
+    #[cold]
+    fn rest(&mut self) {
+        self.speed.rest();
+        self.weigh();
     }
 
     /// Moves the rotor by `full_steps` against the field, as a blow does. A multiple of four full steps lasts; with the
@@ -251,6 +315,8 @@ impl Motor {
     /// when the bridges are switched on the rotor is drawn to the nearest position that looks like the field's.
     pub fn restart(&mut self, field: i64) {
         self.field = field;
+        self.speed = Speed::resting(field);
+        self.weigh();
         self.last_step = None;
         self.following = false;
         self.unsettled = true;
@@ -262,9 +328,16 @@ impl Motor {
         self.available > self.demand
     }
 
+    /// Works out anew what torque there is, and what torque is demanded.
     fn weigh(&mut self) {
-        let demand = u64::from(self.load) + u64::from(self.config.friction) + u64::from(self.acceleration.demand());
-        self.demand = demand.min(u64::from(u32::MAX)) as u32;
+        let made = self.current * (FULL_TORQUE / 32);
+        let (most, drag) = self.config.winding.as_ref().map_or((u32::MAX, 0), |winding| {
+            let (volts, speed) = (f64::from(self.supply) / 10.0, self.speed.value());
+            (winding.torque(volts, speed), (f64::from(self.config.drag) * speed / 1000.0) as u32)
+        });
+        self.available = made.min(most);
+        let demand = [self.load, self.config.friction, drag, self.acceleration.demand()];
+        self.demand = demand.into_iter().fold(0, u32::saturating_add);
     }
 
     fn lose(&mut self, would_be: i64) {
@@ -276,7 +349,7 @@ impl Motor {
         self.following = false;
         self.unsettled = true;
         self.acceleration = Acceleration::default();
-        self.weigh();
+        self.rest();
     }
 
     /// Lets a rotor that does not follow fall in, if the step of `delta` at `at` is slow enough.

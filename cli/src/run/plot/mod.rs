@@ -206,6 +206,8 @@ impl Layout<'_> {
                 },
                 Mark::Refused => "no effect".into(),
                 Mark::Stop => "STOP".into(),
+                Mark::OutOfStep(axis) if self.recording.axes > 1 => format!("out of step {axis}"),
+                Mark::OutOfStep(_) => "out of step".into(),
             };
             Lane { name, content: Content::Marks(*mark) }
         });

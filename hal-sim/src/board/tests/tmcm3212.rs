@@ -355,7 +355,7 @@ fn inputs_are_analog_and_digital_and_number_10_is_enable() {
 /// above 0.
 #[test]
 fn a_slow_motor_has_a_load_value() {
-    let board = board("");
+    let board = board("[motor]\nstall_guard_zero = 13\n");
     // 10 000 pps are 10 486 units: 39.06 full steps a second.
     turn(&board, 0, 10_486);
     write(&board, 0, COOLCONF, 0);

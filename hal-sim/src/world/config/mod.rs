@@ -380,7 +380,7 @@ mod tests {
             motor: MotorTable { start: 7, ..common.motor.clone() },
             stage: StageConfig { right: Some(200), ..common.stage.clone() },
             abn: Some(AbnConfig { lines: 512, index: 0 }),
-            encoder: EncoderTable { offset: 9 },
+            encoder: EncoderTable { offset: 9, noise: 0 },
         };
         assert_eq!(world.axis(1), &second);
         assert_eq!((world.seed, world.supply.volts), (3, 30.0));

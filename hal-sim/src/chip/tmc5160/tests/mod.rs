@@ -77,6 +77,9 @@ impl Mechanics for Stage {
     }
 }
 
+/// A motor with much resistance in its coils: its reading is zero where it stalls at SGT 13.
+const RESPONSE: Response = Response { zero: 13, span: 512, speed: 0, noise: 0 };
+
 struct Rig {
     chip: Tmc5160,
     stage: Stage,
@@ -86,7 +89,7 @@ struct Rig {
 impl Rig {
     /// A chip that has been reset, and whose reset flags have been cleared.
     fn new() -> Self {
-        let mut rig = Self { chip: Tmc5160::new(Response::default(), 0), stage: Stage::default(), now: 0 };
+        let mut rig = Self { chip: Tmc5160::new(RESPONSE, 0), stage: Stage::default(), now: 0 };
         rig.chip.set_external_clock(Some(HZ));
         rig.chip.set_disable_pin(false);
         rig.write(GSTAT, 7);

@@ -48,7 +48,7 @@ fn datagrams_of_other_lengths_are_ignored_or_cut() {
 /// 4.1.2: the status bits, each by itself.
 #[test]
 fn the_status_byte_is_latched_at_the_end_of_the_access_before() {
-    let mut rig = Rig { chip: Tmc5160::new(Response::default(), 0), stage: Stage::default(), now: 0 };
+    let mut rig = Rig { chip: Tmc5160::new(RESPONSE, 0), stage: Stage::default(), now: 0 };
     rig.chip.set_external_clock(Some(HZ));
     // Reset flag, standstill, velocity and position reached.
     assert_eq!(rig.status(), 0b0011_1001);
@@ -109,7 +109,7 @@ fn a_clock_or_a_select_that_is_too_fast_is_refused() {
 /// Table A: what can be read back, how wide registers are, and what they have at power-on.
 #[test]
 fn registers_have_their_reset_values_and_widths() {
-    let mut rig = Rig { chip: Tmc5160::new(Response::default(), 0), stage: Stage::default(), now: 0 };
+    let mut rig = Rig { chip: Tmc5160::new(RESPONSE, 0), stage: Stage::default(), now: 0 };
     rig.chip.set_external_clock(Some(HZ));
     // Addresses that are read, with their contents upon reset.
     let readable = [
