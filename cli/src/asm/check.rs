@@ -54,6 +54,12 @@ pub(super) fn warnings(spec: Option<&Spec>, command: Command, addresses: Range<u
     of_product.into_iter().flatten().chain(of_all).flatten().collect()
 }
 
+/// Why a module of this product has no such motor, bank or set of axes; `None` where it has.
+pub(crate) fn no_such_motor(spec: &Spec, command: Command) -> Option<String> {
+    let opcode = Opcode::from_number(command.opcode)?;
+    motor(spec, command, opcode, opcode.instruction()).map(|(_, message)| message)
+}
+
 /// Warnings for an unknown command number. Number 0 has none: it ends a program, and some hosts use it for that.
 fn unknown(number: u8) -> Vec<(Part, String)> {
     let message = match number {

@@ -27,7 +27,7 @@
 //! encode, check; `assembler` calls them in turn. The results are a [`crate::program`] file and a [`listing`].
 
 mod assembler;
-mod check;
+pub(crate) mod check;
 mod diagnostic;
 mod encode;
 mod expression;

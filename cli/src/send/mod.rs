@@ -3,11 +3,12 @@
 use std::io::Write;
 
 use clap::Args;
-use tmcm::tmcl::Command;
+use tmcm::tmcl::{Command, Status};
 use tmcm_sim::wire::stays_unanswered;
 use tmcm_sim::wire::words::{depends_on_unit_mode, needs_names};
 use tmcm_sim::wire::{Meaning, Reply};
 
+use crate::asm::check::no_such_motor;
 use crate::conversation::{Conversation, Error, Reach};
 use crate::failure::Failure;
 use crate::link::LinkError;
@@ -123,9 +124,19 @@ fn show_json(out: &mut impl Write, module: &mut Conversation, request: Request) 
     Ok(done?)
 }
 
-/// Sends a command and gives the reply in words.
+/// Sends a command and gives the reply in words. Of a value, motor or bank out of range that says which motor, bank or set of
+/// axes the module does not have, if that is what is wrong.
 pub(crate) fn ask(module: &mut Conversation, request: Request) -> Result<Meaning, Error> {
-    Ok(Meaning::from(reply_to(module, request)?.as_ref()))
+    let reply = reply_to(module, request)?;
+    let mut meaning = Meaning::from(reply.as_ref());
+    let is_out_of_range = reply.is_some_and(|reply| reply.status == Some(Status::InvalidValue as u8));
+    if is_out_of_range
+        && let Some(product) = module.product()?
+        && let Some(why) = no_such_motor(product.spec(), request.command)
+    {
+        meaning.text = format!("{}: {why}", meaning.text);
+    }
+    Ok(meaning)
 }
 
 /// Sends a command and gives the reply; `None` for a command that modules execute without a reply.

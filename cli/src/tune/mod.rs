@@ -206,7 +206,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let time = cruises.iter().map(|cruise| setup.time(cruise, method, each, track.way(), latency)).sum();
     announce(what, &track, &setup, time, common)?;
     if !is_simulated && !common.yes {
-        ask::consent("May it?", bench.signal)?;
+        ask::consent("May the motor move?", bench.signal)?;
     }
 
     let progress = Progress::new(format!("measuring {}", what.name()), each as usize * cruises.len());

@@ -247,3 +247,26 @@ fn what_reads_the_values_may_have_enough() {
     let output = send.stdout(writer).spawn().unwrap().wait_with_output().unwrap();
     assert_eq!((output.status.code(), complaint(&output).as_str()), (Some(141), ""));
 }
+
+/// A motor, a bank or a set of axes that the module does not have is explained as `tmcl asm` explains it.
+#[test]
+fn a_motor_that_there_is_not_is_explained() {
+    let refused = "status 4 value, motor or bank out of range";
+    for (product, command, why) in [
+        (
+            "6110",
+            "MVP COORD, 0x7F, 1",
+            ": $7F is no set of axes: bits 0..5 are the axes of this module, and bit 7 moves them at once, bit 6 up to three of \
+             them on a straight line",
+        ),
+        ("3110", "ROR 3, 100", ": there is no axis 3; the last of this module is 2"),
+        ("1140", "GGP 66, 1", ": there is no bank 1; 0 has the global parameters, 2 user variables, 3 interrupts"),
+        // Here it is the value.
+        ("1140", "SAP 4, 0, 5000", ""),
+    ] {
+        let output = run(&["send", "sim", "--product", product, command]);
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(told.ends_with(&format!("{refused}{why}\n")), "{told}");
+        assert_eq!(output.status.code(), Some(1));
+    }
+}

@@ -52,7 +52,7 @@ fn values_are_in_pps_or_in_units_of_the_chip() {
             "RSAP 4, 0: status 2 unknown command",
             "139, 0, 0, 0: status 2 unknown command",
             "GAP 153, 0: status 3 unknown type, or read-only",
-            "GAP 0, 3: status 4 value, motor or bank out of range",
+            "GAP 0, 3: status 4 value, motor or bank out of range: there is no axis 3; the last of this module is 2",
         ]
     );
 }
