@@ -27,6 +27,8 @@ const DONE: &str = "ok";
 const FOR_TIME: [&str; 3] = [DONE, "met", TIME];
 /// The field of the last line of a watch.
 const ENDED: &str = "ended";
+/// The field of a state that has the axes, one behind the other. What is of axis 0 stands beside it as well.
+const AXES: &str = "axes";
 /// The command without any.
 const STATE: &str = "state";
 /// The command that lines without a command follow.
@@ -39,7 +41,7 @@ const USUAL: Duration = Duration::from_secs(5);
 /// Change the world around a virtual module, its time too, and look at it: switches, loads, faults, supply
 ///
 /// Sends commands to the control port of `tmcl sim --control ADDR:PORT`, one after the other, and prints the answer to
-/// each, a line of JSON. docs/control.md has all commands, faults, and fields of a state; the module itself is asked by
+/// each, a line of JSON, or with --text lines for people. docs/control.md has all commands, faults, and fields of a state; the module itself is asked by
 /// `tmcl send`. Lines of a `watch` are printed as they come; behind `watch` as the last command until Ctrl-C.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -58,6 +60,10 @@ pub struct Options {
     #[arg(long, value_name = "FIELD")]
     pub value: Option<String>,
 
+    /// Print each answer for people: a line for each field, by its name for --value, and a column for each axis
+    #[arg(long, conflicts_with = "value")]
+    pub text: bool,
+
     /// How long to wait for each answer, in milliseconds; without it 5000, but for steps as long as they take
     #[arg(long, value_name = "MS", value_parser = clap::value_parser!(u64).range(1..=600_000))]
     pub timeout: Option<u64>,
@@ -68,6 +74,7 @@ Examples:
   tmcl world 127.0.0.1:4141                             the state of the module
   tmcl world 127.0.0.1:4141 \"press left\"                a switch by hand
   tmcl world 127.0.0.1:4141 \"load 0.5 2\" state          a load on axis 2, and what comes of it
+  tmcl world 127.0.0.1:4141 --text                      the same, to be read
   tmcl world 127.0.0.1:4141 state --value axes.0.rotor  a number for a script
   tmcl world 127.0.0.1:4141 \"watch 100 ms rotor\"       where the rotor is, ten times a second
   tmcl world 127.0.0.1:4141 pause \"step 20 ms\" state   time stands still, and goes on by this much
@@ -144,19 +151,74 @@ impl Options {
     fn print(&self, command: &str, line: &str, told: Map<String, Value>, done: bool) -> Result<(), Failure> {
         let mut out = tell::out();
         match &self.value {
-            None => writeln!(out, "{line}")?,
+            None if self.text && done => write!(out, "{}", table(&told))?,
+            None if !self.text => writeln!(out, "{line}")?,
             Some(field) if done => {
                 if let Some(value) = field_of(told, field).map_err(Failure::Failed)? {
                     writeln!(out, "{value}")?;
                 }
             }
-            Some(_) => {
+            _ => {
                 let why = told.get("error").and_then(Value::as_str).unwrap_or_default();
                 writeln!(tell::err(), "tmcl: {command}: {why}")?;
             }
         }
         // A script may wait for each line.
         Ok(out.flush()?)
+    }
+}
+
+/// An answer as people read it: a line for each field, and for a state first what all axes have in common, then a column for
+/// each axis.
+fn table(told: &Map<String, Value>) -> String {
+    let axes: Vec<Vec<(String, String)>> = told
+        .get(AXES)
+        .and_then(Value::as_array)
+        .map(|axes| axes.iter().filter_map(Value::as_object).map(|axis| fields(axis, "")).collect())
+        .unwrap_or_default();
+    let of_axis = axes.first().map_or(&[][..], Vec::as_slice);
+    let common = told.iter().filter(|(name, _)| *name != DONE && *name != AXES).map(|(name, value)| (name.clone(), value.clone()));
+    let common = fields(&common.collect(), "").into_iter().filter(|(name, _)| !of_axis.iter().any(|(other, _)| other == name));
+    let mut rows: Vec<(String, Vec<String>)> = common.map(|(name, text)| (name, vec![text])).collect();
+    let lone = rows.len();
+    if !of_axis.is_empty() {
+        rows.push(("axis".into(), (0..axes.len()).map(|number| number.to_string()).collect()));
+        let column = |index: usize| axes.iter().map(move |axis| axis.get(index).map(|(_, text)| text.clone()).unwrap_or_default());
+        rows.extend(of_axis.iter().enumerate().map(|(index, (name, _))| (name.clone(), column(index).collect())));
+    }
+    if rows.is_empty() {
+        return "done\n".into();
+    }
+    let wide = rows.iter().map(|(name, _)| name.len()).max().unwrap_or_default();
+    let cells = || rows.iter().skip(lone).flat_map(|(_, texts)| texts);
+    let cell = cells().map(|text| text.chars().count()).max().unwrap_or_default();
+    let line = |(index, (name, texts)): (usize, &(String, Vec<String>))| {
+        let texts = texts.iter().map(|text| if index < lone { format!("  {text}") } else { format!("  {text:>cell$}") });
+        format!("{name:wide$}{}\n", texts.collect::<String>())
+    };
+    rows.iter().enumerate().map(line).collect()
+}
+
+/// The fields of an object with their names for `--value`, those of objects in it as well.
+fn fields(object: &Map<String, Value>, before: &str) -> Vec<(String, String)> {
+    object
+        .iter()
+        .flat_map(|(name, value)| match value {
+            Value::Object(inner) => fields(inner, &format!("{before}{name}.")),
+            value => vec![(format!("{before}{name}"), text(value))],
+        })
+        .collect()
+}
+
+/// A value as people read it.
+fn text(value: &Value) -> String {
+    match value {
+        Value::Bool(true) => "on".into(),
+        Value::Bool(false) => "off".into(),
+        Value::Null => "-".into(),
+        Value::String(text) => text.clone(),
+        Value::Array(list) => list.iter().map(text).collect::<Vec<_>>().join(" "),
+        other => other.to_string(),
     }
 }
 

@@ -47,6 +47,19 @@ fn storing_without_an_eeprom_is_status_5_and_changes_nothing() {
     }
 }
 
+/// What was stored is known while the module runs: restoring it takes no EEPROM.
+#[test]
+fn what_is_stored_can_be_restored_without_an_eeprom() {
+    let mut bench = Bench::new();
+    bench.configure(&["SAP 4, 0, 777", "STAP 4, 0", "SGP 1, 2, 55", "STGP 1, 2", "SAP 4, 0, 500", "SGP 1, 2, 6"]);
+    bench.control("fault eeprom on");
+    for (restore, look, stored) in [("RSAP 4, 0", "GAP 4, 0", 777), ("RSGP 1, 2", "GGP 1, 2", 55)] {
+        assert_ne!(bench.ok(look), stored);
+        assert_eq!(bench.ask(restore).0, OK, "{restore}");
+        assert_eq!(bench.ok(look), stored, "{restore}");
+    }
+}
+
 /// A refused change of switch polarity or shaft direction is not in force either.
 #[test]
 fn refused_settings_are_not_in_force() {

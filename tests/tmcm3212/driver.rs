@@ -61,3 +61,95 @@ fn thresholds_are_told_to_a_chip_whose_motor_turns() {
         assert!(register.abs_diff(clocks) <= clocks / 8, "{line}: {register}");
     }
 }
+
+const GCONF: u8 = 0x00;
+const GLOBAL_SCALER: u8 = 0x0B;
+const X_TARGET: u8 = 0x2D;
+const SW_MODE: u8 = 0x34;
+const CHOPCONF: u8 = 0x6C;
+const COOLCONF: u8 = 0x6D;
+const DCCTRL: u8 = 0x6E;
+const PWMCONF: u8 = 0x70;
+
+/// Every parameter of the driver, what it is set to, and the bits that must then stand in which register (TMC5160 datasheet,
+/// chapter 6): register, lowest bit, width, field.
+#[test]
+fn every_driver_parameter_reaches_its_field() {
+    let table: &[(&[&str], u8, u32, u32, u32)] = &[
+        (&["SAP 251, 1, 1"], GCONF, 4, 1, 1),
+        (&["SAP 31, 1, 5"], IHOLD_IRUN, 16, 4, 5),
+        (&["SAP 14, 1, 1"], SW_MODE, 4, 1, 1),
+        (&["SAP 24, 1, 1"], SW_MODE, 3, 1, 1),
+        (&["SAP 25, 1, 1"], SW_MODE, 2, 1, 1),
+        (&["SAP 12, 1, 1"], SW_MODE, 0, 2, 0b01),
+        (&["SAP 13, 1, 1"], SW_MODE, 0, 2, 0b10),
+        (&["SAP 26, 1, 1"], SW_MODE, 11, 1, 1),
+        (&["SAP 140, 1, 4"], CHOPCONF, 24, 4, 4),
+        (&["SAP 140, 1, 0"], CHOPCONF, 24, 4, 8),
+        (&["SAP 167, 1, 11"], CHOPCONF, 0, 4, 11),
+        (&["SAP 166, 1, 6"], CHOPCONF, 4, 3, 6),
+        (&["SAP 166, 1, 8"], CHOPCONF, 4, 3, 7),
+        (&["SAP 165, 1, 9"], CHOPCONF, 7, 4, 9),
+        (&["SAP 162, 1, 3"], CHOPCONF, 15, 2, 3),
+        (&["SAP 164, 1, 1"], CHOPCONF, 12, 1, 1),
+        (&["SAP 28, 1, 1"], CHOPCONF, 18, 1, 1),
+        (&["SAP 27, 1, 1"], CHOPCONF, 19, 1, 1),
+        (&["SAP 177, 1, 1"], CHOPCONF, 30, 2, 3),
+        (&["SAP 162, 1, 1"], CHOPCONF, 20, 4, 4),
+        // With constant off time bits 4 to 6 and 11 are the time of fast decay, and 7 to 10 the offset of the sine wave.
+        (&["SAP 163, 1, 1"], CHOPCONF, 14, 1, 1),
+        (&["SAP 165, 1, 13", "SAP 163, 1, 1"], CHOPCONF, 4, 3, 5),
+        (&["SAP 165, 1, 13", "SAP 163, 1, 1"], CHOPCONF, 11, 1, 1),
+        (&["SAP 165, 1, 5", "SAP 163, 1, 1"], CHOPCONF, 11, 1, 0),
+        (&["SAP 166, 1, 8", "SAP 163, 1, 1"], CHOPCONF, 7, 4, 8),
+        (&["SAP 166, 1, 1", "SAP 163, 1, 1"], CHOPCONF, 7, 4, 1),
+        (&["SAP 172, 1, 7"], COOLCONF, 0, 4, 7),
+        (&["SAP 171, 1, 3"], COOLCONF, 5, 2, 3),
+        (&["SAP 170, 1, 13"], COOLCONF, 8, 4, 13),
+        (&["SAP 169, 1, 2"], COOLCONF, 13, 2, 2),
+        (&["SAP 168, 1, 1"], COOLCONF, 15, 1, 1),
+        (&["SAP 174, 1, -3"], COOLCONF, 16, 7, 0x7D),
+        (&["SAP 174, 1, -4"], COOLCONF, 16, 7, 0x7C),
+        (&["SAP 174, 1, 63"], COOLCONF, 16, 7, 0x3F),
+        (&["SAP 173, 1, 0"], COOLCONF, 24, 1, 0),
+        (&["SAP 173, 1, 1"], COOLCONF, 24, 1, 1),
+        (&["SAP 32, 1, 700"], DCCTRL, 0, 10, 700),
+        (&["SAP 33, 1, 200"], DCCTRL, 16, 8, 200),
+        (&["SAP 188, 1, 77"], PWMCONF, 0, 8, 77),
+        (&["SAP 187, 1, 9"], PWMCONF, 8, 8, 9),
+        (&["SAP 191, 1, 3"], PWMCONF, 16, 2, 3),
+        (&["SAP 192, 1, 0"], PWMCONF, 18, 2, 0),
+        (&["SAP 192, 1, 1"], PWMCONF, 18, 2, 3),
+        (&["SAP 204, 1, 2"], PWMCONF, 20, 2, 2),
+    ];
+    for &(lines, address, lowest, width, field) in table {
+        let mut bench = bench();
+        bench.configure(lines);
+        bench.run(20 * MILLISECOND);
+        let word = register(&bench, 1, address);
+        assert_eq!(word >> lowest & ((1 << width) - 1), field, "{lines:?}: register {address:02X}h is {word:08X}h");
+        assert_eq!(register(&bench, 0, address), register(&super::bench(), 0, address), "{lines:?} are for axis 1 alone");
+    }
+}
+
+/// The currents of the parameters are shares of the full one: GLOBAL_SCALER is 0, which is the whole (datasheet section 6.1),
+/// also in a chip that has had another one before a warm start.
+#[test]
+fn currents_are_shares_of_the_full_one() {
+    let bench = bench();
+    assert_eq!([0, 1, 2].map(|axis| register(&bench, axis, GLOBAL_SCALER)), [0; 3]);
+}
+
+/// SAP 1 gives the motor another position where it stands: its target is the same, so that nothing moves.
+#[test]
+fn a_position_that_is_set_is_the_target_as_well() {
+    let mut bench = bench();
+    bench.ok("MVP ABS, 2, 5000");
+    bench.run(3 * SECOND);
+    let rotor = |bench: &Bench| bench.module.board().borrow().world().axis(2).motor().rotor();
+    let stands = rotor(&bench);
+    bench.ok("SAP 1, 2, -777");
+    bench.run(SECOND);
+    assert_eq!([0, 1].map(|number| bench.ok(&format!("GAP {number}, 2"))), [-777; 2]);
+    assert_eq!((register(&bench, 2, X_TARGET) as i32, rotor(&bench), bench.ok("GAP 8, 2")), (-777, stands, 1));
+}

@@ -20,6 +20,35 @@ fn world(arguments: &[&str]) -> (Option<i32>, String, String) {
     (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned(), complaint(&output))
 }
 
+/// With --text a state has what all axes have in common, and then a column for each axis, by the names of --value.
+#[test]
+fn a_state_can_be_read_by_people() {
+    let sim = Sim::start(&[&LINKS[..], &["--product", "3110"]].concat());
+    let port = sim.told("control");
+    let (code, said, complaint) = world(&[port, "--text", "press left 2", "state"]);
+    assert_eq!((code, complaint.as_str()), (Some(0), ""), "{said}");
+    let rows: Vec<Vec<&str>> = said.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(rows[0], ["done"]);
+    for row in [
+        &["supply", "24.0"][..],
+        &["can", "active"],
+        &["pull_up_groups", "on"],
+        &["axis", "0", "1", "2"],
+        &["switches.left", "off", "off", "on"],
+        &["velocity", "0", "0", "0"],
+    ] {
+        assert!(rows.iter().any(|found| found == row), "{row:?} is not among\n{said}");
+    }
+    let names: BTreeSet<&str> = rows[1..].iter().map(|row| row[0]).collect();
+    assert_eq!(names.len(), rows.len() - 1, "each name once:\n{said}");
+    for name in names.into_iter().filter(|name| *name != "axis") {
+        assert_eq!(world(&[port, "state", "--value", name]).0, Some(0), "{name}");
+    }
+    let (code, said, complaint) = world(&[port, "press up", "--text"]);
+    assert_eq!((code, said.as_str()), (Some(1), ""));
+    assert_eq!(complaint, "tmcl: press up: unknown switch 'up'; there are: left, right, home\n");
+}
+
 #[test]
 fn answers_are_printed_and_refusals_end_with_1() {
     let sim = Sim::start(&LINKS);
