@@ -177,13 +177,19 @@ fn table(told: &Map<String, Value>) -> String {
         .map(|axes| axes.iter().filter_map(Value::as_object).map(|axis| fields(axis, "")).collect())
         .unwrap_or_default();
     let of_axis = axes.first().map_or(&[][..], Vec::as_slice);
-    let common = told.iter().filter(|(name, _)| *name != DONE && *name != AXES).map(|(name, value)| (name.clone(), value.clone()));
-    let common = fields(&common.collect(), "").into_iter().filter(|(name, _)| !of_axis.iter().any(|(other, _)| other == name));
+    let common = told
+        .iter()
+        .filter(|(name, _)| *name != DONE && *name != AXES)
+        .map(|(name, value)| (name.clone(), value.clone()));
+    let common =
+        fields(&common.collect(), "").into_iter().filter(|(name, _)| !of_axis.iter().any(|(other, _)| other == name));
     let mut rows: Vec<(String, Vec<String>)> = common.map(|(name, text)| (name, vec![text])).collect();
     let lone = rows.len();
     if !of_axis.is_empty() {
         rows.push(("axis".into(), (0..axes.len()).map(|number| number.to_string()).collect()));
-        let column = |index: usize| axes.iter().map(move |axis| axis.get(index).map(|(_, text)| text.clone()).unwrap_or_default());
+        let column = |index: usize| {
+            axes.iter().map(move |axis| axis.get(index).map(|(_, text)| text.clone()).unwrap_or_default())
+        };
         rows.extend(of_axis.iter().enumerate().map(|(index, (name, _))| (name.clone(), column(index).collect())));
     }
     if rows.is_empty() {
@@ -193,7 +199,8 @@ fn table(told: &Map<String, Value>) -> String {
     let cells = || rows.iter().skip(lone).flat_map(|(_, texts)| texts);
     let cell = cells().map(|text| text.chars().count()).max().unwrap_or_default();
     let line = |(index, (name, texts)): (usize, &(String, Vec<String>))| {
-        let texts = texts.iter().map(|text| if index < lone { format!("  {text}") } else { format!("  {text:>cell$}") });
+        let texts =
+            texts.iter().map(|text| if index < lone { format!("  {text}") } else { format!("  {text:>cell$}") });
         format!("{name:wide$}{}\n", texts.collect::<String>())
     };
     rows.iter().enumerate().map(line).collect()

@@ -128,7 +128,11 @@ fn every_driver_parameter_reaches_its_field() {
         bench.run(20 * MILLISECOND);
         let word = register(&bench, 1, address);
         assert_eq!(word >> lowest & ((1 << width) - 1), field, "{lines:?}: register {address:02X}h is {word:08X}h");
-        assert_eq!(register(&bench, 0, address), register(&super::bench(), 0, address), "{lines:?} are for axis 1 alone");
+        assert_eq!(
+            register(&bench, 0, address),
+            register(&super::bench(), 0, address),
+            "{lines:?} are for axis 1 alone"
+        );
     }
 }
 

@@ -130,9 +130,11 @@ pub(crate) fn ask(module: &mut Conversation, request: Request) -> Result<Meaning
     let reply = reply_to(module, request)?;
     let mut meaning = Meaning::from(reply.as_ref());
     let is_out_of_range = reply.is_some_and(|reply| reply.status == Some(Status::InvalidValue as u8));
+    let why = |product: Product| no_such_motor(product.spec(), request.command);
+    // What the module is makes a difference only where one of the products does not have it.
     if is_out_of_range
-        && let Some(product) = module.product()?
-        && let Some(why) = no_such_motor(product.spec(), request.command)
+        && Product::ALL.into_iter().any(|product| why(product).is_some())
+        && let Some(why) = module.product()?.and_then(why)
     {
         meaning.text = format!("{}: {why}", meaning.text);
     }

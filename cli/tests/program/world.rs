@@ -31,7 +31,7 @@ fn a_state_can_be_read_by_people() {
     assert_eq!(rows[0], ["done"]);
     for row in [
         &["supply", "24.0"][..],
-        &["can", "active"],
+        &["can", "on"],
         &["pull_up_groups", "on"],
         &["axis", "0", "1", "2"],
         &["switches.left", "off", "off", "on"],

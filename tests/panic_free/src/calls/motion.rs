@@ -87,7 +87,7 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     let _ = any(axis.repace(any(Pace::default())));
     let _ = any(axis.break_off(now()));
     let _ = any(axis.stay());
-    let _ = any(axis.end_at_switch());
+    axis.end_at_switch();
     let mut former = any(Former::default());
     axis.note(&mut former);
     axis.recall(&any(former));
