@@ -75,11 +75,12 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there.
+    /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there. One that would brake
+    /// has its switches read in each poll: a press that is over before the ramp is shows in nothing else.
     fn is_at_switch(&mut self) -> bool {
         let target_speed = self.hardware.known().target_speed;
         let meets = |hardware: &mut H, c: &mut H::Controller, course: &Course<'_>| {
-            hardware.meets_switch(c, course, target_speed)
+            hardware.turn_switches(c).is_ok() && hardware.meets_switch(c, course, target_speed)
         };
         self.rotates() && (self.held > 0 || self.values.is_on(P::SoftStop) && self.on_course(meets))
     }

@@ -26,7 +26,9 @@ from virtual_module import PATIENCE, Simulator, check, command_line, conclude, e
 
 PORTS = ("tcp", "slcan-tcp", "control")
 PHASES = range(9)
-METHODS = ("GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "PROPFIND", "MKCOL", "QUERY")
+METHODS = (
+    "GET", "HEAD", "POST", "PUT", "DELETE", "OPTIONS", "TRACE", "PATCH", "PROPFIND", "MKCOL", "QUERY", "SEARCH", "M-SEARCH", "post",
+)
 # The options of curl for what is no plain request.
 OTHERS = {
     "HTTP/2": ("--http2-prior-knowledge", "http://{port}/"),

@@ -176,6 +176,24 @@ fn a_short_press_ends_it() {
     }
 }
 
+/// With a stop along the ramp the motor is still turning when the press is over, and goes on braking.
+#[test]
+fn a_short_press_begins_a_ramp() {
+    for mut motor in Motor::each() {
+        motor.set(motor.soft, 1);
+        for moment in 0..20 {
+            motor.rotate(motor.turn);
+            motor.turns(1);
+            motor.bench.run(moment * 277 * MICROSECOND);
+            motor.hand("press");
+            motor.bench.run(3 * MILLISECOND);
+            motor.hand("release");
+            motor.bench.run(3 * SECOND / 2);
+            motor.stands("it was pressed for 3 ms");
+        }
+    }
+}
+
 #[test]
 fn a_positioning_keeps_its_target_and_goes_on() {
     for mut motor in Motor::each() {

@@ -6,8 +6,8 @@
 
 use tmcm::tmcl::binary::{self, TELEGRAM};
 
-/// Methods of HTTP (RFC 9110, PATCH of RFC 5789, PRI of RFC 9113, QUERY) and of WebDAV (RFC 4918). A page may make up others,
-/// but before one of those a browser asks by OPTIONS whether it may be sent.
+/// Methods of HTTP (RFC 9110, PATCH of RFC 5789, PRI of RFC 9113, QUERY) and of WebDAV (RFC 4918). There are others, and a page
+/// may make up more: they are known by what follows them, which is no operand of a command.
 const METHODS: [&str; 18] = [
     "CONNECT",
     "COPY",
@@ -28,6 +28,12 @@ const METHODS: [&str; 18] = [
     "TRACE",
     "UNLOCK",
 ];
+/// The shortest and the longest word that may be another method. With three letters a telegram has none of the commands of TMCL;
+/// and the longest that is registered has 17.
+const SHORTEST: usize = 3;
+const LONGEST: usize = 24;
+/// What the address in a request to a proxy begins with.
+const SCHEME: &[u8] = b"http:";
 /// A record of a TLS handshake: its type, and the major version of its protocol. It is a telegram, too: the beginning of
 /// command 3 (MST) to the module with address 22.
 const TLS: [u8; 2] = [0x16, 3];
@@ -81,11 +87,27 @@ fn caller(bytes: &[u8]) -> Caller {
             Some(_) => Caller::Browser,
         };
     }
-    let requests = || METHODS.iter().map(|method| method.as_bytes());
-    let is_method = |word: &[u8]| requests().any(|method| method == word);
-    match bytes.iter().position(|byte| *byte == b' ') {
-        Some(blank) if bytes.get(..blank).is_some_and(is_method) => Caller::Browser,
-        None if requests().any(|method| method.starts_with(bytes)) => Caller::Unknown,
+    let is_of_word = |byte: &u8| byte.is_ascii_alphabetic() || *byte == b'-';
+    let (word, rest) = bytes.split_at(bytes.iter().take_while(|byte| is_of_word(byte)).count());
+    match rest {
+        [] => match word.first_chunk::<TELEGRAM>() {
+            Some(telegram) if binary::decode(telegram).intact => Caller::Host,
+            _ if word.len() > LONGEST => Caller::Host,
+            _ => Caller::Unknown,
+        },
+        [b' ', ..] if METHODS.iter().any(|method| method.as_bytes() == word) => Caller::Browser,
+        [b' ', target @ ..] if word.len() >= SHORTEST => addressee(target),
+        _ => Caller::Host,
+    }
+}
+
+/// Who says this behind a word and a blank: a request of HTTP goes on with a path, `*`, or an address.
+fn addressee(target: &[u8]) -> Caller {
+    let begun = target.get(..SCHEME.len().min(target.len())).unwrap_or_default();
+    match target {
+        [b'/' | b'*', ..] => Caller::Browser,
+        _ if begun.eq_ignore_ascii_case(SCHEME) => Caller::Browser,
+        _ if SCHEME.get(..begun.len()).is_some_and(|scheme| begun.eq_ignore_ascii_case(scheme)) => Caller::Unknown,
         _ => Caller::Host,
     }
 }
@@ -111,6 +133,22 @@ mod tests {
         }
         let mut whole = Greeting::default();
         assert_eq!(whole.hear(b"POST /x HTTP/1.1\r\n"), Caller::Browser);
+    }
+
+    /// Of methods that few know, and of those that somebody has made up.
+    #[test]
+    fn other_methods_are_known_by_what_follows_them() {
+        for word in ["SEARCH", "M-SEARCH", "post", "Get", "UPDATEREDIRECTREF", "AROR"] {
+            for target in ["/", "*", "http:", "HTTP:"] {
+                let known = known(format!("{word} {target}").as_bytes());
+                let (last, before) = known.split_last().unwrap();
+                assert_eq!(*last, Caller::Browser, "{word} {target}: {known:?}");
+                assert!(before.iter().all(|caller| *caller == Caller::Unknown), "{word} {target}: {known:?}");
+            }
+        }
+        // A word without end is none, nor is one that a telegram may begin with.
+        assert_eq!(known(&[b'x'; 25])[24], Caller::Host);
+        assert_eq!(known(b"GO /x")[2], Caller::Host);
     }
 
     #[test]
@@ -139,7 +177,21 @@ mod tests {
         for method in METHODS.iter().filter_map(|method| method.as_bytes().first_chunk::<TELEGRAM>()) {
             assert!(!binary::decode(method).intact, "{method:?}");
         }
-        for line in ["C\r", "S8\r", "O\r", "P\r", "OPTIONS\r", "GET\n", "GETS ", "AGAP 1, 0\r", "state\n", "\r", " "] {
+        for line in [
+            "C\r",
+            "S8\r",
+            "O\r",
+            "P\r",
+            "OPTIONS\r",
+            "GET\n",
+            "GETS 1",
+            "AGAP 1",
+            "AMVP ABS",
+            "state\n",
+            "press home",
+            "\r",
+            " ",
+        ] {
             assert_eq!(known(line.as_bytes()).last(), Some(&Caller::Host), "{line:?}");
         }
     }
