@@ -23,7 +23,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let steady = self.next_piece() == Piece::Beginning
             && self.restart.is_none()
             && !self.is_locked()
-            && !self.lines.any
+            && self.lines.members == 0
             && self.controllers.as_ref().iter().all(|controller| controller.unanswered == 0);
         let mut calm = [Calm { until: Micros(u64::MAX), room: 0 }; AXES];
         for (number, (axis, calm)) in self.axes.iter().zip(&mut calm).enumerate() {

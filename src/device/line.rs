@@ -33,13 +33,26 @@ pub(super) struct Lines<const AXES: usize> {
     followers: [Option<Follower>; AXES],
     /// The axis that is corrected first in the next millisecond: only one is in each.
     next: usize,
-    /// There may be followers.
-    pub(super) any: bool,
+    /// The leaders and the followers as of the last millisecond, axis n in bit n; and those of a line that has begun since.
+    pub(super) members: u8,
 }
 
 impl<const AXES: usize> Default for Lines<AXES> {
     fn default() -> Self {
-        Lines { followers: [None; AXES], next: 0, any: false }
+        Lines { followers: [None; AXES], next: 0, members: 0 }
+    }
+}
+
+impl<const AXES: usize> Lines<AXES> {
+    /// Counts the members.
+    fn count(&mut self) {
+        let bit = |number: usize| 1_u8.unbounded_shl(number as u32);
+        let bits = self
+            .followers
+            .iter()
+            .enumerate()
+            .filter_map(|(number, follower)| follower.map(|follower| bit(number) | bit(follower.leader)));
+        self.members = bits.fold(0, |all, bits| all | bits);
     }
 }
 
@@ -151,7 +164,6 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let mut paces = [Pace::default(); AXES];
         // One axis that has a way to go moves as it would alone.
         if travellers > 1 {
-            self.lines.any = true;
             let whole = longest.1;
             for (number, (follower, way)) in self.lines.followers.iter_mut().zip(ways).enumerate() {
                 if way != 0 && number != leader {
@@ -160,6 +172,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                     *follower = Some(Follower { leader, ratio, way: whole, up, down, last: 0 });
                 }
             }
+            self.lines.count();
             self.pace(leader, &mut paces);
             if moving {
                 self.join_moving(leader, &mut paces);
@@ -241,7 +254,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
 
     /// True if an axis belongs to a line.
     pub(super) fn is_on_line(&self, number: usize) -> bool {
-        self.lines.any && self.leader(number).is_some()
+        self.lines.members.unbounded_shr(number as u32) & 1 != 0
     }
 
     /// The leader of the line to which an axis belongs.
@@ -311,7 +324,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// Never inlined, because most turns have no lines.
     #[inline(never)]
     pub(super) fn follow_lines(&mut self) {
-        self.lines.any = self.lines.followers.iter().any(Option::is_some);
+        self.lines.count();
         let first = self.lines.next;
         for number in (first..AXES).chain(0..first.min(AXES)) {
             // A datagram that did not get through is sent again in the next turn.
@@ -354,7 +367,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// Stops the line of an axis whose events tell that it was stopped before its target.
     pub(super) fn look_at_line(&mut self, now: Micros, number: usize, events: Events) {
         let Events { stall, cut_short, deviation, alarm, .. } = events;
-        if self.lines.any && (stall || cut_short || deviation || alarm) {
+        if self.lines.members != 0 && (stall || cut_short || deviation || alarm) {
             self.break_line(now, number);
         }
     }

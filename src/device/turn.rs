@@ -117,7 +117,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// rotation of each. The axes of a controller take turns: only one of them takes one reading in a millisecond, so a
     /// controller with three axes needs no more datagrams for readings than one with a single axis.
     fn pass_taken(&mut self) {
-        if AXES > 1 && self.upcoming == AXES && !self.lines.any {
+        if AXES > 1 && self.upcoming == AXES && self.lines.members == 0 {
             self.upcoming = Self::FIRST_READING;
         }
         while let Some(n) = self.upcoming.checked_sub(Self::FIRST_READING)

@@ -10,7 +10,7 @@
 use super::Error;
 use super::axis::{Axis, Events, Joined};
 use super::current::MotionState;
-use super::hardware::{Course, Followed, Goal, Hardware, Known, Mode};
+use super::hardware::{Followed, Goal, Hardware, Known, Mode};
 use super::orders::Untold;
 use super::sensors::Sensors;
 use super::switch::{SETTLED, SETTLED_ON_LINE, Switches};
@@ -75,14 +75,20 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there. One that would brake
-    /// has its switches read in each poll: a press that is over before the ramp is shows in nothing else.
+    /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there.
     fn is_at_switch(&mut self) -> bool {
+        self.rotates() && (self.held > 0 || self.values.is_on(P::SoftStop) && self.brakes_at_switch())
+    }
+
+    /// True while the stop switch to which a motor turns is closed. The switches are read for it: a press that is over before the
+    /// ramp is shows in nothing else.
+    #[cold]
+    #[inline(never)]
+    fn brakes_at_switch(&mut self) -> bool {
         let target_speed = self.hardware.known().target_speed;
-        let meets = |hardware: &mut H, c: &mut H::Controller, course: &Course<'_>| {
-            hardware.turn_switches(c).is_ok() && hardware.meets_switch(c, course, target_speed)
-        };
-        self.rotates() && (self.held > 0 || self.values.is_on(P::SoftStop) && self.on_course(meets))
+        self.on_course(|hardware, controller, course| {
+            hardware.turn_switches(controller).is_ok() && hardware.meets_switch(controller, course, target_speed)
+        })
     }
 
     /// Ends a rotation at the stop switch before the motor, which stands there, or brakes: it does not turn again by itself
