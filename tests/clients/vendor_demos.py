@@ -35,11 +35,11 @@ RAISING = 0.5 * TORQUE
 # More than that: nine tenths of the torque at half the scale.
 WORK = 0.6 * TORQUE
 # What is read at which threshold depends on the motor; for that of the simulator see hal-sim/src/chip/load.rs.
-# 12 is the first threshold that reads more than 0 with the load where it is to stop (it reads 38; 6 would do without a
-# load); 13 is the first that reads 450 or more without a load (512; 256 with the load of coolStep).
-STOPPING_THRESHOLD = 12
-MIDDLE_THRESHOLD = 13
-LOADED, FREE = 4, 8  # 15 x 256 / 1023 and 15 x 512 / 1023, rounded.
+# 4 is the first threshold that reads more than 0 with the load where it is to stop (it reads some 36; -2 would do without a
+# load); 5 is the first that reads 450 or more without a load (510; 254 with the load of coolStep).
+STOPPING_THRESHOLD = 4
+MIDDLE_THRESHOLD = 5
+LOADED, FREE = 4, 7  # 15 x 254 / 1023 and 15 x 510 / 1023, rounded.
 # 1/256 full steps in a turn of the motor.
 TURN = 51_200
 
