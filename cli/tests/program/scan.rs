@@ -19,7 +19,7 @@ const VERSION: &str = "TMCM-1140, firmware version 1.42 (1140V142)";
 
 /// Scans and gives the lines it prints. Nobody is missed, however busy the computer.
 fn scan(arguments: &[&str]) -> Vec<String> {
-    let output = run(&[&["scan"], arguments, &["--timeout", "2000"]].concat());
+    let output = run(&[&["scan"], arguments, &["--timeout", "8000"]].concat());
     assert!(output.status.success(), "{arguments:?}: {}", complaint(&output));
     String::from_utf8(output.stdout).unwrap().lines().map(String::from).collect()
 }
