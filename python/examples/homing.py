@@ -19,7 +19,7 @@ CURRENT = 140
 # Speed in internal units of the module, and the speed above which a stall stops the motor.
 SPEED, STALL_SPEED = 1000, 500
 # What stallGuard2 takes for a stall with this motor at this speed.
-STALL_THRESHOLD = 10
+STALL_THRESHOLD = 2
 # Seconds between two questions to the module.
 POLL = 0.01
 # Types of the command RFS.

@@ -203,7 +203,7 @@ def test_an_interruption_between_question_and_answer() -> None:
 
 
 def keep_busy(sim: Sim) -> None:
-    """Modules run programs that never wait: an hour takes each of them some eight seconds, on a computer that is not busy."""
+    """Modules run programs that never wait: an hour takes each of them some eight seconds."""
     for number in range(1, len(sim.ready["products"]) + 1):
         for line in ("132, 0, 0, 0", "JA 0", "133, 0, 0, 0", "129, 1, 0, 0"):
             sim.module(number).send(line)

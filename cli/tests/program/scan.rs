@@ -102,7 +102,7 @@ fn module(baud: u32, delay: Duration) -> (String, OwnedFd) {
 #[test]
 fn a_module_is_found_at_its_bit_rate() {
     let (path, _terminal) = module(14_400, Duration::ZERO);
-    let output = run(&["scan", &path, "--addresses", "1", "--timeout", "300"]);
+    let output = run(&["scan", &path, "--addresses", "1", "--timeout", "4000"]);
     assert_eq!(
         String::from_utf8_lossy(&output.stdout),
         "address 1 at 14400 baud: TMCM-1140, firmware version 1.42\n",
