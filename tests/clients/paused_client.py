@@ -62,7 +62,7 @@ def moved(motor):
 def stalled(motor, simulator):
     """The load that stops the motor comes at a time between two polls."""
     motor.stallguard2.set_filter(0)
-    motor.stallguard2.set_threshold(10)
+    motor.stallguard2.set_threshold(2)
     motor.stallguard2.set_stop_velocity(500)
     motor.rotate(800)
     simulator.control("at 1.2345 s load 1")
