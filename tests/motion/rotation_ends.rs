@@ -2,7 +2,7 @@
 //! turn again by itself when the switch opens. Published host software waits for that 0. A positioning move keeps its target.
 
 use crate::common::{Bench, OK};
-use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm_sim::Product;
 
 /// A motor of a module; the last one of each product, and both ways.
@@ -158,21 +158,26 @@ fn along_a_ramp_it_ends_when_the_ramp_does() {
     }
 }
 
-/// A motor that turns as fast as these is somewhere else in each millisecond, so that a press of three is seen however seldom the
+/// A press of three milliseconds ends a rotation, whenever it comes; after it the motor stands within a time.
+fn short_presses(motor: &mut Motor, within: Nanos) {
+    for moment in 0..40 {
+        motor.rotate(motor.turn);
+        motor.turns(1);
+        motor.bench.run(moment * 137 * MICROSECOND);
+        motor.hand("press");
+        motor.bench.run(3 * MILLISECOND);
+        motor.hand("release");
+        motor.bench.run(within);
+        motor.stands("it was pressed for 3 ms");
+    }
+}
+
+/// A motor that turns as fast as these is somewhere else in each millisecond, so that a short press is seen however seldom the
 /// switch is read.
 #[test]
 fn a_short_press_ends_it() {
     for mut motor in Motor::each() {
-        for moment in 0..40 {
-            motor.rotate(motor.turn);
-            motor.turns(1);
-            motor.bench.run(moment * 137 * MICROSECOND);
-            motor.hand("press");
-            motor.bench.run(3 * MILLISECOND);
-            motor.hand("release");
-            motor.bench.run(20 * MILLISECOND);
-            motor.stands("it was pressed for 3 ms");
-        }
+        short_presses(&mut motor, 20 * MILLISECOND);
     }
 }
 
@@ -181,16 +186,7 @@ fn a_short_press_ends_it() {
 fn a_short_press_begins_a_ramp() {
     for mut motor in Motor::each() {
         motor.set(motor.soft, 1);
-        for moment in 0..20 {
-            motor.rotate(motor.turn);
-            motor.turns(1);
-            motor.bench.run(moment * 277 * MICROSECOND);
-            motor.hand("press");
-            motor.bench.run(3 * MILLISECOND);
-            motor.hand("release");
-            motor.bench.run(3 * SECOND / 2);
-            motor.stands("it was pressed for 3 ms");
-        }
+        short_presses(&mut motor, 3 * SECOND / 2);
     }
 }
 

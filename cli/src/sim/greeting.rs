@@ -77,8 +77,8 @@ impl Greeting {
     }
 }
 
-/// Who begins with these bytes. A telegram that begins with a method has a command from 65 to 90, a user function at best, for
-/// an axis that no module has. So no check sum makes a host of it: that of a request is up to the page.
+/// Who begins with these bytes. A telegram that begins with such a word has a letter, from 65 on, or `-` (45) for its command: a
+/// user function at best, for an axis that no module has. So no check sum makes a host of it: that of a request is up to the page.
 fn caller(bytes: &[u8]) -> Caller {
     if TLS.starts_with(bytes) || bytes.starts_with(&TLS) {
         return match bytes.first_chunk::<TELEGRAM>() {

@@ -20,7 +20,9 @@ fn nothing_that_a_web_page_sends_is_carried_out() {
     let methods = ["GET", "HEAD", "POST", "PUT", "DELETE", "CONNECT", "OPTIONS", "TRACE", "PATCH", "PROPFIND", "MKCOL"];
     let mut firsts: Vec<String> = methods.iter().map(|method| format!("{method} / HTTP/1.1\r")).collect();
     firsts.extend(["PRI * HTTP/2.0\r".into(), "GET /".into(), format!("POST /{} HTTP/1.1\r", "x".repeat(5000))]);
-    firsts.extend(["PROPFIND / http/1.1\r".into(), "QUERY http://module/".into()]);
+    // Methods that few know, in any case, and however long what follows is.
+    let odd = ["PROPFIND / http/1.1\r", "MKCOL /\r", "QUERY http://module/", "m-search * Http/1.1\r", "search /"];
+    firsts.extend(odd.map(String::from));
     firsts.push(format!("PROPFIND x{} HTTP/1.1\r", "x".repeat(5000)));
     for first in firsts {
         let mut stream = TcpStream::connect(sim.told("control")).unwrap();

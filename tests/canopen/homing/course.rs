@@ -130,10 +130,10 @@ fn a_stall_ends_a_homing() {
     rig.control("load 0");
     rig.wait(100);
     // The rotor falls in again: half an electrical period away at most, two full steps.
-    let fallen = rotor(&rig);
+    let (fallen, position) = (rotor(&rig), rig.read(0x6064, 0));
     assert!(fallen.abs_diff(stands) <= 512, "{fallen} and {stands}");
     rig.wait(500);
-    assert_eq!(rotor(&rig), fallen);
+    assert_eq!((rotor(&rig), rig.read(0x6064, 0)), (fallen, position));
 }
 
 /// The fast leg goes at 6099h.1, the slow ones at 6099h.2, and both have the acceleration of 609Ah: at divisors 7 and 3 one

@@ -57,7 +57,7 @@ impl Speed {
     fn pass(&mut self, at: Nanos, field: i64, period: i64) {
         let took = at.saturating_sub(self.since).max(1);
         let moved = field.abs_diff(self.field);
-        self.value = moved as f64 / FULL_STEP as f64 * SECOND as f64 / took as f64;
-        *self = Self { period, field, since: at, took, value: self.value };
+        let value = moved as f64 / FULL_STEP as f64 * SECOND as f64 / took as f64;
+        *self = Self { period, field, since: at, took, value };
     }
 }
