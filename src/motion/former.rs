@@ -2,7 +2,6 @@
 //! the firmware wants is the former course again, and whatever the chips have taken of the other one, they are told the former
 //! one as soon as they answer.
 
-use super::Error;
 use super::axis::{Axis, Joined};
 use super::hardware::{Hardware, Known};
 use super::orders::{Orders, Untold};
@@ -50,25 +49,5 @@ impl<H: Hardware> Joined<'_, H> {
         self.untold = self.untold.max(Untold::Course);
         // What fails now is done by the polls.
         let _ = self.catch_up();
-    }
-
-    /// Tells the chips what they have not taken before.
-    pub(super) fn catch_up(&mut self) -> Result<(), Error> {
-        match self.untold {
-            Untold::Nothing => Ok(()),
-            Untold::Course | Untold::Position => {
-                let known = *self.hardware.known();
-                if self.untold == Untold::Position {
-                    self.place(known.position, true)?;
-                }
-                let ended = self.orders.ended;
-                let told = self.resume(known);
-                // That is no new goal.
-                self.orders.ended = ended;
-                self.untold = if told.is_ok() { Untold::Nothing } else { self.untold };
-                told
-            }
-            Untold::Stop => self.hard_stop(),
-        }
     }
 }

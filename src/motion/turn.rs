@@ -101,6 +101,26 @@ impl<H: Hardware> Joined<'_, H> {
         self.orders.ended = Some(told);
     }
 
+    /// Tells the chips what they have not taken before.
+    pub(super) fn catch_up(&mut self) -> Result<(), Error> {
+        match self.untold {
+            Untold::Nothing => Ok(()),
+            Untold::Course | Untold::Position => {
+                let known = *self.hardware.known();
+                if self.untold == Untold::Position {
+                    self.place(known.position, true)?;
+                }
+                let ended = self.orders.ended;
+                let told = self.resume(known);
+                // That is no new goal.
+                self.orders.ended = ended;
+                self.untold = if told.is_ok() { Untold::Nothing } else { self.untold };
+                told
+            }
+            Untold::Stop => self.hard_stop(),
+        }
+    }
+
     fn turn(&mut self, now: Micros, reading: Option<u8>, on_line: bool) -> Result<(), Error> {
         let before = self.last_position();
         if self.is_lost() {
