@@ -150,6 +150,8 @@ def until_stop(module, simulator):
 def reversed_motors(module, simulator):
     """What a motor is told when its direction has been reversed is for the other direction, and for the other switch."""
     for number, motor in enumerate(module.motors):
+        # From the middle: on a busy computer the motor has gone on past its switches until stop() came.
+        motor.move_to(motor.position - rotors(simulator)[number])
         motor.position = 0
         motor.coordinates[4] = 3_000
         motor.direction_reversed = True
