@@ -51,10 +51,15 @@ def aborts(what, code, action, *arguments, **options):
         check(what, abort.code == code, f"{abort.code:08X}h in place of {code:08X}h")
 
 
-def emergency(what, node, code, register, first, second, count=1):
-    """Waits for the node's emergency messages, of which the last is this one, and forgets them."""
-    wait_for(what, lambda: len(node.emcy.log) >= count)
-    found = node.emcy.log[-1]
+def emergency(what, node, code, register, first, second, count=1, on_the_way=()):
+    """Waits for the node's emergency messages, of which the last is this one, and forgets them. Those with the codes
+    `on_the_way` may come or not."""
+
+    def heard():
+        return [message for message in node.emcy.log if message.code not in on_the_way]
+
+    wait_for(what, lambda: len(heard()) >= count)
+    found = heard()[-1]
     equal(what, (found.code, found.register, found.data), (code, register, bytes([first, second, 0, 0, 0])))
     node.emcy.reset()
 

@@ -1,0 +1,74 @@
+"""Whether the tests notice a mutant."""
+
+import os
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Mapping, Sequence
+
+from build import Test
+
+# How much longer than without a mutant a test may take; a mutant that makes something go on for ever is noticed so.
+LONGER = 4
+# What a busy computer takes at any time, in seconds.
+PATIENCE = 60
+
+
+def run(test: Test, environment: Mapping[str, str], limit: float | None) -> str | None:
+    """Runs one binary of tests; returns what was noticed, `None` if all has passed."""
+    process = subprocess.Popen(
+        test.command, cwd=test.folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )  # fmt: skip
+    late = threading.Event()
+
+    def end() -> None:
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+    timer = threading.Timer(limit, lambda: (late.set(), end())) if limit else None
+    if timer:
+        timer.start()
+    try:
+        for line in process.stdout:
+            said = line.decode(errors="replace").strip()
+            # The first that fails is enough.
+            if said.endswith("... FAILED") or said.startswith(("FAILED ", "ERROR ")):
+                return said.removesuffix(" ... FAILED")
+        code = process.wait()
+    finally:
+        if timer:
+            timer.cancel()
+        end()
+        process.wait()
+    if late.is_set():
+        return "does not end"
+    return None if code == 0 else f"exit code {code}"
+
+
+def verdict(tests: Sequence[Test], times: Mapping[str, float], environment: Mapping[str, str]) -> str | None:
+    """What noticed the mutant that the environment chooses: a test by its name; `None` if it survives."""
+    for test in tests:
+        said = run(test, environment, LONGER * times[key(test)] + PATIENCE)
+        if said is not None:
+            return f"{test.name}: {said}"
+    return None
+
+
+def key(test: Test) -> str:
+    return f"{test.folder.name}/{test.name}"
+
+
+def times_without_mutants(tests: Sequence[Test], environment: Mapping[str, str]) -> dict[str, float]:
+    """How long each takes in seconds; they must pass."""
+    times = {}
+    for test in tests:
+        before = time.monotonic()
+        said = run(test, environment, None)
+        if said is not None:
+            raise SystemExit(f"without a mutant {test.name} fails: {said}")
+        times[key(test)] = time.monotonic() - before
+    return times
