@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import pytest
 
 from tmcl_sim import NotMet, Sample, Sim, SimError
+from tmcl_sim.watch import _sample as sample_of
 
 
 @pytest.fixture
@@ -128,6 +129,22 @@ def test_a_watch_tells_values_as_time_passes(sim: Sim) -> None:
         watch.samples()
     with pytest.raises(SimError, match="unknown value 'roter'; did you mean 'rotor'"):
         sim.watch(0.1, "roter")
+
+
+def test_a_watch_that_was_stopped_stays_so_after_a_restart(sim: Sim) -> None:
+    with sim.watch(0.1, "rotor") as stopped, sim.watch(0.1, "rotor") as closed, sim.watch(0.1, "rotor") as watch:
+        stopped.stop()
+        closed.close()
+        sim.restart()
+        sim.step(0.5)
+        assert (len(stopped.samples()), len(watch.samples())) == (0, 5)
+
+
+def test_a_watch_tells_how_many_samples_are_lost() -> None:
+    line = b'{"time_us":12500,"missed":3,"rotor":-7,"GAP 4, 0":null}\n'
+    # A reader that is too slow takes a second of real time at least; this is the line that it gets.
+    sample = sample_of(line)
+    assert (sample.time, sample.missed, dict(sample.values)) == (0.0125, 3, {"rotor": -7, "GAP 4, 0": None})
 
 
 def test_an_iteration_gives_what_has_come(sim: Sim) -> None:

@@ -230,6 +230,37 @@ def test_what_follows_an_interrupted_step_is_not_refused(further: Callable[[Sim]
         assert sim.time < 3600
 
 
+# A host at a terminal, which is sent Ctrl-C; it goes on, and so must its simulator.
+HOST_OF_CTRL_C = """
+import os, signal, sys
+from tmcl_sim import Sim
+with Sim() as sim:
+    sim.send("ROR 0, 100")
+    try:
+        os.killpg(0, signal.SIGINT)
+        signal.pause()
+    except KeyboardInterrupt:
+        sim.step(1.0)
+        print(sim.send("GAP 3, 0").value)
+"""
+
+
+def test_ctrl_c_is_for_the_host_alone() -> None:
+    def ready() -> None:
+        # Whoever runs the tests may ignore the signal.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    done = subprocess.run(
+        [sys.executable, "-c", HOST_OF_CTRL_C],
+        start_new_session=True,
+        preexec_fn=ready,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("100\n", "", 0)
+
+
 # A host with two simulators; it tells of them, and stays until it is killed.
 HOST = """
 import json, os, sys, time

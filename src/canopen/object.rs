@@ -34,6 +34,7 @@ macro_rules! objects {
             first: $first,
             last: last!($first $($last)?),
             sub: $sub,
+            #[cfg(not(target_os = "none"))]
             name: $name,
             kind: Kind::$kind,
             data: Type::$data,
@@ -41,6 +42,7 @@ macro_rules! objects {
             mapping: Mapping::$mapping,
             ranges: $ranges,
             default: $default,
+            #[cfg(not(target_os = "none"))]
             unit: $unit,
             storage: Storage::$storage $(($slot))?,
             when: When::$when,

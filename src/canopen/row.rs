@@ -159,7 +159,7 @@ pub enum When {
 /// Ranges of an object that takes every number of its type.
 pub const ANY: &[(i64, i64)] = &[];
 
-/// A row of the object table. Objects that each PDO has stand in one row.
+/// A row of the object table. Objects that each PDO has stand in one row. Names and units are for people, so an image has none.
 #[derive(Debug)]
 pub struct Row {
     /// The index, or that of the first PDO.
@@ -170,6 +170,7 @@ pub struct Row {
     pub sub: u8,
     /// The name. A `#` in it stands for the number of the PDO. At sub-index 0 of an array or a record the name of the
     /// whole stands in front of a colon.
+    #[cfg(not(target_os = "none"))]
     pub name: &'static str,
     /// What the index is.
     pub kind: Kind,
@@ -184,6 +185,7 @@ pub struct Row {
     /// The value after a factory reset.
     pub default: Initial,
     /// The unit of the value; empty where a number speaks for itself.
+    #[cfg(not(target_os = "none"))]
     pub unit: &'static str,
     /// Where the value is.
     pub storage: Storage,

@@ -1,8 +1,6 @@
 //! The interrupts of TMCL programs and the global parameters of bank 3, which configure them: the parameter of an
 //! interrupt has the number of the interrupt (manual sections 3.6.6.1 and 5.4).
 
-use core::fmt;
-
 use super::{ANY, Access, Row, Storage, Unit};
 
 /// Range of the parameter that chooses the edges of a signal: two bits.
@@ -82,23 +80,27 @@ const fn numbered(interrupt: Interrupt, name: &'static str, per: Per, step: u8, 
 
 const PERIOD: Row = Row {
     number: 0,
+    #[cfg(not(target_os = "none"))]
     name: "period",
     unit: Unit::Milliseconds,
     ranges: ANY,
     access: Access::ReadWrite,
     storage: Storage::Volatile,
     default: 0,
+    #[cfg(not(target_os = "none"))]
     note: "unsigned 32 bits",
 };
 
 const TRANSITION: Row = Row {
     number: 0,
+    #[cfg(not(target_os = "none"))]
     name: "transition",
     unit: Unit::Choice,
     ranges: EDGES,
     access: Access::ReadWrite,
     storage: Storage::Volatile,
     default: 0,
+    #[cfg(not(target_os = "none"))]
     note: "0 off, 1 low-high, 2 high-low, 3 both",
 };
 
@@ -146,9 +148,10 @@ impl Numbered {
 
     /// Name of the parameter of the timer, axis or input with this index, such as `stop left 0 transition`; `None` if
     /// interrupts of this kind have no parameter.
-    pub fn parameter_name(&'static self, index: u8) -> Option<impl fmt::Display + use<>> {
+    #[cfg(not(target_os = "none"))]
+    pub fn parameter_name(&'static self, index: u8) -> Option<impl core::fmt::Display + use<>> {
         let (name, row) = (self.name, self.row.as_ref()?);
-        Some(fmt::from_fn(move |f| write!(f, "{name} {index} {}", row.name)))
+        Some(core::fmt::from_fn(move |f| write!(f, "{name} {index} {}", row.name)))
     }
 }
 

@@ -142,12 +142,14 @@ pub const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 /// Range of a parameter that takes 0 or 1.
 pub const FLAG: &[(i32, i32)] = &[(0, 1)];
 
-/// What a product's table says about a parameter.
+/// What a product's table says about a parameter. Names and remarks are for people, so an image has none: it would grow by
+/// some kilobytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// Number in the type field of a command.
     pub number: u8,
     /// Name in the manual.
+    #[cfg(not(target_os = "none"))]
     pub name: &'static str,
     /// Unit of the value.
     pub unit: Unit,
@@ -160,6 +162,7 @@ pub struct Row {
     /// Value after a factory reset.
     pub default: i32,
     /// Remark for the documentation, in one line.
+    #[cfg(not(target_os = "none"))]
     pub note: &'static str,
 }
 
@@ -379,12 +382,14 @@ macro_rules! parameter_rows {
             function: $functions::$function,
             row: $crate::param::Row {
                 number: $number,
+                #[cfg(not(target_os = "none"))]
                 name: $name,
                 unit: $crate::param::Unit::$unit,
                 ranges: $ranges,
                 access: $crate::param::Access::$access,
                 storage: $crate::param::Storage::$storage $(($slot))?,
                 default: $default,
+                #[cfg(not(target_os = "none"))]
                 note: $note,
             },
         }),*]

@@ -28,7 +28,7 @@ pub static AXIS: Table<AxisParameter> = {
             20 StopVelocity "velocity VSTOP" Pps &[(0, 249_999)], ReadWrite Volatile 5 "the speed with which a positioning ramp ends; the chip gets at least 1, and no less than VSTART",
             21 RampWaitTime "ramp wait time" Clocks512 &[(0, 65_535)], ReadWrite Volatile 0 "time at standstill before the motor moves again; 31250 = 1 s",
             22 HighSpeedThreshold "speed threshold for high speed mode" Pps &[(0, 7_999_774)], ReadWrite Volatile 0 "THIGH: above this speed 27 and 28 act, and coolStep and stealthChop do not; 0 = off",
-            23 DcStepMinimumSpeed "minimum speed for dcStep" Pps &[(0, 7_999_774)], ReadWrite Volatile 0 "VDCMIN: dcStep above this speed; 0 = off",
+            23 DcStepMinimumSpeed "minimum speed for dcStep" Pps &[(0, 7_999_774)], ReadWrite Volatile 0 "VDCMIN: dcStep above this speed; 0 = off; virtual motors are not slowed down by it",
             24 RightSwitchPolarity "right limit switch polarity" Flag FLAG, ReadWrite Volatile 0 "1 = reverse polarity",
             25 LeftSwitchPolarity "left limit switch polarity" Flag FLAG, ReadWrite Volatile 0 "1 = reverse polarity",
             26 SoftStop "soft stop enable" Flag FLAG, ReadWrite Volatile 0 "0 hard stop at a stop switch; 1 decelerate along the ramp",

@@ -17,6 +17,7 @@ mod inputs_outputs;
 mod limits;
 mod mapping;
 mod master;
+mod meanwhile;
 mod moves;
 mod network;
 mod parameters;

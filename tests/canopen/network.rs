@@ -197,9 +197,10 @@ fn filters() {
     assert_eq!(ids(&mut rig), None);
     rig.set(0x1016, 1, 0x0005_0064);
     assert_eq!(ids(&mut rig), Some([&fixed[..], &pdos, &[(0x705, false)], &guarding].concat()));
-    rig.set(0x1401, 1, 0x8000_0301);
     rig.set(0x1005, 0, 0x90);
     let fixed = [(0, false), (0x90, false), (0x601, false)];
+    assert_eq!(ids(&mut rig), Some([&fixed[..], &pdos, &[(0x705, false)], &guarding].concat()));
+    rig.set(0x1401, 1, 0x8000_0301);
     let pdos = [0x201, 0x401, 0x501].map(|id| (id, false));
     assert_eq!(ids(&mut rig), Some([&fixed[..], &pdos, &[(0x705, false)], &guarding].concat()));
     rig.set(0x1017, 0, 5);

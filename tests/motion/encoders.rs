@@ -104,6 +104,21 @@ fn the_reversed_shaft() {
     }
 }
 
+/// A reference search makes both encoders zero where it makes the position zero, because deviations count from there. The
+/// external encoder needs the pins of the switches, so the search by them finds one that stands at a number of its own.
+#[test]
+fn a_reference_search_zeroes_both_encoders() {
+    let mut bench = Bench::in_world("[motor]\nstart = 10000\n[stage]\nleft = -30000\nright = 200000\n");
+    bench.configure(&["SAP 193, 0, 1", "SAP 194, 0, 500", "SAP 195, 0, 100"]);
+    go(&mut bench, 7_000);
+    bench.configure(&["SAP 216, 0, 123456", "SAP 209, 0, -98765", "RFS START, 0"]);
+    bench.run_until(60 * SECOND, |bench| bench.ok("RFS STATUS, 0") == 0);
+    assert_eq!((bench.ok("GAP 1, 0"), bench.ok("GAP 216, 0")), (0, 0));
+    assert_near("built-in", bench.ok("GAP 209, 0"), 0, 50);
+    go(&mut bench, 20_000);
+    assert_near("built-in", bench.ok("GAP 209, 0"), 20_000, 50);
+}
+
 /// Zeroing is exact at full speed, ten counts of the built-in encoder and 78 of the external one between two polls,
 /// whichever way the shaft counts.
 #[test]

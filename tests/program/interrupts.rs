@@ -125,6 +125,24 @@ fn a_timer_s_period_changes() {
     assert!((99..=101).contains(&count(10)));
 }
 
+/// A timer that was switched off by DI has its whole period before it when EI switches it on, however long it was off.
+#[test]
+fn a_timer_that_was_off_has_its_whole_period() {
+    for off in [20, 300, 1_000] {
+        let mut bench = Bench::new();
+        bench.ok("SGP 0, 3, 200");
+        waiting_for(&mut bench, 0, IDLE[0]);
+        bench.run(100 * MILLISECOND);
+        bench.ok("DI 0");
+        bench.run(off * MILLISECOND);
+        bench.ok("EI 0");
+        bench.run(190 * MILLISECOND);
+        assert_eq!(bench.variable(0), 0, "off for {off} ms");
+        bench.run(20 * MILLISECOND);
+        assert_eq!(bench.variable(0), 1, "off for {off} ms");
+    }
+}
+
 /// Without a program the timers stand; a program that goes on has its whole period before it.
 #[test]
 fn timers_stand_while_no_program_runs() {

@@ -282,6 +282,42 @@ fn axes_that_move_come_to_the_line_and_arrive_together() {
     }
 }
 
+/// How far off the line to their targets axes are that move when they are sent there. Until half of the way: three times what
+/// the fastest needs to come to a stand, 840 microsteps from a speed of 900, because it brakes first, then goes back, and the
+/// others wait for it. From there on they keep to the line within 20 microsteps.
+#[test]
+fn axes_that_move_come_to_the_line_in_half_of_the_way() {
+    for speeds in [[500, 0, 0], [0, -500, 0], [900, 900, -900], [-900, 700, 900], [-300, -300, -300]] {
+        let mut bench = Bench::six("");
+        for (axis, speed) in (0..).zip(speeds) {
+            bench.ok(&format!("ROR {axis}, {speed}"));
+        }
+        bench.run(SECOND / 2);
+        let start = [0, 1, 2].map(|axis| bench.ramp(axis).1);
+        let targets = [300_000, -150_000, 100_000];
+        for (axis, target) in (0..).zip(targets) {
+            bench.ok(&format!("SCO 3, {axis}, {target}"));
+        }
+        let ways = [0, 1, 2].map(|n| f64::from(targets[n] - start[n]));
+        let longest = (0..3).max_by_key(|n| ways[*n].abs() as i64).unwrap();
+        bench.ok("MVP COORD, $47, 3");
+        let (mut early, mut late): (f64, f64) = (0.0, 0.0);
+        for _ in 0..20_000 {
+            bench.run(MILLISECOND);
+            let rest = [0, 1, 2].map(|n| f64::from(targets[n] - bench.ramp(n as u8).1));
+            let share = rest[longest] / ways[longest];
+            for n in 0..3 {
+                let off = (rest[n] - share * ways[n]).abs();
+                let seen = if share < 0.5 { &mut late } else { &mut early };
+                *seen = seen.max(off);
+            }
+        }
+        let fastest = speeds.map(|speed: i32| f64::from(speed.abs())).into_iter().fold(0.0, f64::max);
+        assert!(early <= 3.0 * 840.0 * (fastest / 900.0).powi(2), "{speeds:?}: {early} off the line");
+        assert!(late <= 20.0, "{speeds:?}: {late} off the line");
+    }
+}
+
 /// An axis that turns so near to its target that it must come back runs past it no further than its own acceleration demands,
 /// although its share of the line's acceleration is tiny.
 #[test]

@@ -10,6 +10,10 @@ use super::value::Value;
 /// Largest pulse divisor, and ramp divisor (manual chapter 4, parameters 153 and 154).
 pub(super) const MOST_DIVIDED: u8 = 13;
 
+/// What to do about millimetres that mean nothing yet.
+pub(super) const NO_LEAD: &str =
+    "how far a turn of the motor moves the stage is not known; give it in mm with --lead, for example --lead 4";
+
 /// An axis of a product.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
@@ -78,6 +82,9 @@ impl Axis {
         let Value { text, number, .. } = value;
         let (name, generator) = (self.spec.usb, self.scale.generator);
         let Some(wanted) = self.scale.pulses(quantity, unit, *number) else {
+            if unit == Unit::Millimetres {
+                return Err(format!("{text}: {NO_LEAD}"));
+            }
             let units: Vec<&str> = self.scale.units().map(|unit| unit.name(quantity)).collect();
             let (unit, units) = (unit.name(quantity), units.join(", "));
             return Err(format!("{text}: a {name} has no unit '{unit}'; its units are {units}"));
@@ -164,8 +171,10 @@ mod tests {
     use super::*;
     use tmcm::module::TMCM_3212;
 
-    const AXIS: Axis =
-        Axis { spec: &TMCM_3212, scale: Scale { generator: Generator::Tmc5160, microsteps: 256, steps: 200 } };
+    const AXIS: Axis = Axis {
+        spec: &TMCM_3212,
+        scale: Scale { generator: Generator::Tmc5160, microsteps: 256, steps: 200, lead: None },
+    };
 
     /// What the module makes of a value as the first thing that it can be.
     fn made(text: &str, quantity: Quantity, unit: Unit) -> Result<Made, String> {

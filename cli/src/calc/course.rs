@@ -5,7 +5,7 @@ use std::io::Write;
 use tmcm::motion::tmc429::ramp::braking;
 use tmcm::param::AxisParameter;
 
-use super::axis::{Axis, Made};
+use super::axis::{Axis, Made, NO_LEAD};
 use super::exact::Exact;
 use super::ramp::{Leg, Move, Side, travel};
 use super::scale::{Generator, Quantity, Unit};
@@ -32,10 +32,11 @@ const PARTS: [(&str, AxisParameter, Quantity); 9] = [
 ];
 
 /// Units of a way, each with its names without spaces.
-const WAYS: [(Way, &[&str]); 3] = [
+const WAYS: [(Way, &[&str]); 4] = [
     (Way::Microsteps, &["microsteps", "microstep", "usteps", "ustep"]),
     (Way::FullSteps, &["fullsteps", "fullstep", "fs"]),
     (Way::Turns, &["turns", "turn"]),
+    (Way::Millimetres, &["mm", "millimetres", "millimetre"]),
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +44,7 @@ enum Way {
     Microsteps,
     FullSteps,
     Turns,
+    Millimetres,
 }
 
 /// A part of the line: the word it begins with, and the value behind it.
@@ -157,7 +159,7 @@ fn distance(axis: Axis, words: &[String]) -> Result<f64, String> {
     let way = Exact::parse(number).ok_or_else(|| format!("'{number}' is no number of at most 15 digits"))?;
     let unit = unit.to_lowercase();
     let found = WAYS.iter().find(|(_, names)| names.contains(&unit.as_str())).map(|(way, _)| *way);
-    let names = ["microsteps", "full steps", "turns"];
+    let names = ["microsteps", "full steps", "turns", "mm"];
     if unit.is_empty() {
         return Err(format!("'{number}' has no unit. Write one behind it: {}", names.join(", ")));
     }
@@ -170,6 +172,7 @@ fn distance(axis: Axis, words: &[String]) -> Result<f64, String> {
         Way::Microsteps => Exact::whole(1),
         Way::FullSteps => Exact::whole(microsteps),
         Way::Turns => Exact::whole(microsteps * steps),
+        Way::Millimetres => axis.scale.millimetre().ok_or_else(|| format!("{}: {NO_LEAD}", words.join(" ")))?,
     };
     // A module has whole microsteps, and positions of 32 bits.
     let way = (way * microsteps).rounded().abs();
@@ -271,18 +274,25 @@ impl Course<'_> {
         }
         let line = |name: &str, leg: Leg| Line {
             unit: name.into(),
-            numbers: vec![
-                format!("{:.0}", leg.way),
-                format!("{:.2}", leg.way / microsteps),
-                format!("{:.4}", leg.way / microsteps / steps),
-                format!("{:.4}", leg.time),
-            ],
+            numbers: [
+                Some(format!("{:.0}", leg.way)),
+                Some(format!("{:.2}", leg.way / microsteps)),
+                Some(format!("{:.4}", leg.way / microsteps / steps)),
+                axis.scale.millimetre().map(|one| format!("{:.4}", leg.way / one.approximate())),
+                Some(format!("{:.4}", leg.time)),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
             remark: String::new(),
         };
         let [up, full, down] = self.course.legs;
-        let columns = ["microsteps", "full steps", "turns", "seconds"];
+        let columns: &[&str] = match axis.scale.lead {
+            Some(_) => &["microsteps", "full steps", "turns", "mm", "seconds"],
+            None => &["microsteps", "full steps", "turns", "seconds"],
+        };
         if !is_move {
-            return table::write(out, &columns, &[line("until it stands", down)]);
+            return table::write(out, columns, &[line("until it stands", down)]);
         }
         let lines = [
             line("speeding up", up),
@@ -290,7 +300,7 @@ impl Course<'_> {
             line("slowing down", down),
             line("the whole move", self.course.whole()),
         ];
-        table::write(out, &columns, &lines)?;
+        table::write(out, columns, &lines)?;
         let limit = self.parts.iter().find(|part| part.word == "at");
         if let Some(limit) = limit.filter(|limit| self.course.top < limit.made.actual.approximate()) {
             let top = self.course.top;

@@ -1,7 +1,8 @@
-//! `tmcl calc`: speeds, accelerations and times in all units of a product, and the way and time of moves.
+//! `tmcl calc`: speeds, accelerations, times and currents in all units of a product, and the way and time of moves.
 
 mod axis;
 mod course;
+mod current;
 mod exact;
 mod live;
 mod ramp;
@@ -21,23 +22,26 @@ pub(crate) use self::live::{Live, Settings};
 use self::scale::{Generator, Quantity, Scale, Unit};
 use self::table::Line;
 use self::value::{Meaning, Value};
+use crate::conversation::{Conversation, Reach, Way};
 use crate::failure::Failure;
-use crate::product::{self, Product};
+use crate::link::LinkTarget;
+use crate::product::Product;
 use crate::tell;
 
-/// Convert speeds, accelerations and times between the units of a product; tell how long a move takes
+/// Convert speeds, accelerations, times and currents between the units of a product; tell how long a move takes
 ///
 /// The numbers of a TMCM-1140, TMCM-3110 and TMCM-6110 are internal units of their motion controller (int), which mean
 /// what pulse and ramp divisor make of them; those of a TMCM-3212 are microsteps per second (pps), which it makes units
 /// of its chip (chip). What a motor does is in full steps per second, turns per second (rps) and per minute (rpm).
-/// Accelerations are in pps2, full steps/s2, rps/s and rpm/s, and again in int and chip. Times are in us, ms, s, min,
-/// and in what a product has them in, such as x10 ms.
+/// Accelerations are in pps2, full steps/s2, rps/s and rpm/s, and again in int and chip. With --lead there are mm/s and mm/s2,
+/// of what a lead screw or a belt moves. Times are in us, ms, s, min, and in what a product has them in, such as x10 ms.
+/// Currents are in A and mA, RMS as in the products' data sheets.
 ///
 /// For each value there is a table. The column "wanted" has the value in each unit. Numbers in a module are whole, so
 /// it has something next to that, which is in the column "gets".
 ///
 /// "move DISTANCE at SPEED with ACCELERATION" tells how far and how long the motor speeds up, goes at full speed and slows
-/// down; distances are in microsteps, full steps or turns. "stop from SPEED with ACCELERATION" tells how far a motor goes
+/// down; distances are in microsteps, full steps, turns or mm. "stop from SPEED with ACCELERATION" tells how far a motor goes
 /// on that turns at a speed. The ramp of a TMCM-3212 may have more points: vstart SPEED, a1 ACCELERATION, v1 SPEED, dmax
 /// ACCELERATION, d1 ACCELERATION and vstop SPEED, its parameters 19, 15, 16, 17, 18 and 20; without dmax it slows down as
 /// it speeds up.
@@ -48,26 +52,42 @@ pub struct Options {
     #[arg(value_name = "VALUE", required = true)]
     pub values: Vec<String>,
 
-    /// The product: the number in its name
-    #[arg(long, value_name = "NAME", default_value = product::USUAL, value_parser = product::named)]
-    pub product: Product,
+    /// Take product, divisors and microsteps from the module at this link: an axis of it as it is set now
+    #[arg(long, value_name = "LINK", value_parser = LinkTarget::parse)]
+    pub link: Option<LinkTarget>,
 
-    /// The pulse divisor, axis parameter 154 of products that have it; without it that of a new module
+    /// The axis of that module
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "link")]
+    pub axis: u8,
+
+    /// How the module is talked to; without one, --product says what the values are for, a TMCM-1140 without it
+    #[command(flatten)]
+    pub way: Way,
+
+    /// The pulse divisor, axis parameter 154 of products that have it; without it that of the module, or of a new one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=i64::from(MOST_DIVIDED)))]
     pub pulse_divisor: Option<u8>,
 
-    /// The ramp divisor, axis parameter 153 of products that have it; without it that of a new module
+    /// The ramp divisor, axis parameter 153 of products that have it; without it that of the module, or of a new one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=i64::from(MOST_DIVIDED)))]
     pub ramp_divisor: Option<u8>,
 
-    /// Microsteps per full step: 1, 2, 4, 8, 16, 32, 64, 128 or 256
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = microsteps)]
-    pub microsteps: u16,
+    /// Microsteps per full step: 1, 2, 4, 8, 16, 32, 64, 128 or 256; without it those of the module, or 256
+    #[arg(long, value_name = "N", value_parser = microsteps)]
+    pub microsteps: Option<u16>,
 
     /// Full steps per turn of the motor
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u16).range(1..))]
     pub steps: u16,
+
+    /// Millimetres that a turn of the motor moves the stage: the lead of its screw, or what a turn of its pulley is
+    #[arg(long, value_name = "MM", value_parser = lead)]
+    pub lead: Option<Lead>,
 }
+
+/// Millimetres in a turn, above 0.
+#[derive(Clone, Copy, Debug)]
+pub struct Lead(Exact);
 
 const EXAMPLES: &str = "\
 Examples:
@@ -77,6 +97,9 @@ Examples:
   tmcl calc --microsteps 16 --steps 400 2.5 rps 10 rps/s
       with another motor at another resolution
   tmcl calc --product 3212 60 rpm 60 rpm/s           speed and acceleration of a module with pps
+  tmcl calc --lead 4 2.5 mm/s                        with a screw that moves a stage by 4 mm in a turn
+  tmcl calc 1.2 A                                    which number is that current
+  tmcl calc --link tcp:127.0.0.1:4140 60 rpm         with divisors and microsteps of a module
   tmcl calc 1.5 s                                    which numbers are that time
   tmcl calc move 51200 microsteps at 60 rpm with 500 rpm/s
       how long a turn takes
@@ -91,15 +114,22 @@ fn microsteps(text: &str) -> Result<u16, String> {
     number.ok_or_else(|| "give 1, 2, 4, 8, 16, 32, 64, 128 or 256".into())
 }
 
+/// Reads a lead.
+fn lead(text: &str) -> Result<Lead, String> {
+    let lead = Exact::parse(text).filter(|lead| !lead.is_negative() && !lead.is_zero());
+    lead.map(Lead).ok_or_else(|| "give millimetres above 0, with at most 15 digits, such as 4 or 1.27".into())
+}
+
 /// Prints a table for each value.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let axis = axis(options).map_err(Failure::Arguments)?;
+    let (product, settings) = module(options)?;
+    let axis = axis(options, product, settings).map_err(Failure::Arguments)?;
     let mut text = Vec::new();
     if course::is_asked(&options.values) {
         course::write(&mut text, axis, &options.values).map_err(Failure::Arguments)?;
     } else {
-        for value in value::read(options.product.spec(), &options.values).map_err(Failure::Arguments)? {
-            write_value(&mut text, axis, &value)?;
+        for value in value::read(product.spec(), &options.values).map_err(Failure::Arguments)? {
+            write_value(&mut text, product, axis, &value)?;
         }
     }
     let mut out = tell::out();
@@ -112,34 +142,55 @@ pub(crate) fn in_usual_unit(product: Product, register: i32) -> i32 {
     let spec = product.spec();
     // What the divisors and the motor are makes no difference between a register and its parameter.
     let generator = Generator::of(spec, (0, 0));
-    let axis = Axis { spec, scale: Scale { generator, microsteps: 1, steps: 1 } };
+    let axis = Axis { spec, scale: Scale { generator, microsteps: 1, steps: 1, lead: None } };
     let (own, usual, speed) = (generator.own_unit(), axis.usual_unit(), Quantity::Speed);
     let pulses = axis.scale.pulses(speed, own, Exact::whole(register));
     let number = pulses.and_then(|pulses| axis.scale.number(speed, usual, pulses)).map(Exact::rounded);
     number.and_then(|number| i32::try_from(number).ok()).unwrap_or(register)
 }
 
-/// The axis that the options describe.
-fn axis(options: &Options) -> Result<Axis, String> {
-    let spec = options.product.spec();
-    let divisor = |parameter, asked: Option<u8>, name: &str| match (spec.axis.row(parameter), asked) {
+/// The product, and the settings of the module that the options name.
+fn module(options: &Options) -> Result<(Product, Option<Settings>), Failure> {
+    let Options { link: Some(link), axis, way, steps, .. } = options else {
+        return Ok((options.way.product.unwrap_or_default(), None));
+    };
+    let mut module = Conversation::open(&Reach { link: link.clone(), way: way.clone() })?;
+    if let Some(message) = module.no_such_axis(*axis)? {
+        return Err(Failure::Failed(message));
+    }
+    let settings = Settings::read(&mut module, *axis, *steps)?;
+    Ok((module.known_product()?, Some(settings)))
+}
+
+/// The axis that the options describe, of a module with these settings.
+fn axis(options: &Options, product: Product, settings: Option<Settings>) -> Result<Axis, String> {
+    let spec = product.spec();
+    let divisor = |parameter, asked: Option<u8>, set: Option<u8>, name: &str| match (spec.axis.row(parameter), asked) {
         (None, Some(_)) => Err(format!("--{name}: a {} has no such divisor", spec.usb)),
-        (row, None) => Ok(row.and_then(|row| u8::try_from(row.default).ok()).unwrap_or_default()),
+        (row, None) => {
+            let new = || row.and_then(|row| u8::try_from(row.default).ok());
+            Ok(set.or_else(new).unwrap_or_default())
+        }
         (Some(_), Some(asked)) => Ok(asked),
     };
-    let pulse_divisor = divisor(AxisParameter::PulseDivisor, options.pulse_divisor, "pulse-divisor")?;
-    let ramp_divisor = divisor(AxisParameter::RampDivisor, options.ramp_divisor, "ramp-divisor")?;
+    let (pulse, ramp) = settings.map(|settings| settings.divisors).unzip();
+    let pulse_divisor = divisor(AxisParameter::PulseDivisor, options.pulse_divisor, pulse, "pulse-divisor")?;
+    let ramp_divisor = divisor(AxisParameter::RampDivisor, options.ramp_divisor, ramp, "ramp-divisor")?;
     let generator = Generator::of(spec, (pulse_divisor, ramp_divisor));
-    let Options { microsteps, steps, .. } = *options;
-    Ok(Axis { spec, scale: Scale { generator, microsteps, steps } })
+    let microsteps = options.microsteps.or(settings.map(|settings| settings.microsteps)).unwrap_or(256);
+    let scale = Scale { generator, microsteps, steps: options.steps, lead: options.lead.map(|Lead(lead)| lead) };
+    Ok(Axis { spec, scale })
 }
 
 /// Writes what a value is, in each of its meanings that the product can have.
-fn write_value(out: &mut Vec<u8>, axis: Axis, value: &Value) -> Result<(), Failure> {
+fn write_value(out: &mut Vec<u8>, product: Product, axis: Axis, value: &Value) -> Result<(), Failure> {
     let mut refused = Vec::new();
     for meaning in &value.meanings {
         match *meaning {
             Meaning::Time(seconds) => write_time(out, axis, value, seconds)?,
+            Meaning::Current(amperes) => {
+                current::write(out, product, &value.text, value.number * amperes).map_err(Failure::Arguments)??;
+            }
             Meaning::Motion(quantity, unit) => match axis.make(value, quantity, unit) {
                 Ok(made) => write_motion(out, axis, value, quantity, made)?,
                 Err(why) => refused.push(why),
@@ -155,7 +206,7 @@ fn write_value(out: &mut Vec<u8>, axis: Axis, value: &Value) -> Result<(), Failu
 
 /// Writes a speed or an acceleration.
 fn write_motion(out: &mut Vec<u8>, axis: Axis, value: &Value, quantity: Quantity, made: Made) -> Result<(), Failure> {
-    let Scale { generator, microsteps, steps } = axis.scale;
+    let Scale { generator, microsteps, steps, .. } = axis.scale;
     let divisors = axis.divisors(quantity);
     writeln!(
         out,

@@ -32,6 +32,8 @@ pub(super) enum Unit {
     PerSecond,
     /// Turns per minute.
     PerMinute,
+    /// Millimetres per second, of a stage with a lead screw or a belt.
+    Millimetres,
 }
 
 /// A ramp generator, with the divisors that it has.
@@ -56,6 +58,8 @@ pub(super) struct Scale {
     pub(super) microsteps: u16,
     /// Full steps per turn of the motor, at least 1.
     pub(super) steps: u16,
+    /// How many millimetres a turn of the motor moves the stage, above 0, if that is known.
+    pub(super) lead: Option<Exact>,
 }
 
 impl Quantity {
@@ -73,8 +77,15 @@ impl Quantity {
 
 impl Unit {
     /// All units, in the order in which they are shown.
-    pub(super) const ALL: [Unit; 6] =
-        [Unit::Internal, Unit::Chip, Unit::Pulses, Unit::FullSteps, Unit::PerSecond, Unit::PerMinute];
+    pub(super) const ALL: [Unit; 7] = [
+        Unit::Internal,
+        Unit::Chip,
+        Unit::Pulses,
+        Unit::FullSteps,
+        Unit::PerSecond,
+        Unit::PerMinute,
+        Unit::Millimetres,
+    ];
 
     /// The unit as it is shown, and read.
     pub(super) fn name(self, quantity: Quantity) -> &'static str {
@@ -89,6 +100,8 @@ impl Unit {
             (Unit::PerSecond, Quantity::Acceleration) => "rps/s",
             (Unit::PerMinute, Quantity::Speed) => "rpm",
             (Unit::PerMinute, Quantity::Acceleration) => "rpm/s",
+            (Unit::Millimetres, Quantity::Speed) => "mm/s",
+            (Unit::Millimetres, Quantity::Acceleration) => "mm/s2",
         }
     }
 }
@@ -154,6 +167,11 @@ impl Scale {
         Some(pulses * self.factor(quantity, unit)?.inverse())
     }
 
+    /// A millimetre in microsteps, if it is known how far a turn of the motor moves the stage.
+    pub(super) fn millimetre(self) -> Option<Exact> {
+        Some(Exact::whole(i128::from(self.microsteps) * i128::from(self.steps)) * self.lead?.inverse())
+    }
+
     /// One of a unit in pps or pps2 (manual section 6.1.4).
     fn factor(self, quantity: Quantity, unit: Unit) -> Option<Exact> {
         let (microsteps, steps) = (i128::from(self.microsteps), i128::from(self.steps));
@@ -163,6 +181,7 @@ impl Scale {
             Unit::FullSteps => Some(Exact::whole(microsteps)),
             Unit::PerSecond => Some(Exact::whole(microsteps * steps)),
             Unit::PerMinute => Some(Exact::ratio(microsteps * steps, 60)),
+            Unit::Millimetres => self.millimetre(),
         }
     }
 }
@@ -173,7 +192,7 @@ mod tests {
 
     /// A usual motor, at the finest resolution.
     fn scale(generator: Generator) -> Scale {
-        Scale { generator, microsteps: 256, steps: 200 }
+        Scale { generator, microsteps: 256, steps: 200, lead: None }
     }
 
     fn tmc429(pulse_divisor: u8, ramp_divisor: u8) -> Scale {
@@ -234,6 +253,15 @@ mod tests {
         assert_eq!(rounded(Quantity::Acceleration), Some(7_629_278));
     }
 
+    /// A screw with a lead of 4 mm: 1 mm/s is a quarter of a turn per second, 12800 pps.
+    #[test]
+    fn a_lead_screw() {
+        let screw = Scale { lead: Exact::parse("4"), ..tmc429(3, 7) };
+        assert_eq!(one(screw, Quantity::Speed, Unit::Millimetres), "12800");
+        assert_eq!(one(screw, Quantity::Acceleration, Unit::Millimetres), "12800");
+        assert_eq!(one(tmc429(3, 7), Quantity::Speed, Unit::Millimetres), "none");
+    }
+
     #[test]
     fn a_generator_has_its_own_unit_only() {
         let units = |scale: Scale| scale.units().map(|unit| unit.name(Quantity::Speed)).collect::<Vec<_>>();
@@ -250,7 +278,7 @@ mod tests {
             Generator::Tmc5160,
         ] {
             for (microsteps, steps) in [(256, u16::MAX), (1, 1), (256, 65_521)] {
-                let scale = Scale { generator, microsteps, steps };
+                let scale = Scale { generator, microsteps, steps, lead: Exact::parse("1.27") };
                 for number in [Exact::parse("999999999999999"), Exact::parse("-0.00000000000001")] {
                     let number = number.expect("a number");
                     for (from, to) in scale.units().flat_map(|from| scale.units().map(move |to| (from, to))) {

@@ -4,7 +4,7 @@ use tmcm::module::Spec;
 
 use super::exact::Exact;
 use super::scale::{Quantity, Unit};
-use super::time;
+use super::{current, time};
 use tmcm_sim::suggest::suggestion;
 
 /// Other ways to write a unit, without spaces.
@@ -30,6 +30,8 @@ pub(super) enum Meaning {
     Motion(Quantity, Unit),
     /// A time, of which one unit is so many seconds.
     Time(Exact),
+    /// A current, of which one unit is so many amperes.
+    Current(Exact),
 }
 
 /// A value that is to be converted.
@@ -106,5 +108,7 @@ fn known(spec: &Spec) -> Vec<(String, Meaning)> {
     let motion = Unit::ALL.into_iter().flat_map(|unit| {
         Quantity::ALL.map(|quantity| (unit.name(quantity).to_owned(), Meaning::Motion(quantity, unit)))
     });
-    motion.chain(time::units(spec).map(|(name, seconds)| (name.to_owned(), Meaning::Time(seconds)))).collect()
+    let times = time::units(spec).map(|(name, seconds)| (name.to_owned(), Meaning::Time(seconds)));
+    let currents = current::units().map(|(name, amperes)| (name.to_owned(), Meaning::Current(amperes)));
+    motion.chain(times).chain(currents).collect()
 }

@@ -190,6 +190,20 @@ impl Conversation {
         Ok(self.identity()?.product)
     }
 
+    /// The product of the module, which must be one that is known here.
+    ///
+    /// # Errors
+    /// The link has failed, or the module is something else.
+    pub fn known_product(&mut self) -> Result<Product, Failure> {
+        let identity = self.identity()?;
+        identity.product.ok_or_else(|| {
+            let number = identity.number;
+            Failure::Failed(format!(
+                "a TMCM-{number} is not known here; if it has the parameters of a known one, name that with --product"
+            ))
+        })
+    }
+
     /// Sends a command and returns the nine bytes of its reply undecoded.
     pub fn exchange(&mut self, command: Command) -> Result<Telegram, LinkError> {
         self.link.exchange(self.address, command)

@@ -86,16 +86,13 @@ impl Axle {
     /// Asks the module for the ramp of an axis. Without `wanted` the jog has the speed of positioning.
     pub(super) fn read(module: &mut Conversation, axis: u8, wanted: Option<i32>) -> Result<Self, Error> {
         let product = module.product()?;
-        let in_chip = module.is_in_chip_units(axis)?;
-        let unit = product.map_or("", |product| symbol(speed_unit(product), in_chip));
+        // How many steps a turn of the motor has makes no difference to microsteps per second.
+        let settings = Settings::read(module, axis, 1)?;
+        let unit = product.map_or("", |product| symbol(speed_unit(product), settings.in_chip));
         let before = module.axis(axis, AxisParameter::MaximumSpeed)?;
         let wanted = wanted.unwrap_or(before);
         let has = |parameter| axis_number(product, parameter).is_some();
         let mut read = |parameter| module.axis(axis, parameter).map(f64::from);
-        let mut divisor = |parameter| if has(parameter) { read(parameter).map(|it| it as u8) } else { Ok(0) };
-        let divisors = (divisor(AxisParameter::PulseDivisor)?, divisor(AxisParameter::RampDivisor)?);
-        // Neither microsteps nor turns of the motor make a difference to microsteps per second.
-        let settings = Settings { divisors, microsteps: 1, steps: 1, in_chip };
         let live = Live::new(product.unwrap_or_default(), settings);
         let (speeds, accelerations) = (live.speed_in_pulses(1), live.acceleration_in_pulses(1));
         let ramp = |acceleration: f64, deceleration: f64| Ramp {

@@ -175,13 +175,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let mut signal = EndSignal::watch()?;
     let plot = common.plot.as_deref().map(|path| Output::svg("--plot", path)).transpose()?;
     let mut module = Conversation::open(&common.reach)?;
-    let identity = module.identity()?;
-    let Some(product) = identity.product else {
-        return Err(Failure::Failed(format!(
-            "a TMCM-{} is not known here; if it has the parameters of a known one, name that with --product",
-            identity.number
-        )));
-    };
+    let product = module.known_product()?;
     let mut bench = Bench::new(module, &common.reach, &mut signal, product, common.axis);
     check(&mut bench)?;
     let setup = Setup::read(&mut bench, common.steps)?;

@@ -38,14 +38,11 @@ pub(super) struct Setup {
 impl Setup {
     /// Reads the settings of an axis whose motor has so many full steps per turn.
     pub(super) fn read(bench: &mut Bench<'_>, steps: u16) -> Result<Self, Failure> {
+        let settings = Settings::read(&mut bench.module, bench.axis, steps)?;
         let mut known = |parameter, otherwise| match bench.has(parameter) {
             true => bench.get(parameter),
             false => Ok(otherwise),
         };
-        let in_chip = known(P::UnitMode, 1)? == 0;
-        let divisor = |number: i32| u8::try_from(number).unwrap_or_default();
-        let divisors = (divisor(known(P::PulseDivisor, 0)?), divisor(known(P::RampDivisor, 0)?));
-        let microsteps = 1 << known(P::MicrostepResolution, 8)?.clamp(0, 8);
         let mut accelerations = vec![known(P::MaximumAcceleration, 0)?];
         // The other phases of a ramp with six points, of which those count that are not 0.
         if known(P::FirstVelocity, 0)? > 0 {
@@ -53,10 +50,10 @@ impl Setup {
         }
         accelerations.push(known(P::MaximumDeceleration, 0)?);
         let maximum = known(P::MaximumSpeed, 0)?;
-        let live = Live::new(bench.product, Settings { divisors, microsteps, steps, in_chip });
+        let live = Live::new(bench.product, settings);
         let least = accelerations.into_iter().filter(|acceleration| *acceleration > 0).min().unwrap_or_default();
         let acceleration = live.acceleration_in_pulses(least);
-        Ok(Setup { live, microsteps: i32::from(microsteps), acceleration, maximum })
+        Ok(Setup { live, microsteps: i32::from(settings.microsteps), acceleration, maximum })
     }
 
     /// The speeds that the user has named, or else the half and the whole of the maximum positioning speed.

@@ -1,6 +1,6 @@
 //! `tmcl calc`: the tables, and what it says to values that a product cannot have.
 
-use super::harness::{complaint, run, tmcl};
+use super::harness::{Sim, complaint, run, tmcl};
 
 /// The tables for these arguments.
 fn calculated(arguments: &str) -> String {
@@ -130,6 +130,65 @@ fn a_time_in_what_counts_it() {
     // What takes no such number is not named: parameter 214 begins with 1, both end with 65535.
     assert_eq!(line(&calculated("0 s"), "x10 ms"), ["0", "0", "AP", "204,", "WAIT"]);
     assert_eq!(line(&calculated("656 s"), "x10 ms"), ["65600", "65600", "WAIT"]);
+}
+
+/// 1.2 A of a full current of 2 A RMS are 153 of 255 and 19.2 of 32 steps: 19 of them are 1.1875 A, which 144 to 151 give. A
+/// TMCM-6110 has 1.1 A: it cannot have 1.2.
+#[test]
+fn a_current_in_what_parameters_have() {
+    let table = calculated("1.2 A");
+    assert!(table.starts_with("1.2 A as a current of a TMCM-1140, whose full current is 2 A RMS\n"), "{table}");
+    assert_eq!(line(&table, "A RMS"), ["1.2", "1.1875"]);
+    assert_eq!(line(&table, "A peak"), ["1.6971", "1.6794"]);
+    assert_eq!(line(&table, "1/255"), ["153", "151", "AP", "6,", "AP", "7,", "AP", "183,", "AP", "200"]);
+    assert_eq!(calculated("1200 mA").lines().skip(1).collect::<Vec<_>>(), table.lines().skip(1).collect::<Vec<_>>());
+    assert_eq!(line(&calculated("--product 3212 3 A"), "1/255")[..2], ["255", "255"]);
+    assert_eq!(refused("--product 6110 1.2 A"), "tmcl: 1.2 A: a current of a TMCM-6110 is at most 1.1 A\n");
+    assert_eq!(refused("-1 A"), "tmcl: -1 A: a current is not negative\n");
+}
+
+/// A screw with a lead of 4 mm: 10 mm/s are 2.5 turns a second, 128000 pps; a way of 20 mm is five turns.
+#[test]
+fn millimetres_of_a_lead_screw() {
+    let table = calculated("--lead 4 --product 3212 10 mm/s");
+    for (unit, wanted) in [("rps", "2.5"), ("pps", "128000"), ("mm/s", "10")] {
+        assert_eq!(line(&table, unit)[0], wanted);
+    }
+    let turns = calculated("move 5 turns at 60 rpm with 500 rpm/s");
+    let millimetres = calculated("--lead 4 move 20 mm at 4 mm/s with 500 rpm/s");
+    assert_eq!(line(&millimetres, "the whole move")[..3], line(&turns, "the whole move")[..3]);
+    assert_eq!(line(&millimetres, "the whole move")[3], "20.0000");
+    let unknown =
+        "how far a turn of the motor moves the stage is not known; give it in mm with --lead, for example --lead 4";
+    assert_eq!(refused("10 mm/s"), format!("tmcl: 10 mm/s: {unknown}\n"));
+    assert_eq!(refused("move 20 mm at 60 rpm with 500 rpm/s"), format!("tmcl: 20 mm: {unknown}\n"));
+    assert!(refused("--lead 0 10 mm/s").contains("give millimetres above 0"));
+}
+
+/// The numbers of a module are what its divisors and its resolution make of them; an option has the last word.
+#[test]
+fn divisors_of_a_module() {
+    let sim = Sim::start(&["--product", "6110", "--tcp", "127.0.0.1:0"]);
+    let module = format!("tcp:{}", sim.told("tcp"));
+    for line in ["SAP 154, 4, 5", "SAP 153, 4, 9", "SAP 140, 4, 4"] {
+        assert!(run(&["send", &module, line]).status.success());
+    }
+    let link = format!("--link {module} ");
+    let by_hand = |rest: &str| calculated(&format!("--product 6110 {rest} 500 int"));
+    assert_eq!(
+        calculated(&format!("{link}--axis 4 500 int")),
+        by_hand("--pulse-divisor 5 --ramp-divisor 9 --microsteps 16")
+    );
+    assert_eq!(calculated(&format!("{link}500 int")), by_hand(""));
+    assert_eq!(
+        calculated(&format!("{link}--axis 4 --pulse-divisor 2 500 int")),
+        by_hand("--pulse-divisor 2 --ramp-divisor 9 --microsteps 16")
+    );
+    let output = run(&["calc", "--link", &module, "--axis", "6", "500 int"]);
+    assert_eq!(
+        (output.status.code(), complaint(&output)),
+        (Some(1), "tmcl: axis 6: the module has axes 0 to 5\n".into())
+    );
 }
 
 #[test]
