@@ -8,6 +8,7 @@ mod places;
 use crate::common::image;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
+use std::iter;
 use std::path::Path;
 
 use callers::{callers, is_there_to_panic};
@@ -62,7 +63,12 @@ fn everything_public_is_called() {
             open.extend(fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()));
             continue;
         }
-        for line in fs::read_to_string(&path).unwrap().lines() {
+        let text = fs::read_to_string(&path).unwrap();
+        for (before, line) in iter::once("").chain(text.lines()).zip(text.lines()) {
+            // What a computer alone has may panic.
+            if before.trim() == "#[cfg(not(target_os = \"none\"))]" {
+                continue;
+            }
             let Some(rest) = line.trim_start().strip_prefix("pub ") else { continue };
             let Some(name) = rest.trim_start_matches("const ").strip_prefix("fn ") else { continue };
             let name = name.split(|c| !word(c)).next().unwrap();

@@ -83,6 +83,5 @@ pub(super) fn parameters() {
     any(ROWS.len());
     if let Some((numbered, index)) = Interrupt::find(any(0), any(0), any(0)) {
         any((numbered.number(index), numbered.per.count(any(0), any(0)), any(Interrupt::Input).first()));
-        let _ = numbered.parameter_name(index).map(|name| any(write!(Paper, "{name}")));
     }
 }
