@@ -21,6 +21,10 @@ use tmcl_cli::{
 struct Arguments {
     #[command(subcommand)]
     command: Command,
+
+    /// When errors, warnings and changed values have colours
+    #[arg(long, value_name = "WHEN", global = true, value_enum, default_value_t, display_order = 1000)]
+    color: tell::Colours,
 }
 
 const EXAMPLES: &str = "\
@@ -76,7 +80,9 @@ fn main() -> ExitCode {
         }
         Err(error) => error.exit(),
     };
-    let done = match Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit()).command {
+    let Arguments { command, color } = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+    color.choose();
+    let done = match command {
         Command::Sim(options) => sim::run(&options),
         Command::Send(options) => send::run(&options),
         Command::Shell(options) => shell::run(&options),
@@ -105,7 +111,7 @@ fn main() -> ExitCode {
                     let _ = tell::err().redraw("");
                 }
                 // A closed standard error does not change the exit code.
-                let _ = writeln!(tell::err(), "tmcl: {message}");
+                let _ = tell::error(message);
             }
             failure.exit_code()
         }

@@ -8,6 +8,9 @@ use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 use std::io::{self, IsTerminal, Stderr, StdoutLock, Write};
 
+use anstream::stream::RawStream;
+use anstream::{AutoStream, ColorChoice};
+
 /// A text in which characters that control terminals are shown by their numbers, as JSON writes them: `\u001b` for ESC. A line
 /// of JSON says the same as before. Ends of lines and tabs stay.
 pub fn shown(text: &str) -> Cow<'_, str> {
@@ -29,6 +32,78 @@ pub fn shown(text: &str) -> Cow<'_, str> {
 fn controls(c: char) -> bool {
     let turns = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     turns || c.is_control() && c != '\n' && c != '\t'
+}
+
+/// When words have colours.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum Colours {
+    /// On a terminal that has them, unless the environment variable NO_COLOR is set
+    #[default]
+    Auto,
+    /// Also in files and for other programs
+    Always,
+    /// Nowhere
+    Never,
+}
+
+impl Colours {
+    /// Decides so for the rest of the program.
+    pub fn choose(self) {
+        let choice = match self {
+            Colours::Auto => ColorChoice::Auto,
+            Colours::Always => ColorChoice::AlwaysAnsi,
+            Colours::Never => ColorChoice::Never,
+        };
+        choice.write_global();
+    }
+}
+
+/// What a word is, where that shows by a colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// The head of an error.
+    Error,
+    /// The head of a warning.
+    Warning,
+    /// A value that is another one now.
+    Changed,
+    /// A value as it was, or is elsewhere.
+    Former,
+}
+
+impl Tone {
+    /// The sequence that gives a terminal the colour: bold red, bold yellow, green, red.
+    const fn begin(self) -> &'static str {
+        match self {
+            Tone::Error => "\x1b[1;31m",
+            Tone::Warning => "\x1b[1;33m",
+            Tone::Changed => "\x1b[32m",
+            Tone::Former => "\x1b[31m",
+        }
+    }
+}
+
+/// The sequence that ends a colour.
+const END: &str = "\x1b[0m";
+
+/// Tells an error on standard error, behind the name of the program.
+///
+/// # Errors
+/// It cannot be written.
+pub fn error(text: impl fmt::Display) -> io::Result<()> {
+    let mut out = err();
+    out.toned(Tone::Error, "tmcl:")?;
+    writeln!(out, " {text}")
+}
+
+/// Tells a warning on standard error, behind the name of the program.
+///
+/// # Errors
+/// It cannot be written.
+pub fn warning(text: impl fmt::Display) -> io::Result<()> {
+    let mut out = err();
+    out.toned(Tone::Warning, "tmcl: warning:")?;
+    writeln!(out, " {text}")
 }
 
 /// Standard output or standard error, where all that is written is [`shown`].
@@ -58,6 +133,19 @@ impl<W: Write + IsTerminal> Shown<W> {
     pub fn redraw(&mut self, line: &str) -> io::Result<()> {
         write!(self.0, "\r{}\x1b[K", shown(line))?;
         self.0.flush()
+    }
+}
+
+impl<W: Write + RawStream> Shown<W> {
+    /// Writes a text in the colour of its tone, if colours are wanted.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn toned(&mut self, tone: Tone, text: &str) -> io::Result<()> {
+        match AutoStream::choice(&self.0) {
+            ColorChoice::Never => self.write_all(text.as_bytes()),
+            _ => write!(self.0, "{}{}{END}", tone.begin(), shown(text)),
+        }
     }
 }
 

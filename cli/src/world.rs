@@ -160,7 +160,7 @@ impl Options {
             }
             _ => {
                 let why = told.get("error").and_then(Value::as_str).unwrap_or_default();
-                writeln!(tell::err(), "tmcl: {command}: {why}")?;
+                tell::error(format_args!("{command}: {why}"))?;
             }
         }
         // A script may wait for each line.

@@ -1,9 +1,10 @@
 //! Errors and warnings with their location in the source.
 
 use std::fmt;
+use std::io::{self, Stderr, Write};
 
 use super::source::{Problem, Source, Span};
-use crate::tell::shown;
+use crate::tell::{Shown, Tone, shown};
 
 /// Most errors, and most warnings, that are shown: the first few usually cause the others.
 pub(super) const SHOWN: usize = 20;
@@ -68,25 +69,54 @@ impl Diagnostic {
     }
 }
 
-impl fmt::Display for Diagnostic {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let severity = match self.severity {
-            Severity::Warning => "warning",
-            Severity::Error => "error",
-        };
+impl Severity {
+    /// The word for it, and its tone.
+    const fn head(self) -> (&'static str, Tone) {
+        match self {
+            Severity::Warning => ("warning:", Tone::Warning),
+            Severity::Error => ("error:", Tone::Error),
+        }
+    }
+}
+
+impl Diagnostic {
+    /// What stands before the word for the severity, that word, and what stands behind it. What is about no source looks as what
+    /// the other commands say about their files.
+    fn parts(&self) -> (String, &'static str, String) {
         let Some(Location { file, line, column, length, text }) = &self.location else {
-            // It is about no source, and looks as what the other commands say about their files.
-            return write!(f, "tmcl: {}", self.message);
+            return (String::new(), "tmcl:", format!(" {}", self.message));
         };
-        writeln!(f, "{file}:{line}:{column}: {severity}: {}", self.message)?;
         // Of a very long line only the part around the location is shown.
         let skipped = if *column > WIDEST { column - WIDEST / 2 } else { 0 };
         let part: String = text.chars().skip(skipped).take(WIDEST).collect();
         let before: String = part.chars().take(column - 1 - skipped).collect();
         // A tab is kept in both lines, so that the caret stands below the right character.
         let before = shown(&before).chars().map(|c| if c == '\t' { '\t' } else { ' ' }).collect::<String>();
-        write!(f, "    {}\n    {before}{}", shown(&part), "^".repeat(WIDEST.min(*length)))
+        let (head, _) = self.severity.head();
+        let carets = "^".repeat(WIDEST.min(*length));
+        let behind = format!(" {}\n    {}\n    {before}{carets}", self.message, shown(&part));
+        (format!("{file}:{line}:{column}: "), head, behind)
     }
+
+    /// Writes it with its end of line, and with the colour of its severity.
+    fn tell(&self, out: &mut Shown<Stderr>) -> io::Result<()> {
+        let (before, head, behind) = self.parts();
+        write!(out, "{before}")?;
+        out.toned(self.severity.head().1, head)?;
+        writeln!(out, "{behind}")
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (before, head, behind) = self.parts();
+        write!(f, "{before}{head}{behind}")
+    }
+}
+
+/// What is said when there are more than are shown.
+fn more() -> String {
+    format!("and more; these are the first {SHOWN}")
 }
 
 /// Errors and warnings in the order of the lines they concern.
@@ -103,6 +133,15 @@ impl Diagnostics {
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
+
+    /// Writes them one below the other, up to a limit.
+    pub(super) fn tell(&self, out: &mut Shown<Stderr>) -> io::Result<()> {
+        self.0.iter().take(SHOWN).try_for_each(|diagnostic| diagnostic.tell(out))?;
+        match self.0.len() > SHOWN {
+            true => writeln!(out, "{}", more()),
+            false => Ok(()),
+        }
+    }
 }
 
 /// Displays the diagnostics one below the other, up to a limit.
@@ -112,7 +151,7 @@ impl fmt::Display for Diagnostics {
             write!(f, "{}{diagnostic}", if i == 0 { "" } else { "\n" })?;
         }
         match self.0.len() > SHOWN {
-            true => write!(f, "\nand more; these are the first {SHOWN}"),
+            true => write!(f, "\n{}", more()),
             false => Ok(()),
         }
     }

@@ -1,7 +1,5 @@
 //! The assembler's errors and warnings on standard error.
 
-use std::io::Write;
-
 use super::assembler::Assembly;
 use super::diagnostic::Diagnostics;
 use crate::failure::Failure;
@@ -21,6 +19,6 @@ pub(crate) fn reported(assembled: Result<Assembly, Diagnostics>) -> Result<Assem
 fn print(diagnostics: &Diagnostics) {
     if !diagnostics.is_empty() {
         // A closed standard error must not end the program.
-        let _ = writeln!(tell::err(), "{diagnostics}");
+        let _ = diagnostics.tell(&mut tell::err());
     }
 }

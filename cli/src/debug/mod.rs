@@ -33,7 +33,7 @@ use crate::failure::Failure;
 use crate::files::is_standard;
 use crate::program::{ProgramThere, download, is_readable, read_program, verify};
 use crate::signal::EndSignal;
-use crate::tell;
+use crate::tell::{self, Tone};
 use crate::terminal::editor::{Editor, Input};
 use action::Action;
 use completion::Completion;
@@ -122,15 +122,21 @@ fn converse(
     let mut told = Ok(debugger.whereabouts()?);
     for number in 0_u64.. {
         match told {
-            Ok(told) => match words::text(&told) {
-                nothing if nothing.is_empty() => {}
-                text => writeln!(out, "{text}")?,
-            },
+            Ok(told) => {
+                let text = words::text(&told);
+                if !text.is_empty() {
+                    writeln!(out, "{text}")?;
+                }
+                for change in words::changes(&told) {
+                    out.toned(Tone::Changed, &change)?;
+                    writeln!(out)?;
+                }
+            }
             Err(Trouble::Mistake(message)) if is_terminal => writeln!(out, "{message}")?,
             Err(Trouble::Mistake(message)) => {
                 out.flush()?;
                 // A closed standard error does not change the exit code.
-                let _ = writeln!(tell::err(), "tmcl: line {number}: {message}");
+                let _ = tell::error(format_args!("line {number}: {message}"));
                 return Err(Failure::Reported);
             }
             Err(Trouble::Failure(failure)) => return Err(failure),

@@ -35,7 +35,7 @@ axis, as in APActualSpeed 1), a label or constant, an expression. VALUE: an expr
 register acc, register x and register pc are the registers where the program gives these names to something else.
 set acc and set x leave the flag that JC ZE asks for as CALC LOAD of the accumulator does.";
 
-/// The text of what an action leads to; empty if nothing is to be shown.
+/// The text of what an action leads to, without the values that have changed; empty if there is none.
 pub(super) fn text(told: &Told) -> String {
     match told {
         Told::Nothing => String::new(),
@@ -59,6 +59,15 @@ pub(super) fn text(told: &Told) -> String {
     }
 }
 
+/// The lines about values that have changed.
+pub(super) fn changes(told: &Told) -> impl Iterator<Item = String> {
+    let halt = match told {
+        Told::Halted(halt) | Told::Reloaded { halt, .. } => Some(halt),
+        _ => None,
+    };
+    halt.into_iter().flat_map(|halt| halt.changed.iter().map(change))
+}
+
 /// The text about the state in which a module is left.
 pub(super) fn farewell(Farewell { state, moving }: &Farewell) -> String {
     let first = match state.program {
@@ -75,14 +84,14 @@ fn joined(lines: impl Iterator<Item = String>) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn halt(Halt { reason, around, changed }: &Halt) -> String {
+fn halt(Halt { reason, around, .. }: &Halt) -> String {
     let reason = match reason {
         Reason::Resting | Reason::Stepped => None,
         Reason::Breakpoint => Some("breakpoint"),
         Reason::Ended => Some("the program has ended; the next step begins it again"),
         Reason::Interrupted => Some("interrupted"),
     };
-    joined(reason.map(String::from).into_iter().chain(around.iter().map(row)).chain(changed.iter().map(change)))
+    joined(reason.map(String::from).into_iter().chain(around.iter().map(row)))
 }
 
 /// The lines that show a command: the labels of its address, then an arrow at the program counter, a star at a

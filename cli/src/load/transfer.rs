@@ -29,7 +29,7 @@ pub(super) fn fit(program: Program, Settings { product, origin, .. }: Settings) 
     }
     if let Some(warning) = jump_outside(&program, origin) {
         // A closed standard error does not end the program.
-        let _ = writeln!(tell::err(), "tmcl: warning: {warning}");
+        let _ = tell::warning(warning);
     }
     Ok(program)
 }

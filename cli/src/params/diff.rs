@@ -11,7 +11,7 @@ use crate::files::STANDARD;
 use crate::link::LinkTarget;
 use crate::product::Product;
 use crate::signal::EndSignal;
-use crate::tell;
+use crate::tell::{self, Tone};
 
 /// One of the two things that are compared, as the user has named it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -126,7 +126,10 @@ pub(super) fn diff(a: &Side, b: &Side, way: &Way) -> Result<(), Failure> {
     }
     let mut out = tell::out();
     writeln!(out, "--- {name}\n+++ {other}")?;
-    lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+    for line in &lines {
+        out.toned(if line.starts_with('-') { Tone::Former } else { Tone::Changed }, line)?;
+        writeln!(out)?;
+    }
     Err(Failure::Reported)
 }
 

@@ -25,7 +25,7 @@ pub(super) fn get(module: &mut Conversation, names: &[String], at: Where, alone:
             Ok(value) if alone => writeln!(out, "{value}")?,
             Ok(value) => writeln!(out, "{}", setting.with(value).line(product))?,
             Err(error) if error.is_refusal() => {
-                writeln!(tell::err(), "tmcl: {error}")?;
+                tell::error(error)?;
                 all_there = false;
             }
             Err(error) => return Err(error.into()),
@@ -78,7 +78,7 @@ pub(super) fn set(
         match write(module, setting, product, store) {
             Ok(()) => writeln!(out, "{}", setting.line(product))?,
             Err(error) if error.is_refusal() => {
-                writeln!(tell::err(), "tmcl: {error}{}", hint(&error, setting, product))?;
+                tell::error(format_args!("{error}{}", hint(&error, setting, product)))?;
                 all_done = false;
             }
             Err(error) => return Err(error.into()),

@@ -116,7 +116,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
             Ok(scanner) => scanner,
             // A serial adapter may not support all bit rates.
             Err(failure) if index > 0 => {
-                writeln!(tell::err(), "tmcl: {failure}")?;
+                tell::warning(failure)?;
                 continue;
             }
             Err(failure) => return Err(failure),

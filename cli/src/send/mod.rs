@@ -99,7 +99,7 @@ fn show_value(out: &mut impl Write, module: &mut Conversation, command: Command)
         Some(reply) => Meaning::from(&reply).text,
     };
     // A closed standard error does not end the program.
-    let _ = writeln!(tell::err(), "tmcl: {command}: {told}");
+    let _ = tell::error(format_args!("{command}: {told}"));
     Ok(false)
 }
 

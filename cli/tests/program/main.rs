@@ -10,6 +10,7 @@ mod bad_input;
 mod build;
 mod calc;
 mod canopen;
+mod colours;
 mod connections;
 mod control;
 mod debug;

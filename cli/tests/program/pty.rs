@@ -35,6 +35,11 @@ impl Terminal {
 
     /// The same, with so many columns.
     pub(crate) fn start_with(arguments: &[&str], columns: u16) -> Self {
+        Self::start_in(arguments, columns, &[("NO_COLOR", "1")])
+    }
+
+    /// The same, with these variables in the environment.
+    pub(crate) fn start_in(arguments: &[&str], columns: u16, variables: &[(&str, &str)]) -> Self {
         let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
         rustix::pty::grantpt(&master).unwrap();
         rustix::pty::unlockpt(&master).unwrap();
@@ -47,7 +52,8 @@ impl Terminal {
         // setsid makes this the controlling terminal of the program, which it becomes: Ctrl-C is a signal, and so is the
         // end of the terminal.
         let mut command = command("setsid");
-        command.args(["--ctty", tmcl_path()]).args(arguments).env("TERM", "xterm");
+        command.args(["--ctty", tmcl_path()]).args(arguments).env("TERM", "xterm").env_remove("NO_COLOR");
+        command.envs(variables.iter().copied());
         let child = command.stdin(side()).stdout(side()).stderr(side()).spawn().unwrap();
         Terminal { child, master: Some(master.into()), slave: Some(slave), settings, shown: String::new() }
     }
