@@ -156,3 +156,19 @@ fn set(words: &mut [u32; WORDS], index: usize, on: bool) -> bool {
     *word = if on { before | bit } else { before & !bit };
     *word != before
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The check value of CRC-32/AIXM, that of the nine digits, is 3010BF7Fh; the first page counts once, each further one two
+    /// times more. EEPROMs in the field have sums that were made so.
+    #[test]
+    fn pages_have_their_shares_of_the_check_sum() {
+        const DIGITS: u32 = 0x3010_BF7F;
+        for (index, factor) in [(0, 1), (1, 3), (2, 5), (223, 447)] {
+            assert_eq!(weigh(index, b"123456789"), DIGITS.wrapping_mul(factor), "page {index}");
+        }
+        assert_eq!(weigh(7, &[0; 64]), 0);
+    }
+}
