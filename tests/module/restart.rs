@@ -39,6 +39,32 @@ fn software_reset() {
     assert_eq!((bench.ok("GAP 4, 0"), bench.ok("GAP 5, 0"), bench.ok("GGP 3, 2")), (321, 1000, 0));
 }
 
+/// Power that is switched on while it is on changes nothing, neither in the firmware nor in the chips; and so it is with off.
+#[test]
+fn power_that_is_as_it_is_wanted() {
+    let mut bench = Bench::new();
+    bench.ok("ROR 0, 500");
+    bench.run(SECOND);
+    for _ in 0..3 {
+        bench.control("power on");
+        bench.module.set_power(true);
+        let (up, rotor) = (bench.ok("GGP 132, 0"), bench.rotor());
+        assert!(up > 900, "{up} ms");
+        bench.run(100 * MILLISECOND);
+        assert_eq!(bench.ok("GAP 3, 0"), 500);
+        assert!(bench.rotor() - rotor > 1_000, "{} and {rotor}", bench.rotor());
+    }
+    bench.module.set_power(false);
+    for _ in 0..3 {
+        bench.control("power off");
+        bench.module.set_power(false);
+        bench.run(100 * MILLISECOND);
+    }
+    bench.module.set_power(true);
+    bench.run(100 * MILLISECOND);
+    assert_eq!((bench.ok("GAP 3, 0"), bench.ok("GAP 1, 0")), (0, 0));
+}
+
 /// Update tools take the next nine bytes for the answer to something else, so what enters the vendor's boot loader is
 /// never answered, also where 255 suppresses nothing; with other operands it is refused.
 #[test]

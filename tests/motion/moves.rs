@@ -87,3 +87,22 @@ fn mst_interrupts_a_move_along_the_ramp() {
     assert_eq!(bench.ok("GAP 8, 0"), 0);
     assert_eq!(bench.ok("GAP 138, 0"), 2);
 }
+
+/// Divisors change in ramp mode, for whose moment the target of the chip is where the motor stands: it moves nothing, however far
+/// the last target is, and however steep the ramp.
+#[test]
+fn divisors_that_change_at_standstill_move_nothing() {
+    let mut bench = Bench::new();
+    bench.configure(&["SAP 153, 0, 2", "SAP 5, 0, 2047", "SAP 4, 0, 200", "MVP ABS, 0, 100000"]);
+    bench.run(500 * MILLISECOND);
+    bench.ok("ROL 0, 50");
+    bench.run(500 * MILLISECOND);
+    bench.ok("MST 0");
+    bench.run(500 * MILLISECOND);
+    let (rotor, position) = (bench.rotor(), bench.ok("GAP 1, 0"));
+    for line in ["SAP 154, 0, 5", "SAP 153, 0, 0", "SAP 154, 0, 1", "SAP 154, 0, 0", "SAP 153, 0, 7"] {
+        bench.ok(line);
+        bench.run(100 * MILLISECOND);
+        assert_eq!((bench.rotor(), bench.ok("GAP 1, 0"), bench.ok("GAP 3, 0")), (rotor, position, 0), "{line}");
+    }
+}

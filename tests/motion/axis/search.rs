@@ -164,6 +164,24 @@ fn places(bench: &LooseBench) -> (i64, i32) {
     (board.world().axis(0).motor().rotor(), board.tmc429(0).position(0))
 }
 
+/// The ramp generator latches the position where the switch of the search opens, the left one or, from 64 on, the right one. At
+/// this speed the motor makes 30 microsteps between two polls, so what they see would be further away.
+#[test]
+fn the_zero_point_is_latched_at_the_switch_of_the_search() {
+    for (mode, opens) in [(1, -30_000), (65, 30_000)] {
+        for start in (0..60).step_by(7) {
+            let mut bench =
+                Bench::in_world(&format!("[motor]\nstart = {start}\n[stage]\nleft = -30000\nright = 30000\n"));
+            let search = format!("SAP 193, 0, {mode}");
+            bench.configure(&[&search, "SAP 194, 0, 1000", "SAP 195, 0, 1000", "RFS START, 0"]);
+            bench.run_until(20 * SECOND, |bench| bench.ok("RFS STATUS, 0") == 0);
+            bench.run(100 * MILLISECOND);
+            assert_eq!(bench.ok("GAP 1, 0"), 0);
+            assert!((bench.rotor() - opens).abs() <= 2, "mode {mode} from {start}: {}", bench.rotor());
+        }
+    }
+}
+
 /// If datagrams are lost while a leg begins, the leg begins a little later, and the search finds its zero point.
 #[test]
 fn a_search_finds_its_zero_point_though_the_beginning_of_a_leg_was_not_heard() {
