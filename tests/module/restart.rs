@@ -4,6 +4,7 @@ use crate::common::{Bench, INVALID_VALUE, OK, telegram};
 use hal_sim::clock::{MILLISECOND, SECOND};
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, binary};
+use tmcm_sim::VirtualModule;
 
 /// 137 and 255 want 1234; anything else changes nothing.
 #[test]
