@@ -80,7 +80,7 @@ def test_telegrams() -> None:
         assert [sim.telegrams(last=count) for count in (1, 300, 404)] == [lines[-1:], lines[-300:], lines]
         # However much of the file is read for the last ones, the first of them is whole: their lengths differ.
         for length in range(100):
-            sim.send(f"SGP 0, 2, {10**(length % 9)}")
+            sim.send(f"SGP 0, 2, {10 ** (length % 9)}")
             lines = sim.telegrams()
             for count in (50, 51, 52, 53, 100):
                 assert sim.telegrams(last=count) == lines[-count:]
