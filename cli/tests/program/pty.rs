@@ -53,6 +53,8 @@ impl Terminal {
         // end of the terminal.
         let mut command = command("setsid");
         command.args(["--ctty", tmcl_path()]).args(arguments).env("TERM", "xterm").env_remove("NO_COLOR");
+        // In a log of CI colours are taken to be seen, whatever the terminal.
+        command.env_remove("CI");
         command.envs(variables.iter().copied());
         let child = command.stdin(side()).stdout(side()).stderr(side()).spawn().unwrap();
         Terminal { child, master: Some(master.into()), slave: Some(slave), settings, shown: String::new() }
