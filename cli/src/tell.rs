@@ -91,9 +91,7 @@ const END: &str = "\x1b[0m";
 /// # Errors
 /// It cannot be written.
 pub fn error(text: impl fmt::Display) -> io::Result<()> {
-    let mut out = err();
-    out.toned(Tone::Error, "tmcl:")?;
-    writeln!(out, " {text}")
+    err().toned("", Tone::Error, "tmcl:", &format!(" {text}\n"))
 }
 
 /// Tells a warning on standard error, behind the name of the program.
@@ -101,9 +99,7 @@ pub fn error(text: impl fmt::Display) -> io::Result<()> {
 /// # Errors
 /// It cannot be written.
 pub fn warning(text: impl fmt::Display) -> io::Result<()> {
-    let mut out = err();
-    out.toned(Tone::Warning, "tmcl: warning:")?;
-    writeln!(out, " {text}")
+    err().toned("", Tone::Warning, "tmcl: warning:", &format!(" {text}\n"))
 }
 
 /// Standard output or standard error, where all that is written is [`shown`].
@@ -137,15 +133,18 @@ impl<W: Write + IsTerminal> Shown<W> {
 }
 
 impl<W: Write + RawStream> Shown<W> {
-    /// Writes a text in the colour of its tone, if colours are wanted.
+    /// Writes a text in the colour of its tone, if colours are wanted, and what stands before and behind it. It is written all
+    /// at once, as everything is.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn toned(&mut self, tone: Tone, text: &str) -> io::Result<()> {
-        match AutoStream::choice(&self.0) {
-            ColorChoice::Never => self.write_all(text.as_bytes()),
-            _ => write!(self.0, "{}{}{END}", tone.begin(), shown(text)),
-        }
+    pub fn toned(&mut self, before: &str, tone: Tone, text: &str, behind: &str) -> io::Result<()> {
+        let (begin, end) = match AutoStream::choice(&self.0) {
+            ColorChoice::Never => ("", ""),
+            _ => (tone.begin(), END),
+        };
+        let whole = format!("{}{begin}{}{end}{}", shown(before), shown(text), shown(behind));
+        self.0.write_all(whole.as_bytes())
     }
 }
 

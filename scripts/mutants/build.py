@@ -32,7 +32,7 @@ class Copy:
         self.folder = checkout / "target" / "mutants" / "tree"
         self.checkout = checkout
         self.environment = {**os.environ, "CARGO_TARGET_DIR": str(checkout / "target" / "mutants" / "target")}
-        # All that could make two runs differ, or be killed by something else.
+        # The tests run without a mutant first.
         self.environment.pop("MUTANT", None)
         for name in self.tracked():
             self.write(name, (checkout / name).read_bytes())

@@ -49,8 +49,6 @@ def changes(node: Node) -> Iterator[tuple[bytes, Form, str]]:
         case "true" | "false" | "none" if node.parent.type != "comparison_operator":
             other = b"False" if text == b"True" else b"True"
             yield other, Form.EXPRESSION, f"`{short(node.parent.text)}`: {other.decode()}"
-        case "if_statement" | "while_statement" | "conditional_expression":
-            return
         case "expression_statement" if node.parent.type == "block":
             first = node.named_child(0)
             # Not the docstring, nor the declaration of a type.

@@ -71,7 +71,6 @@ def changes(node: Node) -> Iterator[tuple[int, int, bytes, Form, str]]:
         case "binary_expression":
             operator = node.child_by_field_name("operator")
             other = OPERATORS.get(operator.type)
-            # Bits that do not overlap are the same to `|`, `+` and `^`.
             if other is not None:
                 yield *whole, swapped(operator, other), Form.EXPRESSION, f"`{short(text)}`: {operator.type} becomes {other}"
         case "unary_expression" if text[:1] in (b"!", b"-"):

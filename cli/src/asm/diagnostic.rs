@@ -101,9 +101,8 @@ impl Diagnostic {
     /// Writes it with its end of line, and with the colour of its severity.
     fn tell(&self, out: &mut Shown<Stderr>) -> io::Result<()> {
         let (before, head, behind) = self.parts();
-        write!(out, "{before}")?;
-        out.toned(self.severity.head().1, head)?;
-        writeln!(out, "{behind}")
+        let (_, tone) = self.severity.head();
+        out.toned(&before, tone, head, &format!("{behind}\n"))
     }
 }
 

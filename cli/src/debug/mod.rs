@@ -128,8 +128,7 @@ fn converse(
                     writeln!(out, "{text}")?;
                 }
                 for change in words::changes(&told) {
-                    out.toned(Tone::Changed, &change)?;
-                    writeln!(out)?;
+                    out.toned("", Tone::Changed, &change, "\n")?;
                 }
             }
             Err(Trouble::Mistake(message)) if is_terminal => writeln!(out, "{message}")?,

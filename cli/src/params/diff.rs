@@ -127,8 +127,7 @@ pub(super) fn diff(a: &Side, b: &Side, way: &Way) -> Result<(), Failure> {
     let mut out = tell::out();
     writeln!(out, "--- {name}\n+++ {other}")?;
     for line in &lines {
-        out.toned(if line.starts_with('-') { Tone::Former } else { Tone::Changed }, line)?;
-        writeln!(out)?;
+        out.toned("", if line.starts_with('-') { Tone::Former } else { Tone::Changed }, line, "\n")?;
     }
     Err(Failure::Reported)
 }
