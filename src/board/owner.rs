@@ -1,9 +1,9 @@
 //! The owner of the firmware's logic, be it TMCL or another [`Firmware`]: the only part that calls it.
 //!
 //! It runs in the interrupt of TIM3, which comes when a poll is due, and whenever RS485 or USB has a request ([`wake`]);
-//! and in those of the CAN controller, for received frames and free mailboxes. It serves the requests of the links, polls the firmware when that is due, and gives
-//! a program its slices; between two of these it serves the links again. No other code uses the firmware and the motion
-//! bus.
+//! and in those of the CAN controller, for received frames and free mailboxes. It serves the requests of the links, polls the
+//! firmware when that is due, gives a program its slices, and a page to the EEPROM; between two of these it serves the links
+//! again. No other code uses the firmware and the motion bus.
 
 use core::cell::UnsafeCell;
 
@@ -69,6 +69,9 @@ pub(super) struct Owner<F> {
     ending: Option<Micros>,
     /// The log says that a motion controller does not answer, and the error LED is lit.
     trouble: bool,
+    /// Whether there is a page for the EEPROM is to be looked at: at the end of a turn, once the links have been served. Its
+    /// contents and check sum take half as long as the turn, for which no request is to wait as well.
+    page: bool,
 }
 
 /// Builds a firmware in its static memory; `seed` starts its random numbers. Never inlined: what it takes of the stack
@@ -83,7 +86,7 @@ where
     room.owner.init_with(|| {
         let (inputs, ends) = (Inputs::default(), Ends { can: None });
         let firmware = F::new(motors.parts(store), seed);
-        Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false }
+        Owner { firmware, signals, inputs, outputs: None, ends, ending: None, trouble: false, page: false }
     })
 }
 
@@ -171,7 +174,11 @@ impl<F: Firmware<AXES>> Turn for Owner<F> {
             if now >= deadline {
                 idle &= !self.poll(now);
             } else if idle {
-                return wake::after(deadline.since(now));
+                wake::after(deadline.since(now));
+                if self.page {
+                    self.pass_page_on();
+                }
+                return;
             }
         }
     }
@@ -242,9 +249,11 @@ impl<F: Firmware<AXES>> Owner<F> {
             }
             self.firmware.stored(written);
         }
-        if let Some(job) = self.firmware.next_job() {
-            PAGE.signal(job);
+        // Links that were never idle since the last turn do not keep pages from the EEPROM.
+        if self.page {
+            self.pass_page_on();
         }
+        self.page = true;
         if self.ends.can.is_none() {
             self.ends.can = can::JOINED.try_take();
         }
@@ -255,6 +264,15 @@ impl<F: Firmware<AXES>> Owner<F> {
         put_in_force(self.firmware.link_settings());
         rs485::tick();
         self.restart(outputs);
+    }
+
+    /// Passes a page on to the EEPROM, if there is one for it.
+    #[inline(never)]
+    fn pass_page_on(&mut self) {
+        self.page = false;
+        if let Some(job) = self.firmware.next_job() {
+            PAGE.signal(job);
+        }
     }
 
     /// Drops the requests of a USB host that is gone, and the replies to them. Another host can be connected only after

@@ -35,6 +35,25 @@ fn it_boots_and_answers_on_all_links() {
     assert_eq!(host.said_to(&telegram("136, 0, 0, 0"), 50 * MILLISECOND)[1..], *b"6110V146");
 }
 
+/// A line of the ASCII interface is read in the handler of its last character, which may come at any moment of a datagram on
+/// the motion bus: with six axes turning there are some twelve a millisecond.
+#[test]
+fn a_line_may_end_at_any_moment_of_a_datagram() {
+    let mut host = Host::of(SIX_AXES, "");
+    for axis in 0..6 {
+        host.ok(&format!("ROR {axis}, 500"));
+    }
+    host.ok("139, 0, 0, 0");
+    for n in 0..24 {
+        host.run(n * 43_100 % MILLISECOND);
+        for character in b"AGAP 4, 0" {
+            host.said_to(&[*character], 3 * MILLISECOND);
+        }
+        let heard = host.said_to(b"\r", 20 * MILLISECOND);
+        assert_eq!(heard.escape_ascii().to_string(), "\\rBA 100 1000\\r", "line {n}");
+    }
+}
+
 #[test]
 fn a_product_whose_microcontroller_is_not_known_has_no_image() {
     let module = ImageModule::of(Product::Tmcm3110, six_axes(), &WorldConfig::default(), None, 1, Setup::default());
