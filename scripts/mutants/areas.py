@@ -20,8 +20,8 @@ class Area:
 AREAS = {
     "motion": Area(".", ("src/motion/*.rs", "src/motion/tmc429/*.rs", "!src/motion/tmc5160.rs"), ("motion", "tmcm", "module", "tmcm3212")),
     "tmc5160": Area(".", ("src/motion/tmc5160.rs", "src/motion/tmc5160/*.rs"), ("motion", "tmcm3212")),
-    "store": Area(".", ("src/store/*.rs"), ("tmcm", "store")),
-    "vm": Area(".", ("src/vm/*.rs"), ("program", "tmcm")),
+    "store": Area(".", ("src/store/*.rs",), ("tmcm", "store")),
+    "vm": Area(".", ("src/vm/*.rs",), ("program", "tmcm")),
     "device": Area(".", ("src/device/*.rs",), ("module", "motion", "several_axes", "tmcm", "canopen")),
     "drive": Area(".", ("src/canopen/drive/*.rs",), ("canopen", "tmcm")),
     "tune": Area("cli", ("src/tune/*.rs",), ("program", "tmcl_cli"), ("tmcl-cli",)),
