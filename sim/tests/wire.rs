@@ -255,3 +255,23 @@ fn of_a_canopen_node_the_replies_of_the_sdo_server_are_lost_and_its_heartbeat_is
         assert!(log.contains(line), "{line} is not in\n{log}");
     }
 }
+
+/// A node that is off the bus says nothing there, and afterwards nothing that is out of date: its heartbeat comes ten times a
+/// second again, with the emergency that tells what was.
+#[test]
+fn a_canopen_node_off_the_bus_says_nothing() {
+    let mut fleet = fleet(FirmwareKind::Canopen, 2);
+    fleet.send_can(9, Frame::standard(0x602, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]).unwrap());
+    let of_node_2 = |fleet: &mut Fleet| -> Vec<Vec<u8>> {
+        let said = |frame: &Frame| matches!(frame.id(), tmcm::can::Id::Standard(id) if id.as_raw() & 0x7F == 2);
+        frames(fleet).into_iter().map(|(_, frame)| frame).filter(said).map(|frame| frame.data().to_vec()).collect()
+    };
+    assert!((10..=12).contains(&of_node_2(&mut fleet).len()));
+    control(&mut fleet, "module 2 can off");
+    assert_eq!(of_node_2(&mut fleet), [] as [Vec<u8>; 0]);
+    control(&mut fleet, "module 2 can on");
+    let said = of_node_2(&mut fleet);
+    let (heartbeats, others): (Vec<_>, Vec<_>) = said.iter().partition(|data| data.len() == 1);
+    assert!((9..=11).contains(&heartbeats.len()), "{said:02X?}");
+    assert_eq!(others, [&[0x40, 0x81, 0x11, 0, 0xFF, 0, 0, 0]]);
+}

@@ -2,15 +2,34 @@
 
 use super::bench;
 use crate::common::Bench;
-use hal_sim::clock::{MILLISECOND, SECOND};
+use hal_sim::board::Chip;
+use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
 
 /// Registers of the chip.
+const GSTAT: u8 = 0x01;
+const IOIN: u8 = 0x04;
 const IHOLD_IRUN: u8 = 0x10;
 const TPOWERDOWN: u8 = 0x11;
 const TCOOLTHRS: u8 = 0x14;
+/// The bit of an address byte that makes a datagram a write.
+const WRITE: u8 = 1 << 7;
 
 fn register(bench: &Bench, axis: usize, address: u8) -> u32 {
     bench.module.board().borrow().tmc5160(axis).register(address)
+}
+
+/// A datagram to a chip that is not the firmware's, of bytes of 10 us.
+fn write(bench: &Bench, axis: usize, datagram: [u8; 5]) {
+    let shared = bench.module.board();
+    let mut board = shared.borrow_mut();
+    let (chip, begun) = (Chip::Tmc5160(axis), board.now());
+    board.select(chip);
+    for (byte, count) in datagram.into_iter().zip(1..) {
+        board.advance_to(begun + count * 10 * MICROSECOND);
+        board.byte(chip, byte);
+    }
+    board.advance_to(begun + 60 * MICROSECOND);
+    board.deselect(chip);
 }
 
 /// The chip has both currents for itself, so it is told each when it is written: IHOLD in bits 0..4, IRUN in 8..12.
@@ -140,8 +159,41 @@ fn every_driver_parameter_reaches_its_field() {
 /// also in a chip that has had another one before a warm start.
 #[test]
 fn currents_are_shares_of_the_full_one() {
-    let bench = bench();
+    let mut bench = bench();
     assert_eq!([0, 1, 2].map(|axis| register(&bench, axis, GLOBAL_SCALER)), [0; 3]);
+    write(&bench, 1, [WRITE | GLOBAL_SCALER, 0, 0, 0, 100]);
+    assert_eq!(register(&bench, 1, GLOBAL_SCALER), 100);
+    bench.ok("255, 0, 0, 1234");
+    bench.run(SECOND);
+    assert_eq!([0, 1, 2].map(|axis| register(&bench, axis, GLOBAL_SCALER)), [0; 3]);
+}
+
+/// A chip is asked for its version before it is told anything, and again once its reset is noted: what is set up after that
+/// is set up in a chip that answers, and whose reset_flag is not the old one any more.
+#[test]
+fn a_chip_is_confirmed_before_and_after_its_reset_is_noted() {
+    let mut bench = bench();
+    bench.module.board().borrow_mut().take_datagrams();
+    bench.ok("255, 0, 0, 1234");
+    bench.run(SECOND);
+    let datagrams = bench.module.board().borrow_mut().take_datagrams();
+    for axis in 0..3 {
+        let of_chip =
+            datagrams.iter().filter(|datagram| datagram.chip == Chip::Tmc5160(axis)).map(|datagram| &*datagram.bytes);
+        let all: Vec<&[u8]> = of_chip.collect();
+        // The polls before the restart ask for positions.
+        let begun = all.windows(3).position(|three| three[2][0] == WRITE | GSTAT).unwrap();
+        let expected: [[u8; 5]; 6] = [
+            [IOIN, 0, 0, 0, 0],
+            [IOIN, 0, 0, 0, 0],
+            // reset and drv_err are cleared by ones.
+            [WRITE | GSTAT, 0, 0, 0, 0b11],
+            [WRITE | GLOBAL_SCALER, 0, 0, 0, 0],
+            [IOIN, 0, 0, 0, 0],
+            [IOIN, 0, 0, 0, 0],
+        ];
+        assert_eq!(all[begun..begun + 6], expected, "axis {axis}");
+    }
 }
 
 /// SAP 1 gives the motor another position where it stands: its target is the same, so that nothing moves.

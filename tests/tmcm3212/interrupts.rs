@@ -127,3 +127,27 @@ fn each_axis_tells_the_deviation_of_its_own_encoder() {
     assert_eq!([0, 1, 2].map(|axis| bench.ok(&format!("GAP 3, {axis}"))), [25_600, 0, 25_600]);
     assert_eq!([0, 1, 2].map(|axis| bench.ok(&format!("GAP 207, {axis}"))), [0, 2, 0]);
 }
+
+/// A blow back, and the encoder is again where the motor is: the next motion is not ended by what is over, and the next blow
+/// is told as the first was.
+#[test]
+fn a_deviation_that_ends_ends_nothing_more() {
+    let mut bench = in_world(|_| "[axis.abn]\nlines = 800\n".into());
+    bench.configure(&["SAP 210, 2, 3200", "SAP 212, 2, 2000"]);
+    count(&mut bench);
+    let turn = |bench: &mut Bench| {
+        bench.ok("ROR 2, 25600");
+        bench.run(2 * SECOND);
+        (counted(bench), bench.ok("GAP 3, 2"))
+    };
+    assert_eq!(turn(&mut bench), (vec![], 25_600));
+    bench.control("slip 20 2");
+    bench.run(SECOND);
+    assert_eq!((counted(&mut bench), bench.ok("GAP 3, 2"), bench.ok("GAP 207, 2")), (vec![(23, 1)], 0, 2));
+    bench.control("slip -20 2");
+    bench.run(SECOND);
+    assert_eq!(turn(&mut bench), (vec![(23, 1)], 25_600));
+    bench.control("slip 20 2");
+    bench.run(SECOND);
+    assert_eq!((counted(&mut bench), bench.ok("GAP 3, 2"), bench.ok("GAP 207, 2")), (vec![(23, 2)], 0, 2));
+}
