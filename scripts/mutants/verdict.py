@@ -19,7 +19,9 @@ def run(test: Test, environment: Mapping[str, str], limit: float | None) -> str 
     """Runs one binary of tests; returns what was noticed, `None` if all has passed."""
     process = subprocess.Popen(
         test.command, cwd=test.folder, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        start_new_session=True,
+        # A group, so that its children end with it, and not a session: the first terminal that a test opens would become that of
+        # the session, whose end is the end of its leader.
+        process_group=0,
     )  # fmt: skip
     late = threading.Event()
 
