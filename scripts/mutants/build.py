@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,7 +32,11 @@ class Copy:
         self.area = area
         self.folder = checkout / "target" / "mutants" / "tree"
         self.checkout = checkout
-        self.environment = {**os.environ, "CARGO_TARGET_DIR": str(checkout / "target" / "mutants" / "target")}
+        # As many tests at a time as Cargo lets go on, see .cargo/config.toml.
+        threads = tomllib.loads((checkout / ".cargo" / "config.toml").read_text())["env"]["RUST_TEST_THREADS"]
+        self.environment = {
+            **os.environ, "CARGO_TARGET_DIR": str(checkout / "target" / "mutants" / "target"), "RUST_TEST_THREADS": threads,
+        }  # fmt: skip
         # The tests run without a mutant first.
         self.environment.pop("MUTANT", None)
         for name in self.tracked():
@@ -111,7 +116,7 @@ class Copy:
             if message.get("executable") and message["profile"]["test"]:
                 name = message["target"]["name"]
                 folder = Path(message["manifest_path"]).parent
-                test = Test(name, (message["executable"], "--test-threads", str(os.cpu_count())), folder)
+                test = Test(name, (message["executable"],), folder)
                 if name not in NOT_RUN:
                     tests.append(test)
             elif message["reason"] == "compiler-message" and message["message"]["level"] == "error":
