@@ -57,6 +57,32 @@ fn an_axis_goes_from_one_line_to_another() {
     assert!((147..=153).contains(&speeds[2]) && (64..=69).contains(&speeds[3]), "{speeds:?}");
 }
 
+/// Two lines: the axis that leads one of them gets another speed, and its followers with it, at their shares: 250 and 150 of
+/// 1000. Then it is told to stop. The others of that line go on at their own speeds, and the other line goes on as a line.
+#[test]
+fn of_two_lines_one_loses_its_leader() {
+    for (first, second) in [([0, 1, 2], [3, 4, 5]), ([3, 4, 5], [0, 1, 2])] {
+        let mut bench = Bench::six("");
+        for axes in [[0, 1, 2], [3, 4, 5]] {
+            bench.draw(&axes, &[400_000, 100_000, 60_000]);
+        }
+        let is_line = |[leader, one, other]: [i32; 3], speed: i32| {
+            leader == speed && one.abs_diff(speed / 4) <= 3 && other.abs_diff(speed * 3 / 20) <= 3
+        };
+        bench.run(SECOND);
+        bench.ok(&format!("SAP 4, {}, 600", first[0]));
+        bench.run(SECOND / 2);
+        let speeds = bench.speeds();
+        assert!(is_line(first.map(|axis| speeds[axis]), 600), "{speeds:?}");
+        assert!(is_line(second.map(|axis| speeds[axis]), 1_000), "{speeds:?}");
+        bench.ok(&format!("MST {}", first[0]));
+        bench.run(SECOND / 2);
+        let speeds = bench.speeds();
+        assert_eq!(first.map(|axis| speeds[axis]), [0, 1_000, 1_000]);
+        assert!(is_line(second.map(|axis| speeds[axis]), 1_000), "{speeds:?}");
+    }
+}
+
 /// A line that has lost an axis is no line any more: when a switch, a stall or its driver stops one of its axes, the others
 /// are stopped along their ramps. Axes that are not of the line go on.
 #[test]
