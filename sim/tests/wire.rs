@@ -257,7 +257,7 @@ fn of_a_canopen_node_the_replies_of_the_sdo_server_are_lost_and_its_heartbeat_is
 }
 
 /// A node that is off the bus says nothing there, and afterwards nothing that is out of date: its heartbeat comes ten times a
-/// second again, with the emergency that tells what was.
+/// second again. The emergency that has come meanwhile is told, with that of the bus.
 #[test]
 fn a_canopen_node_off_the_bus_says_nothing() {
     let mut fleet = fleet(FirmwareKind::Canopen, 2);
@@ -268,10 +268,14 @@ fn a_canopen_node_off_the_bus_says_nothing() {
     };
     assert!((10..=12).contains(&of_node_2(&mut fleet).len()));
     control(&mut fleet, "module 2 can off");
+    control(&mut fleet, "module 2 fault overtemperature on");
     assert_eq!(of_node_2(&mut fleet), [] as [Vec<u8>; 0]);
     control(&mut fleet, "module 2 can on");
     let said = of_node_2(&mut fleet);
     let (heartbeats, others): (Vec<_>, Vec<_>) = said.iter().partition(|data| data.len() == 1);
     assert!((9..=11).contains(&heartbeats.len()), "{said:02X?}");
-    assert_eq!(others, [&[0x40, 0x81, 0x11, 0, 0xFF, 0, 0, 0]]);
+    // 4310h as a warning and as the end of the motion, and 8140h for the bus.
+    let emergencies =
+        [[0x10, 0x43, 9, 1, 0, 0, 0, 0], [0x10, 0x43, 9, 2, 0, 0, 0, 0], [0x40, 0x81, 0x19, 0, 0xFF, 0, 0, 0]];
+    assert_eq!(others, emergencies.each_ref());
 }
