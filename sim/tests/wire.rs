@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use hal_sim::control::Line;
-use tmcm::can::{CanFrame, Frame};
+use tmcm::can::{CanFrame, Frame, Id};
 use tmcm::tmcl::binary::{self, Telegram};
 use tmcm_sim::{Client, FirmwareKind, Fleet, MILLISECOND, Model, Nanos, Product, SECOND, WorldConfig, text};
 
@@ -263,7 +263,7 @@ fn a_canopen_node_off_the_bus_says_nothing() {
     let mut fleet = fleet(FirmwareKind::Canopen, 2);
     fleet.send_can(9, Frame::standard(0x602, &[0x2B, 0x17, 0x10, 0, 100, 0, 0, 0]).unwrap());
     let of_node_2 = |fleet: &mut Fleet| -> Vec<Vec<u8>> {
-        let said = |frame: &Frame| matches!(frame.id(), tmcm::can::Id::Standard(id) if id.as_raw() & 0x7F == 2);
+        let said = |frame: &Frame| matches!(frame.id(), Id::Standard(id) if id.as_raw() & 0x7F == 2);
         frames(fleet).into_iter().map(|(_, frame)| frame).filter(said).map(|frame| frame.data().to_vec()).collect()
     };
     assert!((10..=12).contains(&of_node_2(&mut fleet).len()));

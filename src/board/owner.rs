@@ -69,8 +69,8 @@ pub(super) struct Owner<F> {
     ending: Option<Micros>,
     /// The log says that a motion controller does not answer, and the error LED is lit.
     trouble: bool,
-    /// Whether there is a page for the EEPROM is to be looked at: at the end of a turn, once the links have been served. Its
-    /// contents and check sum take half as long as the turn, for which no request is to wait as well.
+    /// A page for the EEPROM is to be looked for: since a turn, and until the links have nothing to do. The contents and the
+    /// check sum of a page take half as long as a turn, and a request that waits for the one should not wait for both.
     page: bool,
 }
 

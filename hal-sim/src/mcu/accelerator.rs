@@ -35,8 +35,8 @@ pub(super) struct Setup {
     pub(super) emptied: [u32; 2],
 }
 
-/// A cache. Nothing in it is searched for: a program goes to another line every few instructions, and looking
-/// through 64 places took a tenth of the emulator's time.
+/// A cache. Nothing in it is searched for: a program goes to another line every few instructions, and looking through 64
+/// places took a tenth of the emulator's time.
 #[derive(Debug)]
 struct Cache<const LINES: usize> {
     /// The number of the line in each place.
