@@ -5,14 +5,16 @@ notices has survived; either a test is missing, or the change makes no differenc
 """
 
 import argparse
+import itertools
 import random
 import sys
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from areas import AREAS
 from build import Copy, ordered
-from mutant import Form
+from mutant import Form, Mutant
 from verdict import times_without_mutants, verdict
 
 
@@ -28,47 +30,67 @@ def arguments() -> argparse.Namespace:
 
 def main() -> None:
     said = arguments()
-    rows = [row for name in said.area if (row := one_area(name, said))]
+    # Areas with the same tests are built together.
+    together: dict[tuple, list[str]] = {}
+    for name in dict.fromkeys(said.area):
+        together.setdefault((AREAS[name].crate, AREAS[name].packages), []).append(name)
+    rows = [row for names in together.values() for row in tried(names, said)]
     if rows:
         print("\n| area | mutants tried | noticed | survived |\n| --- | --- | --- | --- |")
-        print("\n".join(f"| {name} | {tried} | {tried - survived} | {survived} |" for name, tried, survived in rows))
+        print("\n".join(f"| {name} | {count} | {count - survived} | {survived} |" for name, count, survived in rows))
 
 
-def one_area(name: str, said: argparse.Namespace) -> tuple[str, int, int] | None:
+def tried(names: list[str], said: argparse.Namespace) -> list[tuple[str, int, int]]:
+    """Tries a sample of each of these areas; returns how many of it were tried and how many survived."""
     checkout = Path(__file__).resolve().parents[2]
-    area = AREAS[name]
-    copy = Copy(checkout, area)
-    every = [mutant for mutant in copy.mutants() if said.match in f"{mutant.place()} {mutant.what}"]
-    sample = random.Random(said.seed).sample(every, min(said.sample or len(every), len(every)))
-    print(f"{name}: {len(sample)} of {len(every)} mutants", flush=True)
+    copy = Copy(checkout, [AREAS[name] for name in names])
+    samples: dict[str, list[Mutant]] = {}
+    for name in names:
+        every = [mutant for mutant in copy.mutants(AREAS[name]) if said.match in f"{mutant.place()} {mutant.what}"]
+        samples[name] = random.Random(said.seed).sample(every, min(said.sample or len(every), len(every)))
+        print(f"{name}: {len(samples[name])} of {len(every)} mutants", flush=True)
+        if said.list:
+            print("\n".join(f"  {mutant.place()}  {mutant.what}" for mutant in samples[name]))
     if said.list:
-        print("\n".join(f"  {mutant.place()}  {mutant.what}" for mutant in sample))
-        return None
-    numbered = dict(enumerate(sample, 1))
-    tests, unbuilt = copy.with_all({number: it for number, it in numbered.items() if it.form is not Form.ALONE})
-    tests = ordered(tests, area)
-    print(f"{name}: {len(tests)} binaries of tests are built", flush=True)
+        return []
+    numbers = itertools.count(1)
+    numbered = {name: {next(numbers): mutant for mutant in sample} for name, sample in samples.items()}
+    choices = {number: it for sample in numbered.values() for number, it in sample.items() if it.form is not Form.ALONE}
+    tests, unbuilt = copy.with_all(choices)
+    print(f"{len(tests)} binaries of tests are built", flush=True)
     times = times_without_mutants(tests, copy.environment)
-    print(f"{name}: without a mutant they pass, in {sum(times.values()):.0f} s", flush=True)
-    tried = survived = 0
-    for number, mutant in sorted(numbered.items(), key=lambda pair: pair[1].form is Form.ALONE):
+    print(f"without a mutant they pass, in {sum(times.values()):.0f} s", flush=True)
+    # Those that need a build of their own come last: what has been built is gone then.
+    of_area = {name: Counted() for name in names}
+    everything = [(name, number, it) for name, sample in numbered.items() for number, it in sample.items()]
+    for name, number, mutant in sorted(everything, key=lambda one: one[2].form is Form.ALONE):
         before = time.monotonic()
         environment = copy.environment
         if mutant.form is Form.ALONE:
             these = copy.with_one(mutant)
-            these = these and ordered(these, area)
         else:
             these = None if number in unbuilt else tests
             environment = {**environment, "MUTANT": str(number)}
         if these is None:
-            print(f"  {mutant.place()}  {mutant.what}: does not compile", flush=True)
+            print(f"  {name}: {mutant.place()}  {mutant.what}: does not compile", flush=True)
             continue
-        noticed = verdict(these, times, environment)
-        tried += 1
-        survived += noticed is None
-        print(f"  {mutant.place()}  {mutant.what}: {noticed or 'SURVIVES'} ({time.monotonic() - before:.0f} s)", flush=True)
+        noticed = verdict(ordered(these, AREAS[name]), times, environment)
+        of_area[name].add(noticed is None)
+        print(f"  {name}: {mutant.place()}  {mutant.what}: {noticed or 'SURVIVES'} ({time.monotonic() - before:.0f} s)", flush=True)
     copy.original()
-    return name, tried, survived
+    return [(name, count.tried, count.survived) for name, count in of_area.items()]
+
+
+@dataclass
+class Counted:
+    """What was found out about an area."""
+
+    tried: int = 0
+    survived: int = 0
+
+    def add(self, survives: bool) -> None:
+        self.tried += 1
+        self.survived += survives
 
 
 if __name__ == "__main__":

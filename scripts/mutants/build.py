@@ -12,7 +12,7 @@ from pathlib import Path
 import python
 import rust
 from areas import NOT_RUN, Area
-from mutant import Form, Mutant
+from mutant import Mutant
 from sources import alone, at_fault, with_choices
 
 
@@ -28,8 +28,9 @@ class Test:
 class Copy:
     """The sources as git knows them, in a folder of their own, with a build directory of their own that later runs use again."""
 
-    def __init__(self, checkout: Path, area: Area) -> None:
-        self.area = area
+    def __init__(self, checkout: Path, areas: Sequence[Area]) -> None:
+        """The areas are of one crate or package, and have the same tests."""
+        self.crate, self.packages = areas[0].crate, areas[0].packages
         self.folder = checkout / "target" / "mutants" / "tree"
         self.checkout = checkout
         # As many tests at a time as Cargo lets go on, see .cargo/config.toml.
@@ -41,10 +42,10 @@ class Copy:
         self.environment.pop("MUTANT", None)
         for name in self.tracked():
             self.write(name, (checkout / name).read_bytes())
-        self.sources = {name: (self.folder / name).read_bytes() for name in self.tracked(*area.files)}
+        self.sources = {name: (self.folder / name).read_bytes() for area in areas for name in self.tracked(*area.files)}
 
     def place(self, name: str) -> str:
-        return name if self.area.crate == "." else f"{self.area.crate}/{name}"
+        return name if self.crate == "." else f"{self.crate}/{name}"
 
     def tracked(self, *patterns: str) -> list[str]:
         specs = [f":(exclude){self.place(it[1:])}" if it.startswith("!") else f":(glob){self.place(it)}" for it in patterns]
@@ -60,9 +61,10 @@ class Copy:
             path.write_bytes(text)
             path.chmod((self.checkout / name).stat().st_mode)
 
-    def mutants(self) -> list[Mutant]:
-        find = python.find if self.area.crate == "python" else rust.find
-        return [mutant for name, source in sorted(self.sources.items()) if not name.endswith("tests.rs") for mutant in find(name, source)]
+    def mutants(self, area: Area) -> list[Mutant]:
+        find = python.find if self.crate == "python" else rust.find
+        names = [name for name in sorted(self.tracked(*area.files)) if not name.endswith("tests.rs")]
+        return [mutant for name in names for mutant in find(name, self.sources[name])]
 
     def original(self) -> None:
         for name, source in self.sources.items():
@@ -73,7 +75,7 @@ class Copy:
         out: set[int] = set()
         while True:
             placed = self.write_all({number: mutant for number, mutant in mutants.items() if number not in out})
-            if self.area.crate == "python":
+            if self.crate == "python":
                 return self.python_tests(), out
             tests, errors = self.cargo()
             if not errors:
@@ -84,13 +86,13 @@ class Copy:
             out |= wrong
 
     def write_all(self, mutants: Mapping[int, Mutant]) -> dict:
-        chosen = python.chosen if self.area.crate == "python" else rust.chosen
+        chosen = python.chosen if self.crate == "python" else rust.chosen
         placed = {}
         for name, source in self.sources.items():
             of_file = [(number, mutant) for number, mutant in mutants.items() if mutant.path == name]
             text, placed[name] = with_choices(source, of_file, chosen)
             self.write(name, text)
-        if self.area.crate != "python":
+        if self.crate != "python":
             root = self.place("src/lib.rs")
             self.write(root, (self.checkout / root).read_bytes() + rust.CHOICE)
         return placed
@@ -105,7 +107,7 @@ class Copy:
     def cargo(self) -> tuple[list[Test], list[tuple[str, int, int]]]:
         """Builds the tests; returns them, or the places of the errors."""
         # The programs too, which tests start.
-        packages = [argument for package in self.area.packages for argument in ("--package", package)]
+        packages = [argument for package in self.packages for argument in ("--package", package)]
         command = ["cargo", "test", "--no-run", "--message-format=json", *packages]
         # A choice has parentheses, and a call that is left out returns nothing.
         environment = {**self.environment, "RUSTFLAGS": "--cap-lints allow"}
@@ -130,6 +132,12 @@ class Copy:
         return str(Path(name).relative_to(self.folder)) if Path(name).is_absolute() else name
 
     def python_tests(self) -> list[Test]:
+        """The package is not installed: its sources, its plugin and the program beside it are named instead."""
+        subprocess.run(["cargo", "build", "--quiet", "--package", "tmcl-cli"], cwd=self.folder, env=self.environment, check=True)
+        self.environment |= {
+            "PYTHONPATH": str(self.folder / "python" / "src"), "PYTEST_PLUGINS": "tmcl_sim.pytest_plugin",
+            "TMCL_SIM_BINARY": str(Path(self.environment["CARGO_TARGET_DIR"]) / "debug" / "tmcl"),
+        }  # fmt: skip
         files = sorted((self.folder / "python" / "tests").glob("test_*.py"))
         start = (sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider")
         return [Test(file.stem, (*start, str(file)), self.folder / "python") for file in files]
