@@ -418,6 +418,7 @@ def test_what_has_happened_is_marked(pytester: pytest.Pytester) -> None:
             virtual_module.power(False)
             virtual_module.module(2).slip(4)
             virtual_module.control("module 2 press  home 1")
+            virtual_module.control("temperature 40")
             virtual_module.at(0.001, "power on")
             assert False
         """
@@ -434,6 +435,7 @@ def test_what_has_happened_is_marked(pytester: pytest.Pytester) -> None:
             "0.56* s  load 0.25 2",
             "1.06* s  fault spi on",
             "1.06* s  power off",
+            "1.06* s  temperature 40",
             "",
             "As an image: *",
             "*- tmcl_sim: motion of module 2, TMCM-3110 -*",
@@ -447,7 +449,7 @@ def test_what_has_happened_is_marked(pytester: pytest.Pytester) -> None:
     result.stdout.no_fnmatch_line("* s  slip 0*")
     result.stdout.no_fnmatch_line("* s  power on")
     first, second = (ElementTree.parse(plot).getroot() for plot in plots(pytester))
-    assert labels(first) >= {"press left", "load 0.25 2", "fault spi on, power off"}
+    assert labels(first) >= {"press left", "load 0.25 2", "fault spi on, power off, temperature 40"}
     assert labels(second) >= {"slip 4, press home 1"}
 
 
