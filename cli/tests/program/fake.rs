@@ -3,6 +3,7 @@
 //! It knows what a host asks of a program (manual section 3.7.38) and a handful of commands: CALC ADD and LOAD, JA,
 //! WAIT and STOP; all others do nothing.
 
+use std::collections::HashMap;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -13,6 +14,8 @@ use tmcm::tmcl::{Command, Opcode, Reply, Status, text};
 
 /// Commands its memory holds.
 const SIZE: usize = 64;
+/// The axis parameter with the actual position.
+pub(crate) const POSITION: u8 = 1;
 /// How often it has to be asked before a WAIT is over.
 const WAIT: u32 = 3;
 
@@ -44,6 +47,10 @@ pub(crate) struct State {
     pub(crate) mute: bool,
     /// Number of its axes; 0 is one.
     pub(crate) axes: u8,
+    /// Its motor is at its target at once; otherwise it never moves.
+    pub(crate) jumps: bool,
+    /// Axis parameters by their number; those that are not here are 0.
+    pub(crate) parameters: HashMap<u8, i32>,
     /// Everything that it has been asked.
     pub(crate) asked: Vec<Command>,
 }
@@ -86,6 +93,9 @@ impl State {
             (Some(Opcode::Ggp), 81) => return value(self.protection),
             (Some(Opcode::Sgp), 77) => self.autostart = wanted,
             (Some(Opcode::Gap), _) if motor >= self.axes.max(1) => return Reply::echo(Status::InvalidValue, command),
+            (Some(Opcode::Gap), _) => return value(self.parameters.get(&kind).copied().unwrap_or_default()),
+            (Some(Opcode::Sap), _) => _ = self.parameters.insert(kind, wanted),
+            (Some(Opcode::Mvp), _) if self.jumps => _ = self.parameters.insert(POSITION, wanted),
             (Some(Opcode::StopApplication), _) => self.mode = 0,
             (Some(Opcode::RunApplication), _) => {
                 self.mode = 1;

@@ -52,5 +52,7 @@ mod time;
 mod time_hosts;
 mod tmcm3212;
 mod tune;
+mod tune_limits;
+mod tune_shown;
 mod turns;
 mod world;
