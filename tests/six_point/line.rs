@@ -139,3 +139,36 @@ fn a_line_that_a_short_press_has_broken_stays_broken() {
         }
     }
 }
+
+/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms, and no
+/// more: 15 616 pps, less up to 260 for what a follower may be off and for the time between two readings. One that is far ahead
+/// is slower by as much. The line is one to one at 50 000 pps; with 200 000 pps per second the motor that stands needs a quarter
+/// of a second for that and lags 6 250 microsteps then, and the one that comes down from 100 000 pps is ahead by twice as much.
+#[test]
+fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
+    for (speeds, expected) in
+        [([50_000, 0], [0..=1_000, 65_350..=65_616]), ([0, 100_000], [34_384..=34_650, 99_000..=100_000])]
+    {
+        let mut bench = bench();
+        for (axis, (own, speed)) in [50_000, 200_000].into_iter().zip(speeds).enumerate() {
+            for (number, value) in [(4, own), (5, 200_000), (17, 200_000)] {
+                bench.ok(&format!("SAP {number}, {axis}, {value}"));
+            }
+            bench.ok(&format!("ROR {axis}, {speed}"));
+        }
+        bench.run(SECOND);
+        for axis in [0, 1] {
+            let place = bench.ok(&format!("GAP 1, {axis}"));
+            bench.ok(&format!("SCO 1, {axis}, {}", place + 400_000));
+        }
+        bench.ok("MVP COORD, 67, 1");
+        let (mut slowest, mut fastest) = (i32::MAX, 0);
+        for _ in 0..1_000 {
+            bench.run(MILLISECOND);
+            let speed = bench.ok("GAP 3, 1");
+            (slowest, fastest) = (slowest.min(speed), fastest.max(speed));
+        }
+        let [low, high] = &expected;
+        assert!(low.contains(&slowest) && high.contains(&fastest), "{speeds:?}: {slowest} to {fastest}");
+    }
+}
