@@ -92,6 +92,62 @@ fn a_switch_is_looked_for_up_to_the_limit() {
     assert_eq!(leg(&mut bench), 3);
 }
 
+/// Between the stop switches at 9000 to either side and with the home switch from 2000 to 5000, a search by `mode` whose slow
+/// legs go at an internal speed of 500. The motor needs 33 ms to come to a stand from that, in which it makes some 250
+/// microsteps.
+fn in_slow_leg(mode: i32, number: i32) -> Bench {
+    let stage = "[stage]\nleft = -9000\nleft_width = 3000\nright = 9000\nright_width = 3000\nhome = [2000, 5000]\n";
+    let mut bench = Bench::in_world(stage);
+    bench.configure(&["SAP 195, 0, 500", &format!("SAP 193, 0, {mode}"), "RFS START, 0"]);
+    while leg(&mut bench) != number {
+        polls_until_next_leg(&mut bench);
+    }
+    bench
+}
+
+/// A contact that closes and opens again while the motor is on its way back to the edge that it has left is not the far side
+/// of the switch: the leg that crosses the switch goes on, and the zero point is the middle of the switch. The home switch is
+/// sampled once in a millisecond, in which the motor makes 15 microsteps.
+#[test]
+fn a_contact_before_the_first_edge_does_not_end_the_crossing() {
+    for (mode, switch, middle, off) in [(4, "left", -10_500, 2), (68, "right", 10_500, 2), (6, "home", 3_500, 8)] {
+        let mut bench = in_slow_leg(mode, 3);
+        for (open, closed) in [(4, 3), (4, 3)] {
+            bench.poll(open);
+            bench.control(&format!("press {switch}"));
+            bench.poll(closed);
+            bench.control(&format!("release {switch}"));
+        }
+        bench.run_until(5 * SECOND, |bench| leg(bench) == 0);
+        let differs = (bench.rotor() - middle).abs();
+        assert!(differs <= off && !bench.cut_short(), "mode {mode}: {}", bench.rotor());
+    }
+}
+
+/// On the way to the zero point the stop switch before the motor ends the search, which has failed then; the one behind it
+/// does not, nor does the one that is searched for. The motor comes from the far side of the switch; the search in mode 5 has turned
+/// round at the left end before.
+#[test]
+fn the_stop_switch_before_the_motor_ends_the_way_to_the_zero_point() {
+    for (mode, middle, before, behind) in [
+        (4, -10_500, "right", "left"),
+        (68, 10_500, "left", "right"),
+        (6, 3_500, "left", "right"),
+        (5, 3_500, "left", "right"),
+    ] {
+        for (switch, ends) in [(before, true), (behind, false)] {
+            let mut bench = in_slow_leg(mode, 4);
+            bench.poll(20);
+            bench.control(&format!("press {switch}"));
+            let polls = polls_until_next_leg(&mut bench);
+            let differs = (bench.rotor() - middle).abs();
+            let case = format!("mode {mode}, {switch}: {polls} polls, {differs} microsteps off");
+            assert_eq!((leg(&mut bench), bench.cut_short()), (0, ends), "{case}");
+            assert!(if ends { polls < 60 && differs > 1000 } else { polls > 60 && differs <= 8 }, "{case}");
+        }
+    }
+}
+
 /// The tolerance of parameter 141 does not count in a search: the chip stops the motor where the switch closes.
 #[test]
 fn within_the_tolerance_of_parameter_141_the_switch_stops_a_search_at_once() {
