@@ -125,8 +125,8 @@ fn a_contact_before_the_first_edge_does_not_end_the_crossing() {
 }
 
 /// On the way to the zero point the stop switch before the motor ends the search, which has failed then; the one behind it
-/// does not, nor does the one that is searched for. The motor comes from the far side of the switch; the search in mode 5 has turned
-/// round at the left end before.
+/// does not, nor does the one that is searched for. The motor comes from the far side of the switch; the search in mode 5
+/// has turned round at the left end before.
 #[test]
 fn the_stop_switch_before_the_motor_ends_the_way_to_the_zero_point() {
     for (mode, middle, before, behind) in [
