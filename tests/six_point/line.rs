@@ -3,6 +3,7 @@
 
 use crate::bench;
 use crate::common::Bench;
+use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm_sim::VirtualModule;
 
@@ -171,4 +172,28 @@ fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
         let [low, high] = &expected;
         assert!(low.contains(&slowest) && high.contains(&fastest), "{speeds:?}: {slowest} to {fastest}");
     }
+}
+
+/// While the leader speeds up, each millisecond brings its follower another speed limit, by one datagram besides the two of
+/// the poll. Nothing is told the leader, nor a follower whose limit stays: that of one microstep is 0 until its time has come.
+#[test]
+fn a_correction_is_one_datagram_to_the_follower_that_needs_it() {
+    const WRITE: u8 = 0x80;
+    let mut bench = bench();
+    for (axis, way) in [500_000, 250_000, 1].into_iter().enumerate() {
+        bench.ok(&format!("SCO 1, {axis}, {way}"));
+    }
+    bench.ok("MVP COORD, 71, 1");
+    bench.run(100 * MILLISECOND);
+    bench.module.board().borrow_mut().take_datagrams();
+    bench.run(500 * MILLISECOND);
+    let datagrams = bench.module.board().borrow_mut().take_datagrams();
+    let written = |axis: usize| -> Vec<u8> {
+        let of_axis = datagrams.iter().filter(|datagram| datagram.chip == Chip::Tmc5160(axis));
+        of_axis.map(|datagram| datagram.bytes[0]).filter(|address| address & WRITE != 0).collect()
+    };
+    assert!(written(0).is_empty() && written(2).is_empty(), "{:x?}, {:x?}", written(0), written(2));
+    // VMAX. All but a few times the limit differs from the one before.
+    let limits = written(1);
+    assert!(limits.iter().all(|address| *address == WRITE | 0x27) && limits.len() > 480, "{limits:x?}");
 }
