@@ -208,15 +208,15 @@ fn a_positioning_keeps_its_target_and_goes_on() {
     }
 }
 
-/// What the chip does not take of the end, because its answers are lost, it is told by the polls that follow.
+/// What the chip does not take of the end, because datagrams or their answers are lost, it is told by the polls that follow.
 #[test]
 fn an_end_that_the_chip_does_not_take_is_told_again() {
-    for after in 0..12 {
+    for (after, whole) in (0..12).flat_map(|after| [(after, false), (after, true)]) {
         for mut motor in Motor::each() {
             motor.rotate(motor.turn);
             motor.turns(1);
             motor.hand("press");
-            motor.bench.module.board().borrow_mut().lose_answers(after, 3, false);
+            motor.bench.module.board().borrow_mut().lose_answers(after, 3, whole);
             motor.bench.run(30 * MILLISECOND);
             motor.bench.module.board().borrow_mut().lose_answers(0, 0, false);
             motor.hand("release");
