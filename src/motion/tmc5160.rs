@@ -11,6 +11,8 @@ mod configuration;
 mod ramp;
 mod readings;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod unit;
 
 use core::marker::PhantomData;
