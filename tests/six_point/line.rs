@@ -197,3 +197,49 @@ fn a_correction_is_one_datagram_to_the_follower_that_needs_it() {
     let limits = written(1);
     assert!(limits.iter().all(|address| *address == WRITE | 0x27) && limits.len() > 480, "{limits:x?}");
 }
+
+/// VSTART, A1, V1, AMAX, DMAX, D1 and VSTOP, by the numbers of their parameters, with their registers.
+const RAMP: [(u8, u8); 7] = [(19, 0x23), (15, 0x24), (16, 0x25), (5, 0x26), (17, 0x28), (18, 0x2A), (20, 0x2B)];
+
+/// On a line a follower of half of the way has half of all that the ramp of its leader has; where that is more than what is its
+/// own, the leader has so much less. With the next move of its own each has its own ramp. In registers, with 2^24 / 16e6 and
+/// 2^41 / 16e6^2: 30 000 pps are 31 457, and 400 000 pps/s are 3 436.
+#[test]
+fn all_that_a_ramp_has_is_in_the_ratio_of_the_ways() {
+    let own = [1_000, 400_000, 30_000, 150_000, 200_000, 500_000, 2_000];
+    let leader = [1_049, 3_436, 31_457, 1_288, 1_718, 4_295, 2_097];
+    let follower = [524, 1_718, 15_729, 644, 859, 2_147, 1_049];
+    let with = |all: [u32; 7], at: usize, value: u32| {
+        let mut all = all;
+        all[at] = value;
+        all
+    };
+    // What the follower has less of, and what both have then.
+    let mut cases = vec![(0, own[0], leader, follower)];
+    for (at, less, of_leader, of_follower) in [
+        (0, 100, 210, 105),
+        (1, 100_000, 1_718, 859),
+        (2, 10_000, 20_972, 10_486),
+        (3, 50_000, 859, 429),
+        (4, 50_000, 859, 429),
+        (5, 100_000, 1_718, 859),
+        (6, 900, 1_887, 944),
+    ] {
+        cases.push((at, less, with(leader, at, of_leader), with(follower, at, of_follower)));
+    }
+    for (at, less, leader_has, follower_has) in cases {
+        let mut bench = bench();
+        for ((number, _), value) in RAMP.into_iter().zip(own) {
+            bench
+                .configure(&[0, 1].map(|axis| format!("SAP {number}, {axis}, {value}")).each_ref().map(String::as_str));
+        }
+        bench.ok(&format!("SAP {}, 1, {less}", RAMP[at].0));
+        bench.configure(&["SCO 1, 0, 500000", "SCO 1, 1, 250000", "MVP COORD, 67, 1"]);
+        let registers = |bench: &Bench, axis: usize| {
+            RAMP.map(|(_, register)| bench.module.board().borrow().tmc5160(axis).register(register))
+        };
+        assert_eq!([registers(&bench, 0), registers(&bench, 1)], [leader_has, follower_has], "{:?}: {less}", RAMP[at]);
+        bench.configure(&["MVP ABS, 0, 0", "MVP ABS, 1, 0"]);
+        assert_eq!(registers(&bench, 0), leader, "the leader alone");
+    }
+}
