@@ -130,6 +130,12 @@ fn messages_leave_the_drive_as_it_is() {
         assert_eq!((rig.read(0x1001, 0), rig.drive_state()), (0, OPERATION_ENABLED));
         assert!(rig.emergencies().is_empty());
     }
+    // The slowest motor tells it as well.
+    let mut rig = Rig::enabled(PV);
+    rig.set(0x60FF, 0, 1);
+    rig.control("fault open-a on");
+    rig.wait(2_000);
+    assert_eq!(rig.emergencies(), [(0x1000, [1, 0])]);
     // A motor that stands tells no open coil, because the driver's flags are not right then.
     let mut rig = Rig::enabled(PV);
     rig.control("fault open-a on");
