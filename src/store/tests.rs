@@ -294,3 +294,51 @@ fn a_reset_erases_the_program_only_if_asked_to_and_a_slot_tells_when() {
     assert_eq!(erased.iter().filter_map(|(_, _, erased)| *erased).collect::<Vec<_>>(), [2]);
     assert_eq!((erased[0].0, store.get(13)), (Some(1), Some(2)));
 }
+
+/// A page that could not be written is as it was, and so are the others: the next store writes the page of its value alone.
+/// Only a factory reset that has failed is made up for, by both copies of the first page.
+#[test]
+fn a_failed_write_orders_no_other_pages() {
+    for reset in [false, true] {
+        let mut part = Part::<Small>::fresh();
+        let (mut store, _) = part.load();
+        assert!(store.set(SPEED, 2000));
+        assert_eq!(part.settle(&mut store), 1);
+        if reset {
+            store.reset(false);
+        } else {
+            assert!(store.set(SPEED, 3000));
+        }
+        assert!(store.next_job().is_some());
+        assert_eq!(store.finish(false).failed, Some(Need::Settings));
+        assert_eq!(store.next_job(), None);
+        assert!(store.set(COUNT, 5));
+        assert_eq!(part.settle(&mut store), if reset { 3 } else { 1 }, "reset: {reset}");
+        assert_eq!(part.load().0.get(COUNT), Some(5));
+    }
+}
+
+/// A store is idle but while something is to be written, or is being written, and while a download is open.
+#[test]
+fn a_store_is_idle_while_it_has_nothing_to_do() {
+    let mut part = Part::<Small>::fresh();
+    let (mut store, _) = part.load();
+    assert!(store.is_idle());
+    assert!(store.set(SPEED, 2000));
+    assert!(!store.is_idle());
+    assert!(store.next_job().is_some());
+    assert!(!store.is_idle());
+    store.finish(true);
+    assert!(store.is_idle());
+    store.begin_download(0);
+    part.settle(&mut store);
+    assert!(!store.is_idle());
+    // The page is being written while the download goes on.
+    assert!(store.download(&[1; 64]));
+    assert!(store.next_job().is_some());
+    store.end_download();
+    assert!(!store.is_idle());
+    store.finish(true);
+    part.settle(&mut store);
+    assert!(store.is_idle());
+}
