@@ -90,6 +90,38 @@ fn a_homing_is_ended_before_its_end() {
     }
 }
 
+/// Method 35 waits until the motor stands. If it is ended before, by bit 4, another mode or another state, the motor keeps its
+/// position when it stands. It brakes from 500 with an acceleration of 100, which takes a third of a second.
+#[test]
+fn a_homing_to_where_the_motor_is_is_ended_before_its_end() {
+    for (object, value) in [(0x6040, 31), (0x6040, 15), (0x6060, 3), (0x6040, 11), (0x6040, 7)] {
+        let settings = [(0x6098, 0, 35), (0x6083, 0, 100), (0x609A, 0, 100), (0x6085, 0, 100)];
+        let mut rig = ready(&stage(HOME, 0), &settings);
+        let difference = rotor(&rig) - i64::from(rig.read(0x6064, 0));
+        rig.set(0x60FF, 0, 500);
+        rig.set(0x6060, 0, 3);
+        rig.wait(500);
+        rig.set(0x6060, 0, 6);
+        rig.set(0x60FF, 0, 0);
+        rig.wait(50);
+        rig.set(0x6040, 0, 31);
+        assert_eq!(bits(&mut rig, ENDED | FOUND), 0);
+        rig.wait(50);
+        rig.set(object, 0, value);
+        rig.wait(1000);
+        rig.set(0x6060, 0, 6);
+        rig.wait(5);
+        let case = format!("{object:X}h = {value}");
+        if value == 31 {
+            assert_eq!((bits(&mut rig, ENDED | FOUND), rig.read(0x6064, 0)), (ENDED | FOUND, 0), "{case}");
+        } else {
+            assert_eq!(bits(&mut rig, ENDED | FOUND), ENDED, "{case}");
+            let differs = rotor(&rig) - i64::from(rig.read(0x6064, 0)) - difference;
+            assert!(rotor(&rig) > 1000 && differs.abs() <= COUNT, "{case}: {} and {differs}", rotor(&rig));
+        }
+    }
+}
+
 /// Bit 12 stays until the next start: through the end of bit 4, other modes, in which it means something else, and other
 /// states. A start that is refused clears it too.
 #[test]

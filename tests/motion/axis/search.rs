@@ -8,6 +8,7 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, text};
 use tmcm::vm::ErrorFlag;
+use tmcm_sim::VirtualModule;
 
 /// The leg under way, as RFS STATUS tells, without waiting for the reply.
 fn leg(bench: &mut Bench) -> i32 {
@@ -146,6 +147,24 @@ fn the_stop_switch_before_the_motor_ends_the_way_to_the_zero_point() {
             assert!(if ends { polls < 60 && differs > 1000 } else { polls > 60 && differs <= 8 }, "{case}");
         }
     }
+}
+
+/// A module that leaves polls out while nothing happens does not leave those out in which a search looks where the motor is.
+#[test]
+fn a_switch_is_looked_for_up_to_the_limit_whatever_polls_are_left_out() {
+    let mut bench = begun(&["SAP 195, 0, 10"]);
+    bench.control("press left");
+    bench.run(MILLISECOND);
+    bench.control("release left");
+    bench.run_until(SECOND, |bench| leg(bench) == 2);
+    let (stood, now) = (bench.rotor(), bench.module.now());
+    bench.module.board().borrow_mut().change_world(|world| world.axis_mut(0).start_trace(0, now));
+    bench.run(9 * SECOND);
+    let trace = bench.module.board().borrow_mut().change_world(|world| world.axis_mut(0).take_trace()).unwrap();
+    let furthest = trace.samples().iter().map(|sample| sample.rotor).max().unwrap();
+    // Four full steps further than it was seen, and the way in which the motor stood behind that.
+    assert!((4 * 256..6 * 256).contains(&(furthest - stood)), "{furthest} from {stood}");
+    assert_eq!(leg(&mut bench), 1);
 }
 
 /// The tolerance of parameter 141 does not count in a search: the chip stops the motor where the switch closes.
