@@ -352,3 +352,20 @@ fn a_store_is_idle_while_it_has_nothing_to_do() {
     part.settle(&mut store);
     assert!(store.is_idle());
 }
+
+/// Numbers wrap, and are later than those that they are less than half of the range ahead of: of two that are half of it apart
+/// none is.
+#[test]
+fn numbers_that_wrap_are_later_by_less_than_half_their_range() {
+    for from in [0, 1, 0x7FFF, 0x8000, 0xFFFF_u16] {
+        for (ahead, later) in [(0, false), (1, true), (0x7FFF, true), (0x8000, false), (0x8001, false), (0xFFFF, false)]
+        {
+            assert_eq!(page::newer(from.wrapping_add(ahead), from), later, "{ahead} ahead of {from}");
+        }
+    }
+    for from in [0, 1, 0x7F, 0x80, 0xFF_u8] {
+        for (ahead, later) in [(0, false), (1, true), (0x7F, true), (0x80, false), (0x81, false), (0xFF, false)] {
+            assert_eq!(page::follows(from.wrapping_add(ahead), from), later, "{ahead} ahead of {from}");
+        }
+    }
+}
