@@ -369,3 +369,19 @@ fn numbers_that_wrap_are_later_by_less_than_half_their_range() {
         }
     }
 }
+
+/// A store that is loaded again has what the EEPROM has, whatever was wanted, or being written, before.
+#[test]
+fn a_store_that_is_loaded_again_forgets_what_was_wanted() {
+    let part = Part::<Small>::fresh();
+    let (mut store, _) = part.load();
+    assert!(store.set(SPEED, 2000) && store.next_job().is_some());
+    assert!(store.set(COUNT, 5));
+    let read = |address: u16, page: &mut [u8]| {
+        page.copy_from_slice(&part.0[address.into()..][..page.len()]);
+        Ok::<(), ()>(())
+    };
+    assert_eq!(store.load(read), Ok(LoadReport::default()));
+    assert_eq!((store.get(SPEED), store.get(COUNT)), (Some(1000), Some(0)));
+    assert!(store.is_idle() && store.next_job().is_none());
+}
