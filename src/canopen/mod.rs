@@ -265,7 +265,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         } else if id == COMMAND {
             self.command(frame.data());
         } else if id & !0x7F == CONTROL && self.watched() == Some(id & 0x7F) {
-            self.master.hear(self.now);
+            // A boot-up message is no heartbeat: a master that starts may not have set up its own yet.
+            if frame.data() != [nmt::BOOT_UP] {
+                self.master.hear(self.now);
+            }
         } else {
             self.receive_pdo(id, frame);
         }
@@ -286,9 +289,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(SDO_REPLY | u16::from(self.node), &reply)
     }
 
-    /// The next emergency message; while emergencies are off none is sent, and what would be is dropped.
+    /// The next emergency message; while emergencies are off none is sent, and what would be is dropped. A node that is
+    /// stopped keeps what comes up then until it is started.
     fn next_emergency(&mut self) -> Option<Frame> {
-        if self.errors.is_empty() {
+        if !self.errors.has_message(self.state == Nmt::Stopped) {
             return None;
         }
         let cob_id = self.values.of_object(Object::EmergencyCobId);
@@ -301,9 +305,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(cob::can_id(cob_id), &message)
     }
 
-    /// Notes an emergency, and has it told unless the node is stopped. The drive reacts to a fault.
+    /// Notes an emergency, and has it told. The drive reacts to a fault.
     fn raise(&mut self, emergency: Emergency) {
-        self.errors.raise(emergency, self.state != Nmt::Stopped);
+        self.errors.raise(emergency, None);
         if emergency.reaction() == Reaction::Fault {
             self.fault();
         }
@@ -315,9 +319,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let before = core::mem::replace(&mut self.bus, state);
         match (before, state) {
             (BusState::Off, BusState::Active | BusState::Passive) => self.raise(Emergency::BusOff),
-            (BusState::Active, BusState::Passive) => self.raise(Emergency::ErrorPassive),
             (BusState::Active | BusState::Passive, BusState::Off) => self.leave_bus(),
             _ => {}
+        }
+        if state != BusState::Off {
+            self.report(Emergency::ErrorPassive, state == BusState::Passive);
         }
     }
 

@@ -75,8 +75,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 };
             }
             Object::SyncCobId => {
-                cob::sync(value)?;
-                self.values.set(entry, value);
+                self.values.set(entry, cob::sync(value)?);
                 self.filters_changed = true;
             }
             Object::EmergencyCobId => self.write_emergency_cob_id(entry, value)?,
@@ -239,6 +238,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::NodeIdInUse
             | Object::AnalogCount
             | Object::AnalogInput
+            | Object::ErrorCode
             | Object::Statusword
             | Object::VelocityDemandVl
             | Object::VelocityActualVl
@@ -258,6 +258,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::PositionLimitCount
             | Object::ProfileDeceleration
             | Object::HomingSpeedCount
+            | Object::FollowingErrorActual
             | Object::DigitalInputs
             | Object::SupportedModes => return Err(Abort::ReadOnly),
         }

@@ -12,6 +12,7 @@ mod emergencies;
 mod exchange;
 mod faults;
 mod flood;
+mod following;
 mod homing;
 mod inputs_outputs;
 mod limits;
