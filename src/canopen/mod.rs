@@ -14,6 +14,7 @@ mod drive;
 mod emcy;
 mod guard;
 mod live;
+mod lost;
 mod map;
 mod nmt;
 mod object;
@@ -43,6 +44,7 @@ use drive::unit::Scale;
 use emcy::Errors;
 use guard::{Guarded, Heartbeat, Watch};
 use live::Live;
+use lost::Lost;
 use map::PDOS;
 use pdo::{Receive, Transmit};
 use sdo::Server;
@@ -146,6 +148,8 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     receive: [Receive; PDOS as usize],
     transmit: [Transmit; PDOS as usize],
     errors: Errors,
+    /// The objects whose saved values are gone.
+    lost: Lost,
     drive: Drive,
     heartbeat: Heartbeat,
     guarded: Guarded,
@@ -186,6 +190,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             receive: [Receive::OFF; _],
             transmit: [Transmit::OFF; _],
             errors: Errors::default(),
+            lost: Lost::default(),
             drive: Drive::default(),
             heartbeat: Heartbeat::default(),
             guarded: Guarded::default(),
@@ -202,6 +207,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         store.forget();
         load(store);
         (self.now, self.bus, self.way) = (now, BusState::Active, 0);
+        self.lost = Lost::of(self.device.store());
         self.take_addresses();
         self.restore(|_| true);
         self.preset_parameters();
@@ -215,6 +221,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.switch_pull_ups();
         self.live = Live::of(&mut self.device);
         self.reset_communication();
+        if self.device.store().is_worn() {
+            self.raise(Emergency::SettingsWorn);
+        }
     }
 
     /// The node ID in force since the start.
@@ -307,7 +316,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// Notes an emergency, and has it told. The drive reacts to a fault.
     fn raise(&mut self, emergency: Emergency) {
-        self.errors.raise(emergency, None);
+        self.errors.raise(emergency, self.lost.first().filter(|_| emergency == Emergency::SettingsLost));
         if emergency.reaction() == Reaction::Fault {
             self.fault();
         }

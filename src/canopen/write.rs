@@ -5,6 +5,7 @@ use core::task::Poll;
 use super::Node;
 use super::abort::Abort;
 use super::cob;
+use super::drive::State;
 use super::drive::unit::INTERNAL;
 use super::map::Way;
 use super::object::{Entry, Object};
@@ -48,20 +49,24 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 _ => Abort::Value,
             });
         }
-        if row.when == When::Disabled && !self.is_disabled() {
+        // What is lost can be written in the FAULT that it has led to, with the bridges off.
+        let replaces = self.drive.state == State::Fault && self.lost.contains(entry);
+        if row.when == When::Disabled && !self.is_disabled() && !replaces {
             return Err(Abort::State);
         }
         self.check_encoder(entry.object, value)?;
         self.touched = true;
         match entry.object {
-            Object::SaveAll => return when(value == SAVE, || self.save(Group::All)),
-            Object::SaveMotor => return when(value == SAVE, || self.save(Group::Motor)),
+            Object::SaveAll => return self.when(value == SAVE, |node| node.save(Group::All)),
+            Object::SaveMotor => return self.when(value == SAVE, |node| node.save(Group::Motor)),
             Object::SaveCommunication | Object::StoreCommunication => {
-                return when(value == SAVE, || self.save(Group::Communication));
+                return self.when(value == SAVE, |node| node.save(Group::Communication));
             }
-            Object::RestoreAll => return when(value == LOAD, || self.load_defaults(Group::All)),
-            Object::RestoreMotor => return when(value == LOAD, || self.load_defaults(Group::Motor)),
-            Object::RestoreCommunication => return when(value == LOAD, || self.load_defaults(Group::Communication)),
+            Object::RestoreAll => return self.when(value == LOAD, |node| node.load_defaults(Group::All)),
+            Object::RestoreMotor => return self.when(value == LOAD, |node| node.load_defaults(Group::Motor)),
+            Object::RestoreCommunication => {
+                return self.when(value == LOAD, |node| node.load_defaults(Group::Communication));
+            }
             // Its seven bytes are no number: the server has them executed.
             Object::OsCommand => return Err(Abort::State),
             Object::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
@@ -262,7 +267,17 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::DigitalInputs
             | Object::SupportedModes => return Err(Abort::ReadOnly),
         }
+        self.lost.written(entry);
         Ok(Poll::Ready(()))
+    }
+
+    /// Does what a signature asks for, if it is the right one, and no store is under way, whose master has given it up.
+    fn when(&mut self, right: bool, act: impl FnOnce(&mut Self) -> Poll<()>) -> Result<Poll<()>, Abort> {
+        match right {
+            false => Err(Abort::Signature),
+            true if self.device.store().is_storing() => Err(Abort::State),
+            true => Ok(act(self)),
+        }
     }
 
     /// Writes the COB-ID of emergency messages, whose identifier changes only while they are off.
@@ -314,9 +329,4 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let on = self.values.of_object(Object::PullUps) != 0;
         self.device.outputs_mut().pull_ups = on.into();
     }
-}
-
-/// Does what a signature asks for, if it is the right one.
-fn when(right: bool, act: impl FnOnce() -> Poll<()>) -> Result<Poll<()>, Abort> {
-    if right { Ok(act()) } else { Err(Abort::Signature) }
 }

@@ -16,6 +16,7 @@ mod following;
 mod homing;
 mod inputs_outputs;
 mod limits;
+mod lost_settings;
 mod mapping;
 mod master;
 mod meanwhile;

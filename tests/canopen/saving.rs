@@ -202,13 +202,20 @@ fn a_request_while_something_is_saved() {
     assert!(rig.frames().is_empty());
     rig.send(0x601, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(rig.of(0x581), [[0x80, 0x00, 0x10, 0, 0x22, 0, 0, 8]]);
-    rig.wait(50);
+    // Ten pages of 5 ms, on a fresh EEPROM.
+    rig.wait(40);
+    assert!(rig.of(0x581).is_empty());
+    rig.wait(40);
     assert_eq!(rig.of(0x581), [[0x60, 0x10, 0x10, 1, 0, 0, 0, 0]]);
     rig.set(0x2003, 0, 6);
     rig.send(0x601, &save);
     rig.send(0x601, &[0x80, 0x10, 0x10, 1, 0, 0, 4, 5]);
     assert_eq!(rig.read(0x2003, 0), 6);
-    rig.wait(50);
+    // What is under way without anybody who waits for it is not to be mixed with what is saved now.
+    rig.wait(10);
+    assert_eq!(rig.sign(0x1010, 1, b"save"), Err(0x0800_0022));
+    assert_eq!(rig.sign(0x1011, 4, b"load"), Err(0x0800_0022));
+    rig.wait(60);
     assert!(rig.of(0x581).is_empty());
     rig.power_cycle();
     assert_eq!(rig.read(0x2003, 0), 6);

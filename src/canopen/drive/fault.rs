@@ -38,6 +38,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             (E::TemperatureWarning, flag(flags::WARNING)),
             (E::OverTemperature, flag(flags::OVERTEMPERATURE)),
             (E::SilentController, self.device.is_given_up()),
+            (E::SettingsLost, !self.lost.is_empty()),
             (E::Shutdown, shutdown && self.live.inputs & IN0 == 0),
             (E::MasterLost, self.master.is_lost() || self.guarding.is_lost()),
             (E::FollowingError, self.has_following_error()),
