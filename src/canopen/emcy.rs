@@ -70,6 +70,7 @@ emergencies! {
     0x4310 2 0 0x09 Fault OverTemperature "over-temperature";
     0x5000 0 255 0x81 Fault SilentController "motion controller silent";
     0x5441 0 255 0x21 Fault Shutdown "shutdown switch active";
+    0x5530 0 255 0x81 Fault SilentEeprom "EEPROM silent: the saved settings are unknown";
     0x6310 0 255 0x21 Fault SettingsLost "saved settings lost, from the object in bytes 5 to 7 on";
     0x6310 1 255 0x21 Message SettingsWorn "a copy of the saved settings was bad, and is written again";
     0x6320 0 255 0x21 Message Refused "parameter error: data of an RPDO wrong or not acceptable now";

@@ -9,6 +9,7 @@
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod abort;
+mod address;
 mod cob;
 mod drive;
 mod emcy;
@@ -30,6 +31,7 @@ mod values;
 mod write;
 
 pub use abort::Abort;
+pub use address::Address;
 pub use emcy::{Emergency, Reaction};
 pub use object::{Entry, Object, ROWS, VERSION};
 pub use row::{ANY, Access, Initial, Kind, Mapping, Row, Storage, Type, When};
@@ -124,6 +126,10 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     now: Micros,
     /// The node ID in force.
     node: u8,
+    /// Node ID and bit rate are known: without them the node is silent.
+    known: bool,
+    /// Those of before a restart.
+    kept: Option<Address>,
     state: Nmt,
     /// No turn has begun since the start.
     is_new: bool,
@@ -173,7 +179,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Node {
             device: Tunnel::new(parts),
             now: Micros(0),
-            node: 1,
+            node: Address::DEFAULT.node,
+            known: false,
+            kept: None,
             state: Nmt::PreOperational,
             is_new: true,
             touched: false,
@@ -181,7 +189,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             manufacturer_mode: false,
             bus: BusState::Active,
             control: None,
-            bit_rate: 1000,
+            bit_rate: Address::DEFAULT.bit_rate,
             values: Values::of(1),
             scale: Scale::START,
             live: Live::default(),
@@ -199,8 +207,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
+    /// Before the start: the address that the node had before a restart. It is in force if the EEPROM does not tell another.
+    pub const fn remember(&mut self, address: Option<Address>) {
+        self.kept = address;
+    }
+
     /// Starts the node: stops the motor, restores the saved objects, sets up the chips, and boots up. The drivers stay
-    /// off. `load` fills the store from the EEPROM, which takes some time.
+    /// off. `load` fills the store from the EEPROM, which takes some time. Without an [address](Self::address) the node says
+    /// nothing.
     pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<Tmcm1140>)) {
         self.device.halt();
         let store = self.device.store_mut();
@@ -224,6 +238,27 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if self.device.store().is_worn() {
             self.raise(Emergency::SettingsWorn);
         }
+    }
+
+    /// The address in force since the start; `None` if it is unknown: then the node must not be on the bus, not even to
+    /// acknowledge what others send.
+    pub fn address(&self) -> Option<Address> {
+        self.known.then_some(Address { node: self.node, bit_rate: self.bit_rate })
+    }
+
+    /// Starts a node without an address as node 1 at 1 Mbit/s, with defaults: they are what it has. False if it has an
+    /// address.
+    fn start_with_defaults(&mut self) -> bool {
+        if self.known {
+            return false;
+        }
+        (self.known, self.lost) = (true, Lost::default());
+        if !self.device.store().is_unreachable() {
+            self.device.store_mut().reset(false);
+        }
+        self.reset_communication();
+        self.filters_changed = true;
+        true
     }
 
     /// The node ID in force since the start.
@@ -250,7 +285,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub fn receive(&mut self, now: Micros, frame: &Frame) {
         self.now = now;
         let Id::Standard(id) = frame.id() else { return };
-        if self.device.restart().is_some() {
+        if !self.known || self.device.restart().is_some() {
             return;
         }
         self.take(id.as_raw(), frame);
@@ -285,6 +320,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// The next frame to be sent. Boot-up and emergencies go first; PDOs go before SDO replies.
     pub fn next_frame(&mut self) -> Option<Frame> {
+        if !self.known {
+            return None;
+        }
         if self.control == Some(nmt::BOOT_UP) {
             return self.next_control();
         }
@@ -394,11 +432,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if self.touched {
             self.look_for_events();
         }
-        let told = self.server.is_empty() || self.bus == BusState::Off;
+        let told = self.server.is_empty() || self.bus == BusState::Off || !self.known;
         let due = self.device.restart().is_some_and(|at| now >= at) && self.is_settled() && told;
         let outputs = self.device.outputs_mut();
         outputs.restart = due;
-        *outputs
+        // LED2 in place of LED1 shows that the address is unknown.
+        Outputs { led: outputs.led && self.known, trouble: outputs.trouble || !self.known, ..*outputs }
     }
 
     /// Takes over what the device has read.

@@ -5,6 +5,7 @@
 use core::task::Poll;
 
 use super::abort::Abort;
+use super::address::Address;
 use super::emcy::Emergency;
 use super::lost::Lost;
 use super::object::{Entry, Object, ROWS};
@@ -141,8 +142,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    /// Takes node ID and bit rate from the store; they are in force until the next start.
+    /// Takes node ID and bit rate from the store; they are in force until the next start. If they are unknown there, those
+    /// of before a restart are taken.
     pub(super) fn take_addresses(&mut self) {
+        self.known = !self.lost.address || self.kept.is_some();
+        if let Some(Address { node, bit_rate }) = self.kept.filter(|_| self.lost.address) {
+            (self.node, self.bit_rate) = (node, bit_rate);
+            return;
+        }
         let stored = |object| {
             let row = Entry::of(object).row();
             let stored = row.slot(0).and_then(|slot| self.device.store().get(slot));
@@ -172,7 +179,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Tells the node how the EEPROM job that it gave out last has gone. An SDO request that waits for it is answered:
     /// confirmed if all it saved is written.
     pub fn stored(&mut self, written: bool) {
-        let Finished { failed, worn, .. } = self.device.store_mut().finish(written);
+        let Finished { failed, worn, answers, .. } = self.device.store_mut().finish(written);
+        // A node without an address starts anew, to read it.
+        if answers && !self.known {
+            self.device.restart_at(self.now);
+        }
         if worn {
             self.raise(Emergency::SettingsWorn);
         }

@@ -57,16 +57,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.check_encoder(entry.object, value)?;
         self.touched = true;
         match entry.object {
-            Object::SaveAll => return self.when(value == SAVE, |node| node.save(Group::All)),
-            Object::SaveMotor => return self.when(value == SAVE, |node| node.save(Group::Motor)),
+            Object::SaveAll => return self.keep(value, SAVE, Group::All),
+            Object::SaveMotor => return self.keep(value, SAVE, Group::Motor),
             Object::SaveCommunication | Object::StoreCommunication => {
-                return self.when(value == SAVE, |node| node.save(Group::Communication));
+                return self.keep(value, SAVE, Group::Communication);
             }
-            Object::RestoreAll => return self.when(value == LOAD, |node| node.load_defaults(Group::All)),
-            Object::RestoreMotor => return self.when(value == LOAD, |node| node.load_defaults(Group::Motor)),
-            Object::RestoreCommunication => {
-                return self.when(value == LOAD, |node| node.load_defaults(Group::Communication));
-            }
+            Object::RestoreAll => return self.keep(value, LOAD, Group::All),
+            Object::RestoreMotor => return self.keep(value, LOAD, Group::Motor),
+            Object::RestoreCommunication => return self.keep(value, LOAD, Group::Communication),
             // Its seven bytes are no number: the server has them executed.
             Object::OsCommand => return Err(Abort::State),
             Object::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
@@ -271,13 +269,17 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Ok(Poll::Ready(()))
     }
 
-    /// Does what a signature asks for, if it is the right one, and no store is under way, whose master has given it up.
-    fn when(&mut self, right: bool, act: impl FnOnce(&mut Self) -> Poll<()>) -> Result<Poll<()>, Abort> {
-        match right {
-            false => Err(Abort::Signature),
-            true if self.device.store().is_storing() => Err(Abort::State),
-            true => Ok(act(self)),
+    /// Saves or restores a group, as the object asks for whose signature is given, if that is the value that was written. Not
+    /// while a store is under way whose master has given it up: its values must not mix with others.
+    #[inline(never)]
+    fn keep(&mut self, value: u32, signature: u32, group: Group) -> Result<Poll<()>, Abort> {
+        if value != signature {
+            return Err(Abort::Signature);
         }
+        if self.device.store().is_storing() {
+            return Err(Abort::State);
+        }
+        Ok(if signature == SAVE { self.save(group) } else { self.load_defaults(group) })
     }
 
     /// Writes the COB-ID of emergency messages, whose identifier changes only while they are off.

@@ -31,7 +31,7 @@ pub use memory::{Array, FIRST_SLOT, LONGEST_PAGE, Layout, Memory, Pair, Storing}
 pub use page::{Job, Page};
 
 use program::Program;
-use settings::Settings;
+use settings::{Ended, Settings};
 
 /// What was found in the EEPROM at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -123,6 +123,8 @@ pub enum Need {
 pub struct Finished {
     /// What could not be written; every command that waits for it has failed.
     pub failed: Option<Need>,
+    /// The EEPROM, which did not answer at start-up, does now ([`Storing::Epochs`]).
+    pub answers: bool,
     /// The settings are durable, but the second copy of a page could not be written ([`Storing::Epochs`]).
     pub worn: bool,
     /// The program has been erased, and the slot [`Layout::after_erasing`] has got this value.
@@ -198,12 +200,12 @@ impl<M: Memory> Store<M> {
 
     /// Pages whose values are unknown, one bit each, as [`LoadReport::lost`] has them; none after a store.
     pub const fn lost(&self) -> u64 {
-        self.settings.lost
+        self.settings.epochs.lost
     }
 
     /// True if the copy of a page was bad at start-up.
     pub const fn is_worn(&self) -> bool {
-        self.settings.worn
+        self.settings.epochs.worn
     }
 
     /// The page of a slot.
@@ -361,11 +363,14 @@ impl<M: Memory> Store<M> {
     /// a settings page all wanted values go back to the durable ones, so that a host never reads a value as stored
     /// that is lost at power-off.
     pub fn finish(&mut self, written: bool) -> Finished {
-        let (failed, worn) = if self.program.finish(written) {
-            ((!written).then_some(Need::Program), false)
+        let failed = if self.program.finish(written) {
+            (!written).then_some(Need::Program)
         } else {
-            let spare = self.settings.finish(written);
-            ((!written && !spare).then_some(Need::Settings), !written && spare)
+            match self.settings.finish(written) {
+                Ended::Values => (!written).then_some(Need::Settings),
+                Ended::Spare => return Finished { worn: !written, ..Finished::default() },
+                Ended::Question => return Finished { answers: written, ..Finished::default() },
+            }
         };
         let mut erased = None;
         match (failed, self.activity) {
@@ -377,7 +382,7 @@ impl<M: Memory> Store<M> {
             (Some(Need::Settings), Activity::Downloading { .. }) if self.recorded() == Integrity::Incomplete => {}
             (Some(_), _) => self.activity = Activity::Idle,
         }
-        Finished { failed, worn, erased }
+        Finished { failed, erased, ..Finished::default() }
     }
 
     /// Begins the next activity if the present one has finished. When the program is erased by that, returns the value

@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use super::LoadReport;
-use super::epochs::{Progress, Step};
+use super::epochs::{Epochs, Step};
 use super::memory::{Array, FRAME, LONGEST_PAGE, Memory, Pair, Storing};
 use super::page::{self, Job};
 
@@ -25,15 +25,12 @@ pub(super) struct Settings<M: Memory> {
     second_first: bool,
     /// These pages are to be cleared now. As long as there are any, nothing else is written.
     clearing: bool,
-    /// How far a store of all pages together has come.
-    progress: Progress,
+    /// What is known of pages that are stored together.
+    pub(super) epochs: Epochs,
     in_flight: Option<Flight>,
     /// The EEPROM does not answer, so that its values are unknown: a value set counts as not durable even if it is
     /// equal to the durable one assumed here.
     pub(super) unreachable: bool,
-    /// See [`LoadReport`].
-    pub(super) lost: u64,
-    pub(super) worn: bool,
 }
 
 /// A page handed out to be written. Wanted values may change while the page is being written; when the write has
@@ -42,9 +39,18 @@ pub(super) struct Settings<M: Memory> {
 struct Flight {
     page: usize,
     epoch: u16,
-    /// The step of a store of all pages together.
-    step: Option<Step>,
     image: page::Page,
+}
+
+/// What has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// The write of values that are to be stored.
+    Values,
+    /// That of a second copy.
+    Spare,
+    /// The question whether the EEPROM answers.
+    Question,
 }
 
 /// Copies to write when a page is formatted, or begins a new epoch: both, so that one failing copy does not bring old
@@ -123,11 +129,12 @@ impl<M: Memory> Settings<M> {
         }
         self.look_beyond(&mut read, image)?;
         let founded = self.pairs.as_ref().first().is_some_and(|pair| pair.found.iter().any(Option::is_some));
-        if Self::TOGETHER.is_some() && !founded && bad & bit(0) != 0 && !foreign && report.valid > 0 {
-            (self.lost, lost) = (bit(0), true);
-        }
+        // Pages of this layout are there, and the first one is not, which says how many there are.
+        let headless = Self::TWICE && !founded && bad & bit(0) != 0 && !foreign && report.valid > 0;
+        lost |= headless;
         self.epoch = self.find_epoch(lost);
-        self.progress = Progress::after(self.epoch, founded);
+        self.epochs = Epochs::after(self.epoch, founded);
+        self.epochs.lost = if headless { bit(0) } else { 0 };
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
             let first = self.durable.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let second = self.wanted.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
@@ -149,7 +156,7 @@ impl<M: Memory> Settings<M> {
         if let Some(slot) = Self::TOGETHER {
             self.count_copies(slot, bad);
         }
-        (report.lost, report.worn) = (self.lost, self.worn);
+        (report.lost, report.worn) = (self.epochs.lost, self.epochs.worn);
         Ok(report)
     }
 
@@ -159,13 +166,13 @@ impl<M: Memory> Settings<M> {
         let mut single = 0;
         for (index, pair) in self.pairs.as_ref().iter().enumerate().take(pages) {
             match pair.found.iter().flatten().filter(|(epoch, _)| *epoch == self.epoch).count() {
-                0 => self.lost |= bit(index),
+                0 => self.epochs.lost |= bit(index),
                 1 => single |= bit(index),
                 _ => {}
             }
         }
-        self.worn = single & bad != 0;
-        self.progress.repeat(single);
+        self.epochs.worn = single & bad != 0;
+        self.epochs.repeat(single);
     }
 
     /// Finds out what another layout has left in the pages before the settings, through `read` into `image`.
@@ -228,9 +235,7 @@ impl<M: Memory> Settings<M> {
             strange: 0,
             second_first: false,
             clearing: false,
-            progress: Progress::after(0, false),
-            lost: 0,
-            worn: false,
+            epochs: Epochs::after(0, false),
             in_flight: None,
             unreachable: false,
         }
@@ -304,14 +309,13 @@ impl<M: Memory> Settings<M> {
     /// True when all wanted values are durable. A page being written may fail, so it counts as not durable until its
     /// write has ended.
     pub(super) fn settled(&self) -> bool {
-        let is_spare = |flight: &Flight| Self::TWICE && matches!(flight.step, Some(Step::Second(_)));
-        let writes = !self.in_flight.as_ref().is_none_or(is_spare);
-        self.dirty == 0 && self.forced == 0 && !self.clearing && !writes && !self.is_storing()
+        let waits = |settings: &Self| settings.in_flight.is_some() && !(Self::TWICE && settings.epochs.is_idle());
+        self.dirty == 0 && self.forced == 0 && !self.clearing && !self.is_storing() && !waits(self)
     }
 
     /// True while a store of all pages together is not in force.
     pub(super) const fn is_storing(&self) -> bool {
-        Self::TWICE && self.progress.is_storing()
+        Self::TWICE && self.epochs.is_storing()
     }
 
     /// Has all pages stored together, also if no value has changed.
@@ -326,7 +330,7 @@ impl<M: Memory> Settings<M> {
         if let Some(number) = self.wanted.as_mut().get_mut(slot) {
             *number = Self::USED as i32;
         }
-        self.progress.begin(bit(Self::USED).wrapping_sub(1));
+        self.epochs.begin(bit(Self::USED).wrapping_sub(1));
     }
 
     /// The next page of a store of all pages together, whose number is in `slot`.
@@ -334,37 +338,42 @@ impl<M: Memory> Settings<M> {
         if !self.is_storing() && self.dirty != 0 {
             self.begin(slot);
         }
-        let step = self.progress.step()?;
-        let (page, epoch, values, repeats) = match step {
-            Step::Found => (0, self.epoch, &self.durable, false),
-            Step::First(page) => (page, self.progress.epoch, &self.wanted, false),
-            Step::Second(page) => (page, self.epoch, &self.durable, true),
+        let (step, page) = self.epochs.next(self.unreachable);
+        let (epoch, values, repeats) = match step {
+            Step::Found => (self.epoch, &self.durable, false),
+            Step::First => (self.epochs.epoch, &self.wanted, false),
+            Step::Second => (self.epoch, &self.durable, true),
+            Step::Ask => {
+                self.in_flight = Some(Flight { page, epoch: self.epoch, image: page::Page::new() });
+                return Some(Job { address: 0, page: page::Page::new() });
+            }
+            Step::None => return None,
         };
         let Pair { newest: (side, sequence), .. } = *self.pairs.as_ref().get(page)?;
         let sequence = if repeats { sequence } else { sequence.wrapping_add(1) };
         let image = page::encode(M::LAYOUT.tag, page, epoch, sequence, page_of::<M>(values, page)?);
-        self.in_flight = Some(Flight { page, epoch, step: Some(step), image: image.clone() });
+        self.in_flight = Some(Flight { page, epoch, image: image.clone() });
         Some(Job { address: address::<M>(page, !side), page: image })
     }
 
-    /// The write of such a page has ended. True if it was that of a second copy.
-    fn finish_together(&mut self, step: Step, written: bool) -> bool {
-        self.progress.finish(step, written);
-        match step {
-            Step::Second(_) => return true,
+    /// A step of a store of all pages together has ended.
+    fn finish_together(&mut self, page: usize, written: bool) -> Ended {
+        match self.epochs.finish(page, written) {
+            Step::Second => return Ended::Spare,
+            Step::Ask => return Ended::Question,
             _ if !written => self.revert(),
             Step::Found => self.turn(1),
             // The first page is the last one: with it the epoch is in force.
-            Step::First(0) => {
+            Step::First if page == 0 => {
                 self.turn(Self::USED);
-                self.epoch = self.progress.epoch;
+                self.epoch = self.epochs.epoch;
                 copy(self.durable.as_mut(), self.wanted.as_ref());
-                (self.dirty, self.lost) = (0, 0);
-                self.progress.repeat(bit(Self::USED).wrapping_sub(1));
+                (self.dirty, self.epochs.lost) = (0, 0);
+                self.epochs.repeat(bit(Self::USED).wrapping_sub(1));
             }
-            Step::First(_) => {}
+            Step::First | Step::None => {}
         }
-        false
+        Ended::Values
     }
 
     /// Of the first pages the copy that was not in force is the one that is.
@@ -401,7 +410,7 @@ impl<M: Memory> Settings<M> {
         // been stored.
         let values = page_of::<M>(if unformatted { &self.durable } else { &self.wanted }, index)?;
         let image = page::encode(M::LAYOUT.tag, index, self.epoch, sequence.wrapping_add(1), values);
-        self.in_flight = Some(Flight { page: index, epoch: self.epoch, step: None, image: image.clone() });
+        self.in_flight = Some(Flight { page: index, epoch: self.epoch, image: image.clone() });
         Some(Job { address: address::<M>(index, !side), page: image })
     }
 
@@ -414,16 +423,16 @@ impl<M: Memory> Settings<M> {
         let mut page = page::Page::new();
         // A page is no longer than this.
         let _ = page.resize(M::PAGE, CLEARED);
-        self.in_flight = Some(Flight { page: 0, epoch: self.epoch, step: None, image: page.clone() });
+        self.in_flight = Some(Flight { page: 0, epoch: self.epoch, image: page.clone() });
         Job { address: Self::beyond(number), page }
     }
 
-    /// Reports that the page handed out last is durable (`written`). If it could not be written, all wanted values go
-    /// back to the durable ones, but for the second copy of a page, which is the only one for which it returns true.
-    pub(super) fn finish(&mut self, written: bool) -> bool {
-        let Some(Flight { page, epoch, step, image }) = self.in_flight.take() else { return false };
-        if let Some(step) = step {
-            return self.finish_together(step, written);
+    /// Reports that the page handed out last is durable (`written`). If it could not be written, and had values that are to
+    /// be stored, all wanted values go back to the durable ones.
+    pub(super) fn finish(&mut self, written: bool) -> Ended {
+        let Some(Flight { page, epoch, image }) = self.in_flight.take() else { return Ended::Values };
+        if Self::TWICE {
+            return self.finish_together(page, written);
         }
         if !written {
             self.revert();
@@ -434,18 +443,18 @@ impl<M: Memory> Settings<M> {
             }
             pairs.iter_mut().for_each(|pair| pair.forced = 0);
             (self.forced, self.clearing) = (0, false);
-            return false;
+            return Ended::Values;
         }
         if Self::BEYOND > 0 && self.clearing {
             self.strange = self.strange.saturating_sub(1);
             self.clearing = self.strange > 0;
-            return false;
+            return Ended::Values;
         }
-        let Some(pair) = self.pairs.as_mut().get_mut(page) else { return false };
+        let Some(pair) = self.pairs.as_mut().get_mut(page) else { return Ended::Values };
         pair.newest = (!pair.newest.0, pair.newest.1.wrapping_add(1));
         if epoch != self.epoch {
             // A factory reset has begun a new epoch meanwhile, so the page that was written no longer counts.
-            return false;
+            return Ended::Values;
         }
         if let Some(durable) = self.durable.as_mut().get_mut(Self::slots(page)) {
             page::take_values(&image, durable);
@@ -457,7 +466,7 @@ impl<M: Memory> Settings<M> {
             self.forced &= !bit(page);
         }
         self.mark(page);
-        false
+        Ended::Values
     }
 
     /// Finds out whether a page is dirty.

@@ -10,7 +10,7 @@ const PAGE: usize = 64;
 const PAGES: usize = 9;
 
 /// Objects of all pages, with values that are not their defaults.
-const SAVED: [(u16, u8, u32); 10] = [
+pub(crate) const SAVED: [(u16, u8, u32); 10] = [
     (0x2705, 0, 9),
     (0x2704, 0, 500),
     (0x1017, 0, 100),
@@ -27,7 +27,7 @@ const WORN: [u8; 5] = [0x10, 0x63, 0x21, 1, 255];
 const LOST: [u8; 5] = [0x10, 0x63, 0x21, 0, 255];
 
 /// An EEPROM in which these are saved, twice each.
-fn saved() -> Vec<u8> {
+pub(crate) fn saved() -> Vec<u8> {
     let mut rig = Rig::new();
     for (index, sub, value) in SAVED {
         if index == 0x1A03 {
@@ -57,7 +57,7 @@ fn told(rig: &mut Rig) -> Vec<Vec<u8>> {
     rig.of(id)
 }
 
-fn flipped(eeprom: &[u8], page: usize, bit: usize, copies: &[usize]) -> Vec<u8> {
+pub(crate) fn flipped(eeprom: &[u8], page: usize, bit: usize, copies: &[usize]) -> Vec<u8> {
     let mut eeprom = eeprom.to_vec();
     for copy in copies {
         eeprom[SETTINGS + (2 * page + copy) * PAGE + bit / 8] ^= 1 << (bit % 8);

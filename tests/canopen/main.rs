@@ -22,6 +22,7 @@ mod master;
 mod meanwhile;
 mod moves;
 mod network;
+mod number;
 mod parameters;
 mod pdos;
 mod power_cuts;

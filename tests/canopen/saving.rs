@@ -1,5 +1,6 @@
 //! 1010h, 1011h and 2706h: what is saved, what is restored and when, and an EEPROM that does not work.
 
+use crate::number::usb;
 use crate::rig::{Rig, checked, expedited};
 use crate::table::list;
 
@@ -261,7 +262,8 @@ fn an_eeprom_that_fails() {
     assert_eq!(rig.read(0x2003, 0), 5);
 }
 
-/// An EEPROM that does not answer at the start: defaults, nothing can be saved, and 1010h says so.
+/// An EEPROM that does not answer at the start, and a node that was told to be node 1 all the same: defaults, nothing can be
+/// saved, and 1010h says so.
 #[test]
 fn an_eeprom_that_is_not_there() {
     let mut rig = Rig::new();
@@ -271,6 +273,7 @@ fn an_eeprom_that_is_not_there() {
     rig.control("fault eeprom on");
     rig.power_cycle();
     assert!(rig.report.unreachable);
+    usb(&mut rig, 137, 1234);
     assert_eq!(rig.read(0x2003, 0), 128);
     for sub in [1, 2, 4] {
         assert_eq!((rig.read(0x1010, sub), rig.read(0x1011, sub)), (0, 0));

@@ -167,7 +167,8 @@ fn the_boot_up_message_is_the_first() {
     rig.host.machine.can().set_bus(CanBus::default());
     rig.run(5 * MILLISECOND);
     let said = rig.frames();
-    assert_eq!(said.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0x701, 0x81], "{said:X?}");
+    assert_eq!(said.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0x701, 0x81, 0x81], "{said:X?}");
+    assert_eq!(said[1..].iter().map(|(_, data)| data[1]).collect::<Vec<_>>(), [0x81, 0], "error passive, and its end");
 }
 
 /// Emergency messages all have the same identifier. The third one gets the mailbox of a heartbeat, the lowest in number,
@@ -184,7 +185,8 @@ fn emergency_messages_keep_their_order() {
     rig.host.machine.can().set_bus(CanBus::default());
     rig.run(5 * MILLISECOND);
     let codes: Vec<_> = rig.emergencies().into_iter().map(|(code, ..)| code).collect();
-    assert_eq!(codes, [0x8120, 0xFF01, 0xFF00]);
+    // The last one tells that the node is error passive no more.
+    assert_eq!(codes, [0x8120, 0xFF01, 0xFF00, 0]);
 }
 
 /// 300 frames, one behind the other, to a node whose motor turns: each is read before the queue is full.

@@ -29,6 +29,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         let [open_a, open_b] = self.drive.open_load.map(|turns| turns >= OPEN_LOAD);
         let flag = |flag| self.live.flags & flag != 0;
+        // A node without an address has nobody whom it could tell.
+        let is_unknown = self.known && !self.lost.is_empty();
         let shutdown = self.values.of_object(Object::LimitSwitches) & SHUTDOWN_INPUT != 0;
         let causes = [
             (E::OpenLoadA, open_a),
@@ -38,7 +40,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             (E::TemperatureWarning, flag(flags::WARNING)),
             (E::OverTemperature, flag(flags::OVERTEMPERATURE)),
             (E::SilentController, self.device.is_given_up()),
-            (E::SettingsLost, !self.lost.is_empty()),
+            (E::SilentEeprom, is_unknown && self.device.store().is_unreachable()),
+            (E::SettingsLost, is_unknown && !self.device.store().is_unreachable()),
             (E::Shutdown, shutdown && self.live.inputs & IN0 == 0),
             (E::MasterLost, self.master.is_lost() || self.guarding.is_lost()),
             (E::FollowingError, self.has_following_error()),
