@@ -268,16 +268,6 @@ fn a_crystal_that_stops_switches_the_driver_off_and_one_that_does_not_start_leav
 
 // ---- Chips and supply ----
 
-#[test]
-fn without_its_eeprom_the_node_runs_with_defaults_and_saves_nothing() {
-    let mut rig = NodeHost::just_on("", None);
-    rig.host.fault(Fault::Eeprom, true);
-    rig.run(START);
-    assert_logged(&rig.host.log(), &["warn: EEPROM does not answer: defaults apply, nothing can be stored"]);
-    assert_eq!((rig.read(0x2708, 0), rig.download(0x1010, 1, b"save")), (1, Err(0x0606_0000)));
-    turns_again(&mut rig);
-}
-
 /// A motion controller that is missing, or a bus that reads all ones or zeros: the bridges stay off, and the master is
 /// told.
 #[test]
