@@ -73,9 +73,14 @@ pub type Identifiers = Option<Vec<StandardId, { 4 * BANKS as usize }>>;
 /// The CAN controller for the owner of the module, once the controller has joined the bus.
 pub(super) static JOINED: Signal<CriticalSectionRawMutex, Can> = Signal::new();
 
-/// Waits until the controller has seen 11 recessive bits on the bus, and hands it to the owner of the module.
+/// The bit rate in bit/s, once it is known: before, the controller is not started, and acknowledges no frame of others.
+pub(super) static BIT_RATE: Signal<CriticalSectionRawMutex, u32> = Signal::new();
+
+/// Waits for the bit rate, and until the controller has seen 11 recessive bits on the bus, and hands it to the owner of the
+/// module.
 #[embassy_executor::task]
-pub(super) async fn join(mut can: can::Can<'static>, bit_rate: u32, in_order: bool) {
+pub(super) async fn join(mut can: can::Can<'static>, in_order: bool) {
+    let bit_rate = BIT_RATE.wait().await;
     can.modify_config().set_bit_timing(timing(bit_rate));
     // Where mailboxes are sent in the order in which they were filled, it is because replies all have the same identifier:
     // in the order of identifiers only one of them could wait.

@@ -5,9 +5,9 @@ use core::ops::ControlFlow;
 use super::can_node::NodeLink;
 use super::ends::Ends;
 use super::firmware::Firmware;
-use super::now;
+use super::{can, kept, now};
 use crate::can::{CanFrame, Frame, StandardId};
-use crate::canopen::{BusState, Node, Overflow, Tmcm1140, usb};
+use crate::canopen::{Address, BusState, Node, Overflow, Tmcm1140, usb};
 use crate::device::{Board, Inputs, Outputs, Parts};
 use crate::module::{LinkEnds, LinkMode, LinkSettings, Request, Source, TMCM_1140};
 use crate::store::{Job, Store};
@@ -25,6 +25,8 @@ pub struct Canopen<T: Board<Product = Tmcm1140> + 'static> {
     boots: bool,
     /// The state of the bus as the node knows it.
     bus: BusState,
+    /// The address was unknown when it was asked for.
+    unknown: bool,
     /// What TMCL has as the settings of the USB link.
     settings: LinkSettings,
 }
@@ -34,7 +36,8 @@ impl<T: Board<Product = Tmcm1140> + 'static> Canopen<T> {
     #[inline(never)]
     fn serve_usb(&mut self, ends: &mut Ends) -> bool {
         let Some(request) = ends.request(Source::Usb, &self.settings) else { return false };
-        let reply = if let Request::Telegram(telegram) = &request { Some(usb::reply(telegram)) } else { None };
+        let reply =
+            if let Request::Telegram(telegram) = &request { Some(self.node.serve_usb(now(), telegram)) } else { None };
         ends.answer(Source::Usb.into(), reply.as_ref(), Some(LinkMode::Binary), &self.settings);
         true
     }
@@ -72,6 +75,15 @@ impl<T: Board<Product = Tmcm1140> + 'static> Canopen<T> {
         id.is_some_and(|id| frame.id() == id.into()) && frame.data() == [0]
     }
 
+    /// Notes an address that is known, and keeps it for the case that the EEPROM is silent after a restart.
+    fn know(&mut self) -> Option<Address> {
+        let address = self.node.address()?;
+        self.unknown = false;
+        kept::write(address.to_kept());
+        defmt::info!("CANopen node {=u8} at {=u16} kbit/s", address.node, address.bit_rate);
+        Some(address)
+    }
+
     /// Tells the node what has become of the bus since the last millisecond.
     fn look_at_bus(&mut self, now: Micros) {
         if self.link.has_overrun() {
@@ -90,6 +102,11 @@ impl<T: Board<Product = Tmcm1140> + 'static> Canopen<T> {
     }
 }
 
+/// In bit/s.
+fn bit_rate(address: Address) -> u32 {
+    u32::from(address.bit_rate) * 1000
+}
+
 impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
     type Board = T;
 
@@ -99,12 +116,17 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
     fn new(parts: Parts<T, 1>, _: u32) -> Self {
         let settings =
             LinkSettings { address: usb::MODULE_ADDRESS, host: usb::HOST_ADDRESS, ..LinkSettings::default() };
-        Canopen { node: Node::new(parts), link: NodeLink::new(), boots: false, bus: BusState::Active, settings }
+        let (node, link) = (Node::new(parts), NodeLink::new());
+        Canopen { node, link, boots: false, bus: BusState::Active, unknown: true, settings }
     }
 
     fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<Tmcm1140>)) {
+        self.node.remember(Address::from_kept(kept::read()));
         self.node.start(now, load);
-        defmt::info!("CANopen node {=u8} at {=u16} kbit/s", self.node.node_id(), self.node.bit_rate());
+        if self.node.address().is_none() {
+            defmt::error!("CANopen: the node ID is unknown; 137 over USB starts node 1 with defaults");
+        }
+        self.know();
     }
 
     /// Node ID and bit rate included.
@@ -123,8 +145,8 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
         None
     }
 
-    fn can_bit_rate(&self) -> u32 {
-        u32::from(self.node.bit_rate()) * 1000
+    fn can_bit_rate(&self) -> Option<u32> {
+        self.node.address().map(bit_rate)
     }
 
     #[inline(always)]
@@ -163,6 +185,11 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
     fn deliver(&mut self, ends: &mut Ends) {
         if ends.can.is_some() {
             self.look_at_bus(now());
+        }
+        if self.unknown
+            && let Some(address) = self.know()
+        {
+            can::BIT_RATE.signal(bit_rate(address));
         }
         self.send(ends);
     }

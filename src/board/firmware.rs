@@ -29,8 +29,9 @@ pub trait Firmware<const AXES: usize>: Sized + 'static {
     /// Bit rate of RS485 in bit/s, taken at the start; `None` leaves the port off.
     fn baud_rate(&self) -> Option<u32>;
 
-    /// Bit rate of CAN in bit/s, taken at the start.
-    fn can_bit_rate(&self) -> u32;
+    /// Bit rate of CAN in bit/s, taken at the start; `None` while it is unknown: then the controller is not started before the
+    /// firmware signals the rate.
+    fn can_bit_rate(&self) -> Option<u32>;
 
     /// The settings in force of the byte links.
     fn link_settings(&self) -> &LinkSettings;

@@ -27,6 +27,7 @@ mod encoder;
 mod ends;
 mod fault;
 mod firmware;
+mod kept;
 mod line;
 mod mail;
 mod motion_bus;

@@ -1,9 +1,8 @@
 //! The bus of the motion chips, SPI1, on which each chip has its own clock.
 //!
 //! Words are exchanged at the port's registers, which is faster than Embassy's driver: a datagram of the TMC429 goes out
-//! with each request that needs a reading, and in each poll. Its four bytes are two words of 16 bits, the second of which
-//! lies in the port when the first one ends, so that the clock runs through. Those of the other chips go out byte by byte,
-//! because at their pace a handler that comes in between would be too late for the second of two words.
+//! with each request that needs a reading, and in each poll. Its four bytes are two words of 16 bits, one after the other.
+//! Those of the other chips go out byte by byte.
 
 use core::convert::Infallible;
 
@@ -72,7 +71,10 @@ impl SpiDevice for Chip {
         set_up(clock, if datagram.is_some() { Dff::BITS16 } else { Dff::BITS8 });
         self.select.set_low();
         if setup > 0 {
-            asm::delay(setup);
+            // Each turn of this delay, of which there is one more than asked for, takes three cycles at least: one for the
+            // subtraction, and two for the branch, the last of which is not taken and takes one. So 16 cycles are six turns,
+            // 17 cycles.
+            asm::delay(setup / 3);
         }
         match datagram {
             Some(datagram) => exchange_datagram(datagram),

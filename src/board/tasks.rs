@@ -46,7 +46,10 @@ where
     // The port starts before the owner, so that the first bytes are fetched in time.
     start_rs485(&owner.firmware, board.rs485);
     start_usb(board.usb, owner.firmware.usb_name(), spawner);
-    spawn(spawner, can::join(board.can, owner.firmware.can_bit_rate(), F::CAN_IN_ORDER));
+    if let Some(bit_rate) = owner.firmware.can_bit_rate() {
+        can::BIT_RATE.signal(bit_rate);
+    }
+    spawn(spawner, can::join(board.can, F::CAN_IN_ORDER));
     spawn(spawner, watchdog::feed(board.watchdog));
     owner::start(owner);
 }

@@ -63,8 +63,8 @@ impl<T: Platform<Hooks = ()> + 'static, const AXES: usize> Firmware<AXES> for Tm
         Some(self.module.baud_rate())
     }
 
-    fn can_bit_rate(&self) -> u32 {
-        self.module.can_bit_rate()
+    fn can_bit_rate(&self) -> Option<u32> {
+        Some(self.module.can_bit_rate())
     }
 
     #[inline(always)]

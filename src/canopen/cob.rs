@@ -27,9 +27,11 @@ fn check(cob_id: u32, bits: u32) -> Result<(), Abort> {
     if unused || refused { Err(Abort::Value) } else { Ok(()) }
 }
 
-/// Checks the COB-ID of the SYNC message.
-pub(super) fn sync(cob_id: u32) -> Result<(), Abort> {
-    check(cob_id, 0)
+/// Checks the COB-ID of the SYNC message, of which bit 31 says nothing (CiA 301), and returns it without that bit.
+pub(super) fn sync(cob_id: u32) -> Result<u32, Abort> {
+    let cob_id = cob_id & !OFF;
+    check(cob_id, 0)?;
+    Ok(cob_id)
 }
 
 /// Checks the COB-ID of the emergency message.

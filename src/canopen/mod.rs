@@ -9,11 +9,13 @@
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod abort;
+mod address;
 mod cob;
 mod drive;
 mod emcy;
 mod guard;
 mod live;
+mod lost;
 mod map;
 mod nmt;
 mod object;
@@ -29,6 +31,7 @@ mod values;
 mod write;
 
 pub use abort::Abort;
+pub use address::Address;
 pub use emcy::{Emergency, Reaction};
 pub use object::{Entry, Object, ROWS, VERSION};
 pub use row::{ANY, Access, Initial, Kind, Mapping, Row, Storage, Type, When};
@@ -43,6 +46,7 @@ use drive::unit::Scale;
 use emcy::Errors;
 use guard::{Guarded, Heartbeat, Watch};
 use live::Live;
+use lost::Lost;
 use map::PDOS;
 use pdo::{Receive, Transmit};
 use sdo::Server;
@@ -122,6 +126,10 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     now: Micros,
     /// The node ID in force.
     node: u8,
+    /// Node ID and bit rate are known: without them the node is silent.
+    known: bool,
+    /// Those of before a restart.
+    kept: Option<Address>,
     state: Nmt,
     /// No turn has begun since the start.
     is_new: bool,
@@ -146,6 +154,8 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
     receive: [Receive; PDOS as usize],
     transmit: [Transmit; PDOS as usize],
     errors: Errors,
+    /// The objects whose saved values are gone.
+    lost: Lost,
     drive: Drive,
     heartbeat: Heartbeat,
     guarded: Guarded,
@@ -169,7 +179,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Node {
             device: Tunnel::new(parts),
             now: Micros(0),
-            node: 1,
+            node: Address::DEFAULT.node,
+            known: false,
+            kept: None,
             state: Nmt::PreOperational,
             is_new: true,
             touched: false,
@@ -177,7 +189,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             manufacturer_mode: false,
             bus: BusState::Active,
             control: None,
-            bit_rate: 1000,
+            bit_rate: Address::DEFAULT.bit_rate,
             values: Values::of(1),
             scale: Scale::START,
             live: Live::default(),
@@ -186,6 +198,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             receive: [Receive::OFF; _],
             transmit: [Transmit::OFF; _],
             errors: Errors::default(),
+            lost: Lost::default(),
             drive: Drive::default(),
             heartbeat: Heartbeat::default(),
             guarded: Guarded::default(),
@@ -194,14 +207,21 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
+    /// Before the start: the address that the node had before a restart. It is in force if the EEPROM does not tell another.
+    pub const fn remember(&mut self, address: Option<Address>) {
+        self.kept = address;
+    }
+
     /// Starts the node: stops the motor, restores the saved objects, sets up the chips, and boots up. The drivers stay
-    /// off. `load` fills the store from the EEPROM, which takes some time.
+    /// off. `load` fills the store from the EEPROM, which takes some time. Without an [address](Self::address) the node says
+    /// nothing.
     pub fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<Tmcm1140>)) {
         self.device.halt();
         let store = self.device.store_mut();
         store.forget();
         load(store);
         (self.now, self.bus, self.way) = (now, BusState::Active, 0);
+        self.lost = Lost::of(self.device.store());
         self.take_addresses();
         self.restore(|_| true);
         self.preset_parameters();
@@ -215,6 +235,30 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.switch_pull_ups();
         self.live = Live::of(&mut self.device);
         self.reset_communication();
+        if self.device.store().is_worn() {
+            self.raise(Emergency::SettingsWorn);
+        }
+    }
+
+    /// The address in force since the start; `None` if it is unknown: then the node must not be on the bus, not even to
+    /// acknowledge what others send.
+    pub fn address(&self) -> Option<Address> {
+        self.known.then_some(Address { node: self.node, bit_rate: self.bit_rate })
+    }
+
+    /// Starts a node without an address as node 1 at 1 Mbit/s, with defaults: they are what it has. False if it has an
+    /// address.
+    fn start_with_defaults(&mut self) -> bool {
+        if self.known {
+            return false;
+        }
+        (self.known, self.lost) = (true, Lost::default());
+        if !self.device.store().is_unreachable() {
+            self.device.store_mut().reset(false);
+        }
+        self.reset_communication();
+        self.filters_changed = true;
+        true
     }
 
     /// The node ID in force since the start.
@@ -241,7 +285,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub fn receive(&mut self, now: Micros, frame: &Frame) {
         self.now = now;
         let Id::Standard(id) = frame.id() else { return };
-        if self.device.restart().is_some() {
+        if !self.known || self.device.restart().is_some() {
             return;
         }
         self.take(id.as_raw(), frame);
@@ -265,7 +309,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         } else if id == COMMAND {
             self.command(frame.data());
         } else if id & !0x7F == CONTROL && self.watched() == Some(id & 0x7F) {
-            self.master.hear(self.now);
+            // A boot-up message is no heartbeat: a master that starts may not have set up its own yet.
+            if frame.data() != [nmt::BOOT_UP] {
+                self.master.hear(self.now);
+            }
         } else {
             self.receive_pdo(id, frame);
         }
@@ -273,6 +320,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// The next frame to be sent. Boot-up and emergencies go first; PDOs go before SDO replies.
     pub fn next_frame(&mut self) -> Option<Frame> {
+        if !self.known {
+            return None;
+        }
         if self.control == Some(nmt::BOOT_UP) {
             return self.next_control();
         }
@@ -286,9 +336,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(SDO_REPLY | u16::from(self.node), &reply)
     }
 
-    /// The next emergency message; while emergencies are off none is sent, and what would be is dropped.
+    /// The next emergency message; while emergencies are off none is sent, and what would be is dropped. A node that is
+    /// stopped keeps what comes up then until it is started.
     fn next_emergency(&mut self) -> Option<Frame> {
-        if self.errors.is_empty() {
+        if !self.errors.has_message(self.state == Nmt::Stopped) {
             return None;
         }
         let cob_id = self.values.of_object(Object::EmergencyCobId);
@@ -301,9 +352,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         Frame::standard(cob::can_id(cob_id), &message)
     }
 
-    /// Notes an emergency, and has it told unless the node is stopped. The drive reacts to a fault.
+    /// Notes an emergency, and has it told. The drive reacts to a fault.
     fn raise(&mut self, emergency: Emergency) {
-        self.errors.raise(emergency, self.state != Nmt::Stopped);
+        self.errors.raise(emergency, self.lost.first().filter(|_| emergency == Emergency::SettingsLost));
         if emergency.reaction() == Reaction::Fault {
             self.fault();
         }
@@ -315,9 +366,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let before = core::mem::replace(&mut self.bus, state);
         match (before, state) {
             (BusState::Off, BusState::Active | BusState::Passive) => self.raise(Emergency::BusOff),
-            (BusState::Active, BusState::Passive) => self.raise(Emergency::ErrorPassive),
             (BusState::Active | BusState::Passive, BusState::Off) => self.leave_bus(),
             _ => {}
+        }
+        if state != BusState::Off {
+            self.report(Emergency::ErrorPassive, state == BusState::Passive);
         }
     }
 
@@ -379,11 +432,12 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if self.touched {
             self.look_for_events();
         }
-        let told = self.server.is_empty() || self.bus == BusState::Off;
+        let told = self.server.is_empty() || self.bus == BusState::Off || !self.known;
         let due = self.device.restart().is_some_and(|at| now >= at) && self.is_settled() && told;
         let outputs = self.device.outputs_mut();
         outputs.restart = due;
-        *outputs
+        // LED2 in place of LED1 shows that the address is unknown.
+        Outputs { led: outputs.led && self.known, trouble: outputs.trouble || !self.known, ..*outputs }
     }
 
     /// Takes over what the device has read.

@@ -15,19 +15,15 @@ use crate::units::Micros;
 const COMMUNICATION_END: u16 = 0x2000;
 
 impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// Takes a command of the master, which is for one node or, with 0, for all.
+    /// Takes a command of the master, which is for one node or, with 0, for all. A frame of another length is none.
     pub(super) fn command(&mut self, data: &[u8]) {
-        let [command, node, ..] = data else { return };
+        let [command, node] = data else { return };
         if *node != 0 && *node != self.node {
             return;
         }
         match command {
             0x01 => self.enter(Nmt::Operational),
-            0x02 => {
-                self.enter(Nmt::Stopped);
-                // A stopped node sends no emergencies, so those that wait are dropped.
-                self.errors.drop_messages();
-            }
+            0x02 => self.enter(Nmt::Stopped),
             0x80 => self.enter(Nmt::PreOperational),
             0x81 => self.device.restart_at(self.now),
             0x82 => self.reset_communication(),
@@ -111,6 +107,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// The master is lost. That is told, and the drive reacts, before a change of the state.
     fn lose_master(&mut self) {
         self.report(Emergency::MasterLost, true);
+        self.lose_services();
+    }
+
+    /// The bus or the master is lost: what becomes of the state says 1029h.1.
+    pub(super) fn lose_services(&mut self) {
         if self.values.of_object(Object::CommunicationErrorBehaviour) != 1 {
             self.stop_services();
         }
@@ -119,6 +120,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Stops a node that is operational.
     pub(super) fn stop_services(&mut self) {
         if self.state == Nmt::Operational {
+            self.errors.say_farewell();
             self.enter(Nmt::Stopped);
         }
     }

@@ -178,6 +178,7 @@ objects! {
     0x270E 0 AnalogCount "Device analog inputs: highest sub-index" Array U8 Ro No &[(1, 1)], Number(1), "" Computed, Always;
     0x270E 1 AnalogInput "Device analog input 0" Array U32 Ro Tx &[(0, 4095)], Varies, "" Computed, Always;
     0x2710 0 PullUps "Pull-up resistors" Var U8 Rw No &[(0, 1)], Number(0), "" All(106), Always;
+    0x603F 0 ErrorCode "Error code" Var U16 Ro Tx ANY, Number(0), "" Computed, Always;
     0x6040 0 Controlword "Controlword" Var U16 Rw RxTx ANY, Number(0), "" Volatile, Always;
     0x6041 0 Statusword "Statusword" Var U16 Ro Tx ANY, Varies, "" Computed, Always;
     0x6042 0 TargetVelocityVl "vl target velocity" Var I16 Rw RxTx ANY, Number(0), "velocity unit (208Ch)" Volatile, Always;
@@ -221,6 +222,7 @@ objects! {
     0x6099 1 HomingFastSpeed "Fast homing speed (search switch)" Array U32 Rw No ANY, Number(500), "velocity unit (208Ch)" Motor(120), Always;
     0x6099 2 HomingSlowSpeed "Slow homing speed (search edge/index)" Array U32 Rw No ANY, Number(100), "velocity unit (208Ch)" Motor(121), Always;
     0x609A 0 HomingAcceleration "Homing acceleration" Var U32 Rw No ANY, Number(1000), "acceleration unit (208Eh)" Motor(122), Always;
+    0x60F4 0 FollowingErrorActual "Following error actual value" Var I32 Ro Tx ANY, Varies, "microsteps" Computed, Always;
     0x60FD 0 DigitalInputs "Digital inputs" Var U32 Ro Tx ANY, Number(0), "" Computed, Always;
     0x60FF 0 TargetVelocity "Target velocity" Var I32 Rw RxTx ANY, Number(0), "velocity unit (208Ch)" Volatile, Always;
     0x6502 0 SupportedModes "Supported drive modes" Var U32 Ro No ANY, Number(39), "" Computed, Always;

@@ -34,7 +34,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                     _ => Value::Text(""),
                 };
             }
-            Object::ErrorRegister => self.errors.register.into(),
+            Object::ErrorRegister => self.errors.register().into(),
             Object::SaveAll
             | Object::SaveCommunication
             | Object::SaveMotor
@@ -57,6 +57,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::StepCounter => return Value::Long(self.way),
             Object::DeviceInputs => u32::from(live.inputs) << PINS,
             Object::AnalogInput => live.analog.into(),
+            Object::ErrorCode => self.errors.code().into(),
             Object::Statusword => self.statusword(),
             Object::VelocityDemandVl => self.values.of_object(Object::TargetVelocityVl),
             Object::VelocityActualVl => {
@@ -71,6 +72,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::VelocityActual => self.scale.velocity_of(live.speed) as u32,
             Object::ProfileDeceleration => self.values.of_object(Object::ProfileAcceleration),
             Object::HomeOffsetDisplay => self.home_offset_display(),
+            Object::FollowingErrorActual => self.following_error() as u32,
             Object::DigitalInputs => self.switches() | u32::from(live.inputs) << PINS,
             Object::DeviceType
             | Object::SaveCount

@@ -5,27 +5,36 @@
 use core::task::Poll;
 
 use super::abort::Abort;
+use super::address::Address;
+use super::emcy::Emergency;
+use super::lost::Lost;
 use super::object::{Entry, Object, ROWS};
 use super::row::{Row, Storage};
 use super::values::entries;
 use super::{Node, cob, map};
 use crate::device::Board;
-use crate::store::{FIRST_SLOT, Finished, Layout, Memory, Need, Pair, Store};
+use crate::module;
+use crate::store::{FIRST_SLOT, Finished, Layout, Memory, Need, Pair, Store, Storing};
 
 /// The TMCM-1140 with the CANopen firmware, as a type: what its EEPROM, an AT25128, is used for.
 #[derive(Clone, Copy, Debug)]
 pub struct Tmcm1140;
 
-/// The slot for what follows the erasure of a program: there is none.
+/// The slot for the number of pages that are stored together, and for what follows the erasure of a program: there is none.
 const UNUSED: usize = FIRST_SLOT;
 /// Number of slots in use.
-const SLOTS: usize = 123;
+pub(super) const SLOTS: usize = 123;
 
 impl Memory for Tmcm1140 {
     const SIZE: usize = 16_384;
     const PAGE: usize = 64;
-    const LAYOUT: Layout =
-        Layout { tag: b"tmcm canopen 1", defaults: const { &defaults() }, after_erasing: UNUSED, other: 16 };
+    const LAYOUT: Layout = Layout {
+        tag: b"tmcm canopen 1",
+        defaults: const { &defaults() },
+        after_erasing: UNUSED,
+        other: 16,
+        storing: Storing::Epochs { pages: UNUSED, other: module::Tmcm1140::LAYOUT.tag },
+    };
     type Program = [u8; 0];
     type Values = [i32; 224];
     type Pairs = [Pair; 16];
@@ -88,8 +97,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub(super) fn load_defaults(&mut self, group: Group) -> Poll<()> {
         let defaults = <Tmcm1140 as Memory>::LAYOUT.defaults;
         let store = self.device.store_mut();
-        let mut slots = defaults.iter().enumerate().skip(FIRST_SLOT);
-        if group == Group::All && slots.any(|(slot, default)| store.get(slot) != Some(*default)) {
+        let mut slots = defaults.iter().enumerate().skip(FIRST_SLOT).filter(|(slot, _)| *slot != UNUSED);
+        if group == Group::All && (store.lost() != 0 || slots.any(|(slot, default)| store.get(slot) != Some(*default)))
+        {
             store.reset(false);
             return self.durable();
         }
@@ -105,6 +115,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 // The layout has all these slots.
                 let _ = self.device.store_mut().set(slot, value);
             }
+        }
+        if self.device.store().lost() != 0 {
+            self.device.store_mut().renew();
         }
         self.durable()
     }
@@ -129,8 +142,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    /// Takes node ID and bit rate from the store; they are in force until the next start.
+    /// Takes node ID and bit rate from the store; they are in force until the next start. If they are unknown there, those
+    /// of before a restart are taken.
     pub(super) fn take_addresses(&mut self) {
+        self.known = !self.lost.address || self.kept.is_some();
+        if let Some(Address { node, bit_rate }) = self.kept.filter(|_| self.lost.address) {
+            (self.node, self.bit_rate) = (node, bit_rate);
+            return;
+        }
         let stored = |object| {
             let row = Entry::of(object).row();
             let stored = row.slot(0).and_then(|slot| self.device.store().get(slot));
@@ -160,11 +179,22 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Tells the node how the EEPROM job that it gave out last has gone. An SDO request that waits for it is answered:
     /// confirmed if all it saved is written.
     pub fn stored(&mut self, written: bool) {
-        let Finished { failed, .. } = self.device.store_mut().finish(written);
+        let Finished { failed, worn, answers, .. } = self.device.store_mut().finish(written);
+        // A node without an address starts anew, to read it.
+        if answers && !self.known {
+            self.device.restart_at(self.now);
+        }
+        if worn {
+            self.raise(Emergency::SettingsWorn);
+        }
         if failed.is_some() {
             self.server.conclude(Err(Abort::Hardware));
         } else if self.is_settled() {
             self.server.conclude(Ok(()));
+            // What was lost has been replaced.
+            if self.device.store().lost() == 0 {
+                self.lost = Lost::default();
+            }
         }
     }
 

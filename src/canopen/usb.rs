@@ -1,8 +1,13 @@
-//! The USB port of the CANopen firmware. Its telegrams are those of TMCL, but there is one command alone: that of the
-//! version, by which the update tool of the vendor knows a module.
+//! The USB port of the CANopen firmware. Its telegrams are those of TMCL, but there are two commands alone: that of the
+//! version, by which the update tool of the vendor knows a module, and that of the factory settings, with which a node that
+//! does not know its address starts.
 
+use super::Node;
+use super::store::Tmcm1140;
+use crate::device::Board;
 use crate::tmcl::binary::Addressed;
-use crate::tmcl::{Opcode, Reply, Status};
+use crate::tmcl::{CONFIRMATION, Opcode, Reply, Status};
+use crate::units::Micros;
 
 /// Address of the module in replies.
 pub const MODULE_ADDRESS: u8 = 1;
@@ -16,15 +21,24 @@ const TEXT: [u8; 8] = *b"1140V320";
 /// The version as a number: product, major and minor version.
 const NUMBER: i32 = 0x0474_0314;
 
-/// The reply to a telegram. As in the TMCL firmware any address will do, because the cable has two ends alone.
-pub fn reply(telegram: &Addressed) -> Reply {
-    let Addressed { command, intact, .. } = *telegram;
-    if !intact {
-        return Reply::WRONG_CHECKSUM;
-    }
-    match (command.opcode, command.kind) {
-        (VERSION, 0) => Reply::Version(TEXT),
-        (VERSION, 1) => Reply::Plain { status: Status::Ok, opcode: VERSION, value: NUMBER },
-        _ => Reply::echo(Status::NotAvailable, command),
+/// The number of the command that restores the settings of the factory.
+const FACTORY: u8 = Opcode::FactorySettings as u8;
+
+impl<T: Board<Product = Tmcm1140>> Node<T> {
+    /// Serves a telegram. As in the TMCL firmware any address will do, because the cable has two ends alone.
+    pub fn serve_usb(&mut self, now: Micros, telegram: &Addressed) -> Reply {
+        let Addressed { command, intact, .. } = *telegram;
+        if !intact {
+            return Reply::WRONG_CHECKSUM;
+        }
+        self.now = now;
+        match (command.opcode, command.kind) {
+            (VERSION, 0) => Reply::Version(TEXT),
+            (VERSION, 1) => Reply::Plain { status: Status::Ok, opcode: VERSION, value: NUMBER },
+            (FACTORY, _) if command.value == CONFIRMATION && self.start_with_defaults() => {
+                Reply::echo(Status::Ok, command)
+            }
+            _ => Reply::echo(Status::NotAvailable, command),
+        }
     }
 }

@@ -5,6 +5,7 @@ use core::task::Poll;
 use super::Node;
 use super::abort::Abort;
 use super::cob;
+use super::drive::State;
 use super::drive::unit::INTERNAL;
 use super::map::Way;
 use super::object::{Entry, Object};
@@ -48,20 +49,22 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 _ => Abort::Value,
             });
         }
-        if row.when == When::Disabled && !self.is_disabled() {
+        // What is lost can be written in the FAULT that it has led to, with the bridges off.
+        let replaces = self.drive.state == State::Fault && self.lost.contains(entry);
+        if row.when == When::Disabled && !self.is_disabled() && !replaces {
             return Err(Abort::State);
         }
         self.check_encoder(entry.object, value)?;
         self.touched = true;
         match entry.object {
-            Object::SaveAll => return when(value == SAVE, || self.save(Group::All)),
-            Object::SaveMotor => return when(value == SAVE, || self.save(Group::Motor)),
+            Object::SaveAll => return self.keep(value, SAVE, Group::All),
+            Object::SaveMotor => return self.keep(value, SAVE, Group::Motor),
             Object::SaveCommunication | Object::StoreCommunication => {
-                return when(value == SAVE, || self.save(Group::Communication));
+                return self.keep(value, SAVE, Group::Communication);
             }
-            Object::RestoreAll => return when(value == LOAD, || self.load_defaults(Group::All)),
-            Object::RestoreMotor => return when(value == LOAD, || self.load_defaults(Group::Motor)),
-            Object::RestoreCommunication => return when(value == LOAD, || self.load_defaults(Group::Communication)),
+            Object::RestoreAll => return self.keep(value, LOAD, Group::All),
+            Object::RestoreMotor => return self.keep(value, LOAD, Group::Motor),
+            Object::RestoreCommunication => return self.keep(value, LOAD, Group::Communication),
             // Its seven bytes are no number: the server has them executed.
             Object::OsCommand => return Err(Abort::State),
             Object::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
@@ -75,8 +78,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 };
             }
             Object::SyncCobId => {
-                cob::sync(value)?;
-                self.values.set(entry, value);
+                self.values.set(entry, cob::sync(value)?);
                 self.filters_changed = true;
             }
             Object::EmergencyCobId => self.write_emergency_cob_id(entry, value)?,
@@ -239,6 +241,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::NodeIdInUse
             | Object::AnalogCount
             | Object::AnalogInput
+            | Object::ErrorCode
             | Object::Statusword
             | Object::VelocityDemandVl
             | Object::VelocityActualVl
@@ -258,10 +261,25 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::PositionLimitCount
             | Object::ProfileDeceleration
             | Object::HomingSpeedCount
+            | Object::FollowingErrorActual
             | Object::DigitalInputs
             | Object::SupportedModes => return Err(Abort::ReadOnly),
         }
+        self.lost.written(entry);
         Ok(Poll::Ready(()))
+    }
+
+    /// Saves or restores a group, as the object asks for whose signature is given, if that is the value that was written. Not
+    /// while a store is under way whose master has given it up: its values must not mix with others.
+    #[inline(never)]
+    fn keep(&mut self, value: u32, signature: u32, group: Group) -> Result<Poll<()>, Abort> {
+        if value != signature {
+            return Err(Abort::Signature);
+        }
+        if self.device.store().is_storing() {
+            return Err(Abort::State);
+        }
+        Ok(if signature == SAVE { self.save(group) } else { self.load_defaults(group) })
     }
 
     /// Writes the COB-ID of emergency messages, whose identifier changes only while they are off.
@@ -313,9 +331,4 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let on = self.values.of_object(Object::PullUps) != 0;
         self.device.outputs_mut().pull_ups = on.into();
     }
-}
-
-/// Does what a signature asks for, if it is the right one.
-fn when(right: bool, act: impl FnOnce() -> Poll<()>) -> Result<Poll<()>, Abort> {
-    if right { Ok(act()) } else { Err(Abort::Signature) }
 }

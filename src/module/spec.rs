@@ -3,7 +3,7 @@
 use super::ports::Signal;
 use super::slots::Slots;
 use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140, tmcm3110, tmcm3212, tmcm6110};
-use crate::store::{Array, Layout, Memory, Pair, Store};
+use crate::store::{Array, Layout, Memory, Pair, Store, Storing};
 use crate::tmcl::{Command, Opcode};
 
 /// A product: everything in which one module differs from its sisters and that is not an algorithm.
@@ -103,6 +103,7 @@ impl Memory for Tmcm1140 {
         defaults: const { &SLOTS.defaults::<208>(&tmcm1140::AXIS, &tmcm1140::GLOBAL) },
         after_erasing: 13,
         other: 16,
+        storing: Storing::Pages,
     };
     type Program = [u8; 14_336];
     type Values = [i32; 224];
@@ -173,6 +174,7 @@ impl Memory for Tmcm6110 {
         defaults: const { &SISTERS_SLOTS.defaults::<484>(&tmcm6110::AXIS, &tmcm6110::GLOBAL) },
         after_erasing: 13,
         other: PAGES_3110,
+        storing: Storing::Pages,
     };
     type Program = [u8; 14_336];
     type Values = [i32; 490];
@@ -195,6 +197,7 @@ impl Memory for Tmcm3110 {
         defaults: const { &SISTERS_SLOTS.defaults::<280>(&tmcm3110::AXIS, tmcm3110::GLOBAL) },
         after_erasing: 13,
         other: PAGES_6110,
+        storing: Storing::Pages,
     };
     type Program = [u8; 14_336];
     type Values = [i32; 280];
@@ -247,6 +250,7 @@ impl Memory for Tmcm3212 {
         defaults: const { &TMCM_3212_SLOTS.defaults::<136>(&tmcm3212::AXIS, &tmcm3212::GLOBAL) },
         after_erasing: 13,
         other: 5,
+        storing: Storing::Pages,
     };
     type Program = [u8; TMCM_3212.commands as usize * Command::SIZE];
     type Values = [i32; 150];

@@ -39,7 +39,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// status 100 if all they stored is written, with status 5 if it could not be; then their settings are not in force
     /// either.
     pub fn stored(&mut self, written: bool) {
-        let Finished { failed, erased } = self.device.store_mut().finish(written);
+        let Finished { failed, erased, .. } = self.device.store_mut().finish(written);
         // A factory reset puts the parameters back with the restart that follows it. Until then the program is still in
         // memory, and its protection has to stay.
         let resetting = self.device.restart().is_some();

@@ -46,6 +46,10 @@ impl<SPI: SpiDevice> Keeper<SPI> {
         match self.writing.take() {
             None => {
                 let job = next()?;
+                // A page without bytes asks whether the EEPROM answers.
+                if job.page.is_empty() {
+                    return Some(matches!(self.part.busy(), Ok(false)));
+                }
                 if !self.readable || self.part.start_write(job.address, &job.page).is_err() {
                     return Some(false);
                 }

@@ -19,7 +19,7 @@ pub const FIRST_SLOT: usize = 2;
 /// the two copies of each settings page take the last ones. Sizes that do not fit each other do not compile:
 ///
 /// ```compile_fail
-/// use tmcm::store::{Layout, Memory, Pair, Store};
+/// use tmcm::store::{Layout, Memory, Pair, Store, Storing};
 ///
 /// #[derive(Debug)]
 /// struct Small;
@@ -28,7 +28,13 @@ pub const FIRST_SLOT: usize = 2;
 ///     const SIZE: usize = 1_024;
 ///     const PAGE: usize = 64;
 ///     // 3 * 14 values need three settings pages, but there are two pairs.
-///     const LAYOUT: Layout = Layout { tag: b"small", defaults: &[0; 3 * 14], after_erasing: 2, other: 2 };
+///     const LAYOUT: Layout = Layout {
+///         tag: b"small",
+///         defaults: &[0; 3 * 14],
+///         after_erasing: 2,
+///         other: 2,
+///         storing: Storing::Pages,
+///     };
 ///     type Program = [u8; 448];
 ///     type Values = [i32; 2 * 14];
 ///     type Pairs = [Pair; 2];
@@ -64,6 +70,23 @@ pub struct Layout {
     /// Number of settings pages of the other known layout for an EEPROM of this size: that of a sister, or of another
     /// firmware. The layout's own number if there is no other one.
     pub other: usize,
+    /// How stores are made durable.
+    pub storing: Storing,
+}
+
+/// How a layout makes what was stored durable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storing {
+    /// Each page by itself, as soon as one of its values has changed: a value that is stored is durable after one write.
+    Pages,
+    /// All pages in use together, in an epoch of their own that is in force with its last write, so that a power cut leaves
+    /// all the old values or all the new ones. See [`epochs`](super::epochs).
+    Epochs {
+        /// The slot for the number of pages that belong to the epoch. In it is 0 as long as nothing has been stored so.
+        pages: usize,
+        /// The name of the other firmware's layout. With its first page in place of this one's the settings are its.
+        other: &'static [u8],
+    },
 }
 
 /// An array whose length is a constant of its type.
@@ -112,7 +135,7 @@ impl Pair {
 #[allow(clippy::arithmetic_side_effects)]
 pub(super) const fn fits<M: Memory>() -> bool {
     let (program, pairs) = (M::Program::LENGTH, M::Pairs::LENGTH);
-    let Layout { defaults, after_erasing, other, .. } = M::LAYOUT;
+    let Layout { defaults, after_erasing, other, storing, .. } = M::LAYOUT;
     let pages = M::PAGE > FRAME
         && M::PAGE <= LONGEST_PAGE
         && M::PAGE.is_multiple_of(4)
@@ -126,5 +149,8 @@ pub(super) const fn fits<M: Memory>() -> bool {
     let part = part && other > 0 && other <= PAIRS && program + 2 * other * M::PAGE <= M::SIZE;
     let values = M::Values::LENGTH == pairs * ((M::PAGE - FRAME) / 4);
     let slots = defaults.len() <= M::Values::LENGTH && FIRST_SLOT <= after_erasing && after_erasing < defaults.len();
+    // The number of pages is in the first page, whose write is the last of an epoch.
+    let slots = slots
+        && !matches!(storing, Storing::Epochs { pages, .. } if pages < FIRST_SLOT || (M::PAGE - FRAME) / 4 <= pages);
     pages && part && values && slots
 }

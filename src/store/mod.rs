@@ -19,6 +19,7 @@
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
+mod epochs;
 mod keeper;
 mod memory;
 mod page;
@@ -26,11 +27,11 @@ mod program;
 mod settings;
 
 pub use keeper::Keeper;
-pub use memory::{Array, FIRST_SLOT, LONGEST_PAGE, Layout, Memory, Pair};
+pub use memory::{Array, FIRST_SLOT, LONGEST_PAGE, Layout, Memory, Pair, Storing};
 pub use page::{Job, Page};
 
 use program::Program;
-use settings::Settings;
+use settings::{Ended, Settings};
 
 /// What was found in the EEPROM at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -41,6 +42,11 @@ pub struct LoadReport {
     pub foreign: u8,
     /// The EEPROM does not answer.
     pub unreachable: bool,
+    /// Pages, one bit each, that belong to the settings in force and are gone, so that their values are unknown
+    /// ([`Storing::Epochs`]). Bit 0 is set if the first page is gone, which says how many there are: then all are unknown.
+    pub lost: u64,
+    /// One of the two copies of a page is bad ([`Storing::Epochs`]): it is written again.
+    pub worn: bool,
     /// The state of the stored program.
     pub program: Integrity,
 }
@@ -117,6 +123,10 @@ pub enum Need {
 pub struct Finished {
     /// What could not be written; every command that waits for it has failed.
     pub failed: Option<Need>,
+    /// The EEPROM, which did not answer at start-up, does now ([`Storing::Epochs`]).
+    pub answers: bool,
+    /// The settings are durable, but the second copy of a page could not be written ([`Storing::Epochs`]).
+    pub worn: bool,
     /// The program has been erased, and the slot [`Layout::after_erasing`] has got this value.
     pub erased: Option<i32>,
 }
@@ -188,6 +198,21 @@ impl<M: Memory> Store<M> {
         self.settings.unreachable
     }
 
+    /// Pages whose values are unknown, one bit each, as [`LoadReport::lost`] has them; none after a store.
+    pub const fn lost(&self) -> u64 {
+        self.settings.epochs.lost
+    }
+
+    /// True if the copy of a page was bad at start-up.
+    pub const fn is_worn(&self) -> bool {
+        self.settings.epochs.worn
+    }
+
+    /// The page of a slot.
+    pub fn page_of(slot: usize) -> usize {
+        Settings::<M>::page_of_slot(slot)
+    }
+
     /// The stored value of a slot; `None` if there is no such slot.
     pub fn get(&self, slot: usize) -> Option<i32> {
         self.settings.get(slot)
@@ -198,6 +223,11 @@ impl<M: Memory> Store<M> {
     #[must_use]
     pub fn set(&mut self, slot: usize, value: i32) -> bool {
         self.settings.set(slot, value)
+    }
+
+    /// Has all pages stored anew, together with what has been set, also if nothing has ([`Storing::Epochs`]).
+    pub fn renew(&mut self) {
+        self.settings.renew();
     }
 
     /// Sets all wanted values to factory defaults. With `erase` the program is erased, too; otherwise it stays.
@@ -297,6 +327,12 @@ impl<M: Memory> Store<M> {
         self.settings.settled() && !(busy && need == Need::Program)
     }
 
+    /// True while a store is under way that comes into force with its last page ([`Storing::Epochs`]). No value may be set
+    /// before it has ended.
+    pub fn is_storing(&self) -> bool {
+        self.settings.is_storing()
+    }
+
     /// True while nothing is to be written and no download is open.
     pub fn is_idle(&self) -> bool {
         matches!(self.activity, Activity::Idle) && self.settings.settled() && !self.program.in_flight()
@@ -314,6 +350,8 @@ impl<M: Memory> Store<M> {
         let end = match self.activity {
             Activity::Downloading { next, failed: false } => next,
             Activity::Flushing | Activity::Erasing => usize::MAX,
+            // Second copies of what is durable are no hurry.
+            Activity::Idle if Settings::<M>::TWICE => return self.settings.next_job(),
             Activity::Idle | Activity::MarkingWhole | Activity::MarkingErasure | Activity::Downloading { .. } => {
                 return None;
             }
@@ -328,8 +366,11 @@ impl<M: Memory> Store<M> {
         let failed = if self.program.finish(written) {
             (!written).then_some(Need::Program)
         } else {
-            self.settings.finish(written);
-            (!written).then_some(Need::Settings)
+            match self.settings.finish(written) {
+                Ended::Values => (!written).then_some(Need::Settings),
+                Ended::Spare => return Finished { worn: !written, ..Finished::default() },
+                Ended::Question => return Finished { answers: written, ..Finished::default() },
+            }
         };
         let mut erased = None;
         match (failed, self.activity) {
@@ -341,7 +382,7 @@ impl<M: Memory> Store<M> {
             (Some(Need::Settings), Activity::Downloading { .. }) if self.recorded() == Integrity::Incomplete => {}
             (Some(_), _) => self.activity = Activity::Idle,
         }
-        Finished { failed, erased }
+        Finished { failed, erased, ..Finished::default() }
     }
 
     /// Begins the next activity if the present one has finished. When the program is erased by that, returns the value

@@ -15,7 +15,7 @@ pub type Page = Vec<u8, LONGEST_PAGE>;
 pub struct Job {
     /// Address of the page's first byte in the EEPROM.
     pub address: u16,
-    /// The bytes to be written: a whole page.
+    /// The bytes to be written: a whole page; none at all asks whether the EEPROM answers.
     pub page: Page,
 }
 

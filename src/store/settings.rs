@@ -4,7 +4,8 @@
 use core::ops::Range;
 
 use super::LoadReport;
-use super::memory::{Array, FRAME, LONGEST_PAGE, Memory, Pair};
+use super::epochs::{Epochs, Step};
+use super::memory::{Array, FRAME, LONGEST_PAGE, Memory, Pair, Storing};
 use super::page::{self, Job};
 
 /// The settings as they are in the EEPROM and as they are wanted.
@@ -24,6 +25,8 @@ pub(super) struct Settings<M: Memory> {
     second_first: bool,
     /// These pages are to be cleared now. As long as there are any, nothing else is written.
     clearing: bool,
+    /// What is known of pages that are stored together.
+    pub(super) epochs: Epochs,
     in_flight: Option<Flight>,
     /// The EEPROM does not answer, so that its values are unknown: a value set counts as not durable even if it is
     /// equal to the durable one assumed here.
@@ -37,6 +40,17 @@ struct Flight {
     page: usize,
     epoch: u16,
     image: page::Page,
+}
+
+/// What has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ended {
+    /// The write of values that are to be stored.
+    Values,
+    /// That of a second copy.
+    Spare,
+    /// The question whether the EEPROM answers.
+    Question,
 }
 
 /// Copies to write when a page is formatted, or begins a new epoch: both, so that one failing copy does not bring old
@@ -55,6 +69,21 @@ impl<M: Memory> Settings<M> {
     /// The settings page that lies where the other layout has its first one.
     const FIRST_OF_OTHER: usize = M::Pairs::LENGTH.saturating_sub(M::LAYOUT.other);
 
+    /// The slot for the number of pages that are stored together; `None` if each is stored by itself.
+    const TOGETHER: Option<usize> = match M::LAYOUT.storing {
+        Storing::Epochs { pages, .. } => Some(pages),
+        Storing::Pages => None,
+    };
+    /// Each page is written twice.
+    pub(super) const TWICE: bool = Self::TOGETHER.is_some();
+    /// Pages in use.
+    const USED: usize = M::LAYOUT.defaults.len().div_ceil(Self::EACH);
+
+    /// The page of a slot.
+    pub(super) fn page_of_slot(slot: usize) -> usize {
+        slot.checked_div(Self::EACH).unwrap_or_default()
+    }
+
     /// The slots of a page.
     fn slots(page: usize) -> Range<usize> {
         let first = page.saturating_mul(Self::EACH);
@@ -67,7 +96,7 @@ impl<M: Memory> Settings<M> {
         let mut report = LoadReport::default();
         let mut space = [0; LONGEST_PAGE];
         let image = space.get_mut(..M::PAGE).unwrap_or_default();
-        let mut lost = false;
+        let (mut lost, mut foreign, mut bad) = (false, false, 0);
         // Until it is known which copy of each page counts, `durable` holds the first copies and `wanted` the second
         // ones: there is no RAM for a third array.
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
@@ -86,6 +115,10 @@ impl<M: Memory> Settings<M> {
                 } else if head.is_some() {
                     report.foreign = report.foreign.saturating_add(1);
                     pair.unformatted = true;
+                    // What the other firmware has left is not bad.
+                    let other = is_other::<M>(index, image);
+                    foreign |= other && index == 0;
+                    bad |= if other { 0 } else { bit(index) };
                 }
             }
             pair.unformatted &= !formatted;
@@ -95,7 +128,13 @@ impl<M: Memory> Settings<M> {
             lost |= index == 0 && !formatted && heads.iter().all(Option::is_some);
         }
         self.look_beyond(&mut read, image)?;
+        let founded = self.pairs.as_ref().first().is_some_and(|pair| pair.found.iter().any(Option::is_some));
+        // Pages of this layout are there, and the first one is not, which says how many there are.
+        let headless = Self::TWICE && !founded && bad & bit(0) != 0 && !foreign && report.valid > 0;
+        lost |= headless;
         self.epoch = self.find_epoch(lost);
+        self.epochs = Epochs::after(self.epoch, founded);
+        self.epochs.lost = if headless { bit(0) } else { 0 };
         for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
             let first = self.durable.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let second = self.wanted.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
@@ -114,7 +153,26 @@ impl<M: Memory> Settings<M> {
             }
         }
         copy(self.wanted.as_mut(), self.durable.as_ref());
+        if let Some(slot) = Self::TOGETHER {
+            self.count_copies(slot, bad);
+        }
+        (report.lost, report.worn) = (self.epochs.lost, self.epochs.worn);
         Ok(report)
+    }
+
+    /// Looks whether each page of the epoch in force is there, twice. `bad` are the pages of which a copy is no page at all.
+    fn count_copies(&mut self, slot: usize, bad: u64) {
+        let pages = usize::try_from(self.get(slot).unwrap_or_default()).unwrap_or_default();
+        let mut single = 0;
+        for (index, pair) in self.pairs.as_ref().iter().enumerate().take(pages) {
+            match pair.found.iter().flatten().filter(|(epoch, _)| *epoch == self.epoch).count() {
+                0 => self.epochs.lost |= bit(index),
+                1 => single |= bit(index),
+                _ => {}
+            }
+        }
+        self.epochs.worn = single & bad != 0;
+        self.epochs.repeat(single);
     }
 
     /// Finds out what another layout has left in the pages before the settings, through `read` into `image`.
@@ -177,6 +235,7 @@ impl<M: Memory> Settings<M> {
             strange: 0,
             second_first: false,
             clearing: false,
+            epochs: Epochs::after(0, false),
             in_flight: None,
             unreachable: false,
         }
@@ -209,8 +268,8 @@ impl<M: Memory> Settings<M> {
         }
         let Some(wanted) = self.wanted.as_mut().get_mut(slot) else { return false };
         *wanted = value;
-        self.mark(slot.checked_div(Self::EACH).unwrap_or_default());
-        if !self.settled() {
+        self.mark(Self::page_of_slot(slot));
+        if Self::TOGETHER.is_none() && !self.settled() {
             self.format();
         }
         true
@@ -218,6 +277,10 @@ impl<M: Memory> Settings<M> {
 
     /// Sets all wanted values to factory defaults by beginning a new epoch.
     pub(super) fn reset(&mut self) {
+        if Self::TOGETHER.is_some() {
+            set_defaults::<M>(self.wanted.as_mut(), 0);
+            return self.renew();
+        }
         self.epoch = self.epoch.wrapping_add(1);
         self.default();
         if let Some(first) = self.pairs.as_mut().first_mut() {
@@ -246,13 +309,93 @@ impl<M: Memory> Settings<M> {
     /// True when all wanted values are durable. A page being written may fail, so it counts as not durable until its
     /// write has ended.
     pub(super) fn settled(&self) -> bool {
-        self.dirty == 0 && self.forced == 0 && !self.clearing && self.in_flight.is_none()
+        let waits = |settings: &Self| settings.in_flight.is_some() && !(Self::TWICE && settings.epochs.is_idle());
+        self.dirty == 0 && self.forced == 0 && !self.clearing && !self.is_storing() && !waits(self)
+    }
+
+    /// True while a store of all pages together is not in force.
+    pub(super) const fn is_storing(&self) -> bool {
+        Self::TWICE && self.epochs.is_storing()
+    }
+
+    /// Has all pages stored together, also if no value has changed.
+    pub(super) fn renew(&mut self) {
+        if let Some(slot) = Self::TOGETHER {
+            self.begin(slot);
+        }
+    }
+
+    /// Begins a store of all pages together; `slot` is that for their number.
+    fn begin(&mut self, slot: usize) {
+        if let Some(number) = self.wanted.as_mut().get_mut(slot) {
+            *number = Self::USED as i32;
+        }
+        self.epochs.begin(bit(Self::USED).wrapping_sub(1));
+    }
+
+    /// The next page of a store of all pages together, whose number is in `slot`.
+    fn next_together(&mut self, slot: usize) -> Option<Job> {
+        if !self.is_storing() && self.dirty != 0 {
+            self.begin(slot);
+        }
+        let (step, page) = self.epochs.next(self.unreachable);
+        let (epoch, values, repeats) = match step {
+            Step::Found => (self.epoch, &self.durable, false),
+            Step::First => (self.epochs.epoch, &self.wanted, false),
+            Step::Second => (self.epoch, &self.durable, true),
+            Step::Ask => {
+                self.in_flight = Some(Flight { page, epoch: self.epoch, image: page::Page::new() });
+                return Some(Job { address: 0, page: page::Page::new() });
+            }
+            Step::None => return None,
+        };
+        let Pair { newest: (side, sequence), .. } = *self.pairs.as_ref().get(page)?;
+        let sequence = if repeats { sequence } else { sequence.wrapping_add(1) };
+        let image = page::encode(M::LAYOUT.tag, page, epoch, sequence, page_of::<M>(values, page)?);
+        self.in_flight = Some(Flight { page, epoch, image: image.clone() });
+        Some(Job { address: address::<M>(page, !side), page: image })
+    }
+
+    /// A step of a store of all pages together has ended.
+    fn finish_together(&mut self, page: usize, written: bool) -> Ended {
+        match self.epochs.finish(page, written) {
+            Step::Second => return Ended::Spare,
+            Step::Ask => return Ended::Question,
+            _ if !written => self.revert(),
+            Step::Found => self.turn(1),
+            // The first page is the last one: with it the epoch is in force.
+            Step::First if page == 0 => {
+                self.turn(Self::USED);
+                self.epoch = self.epochs.epoch;
+                copy(self.durable.as_mut(), self.wanted.as_ref());
+                (self.dirty, self.epochs.lost) = (0, 0);
+                self.epochs.repeat(bit(Self::USED).wrapping_sub(1));
+            }
+            Step::First | Step::None => {}
+        }
+        Ended::Values
+    }
+
+    /// Of the first pages the copy that was not in force is the one that is.
+    fn turn(&mut self, pages: usize) {
+        for pair in self.pairs.as_mut().iter_mut().take(pages) {
+            pair.newest = (!pair.newest.0, pair.newest.1.wrapping_add(1));
+        }
+    }
+
+    /// All wanted values go back to the durable ones.
+    fn revert(&mut self) {
+        copy(self.wanted.as_mut(), self.durable.as_ref());
+        self.dirty = 0;
     }
 
     /// The next page to write; `None` until [`finish`](Self::finish) reports on the page handed out before.
     pub(super) fn next_job(&mut self) -> Option<Job> {
         if self.in_flight.is_some() {
             return None;
+        }
+        if let Some(slot) = Self::TOGETHER {
+            return self.next_together(slot);
         }
         if Self::BEYOND > 0 && self.clearing {
             return Some(self.clear());
@@ -284,31 +427,34 @@ impl<M: Memory> Settings<M> {
         Job { address: Self::beyond(number), page }
     }
 
-    /// Reports that the page handed out last is durable (`written`). If it could not be written, all wanted values go
-    /// back to the durable ones.
-    pub(super) fn finish(&mut self, written: bool) {
-        let Some(Flight { page, epoch, image }) = self.in_flight.take() else { return };
-        let pairs = self.pairs.as_mut();
+    /// Reports that the page handed out last is durable (`written`). If it could not be written, and had values that are to
+    /// be stored, all wanted values go back to the durable ones.
+    pub(super) fn finish(&mut self, written: bool) -> Ended {
+        let Some(Flight { page, epoch, image }) = self.in_flight.take() else { return Ended::Values };
+        if Self::TWICE {
+            return self.finish_together(page, written);
+        }
         if !written {
-            copy(self.wanted.as_mut(), self.durable.as_ref());
+            self.revert();
+            let pairs = self.pairs.as_mut();
             // A factory reset that has not come to its end is the first that the next store writes: the values here are its.
             if let Some(first) = pairs.first_mut() {
                 first.unformatted |= first.forced > 0;
             }
             pairs.iter_mut().for_each(|pair| pair.forced = 0);
-            (self.dirty, self.forced, self.clearing) = (0, 0, false);
-            return;
+            (self.forced, self.clearing) = (0, false);
+            return Ended::Values;
         }
         if Self::BEYOND > 0 && self.clearing {
             self.strange = self.strange.saturating_sub(1);
             self.clearing = self.strange > 0;
-            return;
+            return Ended::Values;
         }
-        let Some(pair) = pairs.get_mut(page) else { return };
+        let Some(pair) = self.pairs.as_mut().get_mut(page) else { return Ended::Values };
         pair.newest = (!pair.newest.0, pair.newest.1.wrapping_add(1));
         if epoch != self.epoch {
             // A factory reset has begun a new epoch meanwhile, so the page that was written no longer counts.
-            return;
+            return Ended::Values;
         }
         if let Some(durable) = self.durable.as_mut().get_mut(Self::slots(page)) {
             page::take_values(&image, durable);
@@ -320,6 +466,7 @@ impl<M: Memory> Settings<M> {
             self.forced &= !bit(page);
         }
         self.mark(page);
+        Ended::Values
     }
 
     /// Finds out whether a page is dirty.
@@ -340,6 +487,11 @@ fn second_is_newer(copies: [Option<(u16, u8)>; 2]) -> bool {
         [Some((one, _)), Some((other, _))] => page::newer(other, one),
         [one, other] => one.is_none() && other.is_some(),
     }
+}
+
+/// True if this is a page of the other firmware.
+fn is_other<M: Memory>(index: usize, image: &[u8]) -> bool {
+    matches!(M::LAYOUT.storing, Storing::Epochs { other, .. } if page::decode(other, index, image, &mut []).is_some())
 }
 
 /// The values of a page.
@@ -366,6 +518,7 @@ fn address<M: Memory>(page: usize, second: bool) -> u16 {
     M::SIZE.saturating_sub(area).saturating_add(copy.saturating_mul(M::PAGE)) as u16
 }
 
-fn bit(page: usize) -> u64 {
+/// The bit of a page in a set of them.
+pub(super) const fn bit(page: usize) -> u64 {
     1_u64.unbounded_shl(page as u32)
 }

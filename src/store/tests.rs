@@ -21,7 +21,8 @@ const fn defaults<const N: usize>() -> [i32; N] {
 impl Memory for Small {
     const SIZE: usize = 16_384;
     const PAGE: usize = 64;
-    const LAYOUT: Layout = Layout { tag: b"small", defaults: &defaults::<208>(), after_erasing: 13, other: 16 };
+    const LAYOUT: Layout =
+        Layout { tag: b"small", defaults: &defaults::<208>(), after_erasing: 13, other: 16, storing: Storing::Pages };
     type Program = [u8; 14_336];
     type Values = [i32; 224];
     type Pairs = [Pair; 16];
@@ -34,7 +35,8 @@ struct Middle;
 impl Memory for Middle {
     const SIZE: usize = 32_768;
     const PAGE: usize = 64;
-    const LAYOUT: Layout = Layout { tag: b"middle", defaults: &defaults::<500>(), after_erasing: 13, other: 36 };
+    const LAYOUT: Layout =
+        Layout { tag: b"middle", defaults: &defaults::<500>(), after_erasing: 13, other: 36, storing: Storing::Pages };
     type Program = [u8; 14_336];
     type Values = [i32; 504];
     type Pairs = [Pair; 36];
@@ -47,7 +49,8 @@ struct Large;
 impl Memory for Large {
     const SIZE: usize = 65_536;
     const PAGE: usize = 128;
-    const LAYOUT: Layout = Layout { tag: b"large", defaults: &defaults::<1_000>(), after_erasing: 13, other: 34 };
+    const LAYOUT: Layout =
+        Layout { tag: b"large", defaults: &defaults::<1_000>(), after_erasing: 13, other: 34, storing: Storing::Pages };
     type Program = [u8; 43_008];
     type Values = [i32; 1_020];
     type Pairs = [Pair; 34];

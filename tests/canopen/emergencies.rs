@@ -5,7 +5,7 @@ use hal_sim::clock::MICROSECOND;
 use tmcm::canopen::{Emergency, Overflow};
 
 /// The list: code, two bytes of the manufacturer's field, bits of the error register.
-const LIST: [(u16, [u8; 2], &[u8]); 27] = [
+const LIST: [(u16, [u8; 2], &[u8]); 30] = [
     (0x0000, [0, 0], &[]),
     (0x1000, [1, 0], &[0]),
     (0x1000, [2, 0], &[0]),
@@ -17,6 +17,9 @@ const LIST: [(u16, [u8; 2], &[u8]); 27] = [
     (0x4310, [2, 0], &[0, 3]),
     (0x5000, [0, 255], &[0, 7]),
     (0x5441, [0, 255], &[0, 5]),
+    (0x5530, [0, 255], &[0, 7]),
+    (0x6310, [0, 255], &[0, 5]),
+    (0x6310, [1, 255], &[0, 5]),
     (0x6320, [0, 255], &[0, 5]),
     (0x8100, [0, 255], &[0, 4]),
     (0x8110, [1, 255], &[0, 4]),

@@ -85,8 +85,10 @@ fn a_node_finds_the_settings_of_tmcl() {
     assert_eq!(rig.sign(0x1010, 4, b"save"), Ok(()));
     let saved = rig.eeprom();
     assert!(saved[..SETTINGS] == eeprom[..SETTINGS] && saved[SETTINGS..] != eeprom[SETTINGS..]);
+    // The second copies are written behind the confirmation.
+    rig.wait(100);
     rig.power_cycle();
-    assert!(rig.report.foreign == 0 && rig.report.valid > 0, "{:?}", rig.report);
+    assert!(rig.report.foreign == 0 && rig.report.valid == 18 && !rig.report.worn, "{:?}", rig.report);
     assert_eq!((rig.node.node_id(), rig.read(0x2003, 0)), (1, 150));
     // To TMCL they are gone, and with them the mark that its program is whole: it counts as none.
     let mut back = tmcl(Some(&saved));

@@ -1,8 +1,12 @@
 //! What keeps the motor within its limits: software limits, limit switches, and stop on stall.
 
-use crate::driving::{ENABLE, HM, INTERNAL_LIMIT, MOVES, OPERATION_ENABLED, PP, PV, START, TARGET_REACHED, VL};
+use crate::driving::{
+    ENABLE, HM, INTERNAL_LIMIT, MODE_SPECIFIC, MOVES, OPERATION_ENABLED, PP, PV, START, TARGET_REACHED, VL,
+};
 use crate::rig::Rig;
 
+/// An error that needs no reset is over.
+const OVER: (u16, [u8; 2]) = (0, [0, 0]);
 /// Emergencies of the limits: code and first byte.
 const POSITIVE_LIMIT: (u16, [u8; 2]) = (0xFF01, [1, 0]);
 const NEGATIVE_LIMIT: (u16, [u8; 2]) = (0xFF01, [2, 0]);
@@ -50,12 +54,13 @@ fn software_limits_stop_the_motor() {
                 rig.wait(50);
                 assert_eq!(rig.rotor() * i64::from(direction), 10_000 + over);
             }
-            // Back is free, and ends the limit.
+            assert!(rig.emergencies().is_empty());
+            // Back is free, and ends the limit, which is told; the error register forgets it.
             turn(&mut rig, -200 * direction);
             rig.wait(500);
             assert_eq!(rig.status() & INTERNAL_LIMIT, 0);
             assert!(rig.rotor() * i64::from(direction) < 10_000);
-            assert!(rig.emergencies().is_empty());
+            assert_eq!((rig.emergencies(), rig.read(0x1001, 0)), (vec![OVER], 0));
         }
     }
 }
@@ -74,7 +79,7 @@ fn limits_on_the_wrong_side_of_the_motor() {
     assert_eq!((rig.rotor(), rig.emergencies()), (5_000, vec![(0x6320, [0, 255])]));
     rig.go(900);
     rig.until(TARGET_REACHED, 5_000);
-    assert_eq!((rig.rotor(), rig.status() & INTERNAL_LIMIT), (900, 0));
+    assert_eq!((rig.rotor(), rig.status() & INTERNAL_LIMIT, rig.emergencies()), (900, 0, vec![OVER]));
     // And one that is set in the way of a motor on its way stops it.
     rig.set(0x607D, 2, i32::MAX as u32);
     rig.go(100_000);
@@ -103,7 +108,7 @@ fn limit_switches_stop_the_motor() {
             turn(&mut rig, -300 * direction);
             rig.go(0);
             rig.wait(1_000);
-            assert_eq!(rig.status() & INTERNAL_LIMIT, 0);
+            assert_eq!((rig.status() & INTERNAL_LIMIT, rig.emergencies()), (0, vec![OVER]));
             assert!(rig.rotor() * i64::from(direction) < 19_900, "{}", rig.rotor());
         }
     }
@@ -123,7 +128,7 @@ fn each_touch_is_told_once() {
     assert_eq!((rig.rotor(), rig.emergencies()), (0, vec![POSITIVE_SWITCH]));
     rig.control("release right");
     rig.wait(20);
-    assert_eq!(rig.status() & INTERNAL_LIMIT, 0);
+    assert_eq!((rig.status() & INTERNAL_LIMIT, rig.emergencies()), (0, vec![OVER]));
     rig.control("press right");
     rig.wait(20);
     rig.go(5_000);
@@ -178,7 +183,7 @@ fn stop_on_stall() {
     turn(&mut rig, 1000);
     rig.wait(100);
     assert!(rig.signed(0x6062) > here);
-    assert_eq!(rig.status() & INTERNAL_LIMIT, 0);
+    assert_eq!((rig.status() & INTERNAL_LIMIT, rig.emergencies()), (0, vec![OVER]));
     // Without 20A4h a load is no matter.
     rig.set(0x20A4, 0, 0);
     rig.control("load 1");
@@ -209,4 +214,31 @@ fn limits_in_homing_mode() {
     assert_eq!((rig.emergencies(), rig.status() & INTERNAL_LIMIT), (vec![POSITIVE_LIMIT], INTERNAL_LIMIT));
     rig.word(START);
     rig.word(ENABLE);
+}
+
+/// Software limits the wrong way round, as they are between two writes of a master that writes the lower one first: no target
+/// is within them, so a set-point is refused with a message that names them; nothing else becomes of it.
+#[test]
+fn limits_the_wrong_way_round() {
+    let mut rig = Rig::enabled(PP);
+    rig.go(100_000);
+    rig.wait(200);
+    rig.set(0x607D, 2, 1_000);
+    rig.wait(2);
+    assert_eq!(rig.emergencies(), [POSITIVE_LIMIT]);
+    rig.set(0x607D, 1, 2_000);
+    rig.wait(50);
+    assert_eq!((rig.of(0x81), rig.status() & INTERNAL_LIMIT), (vec![vec![0, 0, 0, 0, 0, 0, 0, 0]], 0));
+    rig.set(0x607A, 0, 1_500);
+    rig.word(START);
+    assert_eq!(rig.of(0x81), [[0x20, 0x63, 0x21, 0, 255, 0x7D, 0x60, 1]]);
+    assert_eq!((rig.status() & MODE_SPECIFIC, rig.drive_state()), (0, OPERATION_ENABLED));
+    // The right way round they hold.
+    rig.word(ENABLE);
+    rig.go(4_000);
+    assert_eq!(rig.of(0x81), [[0x20, 0x63, 0x21, 0, 255, 0x7D, 0x60, 1]]);
+    rig.set(0x607D, 2, 3_000);
+    rig.frames();
+    rig.go(4_000);
+    assert_eq!(rig.of(0x81), [[0x20, 0x63, 0x21, 0, 255, 0, 0, 0]]);
 }

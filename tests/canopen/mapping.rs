@@ -174,9 +174,12 @@ fn cob_ids_that_are_refused() {
     for id in allowed {
         assert_eq!(rig.write(0x1005, 0, id), Ok(()), "{id:03X}h");
     }
-    for bit in 11..32 {
+    for bit in 11..31 {
         assert_eq!(rig.write(0x1005, 0, 0x80 | 1 << bit), Err(VALUE), "bit {bit}");
     }
+    // Bit 31 of 1005h says nothing (CiA 301), and is not kept.
+    rig.set(0x1005, 0, 0x8000_0085);
+    assert_eq!((rig.read(0x1005, 0), rig.write(0x1005, 0, 0xC000_0085)), (0x85, Err(VALUE)));
     // The identifier of emergencies changes while they are off.
     assert_eq!(rig.write(0x1014, 0, 0x82), Err(0x0800_0022));
     assert_eq!(rig.write(0x1014, 0, 0x8000_0082), Err(0x0800_0022));

@@ -110,6 +110,17 @@ fn heartbeats_of_others() {
     }
     rig.command(0x80);
     assert_eq!(rig.write(0x1016, 1, 0x017F_0032), Err(0x0609_0030));
+    // A boot-up message of the master is no heartbeat: it does not begin the watch, and does not feed it.
+    let mut rig = Rig::operational();
+    rig.set(0x1016, 1, 0x007F_0032);
+    rig.send(0x77F, &[0]);
+    rig.wait(200);
+    assert!(rig.of(0x81).is_empty());
+    rig.send(0x77F, &[127]);
+    rig.wait(40);
+    rig.send(0x77F, &[0]);
+    rig.wait(20);
+    assert_eq!(rig.of(0x81), [LOST]);
     // A change of the time waits for the next heartbeat.
     let mut rig = watched(WAYS[0]);
     rig.set(0x1016, 1, 0x007F_0005);
@@ -156,7 +167,9 @@ fn guarding_is_answered() {
 fn the_bus_fails_and_recovers() {
     let passive = [0x20, 0x81, 0x11, 0, 255, 0, 0, 0];
     let recovered = [0x40, 0x81, 0x11, 0, 255, 0, 0, 0];
+    let over = [0, 0, 0, 0, 0, 0, 0, 0];
     let mut rig = Rig::operational();
+    rig.set(0x1029, 1, 1);
     let tell = |rig: &mut Rig, state| {
         for _ in 0..3 {
             let now = rig.now();
@@ -167,12 +180,13 @@ fn the_bus_fails_and_recovers() {
     };
     assert!(tell(&mut rig, BusState::Active).is_empty());
     assert_eq!(tell(&mut rig, BusState::Passive), [passive]);
-    assert!(tell(&mut rig, BusState::Active).is_empty());
+    assert_eq!(tell(&mut rig, BusState::Active), [over]);
     assert_eq!(tell(&mut rig, BusState::Passive), [passive]);
     assert!(tell(&mut rig, BusState::Off).is_empty());
     assert_eq!(tell(&mut rig, BusState::Passive), [recovered]);
     assert!(tell(&mut rig, BusState::Off).is_empty());
-    assert_eq!(tell(&mut rig, BusState::Active), [recovered]);
+    // The bits of what has recovered stay until a reset.
+    assert_eq!(tell(&mut rig, BusState::Active), [recovered, [0, 0, 0x11, 0, 0, 0, 0, 0]]);
     assert_eq!((rig.read(0x1001, 0), rig.node.state()), (0x11, Nmt::Operational));
     rig.command(0x82);
     assert_eq!(rig.read(0x1001, 0), 0);

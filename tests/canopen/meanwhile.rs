@@ -51,6 +51,7 @@ fn a_second_fault_in_fault() {
 #[test]
 fn a_fault_reset_while_off_the_bus() {
     let mut rig = Rig::enabled(PV);
+    rig.set(0x1029, 1, 1);
     rig.set(0x1029, 2, 1);
     fault(&mut rig);
     let now = rig.now();

@@ -61,7 +61,17 @@ fn commands_lead_from_each_state() {
         }
     }
     // What is no command.
-    for data in [&[][..], &[STOP], &[3, 1], &[0, 0], &[0x7F, 1], &[0x83, 1], &[0xFF, 0]] {
+    for data in [
+        &[][..],
+        &[STOP],
+        &[STOP, 1, 0],
+        &[STOP, 0, 0, 0, 0, 0, 0, 0],
+        &[3, 1],
+        &[0, 0],
+        &[0x7F, 1],
+        &[0x83, 1],
+        &[0xFF, 0],
+    ] {
         rig.send(0, &[START, 0]);
         rig.send(0, data);
         assert_eq!(rig.node.state(), Nmt::Operational, "{data:02X?}");

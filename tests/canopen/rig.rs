@@ -8,7 +8,7 @@ use hal_sim::control::Line;
 use hal_sim::world;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::{CanFrame, Frame, StandardId};
-use tmcm::canopen::{Node, Tmcm1140};
+use tmcm::canopen::{Address, Node, Tmcm1140};
 use tmcm::chip::at25::At25;
 use tmcm::device::{self, Inputs};
 use tmcm::motion::Sensors;
@@ -63,8 +63,9 @@ impl Rig {
         Self::on(&SharedBoard::new(board), true)
     }
 
-    fn on(board: &SharedBoard, lacks_encoder: bool) -> Self {
-        let (node, keeper, report) = start(board);
+    /// A node on a board.
+    pub(crate) fn on(board: &SharedBoard, lacks_encoder: bool) -> Self {
+        let (node, keeper, report) = start(board, None);
         let started = board.borrow().now();
         let mut rig = Rig {
             board: board.clone(),
@@ -90,8 +91,8 @@ impl Rig {
         rig
     }
 
-    fn restart(&mut self) {
-        (self.node, self.keeper, self.report) = start(&self.board);
+    fn restart(&mut self, kept: Option<Address>) {
+        (self.node, self.keeper, self.report) = start(&self.board, kept);
         self.started = self.board.borrow().now();
         self.keep = Micros(0);
         self.starts += 1;
@@ -124,7 +125,7 @@ impl Rig {
         self.hear();
         if outputs.restart {
             self.board.borrow_mut().warm_reset();
-            self.restart();
+            self.restart(self.node.address());
         }
     }
 
@@ -287,7 +288,7 @@ impl Rig {
         self.board.borrow_mut().advance_to(now + 10 * MILLISECOND);
         self.board.borrow_mut().power_on();
         self.heard.clear();
-        self.restart();
+        self.restart(None);
         self.wait(1);
     }
 }
@@ -313,10 +314,11 @@ fn id(frame: &Frame) -> u16 {
     }
 }
 
-fn start(board: &SharedBoard) -> (Node<Simulated>, Keeper<SimSpi>, LoadReport) {
+fn start(board: &SharedBoard, kept: Option<Address>) -> (Node<Simulated>, Keeper<SimSpi>, LoadReport) {
     let mut keeper = Keeper::new(At25::new(board.spi(Chip::At25, 2_625_000)));
     let mut report = LoadReport::default();
     let mut node = Node::new(parts(board));
+    node.remember(kept);
     node.start(Micros(0), |store| report = keeper.load(store));
     (node, keeper, report)
 }

@@ -1,5 +1,6 @@
 //! 1010h, 1011h and 2706h: what is saved, what is restored and when, and an EEPROM that does not work.
 
+use crate::number::usb;
 use crate::rig::{Rig, checked, expedited};
 use crate::table::list;
 
@@ -202,13 +203,20 @@ fn a_request_while_something_is_saved() {
     assert!(rig.frames().is_empty());
     rig.send(0x601, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(rig.of(0x581), [[0x80, 0x00, 0x10, 0, 0x22, 0, 0, 8]]);
-    rig.wait(50);
+    // Ten pages of 5 ms, on a fresh EEPROM.
+    rig.wait(40);
+    assert!(rig.of(0x581).is_empty());
+    rig.wait(40);
     assert_eq!(rig.of(0x581), [[0x60, 0x10, 0x10, 1, 0, 0, 0, 0]]);
     rig.set(0x2003, 0, 6);
     rig.send(0x601, &save);
     rig.send(0x601, &[0x80, 0x10, 0x10, 1, 0, 0, 4, 5]);
     assert_eq!(rig.read(0x2003, 0), 6);
-    rig.wait(50);
+    // What is under way without anybody who waits for it is not to be mixed with what is saved now.
+    rig.wait(10);
+    assert_eq!(rig.sign(0x1010, 1, b"save"), Err(0x0800_0022));
+    assert_eq!(rig.sign(0x1011, 4, b"load"), Err(0x0800_0022));
+    rig.wait(60);
     assert!(rig.of(0x581).is_empty());
     rig.power_cycle();
     assert_eq!(rig.read(0x2003, 0), 6);
@@ -254,7 +262,8 @@ fn an_eeprom_that_fails() {
     assert_eq!(rig.read(0x2003, 0), 5);
 }
 
-/// An EEPROM that does not answer at the start: defaults, nothing can be saved, and 1010h says so.
+/// An EEPROM that does not answer at the start, and a node that was told to be node 1 all the same: defaults, nothing can be
+/// saved, and 1010h says so.
 #[test]
 fn an_eeprom_that_is_not_there() {
     let mut rig = Rig::new();
@@ -264,6 +273,7 @@ fn an_eeprom_that_is_not_there() {
     rig.control("fault eeprom on");
     rig.power_cycle();
     assert!(rig.report.unreachable);
+    usb(&mut rig, 137, 1234);
     assert_eq!(rig.read(0x2003, 0), 128);
     for sub in [1, 2, 4] {
         assert_eq!((rig.read(0x1010, sub), rig.read(0x1011, sub)), (0, 0));

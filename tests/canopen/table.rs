@@ -83,7 +83,7 @@ pub(crate) fn list() -> Vec<Listed> {
             Listed { index, sub, kind, data, access, pdo, ranges, default, unit, stored, when, name }
         })
         .collect();
-    assert_eq!(list.len(), 209);
+    assert_eq!(list.len(), 211);
     list
 }
 
@@ -173,7 +173,7 @@ fn each_object_reads_its_default() {
         }
     }
     // What the list leaves open.
-    let expected: [(_, &[u8]); 8] = [
+    let expected: [(_, &[u8]); 9] = [
         ((0x2707, 0), &[0xE8, 3]),
         ((0x2708, 0), &[1]),
         ((0x270E, 1), &[0; 4]),
@@ -182,6 +182,7 @@ fn each_object_reads_its_default() {
         ((0x6063, 0), &[0; 4]),
         ((0x6064, 0), &[0; 4]),
         ((0x606C, 0), &[0; 4]),
+        ((0x60F4, 0), &[0; 4]),
     ];
     for (place, data) in expected {
         assert_eq!(read.remove(&place).as_deref(), Some(data), "{place:04X?}");

@@ -8,7 +8,7 @@ use hal_sim::chip::at25::AT25512;
 use tmcm::module::{Product, Slots, Spec, TMCM_1140, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table};
 use tmcm::parameter_rows;
-use tmcm::store::{Layout, Memory, Pair};
+use tmcm::store::{Layout, Memory, Pair, Storing};
 use tmcm::tmcl::Opcode;
 use tmcm_sim::native::{Tmc429s, Wired};
 
@@ -111,6 +111,7 @@ impl Memory for Three {
         defaults: const { &THREE_SLOTS.defaults::<195>(&THREE_AXIS, &THREE_GLOBAL) },
         after_erasing: 2,
         other: 7,
+        storing: Storing::Pages,
     };
     type Program = [u8; 43_008];
     type Values = [i32; 210];

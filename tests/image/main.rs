@@ -14,6 +14,7 @@ mod links;
 mod measure;
 mod node;
 mod node_faults;
+mod node_number;
 mod node_soak;
 mod panic_free;
 mod pins;

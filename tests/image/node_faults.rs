@@ -167,7 +167,8 @@ fn the_boot_up_message_is_the_first() {
     rig.host.machine.can().set_bus(CanBus::default());
     rig.run(5 * MILLISECOND);
     let said = rig.frames();
-    assert_eq!(said.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0x701, 0x81], "{said:X?}");
+    assert_eq!(said.iter().map(|(id, _)| *id).collect::<Vec<_>>(), [0x701, 0x81, 0x81], "{said:X?}");
+    assert_eq!(said[1..].iter().map(|(_, data)| data[1]).collect::<Vec<_>>(), [0x81, 0], "error passive, and its end");
 }
 
 /// Emergency messages all have the same identifier. The third one gets the mailbox of a heartbeat, the lowest in number,
@@ -184,7 +185,8 @@ fn emergency_messages_keep_their_order() {
     rig.host.machine.can().set_bus(CanBus::default());
     rig.run(5 * MILLISECOND);
     let codes: Vec<_> = rig.emergencies().into_iter().map(|(code, ..)| code).collect();
-    assert_eq!(codes, [0x8120, 0xFF01, 0xFF00]);
+    // The last one tells that the node is error passive no more.
+    assert_eq!(codes, [0x8120, 0xFF01, 0xFF00, 0]);
 }
 
 /// 300 frames, one behind the other, to a node whose motor turns: each is read before the queue is full.
@@ -265,16 +267,6 @@ fn a_crystal_that_stops_switches_the_driver_off_and_one_that_does_not_start_leav
 }
 
 // ---- Chips and supply ----
-
-#[test]
-fn without_its_eeprom_the_node_runs_with_defaults_and_saves_nothing() {
-    let mut rig = NodeHost::just_on("", None);
-    rig.host.fault(Fault::Eeprom, true);
-    rig.run(START);
-    assert_logged(&rig.host.log(), &["warn: EEPROM does not answer: defaults apply, nothing can be stored"]);
-    assert_eq!((rig.read(0x2708, 0), rig.download(0x1010, 1, b"save")), (1, Err(0x0606_0000)));
-    turns_again(&mut rig);
-}
 
 /// A motion controller that is missing, or a bus that reads all ones or zeros: the bridges stay off, and the master is
 /// told.

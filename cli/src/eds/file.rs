@@ -77,8 +77,16 @@ struct File(String);
 
 impl File {
     fn section(&mut self, name: &str) {
+        self.commented(None, name);
+    }
+
+    /// A section with a comment, which stands above it: not all readers of EDS files take one within.
+    fn commented(&mut self, comment: Option<&str>, name: &str) {
         if !self.0.is_empty() {
             self.0.push('\n');
+        }
+        if let Some(comment) = comment {
+            let _ = writeln!(self.0, "; {comment}");
         }
         let _ = writeln!(self.0, "[{name}]");
     }
@@ -162,10 +170,8 @@ impl File {
     /// An object that has a value.
     fn value(&mut self, section: &str, object: &Described, node: Option<u8>) {
         let row = object.row;
-        self.section(section);
-        if !row.unit.is_empty() {
-            let _ = writeln!(self.0, "; unit: {}", row.unit);
-        }
+        let unit = (!row.unit.is_empty()).then(|| format!("unit: {}", row.unit));
+        self.commented(unit.as_deref(), section);
         self.key("ParameterName", object.name());
         self.key("ObjectType", "0x7");
         self.key("DataType", format_args!("0x{:04X}", row.data.number()));

@@ -99,6 +99,10 @@ impl Described {
         }
     }
 
+    fn is_mapping_entry(&self) -> bool {
+        matches!(self.row.first, 0x1600..=0x17FF | 0x1A00..=0x1BFF) && self.row.sub > 0
+    }
+
     /// The value after a factory reset; `None` if it cannot be said beforehand. Without a node ID, a COB-ID that
     /// follows it has it as a variable.
     pub fn default(&self, node: Option<u8>) -> Option<String> {
@@ -106,6 +110,8 @@ impl Described {
         match (self.row.default, node) {
             (Initial::Varies, _) => None,
             (Initial::Text(text), _) => Some(text.into()),
+            // The entry of a mapping: an object, in the form of all such entries, or none.
+            (_, node) if self.is_mapping_entry() => Some(format!("0x{:08X}", number(node.unwrap_or_default()))),
             (Initial::PlusNode(_), None) => Some(format!("$NODEID+0x{:X}", number(0))),
             (_, node) => Some(shown(number(node.unwrap_or_default()))),
         }

@@ -197,6 +197,11 @@ impl At25 {
         self.answering = answering;
     }
 
+    /// Fault injection: the part is busy until a time, as with a write that takes too long, and changes nothing.
+    pub fn keep_busy(&mut self, until: Nanos) {
+        self.programming = Some((until, Programming::Status(self.stored_status)));
+    }
+
     /// Gives a page new bytes, unless the backing refuses them.
     fn replace(&mut self, page: usize, new: &[u8]) {
         let place = page * self.part.page..(page + 1) * self.part.page;

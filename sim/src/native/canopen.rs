@@ -3,7 +3,7 @@
 use hal_sim::clock::Nanos;
 use hal_sim::fault::CanState;
 use tmcm::can::{CanFrame, Frame, Id};
-use tmcm::canopen::{BusState, Filter, Filters, Node, Tmcm1140, usb};
+use tmcm::canopen::{Address, BusState, Filter, Filters, Node, Tmcm1140, usb};
 use tmcm::module::{LinkEnds, LinkMode, LinkSettings, Request, Source};
 use tmcm::store::LoadReport;
 
@@ -28,11 +28,16 @@ struct Canopen {
 }
 
 /// Starts the CANopen firmware; the messages for a person are about its EEPROM.
-pub(super) fn start(Start { board, clock, .. }: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
+pub(super) fn start(Start { board, clock, kept, .. }: Start<'_>) -> (Box<dyn Firmware>, Vec<String>) {
     let mut keeper = keeper(board);
     let mut report = LoadReport::default();
     let mut node = Node::new(parts(board));
+    node.remember(kept);
     node.start(clock, |store| report = keeper.load(store));
+    let mut messages = messages(&report);
+    if node.address().is_none() {
+        messages.push("CANopen: the node ID is unknown; 137 over USB starts node 1 with defaults".into());
+    }
     let settings = LinkSettings { address: usb::MODULE_ADDRESS, host: usb::HOST_ADDRESS, ..LinkSettings::default() };
     let firmware = Canopen {
         filters: node.filters().unwrap_or_default(),
@@ -41,7 +46,7 @@ pub(super) fn start(Start { board, clock, .. }: Start<'_>) -> (Box<dyn Firmware>
         ports: Ports::new(settings.start),
         settings,
     };
-    (Box::new(firmware), messages(&report))
+    (Box::new(firmware), messages)
 }
 
 impl Canopen {
@@ -55,11 +60,12 @@ impl Canopen {
 
     /// Serves the telegram that has come first over USB.
     fn serve_telegram(&mut self, traffic: &mut Traffic) -> bool {
-        let Canopen { around, ports, settings, .. } = self;
+        let Canopen { node, around, ports, settings, .. } = self;
+        let now = around.now();
         let board = around.board();
         let mut ends = Ends { traffic, ports, board, arrived: board.borrow().now() };
         let Some(request) = ends.request(Source::Usb, settings) else { return false };
-        let reply = if let Request::Telegram(telegram) = &request { Some(usb::reply(telegram)) } else { None };
+        let reply = if let Request::Telegram(telegram) = &request { Some(node.serve_usb(now, telegram)) } else { None };
         ends.answer(Source::Usb.into(), reply.as_ref(), Some(LinkMode::Binary), settings);
         true
     }
@@ -105,6 +111,10 @@ impl Firmware for Canopen {
     fn serve(&mut self, traffic: &mut Traffic) -> bool {
         let telegram = self.serve_telegram(traffic);
         self.serve_frame(traffic) || telegram
+    }
+
+    fn kept(&self) -> Option<Address> {
+        self.node.address()
     }
 
     fn is_restarting(&self) -> bool {

@@ -4,6 +4,7 @@ use hal_sim::board::SharedBoard;
 use hal_sim::clock::Nanos;
 use hal_sim::fault::CanState;
 use tmcm::can::Frame;
+use tmcm::canopen::Address;
 use tmcm::module::{LinkSettings, Source};
 use tmcm::store::{Integrity, LoadReport};
 use tmcm::tmcl::Command;
@@ -77,6 +78,11 @@ pub(super) trait Firmware {
     /// answered.
     fn is_restarting(&self) -> bool;
 
+    /// What the firmware keeps in memory that survives a restart, but not the loss of the supply.
+    fn kept(&self) -> Option<Address> {
+        None
+    }
+
     /// The interpreter, if the firmware executes programs.
     fn machine(&self) -> Option<&Machine> {
         None
@@ -107,6 +113,8 @@ pub(super) struct Start<'a> {
     pub(super) board: &'a SharedBoard,
     /// What the microcontroller's clock shows at the start.
     pub(super) clock: Micros,
+    /// What the firmware has kept before a restart.
+    pub(super) kept: Option<Address>,
     /// Starts the random numbers.
     pub(super) seed: u32,
     /// The commands of programs are recorded.

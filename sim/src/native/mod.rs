@@ -18,6 +18,7 @@ use hal_sim::clock::Nanos;
 use hal_sim::fault::CanState;
 use hal_sim::world::config::WorldConfig;
 use tmcm::can::Frame;
+use tmcm::canopen::Address;
 use tmcm::module::Source;
 use tmcm::tmcl::Command;
 use tmcm::tmcl::binary::Telegram;
@@ -93,7 +94,7 @@ impl NativeModule {
             skips: true,
             log: Vec::new(),
         };
-        module.boot();
+        module.boot(None);
         module
     }
 
@@ -192,9 +193,9 @@ impl NativeModule {
         self.firmware.as_mut().map(|firmware| firmware.take_steps()).unwrap_or_default()
     }
 
-    fn boot(&mut self) {
+    fn boot(&mut self, kept: Option<Address>) {
         let Self { board, clock, seed, tracing, .. } = self;
-        let start = Start { board, clock: *clock, seed: *seed, tracing: *tracing };
+        let start = Start { board, clock: *clock, kept, seed: *seed, tracing: *tracing };
         let (mut firmware, messages) = self.model.start(start);
         self.log.extend(messages);
         firmware.set_can(self.board.borrow().can(), &mut self.traffic);
@@ -207,10 +208,10 @@ impl NativeModule {
 
     fn poll(&mut self) {
         if self.firmware.as_mut().is_some_and(|firmware| firmware.poll(&mut self.traffic)) {
-            self.firmware = None;
+            let kept = self.firmware.take().and_then(|firmware| firmware.kept());
             self.traffic.forget();
             self.board.borrow_mut().warm_reset();
-            self.boot();
+            self.boot(kept);
         }
     }
 
@@ -280,7 +281,7 @@ impl VirtualModule for NativeModule {
         }
         if on {
             self.board.borrow_mut().power_on();
-            self.boot();
+            self.boot(None);
         } else {
             self.firmware = None;
             self.traffic = Traffic::default();

@@ -36,7 +36,7 @@ struct Tmcl<P: Wired + Product, const AXES: usize, const N: usize> {
 
 /// Starts the TMCL firmware of product `P`; the messages for a person are about its EEPROM.
 pub(super) fn start<P: Wired + Product, const AXES: usize, const N: usize>(
-    Start { board, clock, seed, tracing }: Start<'_>,
+    Start { board, clock, seed, tracing, .. }: Start<'_>,
 ) -> (Box<dyn Firmware>, Vec<String>) {
     let mut keeper = keeper(board);
     let mut report = LoadReport::default();

@@ -3,7 +3,7 @@
 
 use super::Way;
 use super::state::State;
-use crate::canopen::emcy::Emergency as E;
+use crate::canopen::emcy::{Change, Emergency as E, Reaction};
 use crate::canopen::live::flags;
 use crate::canopen::object::Object;
 use crate::canopen::store::Tmcm1140;
@@ -29,9 +29,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
         let [open_a, open_b] = self.drive.open_load.map(|turns| turns >= OPEN_LOAD);
         let flag = |flag| self.live.flags & flag != 0;
+        // A node without an address has nobody whom it could tell.
+        let is_unknown = self.known && !self.lost.is_empty();
         let shutdown = self.values.of_object(Object::LimitSwitches) & SHUTDOWN_INPUT != 0;
-        let window = self.values.of_object(Object::FollowingErrorWindow);
-        let error = self.live.position.wrapping_sub(self.live.encoder).unsigned_abs();
         let causes = [
             (E::OpenLoadA, open_a),
             (E::OpenLoadB, open_b),
@@ -40,9 +40,11 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             (E::TemperatureWarning, flag(flags::WARNING)),
             (E::OverTemperature, flag(flags::OVERTEMPERATURE)),
             (E::SilentController, self.device.is_given_up()),
+            (E::SilentEeprom, is_unknown && self.device.store().is_unreachable()),
+            (E::SettingsLost, is_unknown && !self.device.store().is_unreachable()),
             (E::Shutdown, shutdown && self.live.inputs & IN0 == 0),
             (E::MasterLost, self.master.is_lost() || self.guarding.is_lost()),
-            (E::FollowingError, window != 0 && error > window),
+            (E::FollowingError, self.has_following_error()),
             (E::UnderVoltage, self.device.lacks_supply()),
         ];
         if self.errors.are_noted(&causes) {
@@ -53,10 +55,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         }
     }
 
-    /// Notes whether the cause of an emergency exists, which is raised when it begins to.
+    /// Notes whether the cause of an emergency exists, which is raised when it begins to. When it has ended, an error that
+    /// is no fault is over; a fault stays until it is reset.
     pub(in crate::canopen) fn report(&mut self, emergency: E, exists: bool) {
-        if self.errors.note(emergency, exists) {
-            self.raise(emergency);
+        match self.errors.note(emergency, exists) {
+            Change::Begun => self.raise(emergency),
+            Change::Ended if emergency.reaction() != Reaction::Fault => self.errors.end(emergency),
+            Change::Ended | Change::None => {}
         }
     }
 
@@ -99,6 +104,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             self.stop_hard();
         }
         self.fault();
+        self.lose_services();
     }
 
     /// Resets a fault (transition 15), if all causes are gone. In other states the error register forgets what is gone.
@@ -108,6 +114,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             if barred {
                 return;
             }
+            self.follow_encoder();
             self.enter_state(State::SwitchOnDisabled);
             self.errors.forget();
             self.raise(E::Reset);

@@ -4,7 +4,7 @@
 //!
 //! | methods | home position |
 //! |---|---|
-//! | 0 | none: the motor does not move, and the homing is over at once |
+//! | 0 | none: the motor does not move, and the homing is over at once, without having found it |
 //! | 17, 18 | where the left, the right limit switch opens when the motor leaves it |
 //! | 1, 2 | the first index from there on, away from the switch |
 //! | 19, 21 | the left, the right edge of the home switch |
@@ -18,12 +18,10 @@
 
 use super::Homing;
 use crate::canopen::Node;
-use crate::canopen::abort::Abort;
 use crate::canopen::emcy::Emergency;
-use crate::canopen::object::{Entry, Object};
+use crate::canopen::object::Object;
 use crate::canopen::store::Tmcm1140;
 use crate::canopen::switches::Switches;
-use crate::chip::encoder::TURN;
 use crate::device::Board;
 use crate::motion::{Events, Leg, Pace, Plan, Side, Sought};
 
@@ -31,9 +29,6 @@ use crate::motion::{Events, Leg, Pace, Plan, Side, Sought};
 const NO_HOMING: i32 = 0;
 /// The method that makes the present position the home position.
 const HERE: i32 = 35;
-/// The methods that need an encoder.
-const BY_INDEX: [i32; 6] = [1, 2, 3, 5, 33, 34];
-
 /// The legs to an edge of a switch, and to the index behind it.
 const EDGE: &[Leg] = &[Leg::FIND, Leg::LEAVE];
 const EDGE_INDEX: &[Leg] = &[Leg::FIND, Leg::LEAVE, Leg::BACK_TO_INDEX];
@@ -71,19 +66,28 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let method = self.values.of_object(Object::HomingMethod) as i32;
         match method {
             HERE => {
-                self.drive.homing = Homing { running: true, here: true, attained: false, ..self.drive.homing };
+                self.begin_homing(true, true);
                 self.look_here();
             }
             _ if !operates => {}
-            NO_HOMING => self.end_homing(),
+            NO_HOMING => {
+                self.begin_homing(false, false);
+                self.end_homing(false);
+            }
             _ => {
                 let began = self.begin_search(method).is_some();
-                self.drive.homing = Homing { running: began, here: false, attained: false, ..self.drive.homing };
+                self.begin_homing(began, false);
                 if !began {
                     self.raise(Emergency::Refused);
                 }
             }
         }
+    }
+
+    /// Takes note of a homing that has begun, or could not.
+    fn begin_homing(&mut self, running: bool, here: bool) {
+        let offset = self.values.of_object(Object::HomeOffset);
+        self.drive.homing = Homing { running, here, attained: false, offset, used: self.drive.homing.used };
     }
 
     /// Begins the search of a method. `None` if that cannot be, because of a switch that is not in use, or a speed of 0.
@@ -114,14 +118,14 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     fn look_here(&mut self) {
         if self.stands() {
             self.take_position(0);
-            self.end_homing();
+            self.end_homing(true);
         }
     }
 
-    /// The homing has found the home position.
-    fn end_homing(&mut self) {
-        let offset = self.values.of_object(Object::HomeOffset);
-        self.drive.homing = Homing { running: false, here: false, attained: true, offset };
+    /// The homing has come to its end.
+    fn end_homing(&mut self, attained: bool) {
+        let used = self.drive.homing.offset;
+        self.drive.homing = Homing { running: false, here: false, attained, offset: used, used };
     }
 
     /// Follows a homing, once in each turn.
@@ -133,7 +137,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             return self.look_here();
         }
         if self.finds_home(events) {
-            return self.end_homing();
+            return self.end_homing(true);
         }
         self.abort_homing();
         // At the limit switch that has ended the search the motor is as at one that has ended a move.
@@ -147,62 +151,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.drive.homing.running && events.reached
     }
 
-    /// What 607Ch was when the last homing ended (2100h).
+    /// The 607Ch that the last homing has used that came to its end (2100h).
     pub(in crate::canopen) const fn home_offset_display(&self) -> u32 {
-        self.drive.homing.offset
-    }
-
-    /// Makes `position`, in microsteps, the actual position of the motor and of its encoder. The motor stays where it is.
-    fn take_position(&mut self, position: i32) {
-        let now = self.now;
-        if let Some(mut axis) = self.device.axis(0) {
-            // A motion controller that does not take it keeps position and encoder as they were.
-            let _ = axis.set_positions(now, position);
-        }
-        self.read_live();
-    }
-
-    /// True if the built-in encoder is connected.
-    fn has_encoder(&self) -> bool {
-        self.device.inputs().axes.iter().all(|sensors| sensors.encoder.is_some())
-    }
-
-    /// Looks at an object that may need the built-in encoder, before it is written.
-    ///
-    /// # Errors
-    /// The value needs an encoder, and there is none.
-    pub(in crate::canopen) fn check_encoder(&self, object: Object, value: u32) -> Result<(), Abort> {
-        let needs = match object {
-            Object::HomingMethod => BY_INDEX.contains(&(value as i32)),
-            Object::SensorSelection => value == 0,
-            Object::FollowingErrorWindow => value != 0,
-            _ => false,
-        };
-        if needs && !self.has_encoder() { Err(Abort::State) } else { Ok(()) }
-    }
-
-    /// Takes the encoder over in the first turn after the start, in which it is known whether there is one: the position of
-    /// the motor becomes that of the encoder within the turn, if 200Bh asks for that. Without an encoder a saved setting
-    /// that needs one counts as its default.
-    pub(in crate::canopen) fn meet_encoder(&mut self) {
-        for object in [Object::HomingMethod, Object::SensorSelection, Object::FollowingErrorWindow] {
-            let entry = Entry::of(object);
-            if self.check_encoder(object, self.values.get(entry)).is_err() {
-                self.values.set(entry, entry.row().default_number(0, self.node));
-            }
-        }
-        let [sensors] = self.device.inputs().axes;
-        if let Some(angle) = sensors.encoder.filter(|_| self.values.of_object(Object::EncoderInitialise) != 0) {
-            let microsteps = u64::from(angle).saturating_mul(self.scale.turn().into()).checked_div(TURN.into());
-            self.take_position(microsteps.unwrap_or_default() as i32);
-        }
-    }
-
-    /// Tells the axis how many microsteps a turn of the motor has, from which the position of the encoder follows.
-    pub(in crate::canopen) fn tell_turn(&mut self) {
-        let turn = self.scale.turn();
-        if let Some(mut axis) = self.device.axis(0) {
-            axis.set_turn(turn as i32);
-        }
+        self.drive.homing.used
     }
 }

@@ -24,8 +24,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if self.drive.homing.running {
             // A search runs to the switches, and positions have no meaning before its end.
             self.drive.limits = Limits::default();
-            return;
+        } else {
+            self.watch_limits(events);
         }
+        self.report(Emergency::Stall, self.drive.limits.stalled);
+    }
+
+    fn watch_limits(&mut self, events: Events) {
         let asked = if self.drive.is_operating() { self.asked() } else { Task::Stand };
         let towards = [self.live.speed, self.direction(asked)];
         let (outside, closed) = (self.outside(), self.closed());
@@ -42,7 +47,6 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             }
         }
         if events.stall {
-            self.raise(Emergency::Stall);
             self.drive.limits.stalled = true;
             self.drive.motion.dropped = Some(asked);
         }
@@ -53,7 +57,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub(super) fn meet_limit_switch(&mut self, end: usize) {
         if let (Some(touched), Some(switch)) = (self.drive.limits.touched.get_mut(end), SWITCH.get(end)) {
             *touched = true;
-            self.report(*switch, false);
+            // Also if it was closed before: it is told once more.
+            self.errors.note(*switch, false);
             self.report(*switch, true);
         }
     }
@@ -89,7 +94,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     fn outside(&self) -> [bool; 2] {
         let position = i64::from(self.live.position);
         let [low, high] = self.position_limits();
-        [position < low, position > high]
+        // Masters write the lower one first: between the two writes there are no limits.
+        if low > high { [false; 2] } else { [position < low, position > high] }
     }
 
     /// Whether the limit switch of each end that is in use is closed, that of negative positions first.

@@ -2,9 +2,10 @@
 //!
 //! Here is what the drive notes. A controlword comes in by [`Node::obey`](super::Node::obey) and each millisecond's turn
 //! by [`Node::drive`](super::Node::drive). `state.rs` says which command leads where, `power.rs` goes the way, `mode.rs`
-//! tells the motor what the mode of operation asks for, `homing.rs` what homing does, `limit.rs` keeps the motor within
-//! its limits, and `fault.rs` looks for what must stop it.
+//! tells the motor what the mode of operation asks for, `homing.rs` what homing does, `encoder.rs` compares the motor with
+//! the built-in encoder, `limit.rs` keeps it within its limits, and `fault.rs` looks for what must stop it.
 
+mod encoder;
 mod fault;
 mod homing;
 mod limit;
@@ -31,6 +32,11 @@ pub(super) struct Drive {
     waiting: bool,
     /// The brake is released.
     released: bool,
+    /// The bridges are on, and at this time the current has drawn the rotor to the field: from then on there can be a
+    /// following error. `None` while the bridges are off.
+    held: Option<Micros>,
+    /// The shaft has been turned while the bridges were off: once the rotor is held, the counter is to follow the encoder.
+    turned: bool,
     pub(super) motion: Motion,
     limits: Limits,
     homing: Homing,
@@ -148,6 +154,8 @@ struct Homing {
     here: bool,
     /// The last homing has found the home position.
     attained: bool,
-    /// The home offset (607Ch) when the last homing ended.
+    /// The home offset (607Ch) when this homing began.
     offset: u32,
+    /// That of the last homing that came to its end.
+    used: u32,
 }

@@ -19,6 +19,9 @@ const RELATIVE: u16 = 1 << 6;
 /// Bit of the controlword: the motor halts.
 const HALT: u16 = 1 << 8;
 
+/// The software limits, as a message names them.
+const LIMITS: (u16, u8) = (0x607D, 1);
+
 /// The value of 6067h that switches the position window off.
 const NO_WINDOW: u32 = u32::MAX;
 
@@ -68,6 +71,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let way = target.saturating_sub(self.live.position.into());
         let [low, high] = self.position_limits();
         match i32::try_from(target) {
+            _ if low > high => self.errors.raise(Emergency::Refused, Some(LIMITS)),
             Ok(allowed) if (low..=high).contains(&target) && i32::try_from(way).is_ok() => {
                 let motion = &mut self.drive.motion;
                 (motion.target, motion.told, motion.dropped) = (Some(allowed), None, None);

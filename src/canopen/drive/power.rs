@@ -3,7 +3,7 @@
 //!
 //! | way | steps |
 //! |---|---|
-//! | to OPERATION ENABLED | bridges on; after 200Ah ms the brake is released; after 2002h.2 ms the state is entered |
+//! | to OPERATION ENABLED | bridges on; after 200Ah ms (50 ms at least if the shaft has been turned meanwhile) the brake is released; after 2002h.2 ms the state is entered |
 //! | from there or from QUICK STOP ACTIVE | the motor stops as the command says; the brake is applied; after 2002h.1 ms the bridges are off and the state is entered |
 //!
 //! So the state changes at the end of the way. A command that comes before waits for that end, unless it leads to a
@@ -21,6 +21,9 @@ use crate::units::Micros;
 const SLOW_DOWN: [u32; 2] = [1, 5];
 /// The option codes with which QUICK STOP ACTIVE lasts.
 const LASTING: [u32; 2] = [5, 6];
+
+/// Time in which the current draws a rotor to the field.
+const SNAP: Micros = Micros::from_millis(50);
 
 /// The bit of a fault reset in a controlword.
 const FAULT_RESET: u16 = 1 << 7;
@@ -85,6 +88,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         loop {
             match self.drive.way {
                 Way::Energising(at) if self.now >= at => {
+                    if core::mem::take(&mut self.drive.turned) {
+                        self.follow_encoder();
+                    }
                     self.release_brake(true);
                     self.drive.way = Way::Releasing(self.after(Object::BrakeReleaseDelay));
                 }
@@ -94,6 +100,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                 Way::Stopping(to) if self.stands() || self.device.is_given_up() => self.disable(to),
                 Way::Applying(at, to) if self.now >= at => {
                     self.device.enable_drivers(false);
+                    self.drive.held = None;
                     self.enter_state(to);
                 }
                 Way::Lasting if core::mem::take(&mut self.drive.waiting) => self.obey_command(),
@@ -109,10 +116,13 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         self.touched = true;
     }
 
-    /// Begins the way to OPERATION ENABLED.
+    /// Begins the way to OPERATION ENABLED. A rotor that has been turned has the time to be drawn to the field.
     fn energise(&mut self) {
         self.device.enable_drivers(true);
-        self.drive.way = Way::Energising(self.after(Object::EnableDelay));
+        let (held, enabled) = (self.now.after(SNAP), self.after(Object::EnableDelay));
+        self.drive.held = Some(held);
+        self.drive.turned = self.deviates();
+        self.drive.way = Way::Energising(if self.drive.turned { held.max(enabled) } else { enabled });
     }
 
     /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then.

@@ -2,6 +2,7 @@
 
 use super::Mode;
 use super::state::State;
+use crate::canopen::emcy::Emergency;
 use crate::canopen::live::flags;
 use crate::canopen::store::Tmcm1140;
 use crate::canopen::{Nmt, Node};
@@ -19,6 +20,8 @@ const TARGET_REACHED: u32 = 1 << 10;
 const INTERNAL_LIMIT: u32 = 1 << 11;
 /// In profile position mode the set-point has been taken; in homing mode the home position has been found.
 const MODE_SPECIFIC: u32 = 1 << 12;
+/// In profile position mode there has been a following error.
+const FOLLOWING_ERROR: u32 = 1 << 13;
 /// The motor rotates.
 const MOVES: u32 = 1 << 14;
 /// The motor rotates in the direction of negative positions.
@@ -46,6 +49,10 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | bit(TARGET_REACHED, reached)
             | bit(INTERNAL_LIMIT, self.is_limited())
             | bit(MODE_SPECIFIC, special)
+            | bit(
+                FOLLOWING_ERROR,
+                drive.motion.mode == Mode::ProfilePosition && self.errors.shows(Emergency::FollowingError),
+            )
             | bit(MOVES, self.live.speed != 0)
             | bit(NEGATIVE, self.live.speed < 0)
     }

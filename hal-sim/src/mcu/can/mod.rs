@@ -194,8 +194,8 @@ impl Can {
         self.mcr & 3 == 0 && self.msr & 3 == 0 && !self.errors.bus_off
     }
 
-    /// Whether it is on a bus whose others do without it.
-    fn hears(&self) -> bool {
+    /// Whether it is on the bus, at its bit rate: then it hears the frames of others, and acknowledges them.
+    pub fn hears(&self) -> bool {
         self.is_on() && self.in_step()
     }
 

@@ -61,7 +61,9 @@ pub(super) fn node() {
     outbox.ended(any(0), any(false));
     outbox.clear().for_each(|mailbox| _ = any(mailbox));
     any(&mut outbox);
-    any(canopen::usb::reply(&any(Addressed::default())));
+    any(node.serve_usb(now(), &any(Addressed::default())));
+    node.remember(canopen::Address::from_kept(any([0; 2])));
+    any(node.address().map(canopen::Address::to_kept));
     any((any(Emergency::Reset).data(), any(Emergency::Reset).reaction(), any(canopen::Abort::Toggle).code()));
     any(canopen::Abort::from_code(any(0)).map(canopen::Abort::meaning));
 }

@@ -1,0 +1,53 @@
+//! The node ID and the bit rate, without which a node must not be on the bus: what is known of them at the start.
+
+use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
+
+/// Node ID and bit rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Address {
+    /// The node ID, 1 to 127.
+    pub node: u8,
+    /// The bit rate in kbit/s.
+    pub bit_rate: u16,
+}
+
+impl Address {
+    /// Those of a node that has never been told any.
+    pub const DEFAULT: Self = Address { node: 1, bit_rate: 1000 };
+
+    /// Two words that keep the address in memory which survives a restart.
+    pub fn to_kept(self) -> [u32; 2] {
+        let word = u32::from(self.bit_rate) << 8 | u32::from(self.node);
+        [word, sum(word)]
+    }
+
+    /// The address that two words keep; `None` if their check sum is wrong, as it is after power-on.
+    pub fn from_kept([word, check]: [u32; 2]) -> Option<Self> {
+        let [node, low, high, _] = word.to_le_bytes();
+        (sum(word) == check).then_some(Address { node, bit_rate: u16::from_le_bytes([low, high]) })
+    }
+}
+
+fn sum(word: u32) -> u32 {
+    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(&word.to_le_bytes())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kept_words_are_taken_as_they_were_written() {
+        let address = Address { node: 127, bit_rate: 1000 };
+        let kept = address.to_kept();
+        assert_eq!(Address::from_kept(kept), Some(address));
+        for bit in 0..64 {
+            let mut flipped = kept;
+            flipped[bit / 32] ^= 1 << (bit % 32);
+            assert_eq!(Address::from_kept(flipped), None, "bit {bit}");
+        }
+        for nothing in [[0; 2], [u32::MAX; 2]] {
+            assert_eq!(Address::from_kept(nothing), None);
+        }
+    }
+}
