@@ -188,27 +188,6 @@ fn following_error() {
     assert_eq!((rig.drive_state(), rig.read(0x603F, 0)), (SWITCH_ON_DISABLED, 0));
 }
 
-/// An error as large as the window of 6065h is none yet. What 6064h is of the encoder, and of the counter, is for 606Ah to
-/// say.
-#[test]
-fn a_following_error_is_one_beyond_its_window() {
-    let mut rig = Rig::enabled(PV);
-    rig.control("slip 4");
-    rig.wait(2);
-    let [encoder, counter] = [0, 0xFFFF].map(|sensor| {
-        rig.set(0x606A, 0, sensor);
-        rig.read(0x6064, 0) as i32
-    });
-    let error = counter.abs_diff(encoder);
-    assert!(error > 200, "{encoder}, {counter}");
-    rig.set(0x6065, 0, error);
-    rig.wait(20);
-    assert_eq!((rig.emergencies(), rig.drive_state()), (vec![], OPERATION_ENABLED));
-    rig.set(0x6065, 0, error - 1);
-    rig.wait(20);
-    assert_eq!((rig.emergencies(), rig.drive_state()), (vec![(0x8611, [0, 0])], FAULT));
-}
-
 /// The shutdown input is IN0: low means shutdown, if bit 6 of 2005h is set.
 #[test]
 fn shutdown_input() {
