@@ -52,6 +52,9 @@ fn a_limit_switch_in_the_way_ends_a_homing() {
             assert_eq!(rig.read(0x2100, 0), 0, "{case}");
             rig.wait(100);
             assert_eq!((rotor(&rig), emergencies(&mut rig)), (place, vec![]), "{case}");
+            // The same method ends there once more, and that is told once more.
+            assert!(!home(&mut rig), "{case}");
+            assert_eq!((emergencies(&mut rig), bits(&mut rig, LIMIT)), (vec![(0xFF01, switch)], LIMIT), "{case}");
             // Another method leads out of the switch.
             rig.set(0x6098, 0, if switch == 3 { 18 } else { 17 });
             assert!(home(&mut rig), "{case}");
