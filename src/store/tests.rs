@@ -388,3 +388,16 @@ fn a_store_that_is_loaded_again_forgets_what_was_wanted() {
     assert_eq!((store.get(SPEED), store.get(COUNT)), (Some(1000), Some(0)));
     assert!(store.is_idle() && store.next_job().is_none());
 }
+
+/// A store that forgets has defaults and no program, and does nothing: no download is open any more.
+#[test]
+fn a_store_that_forgets_is_as_with_a_fresh_part() {
+    let (mut store, _) = Part::<Small>::fresh().load();
+    assert!(store.set(SPEED, 2000));
+    store.begin_download(0);
+    assert!(store.download(&[1; 64]));
+    store.forget();
+    assert_eq!((store.get(SPEED), store.downloading(), store.integrity()), (Some(1000), None, Integrity::Empty));
+    assert!(store.program().iter().all(|byte| *byte == 0xFF || *byte == 0));
+    assert!(store.is_idle() && store.next_job().is_none());
+}
