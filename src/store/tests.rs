@@ -401,3 +401,44 @@ fn a_store_that_forgets_is_as_with_a_fresh_part() {
     assert!(store.program().iter().all(|byte| *byte == 0xFF || *byte == 0));
     assert!(store.is_idle() && store.next_job().is_none());
 }
+
+/// An EEPROM as that of `Middle`, with four settings pages less: the eight copies that `Middle` has before these are cleared.
+#[derive(Debug)]
+struct Narrow;
+
+impl Memory for Narrow {
+    const LAYOUT: Layout = Layout { tag: b"narrow", defaults: &defaults::<440>(), ..Middle::LAYOUT };
+    const SIZE: usize = Middle::SIZE;
+    const PAGE: usize = Middle::PAGE;
+    type Program = [u8; 14_336];
+    type Values = [i32; 448];
+    type Pairs = [Pair; 32];
+}
+
+/// What another layout has before the settings is cleared before the first of them is written. Where that has failed on the
+/// way, the next store clears what is left.
+#[test]
+fn clearing_that_has_failed_goes_on_with_the_next_store() {
+    let mut part = Part::<Middle>::fresh();
+    let (mut store, _) = part.load();
+    for slot in [0, 20, 40, 50].map(|page| page * 7 + 13) {
+        assert!(store.set(slot, 77));
+    }
+    part.settle(&mut store);
+    for written in 0..8 {
+        let mut part = Part::<Narrow>::of(part.0.clone());
+        let (mut store, _) = part.load();
+        assert!(store.set(SPEED, 2000));
+        for _ in 0..written {
+            assert!(part.write(&mut store));
+        }
+        assert!(store.next_job().is_some());
+        store.finish(false);
+        assert_eq!(store.get(SPEED), Some(1000));
+        assert!(store.set(SPEED, 3000));
+        part.settle(&mut store);
+        let (first, end) = (Narrow::SIZE - 72 * 64, Narrow::SIZE - 64 * 64);
+        assert_eq!(part.0[first..end], [0; 512], "after {written} pages");
+        assert_eq!(part.load().0.get(SPEED), Some(3000), "after {written} pages");
+    }
+}
