@@ -149,6 +149,28 @@ fn the_stop_switch_before_the_motor_ends_the_way_to_the_zero_point() {
     }
 }
 
+/// In the modes that find the other end first it is the leg that finds the switch which begins again: no other.
+#[test]
+fn a_switch_that_was_a_glitch_is_looked_for_by_the_same_leg() {
+    for (mode, switch, other) in [(2, "left", "right"), (3, "left", "right"), (66, "right", "left")] {
+        let mut bench = Bench::new();
+        bench.configure(&["SAP 195, 0, 500", &format!("SAP 193, 0, {mode}"), "RFS START, 0"]);
+        let until = |bench: &mut Bench, number: i32| bench.run_until(SECOND, |bench| leg(bench) == number);
+        until(&mut bench, 2);
+        bench.poll(100);
+        bench.control(&format!("press {other}"));
+        until(&mut bench, 3);
+        bench.control(&format!("release {other}"));
+        bench.poll(100);
+        bench.control(&format!("press {switch}"));
+        bench.poll(2);
+        bench.control(&format!("release {switch}"));
+        until(&mut bench, 4);
+        polls_until_next_leg(&mut bench);
+        assert_eq!(leg(&mut bench), 3, "mode {mode}");
+    }
+}
+
 /// A module that leaves polls out while nothing happens does not leave those out in which a search looks where the motor is.
 /// Without the filter of stallGuard2 a whole measurement of the load, before which no polls are left out, takes two full steps.
 #[test]
