@@ -446,3 +446,20 @@ fn clearing_that_has_failed_goes_on_with_the_next_store() {
         assert_eq!(part.settle(&mut store), 1, "after {written} pages");
     }
 }
+
+/// During a download a page is written when it is full, and one that is not when the download ends.
+#[test]
+fn a_page_of_a_download_is_written_when_it_is_full() {
+    let mut part = Part::<Small>::fresh();
+    let (mut store, _) = part.load();
+    store.begin_download(0);
+    part.settle(&mut store);
+    for command in 1..=12 {
+        assert!(store.download(&[command; 8]));
+        assert_eq!(part.settle(&mut store), u32::from(command == 8), "{command} commands");
+    }
+    store.end_download();
+    // The second page, and that of the integrity.
+    assert_eq!(part.settle(&mut store), 2);
+    assert_eq!((store.integrity(), part.load().1.program), (Integrity::Whole, Integrity::Whole));
+}
