@@ -109,3 +109,25 @@ impl Encoders {
             || far(self.external.position(), P::MaximumExternalEncoderDeviation)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::param::tmcm1140;
+
+    /// 1024 counts in a turn of 51 200 microsteps: 50 microsteps each, by the default of parameter 210 or by the turn. Up to the
+    /// half of a turn the zero point has been passed to the right, in the other half to the left, and there it lies between the
+    /// counts 1023 and 0.
+    #[test]
+    fn the_way_since_the_zero_point_follows_from_the_angle() {
+        let values = Values::of(&tmcm1140::AXIS);
+        for (angle, way) in [(0, 0), (1, 50), (300, 15_000), (511, 25_550), (512, -25_550), (722, -15_050), (1023, 0)] {
+            for turn in [None, Some(51_200)] {
+                let mut encoders = Encoders { turn, ..Encoders::default() };
+                assert_eq!(encoders.beyond_index(angle, &values), way, "{angle}");
+                encoders.reverse = true;
+                assert_eq!(encoders.beyond_index(angle, &values), -way, "{angle}, reversed");
+            }
+        }
+    }
+}

@@ -11,6 +11,8 @@ mod configuration;
 mod ramp;
 mod readings;
 mod settings;
+#[cfg(test)]
+mod tests;
 mod unit;
 
 use core::marker::PhantomData;
@@ -374,7 +376,6 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     /// The chip itself goes over to the standby current, so the state of motion decides only whether the bridges are on and
     /// coolStep works.
     fn drive(&mut self, chip: &mut Tmc5160<D>, values: &Values, excitation: Excitation) -> Result<(), Error> {
-        self.unit = Unit::of(values);
         if excitation.free {
             chip.write(Register::Gstat, gstat::DRV_ERR)?;
             self.releasing = RELEASING;

@@ -78,12 +78,18 @@ impl<M: Memory> Part<M> {
         (store, report)
     }
 
+    /// Writes the next page; false if there is none.
+    fn write(&mut self, store: &mut Store<M>) -> bool {
+        let Some(job) = store.next_job() else { return false };
+        assert_eq!((job.page.len(), usize::from(job.address) % M::PAGE), (M::PAGE, 0));
+        self.0[job.address.into()..][..job.page.len()].copy_from_slice(&job.page);
+        store.finish(true);
+        true
+    }
+
     fn settle(&mut self, store: &mut Store<M>) -> u32 {
         let mut writes = 0;
-        while let Some(job) = store.next_job() {
-            assert_eq!((job.page.len(), usize::from(job.address) % M::PAGE), (M::PAGE, 0));
-            self.0[job.address.into()..][..job.page.len()].copy_from_slice(&job.page);
-            store.finish(true);
+        while self.write(store) {
             writes += 1;
         }
         assert!(store.settled(Need::Program));
@@ -296,4 +302,143 @@ fn a_reset_erases_the_program_only_if_asked_to_and_a_slot_tells_when() {
     }
     assert_eq!(erased.iter().filter_map(|(_, _, erased)| *erased).collect::<Vec<_>>(), [2]);
     assert_eq!((erased[0].0, store.get(13)), (Some(1), Some(2)));
+}
+
+/// A page that could not be written is as it was, and so are the others: the next store writes the page of its value alone.
+/// Only a factory reset that has failed, with its first page write or its second one, is made up for: by both copies of the
+/// first page.
+#[test]
+fn a_failed_write_orders_no_other_pages() {
+    for (reset, written) in [(false, 0), (true, 0), (true, 1)] {
+        let mut part = Part::<Small>::fresh();
+        let (mut store, _) = part.load();
+        assert!(store.set(SPEED, 2000));
+        assert_eq!(part.settle(&mut store), 1);
+        if reset {
+            store.reset(false);
+        } else {
+            assert!(store.set(SPEED, 3000));
+        }
+        for _ in 0..written {
+            part.write(&mut store);
+        }
+        assert!(store.next_job().is_some());
+        assert_eq!(store.finish(false).failed, Some(Need::Settings));
+        assert_eq!(store.next_job(), None);
+        assert!(store.set(COUNT, 5));
+        assert_eq!(part.settle(&mut store), if reset { 3 } else { 1 }, "reset: {reset}, {written} written");
+        assert_eq!(part.load().0.get(COUNT), Some(5));
+    }
+}
+
+/// A store is idle but while something is to be written, or is being written, and while a download is open.
+#[test]
+fn a_store_is_idle_while_it_has_nothing_to_do() {
+    let mut part = Part::<Small>::fresh();
+    let (mut store, _) = part.load();
+    assert!(store.is_idle());
+    assert!(store.set(SPEED, 2000));
+    assert!(!store.is_idle());
+    assert!(store.next_job().is_some());
+    assert!(!store.is_idle());
+    store.finish(true);
+    assert!(store.is_idle());
+    store.begin_download(0);
+    part.settle(&mut store);
+    assert!(!store.is_idle());
+    // The page is being written while the download goes on.
+    assert!(store.download(&[1; 64]));
+    assert!(store.next_job().is_some());
+    store.end_download();
+    assert!(!store.is_idle());
+    store.finish(true);
+    part.settle(&mut store);
+    assert!(store.is_idle());
+}
+
+/// Numbers wrap, and are later than those that they are less than half of the range ahead of: of two that are half of it apart
+/// none is.
+#[test]
+fn numbers_that_wrap_are_later_by_less_than_half_their_range() {
+    for from in [0, 1, 0x7FFF, 0x8000, 0xFFFF_u16] {
+        for (ahead, later) in [(0, false), (1, true), (0x7FFF, true), (0x8000, false), (0x8001, false), (0xFFFF, false)]
+        {
+            assert_eq!(page::newer(from.wrapping_add(ahead), from), later, "{ahead} ahead of {from}");
+        }
+    }
+    for from in [0, 1, 0x7F, 0x80, 0xFF_u8] {
+        for (ahead, later) in [(0, false), (1, true), (0x7F, true), (0x80, false), (0x81, false), (0xFF, false)] {
+            assert_eq!(page::follows(from.wrapping_add(ahead), from), later, "{ahead} ahead of {from}");
+        }
+    }
+}
+
+/// A store that is loaded again has what the EEPROM has, whatever was wanted, or being written, before.
+#[test]
+fn a_store_that_is_loaded_again_forgets_what_was_wanted() {
+    let part = Part::<Small>::fresh();
+    let (mut store, _) = part.load();
+    assert!(store.set(SPEED, 2000) && store.next_job().is_some());
+    assert!(store.set(COUNT, 5));
+    let read = |address: u16, page: &mut [u8]| {
+        page.copy_from_slice(&part.0[address.into()..][..page.len()]);
+        Ok::<(), ()>(())
+    };
+    assert_eq!(store.load(read), Ok(LoadReport::default()));
+    assert_eq!((store.get(SPEED), store.get(COUNT)), (Some(1000), Some(0)));
+    assert!(store.is_idle() && store.next_job().is_none());
+}
+
+/// A store that forgets has defaults and no program, and does nothing: no download is open any more.
+#[test]
+fn a_store_that_forgets_is_as_with_a_fresh_part() {
+    let (mut store, _) = Part::<Small>::fresh().load();
+    assert!(store.set(SPEED, 2000));
+    store.begin_download(0);
+    assert!(store.download(&[1; 64]));
+    store.forget();
+    assert_eq!((store.get(SPEED), store.downloading(), store.integrity()), (Some(1000), None, Integrity::Empty));
+    assert!(store.program().iter().all(|byte| *byte == 0xFF || *byte == 0));
+    assert!(store.is_idle() && store.next_job().is_none());
+}
+
+/// An EEPROM as that of `Middle`, with four settings pages less: the eight copies that `Middle` has before these are cleared.
+#[derive(Debug)]
+struct Narrow;
+
+impl Memory for Narrow {
+    const LAYOUT: Layout = Layout { tag: b"narrow", defaults: &defaults::<440>(), ..Middle::LAYOUT };
+    const SIZE: usize = Middle::SIZE;
+    const PAGE: usize = Middle::PAGE;
+    type Program = [u8; 14_336];
+    type Values = [i32; 448];
+    type Pairs = [Pair; 32];
+}
+
+/// What another layout has before the settings is cleared before the first of them is written. Where that has failed on the
+/// way, the next store clears what is left.
+#[test]
+fn clearing_that_has_failed_goes_on_with_the_next_store() {
+    let mut part = Part::<Middle>::fresh();
+    let (mut store, _) = part.load();
+    for slot in [0, 20, 40, 50].map(|page| page * 7 + 13) {
+        assert!(store.set(slot, 77));
+    }
+    part.settle(&mut store);
+    for written in 0..8 {
+        let mut part = Part::<Narrow>::of(part.0.clone());
+        let (mut store, _) = part.load();
+        assert!(store.set(SPEED, 2000));
+        for _ in 0..written {
+            assert!(part.write(&mut store));
+        }
+        assert!(store.next_job().is_some());
+        store.finish(false);
+        assert_eq!(store.get(SPEED), Some(1000));
+        assert!(store.set(SPEED, 3000));
+        part.settle(&mut store);
+        let (first, end) = (Narrow::SIZE - 72 * 64, Narrow::SIZE - 64 * 64);
+        assert_eq!(part.0[first..end], [0; 512], "after {written} pages");
+        assert_eq!(part.load().0.get(SPEED), Some(3000), "after {written} pages");
+    }
 }

@@ -130,11 +130,47 @@ fn messages_leave_the_drive_as_it_is() {
         assert_eq!((rig.emergencies(), rig.read(0x1001, 0), rig.read(0x603F, 0)), (vec![(0, [0, 0])], 0, 0));
         assert_eq!(rig.status() & 1 << 7, 0);
     }
+    // The slowest motor tells it as well.
+    let mut rig = Rig::enabled(PV);
+    rig.set(0x60FF, 0, 1);
+    rig.control("fault open-a on");
+    rig.wait(2_000);
+    assert_eq!(rig.emergencies(), [(0x1000, [1, 0])]);
     // A motor that stands tells no open coil, because the driver's flags are not right then.
     let mut rig = Rig::enabled(PV);
     rig.control("fault open-a on");
     rig.wait(200);
     assert!(rig.emergencies().is_empty());
+}
+
+/// An open coil counts in the twentieth turn in a row in which the driver has told of it (2102h) while the motor moves: one
+/// that has a contact in between counts from the beginning again.
+#[test]
+fn an_open_coil_is_told_in_the_twentieth_turn() {
+    for (coil, flag, detail) in [("open-a", 4, 1), ("open-b", 8, 2)] {
+        for (before, turns) in [(0, 19), (0, 20), (10, 19), (10, 20)] {
+            let mut rig = turning();
+            let shows = |rig: &mut Rig| rig.read(0x2102, 0) & flag != 0;
+            if before > 0 {
+                rig.control(&format!("fault {coil} on"));
+                while !shows(&mut rig) {
+                    rig.wait(1);
+                }
+                rig.wait(before - 1);
+                rig.control(&format!("fault {coil} off"));
+                while shows(&mut rig) {
+                    rig.wait(1);
+                }
+            }
+            rig.control(&format!("fault {coil} on"));
+            while !shows(&mut rig) {
+                rig.wait(1);
+            }
+            rig.wait(turns - 1);
+            let told = if turns == 20 { vec![(0x1000, [detail, 0])] } else { Vec::new() };
+            assert_eq!(rig.emergencies(), told, "{coil}: {turns} turns");
+        }
+    }
 }
 
 /// A rotor that has slipped deviates from its encoder.

@@ -112,6 +112,27 @@ fn a_fault_reset_clears_it() {
     assert_eq!((rig.drive_state(), rig.emergencies()), (OPERATION_ENABLED, vec![]));
 }
 
+/// An error (60F4h) as large as the window is none yet, to either side.
+#[test]
+fn a_following_error_is_one_beyond_its_window() {
+    for blow in ["slip 12", "slip -12"] {
+        let mut rig = watched();
+        rig.set(0x6065, 0, 1 << 20);
+        rig.word(ENABLE);
+        rig.wait(100);
+        rig.control(blow);
+        rig.wait(20);
+        let error = rig.signed(0x60F4).unsigned_abs();
+        assert!(error.abs_diff(12 * 256) < 50, "{blow}: {error}");
+        rig.set(0x6065, 0, error);
+        rig.wait(20);
+        assert_eq!((rig.drive_state(), rig.emergencies()), (OPERATION_ENABLED, vec![]), "{blow}");
+        rig.set(0x6065, 0, error - 1);
+        rig.wait(20);
+        assert_eq!((rig.drive_state(), rig.emergencies()), (FAULT, vec![FOLLOWING_ERROR]), "{blow}");
+    }
+}
+
 /// Outside profile position mode bit 13 has no such meaning.
 #[test]
 fn bit_13_is_of_profile_position_mode() {

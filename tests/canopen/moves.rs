@@ -308,3 +308,21 @@ fn an_edge_that_comes_with_the_enabling() {
         }
     }
 }
+
+/// The time of 6068h is counted from when the window is there: a motor that stands at its target is in a new window for as long
+/// before it has reached that.
+#[test]
+fn the_time_in_a_window_begins_with_the_window() {
+    let mut rig = Rig::enabled(PP);
+    rig.set(0x6068, 0, 200);
+    rig.go(2_000);
+    rig.until(TARGET_REACHED, 1_000);
+    rig.wait(500);
+    rig.set(0x6067, 0, 100);
+    rig.wait(2);
+    assert_eq!(rig.status() & TARGET_REACHED, 0);
+    rig.wait(190);
+    assert_eq!(rig.status() & TARGET_REACHED, 0);
+    rig.wait(15);
+    assert_ne!(rig.status() & TARGET_REACHED, 0);
+}

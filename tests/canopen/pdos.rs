@@ -295,3 +295,34 @@ fn readings_trigger_once_in_a_turn() {
         assert_eq!(rig.of(0x381), [[low, high, 0, 0, 0, 0, (n as u8 % 2) << 1, 0]], "{n}");
     }
 }
+
+/// A change of the statusword is told in the turn in which it comes, also if nothing else changes then: here bit 10, when the
+/// motor has been in its window for 6068h, and when the target is another.
+#[test]
+fn a_change_of_the_statusword_is_told_in_its_turn() {
+    for time in 20..30 {
+        let mut rig = Rig::enabled(1);
+        rig.set(0x6067, 0, 100);
+        rig.set(0x6068, 0, time);
+        let mut changes = 0;
+        for target in [2_000, -2_000] {
+            rig.go(target);
+            rig.of(0x181);
+            let mut before = rig.status();
+            for turn in 0..600 {
+                rig.wait(1);
+                let sent = rig.of(0x181);
+                let status = rig.status();
+                let told: Vec<u8> = status.to_le_bytes()[..2].to_vec();
+                assert_eq!(
+                    sent.last() == Some(&told),
+                    status != before,
+                    "turn {turn}: {before:X}h, {status:X}h, {sent:X?}"
+                );
+                changes += i32::from(status != before);
+                before = status;
+            }
+        }
+        assert!(changes >= 4, "{changes}");
+    }
+}

@@ -306,3 +306,32 @@ fn the_least_acceleration_of_positioning() {
         assert!((measured - expected).abs() <= bound, "{acceleration} below {largest}: {measured}");
     }
 }
+
+/// What a silent motion controller does not take changes nothing: neither the object that was written, nor those that follow
+/// from it, nor the unit in which speeds are told.
+#[test]
+fn a_unit_that_the_motion_controller_does_not_take_stays_as_it_was() {
+    const SCALE: [u16; 5] = [0x2085, 0x2086, 0x2087, 0x2088, 0x208C];
+    for (unit, object, value) in [
+        (INTERNAL, 0x2085, 5),
+        (INTERNAL, 0x2086, 5),
+        (INTERNAL, 0x208C, PPS),
+        (INTERNAL, 0x208C, RPM),
+        (PPS, 0x2087, 9),
+        (PPS, 0x208C, INTERNAL),
+    ] {
+        let mut rig = Rig::operational();
+        rig.set(0x208C, 0, unit);
+        rig.wait(5);
+        let scale = |rig: &mut Rig| SCALE.map(|object| rig.read(object, 0));
+        let before = scale(&mut rig);
+        rig.control("fault tmc429 on");
+        assert_eq!(rig.write(object, 0, value), Err(0x0606_0000), "{object:X}h");
+        assert_eq!(scale(&mut rig), before, "{object:X}h");
+        rig.control("fault tmc429 off");
+        rig.wait(5);
+        let largest = before[2];
+        assert!(rig.write(0x2087, 0, largest + 1).is_err() && rig.write(0x2087, 0, largest).is_ok(), "{object:X}h");
+        assert_eq!((rig.write(object, 0, value), rig.read(object, 0)), (Ok(()), value));
+    }
+}

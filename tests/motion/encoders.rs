@@ -85,6 +85,26 @@ fn the_external_encoder_is_zeroed_by_its_null_track() {
     }
 }
 
+/// A stored parameter 217 that asks for the next N event has it zero the encoder after a power cycle and after a restart as well.
+/// The N track is passed at 51 200; a count is 6.375 microsteps in place of 6.4.
+#[test]
+fn a_stored_null_setting_waits_for_its_event_after_each_start() {
+    for restart in [false, true] {
+        let mut bench = Bench::in_world(ABN);
+        bench.configure(&["SAP 217, 0, 3284", "STAP 217, 0"]);
+        if restart {
+            bench.ok("255, 0, 0, 1234");
+            bench.run(2 * SECOND);
+        } else {
+            bench.power_cycle();
+        }
+        go(&mut bench, 20_000);
+        bench.ok("SAP 216, 0, 500000");
+        go(&mut bench, 80_000);
+        assert_near("after the event", bench.ok("GAP 216, 0"), (80_000 - 51_200) * 255 / 256, 14);
+    }
+}
+
 /// Global parameter 90: the motor turns the other way, and both encoders count along with the position.
 #[test]
 fn the_reversed_shaft() {

@@ -181,6 +181,35 @@ fn a_short_press_ends_it() {
     }
 }
 
+/// Nor does it matter that the motor has just been told to turn as slowly as can be: it is still fast.
+#[test]
+fn a_short_press_ends_a_rotation_that_slows_down() {
+    for mut motor in Motor::each() {
+        motor.rotate(motor.turn);
+        motor.turns(1);
+        motor.bench.ok(&format!("{} {}, 1", motor.turn, motor.axis));
+        motor.bench.run(20 * MILLISECOND);
+        motor.hand("press");
+        motor.bench.run(3 * MILLISECOND);
+        motor.hand("release");
+        motor.bench.run(20 * MILLISECOND);
+        motor.stands("it was pressed for 3 ms");
+    }
+}
+
+/// The slowest rotation ends as well.
+#[test]
+fn a_switch_ends_a_rotation_at_a_speed_of_one() {
+    for mut motor in Motor::each() {
+        motor.bench.ok(&format!("{} {}, 1", motor.turn, motor.axis));
+        motor.bench.run(SECOND);
+        motor.hand("press");
+        motor.bench.run(20 * MILLISECOND);
+        motor.hand("release");
+        motor.stands("the switch was closed");
+    }
+}
+
 /// With a stop along the ramp the motor is still turning when the press is over, and goes on braking.
 #[test]
 fn a_short_press_begins_a_ramp() {
@@ -208,15 +237,15 @@ fn a_positioning_keeps_its_target_and_goes_on() {
     }
 }
 
-/// What the chip does not take of the end, because its answers are lost, it is told by the polls that follow.
+/// What the chip does not take of the end, because datagrams or their answers are lost, it is told by the polls that follow.
 #[test]
 fn an_end_that_the_chip_does_not_take_is_told_again() {
-    for after in 0..12 {
+    for (after, whole) in (0..12).flat_map(|after| [(after, false), (after, true)]) {
         for mut motor in Motor::each() {
             motor.rotate(motor.turn);
             motor.turns(1);
             motor.hand("press");
-            motor.bench.module.board().borrow_mut().lose_answers(after, 3, false);
+            motor.bench.module.board().borrow_mut().lose_answers(after, 3, whole);
             motor.bench.run(30 * MILLISECOND);
             motor.bench.module.board().borrow_mut().lose_answers(0, 0, false);
             motor.hand("release");

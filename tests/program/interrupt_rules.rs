@@ -311,3 +311,18 @@ fn a_handler_is_stopped_and_sent_on() {
     assert_eq!(bench.variable(0), 1);
     assert!(bench.variable(9) > count);
 }
+
+/// Address 0 is no handler's unless VECT has said so: a timer without a vector calls nothing, and the program begins once.
+#[test]
+fn an_interrupt_without_a_vector_calls_nothing() {
+    for timer in 0..3 {
+        let setup = [format!("SGP {timer}, 3, 5"), format!("EI {timer}"), "EI 255".into()];
+        let begin = ["GGP 0, 2", "CALC ADD, 1", "AGP 0, 2"].map(String::from);
+        let program: Vec<String> =
+            begin.into_iter().chain(setup).chain(["WAIT TICKS, 0, 20".into(), "JA 6".into()]).collect();
+        let mut bench = Bench::with_program(&program.iter().map(String::as_str).collect::<Vec<_>>());
+        bench.start(0);
+        bench.run(SECOND);
+        assert_eq!((bench.ok("GGP 0, 2"), bench.mode()), (1, RUNNING), "timer {timer}");
+    }
+}

@@ -403,3 +403,33 @@ fn the_currents_of_the_motors_on_a_line_do_not_waver() {
         assert_eq!(currents, [17; 3]);
     }
 }
+
+/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms, and no
+/// more: 512 units at the pulse divisor of 3, less what a follower may be off. One that is far ahead is slower by as much. One
+/// to one at a speed of 1000, the motor that stands lags 1000 microsteps when it has that speed; and the one that comes
+/// down from 2047 is 2100 ahead when the other one has it.
+#[test]
+fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
+    for (speeds, expected) in [([1_000, 0], [0..=20, 1_505..=1_512]), ([0, 2_047], [488..=495, 2_030..=2_047])] {
+        let mut bench = Bench::six("");
+        for (axis, (own, speed)) in (0..).zip([1_000, 2_047].into_iter().zip(speeds)) {
+            bench.ok(&format!("SAP 4, {axis}, {own}"));
+            bench.ok(&format!("ROR {axis}, {speed}"));
+        }
+        bench.run(SECOND);
+        for axis in [0, 1] {
+            let place = bench.get(1, axis);
+            bench.ok(&format!("SCO 3, {axis}, {}", place + 400_000));
+        }
+        bench.ok("MVP COORD, $43, 3");
+        let (mut slowest, mut fastest) = (i32::MAX, 0);
+        for _ in 0..2_000 {
+            bench.run(MILLISECOND);
+            let speed = bench.ramp(1).0;
+            (slowest, fastest) = (slowest.min(speed), fastest.max(speed));
+        }
+        let [low, high] = &expected;
+        assert!(low.contains(&slowest) && high.contains(&fastest), "{speeds:?}: {slowest} to {fastest}");
+        assert_eq!(bench.ramp(1).0, bench.ramp(0).0);
+    }
+}

@@ -238,6 +238,9 @@ fn a_line_that_a_short_press_has_broken_stays_broken() {
             let what = format!("axis {axis}, phase {phase}, {span} us");
             assert_eq!((bench.speeds(), bench.all(3)), (vec![0; 6], vec![0; 6]), "{what}");
             assert_eq!(bench.get(0, axis), bench.get(1, axis), "{what}");
+            // It is positioning with a ramp, at its target; the others were told to stand.
+            let modes = [0, 1, 2].map(|other| if other == axis { 0 } else { 2 });
+            assert_eq!(bench.all(138)[..3], modes, "{what}");
             let rotors = [0, 1, 2].map(|axis| bench.rotor(axis));
             assert!(rotors[0].abs_diff(before) < 2_000, "{what}: {rotors:?} from {before}");
             // Less than what the axes make in the time in which they brake.

@@ -3,7 +3,8 @@
 use crate::bench;
 use crate::common::Bench;
 use crate::ramps::{start_trace, take_trace};
-use hal_sim::clock::{MILLISECOND, SECOND};
+use hal_sim::clock::{MICROSECOND, MILLISECOND, SECOND};
+use tmcm::tmcl::Command;
 use tmcm_sim::Product;
 
 fn with_switches(toml: &str) -> Bench {
@@ -58,6 +59,25 @@ fn switches_can_be_inverted_and_swapped() {
     assert_eq!(["GAP 10, 0", "GAP 11, 0"].map(|line| bench.ok(line)), [1, 1]);
     bench.configure(&["SAP 24, 0, 0", "SAP 14, 0, 1"]);
     assert_eq!(["GAP 10, 0", "GAP 11, 0"].map(|line| bench.ok(line)), [1, 0]);
+}
+
+/// What is asked of the switches is read from the chip then, not in the next poll.
+#[test]
+fn switches_are_read_when_they_are_asked_for() {
+    let mut bench = bench();
+    bench.configure(&["SAP 12, 0, 1", "SAP 13, 0, 1"]);
+    for (hand, closed) in [
+        ("press left", [1, 0]),
+        ("press right", [1, 1]),
+        ("release left", [0, 1]),
+        ("release right", [0, 0]),
+        ("press right", [0, 1]),
+    ] {
+        bench.run(100 * MICROSECOND);
+        bench.control(hand);
+        let seen = [11, 10].map(|number| bench.module.read(Command::new(6, number, 0, 0)).unwrap());
+        assert_eq!(seen, closed, "{hand}");
+    }
 }
 
 /// The position of a closing switch is latched.

@@ -3,6 +3,7 @@
 
 use crate::bench;
 use crate::common::Bench;
+use hal_sim::board::Chip;
 use hal_sim::clock::{MICROSECOND, MILLISECOND, Nanos, SECOND};
 use tmcm_sim::VirtualModule;
 
@@ -137,5 +138,108 @@ fn a_line_that_a_short_press_has_broken_stays_broken() {
             }
             assert_eq!(bench.ok(&format!("GAP 0, {axis}")), bench.ok(&format!("GAP 1, {axis}")), "{what}");
         }
+    }
+}
+
+/// A follower that lags far makes up for it at a speed that is larger by what makes up for 256 microsteps in 16.4 ms, and no
+/// more: 15 616 pps, less up to 260 for what a follower may be off and for the time between two readings. One that is far ahead
+/// is slower by as much. The line is one to one at 50 000 pps; with 200 000 pps per second the motor that stands needs a quarter
+/// of a second for that and lags 6 250 microsteps then, and the one that comes down from 100 000 pps is ahead by twice as much.
+#[test]
+fn a_follower_that_is_far_off_is_corrected_as_one_that_is_256_microsteps_off() {
+    for (speeds, expected) in
+        [([50_000, 0], [0..=1_000, 65_350..=65_616]), ([0, 100_000], [34_384..=34_650, 99_000..=100_000])]
+    {
+        let mut bench = bench();
+        for (axis, (own, speed)) in [50_000, 200_000].into_iter().zip(speeds).enumerate() {
+            for (number, value) in [(4, own), (5, 200_000), (17, 200_000)] {
+                bench.ok(&format!("SAP {number}, {axis}, {value}"));
+            }
+            bench.ok(&format!("ROR {axis}, {speed}"));
+        }
+        bench.run(SECOND);
+        for axis in [0, 1] {
+            let place = bench.ok(&format!("GAP 1, {axis}"));
+            bench.ok(&format!("SCO 1, {axis}, {}", place + 400_000));
+        }
+        bench.ok("MVP COORD, 67, 1");
+        let (mut slowest, mut fastest) = (i32::MAX, 0);
+        for _ in 0..1_000 {
+            bench.run(MILLISECOND);
+            let speed = bench.ok("GAP 3, 1");
+            (slowest, fastest) = (slowest.min(speed), fastest.max(speed));
+        }
+        let [low, high] = &expected;
+        assert!(low.contains(&slowest) && high.contains(&fastest), "{speeds:?}: {slowest} to {fastest}");
+    }
+}
+
+/// While the leader speeds up, each millisecond brings its follower another speed limit, by one datagram besides the two of
+/// the poll. Nothing is told the leader, nor a follower whose limit stays: that of one microstep is 0 until its time has come.
+#[test]
+fn a_correction_is_one_datagram_to_the_follower_that_needs_it() {
+    const WRITE: u8 = 0x80;
+    let mut bench = bench();
+    for (axis, way) in [500_000, 250_000, 1].into_iter().enumerate() {
+        bench.ok(&format!("SCO 1, {axis}, {way}"));
+    }
+    bench.ok("MVP COORD, 71, 1");
+    bench.run(100 * MILLISECOND);
+    bench.module.board().borrow_mut().take_datagrams();
+    bench.run(500 * MILLISECOND);
+    let datagrams = bench.module.board().borrow_mut().take_datagrams();
+    let written = |axis: usize| -> Vec<u8> {
+        let of_axis = datagrams.iter().filter(|datagram| datagram.chip == Chip::Tmc5160(axis));
+        of_axis.map(|datagram| datagram.bytes[0]).filter(|address| address & WRITE != 0).collect()
+    };
+    assert!(written(0).is_empty() && written(2).is_empty(), "{:x?}, {:x?}", written(0), written(2));
+    // VMAX. All but a few times the limit differs from the one before.
+    let limits = written(1);
+    assert!(limits.iter().all(|address| *address == WRITE | 0x27) && limits.len() > 480, "{limits:x?}");
+}
+
+/// VSTART, A1, V1, AMAX, DMAX, D1 and VSTOP, by the numbers of their parameters, with their registers.
+const RAMP: [(u8, u8); 7] = [(19, 0x23), (15, 0x24), (16, 0x25), (5, 0x26), (17, 0x28), (18, 0x2A), (20, 0x2B)];
+
+/// On a line a follower of half of the way has half of all that the ramp of its leader has; where that is more than what is its
+/// own, the leader has so much less. With the next move of its own each has its own ramp. In registers, with 2^24 / 16e6 and
+/// 2^41 / 16e6^2: 30 000 pps are 31 457, and 400 000 pps/s are 3 436.
+#[test]
+fn all_that_a_ramp_has_is_in_the_ratio_of_the_ways() {
+    let own = [1_000, 400_000, 30_000, 150_000, 200_000, 500_000, 2_000];
+    let leader = [1_049, 3_436, 31_457, 1_288, 1_718, 4_295, 2_097];
+    let follower = [524, 1_718, 15_729, 644, 859, 2_147, 1_049];
+    let with = |all: [u32; 7], at: usize, value: u32| {
+        let mut all = all;
+        all[at] = value;
+        all
+    };
+    // What the follower has less of, and what both have then.
+    let mut cases = vec![(0, own[0], leader, follower)];
+    for (at, less, of_leader, of_follower) in [
+        (0, 100, 210, 105),
+        (1, 100_000, 1_718, 859),
+        (2, 10_000, 20_972, 10_486),
+        (3, 50_000, 859, 429),
+        (4, 50_000, 859, 429),
+        (5, 100_000, 1_718, 859),
+        (6, 900, 1_887, 944),
+    ] {
+        cases.push((at, less, with(leader, at, of_leader), with(follower, at, of_follower)));
+    }
+    for (at, less, leader_has, follower_has) in cases {
+        let mut bench = bench();
+        for ((number, _), value) in RAMP.into_iter().zip(own) {
+            bench
+                .configure(&[0, 1].map(|axis| format!("SAP {number}, {axis}, {value}")).each_ref().map(String::as_str));
+        }
+        bench.ok(&format!("SAP {}, 1, {less}", RAMP[at].0));
+        bench.configure(&["SCO 1, 0, 500000", "SCO 1, 1, 250000", "MVP COORD, 67, 1"]);
+        let registers = |bench: &Bench, axis: usize| {
+            RAMP.map(|(_, register)| bench.module.board().borrow().tmc5160(axis).register(register))
+        };
+        assert_eq!([registers(&bench, 0), registers(&bench, 1)], [leader_has, follower_has], "{:?}: {less}", RAMP[at]);
+        bench.configure(&["MVP ABS, 0, 0", "MVP ABS, 1, 0"]);
+        assert_eq!(registers(&bench, 0), leader, "the leader alone");
     }
 }

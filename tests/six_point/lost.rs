@@ -4,6 +4,7 @@
 use crate::bench;
 use crate::common::{NOT_AVAILABLE, OK};
 use hal_sim::clock::{MILLISECOND, SECOND};
+use tmcm::vm::ErrorFlag;
 
 #[test]
 fn a_chip_that_was_reset_is_set_up_again_with_the_motor_at_rest() {
@@ -29,9 +30,10 @@ fn a_chip_that_was_reset_is_set_up_again_with_the_motor_at_rest() {
 }
 
 /// However long the supply of a chip is away, and whenever: the motor is where it was last known to be, and the module goes on.
+/// Without supply the chip reads as zeros, which may be one microstep from where the motor is.
 #[test]
 fn a_failing_supply_of_a_chip_loses_no_position() {
-    for position in [30_000, 300_000] {
+    for position in [30_000, 300_000, 1, -1] {
         for time in [0, 1, 2, 3, 4, 5, 8, 20, 50, 500] {
             let mut bench = bench();
             bench.configure(&["SAP 5, 0, 5000000", "SAP 17, 0, 5000000", "SAP 4, 0, 500000"]);
@@ -146,5 +148,24 @@ fn a_chip_that_answers_late_is_set_up_then() {
         bench.run(SECOND);
         assert_eq!([0, 1, 2].map(|axis| bench.ok(&format!("GAP 3, {axis}"))), [20_000; 3], "axis {axis}");
         assert!(bench.rotor() > 10_000);
+    }
+}
+
+/// A move or a search that a reset of the chip has ended has ended before its end (EPO); a rotation has no end, and of a motor
+/// that stands there is nothing to tell.
+#[test]
+fn a_reset_cuts_moves_and_searches_short() {
+    for (command, cut_short) in
+        [("MVP ABS, 0, 500000", true), ("RFS START, 0", true), ("ROR 0, 20000", false), ("MST 0", false)]
+    {
+        let mut bench = bench();
+        bench.ok(command);
+        bench.run(SECOND);
+        for state in ["on", "off"] {
+            bench.control(&format!("fault chip-supply {state}"));
+        }
+        bench.run(20 * MILLISECOND);
+        let raised = bench.module.machine().unwrap().errors.raised(ErrorFlag::Position);
+        assert_eq!((raised, bench.ok("GAP 3, 0")), (cut_short, 0), "{command}");
     }
 }

@@ -114,3 +114,22 @@ fn what_happens_to_one_axis_is_nothing_to_the_others() {
     let flags = ["GAP 207, 0", "GAP 207, 1", "GAP 207, 2", "GAP 10, 0"].map(|line| bench.ok(line));
     assert_eq!((speeds, flags), ([0, 30_000, 0], [0, 0, 2, 1]));
 }
+
+/// The zero point is in the middle between where the switch of the search closes and where it opens, which the ramp generator
+/// latches: that of the left one or, from 64 on, of the right one. At 50 000 pps, which the motor has by then because of the
+/// hysteresis, it makes 50 microsteps between two polls, so what they see would be further away.
+#[test]
+fn the_zero_point_is_latched_at_the_switch_of_the_search() {
+    for (mode, middle) in [(1, -28_500), (65, 28_500)] {
+        for start in (0..60).step_by(7) {
+            let world = format!("[motor]\nstart = {start}\n[stage]\nleft = -30000\nright = 30000\nhysteresis = 3000\n");
+            let mut bench = Bench::of_in_world(Product::Tmcm3212, &world);
+            bench.configure(&["SAP 5, 0, 2000000", "SAP 17, 0, 2000000", "SAP 194, 0, 50000", "SAP 195, 0, 50000"]);
+            bench.configure(&[&format!("SAP 193, 0, {mode}"), "RFS START, 0"]);
+            bench.run_until(20 * SECOND, |bench| bench.ok("RFS STATUS, 0") == 0);
+            bench.run(100 * MILLISECOND);
+            assert_eq!(bench.ok("GAP 1, 0"), 0);
+            assert!((bench.rotor() - middle).abs() <= 3, "mode {mode} from {start}: {}", bench.rotor());
+        }
+    }
+}

@@ -9,3 +9,4 @@ mod pair;
 mod programs;
 mod ratios;
 mod sessions;
+mod turns;

@@ -209,3 +209,26 @@ fn a_position_that_is_set_is_the_target_as_well() {
     assert_eq!([0, 1].map(|number| bench.ok(&format!("GAP {number}, 2"))), [-777; 2]);
     assert_eq!((register(&bench, 2, X_TARGET) as i32, rotor(&bench), bench.ok("GAP 8, 2")), (-777, stands, 1));
 }
+
+/// A poll is two datagrams: one asks for the position, the other for something else in rotation, each second time for the
+/// speed. In 32 turns the driver's state is asked for eight times, the ramp's four times, the encoder's three times, and the
+/// version once, whether the motor stands at zero or elsewhere, or turns, also where a stall is to stop it.
+#[test]
+fn a_poll_is_two_datagrams_in_a_rotation_of_readings() {
+    const ROTATION: [(u8, usize); 6] = [(0x21, 32), (0x22, 16), (0x6F, 8), (0x35, 4), (0x3B, 3), (IOIN, 1)];
+    let moves = ["MVP ABS, 0, 0", "MVP ABS, 0, 1000", "MVP ABS, 0, -1", "ROR 0, 30000"];
+    for (line, stall) in moves.into_iter().flat_map(|line| [(line, 0), (line, 10_000)]) {
+        let mut bench = bench();
+        bench.ok(&format!("SAP 181, 0, {stall}"));
+        bench.ok(line);
+        bench.run(5 * SECOND);
+        bench.module.skip(false);
+        bench.module.board().borrow_mut().take_datagrams();
+        bench.run(10 * 32 * MILLISECOND);
+        let datagrams = bench.module.board().borrow_mut().take_datagrams();
+        let addresses: Vec<u8> =
+            datagrams.iter().filter(|it| it.chip == Chip::Tmc5160(0)).map(|it| it.bytes[0]).collect();
+        let counts = ROTATION.map(|(address, _)| (address, addresses.iter().filter(|it| **it == address).count() / 10));
+        assert_eq!((counts, addresses.len()), (ROTATION, 640), "{line}, parameter 181 at {stall}");
+    }
+}

@@ -12,6 +12,7 @@ mod lacks;
 mod manual;
 mod moves;
 mod ports;
+mod registers;
 
 use common::Bench;
 use tmcm_sim::Product;

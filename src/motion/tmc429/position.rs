@@ -71,6 +71,13 @@ mod tests {
         assert_eq!(next(position, target, waypoint), None);
     }
 
+    /// 2^21 microsteps before its waypoint a motor gets another one, and 2^22 between two readings are half of what is counted.
+    #[test]
+    fn a_motor_may_turn_on_until_its_waypoint_is_moved() {
+        let rooms = [0, 1 << 21, (1 << 21) + 5, 1 << 22, 3 << 21, u32::MAX].map(room);
+        assert_eq!(rooms, [0, 0, 5, 1 << 21, 1 << 22, 1 << 22]);
+    }
+
     #[test]
     fn the_short_way_round_across_the_32_bit_wrap() {
         // From 2 000 000 000 back to -2 000 000 000 are 4 000 000 000 microsteps, and forwards 2^32 less: 294 967 296.

@@ -148,6 +148,31 @@ mod tests {
         assert_eq!([1, 440, 65_535].map(|register| Unit::Pps.of_acceleration(register)), [116, 51_223, 7_629_278]);
     }
 
+    /// What is a little less than a half over a whole number is rounded down: 7 996 243 pps are 8 384 668.499 97 in the register,
+    /// and 7 628 405 pps/s are 65 527.499 99.
+    #[test]
+    fn what_is_less_than_a_half_is_rounded_down() {
+        assert_eq!(Unit::Pps.speed(7_996_243), 8_384_668);
+        assert_eq!([7_628_405, 7_628_987].map(|value| Unit::Pps.acceleration(value)), [65_527, 65_532]);
+    }
+
+    /// 0.9537 pps each: 10 are 9.54 and 11 are 10.49.
+    #[test]
+    fn speeds_of_registers_are_rounded_to_the_nearest() {
+        assert_eq!(
+            [0, 1, 10, 11, -1, -10, -11].map(|speed| Unit::Pps.of_register(speed)),
+            [0, 1, 10, 10, -1, -10, -10]
+        );
+    }
+
+    /// With each microstep at an acceleration a the square of the speed grows by 2 a: 440 in the register are 51 223 pps/s. In
+    /// registers, with speeds in 2^-24 and accelerations in 2^-41, that is 2^8 a. Both are in 1/256.
+    #[test]
+    fn the_square_of_the_speed_grows_with_each_microstep() {
+        assert_eq!([0, 440].map(|register| Unit::Pps.growth(register)), [0, 2 * 51_223 * 256]);
+        assert_eq!([0, 440].map(|register| Unit::Register.growth(register)), [0, 440 * 256 * 256]);
+    }
+
     /// At 1000 pps a microstep of 1/256 lasts 16e6 / 1000 = 16 000 clocks; of 1/16 (resolution 4) it has 16 parts.
     #[test]
     fn periods_are_those_of_the_finest_microsteps() {

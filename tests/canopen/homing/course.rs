@@ -52,6 +52,9 @@ fn a_limit_switch_in_the_way_ends_a_homing() {
             assert_eq!(rig.read(0x2100, 0), 0, "{case}");
             rig.wait(100);
             assert_eq!((rotor(&rig), emergencies(&mut rig)), (place, vec![]), "{case}");
+            // The same method ends there once more, and that is told once more.
+            assert!(!home(&mut rig), "{case}");
+            assert_eq!((emergencies(&mut rig), bits(&mut rig, LIMIT)), (vec![(0xFF01, switch)], LIMIT), "{case}");
             // Another method leads out of the switch.
             rig.set(0x6098, 0, if switch == 3 { 18 } else { 17 });
             assert!(home(&mut rig), "{case}");
@@ -86,6 +89,38 @@ fn a_homing_is_ended_before_its_end() {
             assert_eq!(stands - i64::from(rig.read(0x6064, 0) as i32), difference, "{case}");
             rig.wait(200);
             assert_eq!(rotor(&rig), stands, "{case}");
+        }
+    }
+}
+
+/// Method 35 waits until the motor stands. If it is ended before, by bit 4, another mode or another state, the motor keeps its
+/// position when it stands. It brakes from 500 with an acceleration of 100, which takes a third of a second.
+#[test]
+fn a_homing_to_where_the_motor_is_is_ended_before_its_end() {
+    for (object, value) in [(0x6040, 31), (0x6040, 15), (0x6060, 3), (0x6040, 11), (0x6040, 7)] {
+        let settings = [(0x6098, 0, 35), (0x6083, 0, 100), (0x609A, 0, 100), (0x6085, 0, 100)];
+        let mut rig = ready(&stage(HOME, 0), &settings);
+        let difference = rotor(&rig) - i64::from(rig.read(0x6064, 0));
+        rig.set(0x60FF, 0, 500);
+        rig.set(0x6060, 0, 3);
+        rig.wait(500);
+        rig.set(0x6060, 0, 6);
+        rig.set(0x60FF, 0, 0);
+        rig.wait(50);
+        rig.set(0x6040, 0, 31);
+        assert_eq!(bits(&mut rig, ENDED | FOUND), 0);
+        rig.wait(50);
+        rig.set(object, 0, value);
+        rig.wait(1000);
+        rig.set(0x6060, 0, 6);
+        rig.wait(5);
+        let case = format!("{object:X}h = {value}");
+        if value == 31 {
+            assert_eq!((bits(&mut rig, ENDED | FOUND), rig.read(0x6064, 0)), (ENDED | FOUND, 0), "{case}");
+        } else {
+            assert_eq!(bits(&mut rig, ENDED | FOUND), ENDED, "{case}");
+            let differs = rotor(&rig) - i64::from(rig.read(0x6064, 0)) - difference;
+            assert!(rotor(&rig) > 1000 && differs.abs() <= COUNT, "{case}: {} and {differs}", rotor(&rig));
         }
     }
 }

@@ -5,6 +5,7 @@ mod current;
 mod moves;
 mod plans;
 mod search;
+mod tmc5160;
 
 use crate::common::{Bench, OK};
 use hal_sim::board::Chip;

@@ -183,3 +183,17 @@ fn velocity_mode_disarms_the_event() {
         assert_eq!(bench.rotor(), 30_000);
     }
 }
+
+/// A move that a rotation has ended is none any more: the switch that stops the motor is not the end of a move.
+#[test]
+fn a_move_that_a_rotation_has_ended_is_not_cut_short() {
+    for ends in ["ROR 0, 500", "SAP 138, 0, 2", "MST 0"] {
+        let mut bench = Bench::new();
+        bench.configure(&["SAP 12, 0, 0", "MVP ABS, 0, 100000"]);
+        bench.run(200 * MILLISECOND);
+        bench.tell(ends);
+        bench.control("press right");
+        bench.poll(10 * SETTLED);
+        assert!(bench.speed() == 0 && bench.rotor() < 90_000 && !bench.cut_short(), "{ends}");
+    }
+}

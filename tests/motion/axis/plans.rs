@@ -196,6 +196,30 @@ fn an_axis_watches_a_right_switch_of_another_polarity() {
     }
 }
 
+/// On the closed switch not even one microstep is made, by a move as well as by the slowest rotation, whichever reading comes
+/// first.
+#[test]
+fn a_watched_switch_lets_a_motor_make_no_microstep() {
+    let world = "[stage]\nright = 9000\nnormally_closed = [\"right\"]\n[motor]\nstart = 9100\n";
+    for (rotates, polls) in [false, true].into_iter().flat_map(|rotates| (1..9).map(move |polls| (rotates, polls))) {
+        let mut bare = Bare::in_world(world);
+        bare.device.axis(0).unwrap().watch_right_switch(Some(false));
+        bare.set(12, 0);
+        for _ in 0..polls {
+            bare.poll();
+        }
+        let rotor = bare.rotor();
+        bare.tell(|axis, now| if rotates { axis.rotate(now, 1) } else { axis.move_to(now, 1) });
+        let told = bare.poll();
+        let case = format!("rotates: {rotates}, after {polls} polls");
+        assert_eq!((told.cut_short, bare.get(P::TargetSpeed), bare.get(P::RampMode)), (!rotates, 0, 2), "{case}");
+        for _ in 0..200 {
+            bare.poll();
+        }
+        assert_eq!((bare.rotor(), bare.speed()), (rotor, 0), "{case}");
+    }
+}
+
 /// A motor that runs into the switch while it turns round is stopped there, and goes on to where it was sent.
 #[test]
 fn a_motor_that_turns_round_at_a_watched_switch_goes_back() {

@@ -8,6 +8,7 @@ use hal_sim::world::config::WorldConfig;
 use tmcm::module::Source;
 use tmcm::tmcl::{Command, Opcode, text};
 use tmcm::vm::ErrorFlag;
+use tmcm_sim::VirtualModule;
 
 /// The leg under way, as RFS STATUS tells, without waiting for the reply.
 fn leg(bench: &mut Bench) -> i32 {
@@ -90,6 +91,103 @@ fn a_switch_is_looked_for_up_to_the_limit() {
     bench.control("release left");
     polls_until_next_leg(&mut bench);
     assert_eq!(leg(&mut bench), 3);
+}
+
+/// Between the stop switches at 9000 to either side and with the home switch from 2000 to 5000, a search by `mode` whose slow
+/// legs go at an internal speed of 500. The motor needs 33 ms to come to a stand from that, in which it makes some 250
+/// microsteps.
+fn in_slow_leg(mode: i32, number: i32) -> Bench {
+    let stage = "[stage]\nleft = -9000\nleft_width = 3000\nright = 9000\nright_width = 3000\nhome = [2000, 5000]\n";
+    let mut bench = Bench::in_world(stage);
+    bench.configure(&["SAP 195, 0, 500", &format!("SAP 193, 0, {mode}"), "RFS START, 0"]);
+    while leg(&mut bench) != number {
+        polls_until_next_leg(&mut bench);
+    }
+    bench
+}
+
+/// A contact that closes and opens again while the motor is on its way back to the edge that it has left is not the far side
+/// of the switch: the leg that crosses the switch goes on, and the zero point is the middle of the switch. The home switch is
+/// sampled once in a millisecond, in which the motor makes 15 microsteps.
+#[test]
+fn a_contact_before_the_first_edge_does_not_end_the_crossing() {
+    for (mode, switch, middle, off) in [(4, "left", -10_500, 2), (68, "right", 10_500, 2), (6, "home", 3_500, 8)] {
+        let mut bench = in_slow_leg(mode, 3);
+        for (open, closed) in [(4, 3), (4, 3)] {
+            bench.poll(open);
+            bench.control(&format!("press {switch}"));
+            bench.poll(closed);
+            bench.control(&format!("release {switch}"));
+        }
+        bench.run_until(5 * SECOND, |bench| leg(bench) == 0);
+        let differs = (bench.rotor() - middle).abs();
+        assert!(differs <= off && !bench.cut_short(), "mode {mode}: {}", bench.rotor());
+    }
+}
+
+/// On the way to the zero point the stop switch before the motor ends the search, which has failed then; the one behind it
+/// does not, nor does the one that is searched for. The motor comes from the far side of the switch; the search in mode 5
+/// has turned round at the left end before.
+#[test]
+fn the_stop_switch_before_the_motor_ends_the_way_to_the_zero_point() {
+    for (mode, middle, before, behind) in [
+        (4, -10_500, "right", "left"),
+        (68, 10_500, "left", "right"),
+        (6, 3_500, "left", "right"),
+        (5, 3_500, "left", "right"),
+    ] {
+        for (switch, ends) in [(before, true), (behind, false)] {
+            let mut bench = in_slow_leg(mode, 4);
+            bench.poll(20);
+            bench.control(&format!("press {switch}"));
+            let polls = polls_until_next_leg(&mut bench);
+            let differs = (bench.rotor() - middle).abs();
+            let case = format!("mode {mode}, {switch}: {polls} polls, {differs} microsteps off");
+            assert_eq!((leg(&mut bench), bench.cut_short()), (0, ends), "{case}");
+            assert!(if ends { polls < 60 && differs > 1000 } else { polls > 60 && differs <= 8 }, "{case}");
+        }
+    }
+}
+
+/// In the modes that find the other end first it is the leg that finds the switch which begins again: no other.
+#[test]
+fn a_switch_that_was_a_glitch_is_looked_for_by_the_same_leg() {
+    for (mode, switch, other) in [(2, "left", "right"), (3, "left", "right"), (66, "right", "left")] {
+        let mut bench = Bench::new();
+        bench.configure(&["SAP 195, 0, 500", &format!("SAP 193, 0, {mode}"), "RFS START, 0"]);
+        let until = |bench: &mut Bench, number: i32| bench.run_until(SECOND, |bench| leg(bench) == number);
+        until(&mut bench, 2);
+        bench.poll(100);
+        bench.control(&format!("press {other}"));
+        until(&mut bench, 3);
+        bench.control(&format!("release {other}"));
+        bench.poll(100);
+        bench.control(&format!("press {switch}"));
+        bench.poll(2);
+        bench.control(&format!("release {switch}"));
+        until(&mut bench, 4);
+        polls_until_next_leg(&mut bench);
+        assert_eq!(leg(&mut bench), 3, "mode {mode}");
+    }
+}
+
+/// A module that leaves polls out while nothing happens does not leave those out in which a search looks where the motor is.
+/// Without the filter of stallGuard2 a whole measurement of the load, before which no polls are left out, takes two full steps.
+#[test]
+fn a_switch_is_looked_for_up_to_the_limit_whatever_polls_are_left_out() {
+    let mut bench = begun(&["SAP 195, 0, 10", "SAP 173, 0, 0"]);
+    bench.control("press left");
+    bench.run(MILLISECOND);
+    bench.control("release left");
+    bench.run_until(SECOND, |bench| leg(bench) == 2);
+    let (stood, now) = (bench.rotor(), bench.module.now());
+    bench.module.board().borrow_mut().change_world(|world| world.axis_mut(0).start_trace(0, now));
+    bench.run(9 * SECOND);
+    let trace = bench.module.board().borrow_mut().change_world(|world| world.axis_mut(0).take_trace()).unwrap();
+    let furthest = trace.samples().iter().map(|sample| sample.rotor).max().unwrap();
+    // Four full steps further than it was seen, and the way in which the motor stood behind that.
+    assert!((4 * 256..6 * 256).contains(&(furthest - stood)), "{furthest} from {stood}");
+    assert_eq!(leg(&mut bench), 1);
 }
 
 /// The tolerance of parameter 141 does not count in a search: the chip stops the motor where the switch closes.
