@@ -348,13 +348,13 @@ def lost_page(options, folder):
     simulator, bus, node = start()
     wait_for("FAULT", lambda: node.check_statusword() & 0x6F == 0x08)
     equal("error code", node.sdo[0x603F].raw, 0x6310)
-    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = 1
+    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = BaseNode402.TIMEOUT_SWITCH_STATE_SINGLE = 1
     try:
         node.reset_from_fault()
         check("the fault stays", False, node.state)
     except RuntimeError:
         equal("the fault stays", node.state, "FAULT")
-    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = PATIENCE
+    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = BaseNode402.TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE
     node.controlword = 0
     for index in range(0x2000, 0x20B0):
         known = node.object_dictionary.get(index)
