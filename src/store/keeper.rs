@@ -3,7 +3,7 @@
 
 use embedded_hal::spi::SpiDevice;
 
-use super::memory::LONGEST_PAGE;
+use super::memory::{LONGEST_PAGE, Storing};
 use super::page::Job;
 use super::{LoadReport, Memory, Store};
 use crate::chip::at25::At25;
@@ -11,6 +11,9 @@ use crate::units::Micros;
 
 /// The datasheet allows 5 ms for a page write; an EEPROM that is busy for four times as long counts as dead.
 const PATIENCE: Micros = Micros::from_millis(20);
+
+/// What an erased byte reads, and one that no part drives.
+const ERASED: u8 = 0xFF;
 
 /// The EEPROM, with at most one page being written.
 #[derive(Debug)]
@@ -32,11 +35,19 @@ impl<SPI: SpiDevice> Keeper<SPI> {
     /// the EEPROM does not answer, factory defaults apply and all writes fail until the next restart.
     pub fn load<M: Memory>(&mut self, store: &mut Store<M>) -> LoadReport {
         let loaded = match self.part.settle() {
-            Ok(true) => store.load(|address, page| self.part.read(address, page)).ok(),
+            Ok(true) => store.load(|address, page| self.read::<M>(address, page)).ok(),
             Ok(false) | Err(_) => None,
         };
         self.readable = loaded.is_some();
         loaded.unwrap_or_else(|| store.unreachable())
+    }
+
+    /// Reads a page. Where an erased page stands for defaults that must not come into force by mistake, an EEPROM that has
+    /// fallen silent is told from an erased page: it has no status.
+    fn read<M: Memory>(&mut self, address: u16, page: &mut [u8]) -> Result<(), ()> {
+        self.part.read(address, page).map_err(drop)?;
+        let doubtful = matches!(M::LAYOUT.storing, Storing::Epochs { .. }) && page.iter().all(|byte| *byte == ERASED);
+        if doubtful && !matches!(self.part.busy(), Ok(false)) { Err(()) } else { Ok(()) }
     }
 
     /// Checks on the page being written, or starts to write the one that `next` gives; to be called about once a

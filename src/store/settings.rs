@@ -99,7 +99,9 @@ impl<M: Memory> Settings<M> {
         let (mut lost, mut foreign, mut bad) = (false, false, 0);
         // Until it is known which copy of each page counts, `durable` holds the first copies and `wanted` the second
         // ones: there is no RAM for a third array.
-        for (index, pair) in self.pairs.as_mut().iter_mut().enumerate() {
+        // Of pages that are stored together those behind the last one in use are never written.
+        let read_pages = if Self::TWICE { Self::USED } else { M::Pairs::LENGTH };
+        for (index, pair) in self.pairs.as_mut().iter_mut().enumerate().take(read_pages) {
             let first = self.durable.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let second = self.wanted.as_mut().get_mut(Self::slots(index)).unwrap_or_default();
             let (mut formatted, mut heads) = (false, [None; 2]);

@@ -184,3 +184,58 @@ fn an_eeprom_that_is_busy_at_power_on() {
         assert_eq!((rig.starts, rig.node.address(), rig.frames()), (starts, Some(NINE), vec![(0x709, vec![0])]));
     }
 }
+
+/// An EEPROM that falls silent at any byte while it is read at the start, for good or for a while: its bytes read as erased ones
+/// then. The node has its own number, or none, and never another one.
+#[test]
+fn an_eeprom_that_falls_silent_while_it_is_read() {
+    let eeprom = saved();
+    let mut seen = [0, 0];
+    for lasts in [1, 10, 100, 1_000, u64::MAX] {
+        for byte in (0..2_000).step_by(3) {
+            let shared = board(&eeprom, true);
+            shared.borrow_mut().at25_mut().fall_silent(byte, lasts);
+            let mut rig = Rig::on(&shared, false);
+            rig.wait(3);
+            let address = rig.node.address();
+            assert!(address.is_none_or(|address| address == NINE), "silent from {byte}, for {lasts}: {address:?}");
+            seen[usize::from(address.is_some())] += 1;
+            assert!(rig.frames().iter().all(|(id, _)| id & 0x7F == 9), "silent from {byte}, for {lasts}");
+        }
+    }
+    assert!(seen.iter().all(|times| *times > 100), "{seen:?}");
+}
+
+/// Two nodes of one number on a bus, which a master cannot tell apart: each answers, and neither takes the other's boot-up,
+/// replies, PDOs, heartbeats and emergencies for something that is meant for it.
+#[test]
+fn two_nodes_of_one_number() {
+    let mut nodes = [Rig::operational(), Rig::operational()];
+    for rig in &mut nodes {
+        rig.set(0x1016, 1, 0x0001_0064);
+        rig.set(0x1017, 0, 20);
+        rig.set(0x2005, 0, 3);
+        rig.enable();
+        rig.frames();
+    }
+    for round in 0..50 {
+        for (from, to) in [(0, 1), (1, 0)] {
+            if round % 5 == 0 {
+                nodes[from].send(0x601, &[0x40, 0x41, 0x60, 0, 0, 0, 0, 0]);
+                nodes[from].send(0x80, &[]);
+                nodes[from].send(0x201, &[0x0F]);
+            }
+            for (id, data) in nodes[from].frames() {
+                nodes[to].send(id, &data);
+            }
+            nodes[from].wait(10);
+        }
+    }
+    for rig in &mut nodes {
+        rig.frames();
+        assert_eq!(
+            (rig.node.address(), rig.drive_state()),
+            (Some(Address::DEFAULT), crate::driving::OPERATION_ENABLED)
+        );
+    }
+}

@@ -7,13 +7,15 @@ Starts `tmcl sim --firmware canopen` itself, on a stage with limit switches and 
 Ends with "N passed, M failed", and with exit code 1 if anything failed.
 """
 
+import contextlib
 import logging
 import tempfile
 from pathlib import Path
 
 from canopen.profiles.p402 import BaseNode402, State402
+from canopen.sdo import SdoAbortedError
 from canopen_bus import Bus, emergency, reboot
-from virtual_module import Simulator, check, command_line, conclude, equal, wait_for
+from virtual_module import PATIENCE, Simulator, check, command_line, conclude, equal, wait_for
 
 # Positions are in 1/256 full steps, which are microsteps here. The switches are closed at their places.
 LEFT, RIGHT, HOME = -30_000, 560_000, (-2_560, 2_560)
@@ -246,7 +248,7 @@ def faults(bus, node):
     until("it turns", node, MOVES, MOVES)
     bus.simulator.control("supply 7")
     wait_for("FAULT", node.is_faulted)
-    emergency("under-voltage", node, 0xFF00, 0xA5, 0, 0)
+    emergency("under-voltage", node, 0xFF00, 0x25, 0, 0)
     equal("bridges in FAULT", world(bus, "bridges_on"), False)
     # The cause is still there.
     node.controlword = 0x80
@@ -278,6 +280,97 @@ def faults(bus, node):
     enter(bus, node, "SWITCH ON DISABLED")
 
 
+def master_lost(bus, node):
+    """A master that was silent and is heard again: the library resets the fault."""
+    node.sdo[0x1029][1].raw = 1
+    # Node 100, a minute: the computer may be slow. The module's own minute goes faster.
+    node.sdo[0x1016][1].raw = 100 << 16 | 60_000
+    enter(bus, node, "OPERATION ENABLED")
+    bus.network.send_message(0x764, [5])
+    bus.simulator.control("pause")
+    bus.simulator.control("step 61 s")
+    bus.simulator.control("resume")
+    wait_for("FAULT", node.is_faulted)
+    emergency("heartbeat lost", node, 0x8130, 0x11, 0, 255)
+    bus.network.send_message(0x764, [5])
+    node.reset_from_fault()
+    equal("state after the reset", node.state, "OPERATION ENABLED")
+    emergency("fault reset", node, 0x0000, 0, 0, 0)
+    node.sdo[0x1016][1].raw = 0
+    enter(bus, node, "SWITCH ON DISABLED")
+
+
+def following_error(bus, node):
+    """A following error, which only a board with an encoder has: the library resets the fault."""
+    try:
+        node.sdo[0x6065].raw = 2_000
+    except SdoAbortedError:
+        return
+    enter(bus, node, "OPERATION ENABLED")
+    bus.simulator.control("slip 12")
+    wait_for("FAULT", node.is_faulted)
+    emergency("following error", node, 0x8611, 0x21, 0, 0)
+    node.reset_from_fault()
+    equal("state after the reset", node.state, "OPERATION ENABLED")
+    emergency("fault reset", node, 0x0000, 0, 0, 0)
+    equal("the following error", node.sdo[0x60F4].raw, 0)
+    enter(bus, node, "SWITCH ON DISABLED")
+
+
+def lost_page(options, folder):
+    """A page of the settings that is gone: the library cannot reset that fault before the list of objects is downloaded."""
+    eeprom = Path(folder) / "module.eeprom"
+    links = ("--firmware", "canopen", "--slcan-tcp", "127.0.0.1:0", "--eeprom", str(eeprom))
+
+    def start():
+        simulator = Simulator(options.binary, *links, image=options.image)
+        bus = Bus(simulator)
+        node = bus.node(1, BaseNode402)
+        reboot(node, "RESET")
+        for communication in (0x1800, 0x1801):
+            node.sdo[communication][5].raw = 50
+        node.setup_402_state_machine()
+        node.nmt.state = "OPERATIONAL"
+        return simulator, bus, node
+
+    simulator, bus, node = start()
+    node.sdo[0x2003].raw = 40
+    node.sdo[0x1010][1].raw = int.from_bytes(b"save", "little")
+    simulator.let_pass(0.2)
+    bus.network.disconnect()
+    simulator.end()
+    contents = bytearray(eeprom.read_bytes())
+    # Both copies of the sixth page of the settings: objects from 2000h on.
+    for copy in (10, 11):
+        contents[-2048 + 64 * copy + 20] ^= 1
+    eeprom.write_bytes(contents)
+
+    simulator, bus, node = start()
+    wait_for("FAULT", lambda: node.check_statusword() & 0x6F == 0x08)
+    equal("error code", node.sdo[0x603F].raw, 0x6310)
+    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = BaseNode402.TIMEOUT_SWITCH_STATE_SINGLE = 1
+    try:
+        node.reset_from_fault()
+        check("the fault stays", False, node.state)
+    except RuntimeError:
+        equal("the fault stays", node.state, "FAULT")
+    BaseNode402.TIMEOUT_SWITCH_STATE_FINAL = BaseNode402.TIMEOUT_SWITCH_STATE_SINGLE = PATIENCE
+    node.controlword = 0
+    for index in range(0x2000, 0x20B0):
+        known = node.object_dictionary.get(index)
+        for entry in getattr(known, "subindices", {0: known}) if known else ():
+            variable = node.sdo[index][entry] if hasattr(known, "subindices") else node.sdo[index]
+            if variable.od.writable:
+                # Those that are not lost may be refused in FAULT.
+                with contextlib.suppress(SdoAbortedError):
+                    variable.raw = 40 if index == 0x2003 else variable.raw
+    node.reset_from_fault()
+    equal("state after the list was downloaded", node.state, "OPERATION ENABLED")
+    node.state = "SWITCH ON DISABLED"
+    bus.network.disconnect()
+    simulator.end()
+
+
 class Warnings(logging.Handler):
     """What the library has warned of. It does not raise when a mode does not change in time."""
 
@@ -301,7 +394,7 @@ def main():
         try:
             bus = Bus(simulator)
             node = bus.node(1, BaseNode402)
-            for part in (setting_up, states, modes, homing, position, velocities, faults):
+            for part in (setting_up, states, modes, homing, position, velocities, faults, master_lost, following_error):
                 print(f"{part.__doc__}", flush=True)
                 try:
                     part(bus, node)
@@ -311,6 +404,8 @@ def main():
             bus.network.disconnect()
         finally:
             simulator.end()
+        print(f"{lost_page.__doc__}", flush=True)
+        lost_page(options, folder)
     conclude()
 
 

@@ -11,6 +11,7 @@
 //! at random but reproducibly, because the part erases and programs a page as a whole.
 
 use core::fmt;
+use core::ops::Range;
 
 use super::SpiSlave;
 use crate::clock::{MILLISECOND, Nanos};
@@ -91,6 +92,9 @@ pub struct At25 {
     transfer: Transfer,
     programming: Option<(Nanos, Programming)>,
     answering: bool,
+    /// Bytes that have come so far, and those among them that the part neither hears nor answers.
+    bytes: u64,
+    silence: Range<u64>,
     backing: Option<Box<dyn Backing>>,
     random: Random,
 }
@@ -107,6 +111,8 @@ impl At25 {
             transfer: Transfer::Idle,
             programming: None,
             answering: true,
+            bytes: 0,
+            silence: 0..0,
             backing: None,
             random: Random::new(seed),
         }
@@ -197,6 +203,12 @@ impl At25 {
         self.answering = answering;
     }
 
+    /// Fault injection: after so many bytes from now on the part falls silent, for so many bytes.
+    pub fn fall_silent(&mut self, after: u64, bytes: u64) {
+        let from = self.bytes.saturating_add(after);
+        self.silence = from..from.saturating_add(bytes);
+    }
+
     /// Fault injection: the part is busy until a time, as with a write that takes too long, and changes nothing.
     pub fn keep_busy(&mut self, until: Nanos) {
         self.programming = Some((until, Programming::Status(self.stored_status)));
@@ -270,6 +282,11 @@ impl SpiSlave for At25 {
     fn byte(&mut self, mosi: u8) -> u8 {
         let mut miso = ERASED;
         let transfer = core::mem::replace(&mut self.transfer, Transfer::Ignored);
+        let at = self.bytes;
+        self.bytes += 1;
+        if self.silence.contains(&at) {
+            return ERASED;
+        }
         self.transfer = match transfer {
             Transfer::Opcode => self.begin(mosi),
             Transfer::ReadStatus => {
