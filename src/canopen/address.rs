@@ -21,10 +21,12 @@ impl Address {
         [word, sum(word)]
     }
 
-    /// The address that two words keep; `None` if their check sum is wrong, as it is after power-on.
+    /// The address that two words keep; `None` if their check sum is wrong, as it is after power-on, or there is no such
+    /// address: the check sum of 32 ones are 32 ones.
     pub fn from_kept([word, check]: [u32; 2]) -> Option<Self> {
-        let [node, low, high, _] = word.to_le_bytes();
-        (sum(word) == check).then_some(Address { node, bit_rate: u16::from_le_bytes([low, high]) })
+        let [node, low, high, rest] = word.to_le_bytes();
+        let valid = sum(word) == check && (1..=127).contains(&node) && rest == 0;
+        valid.then_some(Address { node, bit_rate: u16::from_le_bytes([low, high]) })
     }
 }
 

@@ -7,13 +7,11 @@ use core::task::Poll;
 use super::abort::Abort;
 use super::address::Address;
 use super::emcy::Emergency;
-use super::lost::Lost;
 use super::object::{Entry, Object, ROWS};
 use super::row::{Row, Storage};
 use super::values::entries;
 use super::{Node, cob, map};
 use crate::device::Board;
-use crate::module;
 use crate::store::{FIRST_SLOT, Finished, Layout, Memory, Need, Pair, Store, Storing};
 
 /// The TMCM-1140 with the CANopen firmware, as a type: what its EEPROM, an AT25128, is used for.
@@ -22,6 +20,8 @@ pub struct Tmcm1140;
 
 /// The slot for the number of pages that are stored together, and for what follows the erasure of a program: there is none.
 const UNUSED: usize = FIRST_SLOT;
+/// The name of the layout of the TMCL firmware, which a test compares with that firmware's.
+const OF_TMCL: &[u8] = b"tmcm settings 2";
 /// Number of slots in use.
 pub(super) const SLOTS: usize = 123;
 
@@ -33,7 +33,7 @@ impl Memory for Tmcm1140 {
         defaults: const { &defaults() },
         after_erasing: UNUSED,
         other: 16,
-        storing: Storing::Epochs { pages: UNUSED, other: module::Tmcm1140::LAYOUT.tag },
+        storing: Storing::Epochs { pages: UNUSED, other: OF_TMCL },
     };
     type Program = [u8; 0];
     type Values = [i32; 224];
@@ -193,7 +193,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             self.server.conclude(Ok(()));
             // What was lost has been replaced.
             if self.device.store().lost() == 0 {
-                self.lost = Lost::default();
+                self.lost = Default::default();
             }
         }
     }

@@ -10,6 +10,8 @@
 //! At the start the newest epoch of the first page counts. It says how many pages belong to it, and each of them is there,
 //! once or twice. What is there once is written a second time.
 
+use super::copies::bit;
+
 /// What is done next. Of two copies it is always the one that is written that is not in force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -103,7 +105,7 @@ impl Epochs {
 
     /// The step under way is done with this page, or could not be: then all of its kind are given up. Returns which it was.
     pub(super) const fn finish(&mut self, page: usize, done: bool) -> Step {
-        let (step, others) = (self.under_way, !super::settings::bit(page));
+        let (step, others) = (self.under_way, !bit(page));
         self.under_way = Step::None;
         match step {
             Step::Found if done => self.founded = true,

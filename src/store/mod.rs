@@ -19,6 +19,7 @@
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
+mod copies;
 mod epochs;
 mod keeper;
 mod memory;

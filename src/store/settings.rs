@@ -4,6 +4,7 @@
 use core::ops::Range;
 
 use super::LoadReport;
+use super::copies::{address, bit, is_other, second_is_newer};
 use super::epochs::{Epochs, Step};
 use super::memory::{Array, FRAME, LONGEST_PAGE, Memory, Pair, Storing};
 use super::page::{self, Job};
@@ -481,21 +482,6 @@ impl<M: Memory> Settings<M> {
     }
 }
 
-/// Whether the second of two copies is newer than the first, by their epochs and sequence numbers; a copy that is `None` is
-/// older than any.
-fn second_is_newer(copies: [Option<(u16, u8)>; 2]) -> bool {
-    match copies {
-        [Some((epoch, one)), Some((other_epoch, other))] if epoch == other_epoch => page::follows(other, one),
-        [Some((one, _)), Some((other, _))] => page::newer(other, one),
-        [one, other] => one.is_none() && other.is_some(),
-    }
-}
-
-/// True if this is a page of the other firmware.
-fn is_other<M: Memory>(index: usize, image: &[u8]) -> bool {
-    matches!(M::LAYOUT.storing, Storing::Epochs { other, .. } if page::decode(other, index, image, &mut []).is_some())
-}
-
 /// The values of a page.
 fn page_of<M: Memory>(values: &M::Values, page: usize) -> Option<&[i32]> {
     values.as_ref().get(Settings::<M>::slots(page))
@@ -511,16 +497,4 @@ fn set_defaults<M: Memory>(values: &mut [i32], first: usize) {
     values.fill(0);
     let defaults = M::LAYOUT.defaults.get(first..).unwrap_or_default();
     values.iter_mut().zip(defaults).for_each(|(value, default)| *value = *default);
-}
-
-/// Address in the EEPROM of a page's first or second copy. The settings pages fill the EEPROM to its end.
-fn address<M: Memory>(page: usize, second: bool) -> u16 {
-    let area = M::Pairs::LENGTH.saturating_mul(2).saturating_mul(M::PAGE);
-    let copy = page.saturating_mul(2).saturating_add(second.into());
-    M::SIZE.saturating_sub(area).saturating_add(copy.saturating_mul(M::PAGE)) as u16
-}
-
-/// The bit of a page in a set of them.
-pub(super) const fn bit(page: usize) -> u64 {
-    1_u64.unbounded_shl(page as u32)
 }
