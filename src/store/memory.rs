@@ -80,7 +80,7 @@ pub enum Storing {
     /// Each page by itself, as soon as one of its values has changed: a value that is stored is durable after one write.
     Pages,
     /// All pages in use together, in an epoch of their own that is in force with its last write, so that a power cut leaves
-    /// all the old values or all the new ones. See [`epochs`](super::epochs).
+    /// all the old values or all the new ones.
     Epochs {
         /// The slot for the number of pages that belong to the epoch. In it is 0 as long as nothing has been stored so.
         pages: usize,
