@@ -37,6 +37,7 @@ pub(crate) fn all() {
     chips::chips();
     motion::motion();
     state::store();
+    state::epochs();
     state::machine();
     module::port();
     module::module::<Tmcm1140, TMCM_1140_AXES>();

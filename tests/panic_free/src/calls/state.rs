@@ -45,6 +45,22 @@ pub(super) fn store() {
     any(store.unreachable());
 }
 
+/// A store that makes all its pages durable together.
+#[inline(never)]
+pub(super) fn epochs() {
+    let mut store = Store::<tmcm::canopen::Tmcm1140>::new();
+    any(&mut store);
+    let mut keeper = Keeper::new(At25::new(Chip));
+    any(keeper.load(&mut store));
+    any((store.lost(), store.is_worn(), store.is_storing(), Store::<tmcm::canopen::Tmcm1140>::page_of(any(0))));
+    any(store.set(any(0), any(0)));
+    store.renew();
+    any(&mut store);
+    any(keeper.poll(now(), || store.next_job()));
+    any(store.finish(any(true)));
+    any(&mut store);
+}
+
 #[inline(never)]
 pub(super) fn machine() {
     let mut registers = any(Registers::default());
