@@ -283,6 +283,7 @@ def faults(bus, node):
 def master_lost(bus, node):
     """A master that was silent and is heard again: the library resets the fault."""
     node.sdo[0x1029][1].raw = 1
+    node.sdo[0x60FF].raw = 0
     # Node 100, a minute: the computer may be slow. The module's own minute goes faster.
     node.sdo[0x1016][1].raw = 100 << 16 | 60_000
     enter(bus, node, "OPERATION ENABLED")
