@@ -5,7 +5,8 @@ use core::ops::ControlFlow;
 use super::can_node::NodeLink;
 use super::ends::Ends;
 use super::firmware::Firmware;
-use super::{can, kept, now};
+use super::kept::Kept;
+use super::{can, now};
 use crate::can::{CanFrame, Frame, StandardId};
 use crate::canopen::{Address, BusState, Node, Overflow, Tmcm1140, usb};
 use crate::device::{Board, Inputs, Outputs, Parts};
@@ -15,6 +16,10 @@ use crate::units::Micros;
 
 /// The identifier of error control, without the node ID.
 const ERROR_CONTROL: u16 = 0x700;
+
+/// The address of the node, for a restart after which the EEPROM does not tell it.
+#[unsafe(link_section = ".uninit.address")]
+static ADDRESS: Kept<[u32; 2]> = Kept::new();
 
 /// A node of CANopen.
 #[repr(C)]
@@ -79,7 +84,8 @@ impl<T: Board<Product = Tmcm1140> + 'static> Canopen<T> {
     fn know(&mut self) -> Option<Address> {
         let address = self.node.address()?;
         self.unknown = false;
-        kept::write(address.to_kept());
+        // SAFETY: the owner of the firmware alone, and the start before it, use this.
+        unsafe { ADDRESS.write(address.to_kept()) };
         defmt::info!("CANopen node {=u8} at {=u16} kbit/s", address.node, address.bit_rate);
         Some(address)
     }
@@ -121,7 +127,8 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
     }
 
     fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<Tmcm1140>)) {
-        self.node.remember(Address::from_kept(kept::read()));
+        // SAFETY: as in `know`; and any bits are two words.
+        self.node.remember(Address::from_kept(unsafe { ADDRESS.read() }));
         self.node.start(now, load);
         if self.node.address().is_none() {
             defmt::error!("CANopen: the node ID is unknown; 137 over USB starts node 1 with defaults");

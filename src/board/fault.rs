@@ -5,8 +5,6 @@
 //! without any host being told. So it starts without its program, LED2 stays lit until the next good start, and the log
 //! says why.
 
-use core::cell::UnsafeCell;
-use core::mem::MaybeUninit;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,6 +12,7 @@ use cortex_m::asm;
 use cortex_m_rt::{ExceptionFrame, exception};
 use embassy_stm32::pac::RCC;
 
+use super::kept::Kept;
 use super::safe::{drivers_off, show_trouble};
 
 /// Why the firmware could not go on, kept in RAM through the restart.
@@ -37,14 +36,8 @@ const HARD_FAULT: u32 = 2;
 const INTERRUPT: u32 = 3;
 const CRYSTAL: u32 = 4;
 
-/// A note in memory that the start-up code does not initialise.
-struct Kept(UnsafeCell<MaybeUninit<Note>>);
-
-// SAFETY: the note is written with interrupts off, and read before they are on.
-unsafe impl Sync for Kept {}
-
 #[unsafe(link_section = ".uninit.fault")]
-static NOTE: Kept = Kept(UnsafeCell::new(MaybeUninit::uninit()));
+static NOTE: Kept<Note> = Kept::new();
 
 /// The longest name of a source file that is taken for valid, in bytes.
 const NAME: u32 = 120;
@@ -100,9 +93,9 @@ pub(super) fn report() -> bool {
     RCC.csr().modify(|w| w.set_rmvf(true));
     // SAFETY: no other code accesses the note now. Any bits are a `Note`, and its magic number and check sum say if it
     // is valid.
-    let note = unsafe { core::ptr::read_volatile(NOTE.0.get()).assume_init() };
+    let note = unsafe { NOTE.read() };
     // SAFETY: as above.
-    unsafe { core::ptr::write_volatile(NOTE.0.get(), MaybeUninit::new(Note { magic: 0, ..note })) };
+    unsafe { NOTE.write(Note { magic: 0, ..note }) };
     // At power-on the memory may contain anything, so a note counts only after a restart without power-on.
     let noted = note.magic == MAGIC && note.check == note.check() && !flags.porrstf();
     if noted {
@@ -145,7 +138,7 @@ fn note(kind: u32, details: [u32; 3]) {
     let mut note = Note { magic: MAGIC, kind, details, check: 0 };
     note.check = note.check();
     // SAFETY: interrupts are off, so no other code accesses the note.
-    unsafe { core::ptr::write_volatile(NOTE.0.get(), MaybeUninit::new(note)) };
+    unsafe { NOTE.write(note) };
 }
 
 /// Ends all tasks and interrupt handlers, and takes the current from the motor.

@@ -1,26 +1,36 @@
-//! Two words in RAM that survive a restart of the firmware, but not the loss of the supply. Only the node of CANopen has a use
-//! for them: its address.
+//! Memory that survives a restart of the firmware, but not the loss of the supply.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-struct Words(UnsafeCell<MaybeUninit<[u32; 2]>>);
+/// A value in such memory: to be a static in a section whose name begins with `.uninit`, which the start-up code does not
+/// initialise. At power-on it may be anything, so it needs a check sum of its own.
+pub(super) struct Kept<T>(UnsafeCell<MaybeUninit<T>>);
 
-// SAFETY: the words are read at the start, before interrupts are on, and written there and by the owner of the firmware.
-unsafe impl Sync for Words {}
+// SAFETY: those who call `read` and `write` see to it that no two of them do so at once.
+unsafe impl<T> Sync for Kept<T> {}
 
-// The start-up code does not initialise this section.
-#[unsafe(link_section = ".uninit.kept")]
-static WORDS: Words = Words(UnsafeCell::new(MaybeUninit::uninit()));
+impl<T: Copy> Kept<T> {
+    /// Whatever the memory holds.
+    pub(super) const fn new() -> Self {
+        Kept(UnsafeCell::new(MaybeUninit::uninit()))
+    }
 
-/// What was kept. At power-on the words may be anything: who has kept them sees that by a check sum.
-pub(super) fn read() -> [u32; 2] {
-    // SAFETY: nobody writes now, and any bits are two words.
-    unsafe { core::ptr::read_volatile(WORDS.0.get()).assume_init() }
-}
+    /// What the memory holds.
+    ///
+    /// # Safety
+    /// Nobody writes meanwhile, and any bits are a `T`.
+    pub(super) unsafe fn read(&self) -> T {
+        // SAFETY: the caller says so.
+        unsafe { core::ptr::read_volatile(self.0.get()).assume_init() }
+    }
 
-/// Keeps two words.
-pub(super) fn write(words: [u32; 2]) {
-    // SAFETY: nobody else accesses the words now.
-    unsafe { core::ptr::write_volatile(WORDS.0.get(), MaybeUninit::new(words)) };
+    /// Keeps a value.
+    ///
+    /// # Safety
+    /// Nobody else reads or writes meanwhile.
+    pub(super) unsafe fn write(&self, value: T) {
+        // SAFETY: the caller says so.
+        unsafe { core::ptr::write_volatile(self.0.get(), MaybeUninit::new(value)) };
+    }
 }

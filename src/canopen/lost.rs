@@ -20,8 +20,12 @@ pub(super) struct Lost {
 }
 
 impl Lost {
-    /// The objects of the pages that a store has lost; all of an EEPROM that does not answer.
+    /// The objects of the pages that a store has lost; all of an EEPROM that does not answer. None if all are being stored
+    /// anew, which at the start are the settings of the factory, that somebody has asked for.
     pub(super) fn of(store: &Store<Tmcm1140>) -> Self {
+        if store.is_storing() {
+            return Lost::default();
+        }
         let address = store.is_unreachable() || store.lost() & 1 != 0;
         let lost =
             |slot: &usize| address || store.lost() & 1_u64.unbounded_shl(Store::<Tmcm1140>::page_of(*slot) as u32) != 0;
@@ -34,8 +38,8 @@ impl Lost {
         Lost { slots, address }
     }
 
-    pub(super) const fn is_empty(self) -> bool {
-        matches!(self.slots, [0, 0, 0, 0])
+    pub(super) fn is_empty(self) -> bool {
+        self.slots.iter().all(|word| *word == 0)
     }
 
     /// An object has been written.

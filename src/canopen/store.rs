@@ -92,8 +92,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     }
 
     /// Restores the defaults of a group, which are in force after the next start; until then the values stay as they
-    /// are. Pending until they are durable. A power cut leaves all of the defaults or none where the group is all objects,
-    /// else those of some pages.
+    /// are. Pending until they are durable. A power cut leaves all of the defaults or none.
     pub(super) fn load_defaults(&mut self, group: Group) -> Poll<()> {
         let defaults = <Tmcm1140 as Memory>::LAYOUT.defaults;
         let store = self.device.store_mut();

@@ -4,7 +4,8 @@
 //! A setting is a 32-bit value with a number, its slot; a page of 64 bytes has room for 14 slots. Each settings page
 //! exists in two copies, which are written in turn, each with a sequence number and a CRC: when a write is cut short,
 //! the older copy remains. A factory reset takes effect with its first page write: that write begins a new epoch, and
-//! pages of older epochs no longer count.
+//! pages of older epochs no longer count. A layout may have all its pages stored together instead, each of them twice
+//! ([`Storing`]): `epochs.rs` tells how.
 //!
 //! An EEPROM may come from a sister or from the module's other firmware, whose settings have another [`Layout`]. The first
 //! store takes it over, beginning with the first page of either layout: where both copies of a layout's first page are

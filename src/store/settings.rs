@@ -272,7 +272,7 @@ impl<M: Memory> Settings<M> {
         let Some(wanted) = self.wanted.as_mut().get_mut(slot) else { return false };
         *wanted = value;
         self.mark(Self::page_of_slot(slot));
-        if Self::TOGETHER.is_none() && !self.settled() {
+        if !Self::TWICE && !self.settled() {
             self.format();
         }
         true
@@ -280,7 +280,7 @@ impl<M: Memory> Settings<M> {
 
     /// Sets all wanted values to factory defaults by beginning a new epoch.
     pub(super) fn reset(&mut self) {
-        if Self::TOGETHER.is_some() {
+        if Self::TWICE {
             set_defaults::<M>(self.wanted.as_mut(), 0);
             return self.renew();
         }
@@ -321,25 +321,17 @@ impl<M: Memory> Settings<M> {
         Self::TWICE && self.epochs.is_storing()
     }
 
-    /// Has all pages stored together, also if no value has changed.
+    /// Begins a store of all pages together, also if no value has changed.
     pub(super) fn renew(&mut self) {
-        if let Some(slot) = Self::TOGETHER {
-            self.begin(slot);
-        }
-    }
-
-    /// Begins a store of all pages together; `slot` is that for their number.
-    fn begin(&mut self, slot: usize) {
-        if let Some(number) = self.wanted.as_mut().get_mut(slot) {
-            *number = Self::USED as i32;
-        }
+        let Some(number) = Self::TOGETHER.and_then(|slot| self.wanted.as_mut().get_mut(slot)) else { return };
+        *number = Self::USED as i32;
         self.epochs.begin(bit(Self::USED).wrapping_sub(1));
     }
 
-    /// The next page of a store of all pages together, whose number is in `slot`.
-    fn next_together(&mut self, slot: usize) -> Option<Job> {
+    /// The next page of a store of all pages together.
+    fn next_together(&mut self) -> Option<Job> {
         if !self.is_storing() && self.dirty != 0 {
-            self.begin(slot);
+            self.renew();
         }
         let (step, page) = self.epochs.next(self.unreachable);
         let (epoch, values, repeats) = match step {
@@ -397,8 +389,8 @@ impl<M: Memory> Settings<M> {
         if self.in_flight.is_some() {
             return None;
         }
-        if let Some(slot) = Self::TOGETHER {
-            return self.next_together(slot);
+        if Self::TWICE {
+            return self.next_together();
         }
         if Self::BEYOND > 0 && self.clearing {
             return Some(self.clear());

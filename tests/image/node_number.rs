@@ -133,6 +133,30 @@ fn a_restart_keeps_the_number() {
     assert_silent(&mut rig);
 }
 
+/// The pads that bring back the factory settings say as well that the node may be node 1: with an EEPROM that is silent, and
+/// with one whose page with the number is bad.
+#[test]
+fn the_pads_tell_a_number() {
+    let mut flipped = saved();
+    for copy in 0..2 {
+        flipped[SETTINGS + copy * PAGE + 20] ^= 1;
+    }
+    for (eeprom, answers) in [(saved(), false), (flipped, true)] {
+        let mut rig = NodeHost::just_on("", Some(&eeprom));
+        rig.host.fault(Fault::Eeprom, !answers);
+        rig.host.machine.set_power(false);
+        rig.host.machine.wiring().connect_pads(true);
+        rig.host.machine.set_power(true);
+        rig.run(START);
+        assert_eq!(rig.frames(), [(0x701, vec![0])], "answers: {answers}");
+        assert_eq!(
+            (rig.read(0x2003, 0), rig.read(0x603F, 0), rig.status() & 0x6F),
+            (128, 0, 0x40),
+            "answers: {answers}"
+        );
+    }
+}
+
 /// The emergency that a node has sent at its start: its first five bytes.
 fn told(rig: &mut NodeHost) -> Vec<Vec<u8>> {
     rig.of(0x89).into_iter().map(|data| data[..5].to_vec()).collect()

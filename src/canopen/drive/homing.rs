@@ -29,6 +29,7 @@ use crate::motion::{Events, Leg, Pace, Plan, Side, Sought};
 const NO_HOMING: i32 = 0;
 /// The method that makes the present position the home position.
 const HERE: i32 = 35;
+
 /// The legs to an edge of a switch, and to the index behind it.
 const EDGE: &[Leg] = &[Leg::FIND, Leg::LEAVE];
 const EDGE_INDEX: &[Leg] = &[Leg::FIND, Leg::LEAVE, Leg::BACK_TO_INDEX];
