@@ -185,3 +185,22 @@ fn the_step_counter_counts_the_way_alone() {
     rig.wait(10);
     assert_eq!((rig.read(0x6064, 0), rig.read(0x210B, 1) - before), (0, way));
 }
+
+/// The home offset of a homing is that of its beginning: 2100h shows it, and the position is less than zero by it, though the
+/// object has another value when the home position is found.
+#[test]
+fn an_offset_that_is_written_meanwhile_is_for_the_next_homing() {
+    for method in [17, 19] {
+        let mut rig = ready(&stage(HOME, 0), &[(0x6098, 0, method), (0x607C, 0, 44)]);
+        rig.set(0x6040, 0, 31);
+        rig.wait(50);
+        assert_eq!((bits(&mut rig, ENDED | FOUND), rig.read(0x2100, 0)), (0, 0), "method {method}");
+        rig.set(0x607C, 0, 99);
+        while bits(&mut rig, ENDED) == 0 {
+            rig.wait(10);
+        }
+        assert_eq!((rig.read(0x6064, 0) as i32, rig.read(0x2100, 0)), (-44, 44), "method {method}");
+        assert!(home(&mut rig));
+        assert_eq!((rig.read(0x6064, 0) as i32, rig.read(0x2100, 0)), (-99, 99), "method {method}");
+    }
+}
