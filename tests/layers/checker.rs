@@ -49,14 +49,20 @@ fn finds_numbers_of_parameters() {
     assert!(numbers_of_parameters("from_parameter(40), a parameter, one of 5").is_empty());
 }
 
-/// The imports between the files of a crate, written as "file -> file".
-fn imports_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
+/// The folder with these files of a crate.
+fn written(name: &str, files: &[(&str, &str)]) -> PathBuf {
     let folder = fw::programs().unwrap().join("layers").join(name);
     for (path, text) in files {
         let path = folder.join(path);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }
+    folder
+}
+
+/// The imports between the files of a crate, written as "file -> file".
+fn imports_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
+    let folder = written(name, files);
     let imports = imports::Crate::read(&folder.join("lib.rs")).imports();
     let short = |path: &Path| path.strip_prefix(&folder).unwrap().display().to_string();
     let lines = imports.iter().flat_map(|(from, others)| others.keys().map(move |to| (from, to)));
@@ -129,6 +135,86 @@ fn finds_circles_and_nothing_else() {
     };
     let found: Vec<_> = circles::circles(&found).iter().map(pairs).collect();
     assert_eq!(found, [vec!["ab", "bc", "ca"], vec!["de", "ed"]]);
+}
+
+/// The types of a crate with their methods: "type: files", and the calls between these as "file -> file: methods".
+fn owners_of(name: &str, files: &[(&str, &str)]) -> Vec<String> {
+    let folder = written(name, files);
+    let short = |path: &Path| path.strip_prefix(&folder).unwrap().with_extension("").display().to_string();
+    let mut lines = Vec::new();
+    for (path, owner) in owners::owners(&folder.join("lib.rs")) {
+        let files: Vec<_> = owner.files().into_iter().map(short).collect();
+        lines.push(format!("{}: {}", path.join("::"), files.join(" ")));
+        let calls = owner.calls.iter().flat_map(|(from, others)| others.iter().map(move |to| (from, to)));
+        lines.extend(calls.map(|(from, (to, names))| format!("{} -> {}: {names}", short(from), short(to))));
+    }
+    lines
+}
+
+#[test]
+fn finds_calls_of_own_methods_both_ways() {
+    let files = [
+        ("lib.rs", "mod a; mod b; pub struct Node<T>(T);"),
+        (
+            "a.rs",
+            "use crate::Node; impl<T> Node<T> { fn a(&self) { self.b() } fn d(&self) { if self.0 { (&*self).b() } } }",
+        ),
+        ("b.rs", "impl<T> super::Node<T> { fn b(&self) { Self::a(self); matches!(self.d(), 1); } }"),
+    ];
+    assert_eq!(owners_of("both", &files), ["Node: a b", "a -> b: b", "b -> a: a, d"]);
+    let owners = owners::owners(&written("both", &files).join("lib.rs"));
+    let circles = circles::circles(&owners[&vec!["Node".to_owned()]].calls);
+    assert_eq!(circles.iter().map(|circle| circles::files(circle).len()).collect::<Vec<_>>(), [2]);
+}
+
+#[test]
+fn a_function_that_changes_a_type_is_a_method() {
+    let files = [
+        ("lib.rs", "mod a; mod b; mod c;"),
+        (
+            "a.rs",
+            "pub struct Node; impl Node { pub fn a(&mut self) { let own = self; crate::b::change(own); own.d() } }",
+        ),
+        (
+            "b.rs",
+            "use crate::a::Node; pub fn change(node: &mut Node) { node.a(); } pub fn look(node: &Node) { node.a() }",
+        ),
+        ("c.rs", "use crate::a::Node as It; impl It { fn d(&self) { each(|one: &Self| one.a(), Self::a) } }"),
+    ];
+    assert_eq!(owners_of("free", &files), ["a::Node: a b c", "a -> b: change", "a -> c: d", "b -> a: a", "c -> a: a"]);
+}
+
+#[test]
+fn types_of_one_name_are_told_apart() {
+    let files = [
+        ("lib.rs", "mod a; mod b; mod c; pub use b::*;"),
+        ("a.rs", "mod more; pub struct Node; impl Node { fn a(&self) { self.c() } }"),
+        ("a/more.rs", "use super::Node; impl Node { fn more(&self) { self.a() } }"),
+        (
+            "b.rs",
+            "pub struct Node; impl Node { fn b(&self) { self.c() } } mod inner { pub struct Node; impl Node { fn i(&self) {} } }",
+        ),
+        ("c.rs", "use crate::Node; impl Node { fn c(&self) {} }"),
+    ];
+    let found = ["a::Node: a/more a", "a/more -> a: a", "b::Node: b c", "b -> c: c", "b::inner::Node: b"];
+    assert_eq!(owners_of("names", &files), found);
+}
+
+#[test]
+fn tests_and_traits_do_not_count() {
+    let files = [
+        (
+            "lib.rs",
+            "mod a; mod b; #[cfg(test)] mod tests; pub struct Node; impl Node { fn own(&self) { self.a(); x.b() } }",
+        ),
+        (
+            "a.rs",
+            "use crate::Node; impl Clone for Node { fn a(&self) { self.own() } } fn f<T: Do>(_: &mut T, _: &Node) {}",
+        ),
+        ("b.rs", "#[cfg(test)] mod tests { use crate::Node; impl Node { fn b(&self) { self.own() } } }"),
+        ("tests.rs", "use crate::Node; impl Node { fn a(&self) { self.own() } }"),
+    ];
+    assert_eq!(owners_of("apart", &files), ["Node: lib"]);
 }
 
 #[test]

@@ -38,3 +38,8 @@ pub(crate) fn circles(imports: &Imports) -> Vec<Vec<(&Path, &Path, &str)>> {
     }
     circles
 }
+
+/// The files of a circle.
+pub(crate) fn files<'a>(circle: &[(&'a Path, &'a Path, &str)]) -> BTreeSet<&'a Path> {
+    circle.iter().map(|(from, ..)| *from).collect()
+}

@@ -21,20 +21,21 @@ use std::path::{Path, PathBuf};
 use crate::tokens::tokens;
 
 /// A path from the root of the crate; `None` for a path to another crate.
-type Absolute = Option<Vec<String>>;
+pub(crate) type Absolute = Option<Vec<String>>;
 
 /// A file of a crate.
-struct File {
-    path: PathBuf,
+pub(crate) struct File {
+    pub(crate) path: PathBuf,
     /// Path of the file's module from the root of the crate.
-    module: Vec<String>,
-    children: BTreeMap<String, usize>,
+    pub(crate) module: Vec<String>,
+    /// The modules that it declares, each with the number of its file.
+    pub(crate) children: BTreeMap<String, usize>,
     /// Names that `use` lines bring in, each with its path.
     names: BTreeMap<String, Vec<String>>,
     /// Names in `names` that are re-exports of a child's items.
     handed_on: BTreeSet<String>,
     /// Modules whose names a `use x::*` brings in.
-    globs: Vec<Vec<String>>,
+    pub(crate) globs: Vec<Vec<String>>,
     /// Paths in `use` lines and in code.
     paths: Vec<Vec<String>>,
     /// Words of the file outside `use` lines.
@@ -43,7 +44,8 @@ struct File {
 
 /// The files of a crate.
 pub(crate) struct Crate {
-    files: Vec<File>,
+    /// The root is the first.
+    pub(crate) files: Vec<File>,
 }
 
 impl Crate {
@@ -79,23 +81,25 @@ impl Crate {
         number
     }
 
-    /// The number of the file that defines the item at a path.
-    fn defining(&self, path: &[String], depth: usize) -> Option<usize> {
+    /// The number of the file that defines the item at a path, and what is left of the path there.
+    pub(crate) fn defining(&self, path: &[String], depth: usize) -> Option<(usize, Vec<String>)> {
         let mut file = 0;
         for (at, name) in path.iter().enumerate() {
             if let Some(child) = self.files[file].children.get(name) {
                 file = *child;
                 continue;
             }
-            let Some(target) = self.files[file].names.get(name).filter(|_| depth < 20) else { break };
+            let Some(target) = self.files[file].names.get(name).filter(|_| depth < 20) else {
+                return Some((file, path[at..].to_vec()));
+            };
             let absolute = self.absolute(file, &self.files[file].module, target)?;
             return self.defining(&[&absolute, &path[at + 1..]].concat(), depth + 1);
         }
-        Some(file)
+        Some((file, Vec::new()))
     }
 
     /// The path from the crate's root for a path as it is written in a module of a file.
-    fn absolute(&self, file: usize, module: &[String], path: &[String]) -> Absolute {
+    pub(crate) fn absolute(&self, file: usize, module: &[String], path: &[String]) -> Absolute {
         let File { module: own, children, names, .. } = &self.files[file];
         let (first, rest) = path.split_first()?;
         match first.as_str() {
@@ -123,7 +127,7 @@ impl Crate {
         for (number, file) in self.files.iter().enumerate() {
             let own: &mut BTreeMap<_, _> = imports.entry(file.path.clone()).or_default();
             for path in self.used(number) {
-                let Some(other) = self.defining(&path, 0) else { continue };
+                let Some((other, _)) = self.defining(&path, 0) else { continue };
                 let parent = file.module.split_last().map(|(_, parent)| parent);
                 if other != number && parent != Some(&self.files[other].module) {
                     own.entry(self.files[other].path.clone()).or_insert_with(|| path.join("::"));
@@ -143,7 +147,7 @@ impl Crate {
             }
         }
         for glob in file.globs.iter().filter_map(|path| self.absolute(number, &file.module, path)) {
-            if let Some(other) = self.defining(&glob, 0) {
+            if let Some((other, _)) = self.defining(&glob, 0) {
                 let names = self.files[other].names.keys().filter(|name| file.words.contains(*name));
                 used.extend(names.map(|name| [&self.files[other].module[..], std::slice::from_ref(name)].concat()));
             }
