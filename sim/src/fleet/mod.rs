@@ -9,6 +9,7 @@ mod log;
 mod replies;
 mod requests;
 mod rs485;
+mod time;
 
 use std::collections::VecDeque;
 use std::convert::Infallible;
@@ -24,7 +25,7 @@ use crate::client::{Client, Sent};
 use crate::module::VirtualModule;
 use crate::native::{FirmwareKind, Model, NativeModule, Product};
 use crate::wire::Transcript;
-use log::{BUS, RS485, usb};
+use log::{BUS, RS485, log_buses, usb};
 use replies::{Fate, Leaving, Replies};
 
 /// Frames that the CAN controller of a module takes before they are on the bus.
@@ -138,7 +139,8 @@ impl<M: VirtualModule> Fleet<M> {
             log: None,
             hung_up: false,
         };
-        fleet.run_until(now);
+        fleet.advance(now);
+        fleet.exchange();
         Ok(fleet)
     }
 
@@ -224,27 +226,6 @@ impl<M: VirtualModule> Fleet<M> {
         self.now
     }
 
-    /// Lets virtual time pass until `to`, in nanoseconds. What is on the agenda is carried out at its time.
-    pub fn run_until(&mut self, to: Nanos) {
-        let to = to.max(self.now);
-        loop {
-            self.exchange();
-            self.now = self.next_event().map_or(to, |at| at.clamp(self.now, to));
-            for module in &mut self.modules {
-                module.run_until(self.now);
-            }
-            self.carry_out();
-            if self.now == to {
-                return self.exchange();
-            }
-        }
-    }
-
-    /// Lets `span` nanoseconds of virtual time pass.
-    pub fn run(&mut self, span: Nanos) {
-        self.run_until(self.now + span);
-    }
-
     /// When the next event of a module or bus is due, or the next command of the agenda.
     pub fn next_event(&self) -> Option<Nanos> {
         let modules = self.modules.iter().filter_map(M::next_event);
@@ -303,6 +284,26 @@ impl<M: VirtualModule> Fleet<M> {
         self.can.heard.pop_front()
     }
 
+    /// Logs from now on what goes over the links, as [`Transcript`] has it: what hosts send when it reaches the modules, and
+    /// replies when hosts have them. Two fleets that hear the same at the same virtual times have the same log.
+    pub fn log_telegrams(&mut self) {
+        self.log = Some(Transcript::of(self.models.iter().copied()));
+    }
+
+    /// The lines of the log since the last call; empty without a log.
+    pub fn take_telegrams(&mut self) -> String {
+        self.log.as_mut().map(Transcript::take).unwrap_or_default()
+    }
+
+    /// Lets virtual time pass up to the next event, but not beyond `to`. What is due then is not dealt with yet.
+    fn advance(&mut self, to: Nanos) {
+        self.exchange();
+        self.now = self.next_event().map_or(to, |at| at.clamp(self.now, to));
+        for module in &mut self.modules {
+            module.run_until(self.now);
+        }
+    }
+
     /// Takes the bytes that a module has sent.
     fn take_bytes(&mut self, index: usize) {
         while let Some(module) = self.modules.get_mut(index)
@@ -334,7 +335,7 @@ impl<M: VirtualModule> Fleet<M> {
 
     /// Takes the frames that a module has sent, as many as its controller has room for.
     fn take_frames(&mut self, index: usize) {
-        let firmware = self.firmware(index);
+        let firmware = firmware(&self.models, index);
         while self.can.waiting(Node::Module(index)) < MAILBOXES
             && let Some(frame) = self.modules.get_mut(index).and_then(M::frame)
         {
@@ -349,11 +350,6 @@ impl<M: VirtualModule> Fleet<M> {
                 }
             }
         }
-    }
-
-    /// The firmware in a module.
-    fn firmware(&self, index: usize) -> FirmwareKind {
-        self.models.get(index).copied().unwrap_or_default().firmware()
     }
 
     /// Lets a reply out of the module onto its link.
@@ -377,8 +373,10 @@ impl<M: VirtualModule> Fleet<M> {
         let replies = self.rs485.deliver(&mut self.modules, self.now);
         self.requests.reply(replies);
         self.can.deliver(&mut self.modules, self.now);
-        self.frames_heard(frames);
-        self.log_buses(bytes, frames);
+        self.requests.frames_heard(&self.models, self.can.heard.iter().skip(frames));
+        if let Some(log) = &mut self.log {
+            log_buses(log, self.rs485.heard.iter().skip(bytes), self.can.heard.iter().skip(frames));
+        }
         while let Some((at, index, leaving)) = self.replies.arrived(self.now) {
             self.leave(at, index, leaving);
         }
@@ -388,4 +386,9 @@ impl<M: VirtualModule> Fleet<M> {
         }
         self.can.begin(&self.modules, self.now);
     }
+}
+
+/// The firmware in the module with this index.
+fn firmware(models: &[Model], index: usize) -> FirmwareKind {
+    models.get(index).copied().unwrap_or_default().firmware()
 }

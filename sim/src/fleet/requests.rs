@@ -11,9 +11,10 @@ use tmcm::module::Source;
 
 use super::frames::{Wish, answers, wish};
 use super::log::{RS485, usb};
-use super::{Fleet, Heard, Node};
+use super::{Fleet, Heard, Node, firmware};
 use crate::client::Client;
 use crate::module::{Hearing, VirtualModule};
+use crate::native::Model;
 use crate::pieces::Pieces;
 use crate::wire::answering::is_silent_telegram;
 
@@ -96,6 +97,20 @@ impl Requests {
     /// Replies have come to hosts on byte links.
     pub(super) fn reply(&mut self, count: u64) {
         self.answered += count;
+    }
+
+    /// Frames are complete on the CAN bus: those of modules may be replies to requests.
+    pub(super) fn frames_heard<'a>(&mut self, models: &[Model], frames: impl Iterator<Item = &'a Heard>) {
+        for heard in frames {
+            let Heard { from: Node::Module(module), frame, .. } = heard else { continue };
+            let firmware = firmware(models, *module);
+            let is_asked =
+                |Waiting { what, .. }: &Waiting| matches!(what, What::Frame(asked) if answers(firmware, asked, frame));
+            if let Some(index) = self.waiting.iter().position(is_asked) {
+                self.waiting.remove(index);
+                self.answered += 1;
+            }
+        }
     }
 }
 
@@ -209,20 +224,6 @@ impl<M: VirtualModule> Fleet<M> {
     /// count when they come; events, and frames that nobody has asked for, do not count.
     pub fn answered(&self) -> u64 {
         self.requests.answered
-    }
-
-    /// Frames are complete on the CAN bus, from place `first` on: those of modules may be replies to requests.
-    pub(super) fn frames_heard(&mut self, first: usize) {
-        for heard in self.can.heard.iter().skip(first) {
-            let Heard { from: Node::Module(module), frame, .. } = heard else { continue };
-            let firmware = self.firmware(*module);
-            let is_asked =
-                |Waiting { what, .. }: &Waiting| matches!(what, What::Frame(asked) if answers(firmware, asked, frame));
-            if let Some(index) = self.requests.waiting.iter().position(is_asked) {
-                self.requests.waiting.remove(index);
-                self.requests.answered += 1;
-            }
-        }
     }
 
     /// Looks who still waits for something that may come. Who has waited for too long is forgotten, but not while an EEPROM
