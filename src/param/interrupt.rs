@@ -46,7 +46,8 @@ pub enum Interrupt {
 pub struct Numbered {
     /// The event that raises them.
     pub interrupt: Interrupt,
-    /// Name of the event.
+    /// Name of the event, for people: as in a [`Row`] an image has none.
+    #[cfg(not(target_os = "none"))]
     pub name: &'static str,
     /// What there is one interrupt of this kind for.
     pub per: Per,
@@ -69,13 +70,27 @@ pub static INTERRUPTS: [Numbered; 7] = [
     numbered(Interrupt::Input, "input", Per::Input, 1, Some(TRANSITION)),
 ];
 
-const fn numbered(interrupt: Interrupt, name: &'static str, per: Per, step: u8, row: Option<Row>) -> Numbered {
+const fn numbered(
+    interrupt: Interrupt,
+    #[cfg_attr(target_os = "none", expect(unused_variables))] name: &'static str,
+    per: Per,
+    step: u8,
+    row: Option<Row>,
+) -> Numbered {
     let first = interrupt.first();
     let row = match row {
         Some(row) => Some(Row { number: first, ..row }),
         None => None,
     };
-    Numbered { interrupt, name, per, first, step, row }
+    Numbered {
+        interrupt,
+        #[cfg(not(target_os = "none"))]
+        name,
+        per,
+        first,
+        step,
+        row,
+    }
 }
 
 const PERIOD: Row = Row {

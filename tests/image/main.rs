@@ -27,3 +27,4 @@ mod straight_line;
 mod three_axes;
 mod timing;
 mod usb;
+mod words;
