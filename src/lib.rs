@@ -5,6 +5,7 @@
 //!
 //! * **Module** - the product as a whole: one to six axes with a microcontroller. The host talks to it. In the code it
 //!   is also the TMCL firmware, [`module::Module`].
+//! * **Executor** - what carries out the commands of TMCL on a device, wherever they come from: [`executor`].
 //! * **Device** - the hardware of a module as every firmware has it, without a language: [`device::Device`].
 //! * **Host** - the computer that sends commands to the module.
 //! * **Command** - number, type, motor or bank, and value, as TMCL has it: `MVP ABS, 0, 51200`. A **telegram** is a
@@ -61,7 +62,9 @@
 //! * [`store`] - settings and the program in the EEPROM, safe against power cuts
 //! * [`device`] - the hardware of a module as every firmware has it: axes, inputs and outputs, supply, restart
 //! * [`vm`] - TMCL programs: registers, program counter, interrupts
-//! * [`module`] - the TMCL firmware, a device and the language: `execute(command)`, `poll(now)`
+//! * [`executor`] - carries out the commands of TMCL that need no more than a device and the interpreter's registers;
+//!   products as data
+//! * [`module`] - the TMCL firmware, a device, the executor, links and programs: `execute(command)`, `poll(now)`
 //! * [`canopen`] - the CANopen firmware, a device and CiA 301: `receive(frame)`, `next_frame()`, `poll(now)`
 //! * `board` - the microcontroller, compiled for bare metal only, and only with the feature of that name
 //! * [`image!`] - the binary of an image
@@ -88,6 +91,8 @@ pub mod store;
 pub mod device;
 
 pub mod vm;
+
+pub mod executor;
 
 pub mod module;
 

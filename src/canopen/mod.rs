@@ -54,8 +54,9 @@ use tunnel::Tunnel;
 use values::Values;
 
 use crate::can::{CanFrame, Frame, Id};
-use crate::device::{Board, Inputs, Outputs, Parts, Piece};
+use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
 use crate::motion::{Axis, Events};
+use crate::param::tmcm1140::AXIS;
 use crate::store::Store;
 use crate::units::Micros;
 
@@ -121,7 +122,9 @@ pub type Filters = Vec<Filter, 9>;
 /// A CANopen node.
 pub struct Node<T: Board<Product = Tmcm1140>> {
     /// The device, which TMCL mode hands to the executor of TMCL.
-    device: Tunnel<T>,
+    device: Device<T, 1>,
+    /// TMCL mode.
+    tunnel: Tunnel,
     /// The time of the last frame or poll.
     now: Micros,
     /// The node ID in force.
@@ -167,7 +170,7 @@ pub struct Node<T: Board<Product = Tmcm1140>> {
 impl<T: Board<Product = Tmcm1140>> fmt::Debug for Node<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Node { device, node, state, .. } = self;
-        f.debug_struct("Node").field("device", &**device).field("node", node).field("state", state).finish()
+        f.debug_struct("Node").field("device", device).field("node", node).field("state", state).finish()
     }
 }
 
@@ -177,7 +180,8 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     #[inline(always)]
     pub fn new(parts: Parts<T, 1>) -> Self {
         Node {
-            device: Tunnel::new(parts),
+            device: Device::new(parts, &AXIS),
+            tunnel: Tunnel::new(),
             now: Micros(0),
             node: Address::DEFAULT.node,
             known: false,
@@ -453,7 +457,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         let piece = self.device.next_piece();
         let mut events = Events::default();
         match piece {
-            _ if self.device.in_tmcl_mode() => self.device.take_turn(self.now, inputs),
+            _ if self.tunnel.in_tmcl_mode() => self.tunnel.take_turn(&mut self.device, self.now, inputs),
             // One axis goes on no line.
             Piece::Lines => {}
             Piece::Reading => self.device.next_reading(),

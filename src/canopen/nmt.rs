@@ -46,7 +46,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// The master cannot command the drive any more: a motor that may move, or is about to, is stopped, and FAULT follows.
     fn leave_master(&mut self) {
-        if self.drive.state.is_driving() || !self.drive.is_lasting() || self.device.in_tmcl_mode() {
+        if self.drive.state.is_driving() || !self.drive.is_lasting() || self.tunnel.in_tmcl_mode() {
             self.fault();
         }
     }

@@ -187,7 +187,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// Writes the objects of PDOs that were received together, in their order, but the controlword last: it acts upon the
     /// others. Each value is refused for itself.
     fn carry_out(&mut self, pdos: &[(Map, [u8; 8])]) {
-        if self.device.in_tmcl_mode() {
+        if self.tunnel.in_tmcl_mode() {
             return self.raise(Emergency::Refused);
         }
         let mut refused = false;

@@ -42,9 +42,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             | Object::RestoreCommunication
             | Object::RestoreMotor => u32::from(!self.device.store().is_unreachable()),
             Object::OsCommand => return Value::Octets([0; _]),
-            Object::OsStatus => self.device.status.into(),
-            Object::OsReply => return Value::Octets(self.device.reply),
-            Object::DirectCommunication => self.device.in_tmcl_mode().into(),
+            Object::OsStatus => self.tunnel.status.into(),
+            Object::OsReply => return Value::Octets(self.tunnel.reply),
+            Object::DirectCommunication => self.tunnel.in_tmcl_mode().into(),
             Object::ManufacturerMode => self.manufacturer_mode.into(),
             Object::BitRateInUse => self.bit_rate.into(),
             Object::NodeIdInUse => self.node.into(),

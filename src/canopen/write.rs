@@ -69,7 +69,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             Object::OsCommand => return Err(Abort::State),
             Object::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
             Object::DirectCommunication => return Err(Abort::Value),
-            Object::Controlword if self.device.in_tmcl_mode() => return Err(Abort::State),
+            Object::Controlword if self.tunnel.in_tmcl_mode() => return Err(Abort::State),
             Object::ManufacturerMode => {
                 self.manufacturer_mode = match value {
                     MAKE => true,

@@ -2,14 +2,8 @@
 //! time can do so; the last request counts.
 
 use super::origin::{Due, Origin, Source};
-use super::outcome::Outcome;
-use super::{Module, Platform};
+use crate::executor::Outcome;
 use crate::tmcl::{Command, Opcode, Reply, Status};
-
-/// The bit of an axis in the value of command 138 and in that of its event.
-fn bit(axis: u8) -> i32 {
-    1_i32.unbounded_shl(axis.into())
-}
 
 /// The request of command 138 that is in force, if there is one.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,29 +30,29 @@ struct Subscription {
 }
 
 impl Arrivals {
-    /// Notes that an axis has begun a positioning move or a reference search: its arrival will be an event if one was
-    /// asked for.
-    pub(super) fn arm(&mut self, axis: u8) {
+    /// Notes that axes, axis n in bit n, have begun a positioning move or a reference search: their arrivals will be events
+    /// if these were asked for.
+    pub(super) fn arm(&mut self, axes: u8) {
         if let Some(subscription) = &mut self.subscription {
-            subscription.armed |= subscription.mask & bit(axis);
+            subscription.armed |= subscription.mask & i32::from(axes);
             if subscription.once {
-                subscription.mask &= !bit(axis);
+                subscription.mask &= !i32::from(axes);
             }
         }
     }
 
-    /// Notes that the move of an axis was replaced by another command, or stopped: no event will follow.
-    pub(super) fn disarm(&mut self, axis: u8) {
+    /// Notes that the moves of axes, axis n in bit n, were replaced by another command, or stopped: no event will follow.
+    pub(super) fn disarm(&mut self, axes: u8) {
         if let Some(subscription) = &mut self.subscription {
-            subscription.armed &= !bit(axis);
+            subscription.armed &= !i32::from(axes);
         }
     }
 
-    /// Notes that the move of an axis has arrived: its event waits for the link, if one was asked for.
-    pub(super) fn arrive(&mut self, axis: u8) {
+    /// Notes that the moves of axes, axis n in bit n, have arrived: their events wait for the link, if these were asked for.
+    pub(super) fn arrive(&mut self, axes: u8) {
         if let Some(subscription) = &mut self.subscription {
-            subscription.arrived |= subscription.armed & bit(axis);
-            subscription.armed &= !bit(axis);
+            subscription.arrived |= subscription.armed & i32::from(axes);
+            subscription.armed &= !i32::from(axes);
         }
     }
 
@@ -68,7 +62,7 @@ impl Arrivals {
     }
 
     /// Takes the event of the first axis of those that wait, if the link takes it.
-    fn next(&mut self, takes: impl FnOnce(Source) -> bool) -> Option<Due> {
+    pub(super) fn next(&mut self, takes: impl FnOnce(Source) -> bool) -> Option<Due> {
         let Subscription { origin, arrived, .. } = self.subscription.as_mut().filter(|asked| asked.arrived != 0)?;
         if !takes(origin.source) {
             return None;
@@ -84,38 +78,30 @@ impl Arrivals {
     pub(super) fn forget(&mut self, source: Source) {
         self.subscription = self.subscription.filter(|subscription| subscription.origin.source != source);
     }
-}
 
-impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The link of the host that waits for an event of command 138, with a number that changes with each request: it
     /// distinguishes the hosts that share a link. `None` while no event can follow.
-    pub fn subscriber(&self) -> Option<(Source, u32)> {
-        let Arrivals { subscription, count } = self.arrivals;
+    pub(super) fn subscriber(&self) -> Option<(Source, u32)> {
+        let Arrivals { subscription, count } = *self;
         let waited_for = |asked: &Subscription| asked.mask | asked.armed | asked.arrived != 0;
         subscription.filter(waited_for).map(|subscription| (subscription.origin.source, count))
-    }
-
-    /// The next event of command 138, in the order of the axes, if its link `takes` one now; else it waits.
-    #[inline(never)]
-    pub fn next_event(&mut self, takes: impl FnOnce(Source) -> bool) -> Option<Due> {
-        self.arrivals.next(takes)
     }
 
     /// Command 138: the host is to get an event when a positioning move arrives, or a reference search has made its
     /// zero point. Bits of axes that do not exist are ignored, because published hosts set all eight. Events that this
     /// host has not been sent yet are still sent.
-    pub(super) fn subscribe(&mut self, origin: Origin, command: Command) -> Result<Outcome, Status> {
+    pub(super) fn subscribe<const AXES: usize>(&mut self, origin: Origin, command: Command) -> Result<Outcome, Status> {
         let Command { kind, value: mask, .. } = command;
         let once = match kind {
             0 => true,
             1 => false,
             _ => return Err(Status::WrongType),
         };
-        let all = bit(AXES as u8).wrapping_sub(1);
-        let Arrivals { subscription, count } = self.arrivals;
+        let all = 1_i32.unbounded_shl(AXES as u32).wrapping_sub(1);
+        let Arrivals { subscription, count } = *self;
         let arrived = subscription.filter(|before| before.origin == origin).map_or(0, |before| before.arrived);
         let subscription = Some(Subscription { origin, mask: mask & all, once, armed: 0, arrived });
-        self.arrivals = Arrivals { subscription, count: count.wrapping_add(1) };
+        *self = Arrivals { subscription, count: count.wrapping_add(1) };
         Ok(Outcome::Value(mask))
     }
 }

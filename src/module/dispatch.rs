@@ -1,124 +1,115 @@
-//! From a command to what it does: one exhaustive match over the instruction table. Links and programs share it.
+//! From a command of a link or of a program to those who carry it out, and to its answer. Most commands are the
+//! executor's; those of programs, downloads, events and restarts are the module's own.
 
-use super::outcome::Outcome;
-use super::{Hooks, Module, Origin, Platform, RESTART_DELAY, Source, Spec, factory_reset};
-use crate::param::{ALL_INTERRUPTS, Interrupt};
-use crate::tmcl::{ALL_AXES, AxisSet, CONFIRMATION, Command, Instruction, MotorField, Opcode, Reply, Status};
+use core::task::Poll;
+
+use super::control::Control;
+use super::waiting::{Waiter, WaitingCommand};
+use super::{Answer, Module, Origin, Platform, Product, Source, factory_reset};
+use crate::executor::{Commands, Outcome, SETTINGS, admit, confirm};
+use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::units::Micros;
 
+/// The time between the reply to a software reset and the reset, in which the reply is sent: at 9600 bit/s in 9.4 ms,
+/// after a moderate telegram pause.
+const RESTART_DELAY: Micros = Micros::from_millis(100);
+
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Admits a command of a link: `None` is one to be stored in program memory by a [download](Self::download). Checked
-    /// in this order are the number, whether the command may be executed outside a program, the motor field, and, by
-    /// [`Module::act`], what the command itself demands.
+    /// [`Module::execute`] while no restart is due. What hosts ask most often, GAP and GGP, and what is refused goes a
+    /// short way here; all else is executed by [`Module::carry_out`].
+    pub(super) fn obey(&mut self, now: Micros, origin: Origin, command: Command) -> Answer {
+        self.links.hear(now, origin.source);
+        let Command { opcode, kind, motor, .. } = command;
+        let read = match self.admit(origin.source, command) {
+            Ok(Some(Opcode::Gap)) => self.readings(now).get_axis(kind, motor),
+            Ok(Some(Opcode::Ggp)) => match self.executor.globals.setting::<T::Product>(kind) {
+                Some(setting) if motor == SETTINGS => Ok(setting),
+                _ => self.readings(now).get_global(kind, motor),
+            },
+            Ok(admitted) => return self.carry_out(now, origin, admitted, command),
+            Err(status) => Err(status),
+        };
+        let reply = match read {
+            Ok(value) => Reply::Plain { status: Status::Ok, opcode, value },
+            Err(status) => Reply::echo(status, command),
+        };
+        if self.executor.globals.suppress(opcode) { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
+    }
+
+    /// Carries out a command of a link: one that was admitted, or one of a download. Never inlined: reading a parameter
+    /// is not to have its stack frame.
+    #[inline(never)]
+    fn carry_out(&mut self, now: Micros, origin: Origin, admitted: Option<Opcode>, command: Command) -> Answer {
+        let suppressed = self.executor.globals.suppress(command.opcode);
+        let outcome = match admitted {
+            Some(opcode) if command.opcode < Command::FIRST_CONTROL => self.perform(now, opcode, command),
+            Some(opcode) => self.act(now, origin, opcode, command),
+            None => self.control().download(command),
+        };
+        let reply = match outcome {
+            Ok(Outcome::Unanswered) => return Poll::Ready(None),
+            Ok(Outcome::Special(reply)) => reply,
+            Ok(Outcome::Stored { value, need, undo }) if !self.device.store().settled(need) => {
+                let waiting = WaitingCommand { from: Waiter::Link(origin), command, need, value, undo, suppressed };
+                // There is no room only if a host sends on without waiting for its replies.
+                let refused = Reply::echo(Status::NotAvailable, command);
+                return if self.waiting.push(waiting) { Poll::Pending } else { Poll::Ready(Some(refused)) };
+            }
+            Ok(
+                Outcome::Value(value)
+                | Outcome::Moved { value, .. }
+                | Outcome::Read(value)
+                | Outcome::Stored { value, .. },
+            ) => Reply::Plain { status: Status::Ok, opcode: command.opcode, value },
+            Err(status) => Reply::echo(status, command),
+        };
+        if suppressed { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
+    }
+
+    /// Admits a command of a link: `None` is one to be stored in program memory by a [download](Control::download).
     pub(super) fn admit(&self, source: Source, command: Command) -> Result<Option<Opcode>, Status> {
-        if command.opcode < Command::FIRST_CONTROL && self.downloads_here(source) {
+        if command.opcode < Command::FIRST_CONTROL && self.program.downloads_here(self.device.store(), source) {
             return Ok(None);
         }
-        let instruction = Instruction::numbered(command.opcode).ok_or(Status::InvalidCommand)?;
-        if !instruction.direct {
-            return Err(Status::NotAvailable);
-        }
-        self.check_motor(instruction, command.motor).map(|()| Some(instruction.opcode))
+        admit::<T::Product, AXES>(command).map(Some)
     }
 
-    /// Executes a command of the program.
-    pub(super) fn perform(
-        &mut self,
-        now: Micros,
-        instruction: &Instruction,
-        command: Command,
-    ) -> Result<Outcome, Status> {
-        self.check_motor(instruction, command.motor)?;
-        self.act(now, None, instruction.opcode, command)
+    /// Has the executor carry out a command of a link or of the program, whose number and motor field are checked, and tells
+    /// the links and the host of command 138 what concerns them.
+    pub(super) fn perform(&mut self, now: Micros, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
+        let outcome = self.commands(now).act(opcode, command);
+        if matches!(opcode, Opcode::Sgp | Opcode::Agp) && outcome.is_ok() {
+            self.links.follow::<T::Product>(now, command.kind, command.motor);
+        }
+        if let Ok(Outcome::Moved { ended, begun, .. }) = outcome {
+            self.arrivals.disarm(ended);
+            self.arrivals.arm(begun);
+        }
+        outcome
     }
 
-    /// Whether the product has the command, and the motor that its motor field names. Inlined, because every reply waits for
-    /// it: a call takes 27 cycles.
-    #[inline(always)]
-    fn check_motor(&self, instruction: &Instruction, motor: u8) -> Result<(), Status> {
-        let known = usize::from(motor) < AXES;
-        if self.spec().lacks.contains(&instruction.opcode) {
-            return Err(Status::InvalidCommand);
-        }
-        match instruction.motor {
-            MotorField::Axis if !known => Err(Status::InvalidValue),
-            MotorField::AxisOrAll if !known && motor != ALL_AXES => Err(Status::InvalidValue),
-            MotorField::AxisSet if !known && AxisSet::of(motor, AXES as u8).is_none() => Err(Status::InvalidValue),
-            MotorField::Axis | MotorField::AxisOrAll | MotorField::AxisSet | MotorField::Other => Ok(()),
-        }
-    }
-
-    /// Executes a command of a link, or of the program if `origin` is `None`, whose number and motor field are checked.
-    pub(super) fn act(
-        &mut self,
-        now: Micros,
-        origin: Option<Origin>,
-        opcode: Opcode,
-        command: Command,
-    ) -> Result<Outcome, Status> {
-        let Command { kind, motor, value, .. } = command;
+    /// Carries out a control command of a link. Programs have none.
+    fn act(&mut self, now: Micros, origin: Origin, opcode: Opcode, command: Command) -> Result<Outcome, Status> {
+        let Command { kind, value, .. } = command;
         match opcode {
-            Opcode::Ror => self.rotate(now, motor, value)?,
-            Opcode::Rol => self.rotate(now, motor, value.saturating_neg())?,
-            Opcode::Mst => self.rotate(now, motor, 0)?,
-            Opcode::Mvp => return self.move_position(now, command),
-            Opcode::Sap => return self.set_axis(now, kind, motor, value, value),
-            Opcode::Gap => return self.get_axis(kind, motor).map(Outcome::Read),
-            Opcode::Stap => return self.store_axis(kind, motor, value),
-            Opcode::Rsap => return self.restore_axis(now, kind, motor, value),
-            Opcode::Sgp => return self.set_global(now, kind, motor, value, value),
-            Opcode::Ggp => return self.get_global(now, kind, motor).map(Outcome::Read),
-            Opcode::Stgp => return self.store_global(kind, motor, value),
-            Opcode::Rsgp => return self.restore_global(kind, motor, value),
-            Opcode::Rfs => return self.reference_search(now, kind, motor, value),
-            Opcode::Sio => return self.set_output(kind, motor, value),
-            Opcode::Gio => return self.get_input(kind, motor),
-            Opcode::Sco if motor == ALL_AXES => return self.store_coordinates(kind, value),
-            Opcode::Sco => return self.set_coordinate(kind, motor, value, value),
-            Opcode::Gco if motor == ALL_AXES => return self.restore_coordinates(kind, value),
-            Opcode::Gco => return self.coordinate(motor, kind).map(Outcome::Read),
-            Opcode::Cco => {
-                let position = self.position(motor)?;
-                return self.set_coordinate(kind, motor, position, position);
-            }
-            Opcode::Aco => return self.set_coordinate(kind, motor, self.machine.registers.accumulator, value),
-            Opcode::Aap => return self.set_axis(now, kind, motor, self.machine.registers.accumulator, value),
-            Opcode::Agp => return self.set_global(now, kind, motor, self.machine.registers.accumulator, value),
-            Opcode::Calc => self.machine.registers.calc(kind, value)?,
-            Opcode::Calcx => self.machine.registers.calcx(kind)?,
-            Opcode::Cle => {
-                if !self.machine.errors.clear(kind) {
-                    return Err(Status::WrongType);
-                }
-            }
-            Opcode::Uf0
-            | Opcode::Uf1
-            | Opcode::Uf2
-            | Opcode::Uf3
-            | Opcode::Uf4
-            | Opcode::Uf5
-            | Opcode::Uf6
-            | Opcode::Uf7 => {
-                let number = command.opcode.saturating_sub(Opcode::Uf0 as u8);
-                return self.hooks.call(number, command).map(Outcome::Value);
-            }
-            Opcode::FirmwareVersion => {
-                return match kind {
-                    0 => Ok(Outcome::Special(Reply::Version(self.spec().version_string()))),
-                    1 => Ok(Outcome::Value(self.spec().version_number())),
-                    _ => Err(Status::WrongType),
-                };
-            }
-            Opcode::PositionReachedEvent => return self.subscribe(origin.ok_or(Status::NotAvailable)?, command),
+            Opcode::StopApplication => self.machine.stop(),
+            Opcode::RunApplication => self.control().run(kind, value)?,
+            Opcode::StepApplication => self.control().step()?,
+            Opcode::ResetApplication => self.machine.reset(),
+            Opcode::EnterDownload => return self.control().enter_download(origin.source, value),
+            Opcode::ExitDownload => return self.control().exit_download(origin.source, value),
+            Opcode::ReadMemory => return self.control().read_memory(value),
+            Opcode::ApplicationStatus => return self.control().status(kind).map(Outcome::Value),
+            Opcode::PositionReachedEvent => return self.arrivals.subscribe::<AXES>(origin, command),
+            Opcode::FirmwareVersion => return T::Product::SPEC.version(kind),
             Opcode::FactorySettings => {
-                confirmed(value)?;
-                self.may_store()?;
+                confirm(value)?;
                 factory_reset(self.device.store_mut());
                 self.restart(now);
                 return Ok(Outcome::Unanswered);
             }
             Opcode::SoftwareReset => {
-                confirmed(value)?;
+                confirm(value)?;
                 self.restart(now.after(RESTART_DELAY));
             }
             // This firmware has no boot loader. The command is not answered, because update tools would take the next
@@ -126,27 +117,44 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             Opcode::EnterBootloader if command == Command::ENTER_BOOTLOADER => return Ok(Outcome::Unanswered),
             Opcode::EnterBootloader => return Err(Status::InvalidValue),
             // The link itself changes its mode. CAN has only one mode.
-            Opcode::EnterAscii if origin.is_none_or(|origin| origin.source != Source::Can) => {}
-            Opcode::Ei | Opcode::Di => {
-                self.check_interrupt(kind, true)?;
-                self.machine.interrupts.enable(kind, opcode == Opcode::Ei);
-            }
-            Opcode::Vect => {
-                self.check_interrupt(kind, false)?;
-                self.machine.interrupts.set_vector(kind, self.address(value)?);
-            }
-            Opcode::StopApplication => self.machine.stop(),
-            Opcode::RunApplication => self.run_application(kind, value)?,
-            Opcode::StepApplication => self.step_application()?,
-            Opcode::ResetApplication => self.machine.reset(),
-            Opcode::EnterDownload => return self.enter_download(origin.ok_or(Status::NotAvailable)?.source, value),
-            Opcode::ExitDownload => {
-                return self.exit_download(origin.ok_or(Status::NotAvailable)?.source, value);
-            }
-            Opcode::ReadMemory => return self.read_memory(value),
-            Opcode::ApplicationStatus => return self.application_status(kind),
-            // Except `EnterAscii`, these commands are executed by the interpreter alone.
-            Opcode::EnterAscii
+            Opcode::EnterAscii if origin.source != Source::Can => {}
+            Opcode::EnterAscii => return Err(Status::NotAvailable),
+            // These are no control commands.
+            Opcode::Ror
+            | Opcode::Rol
+            | Opcode::Mst
+            | Opcode::Mvp
+            | Opcode::Rfs
+            | Opcode::Sap
+            | Opcode::Gap
+            | Opcode::Aap
+            | Opcode::Stap
+            | Opcode::Rsap
+            | Opcode::Sgp
+            | Opcode::Ggp
+            | Opcode::Agp
+            | Opcode::Stgp
+            | Opcode::Rsgp
+            | Opcode::Sio
+            | Opcode::Gio
+            | Opcode::Sco
+            | Opcode::Gco
+            | Opcode::Cco
+            | Opcode::Aco
+            | Opcode::Calc
+            | Opcode::Calcx
+            | Opcode::Cle
+            | Opcode::Ei
+            | Opcode::Di
+            | Opcode::Vect
+            | Opcode::Uf0
+            | Opcode::Uf1
+            | Opcode::Uf2
+            | Opcode::Uf3
+            | Opcode::Uf4
+            | Opcode::Uf5
+            | Opcode::Uf6
+            | Opcode::Uf7
             | Opcode::Comp
             | Opcode::Jc
             | Opcode::Ja
@@ -159,15 +167,31 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(value))
     }
 
-    /// Checks the number of an interrupt; with `all` the number that stands for all interrupts is valid, too.
-    fn check_interrupt(&self, number: u8, all: bool) -> Result<(), Status> {
-        let Spec { axes, inputs, .. } = *self.spec();
-        let known = (all && number == ALL_INTERRUPTS) || Interrupt::find(number, axes, inputs).is_some();
-        if known { Ok(()) } else { Err(Status::WrongType) }
+    /// The commands of the executor that only read.
+    #[inline(always)]
+    pub(super) fn readings(&mut self, now: Micros) -> Commands<'_, T, T::Hooks, AXES> {
+        let Module { machine, device, executor, .. } = self;
+        executor.on(now, true, machine, device)
     }
-}
 
-/// Checks the value 1234, which protects commands 137 and 255.
-fn confirmed(value: i32) -> Result<(), Status> {
-    if value == CONFIRMATION { Ok(()) } else { Err(Status::InvalidValue) }
+    /// The commands of the executor. While a host is silent that should be heard, they start no motor.
+    #[inline(always)]
+    pub(super) fn commands(&mut self, now: Micros) -> Commands<'_, T, T::Hooks, AXES> {
+        let Module { machine, device, executor, links, .. } = self;
+        let barred = links.heartbeat_missed(now, &executor.globals);
+        executor.on(now, barred, machine, device)
+    }
+
+    /// The commands that control the program.
+    pub(super) const fn control(&mut self) -> Control<'_, T, AXES> {
+        let Module { machine, program, device, executor, .. } = self;
+        Control { program, machine, device, globals: &executor.globals }
+    }
+
+    /// Restarts the firmware at `at`. From now on requests are neither executed nor answered and the program stands, so
+    /// that nothing new delays the restart.
+    fn restart(&mut self, at: Micros) {
+        self.machine.stop();
+        self.device.restart_at(at);
+    }
 }

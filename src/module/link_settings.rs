@@ -3,9 +3,12 @@
 //! The module has them ([`Module::link_settings`](super::Module::link_settings)); each call that needs them gets a
 //! reference.
 
-use crate::can::StandardId;
+use super::origin::Origin;
+use crate::can::{Frame, StandardId};
+use crate::executor::Globals;
 use crate::param::GlobalParameter as G;
 use crate::tmcl::ascii::Echo;
+use crate::tmcl::{Reply, can};
 
 /// The language of a byte link (manual section 3.4.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,13 +55,13 @@ pub struct ReplyAddresses {
 
 impl Default for LinkSettings {
     fn default() -> Self {
-        LinkSettings::of(&[0; G::SETTINGS])
+        LinkSettings::of(&Globals::default())
     }
 }
 
 impl LinkSettings {
-    pub(super) fn of(globals: &[i32; G::SETTINGS]) -> Self {
-        let value = |parameter: G| globals.get(parameter.index()).copied().unwrap_or_default();
+    pub(super) fn of(globals: &Globals) -> Self {
+        let value = |parameter| globals.get(parameter);
         let byte = |parameter| value(parameter) as u8;
         // The rows of these parameters end at 2047, the largest identifier of 11 bits.
         let identifier = |parameter| StandardId::new(value(parameter) as u16).unwrap_or(StandardId::MAX);
@@ -78,5 +81,12 @@ impl LinkSettings {
     /// The addresses that a reply on a byte link carries.
     pub const fn reply_addresses(&self) -> ReplyAddresses {
         ReplyAddresses { host: self.host, module: self.address }
+    }
+
+    /// A reply as a frame: it has identifier 70, as many bytes as the request, and the low byte of identifier 71 in it,
+    /// whichever identifier the request came under.
+    #[inline]
+    pub fn frame(&self, to: Origin, reply: &Reply) -> Frame {
+        can::reply_frame(self.can_id, self.can_reply, to.length, reply)
     }
 }

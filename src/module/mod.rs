@@ -1,76 +1,61 @@
-//! The TMCL firmware: a [`Device`], all that a telegram can ask for, and programs.
+//! The TMCL firmware: a [`Device`], the [executor](crate::executor) of TMCL, links and programs.
 //!
 //! A command comes in by [`Module::execute`], which [`Module::request`] calls for what a link brings; time comes in by
 //! [`Module::poll`]. A reply may come later: after each `poll` the caller takes the replies that are due by
 //! [`Module::next_reply`], and events by [`Module::next_event`]. There is no clock, no wait, and no access to hardware but through the device; digital and
 //! analog signals are exchanged as plain values.
+//!
+//! A module is made of values that know nothing of each other, each in a file of its own: the program and its
+//! downloads (`program`, and `control` for the commands), the links (`links`, `link_settings`, `overheard`,
+//! `supervision`), the commands that wait for the EEPROM (`waiting`) and the host that waits for arrivals (`arrival`). Its
+//! methods only put these together: `desk` and `link` bring a request, `dispatch` has it carried out, `turn` is the
+//! turn of each millisecond, and `run` a slice of the program.
 
 #![deny(clippy::indexing_slicing, clippy::arithmetic_side_effects, clippy::unwrap_used, clippy::expect_used)]
 
 mod arrival;
-mod axes;
-mod calm;
-mod can;
+mod control;
 mod desk;
-mod direct;
 mod dispatch;
-mod globals;
-mod hooks;
-mod io;
 mod link;
 mod link_settings;
+mod links;
 mod origin;
-mod outcome;
 mod overheard;
 mod port;
-pub mod ports;
 mod program;
-mod slots;
-pub mod spec;
+mod run;
 mod supervision;
+mod turn;
 mod waiting;
 
+pub use crate::executor::{Executed, Hooks, Slots, ports, spec, spec::*};
 pub use desk::{LinkEnds, deliver, serve};
-pub use hooks::{Executed, Hooks};
 pub use link_settings::{LinkMode, LinkSettings, ReplyAddresses};
 pub use origin::{Answer, Due, Origin, Source};
 pub use port::{Message, Port, Request};
-pub use slots::Slots;
-pub use spec::*;
 
 use arrival::Arrivals;
-use outcome::Outcome;
-use overheard::Overheard;
-use supervision::Supervision;
-use waiting::{Waiter, Waiting};
+use links::Links;
+use program::Program;
+use waiting::Waiting;
 
 use core::task::Poll;
 
-use heapless::{Deque, Vec};
-
 use crate::device::{Board, Device, Inputs, Outputs, Parts, Piece};
+use crate::executor::Executor;
 use crate::motion::Axis;
-use crate::param::{COORDINATES, GlobalParameter as G, USER_VARIABLES};
-use crate::store::Store;
-use crate::tmcl::{Command, Opcode, Reply, Status};
+use crate::param::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter as G};
+use crate::store::{Finished, Need, Store};
+use crate::tmcl::{Command, Opcode, Status};
 use crate::units::Micros;
-use crate::vm::{Machine, Signals};
+use crate::vm::Machine;
 
 /// The types of which a module is made: a board, whose product has a [`Spec`], and additions.
 pub trait Platform: Board<Product: Product> {
     /// Additions to the module: user functions, and an observer of the program.
     type Hooks: Hooks;
 }
-
-/// Number of links that can wait for a reply at the same time.
-const LINKS: usize = 3;
-/// Number of commands that can wait for the store: one per link, that of the program, and that of an interrupt handler
-/// in it.
-const WAITING: usize = LINKS + 2;
-
-/// The time between the reply to a software reset and the reset, in which the reply is sent: at 9600 bit/s in 9.4 ms,
-/// after a moderate telegram pause.
-const RESTART_DELAY: Micros = Micros::from_millis(100);
 
 /// A module: a device, and the parameters, programs and links of TMCL.
 ///
@@ -81,41 +66,17 @@ const RESTART_DELAY: Micros = Micros::from_millis(100);
 #[repr(C)]
 pub struct Module<T: Platform, const AXES: usize> {
     machine: Machine,
-    /// Units that the program may still spend in this millisecond; a command costs 1 or more.
-    fuel: u32,
+    program: Program,
     /// Something has happened since the last poll that returned outputs, so the next one returns them.
     changed: bool,
     device: Device<T, AXES>,
-    hooks: T::Hooks,
-    globals: [i32; G::SETTINGS],
-    variables: [i32; USER_VARIABLES],
-    coordinates: [[i32; COORDINATES]; AXES],
-    /// The program is still to be started, if global parameter 77 says so.
-    starts: bool,
-    /// The link over which a program is being downloaded.
-    downloader: Option<Source>,
-    link_settings: LinkSettings,
-    /// A global parameter has been written since `link_settings` was made of the global parameters.
-    link_settings_stale: bool,
-    /// The requests to other modules that were overheard, on RS485 and on CAN.
-    overheard: [Overheard; 2],
-    /// Commands whose values are not safe in the EEPROM yet.
-    waiting: Vec<Waiting, WAITING>,
-    /// Replies that are due, oldest first: one per link.
-    replies: Deque<Due, LINKS>,
+    executor: Executor<T::Hooks, AXES>,
+    links: Links,
+    /// Commands whose values are not safe in the EEPROM yet, and replies that are due.
+    waiting: Waiting,
     arrivals: Arrivals,
-    supervision: Supervision,
-    /// The events of the axes for the interrupts of the program, in the turn under way.
-    signals: Signals,
-    /// The state of the random numbers.
-    random: u32,
     /// The time at which the status LED changes next.
     blinks: Micros,
-    /// The time, in milliseconds wrapping at 32 bits, from which the tick timer counts; a write to the timer may put it
-    /// into the future.
-    tick_offset: u32,
-    /// In a module inside another firmware: no motor may be started, because the other one forbids it.
-    barred: bool,
 }
 
 impl<T: Platform, const AXES: usize> Module<T, AXES> {
@@ -125,30 +86,16 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub fn new(parts: Parts<T, AXES>, hooks: T::Hooks, seed: u32) -> Self {
         const { spec::check::<T::Product>(AXES) };
         let spec = T::Product::SPEC;
-        let globals = spec.global.defaults();
         Module {
             device: Device::new(parts, spec.axis),
-            hooks,
-            globals,
-            variables: [0; USER_VARIABLES],
-            coordinates: [[0; COORDINATES]; AXES],
             machine: Machine::new(spec.commands),
-            starts: true,
-            downloader: None,
-            fuel: 0,
+            program: Program::default(),
             changed: false,
-            link_settings: LinkSettings::of(&globals),
-            link_settings_stale: false,
-            overheard: Default::default(),
-            waiting: Vec::new(),
-            replies: Deque::new(),
+            links: Links::new(),
+            executor: Executor::new::<T::Product>(hooks, seed),
+            waiting: Waiting::default(),
             arrivals: Arrivals::default(),
-            supervision: Supervision::new(Micros(0)),
-            signals: Signals::default(),
-            random: seed,
             blinks: Micros(0),
-            tick_offset: 0,
-            barred: false,
         }
     }
 
@@ -162,11 +109,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         let store = self.device.store_mut();
         store.forget();
         load(store);
-        self.restore();
-        self.link_settings = LinkSettings::of(&self.globals);
-        self.supervision = Supervision::new(now);
-        self.tick_offset = now.millis() as u32;
-        self.device.start(now, self.inversion());
+        self.executor.restore(&mut self.device);
+        self.executor.begin_ticks(now);
+        self.links.start(now, &self.executor.globals);
+        self.device.start(now, self.executor.globals.inversion());
         self.device.enable_drivers(true);
     }
 
@@ -187,56 +133,10 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     pub fn peek(&mut self, now: Micros, command: Command) -> Result<i32, Status> {
         let Command { kind, motor, .. } = command;
         match self.admit(Source::Usb, command)? {
-            Some(Opcode::Gap) => self.get_axis(kind, motor),
-            Some(Opcode::Ggp) => self.get_global(now, kind, motor),
+            Some(Opcode::Gap) => self.readings(now).get_axis(kind, motor),
+            Some(Opcode::Ggp) => self.readings(now).get_global(kind, motor),
             _ => Err(Status::NotAvailable),
         }
-    }
-
-    /// [`Module::execute`] while no restart is due. What hosts ask most often, GAP and GGP, and what is refused goes a
-    /// short way here; all else is executed by [`Module::carry_out`].
-    fn obey(&mut self, now: Micros, origin: Origin, command: Command) -> Answer {
-        self.supervision.hear(now, origin.source);
-        let Command { opcode, kind, motor, .. } = command;
-        let read = match self.admit(origin.source, command) {
-            Ok(Some(Opcode::Gap)) => self.get_axis(kind, motor),
-            Ok(Some(Opcode::Ggp)) => self.get_global(now, kind, motor),
-            Ok(admitted) => return self.carry_out(now, origin, admitted, command),
-            Err(status) => Err(status),
-        };
-        let reply = match read {
-            Ok(value) => Reply::Plain { status: Status::Ok, opcode, value },
-            Err(status) => Reply::echo(status, command),
-        };
-        if self.suppressed(opcode) { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
-    }
-
-    /// Carries out a command of a link: one that was admitted, or one of a download. Never inlined: reading a parameter
-    /// is not to have its stack frame.
-    #[inline(never)]
-    fn carry_out(&mut self, now: Micros, origin: Origin, admitted: Option<Opcode>, command: Command) -> Answer {
-        let suppressed = self.suppressed(command.opcode);
-        let outcome = match admitted {
-            Some(opcode) => self.act(now, Some(origin), opcode, command),
-            None => self.download(command),
-        };
-        let reply = match outcome {
-            Ok(Outcome::Unanswered) => return Poll::Ready(None),
-            Ok(Outcome::Special(reply)) => reply,
-            Ok(Outcome::Stored { value, need, undo }) if !self.device.store().settled(need) => {
-                let waiting = Waiting { from: Waiter::Link(origin), command, need, value, undo, suppressed };
-                return match self.waiting.push(waiting) {
-                    Ok(()) => Poll::Pending,
-                    // The queue is full only if a host sends on without waiting for its replies.
-                    Err(_) => Poll::Ready(Some(Reply::echo(Status::NotAvailable, command))),
-                };
-            }
-            Ok(Outcome::Value(value) | Outcome::Read(value) | Outcome::Stored { value, .. }) => {
-                Reply::Plain { status: Status::Ok, opcode: command.opcode, value }
-            }
-            Err(status) => Reply::echo(status, command),
-        };
-        if suppressed { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
     }
 
     /// True if a poll at `now` takes the inputs over, as the first of each millisecond does; slices of a program do not
@@ -272,57 +172,37 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     /// The outputs as they are to be set. The restart is asked for when all is done that was begun before.
     #[inline(never)]
     fn outputs(&mut self, now: Micros) -> Outputs {
-        let due = self.device.restart().is_some_and(|at| now >= at) && self.is_done();
+        let done = self.device.store().settled(Need::Settings) && self.waiting.is_empty();
+        let due = self.device.restart().is_some_and(|at| now >= at) && done;
         let outputs = self.device.outputs_mut();
         outputs.restart = due;
         *outputs
     }
 
-    /// Does the next piece of the turn of each millisecond. Never inlined: slices of a program, which come more often,
-    /// are not to have its stack frame.
-    #[inline(never)]
-    pub(crate) fn take_turn(&mut self, now: Micros, inputs: &Inputs<AXES>) {
-        match self.device.next_piece() {
-            Piece::Lines => return self.device.next_lines(),
-            Piece::Reading => return self.device.next_reading(),
-            Piece::Axis => {}
-            Piece::Beginning => {
-                self.update_link_settings();
-                let supervised = self.device.begin(now, inputs);
-                self.supervise(now, supervised);
-            }
-        }
-        let (axis, events) = self.device.next_axis(now);
-        self.heed(axis as u8, events);
-        if self.device.next_piece() == Piece::Axis {
-            return;
-        }
-        self.settle();
-        self.autostart();
-        self.begin_turn();
-        self.blink(now);
-        self.changed = true;
-    }
-
     /// Keeps global parameter 77 from starting the program until the supply has been lost and has come back. A firmware
     /// that was restarted by a fault calls this, because its position is lost.
     pub const fn hold_program(&mut self) {
-        self.starts = false;
+        self.program.starts = false;
     }
 
     /// The time at which [`Module::poll`] is to be called next.
     pub const fn deadline(&self) -> Micros {
-        if self.fuel > 0 && self.machine.busy() { self.device.turn() } else { self.device.deadline() }
+        if self.program.fuel > 0 && self.machine.busy() { self.device.turn() } else { self.device.deadline() }
     }
 
     /// The additions to the module.
     pub const fn hooks(&mut self) -> &mut T::Hooks {
-        &mut self.hooks
+        &mut self.executor.hooks
     }
 
     /// The axes, to look at.
     pub const fn axes(&self) -> &[Axis<T::Hardware>; AXES] {
         self.device.axes()
+    }
+
+    /// The interpreter, to look at.
+    pub const fn machine(&self) -> &Machine {
+        &self.machine
     }
 
     /// The settings and the program on their way to the EEPROM: the caller takes jobs from here and reports how they
@@ -331,17 +211,83 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         self.device.store_mut()
     }
 
-    /// Restarts the firmware at `at`. From now on requests are neither executed nor answered and the program stands, so
-    /// that nothing new delays the restart.
-    fn restart(&mut self, at: Micros) {
-        self.machine.stop();
-        self.device.restart_at(at);
+    /// Tells the module how the EEPROM job that it gave out last has gone. Commands that waited for it are answered: with
+    /// status 100 if all they stored is written, with status 5 if it could not be; then their settings are not in force
+    /// either.
+    pub fn stored(&mut self, written: bool) {
+        let Module { machine, device, executor, links, waiting, .. } = self;
+        let Finished { failed, erased, .. } = device.store_mut().finish(written);
+        // A factory reset puts the parameters back with the restart that follows it. Until then the program is still in
+        // memory, and its protection has to stay.
+        let resetting = device.restart().is_some();
+        if let Some(protection) = erased.filter(|_| !resetting) {
+            executor.globals.set(G::CodeProtection, protection);
+        }
+        let Some(failed) = failed else { return waiting.settle(device.store(), machine) };
+        if failed == Need::Settings && !resetting {
+            executor.globals.reload(device.store());
+            links.outdate();
+            waiting.undos().for_each(|undo| executor.coordinates.undo(undo));
+            // If the motion controller does not answer either, its driver knows that it has to write this again.
+            let _ = device.invert(executor.globals.inversion());
+        }
+        waiting.fail(failed, machine);
     }
 
-    /// True if global parameter 255 suppresses the reply to this command. Commands that read a value are always
-    /// answered (manual section 5.1).
-    fn suppressed(&self, opcode: u8) -> bool {
-        const READ: [u8; 3] = [Opcode::Gap as u8, Opcode::Ggp as u8, Opcode::Gio as u8];
-        self.global(G::SuppressReply) != 0 && !READ.contains(&opcode)
+    /// The link settings in force.
+    pub const fn link_settings(&self) -> &LinkSettings {
+        &self.links.settings
+    }
+
+    /// The bit rate of RS485 that parameter 65 chooses, in bit/s. It is taken at the start of the module.
+    pub fn baud_rate(&self) -> u32 {
+        self.chosen(G::SerialBaudRate, &BAUD_RATES)
+    }
+
+    /// The bit rate of CAN that parameter 69 chooses, in bit/s. It is taken at the start of the module.
+    pub fn can_bit_rate(&self) -> u32 {
+        self.chosen(G::CanBitRate, &CAN_BIT_RATES)
+    }
+
+    /// The entry of `list` that a parameter chooses; its smallest value chooses the first entry.
+    fn chosen(&self, parameter: G, list: &[u32]) -> u32 {
+        let first = self.spec().global.row(parameter).and_then(|row| row.ranges.first()).map_or(0, |range| range.0);
+        let index = self.executor.globals.get(parameter).saturating_sub(first);
+        usize::try_from(index).ok().and_then(|index| list.get(index)).copied().unwrap_or_default()
+    }
+
+    /// True while a command of this link waits for its reply: the link is not to bring another one.
+    pub fn awaits(&self, source: Source) -> bool {
+        self.waiting.is_for(source)
+    }
+
+    /// Forgets the host at the other end of a link, which is gone: commands of this host that are still waiting are
+    /// carried out, but nobody gets their replies. A download that it has begun stays open for the next host.
+    pub fn forget(&mut self, source: Source) {
+        self.waiting.forget(source);
+        self.arrivals.forget(source);
+    }
+
+    /// The next of the replies that have become due, oldest first.
+    #[inline(never)]
+    pub fn next_reply(&mut self) -> Option<Due> {
+        let due = self.waiting.next_reply();
+        if due.is_none() {
+            // The last reply that had to go out under the old settings has been fetched.
+            self.links.update(&self.executor.globals, &self.waiting);
+        }
+        due
+    }
+
+    /// The link of the host that waits for an event of command 138, with a number that changes with each request: it
+    /// distinguishes the hosts that share a link. `None` while no event can follow.
+    pub fn subscriber(&self) -> Option<(Source, u32)> {
+        self.arrivals.subscriber()
+    }
+
+    /// The next event of command 138, in the order of the axes, if its link `takes` one now; else it waits.
+    #[inline(never)]
+    pub fn next_event(&mut self, takes: impl FnOnce(Source) -> bool) -> Option<Due> {
+        self.arrivals.next(takes)
     }
 }

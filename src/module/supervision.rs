@@ -1,12 +1,8 @@
-//! The supervision of hosts, supply and motion controllers. A host that falls silent (global parameters 68 and 82) has
-//! the motors stopped here. For a supply that is too low or a silent motion controller the device has stopped them
-//! already; here the program is stopped and the error flags are raised.
+//! When hosts were heard last: one that falls silent for too long (global parameters 68 and 82) has its motors stopped.
 
-use super::{Module, Platform, Source};
-use crate::device::{Supervised, Supply};
-use crate::param::{AxisParameter as P, GlobalParameter as G};
+use super::Source;
+use crate::param::GlobalParameter as G;
 use crate::units::Micros;
-use crate::vm::ErrorFlag;
 
 /// The time at which each kind of link last brought a command.
 #[derive(Clone, Copy, Debug)]
@@ -51,63 +47,18 @@ impl Supervision {
 
     /// True while a kind of link has brought no command for longer than its limit, in milliseconds; a limit of 0 is
     /// none.
-    fn heartbeat_missed(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
+    /// Inlined, because each command asks.
+    #[inline(always)]
+    pub(super) fn heartbeat_missed(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
+        serial_limit | can_limit != 0 && self.is_over(now, serial_limit, can_limit)
+    }
+
+    /// A function of its own, because most modules have no limit.
+    #[inline(never)]
+    fn is_over(&self, now: Micros, serial_limit: i32, can_limit: i32) -> bool {
         let over =
             |heard, limit: i32| limit != 0 && now.since(heard) > Micros::from_millis(limit.unsigned_abs().into());
         over(self.serial, serial_limit) || over(self.can, can_limit)
-    }
-}
-
-impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Stops the motors along the ramp when a host misses its heartbeat; until a host is heard again no motor can be
-    /// started. Where the device has stopped the motors in this turn, stops the program, too.
-    pub(super) fn supervise(&mut self, now: Micros, supervised: Supervised) {
-        let Supervised { supply, silent, resumed, ended } = supervised;
-        self.note_ended(ended);
-        if silent || supply == Supply::Lost {
-            self.machine.stop();
-        }
-        if supply == Supply::Restored {
-            self.starts = true;
-        }
-        if resumed {
-            self.device.enable_drivers(true);
-        }
-        if self.heartbeat_missed(now) && self.is_under_way() {
-            let ended = self.device.end_moves(|axis| axis.rotate(now, 0));
-            self.note_ended(Some(ended));
-        }
-        if self.device.lacks_supply() {
-            self.machine.errors.raise(ErrorFlag::Shutdown);
-        }
-        if self.device.is_given_up() {
-            self.machine.errors.raise(ErrorFlag::Alarm);
-        }
-    }
-
-    /// Notes that all axes have been stopped, if `ended` is not `None`. Its bits are the axes that were on a
-    /// positioning move.
-    fn note_ended(&mut self, ended: Option<u32>) {
-        let Some(moving) = ended else { return };
-        if moving != 0 {
-            self.machine.errors.raise(ErrorFlag::Position);
-        }
-        for axis in 0..AXES as u8 {
-            self.arrivals.disarm(axis);
-        }
-    }
-
-    /// True while a host has not been heard for longer than parameters 68 and 82 allow.
-    pub(super) fn heartbeat_missed(&self, now: Micros) -> bool {
-        self.supervision.heartbeat_missed(now, self.global(G::SerialHeartbeat), self.global(G::CanHeartbeat))
-    }
-
-    /// True if a motor is on a move, or turns, or if its motion controller does not answer.
-    fn is_under_way(&mut self) -> bool {
-        (0..AXES).any(|number| {
-            let Some(mut axis) = self.device.axis(number) else { return false };
-            axis.travelling() || !matches!(axis.read(P::TargetSpeed), Ok(0))
-        })
     }
 }
 

@@ -1,12 +1,19 @@
 //! Commands that wait for the store: each is answered once what it stored would survive a power cut, or when the EEPROM
 //! has failed.
 
-use super::origin::{Due, Origin};
-use super::outcome::Undo;
-use super::{Module, Platform};
-use crate::param::GlobalParameter as G;
-use crate::store::{Finished, Need};
+use heapless::{Deque, Vec};
+
+use super::origin::{Due, Origin, Source};
+use crate::executor::Undo;
+use crate::store::{Memory, Need, Store};
 use crate::tmcl::{Command, Reply, Status};
+use crate::vm::Machine;
+
+/// Number of links that can wait for a reply at the same time.
+const LINKS: usize = 3;
+/// Number of commands that can wait for the store: one per link, that of the program, and that of an interrupt handler
+/// in it.
+const COMMANDS: usize = LINKS + 2;
 
 /// The one who waits for a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,9 +26,16 @@ pub(super) enum Waiter {
     Nobody,
 }
 
+impl Waiter {
+    /// True for a host on this link.
+    fn is_on(self, source: Source) -> bool {
+        matches!(self, Waiter::Link(from) if from.source == source)
+    }
+}
+
 /// A command that waits for the store.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Waiting {
+pub(super) struct WaitingCommand {
     pub(super) from: Waiter,
     pub(super) command: Command,
     /// The part of the EEPROM that has to be up to date.
@@ -34,80 +48,117 @@ pub(super) struct Waiting {
     pub(super) suppressed: bool,
 }
 
-impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Tells the module how the EEPROM job that it gave out last has gone. Commands that waited for it are answered: with
-    /// status 100 if all they stored is written, with status 5 if it could not be; then their settings are not in force
-    /// either.
-    pub fn stored(&mut self, written: bool) {
-        let Finished { failed, erased, .. } = self.device.store_mut().finish(written);
-        // A factory reset puts the parameters back with the restart that follows it. Until then the program is still in
-        // memory, and its protection has to stay.
-        let resetting = self.device.restart().is_some();
-        if let Some(protection) = erased.filter(|_| !resetting) {
-            self.set_global_value(G::CodeProtection, protection);
+/// The commands that wait, and their replies when these have become due.
+#[derive(Debug, Default)]
+pub(super) struct Waiting {
+    commands: Vec<WaitingCommand, COMMANDS>,
+    /// Replies that are due, oldest first: one per link.
+    replies: Deque<Due, LINKS>,
+}
+
+impl Waiting {
+    /// True while no command waits. Replies may be due all the same.
+    pub(super) fn is_empty(&self) -> bool {
+        self.commands.is_empty()
+    }
+
+    /// True while a link gets a reply that has not been fetched yet.
+    pub(super) fn owes_replies(&self) -> bool {
+        !self.replies.is_empty() || self.commands.iter().any(|waiting| matches!(waiting.from, Waiter::Link(_)))
+    }
+
+    /// True while a command of this link waits.
+    #[inline(always)]
+    pub(super) fn is_for(&self, source: Source) -> bool {
+        !self.commands.is_empty() && self.has_of(source)
+    }
+
+    /// A function of its own, marked as cold: it is asked for each link before each request, and seldom something waits.
+    #[cold]
+    #[inline(never)]
+    fn has_of(&self, source: Source) -> bool {
+        self.commands.iter().any(|waiting| waiting.from.is_on(source))
+    }
+
+    /// Lets a command wait; false if there is no room for it.
+    pub(super) fn push(&mut self, command: WaitingCommand) -> bool {
+        self.commands.push(command).is_ok()
+    }
+
+    /// The next of the replies that have become due, oldest first.
+    pub(super) fn next_reply(&mut self) -> Option<Due> {
+        self.replies.pop_front()
+    }
+
+    /// Forgets the host at the other end of a link: nobody gets the replies.
+    pub(super) fn forget(&mut self, source: Source) {
+        for waiting in self.commands.iter_mut().filter(|waiting| waiting.from.is_on(source)) {
+            waiting.from = Waiter::Nobody;
         }
-        let Some(failed) = failed else { return self.settle() };
-        if failed == Need::Settings && !resetting {
-            self.reload_globals();
-            for waiting in self.waiting.clone().iter().rev() {
-                let Some(Undo { axis, number, value }) = waiting.undo else { continue };
-                if let Ok(cell) = self.coordinate_cell(axis, number) {
-                    *cell = value;
-                }
+        for _ in 0..self.replies.len() {
+            if let Some(reply) = self.replies.pop_front().filter(|due| due.to.source != source) {
+                // The queue has room: the entry has just been taken out of it.
+                let _ = self.replies.push_back(reply);
             }
-            // If the motion controller does not answer either, its driver knows that it has to write this again.
-            let _ = self.apply_polarity_and_direction();
         }
-        // The state of the program is among the settings: if they cannot be written, it is not stored either.
-        self.release(Status::EepromLocked, |waiting| failed == Need::Settings || waiting.need == failed);
     }
 
-    /// True when everything that was asked before a restart is durable and answered.
-    pub(super) fn is_done(&self) -> bool {
-        self.device.store().settled(Need::Settings) && self.waiting.is_empty()
+    /// Forgets the stores that the program was waiting for when it was stopped or reset.
+    pub(super) fn forget_stores(&mut self, machine: &Machine) {
+        let all = self.commands.iter().filter(|waiting| waiting.from == Waiter::Program).count();
+        let mut stale = all.saturating_sub(machine.stores());
+        self.commands.retain(|waiting| {
+            let keep = waiting.from != Waiter::Program || stale == 0;
+            stale = stale.saturating_sub(usize::from(!keep));
+            keep
+        });
     }
 
-    /// Answers the commands whose part of the EEPROM is up to date.
-    pub(super) fn settle(&mut self) {
-        if self.waiting.is_empty() {
+    /// Answers the commands whose part of the EEPROM is up to date; the program goes on behind its own.
+    pub(super) fn settle<M: Memory>(&mut self, store: &Store<M>, machine: &mut Machine) {
+        if self.commands.is_empty() {
             return;
         }
         for need in [Need::Settings, Need::Program] {
-            if self.device.store().settled(need) {
-                self.release(Status::Ok, |waiting| waiting.need == need);
+            if store.settled(need) {
+                self.release(Status::Ok, Some(need), machine);
             }
         }
     }
 
-    /// Answers those of the waiting commands that `which` chooses.
-    fn release(&mut self, status: Status, which: impl Fn(&Waiting) -> bool) {
-        self.waiting.retain(|waiting| {
-            if !which(waiting) {
+    /// What the waiting commands have to take back if settings cannot be written, the last command first.
+    pub(super) fn undos(&self) -> impl Iterator<Item = Undo> {
+        self.commands.iter().rev().filter_map(|waiting| waiting.undo)
+    }
+
+    /// Answers commands with status 5, because a part of the EEPROM cannot be written. The state of the program is among
+    /// the settings: if they cannot be written, it is not stored either.
+    pub(super) fn fail(&mut self, failed: Need, machine: &mut Machine) {
+        let need = if failed == Need::Settings { None } else { Some(failed) };
+        self.release(Status::EepromLocked, need, machine);
+    }
+
+    /// Answers the waiting commands that need this part of the EEPROM, or all of them. Never inlined: it is long, and seldom
+    /// something waits.
+    #[inline(never)]
+    fn release(&mut self, status: Status, need: Option<Need>, machine: &mut Machine) {
+        let Waiting { commands, replies } = self;
+        commands.retain(|waiting| {
+            if need.is_some_and(|need| waiting.need != need) {
                 return true;
             }
-            let Waiting { from, command, value, suppressed, .. } = *waiting;
+            let WaitingCommand { from, command, value, suppressed, .. } = *waiting;
             let value = if status == Status::Ok { value } else { command.value };
             match from {
-                Waiter::Program => self.machine.stored(),
+                Waiter::Program => machine.stored(),
                 Waiter::Nobody => {}
                 Waiter::Link(to) => {
                     let reply = Reply::Plain { status, opcode: command.opcode, value };
                     // A link has at most one command that waits, so the queue has room.
-                    let _ = self.replies.push_back(Due { to, reply: (!suppressed).then_some(reply) });
+                    let _ = replies.push_back(Due { to, reply: (!suppressed).then_some(reply) });
                 }
             }
             false
-        });
-    }
-
-    /// Forgets the stores that the program was waiting for when it was stopped or reset.
-    pub(super) fn forget_stores(&mut self) {
-        let all = self.waiting.iter().filter(|waiting| waiting.from == Waiter::Program).count();
-        let mut stale = all.saturating_sub(self.machine.stores());
-        self.waiting.retain(|waiting| {
-            let keep = waiting.from != Waiter::Program || stale == 0;
-            stale = stale.saturating_sub(usize::from(!keep));
-            keep
         });
     }
 }

@@ -122,6 +122,24 @@ impl Machine {
         self.counter
     }
 
+    /// Command 135: with type 0 the state of the program, whether it waits, and `loaded`, the address to which the next
+    /// command of a download goes; with type 1 the program counter in its place; with types 2 and 3 accumulator and X
+    /// register. `None` for other types.
+    pub fn status(&self, kind: u8, loaded: u16) -> Option<i32> {
+        let pointer = match kind {
+            0 => loaded,
+            1 => self.counter,
+            2 => return Some(self.registers.accumulator),
+            3 => return Some(self.registers.x),
+            _ => return None,
+        };
+        let [high, low] = pointer.to_be_bytes();
+        // Step by step, a WAIT that a handler has returned to goes on with the next step; until a step is done it is
+        // waited for, whatever it is.
+        let waits = if self.state == ProgramState::Step { self.stepping } else { self.waits() };
+        Some(i32::from_be_bytes([self.state as u8, u8::from(waits), high, low]))
+    }
+
     /// What the program waits for before the next command; `None` while the program does not wait.
     pub const fn wait(&self) -> Option<Wait> {
         self.wait

@@ -75,7 +75,7 @@ pub static THREE: Spec = Spec {
     axis: &THREE_AXIS,
     global: &THREE_GLOBAL,
     commands: 6144,
-    slots: THREE_SLOTS,
+    slots: Some(THREE_SLOTS),
     ..TMCM_1140
 };
 

@@ -71,7 +71,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         if matches!(self.drive.state, State::FaultReactionActive | State::Fault) {
             return;
         }
-        if self.device.in_tmcl_mode() {
+        if self.tunnel.in_tmcl_mode() {
             self.end_motion();
         } else {
             self.react();
@@ -100,7 +100,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// The CAN controller is off the bus: nothing can be commanded any more, so the motor stops without a ramp.
     pub(in crate::canopen) fn leave_bus(&mut self) {
-        if self.drive.state.is_driving() || self.device.in_tmcl_mode() {
+        if self.drive.state.is_driving() || self.tunnel.in_tmcl_mode() {
             self.stop_hard();
         }
         self.fault();

@@ -67,7 +67,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     pub(super) fn is_limited(&self) -> bool {
         let Limits { touched, stalled } = self.drive.limits;
         // In TMCL mode, and while a homing is under way, there are no software limits.
-        let outside = !self.device.in_tmcl_mode() && !self.drive.homing.running && self.outside().contains(&true);
+        let outside = !self.tunnel.in_tmcl_mode() && !self.drive.homing.running && self.outside().contains(&true);
         stalled || touched.contains(&true) || outside
     }
 

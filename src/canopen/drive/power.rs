@@ -94,7 +94,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
                     self.release_brake(true);
                     self.drive.way = Way::Releasing(self.after(Object::BrakeReleaseDelay));
                 }
-                Way::Releasing(at) if self.now >= at && self.device.in_tmcl_mode() => self.drive.way = Way::Lasting,
+                Way::Releasing(at) if self.now >= at && self.tunnel.in_tmcl_mode() => self.drive.way = Way::Lasting,
                 Way::Releasing(at) if self.now >= at => self.enter_state(State::OperationEnabled),
                 // A motion controller that is silent tells of no stop; the bridges are off then anyway.
                 Way::Stopping(to) if self.stands() || self.device.is_given_up() => self.disable(to),
@@ -127,7 +127,7 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
 
     /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then.
     pub(in crate::canopen) fn is_disabled(&self) -> bool {
-        self.drive.state == State::SwitchOnDisabled && !self.device.in_tmcl_mode()
+        self.drive.state == State::SwitchOnDisabled && !self.tunnel.in_tmcl_mode()
     }
 
     /// TMCL mode begins: the motor stops by the quick stop ramp, and the drive is SWITCH ON DISABLED. But the bridges stay

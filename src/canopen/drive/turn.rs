@@ -10,9 +10,9 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// axis since the turn before.
     pub(in crate::canopen) fn drive(&mut self, events: Events) {
         self.look_for_faults();
-        if self.device.in_tmcl_mode() {
+        if self.tunnel.in_tmcl_mode() {
             self.look_at_statusword();
-            return self.watch_over_motor();
+            return self.progress();
         }
         self.follow_homing(events);
         self.look_at_limits(events);

@@ -23,7 +23,7 @@ pub(super) fn store() {
     any(&mut store);
     any(keeper.poll(now(), || store.next_job()));
     any(any(Signal::Enable).place());
-    let slots: &Slots = any(&TMCM_1140.slots);
+    let Some(slots): Option<&Slots> = any(TMCM_1140.slots.as_ref()) else { return };
     for slot in [slots.variable(any(0)), slots.axis(any(0), any(0)), slots.coordinate(any(0), any(0)), any(Some(0))] {
         any(slot.map(|slot| store.set(slot, any(0))));
         any(slot.map(|slot| store.get(slot)));

@@ -5,9 +5,18 @@ use crate::tmcl::Reply;
 
 /// What a command led to that was not refused; a refused one has a [`Status`](crate::tmcl::Status) instead.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Outcome {
+pub(crate) enum Outcome {
     /// Executed; the value of the reply.
     Value(i32),
+    /// A motion command was executed.
+    Moved {
+        /// The value of the reply.
+        value: i32,
+        /// The axes whose moves and searches have ended with it, axis n in bit n.
+        ended: u8,
+        /// The axes that have set out to a target or on a search with it, axis n in bit n.
+        begun: u8,
+    },
     /// A value was read: the value of the reply, and what a program gets into its accumulator.
     Read(i32),
     /// Executed, and answered once it would survive a power cut.
@@ -27,12 +36,12 @@ pub(super) enum Outcome {
 
 impl Outcome {
     /// A setting was stored.
-    pub(super) const fn stored(value: i32) -> Self {
+    pub(crate) const fn stored(value: i32) -> Self {
         Outcome::Stored { value, need: Need::Settings, undo: None }
     }
 
     /// Program memory was written.
-    pub(super) const fn written(value: i32) -> Self {
+    pub(crate) const fn written(value: i32) -> Self {
         Outcome::Stored { value, need: Need::Program, undo: None }
     }
 }
@@ -40,9 +49,9 @@ impl Outcome {
 /// A coordinate as it was before the command that set and stored it: if the EEPROM cannot be written, it comes back.
 /// Parameters need no such entry: their values in force are read again from what is stored.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Undo {
-    pub(super) axis: u8,
+pub(crate) struct Undo {
+    pub(crate) axis: u8,
     /// Number of the coordinate, 0 to 20.
-    pub(super) number: u8,
-    pub(super) value: i32,
+    pub(crate) number: u8,
+    pub(crate) value: i32,
 }

@@ -1,10 +1,12 @@
 //! A product as data: its [`Spec`], and as a type, [`Product`], for the sizes of its memories.
 
+use super::outcome::Outcome;
 use super::ports::Signal;
 use super::slots::Slots;
 use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140, tmcm3110, tmcm3212, tmcm6110};
 use crate::store::{Array, Layout, Memory, Pair, Store, Storing};
-use crate::tmcl::{Command, Opcode};
+use crate::tmcl::{Command, Opcode, Reply, Status};
+use crate::vm;
 
 /// A product: everything in which one module differs from its sisters and that is not an algorithm.
 #[derive(Clone, Copy, Debug)]
@@ -43,11 +45,9 @@ pub struct Spec {
     pub global: &'static Table<GlobalParameter>,
     /// How many commands program memory holds (manual section 3.3); 0 without one.
     pub commands: u16,
-    /// The slots of the EEPROM in which the settings are stored.
-    pub slots: Slots,
-    /// True for a module inside another firmware, whose EEPROM it is: what would be stored there, or read from there, is
-    /// refused.
-    pub guest: bool,
+    /// The slots of the EEPROM in which the settings are stored. `None` where the EEPROM is another firmware's: what would be
+    /// stored there, or read from there, is refused with status 5.
+    pub slots: Option<Slots>,
 }
 
 /// A product as a type: its data, and by [`Memory`] the sizes of its EEPROM and of the store's arrays.
@@ -81,8 +81,7 @@ pub static TMCM_1140: Spec = Spec {
     axis: &tmcm1140::AXIS,
     global: &tmcm1140::GLOBAL,
     commands: 2048,
-    slots: SLOTS,
-    guest: false,
+    slots: Some(SLOTS),
 };
 
 const SLOTS: Slots = Slots { variables: 20, axes: 76, each: 66, coordinates: 46 };
@@ -129,7 +128,7 @@ pub static TMCM_6110: Spec = Spec {
     pull_ups: 2,
     axis: &tmcm6110::AXIS,
     global: &tmcm6110::GLOBAL,
-    slots: SISTERS_SLOTS,
+    slots: Some(SISTERS_SLOTS),
     ..TMCM_1140
 };
 
@@ -227,8 +226,7 @@ pub static TMCM_3212: Spec = Spec {
     axis: &tmcm3212::AXIS,
     global: &tmcm3212::GLOBAL,
     commands: 6144,
-    slots: TMCM_3212_SLOTS,
-    ..TMCM_1140
+    slots: Some(TMCM_3212_SLOTS),
 };
 
 /// The slots of the TMCM-3212: no axis parameters, only coordinates.
@@ -284,6 +282,23 @@ impl Spec {
         false
     }
 
+    /// A value as an address in program memory. Outside of it the status is 4, without program memory 6.
+    pub(crate) fn address(&self, value: i32) -> Result<u16, Status> {
+        if self.commands == 0 {
+            return Err(Status::NotAvailable);
+        }
+        vm::address(value, self.commands).ok_or(Status::InvalidValue)
+    }
+
+    /// Command 136: the version as a text (type 0) or as a number (type 1); other types are refused with status 3.
+    pub(crate) fn version(&self, kind: u8) -> Result<Outcome, Status> {
+        match kind {
+            0 => Ok(Outcome::Special(Reply::Version(self.version_string()))),
+            1 => Ok(Outcome::Value(self.version_number())),
+            _ => Err(Status::WrongType),
+        }
+    }
+
     /// The version string of command 136, type 0: `1140V142`.
     pub fn version_string(&self) -> [u8; 8] {
         let digit = |n: u8| b'0'.saturating_add(n % 10);
@@ -308,15 +323,13 @@ pub fn factory_reset<P: Product>(store: &mut Store<P>) {
 /// Stops the compiler where the data of a product contradict each other, or the number of axes that a module is made with
 /// is another one.
 #[allow(clippy::arithmetic_side_effects, clippy::indexing_slicing)]
-pub(super) const fn check<P: Product>(axes: usize) {
+pub(crate) const fn check<P: Product>(axes: usize) {
     let spec = P::SPEC;
     assert!(spec.axes as usize == axes, "the product has another number of axes");
     assert!(spec.commands as usize * Command::SIZE == P::Program::LENGTH, "program memory has another size");
-    if spec.guest {
-        return;
-    }
+    let Some(slots) = &spec.slots else { return };
     let Layout { defaults, after_erasing, .. } = P::LAYOUT;
-    spec.slots.check(spec.axis, spec.global, axes, defaults.len());
+    slots.check(spec.axis, spec.global, axes, defaults.len());
     let mut i = 0;
     while i < spec.global.rows.len() {
         let parameter = &spec.global.rows[i];

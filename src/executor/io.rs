@@ -1,35 +1,24 @@
 //! Digital and analog inputs and outputs: SIO and GIO (manual sections 3.7.14, 3.7.15).
 
-use super::outcome::Outcome;
 use super::ports::{ALL_PORTS, ANALOG, INPUTS, OUTPUTS, Signal};
-use super::{CONVERTER_BITS, Module, Platform, Spec};
+use super::{CONVERTER_BITS, Commands, Hooks, Outcome, Product, Spec};
+use crate::device::Board;
 use crate::tmcl::Status;
-use crate::units::Micros;
 
-/// The time that the status LED is on, and then off, in milliseconds.
-const BLINK_MS: u64 = 1000;
 /// How far from its absolute zero the built-in encoder still counts as there, for [`Signal::EncoderZero`]; in 1/1024
 /// turn.
 const NEAR_ZERO: u16 = 4;
 
-impl<T: Platform, const AXES: usize> Module<T, AXES> {
-    /// Lets the status LED blink. The division of 64 bits takes its time, so that there is one with each change only.
-    pub(super) fn blink(&mut self, now: Micros) {
-        if now >= self.blinks {
-            let count = now.millis() / BLINK_MS;
-            self.blinks = Micros::from_millis(count.saturating_add(1).saturating_mul(BLINK_MS));
-            self.device.outputs_mut().led = count.is_multiple_of(2);
-        }
-    }
-
+impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H, AXES> {
+    /// SIO: sets an output, all outputs, or the pull-up resistors of the inputs.
     pub(super) fn set_output(&mut self, port: u8, bank: u8, value: i32) -> Result<Outcome, Status> {
-        let all = bits(self.spec().outputs);
+        let all = bits(Self::SPEC.outputs);
         match (bank, port) {
             // Published configuration tools write 3 to every module, the default of sisters with two pull-up groups; so 3 is
             // accepted, and bit 0 decides.
-            (INPUTS, 0) if self.spec().pull_ups == 0 => return Err(Status::WrongType),
+            (INPUTS, 0) if Self::SPEC.pull_ups == 0 => return Err(Status::WrongType),
             (INPUTS, 0) if (0..=3).contains(&value) => {
-                self.device.outputs_mut().pull_ups = value as u8 & bits(self.spec().pull_ups);
+                self.device.outputs_mut().pull_ups = value as u8 & bits(Self::SPEC.pull_ups);
             }
             (INPUTS, 0) => return Err(Status::InvalidValue),
             (OUTPUTS, ALL_PORTS) => {
@@ -40,7 +29,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
                 }
                 self.device.outputs_mut().digital = (bits & i32::from(all)) as u8;
             }
-            (OUTPUTS, port) if port < self.spec().outputs => {
+            (OUTPUTS, port) if port < Self::SPEC.outputs => {
                 let bit = 1_u8.checked_shl(port.into()).unwrap_or(0);
                 let on = flag(value)?;
                 let digital = &mut self.device.outputs_mut().digital;
@@ -52,8 +41,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
         Ok(Outcome::Value(value))
     }
 
+    /// GIO: the level of an input or output, or the reading of an analog input.
     pub(super) fn get_input(&self, port: u8, bank: u8) -> Result<Outcome, Status> {
-        let Spec { inputs, outputs, analog, analog_bits, signals, .. } = *self.spec();
+        let Spec { inputs, outputs, analog, analog_bits, signals, .. } = *Self::SPEC;
         let seen = self.device.inputs();
         let all = 1_u16.unbounded_shl(inputs.into()).wrapping_sub(1);
         let level = |levels: u16, port: u8| (levels.unbounded_shr(port.into()) & 1).into();
