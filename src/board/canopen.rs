@@ -8,9 +8,10 @@ use super::firmware::Firmware;
 use super::kept::Kept;
 use super::{can, now};
 use crate::can::{CanFrame, Frame, StandardId};
-use crate::canopen::{Address, BusState, Node, Overflow, Tmcm1140, usb};
+use crate::canopen::{Address, BusState, Node, Overflow, usb};
 use crate::device::{Board, Inputs, Outputs, Parts};
-use crate::module::{LinkEnds, LinkMode, LinkSettings, Request, Source, TMCM_1140};
+use crate::executor::Product;
+use crate::module::{LinkEnds, LinkMode, LinkSettings, Request, Source};
 use crate::store::{Job, Store};
 use crate::units::Micros;
 
@@ -23,7 +24,7 @@ static ADDRESS: Kept<[u32; 2]> = Kept::new();
 
 /// A node of CANopen.
 #[repr(C)]
-pub struct Canopen<T: Board<Product = Tmcm1140> + 'static> {
+pub struct Canopen<T: Board<Product: Product> + 'static> {
     node: Node<T>,
     link: NodeLink,
     /// The boot-up message is on its way; nothing else is sent before it, whatever its identifier.
@@ -36,7 +37,7 @@ pub struct Canopen<T: Board<Product = Tmcm1140> + 'static> {
     settings: LinkSettings,
 }
 
-impl<T: Board<Product = Tmcm1140> + 'static> Canopen<T> {
+impl<T: Board<Product: Product> + 'static> Canopen<T> {
     /// Serves a telegram that has come over USB.
     #[inline(never)]
     fn serve_usb(&mut self, ends: &mut Ends) -> bool {
@@ -113,7 +114,7 @@ fn bit_rate(address: Address) -> u32 {
     u32::from(address.bit_rate) * 1000
 }
 
-impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
+impl<T: Board<Product: Product> + 'static> Firmware<1> for Canopen<T> {
     type Board = T;
 
     const CAN_IN_ORDER: bool = false;
@@ -126,7 +127,7 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
         Canopen { node, link, boots: false, bus: BusState::Active, unknown: true, settings }
     }
 
-    fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<Tmcm1140>)) {
+    fn start(&mut self, now: Micros, load: impl FnOnce(&mut Store<T::Product>)) {
         // SAFETY: as in `know`; and any bits are two words.
         self.node.remember(Address::from_kept(unsafe { ADDRESS.read() }));
         self.node.start(now, load);
@@ -137,7 +138,7 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
     }
 
     /// Node ID and bit rate included.
-    fn factory_reset(store: &mut Store<Tmcm1140>) {
+    fn factory_reset(store: &mut Store<T::Product>) {
         store.reset(false);
     }
 
@@ -145,7 +146,7 @@ impl<T: Board<Product = Tmcm1140> + 'static> Firmware<1> for Canopen<T> {
     fn recover(&mut self) {}
 
     fn usb_name(&self) -> &'static str {
-        TMCM_1140.usb
+        T::Product::SPEC.usb
     }
 
     fn baud_rate(&self) -> Option<u32> {

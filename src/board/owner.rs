@@ -245,7 +245,7 @@ impl<F: Firmware<AXES>> Owner<F> {
         }
         if let Some(written) = WRITTEN.try_take() {
             if !written {
-                defmt::warn!("EEPROM: a page could not be written");
+                defmt::warn!("EEPROM: no answer, or a page that could not be written");
             }
             self.firmware.stored(written);
         }

@@ -2,6 +2,10 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
+use super::entry::Entry;
+use super::object::Object;
+use crate::store::{Memory, Store};
+
 /// Node ID and bit rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Address {
@@ -27,6 +31,39 @@ impl Address {
         let [node, low, high, rest] = word.to_le_bytes();
         let valid = sum(word) == check && (1..=127).contains(&node) && rest == 0;
         valid.then_some(Address { node, bit_rate: u16::from_le_bytes([low, high]) })
+    }
+}
+
+/// The address of a node, as far as it knows it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Identity {
+    /// The address in force.
+    pub(super) address: Address,
+    /// It is known: without it the node is silent.
+    pub(super) known: bool,
+    /// That of before a restart.
+    pub(super) kept: Option<Address>,
+}
+
+impl Identity {
+    /// Before the start nothing is known.
+    pub(super) const UNKNOWN: Self = Identity { address: Address::DEFAULT, known: false, kept: None };
+
+    /// Takes node ID and bit rate from the store; they are in force until the next start. If they are `lost` there, those of
+    /// before a restart are taken.
+    pub(super) fn take<M: Memory>(&mut self, store: &Store<M>, lost: bool) {
+        self.known = !lost || self.kept.is_some();
+        if let Some(address) = self.kept.filter(|_| lost) {
+            self.address = address;
+            return;
+        }
+        let stored = |object| {
+            let row = Entry::of(object).row();
+            let stored = row.slot(0).and_then(|slot| store.get(slot));
+            let valid = stored.filter(|value| row.accepts((*value).into()));
+            valid.map_or(row.default_number(0, 0), |value| value as u32)
+        };
+        self.address = Address { node: stored(Object::NodeId) as u8, bit_rate: stored(Object::BitRate) as u16 };
     }
 }
 

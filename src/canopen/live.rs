@@ -1,6 +1,8 @@
 //! The readings of the last millisecond's turn, which PDOs and SDO uploads carry. They change all at once, at the end
 //! of a turn, so that they trigger a PDO at most once in a turn.
 
+use super::object::Object;
+use super::values::Values;
 use crate::device::{Board, Device};
 use crate::param::AxisParameter as P;
 
@@ -39,11 +41,15 @@ pub(super) struct Live {
     pub(super) inputs: u16,
     /// Analog input 0.
     pub(super) analog: u16,
+    /// The built-in encoder is connected.
+    pub(super) has_encoder: bool,
+    /// The motor's way in both directions since the start, in microsteps.
+    pub(super) way: u64,
 }
 
 impl Live {
-    /// The readings that a device has taken. None of them takes a datagram.
-    pub(super) fn of<T: Board>(device: &mut Device<T, 1>) -> Self {
+    /// The readings that a device has taken, with the way that the motor has made. None of them takes a datagram.
+    pub(super) fn of<T: Board>(device: &mut Device<T, 1>, way: u64) -> Self {
         let inputs = device.inputs();
         let (digital, [analog, ..]) = (inputs.digital, inputs.analog);
         let [left, right] = device.stop_switches(0).unwrap_or_default();
@@ -59,6 +65,36 @@ impl Live {
             switches: [left, right, axis.home_switch()],
             inputs: digital,
             analog,
+            has_encoder: has_encoder(device),
+            way,
         }
     }
+
+    /// Takes what a device has read since. True if it is something else.
+    pub(super) fn take<T: Board>(&mut self, device: &mut Device<T, 1>) -> bool {
+        let live = Live::of(device, self.way);
+        let changes = live != *self;
+        *self = live;
+        changes
+    }
+
+    /// Notes the way from a position that the motor had before.
+    pub(super) const fn count_way(&mut self, from: i32) {
+        self.way = self.way.wrapping_add(self.position.wrapping_sub(from).unsigned_abs() as u64);
+    }
+
+    /// The actual position in microsteps, by the sensor that 606Ah selects.
+    pub(super) fn actual_position(&self, values: &Values) -> i32 {
+        if values.of_object(Object::SensorSelection) == 0 { self.encoder } else { self.position }
+    }
+
+    /// The following error (60F4h): the counter of the motor less the encoder, in microsteps; 0 without an encoder.
+    pub(super) const fn following_error(&self) -> i32 {
+        if self.has_encoder { self.position.wrapping_sub(self.encoder) } else { 0 }
+    }
+}
+
+/// True if the built-in encoder is connected.
+pub(super) fn has_encoder<T: Board>(device: &Device<T, 1>) -> bool {
+    device.inputs().axes.iter().all(|sensors| sensors.encoder.is_some())
 }

@@ -1,11 +1,17 @@
 //! What reading an object gives.
 
-use super::Node;
-use super::drive::unit::Scale;
-use super::object::{Entry, Object};
-use super::row::Initial;
-use super::store::Tmcm1140;
-use crate::device::Board;
+use super::address::Address;
+use super::cia301::nmt::Nmt;
+use super::drive::{Drive, Shown};
+use super::entry::Entry;
+use super::errors::Errors;
+use super::live::Live;
+use super::object::{Computed, Object};
+use super::row::{Initial, Storage};
+use super::settings::{PINS, Settings};
+use super::tunnel::Tunnel;
+use crate::device::{Board, Device};
+use crate::executor::Product;
 
 /// The value of an object that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,198 +26,95 @@ pub(super) enum Value {
     Octets([u8; 7]),
 }
 
-/// The general purpose pins stand from this bit on in 2702h, 2703h and 60FDh.
-pub(super) const PINS: u32 = 16;
+/// What the objects are read from.
+pub(super) struct View<'a, T: Board<Product: Product>> {
+    pub(super) device: &'a Device<T, 1>,
+    pub(super) settings: &'a Settings,
+    pub(super) live: &'a Live,
+    pub(super) errors: &'a Errors,
+    pub(super) drive: &'a Drive,
+    pub(super) tunnel: &'a Tunnel,
+    pub(super) address: Address,
+    pub(super) state: Nmt,
+    pub(super) manufacturer_mode: bool,
+}
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
+impl<T: Board<Product: Product>> View<'_, T> {
     /// Reads an object. What is measured is as the last turn has read it.
     pub(super) fn read(&self, entry: Entry) -> Value {
-        let live = &self.live;
-        Value::Number(match entry.object {
-            Object::DeviceName | Object::HardwareVersion | Object::SoftwareVersion => {
-                return match entry.row().default {
-                    Initial::Text(text) => Value::Text(text),
-                    _ => Value::Text(""),
-                };
-            }
-            Object::ErrorRegister => self.errors.register().into(),
-            Object::SaveAll
-            | Object::SaveCommunication
-            | Object::SaveMotor
-            | Object::RestoreAll
-            | Object::RestoreCommunication
-            | Object::RestoreMotor => u32::from(!self.device.store().is_unreachable()),
-            Object::OsCommand => return Value::Octets([0; _]),
-            Object::OsStatus => self.tunnel.status.into(),
-            Object::OsReply => return Value::Octets(self.tunnel.reply),
-            Object::DirectCommunication => self.tunnel.in_tmcl_mode().into(),
-            Object::ManufacturerMode => self.manufacturer_mode.into(),
-            Object::BitRateInUse => self.bit_rate.into(),
-            Object::NodeIdInUse => self.node.into(),
-            Object::AccelerationDimension => self.scale.acceleration_dimension(),
-            Object::ActualLoad => live.load.into(),
-            Object::DriverErrorFlags => driver_errors(live.flags, self.device.lacks_supply()),
-            Object::MicrostepResolutionDisplay => self.values.of_object(Object::MicrostepResolution),
-            Object::StepCounterLow => self.way as u32,
-            Object::StepCounterHigh => (self.way >> 32) as u32,
-            Object::StepCounter => return Value::Long(self.way),
-            Object::DeviceInputs => u32::from(live.inputs) << PINS,
-            Object::AnalogInput => live.analog.into(),
-            Object::ErrorCode => self.errors.code().into(),
-            Object::Statusword => self.statusword(),
-            Object::VelocityDemandVl => self.values.of_object(Object::TargetVelocityVl),
-            Object::VelocityActualVl => {
-                let speed = self.scale.velocity_of(live.speed);
-                speed.clamp(i16::MIN.into(), i16::MAX.into()) as u32
-            }
-            Object::MaximumVelocityAmount => self.values.of_object(Object::MaximumVelocity),
-            Object::DecelerationDeltaSpeed => self.values.of_object(Object::AccelerationDeltaSpeed),
-            Object::ModeDisplay => self.drive.motion.mode as u32,
-            Object::PositionDemand => live.position as u32,
-            Object::PositionActualInternal | Object::PositionActual => self.actual_position() as u32,
-            Object::VelocityActual => self.scale.velocity_of(live.speed) as u32,
-            Object::ProfileDeceleration => self.values.of_object(Object::ProfileAcceleration),
-            Object::HomeOffsetDisplay => self.home_offset_display(),
-            Object::FollowingErrorActual => self.following_error() as u32,
-            Object::DigitalInputs => self.switches() | u32::from(live.inputs) << PINS,
-            Object::DeviceType
-            | Object::SaveCount
-            | Object::RestoreCount
-            | Object::ConsumerHeartbeatCount
-            | Object::IdentityCount
-            | Object::VendorId
-            | Object::ProductCode
-            | Object::RevisionNumber
-            | Object::OsCommandCount
-            | Object::ErrorBehaviourCount
-            | Object::ReceiveCount
-            | Object::TransmitCount
-            | Object::TransmitCompatibility
-            | Object::BrakeDelayCount
-            | Object::EncoderCount
-            | Object::BrakeCurrentCount
-            | Object::StepCounterCount
-            | Object::OutputCount
-            | Object::StoreCount
-            | Object::StoreCommunication
-            | Object::AnalogCount
-            | Object::VelocityAmountCount
-            | Object::MinimumVelocityAmount
-            | Object::AccelerationVlCount
-            | Object::AccelerationDeltaTime
-            | Object::DecelerationVlCount
-            | Object::DecelerationDeltaTime
-            | Object::PositionLimitCount
-            | Object::HomingSpeedCount
-            | Object::SupportedModes => entry.row().default_number(entry.nth, self.node),
-            Object::SyncCobId
-            | Object::GuardTime
-            | Object::LifeTimeFactor
-            | Object::EmergencyCobId
-            | Object::EmergencyInhibitTime
-            | Object::ConsumerHeartbeatTime
-            | Object::ProducerHeartbeatTime
-            | Object::CommunicationErrorBehaviour
-            | Object::ApplicationErrorBehaviour
-            | Object::ReceiveCobId
-            | Object::ReceiveType
-            | Object::ReceiveMapped
-            | Object::ReceiveEntry1
-            | Object::ReceiveEntry2
-            | Object::ReceiveEntry3
-            | Object::TransmitCobId
-            | Object::TransmitType
-            | Object::TransmitInhibitTime
-            | Object::TransmitEventTimer
-            | Object::TransmitMapped
-            | Object::TransmitEntry1
-            | Object::TransmitEntry2
-            | Object::TransmitEntry3
-            | Object::MicrostepResolution
-            | Object::FullStepResolution
-            | Object::BrakeApplyDelay
-            | Object::BrakeReleaseDelay
-            | Object::MaximumCurrent
-            | Object::StandbyCurrent
-            | Object::LimitSwitches
-            | Object::EnableDelay
-            | Object::EncoderPolarity
-            | Object::EncoderDirection
-            | Object::EncoderInitialise
-            | Object::BrakeApplyCurrent
-            | Object::BrakeReleaseCurrent
-            | Object::RampDivisor
-            | Object::PulseDivisor
-            | Object::MaximumVelocity
-            | Object::MaximumAcceleration
-            | Object::StandbyDelay
-            | Object::VelocityDimension
-            | Object::ChopperBlankTime
-            | Object::ChopperMode
-            | Object::ChopperHysteresisDecrement
-            | Object::ChopperHysteresisEnd
-            | Object::ChopperHysteresisStart
-            | Object::ChopperOffTime
-            | Object::SmartEnergyCurrentMinimum
-            | Object::SmartEnergyDownStep
-            | Object::SmartEnergyHysteresis
-            | Object::SmartEnergyUpStep
-            | Object::SmartEnergyHysteresisStart
-            | Object::StallGuardFilter
-            | Object::StallGuardThreshold
-            | Object::ShortProtectionDisable
-            | Object::StopOnStall
-            | Object::SmartEnergyThresholdSpeed
-            | Object::SmartEnergySlowRunCurrent
-            | Object::PhysicalOutputs
-            | Object::OutputMask
-            | Object::BitRate
-            | Object::NodeId
-            | Object::PullUps
-            | Object::Controlword
-            | Object::TargetVelocityVl
-            | Object::AccelerationDeltaSpeed
-            | Object::QuickStopOption
-            | Object::ShutdownOption
-            | Object::DisableOperationOption
-            | Object::HaltOption
-            | Object::FaultReactionOption
-            | Object::ModeOfOperation
-            | Object::FollowingErrorWindow
-            | Object::PositionWindow
-            | Object::PositionWindowTime
-            | Object::SensorSelection
-            | Object::TargetPosition
-            | Object::HomeOffset
-            | Object::MinimumPositionLimit
-            | Object::MaximumPositionLimit
-            | Object::ProfileVelocity
-            | Object::ProfileAcceleration
-            | Object::QuickStopDeceleration
-            | Object::HomingMethod
-            | Object::HomingFastSpeed
-            | Object::HomingSlowSpeed
-            | Object::HomingAcceleration
-            | Object::TargetVelocity => self.values.get(entry),
-        })
+        let row = entry.row();
+        if let Some(object) = row.computed {
+            return self.compute(object);
+        }
+        match (row.storage, row.default) {
+            (Storage::Computed, Initial::Text(text)) => Value::Text(text),
+            (Storage::Computed, _) => Value::Number(row.default_number(entry.nth, self.address.node)),
+            _ => Value::Number(self.settings.values.get(entry)),
+        }
     }
 
-    /// The number that an object of up to 32 bits has; 0 for any other.
-    pub(super) fn number(&self, entry: Entry) -> u32 {
-        match self.read(entry) {
+    /// What reads the number that an object of up to 32 bits has; of any other 0.
+    pub(super) fn reader(&self) -> impl Fn(Entry) -> u32 {
+        |entry| match self.read(entry) {
             Value::Number(number) => number,
             Value::Long(_) | Value::Text(_) | Value::Octets(_) => 0,
         }
     }
 
-    pub(super) const fn scale(&self) -> &Scale {
-        &self.scale
+    /// The value of an object that is no setting. Never inlined: reading the others is not to have its stack frame.
+    #[inline(never)]
+    fn compute(&self, object: Computed) -> Value {
+        let View { device, settings, live, errors, drive, tunnel, .. } = self;
+        Value::Number(match object {
+            Computed::ErrorRegister => errors.register().into(),
+            Computed::SaveAll
+            | Computed::SaveCommunication
+            | Computed::SaveMotor
+            | Computed::RestoreAll
+            | Computed::RestoreCommunication
+            | Computed::RestoreMotor => u32::from(!device.store().is_unreachable()),
+            Computed::OsCommand => return Value::Octets([0; _]),
+            Computed::OsStatus => tunnel.status().into(),
+            Computed::OsReply => return Value::Octets(tunnel.reply()),
+            Computed::DirectCommunication => tunnel.is_open().into(),
+            Computed::ManufacturerMode => self.manufacturer_mode.into(),
+            Computed::BitRateInUse => self.address.bit_rate.into(),
+            Computed::NodeIdInUse => self.address.node.into(),
+            Computed::AccelerationDimension => settings.scale.acceleration_dimension(),
+            Computed::ActualLoad => live.load.into(),
+            Computed::DriverErrorFlags => driver_errors(live.flags, device.lacks_supply()),
+            Computed::MicrostepResolutionDisplay => settings.of(Object::MicrostepResolution),
+            Computed::StepCounterLow => live.way as u32,
+            Computed::StepCounterHigh => (live.way >> 32) as u32,
+            Computed::StepCounter => return Value::Long(live.way),
+            Computed::DeviceInputs => u32::from(live.inputs) << PINS,
+            Computed::AnalogInput => live.analog.into(),
+            Computed::ErrorCode => errors.code().into(),
+            Computed::Statusword => drive.statusword(&self.shown()),
+            Computed::VelocityDemandVl => settings.of(Object::TargetVelocityVl),
+            Computed::VelocityActualVl => {
+                let speed = settings.scale.velocity_of(live.speed);
+                speed.clamp(i16::MIN.into(), i16::MAX.into()) as u32
+            }
+            Computed::MaximumVelocityAmount => settings.of(Object::MaximumVelocity),
+            Computed::DecelerationDeltaSpeed => settings.of(Object::AccelerationDeltaSpeed),
+            Computed::ModeDisplay => drive.mode(),
+            Computed::PositionDemand => live.position as u32,
+            Computed::PositionActualInternal | Computed::PositionActual => {
+                live.actual_position(&settings.values) as u32
+            }
+            Computed::VelocityActual => settings.scale.velocity_of(live.speed) as u32,
+            Computed::ProfileDeceleration => settings.of(Object::ProfileAcceleration),
+            Computed::HomeOffsetDisplay => drive.home_offset_used(),
+            Computed::FollowingErrorActual => live.following_error() as u32,
+            Computed::DigitalInputs => settings.switches().shown(live) | u32::from(live.inputs) << PINS,
+        })
     }
 
-    /// The actual position in microsteps, by the sensor that 606Ah selects.
-    pub(super) fn actual_position(&self) -> i32 {
-        let encoder = self.values.of_object(Object::SensorSelection) == 0;
-        if encoder { self.live.encoder } else { self.live.position }
+    /// What the statusword shows of it.
+    fn shown(&self) -> Shown<'_, T> {
+        let View { device, settings, live, errors, state, tunnel, .. } = *self;
+        Shown { device, settings, live, errors, state, in_tmcl_mode: tunnel.is_open() }
     }
 }
 

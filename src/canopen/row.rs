@@ -96,26 +96,6 @@ impl Type {
     }
 }
 
-/// Who may change an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
-    /// The object is only read.
-    Ro,
-    /// The object is read and written.
-    Rw,
-}
-
-/// In which PDOs an object may be mapped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mapping {
-    /// In none.
-    No,
-    /// In those that the node sends.
-    Tx,
-    /// In those that it sends and in those that it receives.
-    RxTx,
-}
-
 /// Where the value of an object is, and which groups of 1010h and 1011h it belongs to. The number is that of the first
 /// slot in the EEPROM; the PDOs have one slot each, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -156,82 +136,16 @@ pub enum When {
     Disabled,
 }
 
+/// How the value of an object becomes that of an axis parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// As it is.
+    Same,
+    /// The end of the hysteresis: the object is signed, the chip's field begins at -3.
+    HysteresisEnd,
+    /// A velocity in the unit of 208Ch from which on something acts.
+    Threshold,
+}
+
 /// Ranges of an object that takes every number of its type.
 pub const ANY: &[(i64, i64)] = &[];
-
-/// A row of the object table. Objects that each PDO has stand in one row. Names and units are for people, so an image has none.
-#[derive(Debug)]
-pub struct Row {
-    /// The index, or that of the first PDO.
-    pub first: u16,
-    /// The index, or that of the last PDO.
-    pub last: u16,
-    /// The sub-index.
-    pub sub: u8,
-    /// The name. A `#` in it stands for the number of the PDO. At sub-index 0 of an array or a record the name of the
-    /// whole stands in front of a colon.
-    #[cfg(not(target_os = "none"))]
-    pub name: &'static str,
-    /// What the index is.
-    pub kind: Kind,
-    /// Type of the value.
-    pub data: Type,
-    /// Whether the object may be written.
-    pub access: Access,
-    /// Whether the object may be mapped.
-    pub mapping: Mapping,
-    /// Accepted values, besides what the type allows: inclusive ranges, in ascending order; with [`ANY`] all.
-    pub ranges: &'static [(i64, i64)],
-    /// The value after a factory reset.
-    pub default: Initial,
-    /// The unit of the value; empty where a number speaks for itself.
-    #[cfg(not(target_os = "none"))]
-    pub unit: &'static str,
-    /// Where the value is.
-    pub storage: Storage,
-    /// When the object may be written.
-    pub when: When,
-}
-
-impl Row {
-    /// True when the number lies in one of the ranges.
-    pub fn accepts(&self, value: i64) -> bool {
-        self.ranges.is_empty() || self.ranges.iter().any(|&(low, high)| (low..=high).contains(&value))
-    }
-
-    /// The number after a factory reset, of the PDO with this number, counted from 0, on the node with this ID; 0 where
-    /// the default is none.
-    pub const fn default_number(&self, nth: u8, node: u8) -> u32 {
-        match self.default {
-            Initial::Number(number) => number as u32,
-            Initial::Each([first, second, third, fourth]) => match nth {
-                0 => first as u32,
-                1 => second as u32,
-                2 => third as u32,
-                _ => fourth as u32,
-            },
-            Initial::PlusNode(base) => base.wrapping_add((nth as u32).wrapping_mul(0x100)).wrapping_add(node as u32),
-            Initial::Text(_) | Initial::Varies => 0,
-        }
-    }
-
-    /// Number of indices that have this row.
-    pub const fn count(&self) -> u8 {
-        self.last.wrapping_sub(self.first).wrapping_add(1) as u8
-    }
-
-    /// The slot in the EEPROM of the PDO with this number, counted from 0; `None` if the value is not saved.
-    pub const fn slot(&self, nth: u8) -> Option<usize> {
-        match self.storage {
-            Storage::Computed | Storage::Volatile => None,
-            Storage::All(slot) | Storage::Motor(slot) | Storage::Communication(slot) => {
-                Some((slot as usize).wrapping_add(nth as usize))
-            }
-        }
-    }
-
-    /// True for a COB-ID whose default has the node ID in it.
-    pub const fn follows_node(&self) -> bool {
-        matches!(self.default, Initial::PlusNode(_))
-    }
-}

@@ -4,15 +4,12 @@
 
 use core::task::Poll;
 
-use super::abort::Abort;
-use super::address::Address;
-use super::emcy::Emergency;
-use super::object::{Entry, Object, ROWS};
-use super::row::{Row, Storage};
-use super::values::entries;
-use super::{Node, cob, map};
-use crate::device::Board;
-use crate::store::{FIRST_SLOT, Finished, Layout, Memory, Need, Pair, Store, Storing};
+use super::cia301::cob;
+use super::entry::Entry;
+use super::object::{Object, ROWS, Row};
+use super::row::Storage;
+use super::values::{Values, entries};
+use crate::store::{FIRST_SLOT, Layout, Memory, Need, Pair, Store, Storing};
 
 /// The TMCM-1140 with the CANopen firmware, as a type: what its EEPROM, an AT25128, is used for.
 #[derive(Clone, Copy, Debug)]
@@ -85,122 +82,67 @@ impl Group {
     }
 }
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// Saves the objects of a group as they are now. Pending until they are durable.
-    pub(super) fn save(&mut self, group: Group) -> Poll<()> {
-        self.set_slots(group, |node, entry, _| node.saved_form(entry))
-    }
-
-    /// Restores the defaults of a group, which are in force after the next start; until then the values stay as they
-    /// are. Pending until they are durable. A power cut leaves all of the defaults or none.
-    pub(super) fn load_defaults(&mut self, group: Group) -> Poll<()> {
-        let defaults = <Tmcm1140 as Memory>::LAYOUT.defaults;
-        let store = self.device.store_mut();
-        let mut slots = defaults.iter().enumerate().skip(FIRST_SLOT).filter(|(slot, _)| *slot != UNUSED);
-        if group == Group::All && (store.lost() != 0 || slots.any(|(slot, default)| store.get(slot) != Some(*default)))
-        {
-            store.reset(false);
-            return self.durable();
-        }
-        self.set_slots(group, |_, _, slot| defaults.get(slot).copied().unwrap_or_default())
-    }
-
-    /// Sets the slots of a group.
-    fn set_slots(&mut self, group: Group, value: impl Fn(&Self, Entry, usize) -> i32) -> Poll<()> {
-        for entry in entries() {
-            let row = entry.row();
-            if let Some(slot) = row.slot(entry.nth).filter(|_| group.contains(row)) {
-                let value = value(self, entry, slot);
-                // The layout has all these slots.
-                let _ = self.device.store_mut().set(slot, value);
-            }
-        }
-        if self.device.store().lost() != 0 {
-            self.device.store_mut().renew();
-        }
-        self.durable()
-    }
-
-    /// Pending until all that was saved is durable.
-    fn durable(&self) -> Poll<()> {
-        if self.is_settled() { Poll::Ready(()) } else { Poll::Pending }
-    }
-
-    /// True when all that was saved is durable.
-    pub fn is_settled(&self) -> bool {
-        self.device.store().settled(Need::Settings)
+impl Values {
+    /// Saves the objects of a group as they are now, those of the node with this ID. Pending until they are durable.
+    pub(super) fn save<M: Memory>(&self, store: &mut Store<M>, group: Group, node: u8) -> Poll<()> {
+        set_slots(store, group, |entry, _| self.saved_form(entry, node));
+        durable(store)
     }
 
     /// The value of an object as its slot has it.
-    fn saved_form(&self, entry: Entry) -> i32 {
-        let (row, value) = (entry.row(), self.values.get(entry));
-        if row.follows_node() && value == row.default_number(entry.nth, self.node) {
-            FOLLOWS_NODE
-        } else {
-            value as i32
-        }
+    fn saved_form(&self, entry: Entry, node: u8) -> i32 {
+        let (row, value) = (entry.row(), self.get(entry));
+        if row.follows_node() && value == row.default_number(entry.nth, node) { FOLLOWS_NODE } else { value as i32 }
     }
 
-    /// Takes node ID and bit rate from the store; they are in force until the next start. If they are unknown there, those
-    /// of before a restart are taken.
-    pub(super) fn take_addresses(&mut self) {
-        self.known = !self.lost.address || self.kept.is_some();
-        if let Some(Address { node, bit_rate }) = self.kept.filter(|_| self.lost.address) {
-            (self.node, self.bit_rate) = (node, bit_rate);
-            return;
-        }
-        let stored = |object| {
-            let row = Entry::of(object).row();
-            let stored = row.slot(0).and_then(|slot| self.device.store().get(slot));
-            let valid = stored.filter(|value| row.accepts((*value).into()));
-            valid.map_or(row.default_number(0, 0), |value| value as u32)
-        };
-        (self.node, self.bit_rate) = (stored(Object::NodeId) as u8, stored(Object::BitRate) as u16);
-    }
-
-    /// Sets the objects that `which` chooses to their values in the store, and those without a slot to their defaults.
-    /// A value that is impossible counts as its default.
-    pub(super) fn restore(&mut self, which: impl Fn(&Row) -> bool) {
-        for entry in entries().filter(|entry| which(entry.row())) {
+    /// Sets the objects whose indices are below `end` to their values in the store, and those without a slot to their
+    /// defaults. A value that is impossible counts as its default.
+    pub(super) fn restore<M: Memory>(&mut self, store: &Store<M>, node: u8, end: u16) {
+        for entry in entries().filter(|entry| entry.row().first < end) {
             let row = entry.row();
-            let default = row.default_number(entry.nth, self.node);
-            let stored = row.slot(entry.nth).and_then(|slot| self.device.store().get(slot));
+            let default = row.default_number(entry.nth, node);
+            let stored = row.slot(entry.nth).and_then(|slot| store.get(slot));
             let value = match stored {
                 Some(FOLLOWS_NODE) if row.follows_node() => default,
                 Some(value) if fits(entry, value as u32) => value as u32,
                 Some(_) | None => default,
             };
-            self.values.set(entry, value);
+            self.set(entry, value);
         }
-        map::mend(&mut self.values, self.node);
+        self.mend_mappings(node);
     }
+}
 
-    /// Tells the node how the EEPROM job that it gave out last has gone. An SDO request that waits for it is answered:
-    /// confirmed if all it saved is written.
-    pub fn stored(&mut self, written: bool) {
-        let Finished { failed, worn, answers, .. } = self.device.store_mut().finish(written);
-        // A node without an address starts anew, to read it.
-        if answers && !self.known {
-            self.device.restart_at(self.now);
-        }
-        if worn {
-            self.raise(Emergency::SettingsWorn);
-        }
-        if failed.is_some() {
-            self.server.conclude(Err(Abort::Hardware));
-        } else if self.is_settled() {
-            self.server.conclude(Ok(()));
-            // What was lost has been replaced.
-            if self.device.store().lost() == 0 {
-                self.lost = Default::default();
-            }
-        }
+/// Restores the defaults of a group, which are in force after the next start; until then the values stay as they are.
+/// Pending until they are durable. A power cut leaves all of the defaults or none.
+pub(super) fn load_defaults<M: Memory>(store: &mut Store<M>, group: Group) -> Poll<()> {
+    let defaults = M::LAYOUT.defaults;
+    let mut slots = defaults.iter().enumerate().skip(FIRST_SLOT).filter(|(slot, _)| *slot != UNUSED);
+    if group == Group::All && (store.lost() != 0 || slots.any(|(slot, default)| store.get(slot) != Some(*default))) {
+        store.reset(false);
+    } else {
+        set_slots(store, group, |_, slot| defaults.get(slot).copied().unwrap_or_default());
     }
+    durable(store)
+}
 
-    /// The settings on their way to the EEPROM: the caller takes jobs from here and reports how they went.
-    pub fn store(&mut self) -> &mut Store<Tmcm1140> {
-        self.device.store_mut()
+/// Sets the slots of a group.
+fn set_slots<M: Memory>(store: &mut Store<M>, group: Group, value: impl Fn(Entry, usize) -> i32) {
+    for entry in entries() {
+        let row = entry.row();
+        if let Some(slot) = row.slot(entry.nth).filter(|_| group.contains(row)) {
+            // The layout has all these slots.
+            let _ = store.set(slot, value(entry, slot));
+        }
     }
+    if store.lost() != 0 {
+        store.renew();
+    }
+}
+
+/// Pending until all that was saved is durable.
+fn durable<M: Memory>(store: &Store<M>) -> Poll<()> {
+    if store.settled(Need::Settings) { Poll::Ready(()) } else { Poll::Pending }
 }
 
 /// True if an object can have had this value when it was saved.

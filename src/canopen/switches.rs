@@ -3,10 +3,8 @@
 //! The motion controller has one polarity for both limit switches. Where theirs differ it has that of the left one, and
 //! the axis itself watches the right one, once in each turn.
 
-use super::Node;
-use super::object::Object;
-use super::store::Tmcm1140;
-use crate::device::{Board, Inversion};
+use super::live::Live;
+use crate::device::{Board, Device, Inversion};
 use crate::param::AxisParameter as P;
 
 /// Bits of 2005h: the switch is not in use.
@@ -62,43 +60,34 @@ impl Switches {
         }
     }
 
-    const fn has(self, bit: u32) -> bool {
-        self.0 & bit != 0
-    }
-}
-
-impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// What 2005h says.
-    pub(super) fn switch_settings(&self) -> Switches {
-        Switches::of(self.values.of_object(Object::LimitSwitches))
-    }
-
     /// Tells the axis which switches it has, without telling its chips. What the motion controller is to invert is
     /// returned.
-    pub(super) fn preset_switches(&mut self) -> Inversion {
-        let settings = self.switch_settings();
-        if let Some(mut axis) = self.device.axis(0) {
-            let [left, right] = settings.limits();
-            axis.watch_right_switch(settings.watched());
+    pub(super) fn preset<T: Board>(self, device: &mut Device<T, 1>) -> Inversion {
+        if let Some(mut axis) = device.axis(0) {
+            let [left, right] = self.limits();
+            axis.watch_right_switch(self.watched());
             axis.preset_setting(P::LeftSwitchDisable, (!left).into());
             axis.preset_setting(P::RightSwitchDisable, (!right).into());
         }
-        settings.inversion()
+        self.inversion()
     }
 
     /// Tells the axis and its motion controller that 2005h has changed. The motor stands; which switches stop it is written
     /// with the next motion command.
-    pub(super) fn tell_switches(&mut self) {
-        let inversion = self.preset_switches();
+    pub(super) fn tell<T: Board>(self, device: &mut Device<T, 1>) {
+        let inversion = self.preset(device);
         // What a motion controller that is silent has not taken is told when the device starts again.
-        let _ = self.device.invert(inversion);
+        let _ = device.invert(inversion);
     }
 
     /// The switches as 60FDh has them: left in bit 0, right in bit 1, home in bit 2; closed is 1, not in use is 0.
-    pub(super) fn switches(&self) -> u32 {
-        let settings = self.switch_settings();
-        let ([left, right, home], [has_left, has_right]) = (self.live.switches, settings.limits());
-        let home = settings.home() && home != settings.home_inverted();
+    pub(super) fn shown(self, live: &Live) -> u32 {
+        let ([left, right, home], [has_left, has_right]) = (live.switches, self.limits());
+        let home = self.home() && home != self.home_inverted();
         u32::from(left && has_left) | u32::from(right && has_right) << 1 | u32::from(home) << 2
+    }
+
+    const fn has(self, bit: u32) -> bool {
+        self.0 & bit != 0
     }
 }

@@ -3,8 +3,9 @@
 //! does not know its address starts.
 
 use super::Node;
-use super::store::Tmcm1140;
+use super::lost::Lost;
 use crate::device::Board;
+use crate::executor::Product;
 use crate::tmcl::binary::Addressed;
 use crate::tmcl::{CONFIRMATION, Opcode, Reply, Status};
 use crate::units::Micros;
@@ -24,7 +25,7 @@ const NUMBER: i32 = 0x0474_0314;
 /// The number of the command that restores the settings of the factory.
 const FACTORY: u8 = Opcode::FactorySettings as u8;
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
+impl<T: Board<Product: Product>> Node<T> {
     /// Serves a telegram. As in the TMCL firmware any address will do, because the cable has two ends alone.
     pub fn serve_usb(&mut self, now: Micros, telegram: &Addressed) -> Reply {
         let Addressed { command, intact, .. } = *telegram;
@@ -40,5 +41,19 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
             }
             _ => Reply::echo(Status::NotAvailable, command),
         }
+    }
+
+    /// Starts a node without an address as node 1 at 1 Mbit/s, with defaults: they are what it has. False if it has an
+    /// address.
+    fn start_with_defaults(&mut self) -> bool {
+        if self.identity.known {
+            return false;
+        }
+        (self.identity.known, self.lost) = (true, Lost::default());
+        if !self.device.store().is_unreachable() {
+            self.device.store_mut().reset(false);
+        }
+        self.reset_communication();
+        true
     }
 }

@@ -1,18 +1,22 @@
-//! What writing an object does.
+//! What writing an object does, and what an SDO and a PDO ask for.
 
 use core::task::Poll;
 
 use super::Node;
-use super::abort::Abort;
-use super::cob;
-use super::drive::State;
+use super::cia301::abort::Abort;
+use super::cia301::pdo::Carried;
+use super::cia301::record::{Field, Way};
+use super::cia301::{Access, cob};
 use super::drive::unit::INTERNAL;
-use super::map::Way;
-use super::object::{Entry, Object};
-use super::read::PINS;
+use super::drive::{Drive, State, encoder};
+use super::entry::Entry;
+use super::errors::Emergency;
+use super::object::{Object, Row, Special, Writing};
 use super::row::When;
-use super::store::{Group, Tmcm1140};
+use super::store::{Group, load_defaults};
+use super::tunnel::COMMAND;
 use crate::device::Board;
+use crate::executor::Product;
 
 /// `save`, written to 1010h and 2706h.
 const SAVE: u32 = u32::from_le_bytes(*b"save");
@@ -23,249 +27,217 @@ const MAKE: u32 = u32::from_le_bytes(*b"make");
 /// `kill`, written to 2701h.
 const KILL: u32 = u32::from_le_bytes(*b"kill");
 
-/// The outputs OUT0 and OUT1.
-const OUTPUTS: u8 = 0b11;
-/// The output of the brake, OUT0.
-const BRAKE: u8 = 0b01;
+/// The object that an SDO names. The manual's table has 2706h at sub-index 0, its text at sub-index 1: four bytes that are
+/// written to the former are for the latter.
+#[inline(always)]
+pub(super) fn named(index: u16, sub: u8, written: Option<u32>) -> Result<Entry, Abort> {
+    let entry = Entry::find(index, sub)?;
+    let is_count = entry.object == Object::StoreCount && written == Some(4);
+    Ok(if is_count { Entry::of(Object::StoreCommunication) } else { entry })
+}
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
+/// Checks a value against the ranges of a row.
+fn check(row: &Row, number: i64) -> Result<(), Abort> {
+    match row.ranges {
+        _ if row.accepts(number) => Ok(()),
+        [(low, high)] if low < high => Err(if number < *low { Abort::TooLow } else { Abort::TooHigh }),
+        _ => Err(Abort::Value),
+    }
+}
+
+impl<T: Board<Product: Product>> Node<T> {
+    /// Writes the bytes of an SDO to an object. Pending while they are being saved.
+    ///
+    /// # Errors
+    /// They are refused, and nothing has changed.
+    pub(super) fn download(&mut self, entry: Entry, data: [u8; 8]) -> Result<Poll<()>, Abort> {
+        let [a, b, c, d, ..] = data;
+        if entry.object == Object::OsCommand {
+            let [command @ .., _] = data;
+            return self.execute(command).map(Poll::Ready);
+        }
+        self.write(entry, entry.row().data.extend(u32::from_le_bytes([a, b, c, d])))
+    }
+
+    /// Writes the objects of PDOs that were received together, in their order, but the controlword last: it acts upon the
+    /// others. Each value is refused for itself.
+    pub(super) fn carry_out(&mut self, pdos: &[Carried<Entry>]) {
+        if self.tunnel.is_open() {
+            return self.raise(Emergency::Refused);
+        }
+        let mut refused = false;
+        for last in [false, true] {
+            for (map, data) in pdos {
+                for (entry, number) in map.unpacked(*data) {
+                    if (entry.object == Object::Controlword) == last {
+                        refused |= self.write(entry, entry.row().data.extend(number)).is_err();
+                    }
+                }
+            }
+        }
+        if refused {
+            self.raise(Emergency::Refused);
+        }
+    }
+
     /// Writes a number, as [`Type::extend`](super::Type::extend) gives it, to an object. Pending while it is being saved.
     ///
     /// # Errors
     /// The value is refused, and nothing has changed.
-    pub(super) fn write(&mut self, entry: Entry, value: u32) -> Result<Poll<()>, Abort> {
+    fn write(&mut self, entry: Entry, value: u32) -> Result<Poll<()>, Abort> {
         let row = entry.row();
-        let mapped = matches!(entry.object, Object::ReceiveMapped | Object::TransmitMapped);
-        let number = row.data.value(value);
-        if !row.accepts(number) && !mapped {
-            return Err(match row.ranges {
-                [(low, high)] if low < high => {
-                    if number < *low {
-                        Abort::TooLow
-                    } else {
-                        Abort::TooHigh
-                    }
-                }
-                _ => Abort::Value,
-            });
+        let counts = matches!(row.writing, Writing::Record(_, Field::Count));
+        if !counts {
+            check(row, row.data.value(value))?;
         }
-        // What is lost can be written in the FAULT that it has led to, with the bridges off.
-        let replaces = self.drive.state == State::Fault && self.lost.contains(entry);
-        if row.when == When::Disabled && !self.is_disabled() && !replaces {
+        if row.access == Access::Ro {
+            return Err(Abort::ReadOnly);
+        }
+        if row.when == When::Disabled && !self.is_disabled() {
             return Err(Abort::State);
         }
-        self.check_encoder(entry.object, value)?;
-        self.touched = true;
-        match entry.object {
-            Object::SaveAll => return self.keep(value, SAVE, Group::All),
-            Object::SaveMotor => return self.keep(value, SAVE, Group::Motor),
-            Object::SaveCommunication | Object::StoreCommunication => {
+        let Node { now, device, settings, services, .. } = self;
+        services.pdos.touched = true;
+        match row.writing {
+            Writing::Plain => settings.values.set(entry, value),
+            Writing::Axis(..) => settings.write_parameter(*now, device, entry, value)?,
+            Writing::Scaled(_) => {
+                let is_disabled = self.is_disabled();
+                self.settings.write_scaled(self.now, &mut self.device, is_disabled, entry, value)?;
+            }
+            Writing::Record(way, field) => self.write_record(way, field, entry, value)?,
+            Writing::Special(object) => {
+                if self.write_special(object, entry, value)? == Poll::Pending {
+                    return Ok(Poll::Pending);
+                }
+            }
+        }
+        self.lost.written(entry);
+        Ok(Poll::Ready(()))
+    }
+
+    /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then. The
+    /// bridges are off, too, in the FAULT that settings have led to which are lost; there a master writes its list.
+    fn is_disabled(&self) -> bool {
+        match self.drive.state() {
+            State::SwitchOnDisabled => !self.tunnel.is_open(),
+            State::Fault => self.errors.tell_of_lost_settings(),
+            _ => false,
+        }
+    }
+
+    /// Writes to a PDO's record. Bit 30 of a COB-ID may be written either way and reads 1.
+    fn write_record(&mut self, way: Way, field: Field, entry: Entry, value: u32) -> Result<(), Abort> {
+        let kept = if field == Field::CobId { value | cob::BIT_30 } else { value };
+        let Node { now, settings, services, manufacturer_mode, .. } = self;
+        let (values, pdos) = (&mut settings.values, &mut services.pdos);
+        let (old, before) = (values.get(entry), values.record(way, entry.nth));
+        values.set(entry, kept);
+        let after = values.record(way, entry.nth);
+        let admitted = pdos.admit(way, field, (&before, &after), value, *manufacturer_mode, Entry::described);
+        let map = admitted.inspect_err(|_| values.set(entry, old))?;
+        if old != kept || field == Field::Entry {
+            self.filters_changed |= pdos.change(*now, (way, entry.nth), field, &after, map);
+        }
+        Ok(())
+    }
+
+    /// Writes an object that does something of its own.
+    fn write_special(&mut self, object: Special, entry: Entry, value: u32) -> Result<Poll<()>, Abort> {
+        let Node { now, device, settings, services, drive, .. } = self;
+        let values = &mut settings.values;
+        match object {
+            Special::SaveAll => return self.keep(value, SAVE, Group::All),
+            Special::SaveMotor => return self.keep(value, SAVE, Group::Motor),
+            Special::SaveCommunication | Special::StoreCommunication => {
                 return self.keep(value, SAVE, Group::Communication);
             }
-            Object::RestoreAll => return self.keep(value, LOAD, Group::All),
-            Object::RestoreMotor => return self.keep(value, LOAD, Group::Motor),
-            Object::RestoreCommunication => return self.keep(value, LOAD, Group::Communication),
-            // Its seven bytes are no number: the server has them executed.
-            Object::OsCommand => return Err(Abort::State),
-            Object::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
-            Object::DirectCommunication => return Err(Abort::Value),
-            Object::Controlword if self.tunnel.in_tmcl_mode() => return Err(Abort::State),
-            Object::ManufacturerMode => {
+            Special::RestoreAll => return self.keep(value, LOAD, Group::All),
+            Special::RestoreMotor => return self.keep(value, LOAD, Group::Motor),
+            Special::RestoreCommunication => return self.keep(value, LOAD, Group::Communication),
+            // Its seven bytes are no number.
+            Special::OsCommand => return Err(Abort::State),
+            // The bridges would come on, with values that nobody has chosen.
+            Special::DirectCommunication if value == MAKE && !self.lost.is_empty() => return Err(Abort::State),
+            Special::DirectCommunication if value == MAKE => self.enter_tmcl_mode(),
+            Special::DirectCommunication => return Err(Abort::Value),
+            Special::ManufacturerMode => {
                 self.manufacturer_mode = match value {
                     MAKE => true,
                     KILL => false,
                     _ => return Err(Abort::Value),
                 };
             }
-            Object::SyncCobId => {
-                self.values.set(entry, cob::sync(value)?);
+            Special::SyncCobId => {
+                values.set(entry, cob::sync(value)?);
                 self.filters_changed = true;
             }
-            Object::EmergencyCobId => self.write_emergency_cob_id(entry, value)?,
-            Object::ConsumerHeartbeatTime => self.write_consumer(entry, value)?,
-            Object::ProducerHeartbeatTime => {
-                self.values.set(entry, value);
-                self.heartbeat = Default::default();
-            }
-            Object::GuardTime | Object::LifeTimeFactor => {
-                self.values.set(entry, value);
-                self.guarding = Default::default();
-            }
-            Object::ReceiveCobId => self.write_cob_id(Way::Receive, entry, value)?,
-            Object::TransmitCobId => self.write_cob_id(Way::Transmit, entry, value)?,
-            Object::ReceiveType => self.set_record(Way::Receive, entry, value),
-            Object::TransmitType => self.set_record(Way::Transmit, entry, value),
-            Object::ReceiveMapped => self.write_mapped(Way::Receive, entry, value)?,
-            Object::TransmitMapped => self.write_mapped(Way::Transmit, entry, value)?,
-            Object::ReceiveEntry1 | Object::ReceiveEntry2 | Object::ReceiveEntry3 => {
-                self.write_mapping(Way::Receive, entry, value)?;
-            }
-            Object::TransmitEntry1 | Object::TransmitEntry2 | Object::TransmitEntry3 => {
-                self.write_mapping(Way::Transmit, entry, value)?;
-            }
-            Object::MaximumVelocity => {
-                self.write_largest(entry, value, self.scale.largest_velocity())?;
-            }
-            Object::MaximumAcceleration => {
-                self.write_largest(entry, value, self.scale.largest_acceleration())?;
-            }
-            Object::VelocityDimension => self.write_dimension(entry, value)?,
-            Object::TargetVelocityVl => {
-                let (limit, internal) = (i64::from(INTERNAL), self.scale.is_internal());
-                match number {
-                    _ if !internal => {}
-                    number if number > limit => return Err(Abort::TooHigh),
-                    number if number.unsigned_abs() > limit.unsigned_abs() => return Err(Abort::TooLow),
-                    _ => {}
+            Special::EmergencyCobId => {
+                cob::emergency(value)?;
+                // The identifier changes only while the messages are off.
+                let old = values.get(entry);
+                if old & cob::OFF == 0 && cob::can_id(old) != cob::can_id(value) {
+                    return Err(Abort::State);
                 }
-                self.values.set(entry, value);
-                self.steer();
+                values.set(entry, value);
             }
-            Object::TargetVelocity => {
-                self.values.set(entry, value);
-                self.steer();
+            Special::ConsumerHeartbeatTime if value >> 24 != 0 => return Err(Abort::Value),
+            Special::ConsumerHeartbeatTime => {
+                values.set(entry, value);
+                services.control.restart_master();
+                self.filters_changed = true;
             }
-            Object::ModeOfOperation => {
-                self.values.set(entry, value);
-                self.change_mode(value);
+            Special::ProducerHeartbeatTime => {
+                values.set(entry, value);
+                services.control.restart_heartbeat();
             }
-            Object::Controlword => {
-                self.values.set(entry, value);
-                self.obey(value as u16);
+            Special::GuardTime | Special::LifeTimeFactor => {
+                values.set(entry, value);
+                services.control.restart_guarding();
             }
-            Object::PhysicalOutputs | Object::OutputMask | Object::BrakeApplyCurrent | Object::BrakeReleaseCurrent => {
-                self.values.set(entry, value);
-                self.switch_outputs();
+            Special::MaximumVelocity => {
+                settings.write_largest(*now, device, entry, value, settings.scale.largest_velocity())?;
             }
-            Object::LimitSwitches => {
-                self.values.set(entry, value);
-                self.tell_switches();
+            Special::MaximumAcceleration => {
+                settings.write_largest(*now, device, entry, value, settings.scale.largest_acceleration())?;
             }
-            Object::PullUps => {
-                self.values.set(entry, value);
-                self.switch_pull_ups();
+            Special::VelocityDimension => settings.write_dimension(*now, device, entry, value)?,
+            Special::HomingMethod | Special::SensorSelection | Special::FollowingErrorWindow => {
+                encoder::check(device, entry.object, value)?;
+                values.set(entry, value);
             }
-            Object::MicrostepResolution | Object::FullStepResolution | Object::RampDivisor | Object::PulseDivisor => {
-                self.write_scaled(entry, value)?;
-                self.tell_turn();
+            Special::TargetVelocityVl if settings.scale.is_internal() && !is_internal(value) => {
+                return Err(if (value as i32) < 0 { Abort::TooLow } else { Abort::TooHigh });
             }
-            Object::MaximumCurrent
-            | Object::StandbyCurrent
-            | Object::StandbyDelay
-            | Object::ChopperBlankTime
-            | Object::ChopperMode
-            | Object::ChopperHysteresisDecrement
-            | Object::ChopperHysteresisEnd
-            | Object::ChopperHysteresisStart
-            | Object::ChopperOffTime
-            | Object::SmartEnergyCurrentMinimum
-            | Object::SmartEnergyDownStep
-            | Object::SmartEnergyHysteresis
-            | Object::SmartEnergyUpStep
-            | Object::SmartEnergyHysteresisStart
-            | Object::StallGuardFilter
-            | Object::StallGuardThreshold
-            | Object::ShortProtectionDisable
-            | Object::StopOnStall
-            | Object::SmartEnergyThresholdSpeed
-            | Object::SmartEnergySlowRunCurrent => self.write_parameter(entry, value)?,
-            Object::EmergencyInhibitTime
-            | Object::CommunicationErrorBehaviour
-            | Object::ApplicationErrorBehaviour
-            | Object::TransmitInhibitTime
-            | Object::TransmitEventTimer
-            | Object::BrakeApplyDelay
-            | Object::BrakeReleaseDelay
-            | Object::EnableDelay
-            | Object::EncoderPolarity
-            | Object::EncoderDirection
-            | Object::EncoderInitialise
-            | Object::BitRate
-            | Object::NodeId
-            | Object::AccelerationDeltaSpeed
-            | Object::QuickStopOption
-            | Object::ShutdownOption
-            | Object::DisableOperationOption
-            | Object::HaltOption
-            | Object::FaultReactionOption
-            | Object::FollowingErrorWindow
-            | Object::PositionWindow
-            | Object::PositionWindowTime
-            | Object::SensorSelection
-            | Object::TargetPosition
-            | Object::HomeOffset
-            | Object::MinimumPositionLimit
-            | Object::MaximumPositionLimit
-            | Object::ProfileVelocity
-            | Object::ProfileAcceleration
-            | Object::QuickStopDeceleration
-            | Object::HomingMethod
-            | Object::HomingFastSpeed
-            | Object::HomingSlowSpeed
-            | Object::HomingAcceleration => self.values.set(entry, value),
-            Object::DeviceType
-            | Object::ErrorRegister
-            | Object::DeviceName
-            | Object::HardwareVersion
-            | Object::SoftwareVersion
-            | Object::SaveCount
-            | Object::RestoreCount
-            | Object::ConsumerHeartbeatCount
-            | Object::IdentityCount
-            | Object::VendorId
-            | Object::ProductCode
-            | Object::RevisionNumber
-            | Object::OsCommandCount
-            | Object::OsStatus
-            | Object::OsReply
-            | Object::ErrorBehaviourCount
-            | Object::ReceiveCount
-            | Object::TransmitCount
-            | Object::TransmitCompatibility
-            | Object::BrakeDelayCount
-            | Object::EncoderCount
-            | Object::BrakeCurrentCount
-            | Object::AccelerationDimension
-            | Object::HomeOffsetDisplay
-            | Object::ActualLoad
-            | Object::DriverErrorFlags
-            | Object::MicrostepResolutionDisplay
-            | Object::StepCounterCount
-            | Object::StepCounterLow
-            | Object::StepCounterHigh
-            | Object::StepCounter
-            | Object::DeviceInputs
-            | Object::OutputCount
-            | Object::StoreCount
-            | Object::BitRateInUse
-            | Object::NodeIdInUse
-            | Object::AnalogCount
-            | Object::AnalogInput
-            | Object::ErrorCode
-            | Object::Statusword
-            | Object::VelocityDemandVl
-            | Object::VelocityActualVl
-            | Object::VelocityAmountCount
-            | Object::MinimumVelocityAmount
-            | Object::MaximumVelocityAmount
-            | Object::AccelerationVlCount
-            | Object::AccelerationDeltaTime
-            | Object::DecelerationVlCount
-            | Object::DecelerationDeltaSpeed
-            | Object::DecelerationDeltaTime
-            | Object::ModeDisplay
-            | Object::PositionDemand
-            | Object::PositionActualInternal
-            | Object::PositionActual
-            | Object::VelocityActual
-            | Object::PositionLimitCount
-            | Object::ProfileDeceleration
-            | Object::HomingSpeedCount
-            | Object::FollowingErrorActual
-            | Object::DigitalInputs
-            | Object::SupportedModes => return Err(Abort::ReadOnly),
+            Special::TargetVelocityVl | Special::TargetVelocity => {
+                values.set(entry, value);
+                self.command(Drive::steer);
+            }
+            Special::ModeOfOperation => {
+                values.set(entry, value);
+                self.command(|drive, plant| drive.change_mode(plant, value));
+            }
+            Special::Controlword if self.tunnel.is_open() => return Err(Abort::State),
+            Special::Controlword => {
+                values.set(entry, value);
+                self.command(|drive, plant| drive.obey(plant, value as u16));
+            }
+            Special::PhysicalOutputs
+            | Special::OutputMask
+            | Special::BrakeApplyCurrent
+            | Special::BrakeReleaseCurrent => {
+                values.set(entry, value);
+                settings.switch_outputs(device, drive.has_released_brake());
+            }
+            Special::LimitSwitches => {
+                values.set(entry, value);
+                settings.switches().tell(device);
+            }
+            Special::PullUps => {
+                values.set(entry, value);
+                settings.switch_pull_ups(device);
+            }
         }
-        self.lost.written(entry);
         Ok(Poll::Ready(()))
     }
 
@@ -273,62 +245,42 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
     /// while a store is under way whose master has given it up: its values must not mix with others.
     #[inline(never)]
     fn keep(&mut self, value: u32, signature: u32, group: Group) -> Result<Poll<()>, Abort> {
+        let (node, store) = (self.identity.address.node, self.device.store_mut());
         if value != signature {
             return Err(Abort::Signature);
         }
-        if self.device.store().is_storing() {
+        if store.is_storing() {
             return Err(Abort::State);
         }
-        Ok(if signature == SAVE { self.save(group) } else { self.load_defaults(group) })
+        let values = &self.settings.values;
+        // A node whose number the EEPROM has lost keeps it, whatever is saved or restored besides it.
+        if self.lost.address && group == Group::Motor {
+            let _ = values.save(store, Group::Communication, node);
+        }
+        Ok(if signature == SAVE { values.save(store, group, node) } else { load_defaults(store, group) })
     }
 
-    /// Writes the COB-ID of emergency messages, whose identifier changes only while they are off.
-    fn write_emergency_cob_id(&mut self, entry: Entry, cob_id: u32) -> Result<(), Abort> {
-        cob::emergency(cob_id)?;
-        let old = self.values.get(entry);
-        if old & cob::OFF == 0 && cob::can_id(old) != cob::can_id(cob_id) {
-            return Err(Abort::State);
+    /// Enters TMCL mode; in TMCL mode nothing changes.
+    fn enter_tmcl_mode(&mut self) {
+        if !self.tunnel.is_open() {
+            self.tunnel.open(self.now, self.settings.switches().inversion());
+            self.command(Drive::yield_motor);
         }
-        self.values.set(entry, cob_id);
-        Ok(())
     }
 
-    /// Writes which node's heartbeat is watched, and how long it may be silent.
-    fn write_consumer(&mut self, entry: Entry, value: u32) -> Result<(), Abort> {
-        if value >> 24 != 0 {
-            return Err(Abort::Value);
-        }
-        self.values.set(entry, value);
-        self.master = Default::default();
-        self.filters_changed = true;
-        Ok(())
+    /// Executes a command of TMCL mode. Until the brake is released, and while there is the cause of a fault, it starts no
+    /// motion.
+    ///
+    /// # Errors
+    /// [`Abort::State`] outside TMCL mode.
+    fn execute(&mut self, command: [u8; COMMAND]) -> Result<(), Abort> {
+        let barred = !self.drive.is_lasting() || self.errors.holds_fault();
+        let Node { now, device, tunnel, identity, .. } = self;
+        tunnel.execute(*now, device, (identity.address.node, barred), command)
     }
+}
 
-    /// Writes the largest velocity or acceleration, which is fixed in internal units.
-    fn write_largest(&mut self, entry: Entry, value: u32, largest: u32) -> Result<(), Abort> {
-        if self.scale.is_internal() && value != largest {
-            return Err(Abort::Value);
-        }
-        if value > largest {
-            return Err(Abort::TooHigh);
-        }
-        self.write_scaled(entry, value)
-    }
-
-    /// Sets the outputs that the mask lets be switched, and the brake at OUT0 if there is one.
-    pub(super) fn switch_outputs(&mut self) {
-        let pins = |object| (self.values.of_object(object) >> PINS) as u8;
-        let (mut mask, mut wanted) = (pins(Object::OutputMask) & OUTPUTS, pins(Object::PhysicalOutputs));
-        if let Some(on) = self.brake() {
-            (mask, wanted) = (mask | BRAKE, wanted & !BRAKE | if on { BRAKE } else { 0 });
-        }
-        let outputs = self.device.outputs_mut();
-        outputs.digital = outputs.digital & !mask | wanted & mask;
-    }
-
-    /// Switches the pull-up resistors.
-    pub(super) fn switch_pull_ups(&mut self) {
-        let on = self.values.of_object(Object::PullUps) != 0;
-        self.device.outputs_mut().pull_ups = on.into();
-    }
+/// True for a velocity that fits the motion controller's internal units.
+const fn is_internal(velocity: u32) -> bool {
+    (velocity as i32).unsigned_abs() <= INTERNAL
 }

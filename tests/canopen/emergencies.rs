@@ -2,7 +2,7 @@
 
 use crate::rig::Rig;
 use hal_sim::clock::MICROSECOND;
-use tmcm::canopen::{Emergency, Overflow};
+use tmcm::canopen::{BusState, Emergency, Overflow};
 
 /// The list: code, two bytes of the manufacturer's field, bits of the error register.
 const LIST: [(u16, [u8; 2], &[u8]); 30] = [
@@ -122,4 +122,30 @@ fn emergencies_go_first() {
     rig.send(0x601, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
     let ids: Vec<_> = rig.frames().iter().map(|(id, _)| *id).collect();
     assert_eq!(ids, [0x81, 0x581]);
+}
+
+/// A PDO that carries the error code goes out when that changes, whatever has changed it.
+#[test]
+fn the_error_code_in_a_pdo_is_sent_when_it_changes() {
+    let mut rig = Rig::operational();
+    rig.set(0x1800, 1, 0xC000_0181);
+    rig.set(0x1A00, 0, 0);
+    rig.set(0x1A00, 1, 0x603F_0010);
+    rig.set(0x1A00, 0, 1);
+    rig.set(0x1800, 1, 0x4000_0181);
+    rig.wait(50);
+    rig.frames();
+    for (state, code) in [(BusState::Passive, 0x8120_u16), (BusState::Active, 0)] {
+        let now = rig.now();
+        rig.node.bus(now, state);
+        rig.wait(3);
+        assert_eq!(rig.of(0x181), [code.to_le_bytes()], "{state:?}");
+    }
+    let now = rig.now();
+    rig.node.lost(now, Overflow::Receive);
+    rig.wait(3);
+    assert_eq!(rig.of(0x181), [0x8110_u16.to_le_bytes()]);
+    rig.send(0x201, &[0]);
+    rig.wait(3);
+    assert_eq!(rig.of(0x181), [0x8210_u16.to_le_bytes()]);
 }

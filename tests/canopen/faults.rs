@@ -485,3 +485,54 @@ fn reactions() {
     ];
     assert_eq!(codes(Reaction::Fault), faults);
 }
+
+/// An open coil that has been told is over when the motor moves without it: of a motor that stands nothing is known.
+#[test]
+fn an_open_coil_lasts_while_the_motor_stands() {
+    let mut rig = Rig::enabled(PV);
+    rig.control("fault open-a on");
+    for _ in 0..3 {
+        rig.set(0x60FF, 0, 500);
+        rig.wait(300);
+        rig.set(0x60FF, 0, 0);
+        rig.wait(500);
+    }
+    assert_eq!(rig.of(0x81).len(), 1, "told once");
+    assert_eq!((rig.read(0x1001, 0), rig.read(0x603F, 0)), (1, 0x1000));
+    rig.control("fault open-a off");
+    rig.wait(100);
+    assert_eq!(rig.of(0x81).len(), 0);
+    rig.set(0x60FF, 0, 500);
+    rig.wait(100);
+    assert_eq!(rig.of(0x81), [[0; 8]]);
+    assert_eq!(rig.read(0x603F, 0), 0);
+}
+
+/// In TMCL mode there are no limits: one that was reached is over.
+#[test]
+fn a_limit_ends_with_tmcl_mode() {
+    let mut rig = Rig::enabled(PV);
+    rig.set(0x607D, 2, 1000);
+    rig.set(0x60FF, 0, 500);
+    rig.wait(500);
+    assert_eq!(rig.read(0x603F, 0), 0xFF01);
+    rig.set(0x2700, 0, u32::from_le_bytes(*b"make"));
+    rig.wait(50);
+    assert_eq!((rig.read(0x1001, 0), rig.read(0x603F, 0)), (0, 0));
+}
+
+/// With an off time of 0 (2097h) the bridges are off, and the shaft may be turned.
+#[test]
+fn no_following_error_without_an_off_time() {
+    let mut rig = Rig::operational();
+    rig.set(0x6065, 0, 100);
+    rig.set(0x6060, 0, PV);
+    rig.enable();
+    rig.wait(100);
+    rig.set(0x2097, 0, 0);
+    rig.wait(100);
+    rig.control("slip 12");
+    rig.wait(100);
+    assert!(!rig.is_energised());
+    assert_eq!(rig.of(0x81).len(), 0);
+}

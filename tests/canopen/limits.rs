@@ -242,3 +242,16 @@ fn limits_the_wrong_way_round() {
     rig.go(4_000);
     assert_eq!(rig.of(0x81), [[0x20, 0x63, 0x21, 0, 255, 0, 0, 0]]);
 }
+
+/// Two limits that are equal leave one position.
+#[test]
+fn equal_limits_are_limits() {
+    let mut rig = Rig::enabled(PV);
+    rig.set(0x607D, 1, 0);
+    rig.set(0x607D, 2, 0);
+    assert_eq!(rig.status() & 1 << 11, 0);
+    rig.set(0x60FF, 0, 200);
+    rig.wait(500);
+    assert_eq!(rig.emergencies(), [(0xFF01, [1, 0])]);
+    assert_eq!((rig.status() & 1 << 11, rig.read(0x606C, 0)), (1 << 11, 0));
+}

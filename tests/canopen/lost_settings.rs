@@ -5,8 +5,8 @@ use crate::driving::{FAULT, FAULT_RESET, SWITCH_ON_DISABLED};
 use crate::rig::Rig;
 
 /// The settings: nine pages of 64 bytes in use, each in two copies side by side, from here on.
-const SETTINGS: usize = 16_384 - 2 * 16 * PAGE;
-const PAGE: usize = 64;
+pub(crate) const SETTINGS: usize = 16_384 - 2 * 16 * PAGE;
+pub(crate) const PAGE: usize = 64;
 const PAGES: usize = 9;
 
 /// Objects of all pages, with values that are not their defaults.
@@ -52,7 +52,7 @@ fn values(rig: &mut Rig) -> Vec<u32> {
 }
 
 /// The emergencies that a node has sent: all bytes.
-fn told(rig: &mut Rig) -> Vec<Vec<u8>> {
+pub(crate) fn told(rig: &mut Rig) -> Vec<Vec<u8>> {
     let id = 0x80 + u16::from(rig.node.node_id());
     rig.of(id)
 }
@@ -145,7 +145,7 @@ fn a_list_that_is_downloaded_takes_the_place_of_what_is_lost() {
 }
 
 /// The objects of the page that begins with this one, in the order of the table.
-fn page_of(first: (u16, u8)) -> Vec<(u16, u8)> {
+pub(crate) fn page_of(first: (u16, u8)) -> Vec<(u16, u8)> {
     let slots = tmcm::canopen::ROWS.iter().flat_map(|row| {
         (0..row.count()).filter_map(move |nth| Some((row.slot(nth)?, (row.first + u16::from(nth), row.sub))))
     });

@@ -28,6 +28,7 @@ mod pdos;
 mod power_cuts;
 mod random_drive;
 mod random_frames;
+mod regained;
 mod rig;
 mod saving;
 mod sdo;

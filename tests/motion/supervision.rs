@@ -308,6 +308,24 @@ fn a_controller_that_was_given_up_is_tried_again_when_the_supply_comes_back() {
     assert_eq!(bench.speed(), 300);
 }
 
+/// What was inverted before is inverted when a controller that was given up is set up again.
+#[test]
+fn a_controller_that_comes_back_inverts_what_it_did() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.ask("SGP 79, 0, 1").0, OK);
+    bench.run(10 * MILLISECOND);
+    let switches = [10, 11].map(|number| bench.ask(&format!("GAP {number}, 0")).1);
+    bench.control("fault tmc429 on");
+    bench.run(100 * MILLISECOND);
+    bench.control("fault tmc429 off");
+    for volts in [8, 24] {
+        bench.control(&format!("supply {volts}"));
+        bench.run(10 * MILLISECOND);
+    }
+    assert_eq!(bench.ask("ROR 0, 0").0, OK, "it is in use again");
+    assert_eq!([10, 11].map(|number| bench.ask(&format!("GAP {number}, 0")).1), switches);
+}
+
 /// Another firmware may have left an interrupt of the motion controller pending: that is no silence.
 #[test]
 fn a_pending_interrupt_of_the_motion_controller_does_not_look_like_silence() {

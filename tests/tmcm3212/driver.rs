@@ -208,6 +208,15 @@ fn a_position_that_is_set_is_the_target_as_well() {
     bench.run(SECOND);
     assert_eq!([0, 1].map(|number| bench.ok(&format!("GAP {number}, 2"))), [-777; 2]);
     assert_eq!((register(&bench, 2, X_TARGET) as i32, rotor(&bench), bench.ok("GAP 8, 2")), (-777, stands, 1));
+    // Also one that has been turning, and has no target.
+    bench.ok("ROR 2, 5000");
+    bench.run(SECOND);
+    bench.ok("MST 2");
+    bench.run(3 * SECOND);
+    assert_eq!(bench.ok("GAP 8, 2"), 0);
+    bench.ok("SAP 1, 2, 42");
+    bench.run(SECOND);
+    assert_eq!((bench.ok("GAP 1, 2"), bench.ok("GAP 8, 2")), (42, 1));
 }
 
 /// A poll is two datagrams: one asks for the position, the other for something else in rotation, each second time for the

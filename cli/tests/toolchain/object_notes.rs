@@ -7,9 +7,9 @@ const COB_ID: &str = "bits 10..0: the identifier, bit 31: the PDO is off, bit 30
 const MAPPED: &str = "changes only while the PDO is off, or while 2701h is on";
 const MAPPING: &str = "index, sub-index and length in bits; changes only while the PDO is off and nothing is mapped, or \
                        while 2701h is on";
-const SAVE: &str = "write 65766173h (*save*); reads 1, or 0 while the EEPROM does not answer";
-const RESTORE: &str = "write 64616F6Ch (*load*), in force after the next reset; reads 1, or 0 while the EEPROM does not \
-                       answer";
+const SAVE: &str = "write 65766173h (*save*); reads 1, or 0 if the EEPROM has not answered since the start";
+const RESTORE: &str = "write 64616F6Ch (*load*), in force after the next reset; reads 1, or 0 if the EEPROM has not \
+                       answered since the start";
 const BRAKE: &str = "0 in both: no automatic brake; OUT0 belongs to the brake otherwise";
 const FIXED: &str = "takes this one value only";
 const ENCODER: &str = "the motor's counter if 606Ah is -1, the encoder if it is 0";
@@ -98,7 +98,7 @@ pub(crate) fn note(object: Object) -> &'static str {
         Object::StopOnStall => THRESHOLD,
         Object::SmartEnergyThresholdSpeed => "0: coolStep at every speed; otherwise as 20A4h",
         Object::SmartEnergySlowRunCurrent => "the current below the speed of 20A5h; 0: that of 2003h",
-        Object::HomeOffsetDisplay => "607Ch as it was when the last homing ended",
+        Object::HomeOffsetDisplay => "607Ch as it was at the beginning of the last homing that has come to its end",
         Object::DriverErrorFlags => {
             "bits: 0 short A, 1 short B, 2 open load A, 3 open load B, 5 supply too low, 6 temperature pre-warning, 7 \
              too hot"
@@ -125,8 +125,8 @@ pub(crate) fn note(object: Object) -> &'static str {
             "bits 0..3 and 7 commands, 4 new set-point or start of homing, 6 relative, 8 halt; the others are ignored"
         }
         Object::Statusword => {
-            "bits 0..3, 5, 6 state, 4 supply, 7 warning, 9 operational, 10 target reached, 11 limit, 12 by mode, 14 \
-             moves, 15 in negative direction"
+            "bits 0..3, 5, 6 state, 4 supply, 7 warning, 9 operational, 10 target reached, 11 limit, 12 by mode, 13 \
+             following error, in profile position mode, 14 moves, 15 in negative direction"
         }
         Object::TargetVelocityVl => "-2047..2047 in internal units; otherwise more than 2087h works as that",
         Object::VelocityDemandVl => "the last 6042h",

@@ -16,11 +16,9 @@
 //! for the index of 3 and 5 the side on which the switch is open; 4 and 6 have the other side. Here the home switch may
 //! also be a short one: then the drive may begin beyond it, turns round at a limit switch, and comes over it from there.
 
-use super::Homing;
-use crate::canopen::Node;
-use crate::canopen::emcy::Emergency;
+use super::plant::Plant;
+use crate::canopen::errors::Emergency;
 use crate::canopen::object::Object;
-use crate::canopen::store::Tmcm1140;
 use crate::canopen::switches::Switches;
 use crate::device::Board;
 use crate::motion::{Events, Leg, Pace, Plan, Side, Sought};
@@ -61,99 +59,124 @@ fn plan(method: i32, switches: Switches) -> Option<Plan> {
     has_switch.then_some(plan)
 }
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// Bit 4 of the controlword was set in homing mode; only method 35 needs no drive that is operating.
-    pub(super) fn start_homing(&mut self, operates: bool) {
-        let method = self.values.of_object(Object::HomingMethod) as i32;
+/// What is noted of homing.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Homing {
+    /// A homing is under way.
+    running: bool,
+    /// The homing under way waits for the motor to stand, and is over then (method 35).
+    here: bool,
+    /// The last homing has found the home position.
+    attained: bool,
+    /// The home offset (607Ch) when this homing began.
+    offset: u32,
+    /// That of the last homing that came to its end.
+    used: u32,
+}
+
+impl Homing {
+    /// True while a homing is under way.
+    pub(super) const fn is_running(&self) -> bool {
+        self.running
+    }
+
+    /// True if the last homing has found the home position.
+    pub(super) const fn is_attained(&self) -> bool {
+        self.attained
+    }
+
+    /// The 607Ch that the last homing has used that came to its end.
+    pub(super) const fn offset_used(&self) -> u32 {
+        self.used
+    }
+
+    /// True if a homing that is under way has come to the home position.
+    pub(super) const fn finds_home(&self, events: Events) -> bool {
+        self.running && events.reached
+    }
+
+    /// Bit 4 of the controlword was set in homing mode; only method 35 needs no drive that `operates`.
+    pub(super) fn start<T: Board>(&mut self, plant: &mut Plant<'_, T>, operates: bool) {
+        let method = plant.settings.of(Object::HomingMethod) as i32;
+        let offset = plant.settings.of(Object::HomeOffset);
         match method {
             HERE => {
-                self.begin_homing(true, true);
-                self.look_here();
+                self.begin(offset, true, true);
+                self.look_here(plant);
             }
             _ if !operates => {}
             NO_HOMING => {
-                self.begin_homing(false, false);
-                self.end_homing(false);
+                self.begin(offset, false, false);
+                self.end(false);
             }
             _ => {
-                let began = self.begin_search(method).is_some();
-                self.begin_homing(began, false);
+                let began = begin_search(plant, method).is_some();
+                self.begin(offset, began, false);
                 if !began {
-                    self.raise(Emergency::Refused);
+                    plant.errors.raise(Emergency::Refused, None);
                 }
             }
         }
     }
 
     /// Takes note of a homing that has begun, or could not.
-    fn begin_homing(&mut self, running: bool, here: bool) {
-        let offset = self.values.of_object(Object::HomeOffset);
-        self.drive.homing = Homing { running, here, attained: false, offset, used: self.drive.homing.used };
-    }
-
-    /// Begins the search of a method. `None` if that cannot be, because of a switch that is not in use, or a speed of 0.
-    fn begin_search(&mut self, method: i32) -> Option<()> {
-        let plan = plan(method, self.switch_settings())?;
-        let speed = |object| self.scale().velocity(self.values.of_object(object).into());
-        let (fast, slow) = (speed(Object::HomingFastSpeed), speed(Object::HomingSlowSpeed));
-        let pace = Pace { speed: Some(slow), acceleration: Some(self.ramp()), ..Pace::default() };
-        let home = (self.values.of_object(Object::HomeOffset) as i32).wrapping_neg();
-        let now = self.now;
-        self.device.axis(0)?.search_by(now, plan, home, fast, pace).ok()
+    const fn begin(&mut self, offset: u32, running: bool, here: bool) {
+        *self = Homing { running, here, attained: false, offset, used: self.used };
     }
 
     /// Bit 4 of the controlword was cleared: a homing that is under way ends, and the motor stops along the ramp.
-    pub(super) fn stop_homing(&mut self) {
-        if self.drive.homing.running {
-            self.slow_down(self.ramp());
-            self.abort_homing();
+    pub(super) fn stop<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if self.running {
+            plant.slow_down(plant.settings.acceleration(Object::HomingAcceleration));
+            self.abort();
         }
     }
 
     /// A homing that is under way has ended before its end. The motor has been, or will be, stopped.
-    pub(super) fn abort_homing(&mut self) {
-        self.drive.homing.running = false;
+    pub(super) const fn abort(&mut self) {
+        self.running = false;
     }
 
     /// Makes the place where the motor is the home position, as soon as it stands.
-    fn look_here(&mut self) {
-        if self.stands() {
-            self.take_position(0);
-            self.end_homing(true);
+    fn look_here<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if plant.stands() {
+            plant.take_position(0);
+            self.end(true);
         }
     }
 
     /// The homing has come to its end.
-    fn end_homing(&mut self, attained: bool) {
-        let used = self.drive.homing.offset;
-        self.drive.homing = Homing { running: false, here: false, attained, offset: used, used };
+    const fn end(&mut self, attained: bool) {
+        let used = self.offset;
+        *self = Homing { running: false, here: false, attained, offset: used, used };
     }
 
-    /// Follows a homing, once in each turn.
-    pub(super) fn follow_homing(&mut self, events: Events) {
-        if !self.drive.homing.running || self.device.axes().iter().any(|axis| axis.searches()) {
-            return;
+    /// Follows a homing, once in each turn. Returns the limit switch that has ended it: there the motor is as at one that has
+    /// ended a move.
+    pub(super) fn follow<T: Board>(&mut self, plant: &mut Plant<'_, T>, events: Events) -> Option<Side> {
+        if !self.running || plant.device.axes().iter().any(|axis| axis.searches()) {
+            return None;
         }
-        if self.drive.homing.here {
-            return self.look_here();
+        if self.here {
+            self.look_here(plant);
+            return None;
         }
         if self.finds_home(events) {
-            return self.end_homing(true);
+            self.end(true);
+            return None;
         }
-        self.abort_homing();
-        // At the limit switch that has ended the search the motor is as at one that has ended a move.
-        if let Some(side) = events.limit {
-            self.meet_limit_switch(usize::from(side == Side::Right));
-        }
+        self.abort();
+        events.limit
     }
+}
 
-    /// True if a homing that is under way has come to the home position.
-    pub(in crate::canopen) const fn finds_home(&self, events: Events) -> bool {
-        self.drive.homing.running && events.reached
-    }
-
-    /// The 607Ch that the last homing has used that came to its end (2100h).
-    pub(in crate::canopen) const fn home_offset_display(&self) -> u32 {
-        self.drive.homing.used
-    }
+/// Begins the search of a method. `None` if that cannot be, because of a switch that is not in use, or a speed of 0.
+fn begin_search<T: Board>(plant: &mut Plant<'_, T>, method: i32) -> Option<()> {
+    let Plant { now, settings, device, .. } = plant;
+    let plan = plan(method, settings.switches())?;
+    let (fast, slow) = (settings.velocity(Object::HomingFastSpeed), settings.velocity(Object::HomingSlowSpeed));
+    let ramp = settings.acceleration(Object::HomingAcceleration);
+    let pace = Pace { speed: Some(slow), acceleration: Some(ramp), ..Pace::default() };
+    let home = (settings.of(Object::HomeOffset) as i32).wrapping_neg();
+    device.axis(0)?.search_by(*now, plan, home, fast, pace).ok()
 }

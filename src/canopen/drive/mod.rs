@@ -1,161 +1,295 @@
 //! The drive of CiA 402 (manual chapters 5 to 9): states and controlword, modes of operation, limits and faults.
 //!
-//! Here is what the drive notes. A controlword comes in by [`Node::obey`](super::Node::obey) and each millisecond's turn
-//! by [`Node::drive`](super::Node::drive). `state.rs` says which command leads where, `power.rs` goes the way, `mode.rs`
-//! tells the motor what the mode of operation asks for, `homing.rs` what homing does, `encoder.rs` compares the motor with
-//! the built-in encoder, `limit.rs` keeps it within its limits, and `fault.rs` looks for what must stop it.
+//! A controlword comes in by [`Drive::obey`] and each millisecond's turn by [`Drive::turn`]; what the drive works with is
+//! lent to it for the call, as a [`Plant`]. Each file has a part of the drive that owns what it notes: `power.rs` the state,
+//! of which `state.rs` says which command leads where, `mode.rs` what the mode of operation asks of the motor, `homing.rs`
+//! what homing does, `limit.rs` what keeps the motor within its limits, `fault.rs` the causes that must stop it. `encoder.rs`
+//! compares the motor with the built-in encoder. Here they are put together.
 
-mod encoder;
+pub(super) mod encoder;
 mod fault;
 mod homing;
 mod limit;
 mod mode;
-mod parameters;
+mod plant;
 mod power;
 mod state;
 mod status;
-mod turn;
+mod task;
 pub(super) mod unit;
 
+pub(super) use plant::{Plant, Shown};
 pub(super) use state::State;
 
-use crate::units::Micros;
+use fault::{OpenLoad, causes};
+use homing::Homing;
+use limit::Limits;
+use mode::{Mode, Motion};
+use power::{Changes, Orders, Power};
+use task::Task;
 
-/// What the drive notes.
+use super::bus::BusState;
+use super::cia301::nmt::Nmt;
+use super::errors::Emergency;
+use super::object::Object;
+use crate::device::Board;
+use crate::motion::{Events, Side};
+
+/// Bit of the controlword: a new set-point, or the start of a homing.
+const START: u16 = 1 << 4;
+/// Bit of the controlword: the set-point is relative.
+const RELATIVE: u16 = 1 << 6;
+/// Bit of the controlword: a fault reset.
+const FAULT_RESET: u16 = 1 << 7;
+/// Bit of the controlword: the motor halts.
+const HALT: u16 = 1 << 8;
+
+/// The drive.
 #[derive(Debug, Default)]
 pub(super) struct Drive {
-    pub(super) state: State,
-    way: Way,
+    power: Power,
+    motion: Motion,
+    homing: Homing,
+    limits: Limits,
+    open_load: OpenLoad,
     /// The controlword that came last.
     controlword: u16,
-    /// A controlword has come on the way to a state, and is obeyed there.
-    waiting: bool,
-    /// The brake is released.
-    released: bool,
-    /// The bridges are on, and at this time the current has drawn the rotor to the field: from then on there can be a
-    /// following error. `None` while the bridges are off.
-    held: Option<Micros>,
-    /// The shaft has been turned while the bridges were off: once the rotor is held, the counter is to follow the encoder.
-    turned: bool,
-    pub(super) motion: Motion,
-    limits: Limits,
-    homing: Homing,
-    /// Number of turns for which the driver has told of an open load at bridge A and at bridge B while the motor moves.
-    open_load: [u8; 2],
     /// The statusword at the end of the last turn.
     shown: u32,
 }
 
 impl Drive {
+    pub(super) const fn state(&self) -> State {
+        self.power.state()
+    }
+
+    /// The number of the mode in force (6061h).
+    pub(super) const fn mode(&self) -> u32 {
+        self.motion.mode() as u32
+    }
+
+    /// The 607Ch that the last homing has used that came to its end (2100h).
+    pub(super) const fn home_offset_used(&self) -> u32 {
+        self.homing.offset_used()
+    }
+
+    /// True while the brake is released.
+    pub(super) const fn has_released_brake(&self) -> bool {
+        self.power.is_released()
+    }
+
     /// True while the drive is on no way to another state.
     pub(super) fn is_lasting(&self) -> bool {
-        self.way == Way::Lasting
+        self.power.is_lasting()
     }
 
-    /// True while the motor obeys the mode of operation.
-    const fn is_operating(&self) -> bool {
-        matches!((self.state, self.way), (State::OperationEnabled, Way::Lasting))
+    /// True if a homing that is under way has come to the home position.
+    pub(super) const fn finds_home(&self, events: Events) -> bool {
+        self.homing.finds_home(events)
     }
-}
 
-/// What the drive does on its way to another state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Way {
-    /// Nothing: the state lasts.
-    #[default]
-    Lasting,
-    /// The bridges are on, and the brake is released at this time.
-    Energising(Micros),
-    /// The brake is released, and OPERATION ENABLED is entered at this time.
-    Releasing(Micros),
-    /// The motor slows down, and the bridges go off for this state when it stands.
-    Stopping(State),
-    /// The brake is applied; at this time the bridges go off, and the state is entered.
-    Applying(Micros, State),
-}
+    /// The turn of the drive, once in each millisecond, after what is measured has been read. `events` are those of the
+    /// axis since the turn before.
+    pub(super) fn turn<T: Board>(&mut self, plant: &mut Plant<'_, T>, events: Events) {
+        self.look_for_faults(plant);
+        if plant.in_tmcl_mode {
+            self.look_at_statusword(plant);
+            return self.progress(plant);
+        }
+        if let Some(side) = self.homing.follow(plant, events) {
+            self.limits.meet_switch(plant, usize::from(side == Side::Right));
+        }
+        self.look_at_limits(plant, events);
+        self.progress(plant);
+        let asked = self.asked(plant);
+        self.steer_to(plant, asked);
+        self.motion.look_at_target(plant, asked, self.power.is_operating());
+        self.look_at_statusword(plant);
+    }
 
-/// The modes of operation, by the numbers of 6060h.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Mode {
-    /// The motor stands.
-    #[default]
-    None = 0,
-    /// pp: the motor goes to positions.
-    ProfilePosition = 1,
-    /// vl: the motor turns at 6042h.
-    Velocity = 2,
-    /// pv: the motor turns at 60FFh.
-    ProfileVelocity = 3,
-    /// hm: the motor looks for the home position.
-    Homing = 6,
-}
-
-impl Mode {
-    /// The mode with this number of 6060h.
-    const fn numbered(number: u32) -> Self {
-        match number {
-            1 => Mode::ProfilePosition,
-            2 => Mode::Velocity,
-            3 => Mode::ProfileVelocity,
-            6 => Mode::Homing,
-            _ => Mode::None,
+    /// Looks for the causes of emergencies that last for a time. The beginning of each is told, and has its reaction.
+    fn look_for_faults<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        let open = self.open_load.turn(plant.live);
+        let causes = causes(plant, &self.power, open);
+        if plant.errors.are_noted(&causes) {
+            return;
+        }
+        for (emergency, exists) in causes {
+            if plant.report(emergency, exists) {
+                self.fault(plant);
+            }
         }
     }
-}
 
-/// What the motor is to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Task {
-    /// To stand, after a ramp.
-    #[default]
-    Stand,
-    /// To turn at this speed, in internal units.
-    Turn(i32),
-    /// To go to this position, in microsteps.
-    Go(i32),
-}
+    /// Looks at the limits.
+    fn look_at_limits<T: Board>(&mut self, plant: &mut Plant<'_, T>, events: Events) {
+        if self.homing.is_running() {
+            // A search runs to the switches, and positions have no meaning before its end.
+            self.limits = Limits::default();
+        } else {
+            let asked = if self.power.is_operating() { self.asked(plant) } else { Task::Stand };
+            self.limits.watch_ends(plant, asked);
+            if events.stall {
+                self.motion.drop(asked);
+            }
+            self.limits.watch_stall(events.stall, self.motion.has_dropped(asked));
+        }
+        self.limits.report_stall(plant);
+    }
 
-/// What the mode of operation notes.
-#[derive(Debug, Default)]
-pub(super) struct Motion {
-    /// The mode in force.
-    pub(super) mode: Mode,
-    /// The motor first comes to a stand, because the mode has changed.
-    settling: bool,
-    /// The target position that was taken last; `None` if none has been since the mode or the state has changed.
-    target: Option<i32>,
-    /// The target has been taken with the last edge of bit 4, which is still set.
-    acknowledged: bool,
-    /// What the motor was told last; `None` if it is to be told anew in any case.
-    told: Option<Task>,
-    /// A command that a limit has ended. It is told again after another one.
-    dropped: Option<Task>,
-    /// The target is reached.
-    reached: bool,
-    /// The time since when the position has been within its window.
-    within: Option<Micros>,
-}
+    /// Looks whether the statusword is another than in the turn before.
+    fn look_at_statusword<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        let word = self.statusword(&plant.shown());
+        *plant.touched |= core::mem::replace(&mut self.shown, word) != word;
+    }
 
-/// What is noted of the limits.
-#[derive(Clone, Copy, Debug, Default)]
-struct Limits {
-    /// The limit switch of each end, that of negative positions first, has stopped the motor and is still closed.
-    touched: [bool; 2],
-    /// The motor has stalled, and has not been told anything since.
-    stalled: bool,
-}
+    /// Obeys a controlword: commands, fault reset, and the bits of the mode of operation.
+    pub(super) fn obey<T: Board>(&mut self, plant: &mut Plant<'_, T>, word: u16) {
+        let before = core::mem::replace(&mut self.controlword, word);
+        let operates = self.power.is_operating();
+        if word & !before & FAULT_RESET != 0 {
+            self.reset_fault(plant);
+        }
+        self.power.obey(plant, self.orders());
+        self.progress(plant);
+        self.operate(plant, before, operates);
+        self.steer(plant);
+    }
 
-/// What is noted of homing.
-#[derive(Clone, Copy, Debug, Default)]
-struct Homing {
-    /// A homing is under way.
-    running: bool,
-    /// The homing under way waits for the motor to stand, and is over then (method 35).
-    here: bool,
-    /// The last homing has found the home position.
-    attained: bool,
-    /// The home offset (607Ch) when this homing began.
-    offset: u32,
-    /// That of the last homing that came to its end.
-    used: u32,
+    /// Takes the bits of the controlword that belong to the mode; `before` is the controlword before, with which the drive
+    /// was operating or not. An edge in the word that enables operation moves nothing, however long the way there takes.
+    fn operate<T: Board>(&mut self, plant: &mut Plant<'_, T>, before: u16, operates: bool) {
+        let word = self.controlword;
+        let starts = word & !before & START != 0;
+        let ends = before & !word & START != 0;
+        let operates = operates && self.power.is_operating();
+        match self.motion.mode() {
+            Mode::ProfilePosition if starts && operates => self.motion.take_target(plant, word & RELATIVE != 0),
+            Mode::Homing if starts => self.homing.start(plant, operates),
+            Mode::Homing if ends => self.homing.stop(plant),
+            _ => {}
+        }
+        if ends {
+            self.motion.end_acknowledgement();
+        }
+    }
+
+    /// Changes the mode of operation. A motor that moves is stopped first.
+    pub(super) fn change_mode<T: Board>(&mut self, plant: &mut Plant<'_, T>, number: u32) {
+        let mode = Mode::numbered(number);
+        if self.motion.mode() == mode {
+            return;
+        }
+        if self.power.is_operating() {
+            self.homing.abort();
+            plant.slow_down(plant.settings.acceleration(self.motion.ramp()));
+        }
+        self.motion.enter(mode);
+        self.steer(plant);
+    }
+
+    /// Tells the motor what the mode asks for, if that has changed.
+    pub(super) fn steer<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        let asked = self.asked(plant);
+        self.steer_to(plant, asked);
+    }
+
+    fn steer_to<T: Board>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
+        if self.power.is_operating() {
+            self.motion.steer(plant, asked);
+        }
+    }
+
+    /// What the mode asks for.
+    fn asked<T: Board>(&self, plant: &Plant<'_, T>) -> Task {
+        self.motion.asked(plant.settings, self.controlword & HALT != 0)
+    }
+
+    /// Goes on with the way to the next state. Inlined as far as it asks whether there is one, which is asked in each turn.
+    #[inline(always)]
+    fn progress<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if !self.power.is_quiet() {
+            self.go_on(plant);
+        }
+    }
+
+    #[inline(never)]
+    fn go_on<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        self.power.progress(plant, self.orders());
+        let Changes { entered, disabled } = self.power.take_changes();
+        if disabled {
+            self.homing.abort();
+        }
+        if entered {
+            self.motion.forget();
+            *plant.touched = true;
+        }
+    }
+
+    const fn orders(&self) -> Orders {
+        Orders { word: self.controlword, ramp: self.motion.ramp() }
+    }
+
+    /// TMCL mode begins: the motor stops by the quick stop ramp, and the drive is SWITCH ON DISABLED.
+    pub(super) fn yield_motor<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        plant.end_motion();
+        self.homing.abort();
+        self.limits.end(plant);
+        self.power.yield_motor(plant);
+        self.progress(plant);
+    }
+
+    /// A fault has come up: the motor is stopped by the quick stop ramp, and FAULT follows; but in TMCL mode there are no
+    /// states.
+    pub(super) fn fault<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if matches!(self.state(), State::FaultReactionActive | State::Fault) {
+            return;
+        }
+        if plant.in_tmcl_mode {
+            plant.end_motion();
+        } else {
+            self.homing.abort();
+            self.power.react(plant);
+            self.progress(plant);
+        }
+        if plant.settings.of(Object::ApplicationErrorBehaviour) != 1 {
+            plant.stop_services();
+        }
+    }
+
+    /// The master cannot command the drive any more: a motor that may move, or is about to, is stopped, and FAULT follows.
+    pub(super) fn leave_master<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if self.state().is_driving() || !self.is_lasting() || plant.in_tmcl_mode {
+            self.fault(plant);
+        }
+    }
+
+    /// The master is not heard any more.
+    pub(super) fn lose_master<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if plant.report(Emergency::MasterLost, true) {
+            self.fault(plant);
+        }
+    }
+
+    /// The CAN controller is off the bus: nothing can be commanded any more, so the motor stops without a ramp.
+    pub(super) fn leave_bus<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if self.state().is_driving() || plant.in_tmcl_mode {
+            plant.stop_hard();
+        }
+        self.fault(plant);
+    }
+
+    /// Resets a fault (transition 15), if all causes are gone. In other states the error register forgets what is gone.
+    fn reset_fault<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        if self.state() != State::Fault {
+            return plant.errors.forget();
+        }
+        if plant.bus == BusState::Off || plant.state == Nmt::Stopped || plant.errors.holds_fault() {
+            return;
+        }
+        plant.follow_encoder();
+        self.power.enter(State::SwitchOnDisabled);
+        plant.errors.forget();
+        plant.errors.raise(Emergency::Reset, None);
+    }
 }

@@ -3,21 +3,15 @@
 //! A mode asks for one [`Task`] at a time. It is told to the motor when it changes, so objects that are written again
 //! with the values they have, as cyclic masters do, tell nothing.
 
-use super::{Mode, Motion, Task};
-use crate::canopen::Node;
-use crate::canopen::emcy::Emergency;
+use super::limit::{leads_out, position_limits};
+use super::plant::Plant;
+use super::task::Task;
+use crate::canopen::errors::Emergency;
 use crate::canopen::object::Object;
-use crate::canopen::store::Tmcm1140;
+use crate::canopen::settings::Settings;
 use crate::device::Board;
 use crate::motion::Pace;
 use crate::units::Micros;
-
-/// Bit of the controlword: a new set-point, or the start of a homing.
-const START: u16 = 1 << 4;
-/// Bit of the controlword: the set-point is relative.
-const RELATIVE: u16 = 1 << 6;
-/// Bit of the controlword: the motor halts.
-const HALT: u16 = 1 << 8;
 
 /// The software limits, as a message names them.
 const LIMITS: (u16, u8) = (0x607D, 1);
@@ -25,113 +19,151 @@ const LIMITS: (u16, u8) = (0x607D, 1);
 /// The value of 6067h that switches the position window off.
 const NO_WINDOW: u32 = u32::MAX;
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// Changes the mode of operation. A motor that moves is stopped first.
-    pub(in crate::canopen) fn change_mode(&mut self, number: u32) {
-        let mode = Mode::numbered(number);
-        if self.drive.motion.mode == mode {
-            return;
+/// The modes of operation, by the numbers of 6060h.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(in crate::canopen) enum Mode {
+    /// The motor stands.
+    #[default]
+    None = 0,
+    /// pp: the motor goes to positions.
+    ProfilePosition = 1,
+    /// vl: the motor turns at 6042h.
+    Velocity = 2,
+    /// pv: the motor turns at 60FFh.
+    ProfileVelocity = 3,
+    /// hm: the motor looks for the home position.
+    Homing = 6,
+}
+
+impl Mode {
+    /// The mode with this number of 6060h.
+    pub(super) const fn numbered(number: u32) -> Self {
+        match number {
+            1 => Mode::ProfilePosition,
+            2 => Mode::Velocity,
+            3 => Mode::ProfileVelocity,
+            6 => Mode::Homing,
+            _ => Mode::None,
         }
-        if self.drive.is_operating() {
-            self.abort_homing();
-            self.slow_down(self.ramp());
-        }
-        self.forget_motion();
-        self.drive.motion.mode = mode;
-        self.drive.motion.settling = true;
-        self.steer();
+    }
+}
+
+/// What the mode of operation notes.
+#[derive(Debug, Default)]
+pub(super) struct Motion {
+    /// The mode in force.
+    mode: Mode,
+    /// The motor first comes to a stand, because the mode has changed.
+    settling: bool,
+    /// The target position that was taken last; `None` if none has been since the mode or the state has changed.
+    target: Option<i32>,
+    /// The target has been taken with the last edge of bit 4, which is still set.
+    acknowledged: bool,
+    /// What the motor was told last; `None` if it is to be told anew in any case.
+    told: Option<Task>,
+    /// A command that a limit has ended. It is told again after another one.
+    dropped: Option<Task>,
+    /// The target is reached.
+    reached: bool,
+    /// The time since when the position has been within its window.
+    within: Option<Micros>,
+}
+
+impl Motion {
+    pub(super) const fn mode(&self) -> Mode {
+        self.mode
     }
 
-    /// Takes the bits of the controlword that belong to the mode; `before` is the controlword before, with which the drive
-    /// was operating or not. An edge in the word that enables operation moves nothing, however long the way there takes.
-    pub(super) fn operate(&mut self, before: u16, operates: bool) {
-        let word = self.drive.controlword;
-        let starts = word & !before & START != 0;
-        let ends = before & !word & START != 0;
-        match self.drive.motion.mode {
-            Mode::ProfilePosition if starts && operates && self.drive.is_operating() => {
-                self.take_target(word & RELATIVE != 0)
-            }
-            Mode::Homing if starts => self.start_homing(operates && self.drive.is_operating()),
-            Mode::Homing if ends => self.stop_homing(),
-            _ => {}
-        }
-        if ends {
-            self.drive.motion.acknowledged = false;
-        }
+    /// True while the controlword still shows the edge with which the target has been taken.
+    pub(super) const fn is_acknowledged(&self) -> bool {
+        self.acknowledged
+    }
+
+    /// The controlword does not show it any more.
+    pub(super) const fn end_acknowledgement(&mut self) {
+        self.acknowledged = false;
+    }
+
+    /// True if the target is reached.
+    pub(super) const fn is_reached(&self) -> bool {
+        self.reached
+    }
+
+    /// A limit has ended what the motor was told.
+    pub(super) const fn drop(&mut self, task: Task) {
+        self.dropped = Some(task);
+    }
+
+    /// True if a limit has ended this.
+    pub(super) fn has_dropped(&self, task: Task) -> bool {
+        self.dropped == Some(task)
+    }
+
+    /// Enters a mode. A motor that moves first comes to a stand.
+    pub(super) fn enter(&mut self, mode: Mode) {
+        self.forget();
+        (self.mode, self.settling) = (mode, true);
+    }
+
+    /// Forgets what the motor was to do, because the state or the mode has changed: the motor stands, or is being stopped.
+    pub(super) fn forget(&mut self) {
+        *self = Motion { mode: self.mode, told: Some(Task::Stand), ..Motion::default() };
     }
 
     /// Takes 607Ah as a new target. A relative one counts from the target before, or without one from where the motor
     /// stands. A target outside the software limits is refused, and so is one so far away that the motor would go there the
     /// other way round the 32 bits; then the motor goes on to the target before.
-    fn take_target(&mut self, relative: bool) {
-        let base = if relative { self.drive.motion.target.unwrap_or(self.live.position) } else { 0 };
-        let given = self.values.of_object(Object::TargetPosition) as i32;
+    pub(super) fn take_target<T: Board>(&mut self, plant: &mut Plant<'_, T>, relative: bool) {
+        let position = plant.live.position;
+        let base = if relative { self.target.unwrap_or(position) } else { 0 };
+        let given = plant.settings.of(Object::TargetPosition) as i32;
         let target = i64::from(base).saturating_add(given.into());
-        let way = target.saturating_sub(self.live.position.into());
-        let [low, high] = self.position_limits();
+        let way = target.saturating_sub(position.into());
+        let [low, high] = position_limits(plant.settings);
         match i32::try_from(target) {
-            _ if low > high => self.errors.raise(Emergency::Refused, Some(LIMITS)),
+            _ if low > high => plant.errors.raise(Emergency::Refused, Some(LIMITS)),
             Ok(allowed) if (low..=high).contains(&target) && i32::try_from(way).is_ok() => {
-                let motion = &mut self.drive.motion;
-                (motion.target, motion.told, motion.dropped) = (Some(allowed), None, None);
-                (motion.acknowledged, motion.within) = (true, None);
+                (self.target, self.told, self.dropped) = (Some(allowed), None, None);
+                (self.acknowledged, self.within) = (true, None);
             }
-            _ => self.raise(Emergency::Refused),
+            _ => plant.errors.raise(Emergency::Refused, None),
         }
     }
 
-    /// Forgets what the motor was to do, because the state or the mode has changed: the motor stands, or is being stopped.
-    pub(super) fn forget_motion(&mut self) {
-        let mode = self.drive.motion.mode;
-        self.drive.motion = Motion { mode, told: Some(Task::Stand), ..Motion::default() };
-    }
-
-    /// Tells the motor what the mode asks for, if that has changed.
-    pub(in crate::canopen) fn steer(&mut self) {
-        self.steer_to(self.asked());
-    }
-
-    /// The same, if the mode asks for this.
-    pub(super) fn steer_to(&mut self, asked: Task) {
-        if !self.drive.is_operating() || self.drive.motion.mode == Mode::Homing {
-            return;
-        }
-        if self.drive.motion.settling && !self.stands() {
-            return;
-        }
-        self.drive.motion.settling = false;
-        self.drive.motion.dropped.take_if(|dropped| *dropped != asked);
-        if self.leads_out(asked) {
-            self.drive.motion.dropped = Some(asked);
-        }
-        let task = if self.drive.motion.dropped.is_some() { Task::Stand } else { asked };
-        if self.drive.motion.told != Some(task) {
-            self.drive.motion.reached = false;
-            // If a chip has not taken it, the motor is told again in the next turn.
-            self.drive.motion.told = self.tell(task).then_some(task);
-        }
-    }
-
-    /// What the mode asks for.
-    pub(super) fn asked(&self) -> Task {
-        if self.drive.controlword & HALT != 0 {
-            return Task::Stand;
-        }
-        let velocity = |object| Task::Turn(self.scale().velocity((self.values.of_object(object) as i32).into()));
-        match self.drive.motion.mode {
-            Mode::ProfilePosition => self.drive.motion.target.map_or(Task::Stand, Task::Go),
-            Mode::Velocity => velocity(Object::TargetVelocityVl),
-            Mode::ProfileVelocity => velocity(Object::TargetVelocity),
+    /// What the mode asks for; `halts` is true at a halt.
+    pub(super) fn asked(&self, settings: &Settings, halts: bool) -> Task {
+        match self.mode {
+            _ if halts => Task::Stand,
+            Mode::ProfilePosition => self.target.map_or(Task::Stand, Task::Go),
+            Mode::Velocity => Task::Turn(settings.signed_velocity(Object::TargetVelocityVl)),
+            Mode::ProfileVelocity => Task::Turn(settings.signed_velocity(Object::TargetVelocity)),
             Mode::None | Mode::Homing => Task::Stand,
         }
     }
 
+    /// Tells the motor what the mode asks for, if that has changed. To be called while the motor obeys the mode.
+    pub(super) fn steer<T: Board>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
+        if self.mode == Mode::Homing || self.settling && !plant.stands() {
+            return;
+        }
+        self.settling = false;
+        self.dropped.take_if(|dropped| *dropped != asked);
+        if leads_out(asked, plant.settings, plant.live) {
+            self.dropped = Some(asked);
+        }
+        let task = if self.dropped.is_some() { Task::Stand } else { asked };
+        if self.told != Some(task) {
+            self.reached = false;
+            // If a chip has not taken it, the motor is told again in the next turn.
+            self.told = self.tell(plant, task).then_some(task);
+        }
+    }
+
     /// Tells the motor a task; false if a chip did not take it.
-    fn tell(&mut self, task: Task) -> bool {
-        let (now, ramp) = (self.now, self.ramp());
-        let speed = self.scale().velocity(self.values.of_object(Object::ProfileVelocity).into());
-        let Some(mut axis) = self.device.axis(0) else { return false };
+    fn tell<T: Board>(&self, plant: &mut Plant<'_, T>, task: Task) -> bool {
+        let (now, ramp) = (plant.now, plant.settings.acceleration(self.ramp()));
+        let speed = plant.settings.velocity(Object::ProfileVelocity);
+        let Some(mut axis) = plant.device.axis(0) else { return false };
         let told = match task {
             Task::Stand => axis.rotate_at(now, 0, Some(ramp)),
             Task::Turn(speed) => axis.rotate_at(now, speed, Some(ramp)),
@@ -142,75 +174,42 @@ impl<T: Board<Product = Tmcm1140>> Node<T> {
         told.is_ok()
     }
 
-    /// Looks whether the target is reached, once in each turn, if the mode asks for this.
-    pub(super) fn look_at_target(&mut self, asked: Task) {
-        let within = self.is_within_window();
-        let since = within.then(|| self.drive.motion.within.unwrap_or(self.now));
-        self.drive.motion.within = since;
-        let time = Micros::from_millis(self.values.of_object(Object::PositionWindowTime).into());
-        self.drive.motion.reached = self.drive.is_operating()
-            && !self.drive.motion.settling
+    /// Looks whether the target is reached, once in each turn, if the mode asks for this; `operates` is true while the motor
+    /// obeys it.
+    pub(super) fn look_at_target<T: Board>(&mut self, plant: &Plant<'_, T>, asked: Task, operates: bool) {
+        let within = self.is_within_window(plant);
+        let since = within.then(|| self.within.unwrap_or(plant.now));
+        self.within = since;
+        let time = plant.settings.values.milliseconds(Object::PositionWindowTime);
+        let live = &plant.live;
+        self.reached = operates
+            && !self.settling
             && match asked {
-                _ if self.drive.motion.mode == Mode::None => false,
-                Task::Stand => self.stands(),
-                Task::Turn(speed) => self.live.speed == speed,
-                Task::Go(target) if self.window().is_none() => self.live.position == target && self.stands(),
-                Task::Go(_) => since.is_some_and(|since| self.now.since(since) >= time),
+                _ if self.mode == Mode::None => false,
+                Task::Stand => plant.stands(),
+                Task::Turn(speed) => live.speed == speed,
+                Task::Go(target) if window(plant.settings).is_none() => live.position == target && plant.stands(),
+                Task::Go(_) => since.is_some_and(|since| plant.now.since(since) >= time),
             };
     }
 
-    /// The position window (6067h), in microsteps; `None` if the motor's own counter says when the target is reached.
-    fn window(&self) -> Option<u32> {
-        Some(self.values.of_object(Object::PositionWindow)).filter(|window| !matches!(*window, 0 | NO_WINDOW))
-    }
-
     /// True if the actual position (6064h) is within the window around the target.
-    fn is_within_window(&self) -> bool {
-        let (Some(target), Some(window)) = (self.drive.motion.target, self.window()) else { return false };
-        self.actual_position().wrapping_sub(target).unsigned_abs() <= window
+    fn is_within_window<T: Board>(&self, plant: &Plant<'_, T>) -> bool {
+        let (Some(target), Some(window)) = (self.target, window(plant.settings)) else { return false };
+        plant.live.actual_position(&plant.settings.values).wrapping_sub(target).unsigned_abs() <= window
     }
 
-    /// The acceleration of ramps in the mode in force, in internal units.
-    pub(super) fn ramp(&self) -> i32 {
-        self.acceleration(match self.drive.motion.mode {
+    /// The object that has the acceleration of ramps in the mode in force.
+    pub(super) const fn ramp(&self) -> Object {
+        match self.mode {
             Mode::Velocity => Object::AccelerationDeltaSpeed,
             Mode::Homing => Object::HomingAcceleration,
             Mode::None | Mode::ProfilePosition | Mode::ProfileVelocity => Object::ProfileAcceleration,
-        })
-    }
-
-    /// The acceleration of the quick stop ramp, in internal units.
-    pub(super) fn quick_ramp(&self) -> i32 {
-        self.acceleration(Object::QuickStopDeceleration)
-    }
-
-    fn acceleration(&self, object: Object) -> i32 {
-        self.scale().acceleration(self.values.of_object(object))
-    }
-
-    /// True if the motor stands and is to stand, as its counter has been read. In a homing it is to go on.
-    pub(super) fn stands(&self) -> bool {
-        self.device.axes().iter().all(|axis| axis.rests() && !axis.searches())
-    }
-
-    /// Slows the motor down to a stand, with this acceleration; one that stands is not told.
-    pub(super) fn slow_down(&mut self, acceleration: i32) {
-        if self.stands() {
-            return;
-        }
-        let now = self.now;
-        let Some(mut axis) = self.device.axis(0) else { return };
-        if axis.rotate_at(now, 0, Some(acceleration)).is_err() {
-            // The axis tries this again until its chips take it.
-            let _ = axis.hard_stop();
         }
     }
+}
 
-    /// Stops the motor without a ramp.
-    pub(in crate::canopen) fn stop_hard(&mut self) {
-        if let Some(mut axis) = self.device.axis(0) {
-            // The axis tries this again until its chips take it.
-            let _ = axis.hard_stop();
-        }
-    }
+/// The position window (6067h), in microsteps; `None` if the motor's own counter says when the target is reached.
+fn window(settings: &Settings) -> Option<u32> {
+    Some(settings.of(Object::PositionWindow)).filter(|window| !matches!(*window, 0 | NO_WINDOW))
 }

@@ -9,11 +9,9 @@
 //! So the state changes at the end of the way. A command that comes before waits for that end, unless it leads to a
 //! stop: on the way to OPERATION ENABLED every other command turns back, and a ramp gives way to a quicker stop.
 
+use super::plant::Plant;
 use super::state::{Command, State};
-use super::{Limits, Way};
-use crate::canopen::Node;
 use crate::canopen::object::Object;
-use crate::canopen::store::Tmcm1140;
 use crate::device::Board;
 use crate::units::Micros;
 
@@ -25,168 +23,222 @@ const LASTING: [u32; 2] = [5, 6];
 /// Time in which the current draws a rotor to the field.
 const SNAP: Micros = Micros::from_millis(50);
 
-/// The bit of a fault reset in a controlword.
-const FAULT_RESET: u16 = 1 << 7;
-/// From this current on (200Ch, in 1/255) OUT0, which can only be on or off, is on.
-const ON: u32 = 128;
+/// What the drive does on its way to another state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Way {
+    /// Nothing: the state lasts.
+    #[default]
+    Lasting,
+    /// The bridges are on, and the brake is released at this time.
+    Energising(Micros),
+    /// The brake is released, and OPERATION ENABLED is entered at this time.
+    Releasing(Micros),
+    /// The motor slows down, and the bridges go off for this state when it stands.
+    Stopping(State),
+    /// The brake is applied; at this time the bridges go off, and the state is entered.
+    Applying(Micros, State),
+}
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// Obeys a controlword: commands, fault reset, and the bits of the mode of operation.
-    pub(in crate::canopen) fn obey(&mut self, word: u16) {
-        let before = core::mem::replace(&mut self.drive.controlword, word);
-        let operates = self.drive.is_operating();
-        if word & !before & FAULT_RESET != 0 {
-            self.reset_fault();
-        }
-        self.obey_command();
-        self.progress();
-        self.operate(before, operates);
-        self.steer();
+/// The state of the drive, its bridges and its brake.
+#[derive(Debug, Default)]
+pub(super) struct Power {
+    state: State,
+    way: Way,
+    /// A controlword has come on the way to a state, and is obeyed there.
+    waiting: bool,
+    /// The brake is released.
+    released: bool,
+    /// The bridges are on, and at this time the current has drawn the rotor to the field: from then on there can be a
+    /// following error. `None` while the bridges are off.
+    held: Option<Micros>,
+    /// The shaft has been turned while the bridges were off: once the rotor is held, the counter is to follow the encoder.
+    turned: bool,
+    /// What has happened since this was asked.
+    changes: Changes,
+}
+
+/// What a call has led to, for those to whom it means an end.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Changes {
+    /// A state has been entered: what the motor was to do is forgotten.
+    pub(super) entered: bool,
+    /// The way to a state has begun in which the bridges are off: a homing is over.
+    pub(super) disabled: bool,
+}
+
+/// A controlword, and the object that has the acceleration of ramps in the mode of operation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Orders {
+    pub(super) word: u16,
+    pub(super) ramp: Object,
+}
+
+impl Power {
+    pub(super) const fn state(&self) -> State {
+        self.state
+    }
+
+    /// True while the drive is on no way to another state.
+    pub(super) fn is_lasting(&self) -> bool {
+        self.way == Way::Lasting
+    }
+
+    /// True while there is nothing to go on with, and nothing has happened that was not asked for.
+    pub(super) fn is_quiet(&self) -> bool {
+        let Changes { entered, disabled } = self.changes;
+        self.is_lasting() && !self.waiting && !entered && !disabled
+    }
+
+    /// True while the motor obeys the mode of operation.
+    pub(super) const fn is_operating(&self) -> bool {
+        matches!((self.state, self.way), (State::OperationEnabled, Way::Lasting))
+    }
+
+    /// True while the brake is released.
+    pub(super) const fn is_released(&self) -> bool {
+        self.released
+    }
+
+    /// What has happened since this was asked.
+    pub(super) fn take_changes(&mut self) -> Changes {
+        core::mem::take(&mut self.changes)
+    }
+
+    /// True if a motor that is held, and may be moving, is outside the window of 6065h.
+    pub(super) fn has_following_error<T: Board>(&self, plant: &Plant<'_, T>) -> bool {
+        let window = plant.settings.of(Object::FollowingErrorWindow);
+        // With an off time of 0 the bridges are off as well.
+        let held = self.held.is_some_and(|held| plant.now >= held) && plant.settings.of(Object::ChopperOffTime) != 0;
+        held && !self.turned && window != 0 && plant.live.following_error().unsigned_abs() > window
     }
 
     /// Carries out the command of the controlword, or lets it wait.
-    fn obey_command(&mut self) {
-        let Some(command) = Command::of(self.drive.controlword) else { return };
-        let state = self.drive.state;
-        let lasts = LASTING.contains(&self.values.of_object(Object::QuickStopOption));
+    pub(super) fn obey<T: Board>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
+        let Some(command) = Command::of(orders.word) else { return };
+        let state = self.state;
+        let lasts = LASTING.contains(&plant.settings.of(Object::QuickStopOption));
         let to = state.after(command, lasts);
-        match self.drive.way {
+        match self.way {
             Way::Lasting => {}
             Way::Energising(_) | Way::Releasing(_) => {
                 if command != Command::EnableOperation {
-                    self.disable(to.unwrap_or(state));
+                    self.disable(plant, to.unwrap_or(state));
                 }
                 return;
             }
             Way::Stopping(_) if to.is_some_and(|to| to != State::OperationEnabled && to != State::SwitchedOn) => {}
             Way::Stopping(_) | Way::Applying(..) => {
-                self.drive.waiting = true;
+                self.waiting = true;
                 return;
             }
         }
         match to {
             None => {}
-            Some(State::OperationEnabled) if state == State::QuickStopActive => {
-                self.enter_state(State::OperationEnabled)
-            }
+            Some(State::OperationEnabled) if state == State::QuickStopActive => self.enter(State::OperationEnabled),
             Some(State::OperationEnabled) => {
-                self.enter_state(State::SwitchedOn);
-                self.energise();
+                self.enter(State::SwitchedOn);
+                self.energise(plant);
             }
-            Some(State::QuickStopActive) => self.quick_stop(lasts),
+            Some(State::QuickStopActive) => self.quick_stop(plant, orders.ramp, lasts),
             Some(State::SwitchedOn) if state.is_driving() => {
-                self.slow_down(self.ramp());
-                self.drive.way = Way::Stopping(State::SwitchedOn);
+                plant.slow_down(plant.settings.acceleration(orders.ramp));
+                self.way = Way::Stopping(State::SwitchedOn);
             }
-            Some(to) if state.is_driving() => self.disable(to),
-            Some(to) => self.enter_state(to),
+            Some(to) if state.is_driving() => self.disable(plant, to),
+            Some(to) => self.enter(to),
         }
     }
 
     /// Goes on with the way to the next state, as far as it can be gone now, and then carries out a command that waits.
-    pub(in crate::canopen) fn progress(&mut self) {
+    pub(super) fn progress<T: Board>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
         loop {
-            match self.drive.way {
-                Way::Energising(at) if self.now >= at => {
-                    if core::mem::take(&mut self.drive.turned) {
-                        self.follow_encoder();
+            match self.way {
+                Way::Energising(at) if plant.now >= at => {
+                    if core::mem::take(&mut self.turned) {
+                        plant.follow_encoder();
                     }
-                    self.release_brake(true);
-                    self.drive.way = Way::Releasing(self.after(Object::BrakeReleaseDelay));
+                    self.release_brake(plant, true);
+                    self.way = Way::Releasing(plant.settings.after(plant.now, Object::BrakeReleaseDelay));
                 }
-                Way::Releasing(at) if self.now >= at && self.tunnel.in_tmcl_mode() => self.drive.way = Way::Lasting,
-                Way::Releasing(at) if self.now >= at => self.enter_state(State::OperationEnabled),
+                Way::Releasing(at) if plant.now >= at && plant.in_tmcl_mode => self.way = Way::Lasting,
+                Way::Releasing(at) if plant.now >= at => self.enter(State::OperationEnabled),
                 // A motion controller that is silent tells of no stop; the bridges are off then anyway.
-                Way::Stopping(to) if self.stands() || self.device.is_given_up() => self.disable(to),
-                Way::Applying(at, to) if self.now >= at => {
-                    self.device.enable_drivers(false);
-                    self.drive.held = None;
-                    self.enter_state(to);
+                Way::Stopping(to) if plant.stands() || plant.device.is_given_up() => self.disable(plant, to),
+                Way::Applying(at, to) if plant.now >= at => {
+                    plant.device.enable_drivers(false);
+                    self.held = None;
+                    self.enter(to);
                 }
-                Way::Lasting if core::mem::take(&mut self.drive.waiting) => self.obey_command(),
+                Way::Lasting if core::mem::take(&mut self.waiting) => self.obey(plant, orders),
                 _ => return,
             }
         }
     }
 
-    /// Enters a state. What the motor was to do is forgotten.
-    pub(super) fn enter_state(&mut self, state: State) {
-        (self.drive.state, self.drive.way) = (state, Way::Lasting);
-        self.forget_motion();
-        self.touched = true;
+    /// Enters a state.
+    pub(super) const fn enter(&mut self, state: State) {
+        (self.state, self.way, self.changes.entered) = (state, Way::Lasting, true);
     }
 
     /// Begins the way to OPERATION ENABLED. A rotor that has been turned has the time to be drawn to the field.
-    fn energise(&mut self) {
-        self.device.enable_drivers(true);
-        let (held, enabled) = (self.now.after(SNAP), self.after(Object::EnableDelay));
-        self.drive.held = Some(held);
-        self.drive.turned = self.deviates();
-        self.drive.way = Way::Energising(if self.drive.turned { held.max(enabled) } else { enabled });
+    fn energise<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        plant.device.enable_drivers(true);
+        let (held, enabled) = (plant.now.after(SNAP), plant.settings.after(plant.now, Object::EnableDelay));
+        self.held = Some(held);
+        self.turned = plant.deviates();
+        self.way = Way::Energising(if self.turned { held.max(enabled) } else { enabled });
     }
 
-    /// True while settings can be written that change only in SWITCH ON DISABLED: in TMCL mode the motor may move then.
-    pub(in crate::canopen) fn is_disabled(&self) -> bool {
-        self.drive.state == State::SwitchOnDisabled && !self.tunnel.in_tmcl_mode()
-    }
-
-    /// TMCL mode begins: the motor stops by the quick stop ramp, and the drive is SWITCH ON DISABLED. But the bridges stay
-    /// on and the brake stays released, or both come as on the way to OPERATION ENABLED.
-    pub(in crate::canopen) fn yield_motor(&mut self) {
-        let holds = self.drive.state.is_driving() && self.drive.released;
-        self.end_motion();
-        self.abort_homing();
-        self.drive.waiting = false;
-        self.drive.limits = Limits::default();
-        self.enter_state(State::SwitchOnDisabled);
+    /// TMCL mode begins: the drive is SWITCH ON DISABLED. But the bridges stay on and the brake stays released, or both come
+    /// as on the way to OPERATION ENABLED.
+    pub(super) fn yield_motor<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        let holds = self.state.is_driving() && self.released;
+        self.waiting = false;
+        self.enter(State::SwitchOnDisabled);
         if !holds {
-            self.energise();
+            self.energise(plant);
         }
     }
 
-    /// Stops the motor by the quick stop ramp, whatever it does.
-    pub(super) fn end_motion(&mut self) {
-        let (now, ramp) = (self.now, self.quick_ramp());
-        self.device.end_moves(|axis| axis.rotate_at(now, 0, Some(ramp)));
+    /// Begins the way to FAULT.
+    pub(super) fn react<T: Board>(&mut self, plant: &mut Plant<'_, T>) {
+        let (state, way) = (self.state, self.way);
+        self.enter(State::FaultReactionActive);
+        match way {
+            Way::Applying(at, _) => self.way = Way::Applying(at, State::Fault),
+            Way::Energising(_) | Way::Releasing(_) => self.disable(plant, State::Fault),
+            Way::Lasting | Way::Stopping(_) if state.is_driving() => {
+                plant.slow_down(plant.quick_ramp());
+                self.way = Way::Stopping(State::Fault);
+            }
+            Way::Lasting | Way::Stopping(_) => self.enter(State::Fault),
+        }
     }
 
     /// Begins the way to a state in which the bridges are off. The motor does not move any more.
-    pub(super) fn disable(&mut self, to: State) {
-        if !self.stands() {
-            self.stop_hard();
+    fn disable<T: Board>(&mut self, plant: &mut Plant<'_, T>, to: State) {
+        if !plant.stands() {
+            plant.stop_hard();
         }
-        self.abort_homing();
-        self.release_brake(false);
-        self.drive.way = Way::Applying(self.after(Object::BrakeApplyDelay), to);
+        self.changes.disabled = true;
+        self.release_brake(plant, false);
+        self.way = Way::Applying(plant.settings.after(plant.now, Object::BrakeApplyDelay), to);
     }
 
     /// Stops the motor as the quick stop option code says; the state lasts, or SWITCH ON DISABLED follows.
-    fn quick_stop(&mut self, lasts: bool) {
-        let slow = SLOW_DOWN.contains(&self.values.of_object(Object::QuickStopOption));
-        let ramp = if slow { self.ramp() } else { self.quick_ramp() };
-        self.enter_state(State::QuickStopActive);
-        self.slow_down(ramp);
+    fn quick_stop<T: Board>(&mut self, plant: &mut Plant<'_, T>, ramp: Object, lasts: bool) {
+        let slow = SLOW_DOWN.contains(&plant.settings.of(Object::QuickStopOption));
+        let ramp = if slow { plant.settings.acceleration(ramp) } else { plant.quick_ramp() };
+        self.enter(State::QuickStopActive);
+        plant.slow_down(ramp);
         if !lasts {
-            self.drive.way = Way::Stopping(State::SwitchOnDisabled);
+            self.way = Way::Stopping(State::SwitchOnDisabled);
         }
     }
 
     /// Releases the brake, or applies it.
-    fn release_brake(&mut self, released: bool) {
-        self.drive.released = released;
-        self.switch_outputs();
-    }
-
-    /// The level of OUT0 as the brake needs it; `None` if there is no automatic brake, because both currents are 0.
-    pub(in crate::canopen) fn brake(&self) -> Option<bool> {
-        let [apply, release] =
-            [Object::BrakeApplyCurrent, Object::BrakeReleaseCurrent].map(|object| self.values.of_object(object));
-        let current = if self.drive.released { release } else { apply };
-        (apply != 0 || release != 0).then_some(current >= ON)
-    }
-
-    /// The time at which a delay that begins now is over.
-    fn after(&self, delay: Object) -> Micros {
-        self.now.after(Micros::from_millis(self.values.of_object(delay).into()))
+    fn release_brake<T: Board>(&mut self, plant: &mut Plant<'_, T>, released: bool) {
+        self.released = released;
+        plant.settings.switch_outputs(plant.device, released);
     }
 }

@@ -1,11 +1,13 @@
 //! The statusword (manual sections 6.1.2, 7.1.2, 8.1.2 and 9.2.2).
 
-use super::Mode;
+use super::Drive;
+use super::limit::outside;
+use super::mode::Mode;
+use super::plant::{Shown, stands};
 use super::state::State;
-use crate::canopen::emcy::Emergency;
+use crate::canopen::cia301::nmt::Nmt;
+use crate::canopen::errors::Emergency;
 use crate::canopen::live::flags;
-use crate::canopen::store::Tmcm1140;
-use crate::canopen::{Nmt, Node};
 use crate::device::Board;
 
 /// There is a supply.
@@ -27,33 +29,35 @@ const MOVES: u32 = 1 << 14;
 /// The motor rotates in the direction of negative positions.
 const NEGATIVE: u32 = 1 << 15;
 
-impl<T: Board<Product = Tmcm1140>> Node<T> {
-    /// The statusword.
-    pub(in crate::canopen) fn statusword(&self) -> u32 {
-        let drive = &self.drive;
-        let special = match drive.motion.mode {
-            Mode::ProfilePosition => drive.motion.acknowledged,
-            Mode::Homing => drive.homing.attained,
+impl Drive {
+    /// The statusword. Inlined, because masters read it all the time: so what it shows is not put together first.
+    #[inline(always)]
+    pub(in crate::canopen) fn statusword<T: Board>(&self, shown: &Shown<'_, T>) -> u32 {
+        let Shown { device, settings, live, errors, state, in_tmcl_mode } = *shown;
+        let mode = self.motion.mode();
+        let special = match mode {
+            Mode::ProfilePosition => self.motion.is_acknowledged(),
+            Mode::Homing => self.homing.is_attained(),
             Mode::None | Mode::Velocity | Mode::ProfileVelocity => false,
         };
-        let reached = match drive.state {
-            State::QuickStopActive => self.stands(),
-            _ if drive.motion.mode == Mode::Homing => !drive.homing.running,
-            _ => drive.motion.reached,
+        let reached = match self.power.state() {
+            State::QuickStopActive => stands(device),
+            _ if mode == Mode::Homing => !self.homing.is_running(),
+            _ => self.motion.is_reached(),
         };
+        // In TMCL mode, and while a homing is under way, there are no software limits.
+        let outside = !in_tmcl_mode && !self.homing.is_running() && outside(settings, live).contains(&true);
+        let follows = mode != Mode::ProfilePosition || !errors.shows(Emergency::FollowingError);
         let bit = |bit, set| if set { bit } else { 0 };
-        drive.state.bits()
-            | bit(VOLTAGE, !self.device.lacks_supply())
-            | bit(WARNING, self.live.flags & flags::WARNING != 0)
-            | bit(REMOTE, self.state == Nmt::Operational)
+        self.power.state().bits()
+            | bit(VOLTAGE, !device.lacks_supply())
+            | bit(WARNING, live.flags & flags::WARNING != 0)
+            | bit(REMOTE, state == Nmt::Operational)
             | bit(TARGET_REACHED, reached)
-            | bit(INTERNAL_LIMIT, self.is_limited())
+            | bit(INTERNAL_LIMIT, self.limits.are_touched() || outside)
             | bit(MODE_SPECIFIC, special)
-            | bit(
-                FOLLOWING_ERROR,
-                drive.motion.mode == Mode::ProfilePosition && self.errors.shows(Emergency::FollowingError),
-            )
-            | bit(MOVES, self.live.speed != 0)
-            | bit(NEGATIVE, self.live.speed < 0)
+            | bit(FOLLOWING_ERROR, !follows)
+            | bit(MOVES, live.speed != 0)
+            | bit(NEGATIVE, live.speed < 0)
     }
 }

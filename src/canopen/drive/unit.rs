@@ -5,7 +5,8 @@
 //! 16 MHz = 15625 * 2^10 both are fractions of small numbers, so that all here is exact up to the one rounding to the
 //! nearest internal unit.
 
-use crate::canopen::object::{Entry, Object};
+use crate::canopen::entry::Entry;
+use crate::canopen::object::Object;
 use crate::canopen::values::Values;
 use crate::motion::tmc429::ramp;
 use crate::units::{INTERNAL_MAX, Internal};

@@ -1,13 +1,6 @@
-//! Emergencies: the messages, what the drive does then, the error register (1001h), the error code (603Fh), and the queue
-//! with its inhibit time (1015h).
+//! Emergencies: the messages, what the drive does then, the error register (1001h), and the error code (603Fh).
 
-use heapless::Deque;
-
-use crate::units::Micros;
-
-/// Number of messages that wait for the inhibit time; what comes when they are as many shows in the error register
-/// alone.
-const QUEUE: usize = 8;
+use super::cia301::emcy::Messages;
 
 /// What the drive does when an emergency comes up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,14 +84,6 @@ emergencies! {
     0xFF01 4 0 0x81 Stop NegativeLimitSwitch "negative limit switch";
 }
 
-/// What has become of a cause since it was looked at before.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Change {
-    None,
-    Begun,
-    Ended,
-}
-
 /// An object that a message names: index and sub-index.
 pub(super) type Named = (u16, u8);
 
@@ -111,12 +96,10 @@ pub(super) struct Errors {
     existing: u32,
     /// The one that has come up last.
     last: Option<Emergency>,
-    /// The data of the messages, oldest first.
-    queue: Deque<[u8; 8], QUEUE>,
-    /// So many of them, the oldest ones, are sent although the node is stopped: they tell why it has stopped itself.
-    farewell: usize,
-    /// When the last message was sent.
-    sent: Option<Micros>,
+    /// The error register or the error code may be another than when this was asked for.
+    changed: bool,
+    /// The messages on their way.
+    pub(super) messages: Messages,
 }
 
 impl Errors {
@@ -137,36 +120,65 @@ impl Errors {
         self.shown & emergency.bit() != 0
     }
 
+    /// True if the error register tells that saved settings are lost.
+    pub(super) const fn tell_of_lost_settings(&self) -> bool {
+        self.shows(Emergency::SettingsLost) || self.shows(Emergency::SilentEeprom)
+    }
+
+    /// True, once, when the error register or the error code may be another.
+    pub(super) const fn have_changed(&mut self) -> bool {
+        core::mem::replace(&mut self.changed, false)
+    }
+
     /// Notes an emergency in the error register, and puts its message into the queue, with the object that it is about.
     pub(super) fn raise(&mut self, emergency: Emergency, named: Option<Named>) {
+        self.changed = true;
         if emergency != Emergency::Reset {
             (self.shown, self.last) = (self.shown | emergency.bit(), Some(emergency));
         }
         let (code, [first, second], ..) = emergency.data();
         let ([low, high], (index, sub)) = (code.to_le_bytes(), named.unwrap_or_default());
         let [index_low, index_high] = index.to_le_bytes();
-        let message = [low, high, self.register(), first, second, index_low, index_high, sub];
-        // CiA 301 lets the newest be lost when there are too many; the register tells of it.
-        let _ = self.queue.push_back(message);
+        self.messages.push([low, high, self.register(), first, second, index_low, index_high, sub]);
     }
 
     /// An emergency that needs no reset is over: the error register forgets it, which is told.
-    pub(super) fn end(&mut self, emergency: Emergency) {
+    fn end(&mut self, emergency: Emergency) {
         if self.shows(emergency) {
             self.shown &= !emergency.bit();
             self.raise(Emergency::Reset, None);
         }
     }
 
-    /// Notes whether the cause of an emergency exists.
-    pub(super) const fn note(&mut self, emergency: Emergency, exists: bool) -> Change {
-        let before = self.existing & emergency.bit() != 0;
-        self.existing = if exists { self.existing | emergency.bit() } else { self.existing & !emergency.bit() };
-        match (before, exists) {
-            (false, true) => Change::Begun,
-            (true, false) => Change::Ended,
-            (false, false) | (true, true) => Change::None,
+    /// Notes whether the cause of an emergency exists, which is raised when it begins to. When it has ended, an error that is
+    /// no fault is over; a fault stays until it is reset. True if a fault has begun.
+    ///
+    /// Inlined as far as it asks whether anything has changed, which is asked for some of them in each turn.
+    #[inline(always)]
+    pub(super) fn report(&mut self, emergency: Emergency, exists: bool, named: Option<Named>) -> bool {
+        (self.existing & emergency.bit() != 0) != exists && self.change(emergency, named)
+    }
+
+    /// The cause of an emergency has begun or ended.
+    #[cold]
+    #[inline(never)]
+    fn change(&mut self, emergency: Emergency, named: Option<Named>) -> bool {
+        let is_fault = emergency.reaction() == Reaction::Fault;
+        self.existing ^= emergency.bit();
+        if self.existing & emergency.bit() != 0 {
+            self.raise(emergency, named);
+            is_fault
+        } else {
+            if !is_fault {
+                self.end(emergency);
+            }
+            false
         }
+    }
+
+    /// Forgets that the cause of an emergency exists: if it does, it is told once more.
+    pub(super) const fn overlook(&mut self, emergency: Emergency) {
+        self.existing &= !emergency.bit();
     }
 
     /// True if the causes of these emergencies exist or not as has been noted.
@@ -185,7 +197,7 @@ impl Errors {
 
     /// Lets the error register forget all errors whose causes are gone.
     pub(super) const fn forget(&mut self) {
-        self.shown = self.existing;
+        (self.shown, self.changed) = (self.existing, true);
     }
 
     /// Drops messages and errors, but for the causes that exist.
@@ -195,33 +207,6 @@ impl Errors {
 
     fn shown(&self) -> impl Iterator<Item = Emergency> + use<> {
         among(self.shown)
-    }
-
-    /// The node stops itself; the messages that wait are still sent.
-    pub(super) fn say_farewell(&mut self) {
-        self.farewell = self.queue.len();
-    }
-
-    /// True if a message waits that the node sends, stopped or not.
-    pub(super) fn has_message(&self, is_stopped: bool) -> bool {
-        !self.queue.is_empty() && (self.farewell > 0 || !is_stopped)
-    }
-
-    /// Takes the next message, which is being sent at `now`; `None` also within the inhibit time after the one before.
-    pub(super) fn take(&mut self, now: Micros, inhibit: Micros) -> Option<[u8; 8]> {
-        if self.sent.is_some_and(|sent| now.since(sent) < inhibit) {
-            return None;
-        }
-        let message = self.queue.pop_front()?;
-        self.farewell = self.farewell.saturating_sub(1);
-        self.sent = Some(now);
-        Some(message)
-    }
-
-    /// Drops the messages that wait.
-    pub(super) fn drop_messages(&mut self) {
-        self.queue.clear();
-        self.farewell = 0;
     }
 }
 

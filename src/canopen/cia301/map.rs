@@ -1,0 +1,115 @@
+//! Which objects a PDO carries: mapping records, checked and resolved when they are written.
+
+use super::abort::Abort;
+use super::record::{MOST, Record, Way};
+use super::{Description, Mapping};
+
+/// Number of data bytes of a PDO.
+const LENGTH: usize = 8;
+
+/// An object that a PDO carries.
+#[derive(Clone, Copy, Debug)]
+struct Mapped<E> {
+    entry: E,
+    /// Its size in bytes.
+    size: u8,
+}
+
+/// The objects that a PDO carries, in their order.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::canopen) struct Map<E> {
+    mapped: [Option<Mapped<E>>; MOST],
+    /// Number of bytes of all of them.
+    pub(super) length: u8,
+}
+
+impl<E: Copy> Map<E> {
+    /// The map of a PDO that carries nothing.
+    pub(super) const EMPTY: Self = Map { mapped: [None; MOST], length: 0 };
+
+    /// The map that a PDO's record says. `find` gives the object with an index and a sub-index.
+    ///
+    /// # Errors
+    /// [`Abort::NotMappable`] or [`Abort::MappingTooLong`].
+    pub(in crate::canopen) fn of(
+        record: &Record,
+        way: Way,
+        find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
+    ) -> Result<Self, Abort> {
+        let mut map = Map::EMPTY;
+        let count = usize::from(record.count);
+        if count > MOST {
+            return Err(Abort::MappingTooLong);
+        }
+        let mut length = 0_usize;
+        for (place, entry) in map.mapped.iter_mut().zip(record.entries).take(count) {
+            let mapped = mappable(entry, way, &find)?;
+            length = length.saturating_add(mapped.size.into());
+            *place = Some(mapped);
+        }
+        if length > LENGTH {
+            return Err(Abort::MappingTooLong);
+        }
+        map.length = length as u8;
+        Ok(map)
+    }
+
+    /// True for a PDO that carries nothing.
+    pub(super) const fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// The objects, each with the bytes that stand for it in the data of a PDO, and whatever follows them.
+    pub(in crate::canopen) fn unpacked(&self, data: [u8; 8]) -> impl Iterator<Item = (E, u32)> {
+        let mut rest = u64::from_le_bytes(data);
+        self.mapped.iter().flatten().map(move |mapped| {
+            let number = rest as u32;
+            rest = rest.unbounded_shr(bits(mapped.size));
+            (mapped.entry, number)
+        })
+    }
+
+    /// The data of a PDO: the objects as `read` gives them. Never inlined, because there are three who want them.
+    #[inline(never)]
+    pub(super) fn packed(&self, read: &impl Fn(E) -> u32) -> [u8; 8] {
+        let (mut data, mut shift) = (0_u64, 0_u32);
+        for Mapped { entry, size } in self.mapped.iter().flatten() {
+            let number = u64::from(read(*entry)) & !u64::MAX.unbounded_shl(bits(*size));
+            data |= number.unbounded_shl(shift);
+            shift = shift.saturating_add(bits(*size));
+        }
+        data.to_le_bytes()
+    }
+}
+
+/// The object that a mapping entry names: index, sub-index, and length in bits.
+///
+/// # Errors
+/// [`Abort::NotMappable`].
+pub(super) fn check<E>(
+    entry: u32,
+    way: Way,
+    find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
+) -> Result<(), Abort> {
+    mappable(entry, way, find).map(|_| ())
+}
+
+fn mappable<E>(
+    entry: u32,
+    way: Way,
+    find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
+) -> Result<Mapped<E>, Abort> {
+    let [length, sub, low, high] = entry.to_le_bytes();
+    let (entry, Description { size, mapping, .. }) =
+        find(u16::from_le_bytes([low, high]), sub).map_err(|_| Abort::NotMappable)?;
+    let carried = match mapping {
+        Mapping::No => false,
+        Mapping::Tx => way == Way::Transmit,
+        Mapping::RxTx => true,
+    };
+    if carried && bits(size) == u32::from(length) { Ok(Mapped { entry, size }) } else { Err(Abort::NotMappable) }
+}
+
+const fn bits(size: u8) -> u32 {
+    (size as u32).wrapping_mul(8)
+}
