@@ -399,6 +399,10 @@ impl UsbHost {
             && let Handshake::Ack(packet) = otg.input(input)
         {
             moved = true;
+            // The host may fetch a packet in the very step in which it becomes ready, before that is noticed.
+            if !core::mem::take(&mut self.ready) {
+                self.times.ready = now;
+            }
             self.unfinished.extend_from_slice(&packet);
             // A host waits for more while packets are full.
             if packet.len() < PACKET && !self.unfinished.is_empty() {
