@@ -345,6 +345,8 @@ fn two_firmwares_share_a_file() {
     let mut master = Master::new(&sim);
     master.write(1, 0x2705, 0, &[9]);
     master.write(1, 0x1010, 1, b"save");
+    // The second copies are written behind the confirmation.
+    pass(&sim, 200);
     let saved = contents(&sim);
     assert!(saved != stored);
     let (_, folder) = sim.end(Signal::TERM);
