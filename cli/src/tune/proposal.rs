@@ -87,6 +87,8 @@ mod tests {
             written(40),
             "SAP 174, 0, -10\n    // a reason that takes more than\n    // half a line of forty\nSAP 173, 0, 0\n    // short\n"
         );
+        // A reason has eight characters in a line at least: "half a" and the word behind it are nine.
+        assert!(written(5).contains("\n    // half a\n    // line of\n"), "{}", written(5));
         assert!(written(40).lines().all(|line| line.len() <= 40));
     }
 }

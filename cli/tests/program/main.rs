@@ -53,6 +53,7 @@ mod time_hosts;
 mod tmcm3212;
 mod tune;
 mod tune_limits;
+mod tune_plan;
 mod tune_shown;
 mod turns;
 mod world;
