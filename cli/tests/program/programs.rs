@@ -254,7 +254,10 @@ fn a_download_that_is_interrupted_leaves_nothing_to_run() {
     let sim = Sim::start(&["--rs485", "{}/bus", "--tcp", "127.0.0.1:0"]);
     let long = source(&sim, &"MVP REL, 0, 5\n".repeat(500));
     for (at, told) in [("0", "the module has no program now"), ("50", "at address 50 the module has no program now")] {
-        let mut terminal = Terminal::start_with(&["load", sim.told("rs485"), &long, "--run", "--at", at], 40);
+        // A module on a busy computer may answer late.
+        let patient = ["--timeout", "60000"];
+        let arguments = [&["load", sim.told("rs485"), &long, "--run", "--at", at], &patient[..]].concat();
+        let mut terminal = Terminal::start_with(&arguments, 40);
         terminal.expect("loading the program [");
         terminal.expect("1 %");
         terminal.keys("\x03");
