@@ -207,6 +207,15 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let _ = if on && !self.safety.given_up { self.enable.set_low() } else { self.enable.set_high() };
     }
 
+    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start, or until
+    /// the supply has been lost and has come back: that of all, or that of the controllers alone.
+    fn give_up(&mut self) {
+        self.safety.given_up = true;
+        // An output pin of a microcontroller cannot fail.
+        let _ = self.enable.set_high();
+        self.outputs.trouble = true;
+    }
+
     /// Inverts the inputs of stop switches and the directions of motors. The encoders of an axis follow its direction.
     ///
     /// # Errors

@@ -2,8 +2,6 @@
 //! firmware 1.35), and a motion controller that does not answer. A controller that cannot be reached cannot be told to
 //! stop, so all drivers are switched off until the device is started anew.
 
-use embedded_hal::digital::OutputPin;
-
 use super::{Board, Device};
 use crate::motion::{Error, Hardware, Joined};
 use crate::units::Micros;
@@ -135,15 +133,6 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             silent |= controller.unanswered >= PATIENCE;
         }
         silent && !self.safety.given_up
-    }
-
-    /// Gives up the motion controllers: the drivers are off, and the error LED is lit, until the next start, or until
-    /// the supply has been lost and has come back: that of all, or that of the controllers alone.
-    pub(super) fn give_up(&mut self) {
-        self.safety.given_up = true;
-        // An output pin of a microcontroller cannot fail.
-        let _ = self.enable.set_high();
-        self.outputs.trouble = true;
     }
 
     /// Calls `act`, which ends moves, for all axes. An axis whose chips do not take that is stopped hard as soon as
