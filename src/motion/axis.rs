@@ -1,12 +1,11 @@
 //! The state of one axis: the values of its parameters, the motion it was told, and the events it has noticed. The
-//! functions that need the chips belong to [`Joined`], an axis with its motion controller; they stand in the other
-//! files here.
-
-use core::ops::{Deref, DerefMut};
+//! functions that need the chips belong to [`Joined`](super::Joined), an axis with its motion controller.
 
 use super::current::{Excitation, MotionState};
+use super::driving::Driving;
 use super::encoders::Encoders;
-use super::hardware::{Course, Hardware};
+use super::hardware::{Course, Followed, Hardware};
+use super::hold::Hold;
 use super::orders::{Orders, Untold};
 use super::pace::Pace;
 use super::search::Search;
@@ -49,77 +48,28 @@ pub struct Axis<H: Hardware> {
     /// The axis parameters of the product.
     pub(super) table: &'static Table<P>,
     pub(super) values: Values,
-    /// Number of polls, one in a millisecond, for which a stop switch has held the motor; 255 stands for any more.
-    pub(super) held: u8,
+    /// Whether a stop switch holds the motor.
+    pub(super) hold: Hold,
     /// The reference search that is under way.
     pub(super) search: Option<Search>,
     /// What a command changes besides, apart from the goal of the hardware.
     pub(super) orders: Orders<H::Shape>,
     /// What the chips have not taken yet; each poll tells it again.
     pub(super) untold: Untold,
-    /// The motor is on a straight line or rotates, and was last seen turn so fast that it is somewhere else in each poll.
-    pub(super) brisk: bool,
-    /// The last poll has found the motor standing where it is to stand.
-    pub(super) rests: bool,
-    /// The number of the reading that the last poll has left to be taken.
-    pub(super) later: Option<u8>,
+    /// Whether the motor stands where it is to stand, by the last poll and by what it was told since; and the number of
+    /// the reading that the last poll has left to be taken.
+    pub(super) followed: Followed,
     /// Events that the next poll returns.
     pub(super) events: Events,
     /// Whether stallGuard2 has measured the load of the moving motor yet.
     pub(super) measured: Measured,
-    /// The current that the driver was told last; `None` if it is to be told anew in any case.
-    pub(super) excitation: Option<Excitation>,
+    /// What the driver was told last.
+    pub(super) driving: Driving,
     /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself; `None`
     /// where the ramp generator does.
-    watched: Option<bool>,
+    pub(super) watched: Option<bool>,
     pub(super) sensors: Sensors,
     pub(super) encoders: Encoders,
-}
-
-/// An axis together with its motion controller, and so with the way to its chips.
-#[derive(Debug)]
-pub struct Joined<'a, H: Hardware> {
-    axis: &'a mut Axis<H>,
-    controller: &'a mut H::Controller,
-}
-
-impl<H: Hardware> Deref for Joined<'_, H> {
-    type Target = Axis<H>;
-
-    fn deref(&self) -> &Axis<H> {
-        self.axis
-    }
-}
-
-impl<H: Hardware> DerefMut for Joined<'_, H> {
-    fn deref_mut(&mut self) -> &mut Axis<H> {
-        self.axis
-    }
-}
-
-impl<'a, H: Hardware> Joined<'a, H> {
-    /// The hardware of the axis, and the motion controller that each function of the hardware needs.
-    pub(super) fn reach(&mut self) -> (&mut H, &mut H::Controller) {
-        (&mut self.axis.hardware, self.controller)
-    }
-
-    /// Calls a function of the hardware with the motion controller and with the course that the motor is to take.
-    pub(super) fn on_course<R>(&mut self, act: impl FnOnce(&mut H, &mut H::Controller, &Course<'_>) -> R) -> R {
-        let Axis { hardware, values, search, orders, watched, .. } = &mut *self.axis;
-        let mut course = course(values, search.as_ref(), &orders.pace);
-        course.stops.right &= watched.is_none();
-        act(hardware, self.controller, &course)
-    }
-
-    /// True if the hardware has lost its registers, as in [`Hardware::is_lost`].
-    pub fn is_lost(&self) -> bool {
-        self.hardware.is_lost(self.controller)
-    }
-
-    /// The motion controller of the axis, with its last readings.
-    pub(super) fn controller(&self) -> &H::Controller {
-        self.controller
-    }
 }
 
 impl<H: Hardware> Axis<H> {
@@ -129,29 +79,22 @@ impl<H: Hardware> Axis<H> {
             hardware,
             table,
             values: Values::of(table),
-            held: 0,
+            hold: Hold::default(),
             search: None,
             orders: Orders::default(),
             untold: Untold::Nothing,
-            brisk: false,
-            rests: false,
-            later: None,
+            followed: Followed::default(),
             events: Events::default(),
             measured: Measured::default(),
-            excitation: None,
+            driving: Driving::default(),
             watched: None,
             sensors: Sensors::default(),
             encoders: Encoders::default(),
         }
     }
 
-    /// Joins the axis with its motion controller.
-    pub fn on<'a>(&'a mut self, controller: &'a mut H::Controller) -> Joined<'a, H> {
-        Joined { axis: self, controller }
-    }
-
-    /// Sets a parameter to its stored value without telling the chips; [`Joined::start`] does that later. A value out
-    /// of range, or of a parameter that cannot be stored, is ignored.
+    /// Sets a parameter to its stored value without telling the chips; [`Joined::start`](super::Joined::start) does
+    /// that later. A value out of range, or of a parameter that cannot be stored, is ignored.
     pub fn preset(&mut self, parameter: &Parameter<P>, value: i32) {
         if parameter.row.stored() && parameter.row.accepts(value) {
             self.values.set(parameter.function, value);
@@ -284,12 +227,12 @@ impl<H: Hardware> Axis<H> {
 
     /// True if the last poll has found that the motor stands and is to stand, and nothing has been told it since.
     pub const fn rests(&self) -> bool {
-        self.rests
+        self.followed.rests
     }
 
-    /// True if the last poll has left a reading to be taken by [`Joined::refresh`].
+    /// True if the last poll has left a reading to be taken by [`Joined::refresh`](super::Joined::refresh).
     pub(crate) const fn has_reading(&self) -> bool {
-        self.later.is_some()
+        self.followed.left.is_some()
     }
 
     /// The value of RFS STATUS: 0 without a reference search, else the number of the leg under way, counted from 1.
@@ -321,7 +264,7 @@ impl<H: Hardware> Axis<H> {
 /// How the motor is to move: as the parameters and the pace of the last motion command say, or as a reference search
 /// says. In a search the stop switches act as the leg under way needs them, and near position zero as anywhere else
 /// (tolerance 0).
-fn course<'a, S>(values: &'a Values, search: Option<&Search>, pace: &Pace<S>) -> Course<'a> {
+pub(super) fn course<'a, S>(values: &'a Values, search: Option<&Search>, pace: &Pace<S>) -> Course<'a> {
     let acceleration = pace.acceleration.unwrap_or(values.get(P::MaximumAcceleration));
     match search {
         Some(search) => {

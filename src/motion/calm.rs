@@ -23,11 +23,13 @@ impl<H: Hardware> Axis<H> {
     /// What the axis is going to do after its last poll, which was that of the turn at `turn`; `None` if the next poll may
     /// do more than to take readings.
     pub fn calm(&self, controller: &H::Controller, turn: Micros) -> Option<Calm> {
-        let idle =
-            self.search.is_none() && self.untold == Untold::Nothing && self.held == 0 && self.watched_right().is_none();
+        let idle = self.search.is_none()
+            && self.untold == Untold::Nothing
+            && !self.hold.holds()
+            && self.watched_right().is_none();
         let mut current = self.orders.current;
         let excitation = current.select(turn, self.motion_state(), self.last_speed(), &self.values);
-        let told = self.later.is_none() && self.events == Events::default() && self.excitation == Some(excitation);
+        let told = !self.has_reading() && self.events == Events::default() && self.driving.is(excitation);
         let settled = (self.orders.was_at_target || !self.at_target()) && !self.hardware.waits_to_be_driven();
         let well = !self.hardware.is_lost(controller)
             && !self.hardware.deviates()

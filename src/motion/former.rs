@@ -2,9 +2,9 @@
 //! the firmware wants is the former course again, and whatever the chips have taken of the other one, they are told the former
 //! one as soon as they answer.
 
-use super::axis::{Axis, Joined};
+use super::axis::Axis;
 use super::hardware::{Hardware, Known};
-use super::orders::{Orders, Untold};
+use super::orders::Orders;
 use super::search::Search;
 
 /// What an axis was told before a command.
@@ -22,7 +22,7 @@ impl<S> Default for Former<S> {
 }
 
 impl<H: Hardware> Axis<H> {
-    /// Notes what the axis has been told so far, before a command that may be [recalled](Joined::recall).
+    /// Notes what the axis has been told so far, before a command that may be [recalled](super::Joined::recall).
     #[inline(always)]
     pub fn note(&self, former: &mut Former<H::Shape>) {
         former.known = *self.hardware.known();
@@ -34,20 +34,13 @@ impl<H: Hardware> Axis<H> {
     }
 }
 
-impl<H: Hardware> Joined<'_, H> {
-    /// Has the axis be what it was when it [was noted](Axis::note), before a command that has been refused: the motor goes on to
-    /// its former goal. The chips are told so now, and what they do not take, with each poll.
-    #[inline(never)]
-    pub fn recall(&mut self, former: &Former<H::Shape>) {
-        let known = self.hardware.known_mut();
-        *known = Known { position: known.position, speed: known.speed, ..former.known };
-        self.orders = former.orders;
-        self.search = former.search;
-        self.set_pace(self.orders.pace);
-        // The next poll that gets so far gives the motor its former current.
-        self.excitation = None;
-        self.untold = self.untold.max(Untold::Course);
-        // What fails now is done by the polls.
-        let _ = self.catch_up();
+impl<S: Copy> Former<S> {
+    /// Has the axis want again what it wanted before the command. Where the motor is and how fast it turns is no wish.
+    #[inline(always)]
+    pub(super) fn restore<H: Hardware<Shape = S>>(&self, axis: &mut Axis<H>) {
+        let known = axis.hardware.known_mut();
+        *known = Known { position: known.position, speed: known.speed, ..self.known };
+        axis.orders = self.orders;
+        axis.search = self.search;
     }
 }

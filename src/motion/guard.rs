@@ -1,13 +1,11 @@
 //! What stops an axis without a ramp: a stall, an encoder deviation, a shut-down of its driver, and a stop switch that its
-//! ramp generator does not watch, for which each poll looks here; and hard stops from outside, for example at under-voltage.
+//! ramp generator does not watch. Each poll looks for them here.
 
 use super::Error;
-use super::axis::Joined;
-use super::current::Excitation;
+use super::axis::Axis;
 use super::hardware::Hardware;
-use super::orders::Untold;
-use super::stall::{self, Measured};
-use crate::param::AxisParameter as P;
+use super::joined::Joined;
+use super::stall::Measured;
 
 /// Bit of parameter 207 (manual chapter 4): stallGuard2 has stopped the motor.
 const STALL: i32 = 1;
@@ -27,7 +25,7 @@ impl<H: Hardware> Joined<'_, H> {
         let deviation = deviates && !self.orders.deviating;
         let faults = self.last_flags() & H::SHUT_DOWN & !self.orders.alarms;
         // If the chip does not answer now, the next poll asks it again.
-        let stall = self.stalled().unwrap_or(false);
+        let stall = self.look_for_stall().unwrap_or(false);
         if !(stall || deviation || faults != 0) {
             return Ok(());
         }
@@ -45,7 +43,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// a reference search has ended. The driver is written at the end of the next poll that gets so far.
     pub(super) fn recover(&mut self) -> Result<(), Error> {
         self.events.cut_short |= self.orders.travelling || self.search.is_some();
-        self.excitation = None;
+        self.driving.forget();
         self.hard_stop()?;
         let position = self.last_position();
         let (hardware, controller) = self.reach();
@@ -69,22 +67,6 @@ impl<H: Hardware> Joined<'_, H> {
         self.hard_stop()
     }
 
-    /// Stops the motor at once, without a ramp, and ends its positioning move or reference search.
-    ///
-    /// # Errors
-    /// [`Error::Chip`] when a chip has not taken all of it; then each poll tries the stop again.
-    pub fn hard_stop(&mut self) -> Result<(), Error> {
-        self.untold = Untold::Stop;
-        self.rests = false;
-        self.orders.ended = None;
-        self.measured = Measured::default();
-        self.search = None;
-        self.orders.travelling = false;
-        self.on_course(H::stop)?;
-        self.untold = Untold::Nothing;
-        Ok(())
-    }
-
     /// Writes all registers of the driver anew, as is necessary after its supply has come back.
     pub fn restart_driver(&mut self) -> Result<(), Error> {
         self.measured = Measured::default();
@@ -93,42 +75,9 @@ impl<H: Hardware> Joined<'_, H> {
         self.write_driver()
     }
 
-    /// The driver's flags as parameter 208 shows them: those read last, and all shut-downs since the last motion
-    /// command.
-    pub(super) fn driver_flags(&self) -> u32 {
-        self.last_flags() | self.orders.alarms
-    }
-
-    /// The driver's flags as read last, as the bits of parameter 208.
-    pub fn last_flags(&self) -> u32 {
-        self.hardware.flags(self.controller())
-    }
-
-    /// Ends a shut-down of the driver, before a motion: the bridges are switched off here, and on again with the next
-    /// excitation. A TMC262 keeps a short to ground latched until its TOFF was zero.
-    pub(super) fn release_driver(&mut self) -> Result<(), Error> {
-        let alarm = self.orders.alarms != 0;
-        if let Some(excitation) = self.excitation.take_if(|_| alarm) {
-            self.orders.alarms = 0;
-            self.measured = Measured::default();
-            self.excitation = Some(Excitation { free: true, ..excitation });
-            self.write_driver()?;
-            // Without a remembered excitation the next one is written even if it equals the one before the shut-down.
-            self.excitation = None;
-        }
-        Ok(())
-    }
-
-    /// Stop on stall: true if the hardware has stopped the motor for a stall, or if the driver signals one by a measurement
-    /// made wholly above the speed of parameter 181, and the motor is still faster than that now.
-    fn stalled(&mut self) -> Result<bool, Error> {
-        let above = self.values.get(P::StopOnStall);
-        let span = stall::span(self.values.is_on(P::StallGuardFilter), self.values.get(P::MicrostepResolution));
-        let known = *self.hardware.known();
-        let measured = self.measured.look(known.position, known.speed, above, span) && above > 0;
-        let (hardware, controller) = self.reach();
-        let stopped = hardware.watch_stall(controller, measured)?;
-        let stalled = self.hardware.stalled(self.controller(), self.sensors.stall);
-        Ok(stopped || measured && stalled && self.actual_speed()?.abs() > above)
+    /// Stop on stall, as in [`Measured::stalls`].
+    fn look_for_stall(&mut self) -> Result<bool, Error> {
+        let (Axis { hardware, values, measured, sensors, .. }, controller) = self.parts();
+        measured.stalls(hardware, controller, values, sensors.stall)
     }
 }

@@ -117,7 +117,7 @@ impl Known {
 }
 
 /// What [`Hardware::follow`] has found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Followed {
     /// The motor stands where it is to stand.
     pub rests: bool,

@@ -8,10 +8,13 @@
 mod axis;
 mod calm;
 mod current;
+mod driving;
 mod encoders;
 mod former;
 mod guard;
 mod hardware;
+mod hold;
+mod joined;
 mod moves;
 mod orders;
 mod pace;
@@ -29,11 +32,12 @@ pub mod tmc5160;
 mod turn;
 mod values;
 
-pub use axis::{Axis, Events, Joined};
+pub use axis::{Axis, Events};
 pub use calm::Calm;
 pub use current::Excitation;
 pub use former::Former;
 pub use hardware::{Course, Followed, Goal, Hardware, Known, Mode, Shape};
+pub use joined::Joined;
 pub use pace::Pace;
 pub use plan::{Leg, Mark, Plan, Sought, Until};
 pub use ratio::Ratio;

@@ -1,9 +1,12 @@
 //! The motion commands of an axis: they send the motor somewhere or end its motion, and they end a reference search.
+//! What the chips do not take of a command is told them again by each poll.
 
 use super::Error;
-use super::axis::Joined;
+use super::axis::Axis;
 use super::current::MotionState;
+use super::former::Former;
 use super::hardware::{Goal, Hardware, Known, Mode};
+use super::joined::Joined;
 use super::orders::Untold;
 use super::pace::Pace;
 use super::stall::Measured;
@@ -126,6 +129,65 @@ impl<H: Hardware> Joined<'_, H> {
         self.head(Goal::Position { target: position, soft: mode == Mode::Soft })
     }
 
+    /// Stops the motor at once, without a ramp, and ends its positioning move or reference search.
+    ///
+    /// # Errors
+    /// [`Error::Chip`] when a chip has not taken all of it; then each poll tries the stop again.
+    pub fn hard_stop(&mut self) -> Result<(), Error> {
+        self.untold = Untold::Stop;
+        self.followed.rests = false;
+        self.orders.ended = None;
+        self.measured = Measured::default();
+        self.search = None;
+        self.orders.travelling = false;
+        self.on_course(H::stop)?;
+        self.untold = Untold::Nothing;
+        Ok(())
+    }
+
+    /// Ends a rotation at the stop switch before the motor, which stands there, or brakes: it does not turn again by
+    /// itself when the switch opens. What the chip does not take of that the next poll tells it again.
+    pub fn end_at_switch(&mut self) {
+        let told = self.hardware.known().target_speed;
+        if self.head(Goal::Speed(0)).is_err() {
+            self.untold = self.untold.max(Untold::Course);
+        }
+        self.orders.ended = Some(told);
+    }
+
+    /// Has the axis be what it was when it [was noted](Axis::note), before a command that has been refused: the motor
+    /// goes on to its former goal. The chips are told so now, and what they do not take, with each poll.
+    #[inline(never)]
+    pub fn recall(&mut self, former: &Former<H::Shape>) {
+        former.restore(self);
+        self.set_pace(self.orders.pace);
+        // The next poll that gets so far gives the motor its former current.
+        self.driving.forget();
+        self.untold = self.untold.max(Untold::Course);
+        // What fails now is done by the polls.
+        let _ = self.catch_up();
+    }
+
+    /// Tells the chips what they have not taken before.
+    pub(super) fn catch_up(&mut self) -> Result<(), Error> {
+        match self.untold {
+            Untold::Nothing => Ok(()),
+            Untold::Course | Untold::Position => {
+                let known = *self.hardware.known();
+                if self.untold == Untold::Position {
+                    self.place(known.position, true)?;
+                }
+                let ended = self.orders.ended;
+                let told = self.resume(known);
+                // That is no new goal.
+                self.orders.ended = ended;
+                self.untold = if told.is_ok() { Untold::Nothing } else { self.untold };
+                told
+            }
+            Untold::Stop => self.hard_stop(),
+        }
+    }
+
     /// Rotates at a speed, for a command or for a leg of a reference search, which goes on.
     pub(super) fn run_at(&mut self, now: Micros, speed: i32) -> Result<(), Error> {
         if speed != 0 {
@@ -172,7 +234,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn set_position(&mut self, now: Micros, value: i32) -> Result<(), Error> {
         let known = *self.hardware.known();
         let standing = self.at_target() && known.speed == 0;
-        let rests = self.rests;
+        let rests = self.rests();
         let ends = known.mode != Mode::Velocity || self.search.is_some();
         if ends {
             self.search = None;
@@ -224,13 +286,14 @@ impl<H: Hardware> Joined<'_, H> {
     /// Prepares the driver for a motion: it gets the current of a motor whose speed changes, so that this current flows
     /// from the first step on.
     fn wake(&mut self, now: Micros) -> Result<(), Error> {
-        self.release_driver()?;
+        let (Axis { hardware, values, orders, driving, measured, .. }, controller) = self.parts();
+        driving.release(hardware, controller, values, &mut orders.alarms, measured)?;
         self.refresh_excitation(now, MotionState::Changing)
     }
 
     /// Gives the motor a goal, on the course of parameters, pace and search.
     pub(super) fn head(&mut self, goal: Goal) -> Result<(), Error> {
-        self.rests = false;
+        self.followed.rests = false;
         self.orders.ended = None;
         if let Goal::Position { target, .. } = goal {
             self.orders.was_at_target &= self.last_position() == target;

@@ -2,8 +2,8 @@
 //! others are values with which the next poll works.
 
 use super::Error;
-use super::axis::Joined;
 use super::hardware::{Hardware, Mode};
+use super::joined::Joined;
 use super::stall::Measured;
 use crate::param::{AxisParameter as P, Parameter};
 use crate::units::Micros;
@@ -27,7 +27,8 @@ impl<H: Hardware> Joined<'_, H> {
             P::SmartEnergyActualCurrent => self.hardware.current(self.controller()).into(),
             P::ActualLoad => self.hardware.load(self.controller()).into(),
             P::ExtendedErrorFlags => core::mem::take(&mut self.orders.errors),
-            P::DriverErrorFlags => self.driver_flags() as i32,
+            // Those read last, and all shut-downs since the last motion command.
+            P::DriverErrorFlags => (self.last_flags() | self.orders.alarms) as i32,
             P::EncoderPosition => self.encoders.built_in.position(),
             P::AbsoluteResolverValue => self.sensors.encoder.unwrap_or_default().into(),
             P::ExternalEncoderPosition => self.encoders.external.position(),

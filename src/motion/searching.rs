@@ -2,8 +2,8 @@
 //! does to the hardware what the state machine in `search.rs` asks for.
 
 use super::Error;
-use super::axis::Joined;
 use super::hardware::{Goal, Hardware};
+use super::joined::Joined;
 use super::pace::Pace;
 use super::plan::Plan;
 use super::search::{Act, Edge, Search, View};

@@ -5,10 +5,15 @@
 //! firmware that acted on it would never again let a motor start that a stall has stopped. Only a measurement counts
 //! that was begun and ended above the speed of parameter 181.
 
+use super::Error;
+use super::hardware::Hardware;
+use super::values::Values;
+use crate::param::AxisParameter as P;
+
 /// The way, in microsteps, on which the driver makes one whole measurement, wherever the way begins. One measurement
 /// takes four full steps with the driver's filter (parameter 173) and one full step without, and the next one follows
 /// at once: on twice that way one has begun and ended. A full step has 2^`resolution` microsteps (parameter 140).
-pub(super) const fn span(filter: bool, resolution: i32) -> u32 {
+const fn span(filter: bool, resolution: i32) -> u32 {
     let full_steps: u32 = if filter { 8 } else { 2 };
     full_steps.unbounded_shl(resolution.unsigned_abs())
 }
@@ -35,9 +40,28 @@ pub(super) enum Measured {
 }
 
 impl Measured {
+    /// Stop on stall: true if the hardware has stopped the motor for a stall, or if the driver signals one by a
+    /// measurement made wholly above the speed of parameter 181, and the motor is still faster than that now. `pin` is
+    /// the level of the driver's output for this.
+    pub(super) fn stalls<H: Hardware>(
+        &mut self,
+        hardware: &mut H,
+        controller: &mut H::Controller,
+        values: &Values,
+        pin: bool,
+    ) -> Result<bool, Error> {
+        let above = values.get(P::StopOnStall);
+        let span = span(values.is_on(P::StallGuardFilter), values.get(P::MicrostepResolution));
+        let known = *hardware.known();
+        let measured = self.look(known.position, known.speed, above, span) && above > 0;
+        let stopped = hardware.watch_stall(controller, measured)?;
+        let stalled = hardware.stalled(controller, pin);
+        Ok(stopped || measured && stalled && hardware.speed(controller)?.abs() > above)
+    }
+
     /// Takes in position (microsteps) and speed as read last. True if the driver has made a measurement wholly above
     /// the speed `above`, for which the motor goes `span` microsteps; speeds are in the unit of parameter 181.
-    pub(super) fn look(&mut self, position: i32, speed: i32, above: i32, span: u32) -> bool {
+    fn look(&mut self, position: i32, speed: i32, above: i32, span: u32) -> bool {
         let fast = speed.abs() > above;
         let direction = if fast { speed.signum() } else { 0 };
         *self = match *self {
