@@ -347,5 +347,11 @@ mod tests {
         let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
         assert_eq!([168, 169, 170, 171, 172, 173, 182, 183].map(value), [0, 2, 0, 2, 5, 1, 640, 128].map(Some));
         assert_eq!(value(174), None);
+        // A motor so slow that none of the steps is quick enough gets the quickest ones.
+        let mut slow = course(5, 8, 1);
+        slow.cruise.full_step = Duration::from_secs(1);
+        let proposals = propose(&[slow], choice, None, 128, 0, "int", number);
+        let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
+        assert_eq!([169, 171].map(value), [3, 3].map(Some));
     }
 }
