@@ -43,7 +43,7 @@ fn an_eeprom_that_falls_silent_during_a_store_is_told_and_what_was_stored_stays(
     host.run(100 * MILLISECOND);
     let reply: Vec<u8> = host.machine.rs485().take_sent().iter().map(|character| character.value).collect();
     assert_eq!(decoded("STAP 4, 0", &reply), (EEPROM_LOCKED, 0));
-    assert_logged(&host.log(), &["warn: EEPROM: a page could not be written"]);
+    assert_logged(&host.log(), &["warn: EEPROM: no answer, or a page that could not be written"]);
     // All else goes on.
     assert_eq!((host.ok("GAP 3, 0"), host.speed()), (500, 500));
     host.fault(Fault::Eeprom, false);
