@@ -12,6 +12,7 @@
 //!   imports.
 //! * Calls of a type's own methods between files form no circle, and the methods are in few files: else it is several types
 //!   in one ([`MOST_FILES`]); `layers/owners.rs` defines methods and calls.
+//! * The services of CiA 301 use nothing of the firmware but frames and units.
 //! * The simulated hardware does not use the firmware, and the virtual modules do not use the command line.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
 //!   file twice without a reason.
@@ -330,6 +331,22 @@ fn calls_of_own_methods_between_files_form_no_circle() {
     }
     assert!(table.len() > 100, "{} types", table.len());
     assert!(wrong.is_empty(), "give the state an owner below the others:\n{wrong}");
+}
+
+/// What the services of CiA 301 use of the firmware, besides each other.
+const BELOW_CIA_301: [&str; 2] = ["can", "units"];
+#[test]
+fn the_services_of_cia_301_know_no_node() {
+    let source = root().join("src");
+    let services = source.join("canopen/cia301");
+    let below = BELOW_CIA_301.map(|module| source.join(module));
+    let imports = imports::Crate::read(&source.join("lib.rs")).imports();
+    let of_services: Vec<_> = imports.iter().filter(|(from, _)| from.starts_with(&services)).collect();
+    assert!(of_services.len() > 5, "{of_services:?}");
+    for (from, to) in of_services.into_iter().flat_map(|(from, to)| to.keys().map(move |to| (from, to))) {
+        let known = to.starts_with(&services) || below.iter().any(|below| to.with_extension("").starts_with(below));
+        assert!(known, "{}: uses {}", from.display(), to.display());
+    }
 }
 
 /// The roots of all crates of the workspace.

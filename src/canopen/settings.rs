@@ -66,7 +66,7 @@ impl Settings {
         self.scale.velocity(self.of(object).into())
     }
 
-    /// The same of an object that is signed.
+    /// A velocity whose object is signed, as the motion controller has it.
     #[inline(always)]
     pub(super) fn signed_velocity(&self, object: Object) -> Internal {
         self.scale.velocity((self.of(object) as i32).into())

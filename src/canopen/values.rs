@@ -44,9 +44,7 @@ impl Values {
     pub(super) fn set_all<const N: usize>(&mut self, changes: [(Entry, u32); N]) {
         changes.into_iter().for_each(|(entry, value)| self.set(entry, value));
     }
-}
 
-impl Values {
     /// The value of an object in milliseconds.
     pub(super) fn milliseconds(&self, object: Object) -> Micros {
         Micros::from_millis(self.of_object(object).into())

@@ -6,7 +6,7 @@ use super::Node;
 use super::cia301::abort::Abort;
 use super::cia301::pdo::Carried;
 use super::cia301::record::{Field, Way};
-use super::cia301::{Access, cob};
+use super::cia301::{Access, Map, cob};
 use super::drive::unit::INTERNAL;
 use super::drive::{Drive, State, encoder};
 use super::entry::Entry;
@@ -130,14 +130,14 @@ impl<T: Board<Product: Product>> Node<T> {
     fn write_record(&mut self, way: Way, field: Field, entry: Entry, value: u32) -> Result<(), Abort> {
         let kept = if field == Field::CobId { value | cob::BIT_30 } else { value };
         let Node { now, settings, services, manufacturer_mode, .. } = self;
-        let (values, pdos) = (&mut settings.values, &mut services.pdos);
+        let values = &mut settings.values;
         let (old, before) = (values.get(entry), values.record(way, entry.nth));
         values.set(entry, kept);
         let after = values.record(way, entry.nth);
-        let admitted = pdos.admit(way, field, (&before, &after), value, *manufacturer_mode, Entry::described);
-        let map = admitted.inspect_err(|_| values.set(entry, old))?;
+        let map = Map::admitted(way, field, (&before, &after), value, *manufacturer_mode, Entry::described)
+            .inspect_err(|_| values.set(entry, old))?;
         if old != kept || field == Field::Entry {
-            self.filters_changed |= pdos.change(*now, (way, entry.nth), field, &after, map);
+            self.filters_changed |= services.pdos.change(*now, (way, entry.nth), field, &after, map);
         }
         Ok(())
     }

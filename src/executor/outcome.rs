@@ -1,7 +1,7 @@
 //! What became of a command, for all who execute one: a link makes a reply of it, a program goes on by it.
 
 use crate::store::Need;
-use crate::tmcl::Reply;
+use crate::tmcl::{Command, Reply, Status};
 
 /// What a command led to that was not refused; a refused one has a [`Status`](crate::tmcl::Status) instead.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +38,19 @@ impl Outcome {
     /// A setting was stored.
     pub(crate) const fn stored(value: i32) -> Self {
         Outcome::Stored { value, need: Need::Settings, undo: None }
+    }
+
+    /// The reply to the command that has led to this, once it is due; `None` where the manual provides none.
+    #[inline(always)]
+    pub(crate) const fn reply(self, command: Command) -> Option<Reply> {
+        match self {
+            Outcome::Special(reply) => Some(reply),
+            Outcome::Unanswered => None,
+            Outcome::Value(value)
+            | Outcome::Moved { value, .. }
+            | Outcome::Read(value)
+            | Outcome::Stored { value, .. } => Some(Reply::Plain { status: Status::Ok, opcode: command.opcode, value }),
+        }
     }
 
     /// Program memory was written.

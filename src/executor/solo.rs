@@ -81,17 +81,8 @@ impl Solo {
             Opcode::FactorySettings => confirm(command.value).and(Err(Status::EepromLocked)),
             _ => self.executor.on(now, barred, &mut self.machine, device).act(opcode, command),
         });
-        let reply = match outcome {
-            Ok(Outcome::Special(reply)) => reply,
-            Ok(Outcome::Unanswered) => Reply::echo(Status::NotAvailable, command),
-            Ok(
-                Outcome::Value(value)
-                | Outcome::Moved { value, .. }
-                | Outcome::Read(value)
-                | Outcome::Stored { value, .. },
-            ) => Reply::Plain { status: Status::Ok, opcode: command.opcode, value },
-            Err(status) => Reply::echo(status, command),
-        };
+        let reply = outcome.and_then(|outcome| outcome.reply(command).ok_or(Status::NotAvailable));
+        let reply = reply.unwrap_or_else(|status| Reply::echo(status, command));
         let executed = !matches!(reply, Reply::Plain { status, .. } if status != Status::Ok);
         let id = StandardId::new(node.into()).unwrap_or(StandardId::ZERO);
         let reply = can::encode_reply(id, LENGTH, &reply).first_chunk().copied().unwrap_or_default();

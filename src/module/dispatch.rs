@@ -47,23 +47,16 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             None => self.control().download(command),
         };
         let reply = match outcome {
-            Ok(Outcome::Unanswered) => return Poll::Ready(None),
-            Ok(Outcome::Special(reply)) => reply,
             Ok(Outcome::Stored { value, need, undo }) if !self.device.store().settled(need) => {
                 let waiting = WaitingCommand { from: Waiter::Link(origin), command, need, value, undo, suppressed };
                 // There is no room only if a host sends on without waiting for its replies.
                 let refused = Reply::echo(Status::NotAvailable, command);
                 return if self.waiting.push(waiting) { Poll::Pending } else { Poll::Ready(Some(refused)) };
             }
-            Ok(
-                Outcome::Value(value)
-                | Outcome::Moved { value, .. }
-                | Outcome::Read(value)
-                | Outcome::Stored { value, .. },
-            ) => Reply::Plain { status: Status::Ok, opcode: command.opcode, value },
-            Err(status) => Reply::echo(status, command),
+            Ok(outcome) => outcome.reply(command),
+            Err(status) => Some(Reply::echo(status, command)),
         };
-        if suppressed { Poll::Ready(None) } else { Poll::Ready(Some(reply)) }
+        Poll::Ready(if suppressed { None } else { reply })
     }
 
     /// Admits a command of a link: `None` is one to be stored in program memory by a [download](Control::download).

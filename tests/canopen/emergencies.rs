@@ -1,5 +1,6 @@
 //! Emergency messages: their codes and bytes against the list, COB-ID, inhibit time, and the error register.
 
+use crate::driving::PV;
 use crate::rig::Rig;
 use hal_sim::clock::MICROSECOND;
 use tmcm::canopen::{BusState, Emergency, Overflow};
@@ -148,4 +149,26 @@ fn the_error_code_in_a_pdo_is_sent_when_it_changes() {
     rig.send(0x201, &[0]);
     rig.wait(3);
     assert_eq!(rig.of(0x181), [0x8210_u16.to_le_bytes()]);
+}
+
+/// An open coil that has been told is over when the motor moves without it: of a motor that stands nothing is known.
+#[test]
+fn an_open_coil_lasts_while_the_motor_stands() {
+    let mut rig = Rig::enabled(PV);
+    rig.control("fault open-a on");
+    for _ in 0..3 {
+        rig.set(0x60FF, 0, 500);
+        rig.wait(300);
+        rig.set(0x60FF, 0, 0);
+        rig.wait(500);
+    }
+    assert_eq!(rig.of(0x81).len(), 1, "told once");
+    assert_eq!((rig.read(0x1001, 0), rig.read(0x603F, 0)), (1, 0x1000));
+    rig.control("fault open-a off");
+    rig.wait(100);
+    assert_eq!(rig.of(0x81).len(), 0);
+    rig.set(0x60FF, 0, 500);
+    rig.wait(100);
+    assert_eq!(rig.of(0x81), [[0; 8]]);
+    assert_eq!(rig.read(0x603F, 0), 0);
 }

@@ -146,3 +146,19 @@ fn bit_13_is_of_profile_position_mode() {
     rig.set(0x6060, 0, PP);
     assert_ne!(rig.status() & BIT_13, 0);
 }
+
+/// With an off time of 0 (2097h) the bridges are off, and the shaft may be turned.
+#[test]
+fn no_following_error_without_an_off_time() {
+    let mut rig = Rig::operational();
+    rig.set(0x6065, 0, 100);
+    rig.set(0x6060, 0, PV);
+    rig.enable();
+    rig.wait(100);
+    rig.set(0x2097, 0, 0);
+    rig.wait(100);
+    rig.control("slip 12");
+    rig.wait(100);
+    assert!(!rig.is_energised());
+    assert_eq!(rig.of(0x81).len(), 0);
+}

@@ -255,3 +255,16 @@ fn equal_limits_are_limits() {
     assert_eq!(rig.emergencies(), [(0xFF01, [1, 0])]);
     assert_eq!((rig.status() & 1 << 11, rig.read(0x606C, 0)), (1 << 11, 0));
 }
+
+/// In TMCL mode there are no limits: one that was reached is over.
+#[test]
+fn a_limit_ends_with_tmcl_mode() {
+    let mut rig = Rig::enabled(PV);
+    rig.set(0x607D, 2, 1000);
+    rig.set(0x60FF, 0, 500);
+    rig.wait(500);
+    assert_eq!(rig.read(0x603F, 0), 0xFF01);
+    rig.set(0x2700, 0, u32::from_le_bytes(*b"make"));
+    rig.wait(50);
+    assert_eq!((rig.read(0x1001, 0), rig.read(0x603F, 0)), (0, 0));
+}

@@ -3,14 +3,14 @@
 use super::abort::Abort;
 
 /// Bit of a COB-ID: the PDO, or the emergency message, is off.
-pub(in crate::canopen) const OFF: u32 = 1 << 31;
+pub(crate) const OFF: u32 = 1 << 31;
 /// Bit of a PDO's COB-ID: the PDO is not sent for a remote frame; of 1005h: the node makes the SYNC.
-pub(in crate::canopen) const BIT_30: u32 = 1 << 30;
+pub(crate) const BIT_30: u32 = 1 << 30;
 /// Bits of the CAN identifier in a COB-ID.
 const CAN_ID: u32 = 0x7FF;
 
 /// The CAN identifier in a COB-ID.
-pub(in crate::canopen) const fn can_id(cob_id: u32) -> u16 {
+pub(crate) const fn can_id(cob_id: u32) -> u16 {
     (cob_id & CAN_ID) as u16
 }
 
@@ -28,18 +28,18 @@ fn check(cob_id: u32, bits: u32) -> Result<(), Abort> {
 }
 
 /// Checks the COB-ID of the SYNC message, of which bit 31 says nothing (CiA 301), and returns it without that bit.
-pub(in crate::canopen) fn sync(cob_id: u32) -> Result<u32, Abort> {
+pub(crate) fn sync(cob_id: u32) -> Result<u32, Abort> {
     let cob_id = cob_id & !OFF;
     check(cob_id, 0)?;
     Ok(cob_id)
 }
 
 /// Checks the COB-ID of the emergency message.
-pub(in crate::canopen) fn emergency(cob_id: u32) -> Result<(), Abort> {
+pub(crate) fn emergency(cob_id: u32) -> Result<(), Abort> {
     check(cob_id, OFF)
 }
 
 /// Checks the COB-ID of a PDO.
-pub(in crate::canopen) fn pdo(cob_id: u32) -> Result<(), Abort> {
+pub(crate) fn pdo(cob_id: u32) -> Result<(), Abort> {
     check(cob_id, OFF | BIT_30)
 }

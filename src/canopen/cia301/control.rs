@@ -9,7 +9,7 @@ const BOOT_UP: u8 = 0;
 
 /// Error control of a node.
 #[derive(Clone, Copy, Debug, Default)]
-pub(in crate::canopen) struct Control {
+pub(crate) struct Control {
     /// The byte of a message that is to be sent.
     message: Option<u8>,
     heartbeat: Heartbeat,
@@ -21,13 +21,13 @@ pub(in crate::canopen) struct Control {
 
 /// The times of error control, each 0 for none.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::canopen) struct Times {
+pub(crate) struct Times {
     /// The period of this node's heartbeat (1017h).
-    pub(in crate::canopen) heartbeat: Micros,
+    pub(crate) heartbeat: Micros,
     /// How long the heartbeat of the master may be missing (1016h).
-    pub(in crate::canopen) master: Micros,
+    pub(crate) master: Micros,
     /// How long its guarding may be missing (100Ch and 100Dh).
-    pub(in crate::canopen) life: Micros,
+    pub(crate) life: Micros,
 }
 
 impl Control {
@@ -37,22 +37,22 @@ impl Control {
     }
 
     /// The period of the heartbeat has been written: the next one comes with the next turn.
-    pub(in crate::canopen) fn restart_heartbeat(&mut self) {
+    pub(crate) fn restart_heartbeat(&mut self) {
         self.heartbeat = Heartbeat::default();
     }
 
     /// Watches over the guarding of the master anew, from the next time on.
-    pub(in crate::canopen) fn restart_guarding(&mut self) {
+    pub(crate) fn restart_guarding(&mut self) {
         self.guarding = Watch::default();
     }
 
     /// Watches over the heartbeat of the master anew, from the next one on.
-    pub(in crate::canopen) fn restart_master(&mut self) {
+    pub(crate) fn restart_master(&mut self) {
         self.master = Watch::default();
     }
 
     /// A master guards this node: it is told the state.
-    pub(in crate::canopen) fn guard(&mut self, now: Micros, state: Nmt) {
+    pub(crate) fn guard(&mut self, now: Micros, state: Nmt) {
         self.guarding.hear(now);
         // A message that has not been sent, such as the boot-up, goes first; then this question has no answer.
         if self.message.is_none() {
@@ -62,14 +62,14 @@ impl Control {
 
     /// The master that is watched has sent a message of error control. A boot-up message is no heartbeat: a master that
     /// starts may not have set up its own yet.
-    pub(in crate::canopen) fn hear(&mut self, now: Micros, data: &[u8]) {
+    pub(crate) fn hear(&mut self, now: Micros, data: &[u8]) {
         if data != [BOOT_UP] {
             self.master.hear(now);
         }
     }
 
     /// To be called in each turn: true when the master has been lost since the last one.
-    pub(in crate::canopen) fn turn(&mut self, now: Micros, state: Nmt, times: Times) -> bool {
+    pub(crate) fn turn(&mut self, now: Micros, state: Nmt, times: Times) -> bool {
         let period = times.heartbeat;
         if period > Micros(0) && self.heartbeat.is_due(now, period) && self.message.is_none() {
             self.message = Some(state as u8);
@@ -79,17 +79,17 @@ impl Control {
     }
 
     /// True if the master has not been heard since it was lost.
-    pub(in crate::canopen) const fn has_lost_master(&self) -> bool {
+    pub(crate) const fn has_lost_master(&self) -> bool {
         self.master.is_lost() || self.guarding.is_lost()
     }
 
     /// True while the boot-up message is still to be sent.
-    pub(in crate::canopen) fn boots(&self) -> bool {
+    pub(crate) fn boots(&self) -> bool {
         self.message == Some(BOOT_UP)
     }
 
     /// The byte of the next message.
-    pub(in crate::canopen) const fn next(&mut self) -> Option<u8> {
+    pub(crate) const fn next(&mut self) -> Option<u8> {
         self.message.take()
     }
 }

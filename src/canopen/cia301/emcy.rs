@@ -10,7 +10,7 @@ const QUEUE: usize = 8;
 
 /// The messages that are still to be sent.
 #[derive(Debug, Default)]
-pub(in crate::canopen) struct Messages {
+pub(crate) struct Messages {
     /// Their data, oldest first.
     queue: Deque<[u8; 8], QUEUE>,
     /// So many of them, the oldest ones, are sent although the node is stopped: they tell why it has stopped itself.
@@ -21,22 +21,22 @@ pub(in crate::canopen) struct Messages {
 
 impl Messages {
     /// Puts a message into the queue. CiA 301 lets the newest be lost when there are too many.
-    pub(in crate::canopen) fn push(&mut self, message: [u8; 8]) {
+    pub(crate) fn push(&mut self, message: [u8; 8]) {
         let _ = self.queue.push_back(message);
     }
 
     /// The node stops itself; the messages that wait are still sent.
-    pub(in crate::canopen) fn say_farewell(&mut self) {
+    pub(crate) fn say_farewell(&mut self) {
         self.farewell = self.queue.len();
     }
 
     /// True if a message waits that the node sends, stopped or not.
-    pub(in crate::canopen) fn wait(&self, is_stopped: bool) -> bool {
+    pub(crate) fn wait(&self, is_stopped: bool) -> bool {
         !self.queue.is_empty() && (self.farewell > 0 || !is_stopped)
     }
 
     /// Takes the next message, which is being sent at `now`; `None` also within the inhibit time after the one before.
-    pub(in crate::canopen) fn take(&mut self, now: Micros, inhibit: Micros) -> Option<[u8; 8]> {
+    pub(crate) fn take(&mut self, now: Micros, inhibit: Micros) -> Option<[u8; 8]> {
         if self.sent.is_some_and(|sent| now.since(sent) < inhibit) {
             return None;
         }
@@ -47,7 +47,7 @@ impl Messages {
     }
 
     /// Drops the messages that wait.
-    pub(in crate::canopen) fn drop_all(&mut self) {
+    pub(crate) fn drop_all(&mut self) {
         self.queue.clear();
         self.farewell = 0;
     }

@@ -1,8 +1,8 @@
 //! Which objects a PDO carries: mapping records, checked and resolved when they are written.
 
 use super::abort::Abort;
-use super::record::{MOST, Record, Way};
-use super::{Description, Mapping};
+use super::record::{Field, MOST, Record, Way};
+use super::{Description, Mapping, cob};
 
 /// Number of data bytes of a PDO.
 const LENGTH: usize = 8;
@@ -17,7 +17,7 @@ struct Mapped<E> {
 
 /// The objects that a PDO carries, in their order.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::canopen) struct Map<E> {
+pub(crate) struct Map<E> {
     mapped: [Option<Mapped<E>>; MOST],
     /// Number of bytes of all of them.
     pub(super) length: u8,
@@ -31,7 +31,7 @@ impl<E: Copy> Map<E> {
     ///
     /// # Errors
     /// [`Abort::NotMappable`] or [`Abort::MappingTooLong`].
-    pub(in crate::canopen) fn of(
+    pub(crate) fn of(
         record: &Record,
         way: Way,
         find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
@@ -54,13 +54,45 @@ impl<E: Copy> Map<E> {
         Ok(map)
     }
 
+    /// The map of the record that a master asks for by writing to a field of it, given the record as it is and the one that
+    /// is asked for.
+    ///
+    /// # Errors
+    /// [`Abort::Access`] where the PDO is valid, unless it may be changed by `force`; or the value is impossible.
+    pub(crate) fn admitted(
+        way: Way,
+        field: Field,
+        (before, after): (&Record, &Record),
+        written: u32,
+        force: bool,
+        find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
+    ) -> Result<Self, Abort> {
+        let fixed = match field {
+            Field::CobId => {
+                cob::pdo(written)?;
+                before.is_valid() && after.is_valid() && before.id() != after.id()
+            }
+            Field::Count => before.is_valid(),
+            Field::Entry => before.is_valid() || before.count != 0,
+            Field::Type | Field::Time => false,
+        };
+        if fixed && !force {
+            return Err(Abort::Access);
+        }
+        // 0 maps nothing.
+        if field == Field::Entry && written != 0 {
+            mappable(written, way, &find)?;
+        }
+        Self::of(after, way, find)
+    }
+
     /// True for a PDO that carries nothing.
     pub(super) const fn is_empty(&self) -> bool {
         self.length == 0
     }
 
     /// The objects, each with the bytes that stand for it in the data of a PDO, and whatever follows them.
-    pub(in crate::canopen) fn unpacked(&self, data: [u8; 8]) -> impl Iterator<Item = (E, u32)> {
+    pub(crate) fn unpacked(&self, data: [u8; 8]) -> impl Iterator<Item = (E, u32)> {
         let mut rest = u64::from_le_bytes(data);
         self.mapped.iter().flatten().map(move |mapped| {
             let number = rest as u32;
@@ -86,14 +118,6 @@ impl<E: Copy> Map<E> {
 ///
 /// # Errors
 /// [`Abort::NotMappable`].
-pub(super) fn check<E>(
-    entry: u32,
-    way: Way,
-    find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
-) -> Result<(), Abort> {
-    mappable(entry, way, find).map(|_| ())
-}
-
 fn mappable<E>(
     entry: u32,
     way: Way,

@@ -14,7 +14,7 @@ pub enum Nmt {
 
 /// A command of the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::canopen) enum Command {
+pub(crate) enum Command {
     /// The node enters a state.
     Enter(Nmt),
     /// *Reset node*: the node restarts.
@@ -26,7 +26,7 @@ pub(in crate::canopen) enum Command {
 impl Command {
     /// The command in a frame, if it is for the node with this ID, or with 0 for all. A frame of another length than two is
     /// none.
-    pub(in crate::canopen) fn of(data: &[u8], node: u8) -> Option<Self> {
+    pub(crate) fn of(data: &[u8], node: u8) -> Option<Self> {
         let [command, to] = data else { return None };
         if *to != 0 && *to != node {
             return None;

@@ -2,15 +2,13 @@
 
 use heapless::Vec;
 
-use super::abort::Abort;
-use super::map::{self, Map};
+use super::map::Map;
 use super::record::{Field, Record, Way};
-use super::{Description, cob};
 use crate::can::{CanFrame, Frame};
 use crate::units::Micros;
 
 /// Number of PDOs in each direction.
-pub(in crate::canopen) const PDOS: u8 = 4;
+pub(crate) const PDOS: u8 = 4;
 
 /// Transmission types from here on up to [`LAST_CYCLIC`], and 0, are synchronous, the others are event-driven.
 const LAST_CYCLIC: u8 = 0xF0;
@@ -62,7 +60,7 @@ impl<E: Copy> Transmit<E> {
 
 /// A frame that was looked at as a PDO.
 #[derive(Debug)]
-pub(in crate::canopen) enum Received<E> {
+pub(crate) enum Received<E> {
     /// It is none of this node, or waits for the SYNC.
     Nothing,
     /// It has fewer bytes than the objects that it is to carry.
@@ -74,15 +72,15 @@ pub(in crate::canopen) enum Received<E> {
 }
 
 /// The objects that a PDO carries, with its data.
-pub(in crate::canopen) type Carried<E> = (Map<E>, [u8; 8]);
+pub(crate) type Carried<E> = (Map<E>, [u8; 8]);
 
 /// The PDOs of a node.
 #[derive(Debug)]
-pub(in crate::canopen) struct Pdos<E> {
+pub(crate) struct Pdos<E> {
     receive: [Receive<E>; PDOS as usize],
     transmit: [Transmit<E>; PDOS as usize],
     /// Something has been written or read that an event-driven PDO may carry.
-    pub(in crate::canopen) touched: bool,
+    pub(crate) touched: bool,
 }
 
 impl<E: Copy> Pdos<E> {
@@ -97,13 +95,7 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// Brings a PDO to its record, as after a reset. True if the node listens to another identifier then.
-    pub(in crate::canopen) fn set_up(
-        &mut self,
-        now: Micros,
-        (way, nth): (Way, u8),
-        record: &Record,
-        map: Map<E>,
-    ) -> bool {
+    pub(crate) fn set_up(&mut self, now: Micros, (way, nth): (Way, u8), record: &Record, map: Map<E>) -> bool {
         let (id, kind, nth) = (record.id(), record.kind, usize::from(nth));
         let mut readdressed = false;
         match way {
@@ -123,48 +115,8 @@ impl<E: Copy> Pdos<E> {
         readdressed
     }
 
-    /// Checks what a master writes to a field of a PDO's record, given the record as it is and the one that is asked for.
-    /// Returns the map of the latter.
-    ///
-    /// # Errors
-    /// [`Abort::Access`] where the PDO is valid, unless it may be changed by `force`; or the value is impossible.
-    pub(in crate::canopen) fn admit(
-        &self,
-        way: Way,
-        field: Field,
-        (before, after): (&Record, &Record),
-        written: u32,
-        force: bool,
-        find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
-    ) -> Result<Map<E>, Abort> {
-        let fixed = match field {
-            Field::CobId => {
-                cob::pdo(written)?;
-                before.is_valid() && after.is_valid() && before.id() != after.id()
-            }
-            Field::Count => before.is_valid(),
-            Field::Entry => before.is_valid() || before.count != 0,
-            Field::Type | Field::Time => false,
-        };
-        if fixed && !force {
-            return Err(Abort::Access);
-        }
-        // 0 maps nothing.
-        if field == Field::Entry && written != 0 {
-            map::check(written, way, &find)?;
-        }
-        Map::of(after, way, find)
-    }
-
     /// Brings a PDO to the record that a master has written a field of. True as for [`Pdos::set_up`].
-    pub(in crate::canopen) fn change(
-        &mut self,
-        now: Micros,
-        place: (Way, u8),
-        field: Field,
-        record: &Record,
-        map: Map<E>,
-    ) -> bool {
+    pub(crate) fn change(&mut self, now: Micros, place: (Way, u8), field: Field, record: &Record, map: Map<E>) -> bool {
         if field != Field::Time {
             return self.set_up(now, place, record, map);
         }
@@ -186,12 +138,12 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// The CAN identifiers of the PDOs that are received.
-    pub(in crate::canopen) fn identifiers(&self) -> impl Iterator<Item = u16> {
+    pub(crate) fn identifiers(&self) -> impl Iterator<Item = u16> {
         self.receive.iter().filter_map(|pdo| pdo.id)
     }
 
     /// Takes a frame with this identifier.
-    pub(in crate::canopen) fn receive(&mut self, id: u16, frame: &Frame) -> Received<E> {
+    pub(crate) fn receive(&mut self, id: u16, frame: &Frame) -> Received<E> {
         let wanted = |pdo: &&mut Receive<E>| pdo.id == Some(id) && !pdo.map.is_empty();
         let Some(pdo) = self.receive.iter_mut().find(wanted) else { return Received::Nothing };
         let length = usize::from(pdo.map.length);
@@ -208,7 +160,7 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// The SYNC: PDOs that were received are released, and those that are to be sent become due. `read` reads an object.
-    pub(in crate::canopen) fn synchronise(&mut self, read: impl Fn(E) -> u32) {
+    pub(crate) fn synchronise(&mut self, read: impl Fn(E) -> u32) {
         for pdo in &mut self.receive {
             if pdo.waiting.is_some() {
                 pdo.released = pdo.waiting.take();
@@ -227,13 +179,13 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// True while PDOs that a SYNC has released have not been taken.
-    pub(in crate::canopen) fn has_released(&self) -> bool {
+    pub(crate) fn has_released(&self) -> bool {
         self.receive.iter().any(|pdo| pdo.released.is_some())
     }
 
     /// Takes the PDOs that a SYNC has released. A master may send the controlword in each of them, as their defaults have
     /// it: with all other objects written before, it finds the new ones in any case.
-    pub(in crate::canopen) fn take_released(&mut self) -> Vec<Carried<E>, { PDOS as usize }> {
+    pub(crate) fn take_released(&mut self) -> Vec<Carried<E>, { PDOS as usize }> {
         let mut pdos = Vec::new();
         for pdo in &mut self.receive {
             if let Some(data) = pdo.released.take() {
@@ -246,7 +198,7 @@ impl<E: Copy> Pdos<E> {
 
     /// Finds the event-driven PDOs that are to be sent, because what they carry has changed. To be called after each frame
     /// and each turn.
-    pub(in crate::canopen) fn look_for_events(&mut self, now: Micros, read: impl Fn(E) -> u32) {
+    pub(crate) fn look_for_events(&mut self, now: Micros, read: impl Fn(E) -> u32) {
         self.touched = false;
         for pdo in &mut self.transmit {
             let changes = pdo.is_event_driven() && pdo.id.is_some() && !pdo.due;
@@ -259,19 +211,19 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// Finds the event-driven PDOs that are to be sent, because their event timer is over. To be called after each turn.
-    pub(in crate::canopen) fn look_at_timers(&mut self, now: Micros) {
+    pub(crate) fn look_at_timers(&mut self, now: Micros) {
         for pdo in self.transmit.iter_mut().filter(|pdo| pdo.is_event_driven() && pdo.timer > Micros(0)) {
             pdo.due |= now.since(pdo.at) >= pdo.timer && !pdo.is_inhibited(now);
         }
     }
 
     /// True while there is one to be sent.
-    pub(in crate::canopen) fn are_due(&self) -> bool {
+    pub(crate) fn are_due(&self) -> bool {
         self.transmit.iter().any(|pdo| pdo.due)
     }
 
     /// The next PDO to be sent, with the data as they are now.
-    pub(in crate::canopen) fn next(&mut self, now: Micros, read: impl Fn(E) -> u32) -> Option<Frame> {
+    pub(crate) fn next(&mut self, now: Micros, read: impl Fn(E) -> u32) -> Option<Frame> {
         for pdo in self.transmit.iter_mut().filter(|pdo| pdo.due) {
             let data = pdo.map.packed(&read);
             (pdo.due, pdo.sent, pdo.at, pdo.syncs) = (false, Some(data), now, 0);

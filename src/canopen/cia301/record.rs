@@ -17,17 +17,17 @@ pub enum Way {
 
 /// The record of a PDO, as its objects have it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(in crate::canopen) struct Record {
-    pub(in crate::canopen) cob_id: u32,
+pub(crate) struct Record {
+    pub(crate) cob_id: u32,
     /// The transmission type.
-    pub(in crate::canopen) kind: u8,
+    pub(crate) kind: u8,
     /// How long the PDO is not sent again.
-    pub(in crate::canopen) inhibit: Micros,
+    pub(crate) inhibit: Micros,
     /// The time after which it is sent again; 0 for none.
-    pub(in crate::canopen) timer: Micros,
+    pub(crate) timer: Micros,
     /// Number of mapped objects, of the entries that follow.
-    pub(in crate::canopen) count: u8,
-    pub(in crate::canopen) entries: [u32; MOST],
+    pub(crate) count: u8,
+    pub(crate) entries: [u32; MOST],
 }
 
 /// A field of a PDO's record that a master writes.

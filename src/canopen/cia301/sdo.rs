@@ -11,7 +11,7 @@ use super::{Access, Description};
 type Data = [u8; 8];
 
 /// Longest object that is read, in bytes.
-pub(in crate::canopen) const LONGEST: usize = 16;
+pub(crate) const LONGEST: usize = 16;
 /// Number of replies that can wait to be sent.
 const REPLIES: usize = 4;
 /// Data bytes of a segment.
@@ -64,10 +64,10 @@ enum Transfer<E> {
 
 /// What a request asks the node for, which answers.
 #[derive(Debug)]
-pub(in crate::canopen) enum Asked<E> {
+pub(crate) enum Asked<E> {
     /// Nothing: the reply, if there is one, waits to be sent.
     Nothing,
-    /// The same, but the reply had no room, because the ones before have not been taken.
+    /// Nothing, but the reply had no room, because the ones before have not been taken.
     Overflow,
     /// To read an object, and to [give](Server::give) what it is.
     Read(E, Place),
@@ -77,7 +77,7 @@ pub(in crate::canopen) enum Asked<E> {
 
 /// How a download is confirmed that succeeds, and which object it names if it does not.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::canopen) struct Confirmation {
+pub(crate) struct Confirmation {
     place: Place,
     /// The toggle bit of the last segment; `None` if the data came in one frame.
     segment: Option<u8>,
@@ -95,7 +95,7 @@ impl Confirmation {
 
 /// The server's state, and the replies that are still to be sent.
 #[derive(Debug)]
-pub(in crate::canopen) struct Server<E> {
+pub(crate) struct Server<E> {
     transfer: Transfer<E>,
     replies: Deque<Data, REPLIES>,
 }
@@ -108,18 +108,18 @@ impl<E> Default for Server<E> {
 
 impl<E: Copy> Server<E> {
     /// The next reply to be sent.
-    pub(in crate::canopen) fn next(&mut self) -> Option<Data> {
+    pub(crate) fn next(&mut self) -> Option<Data> {
         self.replies.pop_front()
     }
 
     /// True when no reply waits to be sent.
-    pub(in crate::canopen) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.replies.is_empty()
     }
 
     /// Takes a request. `find` gives the object with an index and a sub-index, `describe` what there is to know of it. The
     /// former is told the length of what is to be written, if that is in the same frame.
-    pub(in crate::canopen) fn request(
+    pub(crate) fn request(
         &mut self,
         frame: &[u8],
         find: impl Fn(u16, u8, Option<u32>) -> Result<E, Abort>,
@@ -134,7 +134,7 @@ impl<E: Copy> Server<E> {
     /// The object that was to be read is a number of so many bytes, up to four, which go into one frame. Inlined, because
     /// nearly all that is read is one: an upload takes 30 cycles less.
     #[inline(always)]
-    pub(in crate::canopen) fn give_number(&mut self, place: Place, number: u32, size: u8) -> Asked<E> {
+    pub(crate) fn give_number(&mut self, place: Place, number: u32, size: u8) -> Asked<E> {
         let [low, high, sub] = place;
         let unused = 4_u8.saturating_sub(size);
         let mask = u32::MAX.unbounded_shr(u32::from(unused).saturating_mul(8));
@@ -144,7 +144,7 @@ impl<E: Copy> Server<E> {
 
     /// The object that was to be read is this, which goes into segments, if one frame is not enough.
     #[inline(never)]
-    pub(in crate::canopen) fn give(&mut self, place: Place, value: &[u8]) -> Asked<E> {
+    pub(crate) fn give(&mut self, place: Place, value: &[u8]) -> Asked<E> {
         let [low, high, sub] = place;
         let mut data = [0; LONGEST];
         data.iter_mut().zip(value).for_each(|(to, from)| *to = *from);
@@ -158,11 +158,7 @@ impl<E: Copy> Server<E> {
     }
 
     /// What became of an object that was to be written. Pending is one that is being saved: [`Server::conclude`] follows.
-    pub(in crate::canopen) fn tell(
-        &mut self,
-        confirmation: Confirmation,
-        written: Result<Poll<()>, Abort>,
-    ) -> Asked<E> {
+    pub(crate) fn tell(&mut self, confirmation: Confirmation, written: Result<Poll<()>, Abort>) -> Asked<E> {
         match written {
             Ok(Poll::Ready(())) => self.reply(confirmation.reply()),
             Ok(Poll::Pending) => {
@@ -174,7 +170,7 @@ impl<E: Copy> Server<E> {
     }
 
     /// What was to be saved is durable, or could not be written: the client that waits for it gets its reply.
-    pub(in crate::canopen) fn conclude(&mut self, result: Result<(), Abort>) {
+    pub(crate) fn conclude(&mut self, result: Result<(), Abort>) {
         if let Transfer::Saving(confirmation) = self.transfer {
             self.transfer = Transfer::Idle;
             // Whoever waits has had no reply since, so there is room.
