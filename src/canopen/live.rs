@@ -57,12 +57,12 @@ impl Live {
         let mut read = |parameter| axis.read(parameter).unwrap_or_default();
         let (encoder, load) = (read(P::EncoderPosition), read(P::ActualLoad));
         Live {
-            position: axis.last_position(),
-            speed: axis.last_speed(),
+            position: axis.state().last_position(),
+            speed: axis.state().last_speed(),
             encoder,
             load: load as u16,
-            flags: axis.last_flags(),
-            switches: [left, right, axis.home_switch()],
+            flags: axis.readings().flags,
+            switches: [left, right, axis.state().home_switch()],
             inputs: digital,
             analog,
             has_encoder: has_encoder(device),

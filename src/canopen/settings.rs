@@ -89,18 +89,18 @@ impl Settings {
         let Some(mut axis) = device.axis(0) else { return };
         for (object, row) in Object::ALL.iter().zip(&ROWS) {
             if let Some((parameter, form)) = linked(row) {
-                axis.preset_setting(parameter, form.parameter(self.of(*object), &self.scale));
+                axis.state_mut().preset_setting(parameter, form.parameter(self.of(*object), &self.scale));
             }
         }
         let (ramp, pulse) = self.scale.divisors();
-        axis.preset_setting(P::RampDivisor, ramp.into());
-        axis.preset_setting(P::PulseDivisor, pulse.into());
+        axis.state_mut().preset_setting(P::RampDivisor, ramp.into());
+        axis.state_mut().preset_setting(P::PulseDivisor, pulse.into());
     }
 
     /// Tells the axis how many microsteps a turn of the motor has, from which the position of the encoder follows.
     pub(super) fn tell_turn<T: Board>(&self, device: &mut Device<T, 1>) {
         if let Some(mut axis) = device.axis(0) {
-            axis.set_turn(self.scale.turn() as i32);
+            axis.state_mut().set_turn(self.scale.turn() as i32);
         }
     }
 

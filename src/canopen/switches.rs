@@ -65,9 +65,9 @@ impl Switches {
     pub(super) fn preset<T: Board>(self, device: &mut Device<T, 1>) -> Inversion {
         if let Some(mut axis) = device.axis(0) {
             let [left, right] = self.limits();
-            axis.watch_right_switch(self.watched());
-            axis.preset_setting(P::LeftSwitchDisable, (!left).into());
-            axis.preset_setting(P::RightSwitchDisable, (!right).into());
+            axis.state_mut().watch_right_switch(self.watched());
+            axis.state_mut().preset_setting(P::LeftSwitchDisable, (!left).into());
+            axis.state_mut().preset_setting(P::RightSwitchDisable, (!right).into());
         }
         self.inversion()
     }

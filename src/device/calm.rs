@@ -1,13 +1,13 @@
 //! Turns that may be left out. A device that is calm does nothing in a turn but to take the same readings again; whoever
 //! simulates it may let any number of such turns pass at once, if nothing reaches the device meanwhile.
 
-use super::{Board, Device, Piece, controller_of};
-use crate::motion::{Calm, Hardware};
+use super::{Board, Device, Piece, Shared, controller_of};
+use crate::motion::{Calm, Hardware, MotionController};
 use crate::units::Micros;
 
 /// Number of axes on a motion controller, which take turns in its readings.
 const fn axes_of_one<T: Board, const AXES: usize>() -> u32 {
-    let most = T::Hardware::AXES;
+    let most = Shared::<T>::AXES;
     (if AXES < most { AXES } else { most }) as u32
 }
 

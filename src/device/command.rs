@@ -3,12 +3,12 @@
 use core::array;
 
 use super::line::Lines;
-use super::{Board, Device};
-use crate::motion::{Error, Former, Hardware, Joined};
+use super::{Board, Device, ShapeOf};
+use crate::motion::{Error, Former, Joined};
 
 /// What a device was told before a command to axes.
 pub(super) struct Before<T: Board, const AXES: usize> {
-    axes: [Former<<T::Hardware as Hardware>::Shape>; AXES],
+    axes: [Former<ShapeOf<T>>; AXES],
     lines: Lines<AXES>,
 }
 

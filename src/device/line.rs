@@ -10,8 +10,8 @@
 //! stopped before its target, by a switch, a stall or its driver, the others are stopped along their ramps: they would leave
 //! the line.
 
-use super::{Board, Device};
-use crate::motion::{Axis, Error, Events, Hardware, Pace, Ratio, Shape, Slope, Slopes, root};
+use super::{Board, Device, ShapeOf};
+use crate::motion::{Axis, Error, Events, Pace, Ratio, Shape, Slope, Slopes, root};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
@@ -74,10 +74,10 @@ struct Follower {
 }
 
 impl Follower {
-    /// The speed at which a follower on the hardware `H` is to go on that has `own` microsteps left, while its leader has
+    /// The speed at which a follower with ramps of the shape `S` is to go on that has `own` microsteps left, while its leader has
     /// `left`. `top` is the speed of the leader between its ramps, `most` the largest one of the follower, and `correction`
     /// that of [`Axis::correction`].
-    fn speed<H: Hardware>(&self, own: u32, left: u32, top: u32, most: i32, correction: impl Fn(i32) -> i32) -> i32 {
+    fn speed<S: Shape>(&self, own: u32, left: u32, top: u32, most: i32, correction: impl Fn(i32) -> i32) -> i32 {
         if own <= 1 {
             return if left > self.last { 0 } else { most };
         }
@@ -91,7 +91,7 @@ impl Follower {
         let lag = (u64::from(own) << 8).wrapping_sub(self.ratio.times(left)) as i64;
         let lag = lag.clamp(-LARGEST_LAG, LARGEST_LAG) as i32;
         let slack = SLACK.max(self.ratio.times(1).min(LARGEST_LAG as u64) as i32);
-        let slack = slack.saturating_add(H::skew((speed >> 8) as i32));
+        let slack = slack.saturating_add(S::skew((speed >> 8) as i32));
         let lag = lag.wrapping_sub(slack).max(0).wrapping_add(lag.wrapping_add(slack).min(0));
         let speed = (speed as i32).wrapping_add(correction(lag)).wrapping_add(128) >> 8;
         speed.max(0).min(most)
@@ -110,7 +110,7 @@ fn duration(way: u32, speed: i32, square: u32) -> u64 {
 }
 
 /// The paces of axes, by axis.
-type Paces<T, const AXES: usize> = [Pace<<<T as Board>::Hardware as Hardware>::Shape>; AXES];
+type Paces<T, const AXES: usize> = [Pace<ShapeOf<T>>; AXES];
 
 /// True if an axis has a target.
 fn is_sent<const AXES: usize>(targets: &[Option<i32>; AXES], number: usize) -> bool {
@@ -145,17 +145,18 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 return Err(Error::NotNow);
             }
             let Some(mut axis) = self.axis(number) else { continue };
-            if !axis.rests() {
+            if !axis.state().rests() {
                 axis.actual_position()?;
                 moving |= axis.read(P::ActualSpeed)? != 0;
             }
-            *way = target.wrapping_sub(axis.last_position()).unsigned_abs();
+            *way = target.wrapping_sub(axis.state().last_position()).unsigned_abs();
             if *way == 0 {
                 continue;
             }
             travellers = travellers.saturating_add(1);
-            let Slopes { up, .. } = axis.slopes(&axis.shape(), axis.setting(P::MaximumAcceleration));
-            let rank = (duration(*way, axis.setting(P::MaximumSpeed), up.main()), *way);
+            let Slopes { up, .. } =
+                axis.state().slopes(&axis.state().shape(), axis.state().setting(P::MaximumAcceleration));
+            let rank = (duration(*way, axis.state().setting(P::MaximumSpeed), up.main()), *way);
             if rank > longest {
                 (leader, longest) = (number, rank);
             }
@@ -184,7 +185,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// True if the speeds and accelerations of two axes are in the same units.
     fn have_same_units(&self, one: usize, other: usize) -> bool {
         let (Some(one), Some(other)) = (self.axes.get(one), self.axes.get(other)) else { return false };
-        T::Hardware::UNITS.iter().all(|parameter| one.setting(*parameter) == other.setting(*parameter))
+        ShapeOf::<T>::UNITS.iter().all(|parameter| one.setting(*parameter) == other.setting(*parameter))
     }
 
     /// Changes what was worked out for axes that stand: one that moves may be where it has to turn round, or to catch up, so
@@ -237,14 +238,14 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn repace(&mut self, number: usize) -> Result<(), Error> {
         let Some(leader) = self.leader(number) else {
-            let alone = self.axis(number).filter(|axis| axis.limited());
+            let alone = self.axis(number).filter(|axis| axis.state().limited());
             return alone.map_or(Ok(()), |mut axis| axis.repace(Pace::default()));
         };
         let mut paces = [Pace::default(); AXES];
         self.pace(leader, &mut paces);
         for (number, pace) in paces.into_iter().enumerate() {
             if pace.speed.is_some()
-                && let Some(mut axis) = self.axis(number).filter(|axis| axis.limited())
+                && let Some(mut axis) = self.axis(number).filter(|axis| axis.state().limited())
             {
                 axis.repace(pace)?;
             }
@@ -274,7 +275,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
                 if is_ready {
                     axis.move_at(now, target, *pace)?;
                 } else {
-                    axis.ready(now, target, *pace)?;
+                    axis.prepare(now, target, *pace)?;
                 }
             }
         }
@@ -291,7 +292,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         }
         self.leave_lines(|leaving| leaving == number)?;
         match self.axis(number) {
-            Some(mut axis) if axis.limited() => axis.repace(Pace::default()),
+            Some(mut axis) if axis.state().limited() => axis.repace(Pace::default()),
             _ => Ok(()),
         }
     }
@@ -315,7 +316,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     fn release(&mut self, number: usize) -> Result<(), Error> {
         let follows = self.lines.followers.get_mut(number).and_then(Option::take).is_some();
         match self.axis(number) {
-            Some(mut axis) if follows && axis.limited() => axis.repace(Pace::default()),
+            Some(mut axis) if follows && axis.state().limited() => axis.repace(Pace::default()),
             _ => Ok(()),
         }
     }
@@ -345,14 +346,14 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let pace = if coupled {
             let (own, left, most) = (axis.left(), leader.left(), axis.setting(P::MaximumSpeed));
             let top = leader.positioning_speed().unsigned_abs();
-            let speed = follower.speed::<T::Hardware>(own, left, top, most, |lag| axis.correction(lag));
+            let speed = follower.speed::<ShapeOf<T>>(own, left, top, most, |lag| axis.correction(lag));
             let pace = if own > TAIL { axis.pace() } else { Pace::default() };
             Pace { speed: Some(speed), ..pace }
         } else {
             Pace::default()
         };
         let told = match self.axis(number) {
-            Some(mut axis) if axis.travelling() => axis.approach(pace)?,
+            Some(mut axis) if axis.state().travelling() => axis.ease(pace)?,
             _ => false,
         };
         if let Some(follower) = self.lines.followers.get_mut(number)
@@ -384,7 +385,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             let Some(mut axis) = self.axis(other) else { continue };
             let told = match other == number {
                 true => axis.stay(),
-                false if axis.limited() => axis.break_off(now),
+                false if axis.state().limited() => axis.break_off(now),
                 false => Ok(()),
             };
             if told.is_err() {

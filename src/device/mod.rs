@@ -24,7 +24,7 @@ use core::ops::DerefMut;
 
 use embedded_hal::digital::OutputPin;
 
-use crate::motion::{Axis, Error, Hardware, Joined};
+use crate::motion::{Axis, Error, Hardware, Joined, MotionController};
 use crate::param::{AxisParameter, Parameter, Table};
 use crate::store::{Memory, Store};
 use crate::units::Micros;
@@ -131,7 +131,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     #[inline(always)]
     pub fn new(parts: Parts<T, AXES>, table: &'static Table<AxisParameter>) -> Self {
         const {
-            let each = T::Hardware::AXES;
+            let each = Shared::<T>::AXES;
             assert!(T::Controllers::COUNT == AXES.div_ceil(each), "each axis needs a place on a motion controller");
         }
         let Parts { controllers, axes, enable, store } = parts;
@@ -159,7 +159,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let _ = self.enable.set_high();
         for controller in self.controllers.as_mut() {
             // A controller that does not take its stop now is halted again by `start`.
-            let _ = T::Hardware::halt(&mut controller.shared);
+            let _ = controller.shared.stop_all();
         }
     }
 
@@ -190,12 +190,12 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         position: impl Fn(&Axis<T::Hardware>) -> i32,
     ) -> Result<(), Error> {
         for controller in self.controllers.as_mut() {
-            T::Hardware::start(&mut controller.shared)?;
+            controller.shared.start()?;
         }
         self.invert(inversion)?;
         for number in 0..AXES {
             if let Some(mut axis) = self.axis(number) {
-                let position = position(&axis);
+                let position = position(axis.state());
                 axis.start(now, position)?;
             }
         }
@@ -229,7 +229,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         }
         let mut told = Ok(());
         for (n, controller) in self.controllers.as_mut().iter_mut().enumerate() {
-            told = told.and(T::Hardware::invert(&mut controller.shared, is_set(switches, n), is_set(shafts, n)));
+            told = told.and(controller.shared.invert(is_set(switches, n), is_set(shafts, n)));
         }
         told
     }
@@ -270,7 +270,13 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 }
 
+/// What the axes of one motion controller of a board have in common.
+type Shared<T> = <<T as Board>::Hardware as Hardware>::Controller;
+
+/// What the ramps of a board have besides a top speed and an acceleration.
+type ShapeOf<T> = <<T as Board>::Hardware as Hardware>::Shape;
+
 /// The number of the motion controller of an axis.
 fn controller_of<T: Board>(axis: usize) -> usize {
-    axis.checked_div(T::Hardware::AXES).unwrap_or_default()
+    axis.checked_div(Shared::<T>::AXES).unwrap_or_default()
 }

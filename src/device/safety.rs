@@ -3,7 +3,7 @@
 //! stop, so all drivers are switched off until the device is started anew.
 
 use super::{Board, Device};
-use crate::motion::{Error, Hardware, Joined};
+use crate::motion::{Error, Joined, MotionController};
 use crate::units::Micros;
 
 /// Supply voltage in 0.1 V below which the motors are stopped and locked.
@@ -108,7 +108,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// True if all motion controllers answer, and one of them tells that it had lost its supply.
     fn have_returned(&mut self) -> bool {
         let answer = self.controllers.as_ref().iter().all(|controller| controller.unanswered == 0);
-        answer && (0..AXES).any(|number| self.axis(number).is_some_and(|axis| axis.is_lost()))
+        answer && (0..AXES).any(|number| self.axis(number).is_some_and(|axis| axis.readings().is_lost))
     }
 
     /// Sets motion controllers that were given up going again: they may have been silent because they had no supply.
@@ -127,7 +127,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         for controller in self.controllers.as_mut() {
             // A controller that was given up is asked as well: if it is back, it gets the stop that each of its axes
             // still has to do.
-            let answers = T::Hardware::answers(&mut controller.shared);
+            let answers = controller.shared.is_there();
             let counts = !(answers || self.safety.locked);
             controller.unanswered = if counts { controller.unanswered.saturating_add(1) } else { 0 };
             silent |= controller.unanswered >= PATIENCE;
@@ -141,7 +141,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         let mut ended = 0;
         for number in 0..AXES {
             let Some(mut axis) = self.axis(number) else { continue };
-            if axis.travelling() {
+            if axis.state().travelling() {
                 ended |= 1_u32.unbounded_shl(number as u32);
             }
             if act(&mut axis).is_err() {

@@ -5,8 +5,8 @@
 //! because its motor moves. As a rule a piece has the datagrams of one reading at most; `motion/turn.rs` says which are
 //! longer.
 
-use super::{Board, Controllers, Device, Inputs, Outputs, Supervised, controller_of};
-use crate::motion::{Events, Hardware, Joined};
+use super::{Board, Controllers, Device, Inputs, Outputs, Shared, Supervised, controller_of};
+use crate::motion::{Events, Joined, MotionController};
 use crate::units::Micros;
 
 /// Time between two turns.
@@ -71,7 +71,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
         self.next = if due > now { due } else { now.after(PERIOD) };
         self.upcoming = 0;
         for controller in self.controllers.as_mut() {
-            T::Hardware::begin_turn(&mut controller.shared);
+            controller.shared.begin_turn();
         }
         self.supervise(now)
     }
@@ -86,9 +86,9 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             return (number, Events::default());
         };
         let Some(axis) = self.axes.get_mut(number) else { return (number, Events::default()) };
-        let is_its_turn = number.checked_rem(T::Hardware::AXES) == Some(controller.turn.into());
+        let is_its_turn = number.checked_rem(Shared::<T>::AXES) == Some(controller.turn.into());
         // A search takes the other readings itself. With one axis there is time for them all the same.
-        let is_wanted = AXES == 1 || !axis.searches() || !T::Hardware::is_of_motion(controller.rotation);
+        let is_wanted = AXES == 1 || !axis.searches() || !Shared::<T>::is_of_motion(controller.rotation);
         let reading = (is_its_turn && is_wanted).then_some(controller.rotation);
         let events = axis.on(&mut controller.shared).poll(now, sensors, reading, on_line);
         if AXES > 1 {
@@ -121,10 +121,10 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
             self.upcoming = Self::FIRST_READING;
         }
         while let Some(n) = self.upcoming.checked_sub(Self::FIRST_READING)
-            && !self.reading_axis(n).is_some_and(|axis| axis.has_reading())
+            && !self.reading_axis(n).is_some_and(|axis| axis.state().has_reading())
             && let Some(controller) = self.controllers.as_mut().get_mut(n)
         {
-            let axes = AXES.saturating_sub(n.saturating_mul(T::Hardware::AXES)).min(T::Hardware::AXES);
+            let axes = AXES.saturating_sub(n.saturating_mul(Shared::<T>::AXES)).min(Shared::<T>::AXES);
             controller.turn = controller.turn.saturating_add(1);
             if usize::from(controller.turn) >= axes {
                 (controller.turn, controller.rotation) = (0, controller.rotation.wrapping_add(1));
@@ -136,7 +136,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// The axis of a motion controller whose turn it is to take a reading.
     fn reading_axis(&mut self, controller: usize) -> Option<Joined<'_, T::Hardware>> {
         let turn = self.controllers.as_ref().get(controller)?.turn;
-        self.axis(controller.saturating_mul(T::Hardware::AXES).saturating_add(turn.into()))
+        self.axis(controller.saturating_mul(Shared::<T>::AXES).saturating_add(turn.into()))
     }
 
     /// The inputs as they were at the beginning of the turn.

@@ -3,7 +3,7 @@
 use super::commands::slots;
 use super::{Commands, Hooks, Outcome, Product};
 use crate::device::Board;
-use crate::motion::{self, Axis, Hardware, Mode};
+use crate::motion::{self, Axis, Hardware, Mode, Shape};
 use crate::param::{AxisParameter, Parameter};
 use crate::tmcl::{AxisSet, Status};
 
@@ -53,7 +53,7 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
                 self.device.command(group, |device| device.tell_each(group, |axis| axis.stop_search(now)))?;
                 Ok(Outcome::Moved { value: echo, ended: group, begun: 0 })
             }
-            2 => Ok(Outcome::Read(self.axis(axis)?.search_status())),
+            2 => Ok(Outcome::Read(self.axis(axis)?.state().search_status())),
             _ => Err(Status::WrongType),
         }
     }
@@ -99,7 +99,7 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
     fn base(&mut self, axis: u8) -> Result<i32, Status> {
         let chosen = const { T::Product::SPEC.has(AxisParameter::RelativePositioning) };
         let mut axis = self.axis(axis)?;
-        Ok(match axis.setting(AxisParameter::RelativePositioning) {
+        Ok(match axis.state().setting(AxisParameter::RelativePositioning) {
             0 if chosen => axis.read(AxisParameter::TargetPosition)?,
             2 if chosen => axis.read(AxisParameter::ChipEncoderPosition)?,
             _ => axis.actual_position()?,
@@ -137,7 +137,7 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
     pub(super) fn set_axis(&mut self, number: u8, axis: u8, value: i32, echo: i32) -> Result<Outcome, Status> {
         let parameter = parameter::<T::Product>(number)?;
         let state = self.axis(axis)?;
-        let (searched, rotates) = (state.searches(), state.takes_speed());
+        let (searched, rotates) = (state.state().searches(), state.state().takes_speed());
         let moves = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::RampMode => true,
             AxisParameter::TargetSpeed => rotates && value != 0,
@@ -182,22 +182,23 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
     /// that gets other units, or another kind of ramps, is on it no longer.
     fn write_axis(&mut self, axis: u8, parameter: &Parameter<AxisParameter>, value: i32) -> Result<(), Status> {
         let (now, function, number) = (self.now, parameter.function, usize::from(axis));
-        let former = self.axis(axis)?.setting(function);
+        let former = self.axis(axis)?.state().setting(function);
         let bit = 1_u8.unbounded_shl(number as u32);
         let told = self.device.command(bit, |device| {
             device.tell_each(bit, |axis| axis.write(now, parameter, value))?;
             if AXES == 1 {
                 Ok(())
-            } else if T::Hardware::RAMPS.contains(&function) {
+            } else if <T::Hardware as Hardware>::Shape::RAMPS.contains(&function) {
                 device.repace(number)
-            } else if T::Hardware::UNITS.contains(&function) || function == AxisParameter::RampMode {
+            } else if <T::Hardware as Hardware>::Shape::UNITS.contains(&function) || function == AxisParameter::RampMode
+            {
                 device.leave_line(number)
             } else {
                 Ok(())
             }
         });
         if AXES > 1 && told.is_err() {
-            self.axis(axis)?.preset_setting(function, former);
+            self.axis(axis)?.state_mut().preset_setting(function, former);
         }
         Ok(told?)
     }

@@ -81,7 +81,7 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
     fn is_under_way(&mut self) -> bool {
         (0..AXES).any(|number| {
             let Some(mut axis) = self.device.axis(number) else { return false };
-            axis.travelling() || !matches!(axis.read(P::TargetSpeed), Ok(0))
+            axis.state().travelling() || !matches!(axis.read(P::TargetSpeed), Ok(0))
         })
     }
 

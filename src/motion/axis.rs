@@ -4,10 +4,11 @@
 use super::current::{Excitation, MotionState};
 use super::driving::Driving;
 use super::encoders::Encoders;
-use super::hardware::{Course, Followed, Hardware};
+use super::hardware::{Followed, Hardware, Shape};
 use super::hold::Hold;
 use super::orders::{Orders, Untold};
 use super::pace::Pace;
+use super::profile::Profile;
 use super::search::Search;
 use super::sensors::Sensors;
 use super::slope::Slopes;
@@ -109,7 +110,7 @@ impl<H: Hardware> Axis<H> {
 
     /// Reverses the counting direction of the encoders, because the motor's shaft is reversed (global parameter 90).
     /// The direction outputs, which the axes of a motion controller have in common, are switched by
-    /// [`Hardware::invert`].
+    /// [`MotionController::invert`](super::MotionController::invert).
     pub fn set_reverse(&mut self, reverse: bool) {
         self.encoders.reverse = reverse;
     }
@@ -134,7 +135,7 @@ impl<H: Hardware> Axis<H> {
 
     /// What closed stop switches do to the motor now, whoever watches them.
     pub(super) fn stops(&self) -> Stops {
-        course(&self.values, self.search.as_ref(), &self.orders.pace).stops
+        profile(&self.values, self.search.as_ref(), &self.orders.pace).stops
     }
 
     /// True when writing parameter 2 (target speed) rotates the motor, as ROR does: in velocity mode, and in a
@@ -174,7 +175,7 @@ impl<H: Hardware> Axis<H> {
 
     /// The left and the right stop switch as read last: true is closed, after the polarity of global parameter 79.
     pub fn stop_switches(&self, controller: &H::Controller) -> [bool; 2] {
-        let [left, right] = self.hardware.last_switches(controller);
+        let [left, right] = self.hardware.readings(controller).switches;
         [left, self.watched_right().unwrap_or(right)]
     }
 
@@ -206,18 +207,18 @@ impl<H: Hardware> Axis<H> {
 
     /// The shape that the parameters give the ramps.
     pub fn shape(&self) -> H::Shape {
-        H::shape(&self.values)
+        H::Shape::of(&self.values)
     }
 
     /// The slopes that the motor has for an acceleration of `wanted` on its way to a position, with ramps of a shape, at a
     /// speed of up to that of parameter 4.
     pub fn slopes(&self, shape: &H::Shape, wanted: i32) -> Slopes {
-        H::slopes(&self.values, shape, wanted, self.values.get(P::MaximumSpeed))
+        shape.slopes(&self.values, wanted, self.values.get(P::MaximumSpeed))
     }
 
-    /// The difference of speed by which the motor makes up for a lag, as in [`Hardware::correction`].
+    /// The difference of speed by which the motor makes up for a lag, as in [`Shape::correction`].
     pub fn correction(&self, way: i32) -> i32 {
-        H::correction(&self.values, way)
+        H::Shape::correction(&self.values, way)
     }
 
     /// True while a reference search is under way.
@@ -257,20 +258,19 @@ impl<H: Hardware> Axis<H> {
 
     /// The speed at which the motor goes to a position, in the unit of parameter 4.
     pub fn positioning_speed(&self) -> i32 {
-        course(&self.values, self.search.as_ref(), &self.orders.pace).speed
+        profile(&self.values, self.search.as_ref(), &self.orders.pace).speed
     }
 }
 
-/// How the motor is to move: as the parameters and the pace of the last motion command say, or as a reference search
-/// says. In a search the stop switches act as the leg under way needs them, and near position zero as anywhere else
-/// (tolerance 0).
-pub(super) fn course<'a, S>(values: &'a Values, search: Option<&Search>, pace: &Pace<S>) -> Course<'a> {
+/// The motion profile as the parameters and the pace of the last motion command make it, or as a reference search says. In a
+/// search the stop switches act as the leg under way needs them, and near position zero as anywhere else (tolerance 0).
+pub(super) fn profile<'a, S>(values: &'a Values, search: Option<&Search>, pace: &Pace<S>) -> Profile<'a> {
     let acceleration = pace.acceleration.unwrap_or(values.get(P::MaximumAcceleration));
     match search {
         Some(search) => {
-            Course { values, speed: search.slow_speed(), acceleration, tolerance: 0, stops: search.stops() }
+            Profile { values, speed: search.slow_speed(), acceleration, tolerance: 0, stops: search.stops() }
         }
-        None => Course {
+        None => Profile {
             values,
             speed: pace.speed.unwrap_or(values.get(P::MaximumSpeed)),
             acceleration,

@@ -2,7 +2,7 @@
 //! such polls out.
 
 use super::axis::{Axis, Events};
-use super::hardware::Hardware;
+use super::hardware::{Hardware, Readings};
 use super::orders::Untold;
 use super::stall::Measured;
 use crate::param::AxisParameter as P;
@@ -30,10 +30,9 @@ impl<H: Hardware> Axis<H> {
         let mut current = self.orders.current;
         let excitation = current.select(turn, self.motion_state(), self.last_speed(), &self.values);
         let told = !self.has_reading() && self.events == Events::default() && self.driving.is(excitation);
-        let settled = (self.orders.was_at_target || !self.at_target()) && !self.hardware.waits_to_be_driven();
-        let well = !self.hardware.is_lost(controller)
-            && !self.hardware.deviates()
-            && self.hardware.flags(controller) & H::SHUT_DOWN & !self.orders.alarms == 0;
+        let Readings { shut_downs, waits, deviates, is_lost, .. } = self.hardware.readings(controller);
+        let settled = (self.orders.was_at_target || !self.at_target()) && !waits;
+        let well = !is_lost && !deviates && shut_downs & !self.orders.alarms == 0;
         if !(idle && told && settled && well) {
             return None;
         }

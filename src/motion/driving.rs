@@ -3,7 +3,7 @@
 
 use super::Error;
 use super::current::Excitation;
-use super::hardware::Hardware;
+use super::hardware::Driver;
 use super::stall::Measured;
 use super::values::Values;
 
@@ -25,39 +25,33 @@ impl Driving {
         self.told = None;
     }
 
-    /// Gives the motor this current; a driver that has it already is not written to.
-    pub(super) fn refresh<H: Hardware>(
+    /// Gives the motor this current; a driver that has it already is not written to, unless it `waits` for it.
+    pub(super) fn refresh(
         &mut self,
-        hardware: &mut H,
-        controller: &mut H::Controller,
+        driver: &mut impl Driver,
         values: &Values,
         excitation: Excitation,
+        waits: bool,
     ) -> Result<(), Error> {
-        if self.told != Some(excitation) || hardware.waits_to_be_driven() {
+        if self.told != Some(excitation) || waits {
             self.told = Some(excitation);
-            self.write(hardware, controller, values).inspect_err(|_| self.told = None)?;
+            self.write(driver, values).inspect_err(|_| self.told = None)?;
         }
         Ok(())
     }
 
     /// Writes the driver's parameters and the present excitation to the driver.
-    pub(super) fn write<H: Hardware>(
-        &self,
-        hardware: &mut H,
-        controller: &mut H::Controller,
-        values: &Values,
-    ) -> Result<(), Error> {
+    pub(super) fn write(&self, driver: &mut impl Driver, values: &Values) -> Result<(), Error> {
         let Some(excitation) = self.told else { return Ok(()) };
-        hardware.drive(controller, values, excitation)
+        driver.drive(values, excitation)
     }
 
     /// Ends a shut-down of the driver, of which `alarms` tells, before a motion: the bridges are switched off here, and
     /// on again with the next excitation. A TMC262 keeps a short to ground latched until its TOFF was zero. What was
     /// `measured` of the load counts no more.
-    pub(super) fn release<H: Hardware>(
+    pub(super) fn release(
         &mut self,
-        hardware: &mut H,
-        controller: &mut H::Controller,
+        driver: &mut impl Driver,
         values: &Values,
         alarms: &mut u32,
         measured: &mut Measured,
@@ -67,7 +61,7 @@ impl Driving {
         *alarms = 0;
         *measured = Measured::default();
         self.told = Some(Excitation { free: true, ..excitation });
-        self.write(hardware, controller, values)?;
+        self.write(driver, values)?;
         // Without a remembered excitation the next one is written even if it equals the one before the shut-down.
         self.told = None;
         Ok(())

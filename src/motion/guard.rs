@@ -2,8 +2,7 @@
 //! ramp generator does not watch. Each poll looks for them here.
 
 use super::Error;
-use super::axis::Axis;
-use super::hardware::Hardware;
+use super::hardware::{Driver, Hardware, RampGenerator};
 use super::joined::Joined;
 use super::stall::Measured;
 
@@ -18,66 +17,59 @@ impl<H: Hardware> Joined<'_, H> {
     /// new. A motor that was stopped for a deviation may go on deviating until a motion command moves it again:
     /// otherwise it could never be moved back.
     pub(super) fn guard(&mut self) -> Result<(), Error> {
-        if self.is_lost() {
+        let readings = self.readings();
+        if readings.is_lost {
             return self.recover();
         }
-        let deviates = self.encoders.deviate(self.last_position(), &self.values) || self.hardware.deviates();
-        let deviation = deviates && !self.orders.deviating;
-        let faults = self.last_flags() & H::SHUT_DOWN & !self.orders.alarms;
+        let deviates = self.axis.encoders.deviate(self.axis.last_position(), &self.axis.values) || readings.deviates;
+        let deviation = deviates && !self.axis.orders.deviating;
+        let faults = readings.shut_downs & !self.axis.orders.alarms;
         // If the chip does not answer now, the next poll asks it again.
-        let stall = self.look_for_stall().unwrap_or(false);
+        let stall = self.look_for_stall(self.axis.sensors.stall).unwrap_or(false);
         if !(stall || deviation || faults != 0) {
             return Ok(());
         }
-        self.events.stall |= stall;
-        self.events.deviation |= deviation;
-        self.events.alarm |= faults != 0;
-        self.events.cut_short |= self.orders.travelling;
-        self.orders.errors |= if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
-        self.orders.deviating |= deviation;
-        self.orders.alarms |= faults;
+        self.axis.events.stall |= stall;
+        self.axis.events.deviation |= deviation;
+        self.axis.events.alarm |= faults != 0;
+        self.axis.events.cut_short |= self.axis.orders.travelling;
+        self.axis.orders.errors |= if stall { STALL } else { 0 } | if deviation { DEVIATION } else { 0 };
+        self.axis.orders.deviating |= deviation;
+        self.axis.orders.alarms |= faults;
         self.hard_stop()
     }
 
     /// Sets up hardware that has lost its registers: the motor stands where it was last known to be, and a positioning move or
     /// a reference search has ended. The driver is written at the end of the next poll that gets so far.
     pub(super) fn recover(&mut self) -> Result<(), Error> {
-        self.events.cut_short |= self.orders.travelling || self.search.is_some();
-        self.driving.forget();
+        self.axis.events.cut_short |= self.axis.orders.travelling || self.axis.search.is_some();
+        self.axis.driving.forget();
         self.hard_stop()?;
-        let position = self.last_position();
-        let (hardware, controller) = self.reach();
-        hardware.place_encoder(controller, position)
+        let position = self.axis.last_position();
+        self.chips().set_encoder(position)
     }
 
     /// Stops a motor that turns or is to turn right while the right stop switch is closed, where the axis watches this
     /// switch itself. That ends a move to the right. A reference search ends its leg by what it sees of the switch; and a
     /// motor that is on its way back goes on to its goal, as under a ramp generator that watches the switch.
     pub(super) fn watch(&mut self) -> Result<(), Error> {
-        let known = *self.hardware.known();
+        let known = *self.axis.hardware.known();
         let turns_right = known.ahead() > 0 || known.speed > 0;
-        if self.watched_right() != Some(true) || !self.stops().right || !turns_right {
+        if self.axis.watched_right() != Some(true) || !self.axis.stops().right || !turns_right {
             return Ok(());
         }
-        if known.ahead() <= 0 || self.search.is_some() {
-            self.on_course(H::stop)?;
+        if known.ahead() <= 0 || self.axis.search.is_some() {
+            self.stop()?;
             return if known.ahead() < 0 { self.resume(known) } else { Ok(()) };
         }
-        self.events.cut_short |= self.orders.travelling;
+        self.axis.events.cut_short |= self.axis.orders.travelling;
         self.hard_stop()
     }
 
     /// Writes all registers of the driver anew, as is necessary after its supply has come back.
     pub fn restart_driver(&mut self) -> Result<(), Error> {
-        self.measured = Measured::default();
-        let (hardware, controller) = self.reach();
-        hardware.forget(controller);
+        self.axis.measured = Measured::default();
+        self.chips().forget();
         self.write_driver()
-    }
-
-    /// Stop on stall, as in [`Measured::stalls`].
-    fn look_for_stall(&mut self) -> Result<bool, Error> {
-        let (Axis { hardware, values, measured, sensors, .. }, controller) = self.parts();
-        measured.stalls(hardware, controller, values, sensors.stall)
     }
 }

@@ -20,6 +20,7 @@ mod orders;
 mod pace;
 mod parameters;
 mod plan;
+mod profile;
 mod ratio;
 mod search;
 mod searching;
@@ -36,10 +37,13 @@ pub use axis::{Axis, Events};
 pub use calm::Calm;
 pub use current::Excitation;
 pub use former::Former;
-pub use hardware::{Course, Followed, Goal, Hardware, Known, Mode, Shape};
+pub use hardware::{
+    Driver, Followed, Goal, Hardware, Known, Mode, MotionController, RampGenerator, Readings, Shape, StopSwitches,
+};
 pub use joined::Joined;
 pub use pace::Pace;
 pub use plan::{Leg, Mark, Plan, Sought, Until};
+pub use profile::Profile;
 pub use ratio::Ratio;
 pub use sensors::Sensors;
 pub use slope::{Slope, Slopes, root};

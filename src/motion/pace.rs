@@ -2,7 +2,7 @@
 
 /// The speed and the acceleration of one motion, where they differ from parameters 4 and 5; in the units of these.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pace<S = ()> {
+pub struct Pace<S> {
     /// The speed at which the motor goes to a position; `None` for that of parameter 4.
     pub speed: Option<i32>,
     /// The acceleration of the motor's ramps, up and down; `None` for that of parameter 5.

@@ -2,7 +2,7 @@
 //! others are values with which the next poll works.
 
 use super::Error;
-use super::hardware::{Hardware, Mode};
+use super::hardware::{Hardware, Mode, RampGenerator, Shape};
 use super::joined::Joined;
 use super::stall::Measured;
 use crate::param::{AxisParameter as P, Parameter};
@@ -15,23 +15,23 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::Chip`] when a chip did not answer.
     pub fn read(&mut self, parameter: P) -> Result<i32, Error> {
         Ok(match parameter {
-            P::TargetPosition => self.hardware.known().target,
+            P::TargetPosition => self.axis.hardware.known().target,
             P::ActualPosition => self.actual_position()?,
             P::TargetSpeed => self.target_speed()?,
             P::ActualSpeed => self.actual_speed()?,
-            P::PositionReached => i32::from(self.actual_position()? == self.hardware.known().target),
-            P::HomeSwitch => i32::from(self.sensors.home),
+            P::PositionReached => i32::from(self.actual_position()? == self.axis.hardware.known().target),
+            P::HomeSwitch => i32::from(self.axis.sensors.home),
             P::RightSwitch => i32::from(self.switches()?.right),
             P::LeftSwitch => i32::from(self.switches()?.left),
-            P::RampMode => self.hardware.known().mode as i32,
-            P::SmartEnergyActualCurrent => self.hardware.current(self.controller()).into(),
-            P::ActualLoad => self.hardware.load(self.controller()).into(),
-            P::ExtendedErrorFlags => core::mem::take(&mut self.orders.errors),
+            P::RampMode => self.axis.hardware.known().mode as i32,
+            P::SmartEnergyActualCurrent => self.readings().current.into(),
+            P::ActualLoad => self.readings().load.into(),
+            P::ExtendedErrorFlags => core::mem::take(&mut self.axis.orders.errors),
             // Those read last, and all shut-downs since the last motion command.
-            P::DriverErrorFlags => (self.last_flags() | self.orders.alarms) as i32,
-            P::EncoderPosition => self.encoders.built_in.position(),
-            P::AbsoluteResolverValue => self.sensors.encoder.unwrap_or_default().into(),
-            P::ExternalEncoderPosition => self.encoders.external.position(),
+            P::DriverErrorFlags => (self.readings().flags | self.axis.orders.alarms) as i32,
+            P::EncoderPosition => self.axis.encoders.built_in.position(),
+            P::AbsoluteResolverValue => self.axis.sensors.encoder.unwrap_or_default().into(),
+            P::ExternalEncoderPosition => self.axis.encoders.external.position(),
             P::MaximumSpeed
             | P::MaximumAcceleration
             | P::MaximumCurrent
@@ -114,7 +114,7 @@ impl<H: Hardware> Joined<'_, H> {
             | P::EncoderResolution
             | P::ChipEncoderDeviation
             | P::ReverseShaft
-            | P::UnitMode => self.values.get(parameter),
+            | P::UnitMode => self.axis.values.get(parameter),
             P::ActualAcceleration
             | P::MeasuredSpeed
             | P::PwmScale
@@ -122,7 +122,8 @@ impl<H: Hardware> Joined<'_, H> {
             | P::LatchedPosition
             | P::LatchedEncoderPosition
             | P::ChipEncoderPosition => {
-                self.on_course(|hardware, controller, course| hardware.reading(controller, course.values, parameter))?
+                let (mut chips, profile) = self.chips_and_profile();
+                chips.reading(profile.values, parameter)?
             }
         })
     }
@@ -151,8 +152,8 @@ impl<H: Hardware> Joined<'_, H> {
     pub fn set(&mut self, now: Micros, parameter: P, value: i32) -> Result<(), Error> {
         match parameter {
             P::TargetPosition => self.move_to(now, value),
-            P::ActualPosition => self.set_position(now, value),
-            P::TargetSpeed if self.takes_speed() => self.rotate(now, value),
+            P::ActualPosition => self.overwrite_position(now, value),
+            P::TargetSpeed if self.axis.takes_speed() => self.rotate(now, value),
             P::TargetSpeed => Ok(()),
             P::RampMode => {
                 let mode = match value {
@@ -163,20 +164,20 @@ impl<H: Hardware> Joined<'_, H> {
                 self.change_mode(now, mode)
             }
             P::EncoderPosition => {
-                self.encoders.built_in.set(value);
+                self.axis.encoders.built_in.set(value);
                 Ok(())
             }
             P::ExternalEncoderPosition => {
-                self.encoders.external.set(value);
+                self.axis.encoders.external.set(value);
                 Ok(())
             }
             P::ExternalEncoderPrescaler => {
-                self.values.set(parameter, value);
-                self.arm_null();
+                self.axis.values.set(parameter, value);
+                self.axis.arm_null();
                 Ok(())
             }
-            P::RampDivisor => self.set_divisors(value, self.values.get(P::PulseDivisor)),
-            P::PulseDivisor => self.set_divisors(self.values.get(P::RampDivisor), value),
+            P::RampDivisor => self.set_divisors(value, self.axis.values.get(P::PulseDivisor)),
+            P::PulseDivisor => self.set_divisors(self.axis.values.get(P::RampDivisor), value),
             P::MaximumSpeed
             | P::MaximumAcceleration
             | P::RightSwitchDisable
@@ -193,22 +194,19 @@ impl<H: Hardware> Joined<'_, H> {
             | P::StopVelocity
             | P::RampWaitTime
             | P::RightSwitchPolarity
-            | P::LeftSwitchPolarity => self.change(parameter, value, Self::adjust),
+            | P::LeftSwitchPolarity => self.change(parameter, value, Self::retune),
             // The ramps and the driver's thresholds are in this unit.
             P::UnitMode => self.change(parameter, value, |axis| {
-                axis.adjust()?;
+                axis.retune()?;
                 axis.write_driver()
             }),
-            P::ChipEncoderPosition => {
-                let (hardware, controller) = self.reach();
-                hardware.place_encoder(controller, value)
-            }
+            P::ChipEncoderPosition => self.chips().set_encoder(value),
             P::MicrostepResolution | P::StallGuardFilter | P::StallGuardThreshold => {
-                let before = self.values.get(parameter);
+                let before = self.axis.values.get(parameter);
                 self.change(parameter, value, Self::write_driver)?;
                 if value != before {
                     // The load measurement that is under way in the driver was begun with the old setting.
-                    self.measured = Measured::default();
+                    self.axis.measured = Measured::default();
                 }
                 Ok(())
             }
@@ -250,9 +248,9 @@ impl<H: Hardware> Joined<'_, H> {
             | P::EncoderResolution
             | P::ChipEncoderDeviation => self.change(parameter, value, Self::write_driver),
             P::StopOnStall => {
-                if value > self.values.get(parameter) {
+                if value > self.axis.values.get(parameter) {
                     // The motor may have been at or below the new speed a moment ago.
-                    self.measured = Measured::default();
+                    self.axis.measured = Measured::default();
                 }
                 self.keep(parameter, value)
             }
@@ -306,7 +304,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub fn set_divisors(&mut self, ramp: i32, pulse: i32) -> Result<(), Error> {
         self.change(P::PulseDivisor, pulse, |axis| {
             axis.change(P::RampDivisor, ramp, |axis| {
-                if H::accepts(&axis.values) { axis.adjust() } else { Err(Error::OutOfRange) }
+                if H::Shape::accepts(&axis.axis.values) { axis.retune() } else { Err(Error::OutOfRange) }
             })
         })
     }
@@ -316,7 +314,7 @@ impl<H: Hardware> Joined<'_, H> {
         if H::DRIVEN.contains(&parameter) {
             return self.change(parameter, value, Self::write_driver);
         }
-        self.values.set(parameter, value);
+        self.axis.values.set(parameter, value);
         Ok(())
     }
 
@@ -327,8 +325,8 @@ impl<H: Hardware> Joined<'_, H> {
         value: i32,
         tell: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<(), Error> {
-        let old = self.values.get(parameter);
-        self.values.set(parameter, value);
-        tell(self).inspect_err(|_| self.values.set(parameter, old))
+        let old = self.axis.values.get(parameter);
+        self.axis.values.set(parameter, value);
+        tell(self).inspect_err(|_| self.axis.values.set(parameter, old))
     }
 }

@@ -2,7 +2,7 @@
 //! does to the hardware what the state machine in `search.rs` asks for.
 
 use super::Error;
-use super::hardware::{Goal, Hardware};
+use super::hardware::{Goal, Hardware, StopSwitches};
 use super::joined::Joined;
 use super::pace::Pace;
 use super::plan::Plan;
@@ -22,8 +22,9 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::NotNow`] when one of the two speeds is zero, because the search would never end; [`Error::Chip`] when a
     /// chip did not take a datagram.
     pub fn start_search(&mut self, now: Micros) -> Result<(), Error> {
-        let (fast, slow) = (self.values.get(P::ReferenceSearchSpeed), self.values.get(P::ReferenceSwitchSpeed));
-        let plan = Plan::of(self.values.get(P::ReferenceSearchMode));
+        let (fast, slow) =
+            (self.axis.values.get(P::ReferenceSearchSpeed), self.axis.values.get(P::ReferenceSwitchSpeed));
+        let plan = Plan::of(self.axis.values.get(P::ReferenceSearchMode));
         self.search_by(now, plan, 0, fast, Pace { speed: Some(slow), ..Pace::default() })
     }
 
@@ -33,7 +34,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// [`Error::NotNow`] when one of its two speeds is zero.
     pub fn may_search(&self) -> Result<(), Error> {
         let speeds = [P::ReferenceSearchSpeed, P::ReferenceSwitchSpeed];
-        if speeds.into_iter().all(|speed| self.values.is_on(speed)) { Ok(()) } else { Err(Error::NotNow) }
+        if speeds.into_iter().all(|speed| self.axis.values.is_on(speed)) { Ok(()) } else { Err(Error::NotNow) }
     }
 
     /// Begins a reference search by a plan; the zero point that it finds gets the position `home`, in microsteps. Fast
@@ -51,15 +52,15 @@ impl<H: Hardware> Joined<'_, H> {
         fast: i32,
         pace: Pace<H::Shape>,
     ) -> Result<(), Error> {
-        let slow = pace.speed.unwrap_or(self.values.get(P::ReferenceSwitchSpeed));
+        let slow = pace.speed.unwrap_or(self.axis.values.get(P::ReferenceSwitchSpeed));
         if fast == 0 || slow == 0 {
             return Err(Error::NotNow);
         }
         self.rotate_at(now, 0, pace.acceleration)?;
-        self.search = Some(Search::new(plan, home, fast, slow));
-        self.encoders.index = false;
+        self.axis.search = Some(Search::new(plan, home, fast, slow));
+        self.axis.encoders.index = false;
         // While the motor comes to a stand, the stop switches already act as in the first leg.
-        self.adjust()
+        self.retune()
     }
 
     /// RFS STOP: ends a reference search and stops the motor along the ramp; without a search it does nothing.
@@ -67,7 +68,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not take a datagram.
     pub fn stop_search(&mut self, now: Micros) -> Result<(), Error> {
-        if self.search.is_some() { self.rotate(now, 0) } else { Ok(()) }
+        if self.axis.search.is_some() { self.rotate(now, 0) } else { Ok(()) }
     }
 
     /// Advances the search by one poll, in which the position has been read before. If a datagram does not get through,
@@ -75,11 +76,12 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn poll_search(&mut self, now: Micros, mut search: Search) -> Result<(), Error> {
         let switches = self.turn_switches()?;
         self.actual_speed()?;
-        let known = *self.hardware.known();
-        let slack = SLACK << self.values.get(P::MicrostepResolution);
-        let passed = core::mem::take(&mut self.encoders.index);
-        let angle = self.sensors.encoder.filter(|_| passed);
-        let index = angle.map(|angle| known.position.wrapping_sub(self.encoders.beyond_index(angle, &self.values)));
+        let known = *self.axis.hardware.known();
+        let slack = SLACK << self.axis.values.get(P::MicrostepResolution);
+        let passed = core::mem::take(&mut self.axis.encoders.index);
+        let angle = self.axis.sensors.encoder.filter(|_| passed);
+        let index =
+            angle.map(|angle| known.position.wrapping_sub(self.axis.encoders.beyond_index(angle, &self.axis.values)));
         let view = View { switches, known, index, slack };
         let notice = search.see(&view);
         if notice.closed {
@@ -99,28 +101,28 @@ impl<H: Hardware> Joined<'_, H> {
                 return self.end_search(zeroed.is_ok());
             }
             Act::GiveUp(side) => {
-                self.events.limit = Some(side);
+                self.axis.events.limit = Some(side);
                 return self.end_search(false);
             }
         }
-        self.search = Some(search);
+        self.axis.search = Some(search);
         Ok(())
     }
 
     /// Ends a search. From then on the stop switches act as their parameters say.
     fn end_search(&mut self, found: bool) -> Result<(), Error> {
-        self.search = None;
+        self.axis.search = None;
         self.set_pace(Pace::default());
-        self.events.reached |= found;
-        self.events.cut_short |= !found;
-        self.adjust()
+        self.axis.events.reached |= found;
+        self.axis.events.cut_short |= !found;
+        self.retune()
     }
 
     /// Begins a leg: sets the stop switches for it, arms the latch if the switch is closed, and starts the motor.
     fn begin_leg(&mut self, now: Micros, mut search: Search, view: &View) -> Result<(), Error> {
         let (goal, closed) = search.begin(view);
         // With the search in place the course below has the stop switches as this leg needs them.
-        self.search = Some(search);
+        self.axis.search = Some(search);
         if closed {
             self.arm_latch()?;
         }
@@ -129,33 +131,31 @@ impl<H: Hardware> Joined<'_, H> {
             Goal::Position { target, .. } => self.travel_to(now, target)?,
         }
         search.begun();
-        self.search = Some(search);
+        self.axis.search = Some(search);
         Ok(())
     }
 
     /// Arms the ramp generator's latch: it keeps the position at which the closed switch opens. A motor that stands on
     /// the edge may be off the switch before the next poll could see that.
     fn arm_latch(&mut self) -> Result<(), Error> {
-        let (hardware, controller) = self.reach();
-        hardware.latch(controller)
+        self.chips().latch()
     }
 
     /// The position that the latch has kept, in microsteps; `None` if it has kept none, as at a switch that the axis
     /// watches itself.
     fn latched(&mut self) -> Result<Option<i32>, Error> {
-        let (hardware, controller) = self.reach();
-        hardware.latched(controller)
+        self.chips().latched()
     }
 
     /// Gives the present position, the zero point that the search has found, its number. The positions of the encoders
     /// become the same, because their deviation (parameters 212 and 218) is counted from there. Parameter 197 keeps the
     /// former position, and parameter 196 the distance between the stop switches, if the search has measured it.
     fn zero(&mut self, now: Micros, search: &Search) -> Result<(), Error> {
-        let zero = self.last_position();
+        let zero = self.axis.last_position();
         self.set_positions(now, search.home())?;
-        self.values.set(P::LastReferencePosition, zero);
+        self.axis.values.set(P::LastReferencePosition, zero);
         if let Some(far) = search.far() {
-            self.values.set(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());
+            self.axis.values.set(P::EndSwitchDistance, far.wrapping_sub(zero).wrapping_abs());
         }
         Ok(())
     }

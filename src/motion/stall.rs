@@ -6,7 +6,7 @@
 //! that was begun and ended above the speed of parameter 181.
 
 use super::Error;
-use super::hardware::Hardware;
+use super::hardware::{Driver, Known, RampGenerator};
 use super::values::Values;
 use crate::param::AxisParameter as P;
 
@@ -43,20 +43,19 @@ impl Measured {
     /// Stop on stall: true if the hardware has stopped the motor for a stall, or if the driver signals one by a
     /// measurement made wholly above the speed of parameter 181, and the motor is still faster than that now. `pin` is
     /// the level of the driver's output for this.
-    pub(super) fn stalls<H: Hardware>(
+    pub(super) fn stalls(
         &mut self,
-        hardware: &mut H,
-        controller: &mut H::Controller,
+        chips: &mut (impl Driver + RampGenerator),
+        known: Known,
         values: &Values,
         pin: bool,
     ) -> Result<bool, Error> {
         let above = values.get(P::StopOnStall);
         let span = span(values.is_on(P::StallGuardFilter), values.get(P::MicrostepResolution));
-        let known = *hardware.known();
         let measured = self.look(known.position, known.speed, above, span) && above > 0;
-        let stopped = hardware.watch_stall(controller, measured)?;
-        let stalled = hardware.stalled(controller, pin);
-        Ok(stopped || measured && stalled && hardware.speed(controller)?.abs() > above)
+        let stopped = chips.watch_stall(measured)?;
+        let stalled = chips.stalled(pin);
+        Ok(stopped || measured && stalled && chips.speed()?.abs() > above)
     }
 
     /// Takes in position (microsteps) and speed as read last. True if the driver has made a measurement wholly above

@@ -10,7 +10,7 @@
 use super::Error;
 use super::axis::{Axis, Events};
 use super::current::MotionState;
-use super::hardware::{Followed, Hardware, Known, Mode};
+use super::hardware::{Followed, Hardware, Known, Mode, RampGenerator, Shape, StopSwitches};
 use super::joined::Joined;
 use super::sensors::Sensors;
 use crate::param::AxisParameter as P;
@@ -58,25 +58,25 @@ impl<H: Hardware> Joined<'_, H> {
     /// that is `on_line`, on a straight line with others, or rotates, is found held by a stop switch as soon as its position stays.
     /// Returns the events since the poll before.
     pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>, on_line: bool) -> Events {
-        self.sensors = sensors;
-        self.count();
+        self.axis.sensors = sensors;
+        self.axis.count();
         // Where a datagram did not get through to a chip, the next poll tries again.
         let _ = self.turn(now, reading, on_line);
-        core::mem::take(&mut self.events)
+        core::mem::take(&mut self.axis.events)
     }
 
     /// Takes the reading that the last poll has left to be taken, if there is one.
     pub fn refresh(&mut self) {
-        if let Some(reading) = self.followed.left.take() {
-            let (hardware, controller) = self.reach();
+        if let Some(reading) = self.axis.followed.left.take() {
             // A reading that did not get through comes again in the next rotation.
-            let _ = hardware.refresh(controller, reading);
+            let _ = self.chips().refresh(reading);
         }
     }
 
     /// True while a motor that is to turn at a speed stands before its closed stop switch, or brakes there.
     fn is_at_switch(&mut self) -> bool {
-        self.rotates() && (self.hold.holds() || self.values.is_on(P::SoftStop) && self.brakes_at_switch())
+        self.axis.rotates()
+            && (self.axis.hold.holds() || self.axis.values.is_on(P::SoftStop) && self.brakes_at_switch())
     }
 
     /// True while the stop switch to which a motor turns is closed. The switches are read for it: a press that is over before the
@@ -84,15 +84,14 @@ impl<H: Hardware> Joined<'_, H> {
     #[cold]
     #[inline(never)]
     fn brakes_at_switch(&mut self) -> bool {
-        let target_speed = self.hardware.known().target_speed;
-        self.on_course(|hardware, controller, course| {
-            hardware.turn_switches(controller).is_ok() && hardware.meets_switch(controller, course, target_speed)
-        })
+        let target_speed = self.axis.hardware.known().target_speed;
+        let (mut chips, profile) = self.chips_and_profile();
+        chips.turn_switches().is_ok() && chips.meets_switch(&profile, target_speed)
     }
 
     fn turn(&mut self, now: Micros, reading: Option<u8>, on_line: bool) -> Result<(), Error> {
-        let before = self.last_position();
-        if self.is_lost() {
+        let before = self.axis.last_position();
+        if self.readings().is_lost {
             self.recover()?;
         } else {
             self.catch_up()?;
@@ -100,51 +99,51 @@ impl<H: Hardware> Joined<'_, H> {
         self.follow(reading)?;
         self.guard()?;
         self.watch()?;
-        if let Some(search) = self.search {
+        if let Some(search) = self.axis.search {
             self.poll_search(now, search)?;
         }
         self.look_for_hold(before, on_line)?;
-        self.events.at_switch = self.is_at_switch();
+        self.axis.events.at_switch = self.is_at_switch();
         self.notice_arrival(on_line);
-        self.refresh_excitation(now, self.motion_state())
+        self.refresh_excitation(now, self.axis.motion_state())
     }
 
     /// Follows the motor. The reading that is wanted is taken at once from a motor that rests, else it is left.
     fn follow(&mut self, reading: Option<u8>) -> Result<(), Error> {
-        let (hardware, controller) = self.reach();
-        let Followed { rests, left } = hardware.follow(controller, reading)?;
+        let Followed { rests, left } = self.chips().follow(reading)?;
         if !rests {
-            self.followed.left = left;
+            self.axis.followed.left = left;
         } else if let Some(reading) = left {
-            hardware.refresh(controller, reading)?;
+            self.chips().refresh(reading)?;
         }
-        self.followed.rests = rests;
+        self.axis.followed.rests = rests;
         Ok(())
     }
 
     /// Looks whether a stop switch holds the motor, whose position was `before` in the last poll.
     fn look_for_hold(&mut self, before: i32, on_line: bool) -> Result<(), Error> {
-        let known = *self.hardware.known();
-        let ahead = self.orders.ended.unwrap_or(known.ahead());
-        let matters = on_line || self.rotates();
-        let (Axis { hold, values, .. }, _) = self.parts();
-        let stays = hold.stays(&known, before, ahead, matters, || H::correction(values, BRISK));
-        let held = (known.speed == 0 || stays)
-            && ahead != 0
-            && self.on_course(|hardware, controller, course| hardware.is_held(controller, course, ahead, stays))?;
-        self.hold.count(held);
+        let known = *self.axis.hardware.known();
+        let ahead = self.axis.orders.ended.unwrap_or(known.ahead());
+        let matters = on_line || self.axis.rotates();
+        let Axis { hold, values, .. } = &mut *self.axis;
+        let stays = hold.stays(&known, before, ahead, matters, || H::Shape::correction(values, BRISK));
+        let held = (known.speed == 0 || stays) && ahead != 0 && {
+            let (mut chips, profile) = self.chips_and_profile();
+            chips.is_held(&profile, ahead, stays)?
+        };
+        self.axis.hold.count(held);
         Ok(())
     }
 
     /// Notices that the motor has reached its target, or that a stop switch has ended its move.
     fn notice_arrival(&mut self, on_line: bool) {
-        let reached = self.at_target();
-        self.events.at_target |= reached && !core::mem::replace(&mut self.orders.was_at_target, reached);
-        if self.orders.travelling {
-            let cut_short = self.hold.has_settled(on_line) && !reached;
-            self.events.reached |= reached;
-            self.events.cut_short |= cut_short;
-            self.orders.travelling = !(reached || cut_short);
+        let reached = self.axis.at_target();
+        self.axis.events.at_target |= reached && !core::mem::replace(&mut self.axis.orders.was_at_target, reached);
+        if self.axis.orders.travelling {
+            let cut_short = self.axis.hold.has_settled(on_line) && !reached;
+            self.axis.events.reached |= reached;
+            self.axis.events.cut_short |= cut_short;
+            self.axis.orders.travelling = !(reached || cut_short);
         }
     }
 }

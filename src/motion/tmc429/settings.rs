@@ -1,6 +1,7 @@
-//! The settings of a ramp generator of the TMC429, as the course of its motor makes them.
+//! The settings of a ramp generator of the TMC429, as the profile of its motor makes them.
 
-use crate::motion::hardware::{Course, Mode};
+use crate::motion::hardware::Mode;
+use crate::motion::profile::Profile;
 use crate::motion::switch::Stops;
 use crate::motion::values::Values;
 use crate::param::AxisParameter as P;
@@ -29,8 +30,8 @@ pub(super) struct Basis {
 }
 
 impl Settings {
-    pub(super) fn of(mode: Mode, course: &Course<'_>) -> Self {
-        let Course { values, speed, acceleration, tolerance, stops } = *course;
+    pub(super) fn of(mode: Mode, profile: &Profile<'_>) -> Self {
+        let Profile { values, speed, acceleration, tolerance, stops } = *profile;
         let (ramp_div, pulse_div) = divisors(values);
         let basis = Basis { minimum_speed: values.get(P::MinimumSpeed), ramp_div, pulse_div, tolerance };
         // In velocity mode the target speed may be any, whatever parameter 4 says.

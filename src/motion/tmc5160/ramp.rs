@@ -3,7 +3,8 @@
 
 use super::unit::{TOP_SPEED, Unit};
 use crate::chip::tmc5160::Register;
-use crate::motion::hardware::{self, Course};
+use crate::motion::hardware;
+use crate::motion::profile::Profile;
 use crate::motion::ratio::Ratio;
 use crate::motion::slope::{Slope, Slopes};
 use crate::motion::values::Values;
@@ -38,20 +39,31 @@ impl Shape {
         let a_max = values.get(P::MaximumAcceleration);
         Shape { speeds: [start, stop, i32::MAX], accelerations: [a_max, d_max, d_max] }
     }
-
-    /// The slopes of a ramp of this shape and of an acceleration AMAX.
-    pub(super) fn slopes(&self, unit: Unit, wanted: i32) -> Slopes {
-        let Shape { speeds: [start, stop, first], accelerations: [a1, d_max, d1] } = *self;
-        let bent = |begin: i32, below: i32, above: i32| {
-            let [below, above] = [below, above].map(|acceleration| unit.growth(unit.acceleration(acceleration)));
-            Slope::bent(begin.unsigned_abs(), first.unsigned_abs(), below, above)
-        };
-        let acceleration = unit.of_acceleration(unit.acceleration(wanted));
-        Slopes { acceleration, up: bent(start, a1, wanted), down: bent(stop, d1, d_max) }
-    }
 }
 
 impl hardware::Shape for Shape {
+    const UNITS: &'static [P] = &[P::UnitMode];
+
+    const RAMPS: &'static [P] = &[
+        P::MaximumSpeed,
+        P::MaximumAcceleration,
+        P::StartVelocity,
+        P::FirstAcceleration,
+        P::FirstVelocity,
+        P::MaximumDeceleration,
+        P::LastDeceleration,
+        P::StopVelocity,
+    ];
+
+    fn of(values: &Values) -> Self {
+        Self::of(values).in_two_parts(values)
+    }
+
+    /// The chip takes all values that the ranges of the parameters allow.
+    fn accepts(_: &Values) -> bool {
+        true
+    }
+
     fn limit(&mut self, ratio: Ratio, own: &Self) {
         for (speed, own) in self.speeds.iter_mut().zip(own.speeds) {
             *speed = ratio.limit(own, *speed);
@@ -71,14 +83,35 @@ impl hardware::Shape for Shape {
         }
         Shape { speeds, accelerations }
     }
+
+    fn slopes(&self, values: &Values, wanted: i32, _: i32) -> Slopes {
+        let unit = Unit::of(values);
+        let Shape { speeds: [start, stop, first], accelerations: [a1, d_max, d1] } = *self;
+        let bent = |begin: i32, below: i32, above: i32| {
+            let [below, above] = [below, above].map(|acceleration| unit.growth(unit.acceleration(acceleration)));
+            Slope::bent(begin.unsigned_abs(), first.unsigned_abs(), below, above)
+        };
+        let acceleration = unit.of_acceleration(unit.acceleration(wanted));
+        Slopes { acceleration, up: bent(start, a1, wanted), down: bent(stop, d1, d_max) }
+    }
+
+    /// The positions of two chips are read within some 60 us: at 1 pps the motor makes 1/65 of 1/256 microstep meanwhile.
+    fn skew(speed: i32) -> i32 {
+        speed >> 6
+    }
+
+    /// A lag of a microstep is made up for in 16.4 ms by 61 pps.
+    fn correction(_: &Values, way: i32) -> i32 {
+        way.saturating_mul(61)
+    }
 }
 
 /// The registers of a positioning ramp, in the order in which they are written: a new top speed comes last.
 ///
 /// The chip must not get a VSTOP of 0, a deceleration of 0, or a VSTOP below VSTART; the motor may then never arrive. VSTART is at
 /// most VMAX, so that with a top speed of 0 the motor stays where it is.
-pub(super) fn words(course: &Course<'_>, shape: Shape) -> [(Register, u32); 9] {
-    let Course { values, speed, acceleration, .. } = *course;
+pub(super) fn words(profile: &Profile<'_>, shape: Shape) -> [(Register, u32); 9] {
+    let Profile { values, speed, acceleration, .. } = *profile;
     let Shape { speeds: [start, stop, first], accelerations: [a1, d_max, d1] } = shape;
     let unit = Unit::of(values);
     let top = unit.speed(speed).min(TOP_SPEED);

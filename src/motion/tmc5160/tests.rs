@@ -1,6 +1,9 @@
 //! What is made of the chip's answers, bit by bit: not all of them come from a simulated chip.
 
 use super::*;
+use crate::chip::tmc5160::Register;
+use crate::motion::Error;
+use crate::motion::hardware::{RampGenerator, Readings};
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation};
 
 /// A chip that knows its version and its position, and counts datagrams.
@@ -36,7 +39,7 @@ fn read(version: u8, position: i32) -> (Result<i32, Error>, u32) {
     let mut stub = Stub { version, position, asked: 0, datagrams: 0 };
     let [mut axis] = Tmc5160Axis::axes::<1>();
     let mut chip = Tmc5160::new(&mut stub);
-    let read = axis.position(&mut chip);
+    let read = axis.bind(&mut chip).position();
     assert_eq!(axis.known.position, read.unwrap_or(0));
     (read, stub.datagrams)
 }
@@ -67,11 +70,12 @@ fn the_flags_of_the_driver_are_those_of_parameter_208() {
         axis.driver = 1 << bit;
         let flags = places.iter().find(|(place, _)| *place == bit).map_or(0, |(_, flag)| 1 << flag);
         axis.releasing = 0;
-        assert_eq!(axis.flags(&chip), flags, "bit {bit}");
+        assert_eq!(axis.readings(&chip).flags, flags, "bit {bit}");
         axis.releasing = 1;
-        assert_eq!(axis.flags(&chip), flags & !shut_downs, "bit {bit}");
+        assert_eq!(axis.readings(&chip).flags, flags & !shut_downs, "bit {bit}");
     }
-    assert_eq!(<Tmc5160Axis<&mut Stub> as Hardware>::SHUT_DOWN, shut_downs);
+    (axis.driver, axis.releasing) = (u32::MAX, 0);
+    assert_eq!(axis.readings(&chip).shut_downs, shut_downs);
 }
 
 /// SG_RESULT has bits 0 to 9 of DRV_STATUS, and CS_ACTUAL bits 16 to 20.
@@ -89,6 +93,7 @@ fn load_and_current_are_fields_of_the_driver_status() {
         (!0x1F_0000, 1023, 0),
     ] {
         axis.driver = driver;
-        assert_eq!((axis.load(&chip), axis.current(&chip)), (load, current), "{driver:08X}h");
+        let Readings { load: read, current: given, .. } = axis.readings(&chip);
+        assert_eq!((read, given), (load, current), "{driver:08X}h");
     }
 }

@@ -3,12 +3,13 @@
 
 use super::bare::Bare;
 use hal_sim::fault::Fault;
+use tmcm::motion::tmc429::Trapezoid;
 use tmcm::motion::{Error, Leg, Mark, Pace, Plan, Side, Sought, Until};
 use tmcm::param::AxisParameter as P;
 use tmcm::units::Micros;
 
 /// The pace of slow legs: one microstep in a poll or none.
-const PACE: Pace = Pace { speed: Some(20), acceleration: Some(800), shape: None };
+const PACE: Pace<Trapezoid> = Pace { speed: Some(20), acceleration: Some(800), shape: None };
 
 /// Searches for a zero point by a list of legs, and gives where on the rotor's scale it is, unless the search gives up.
 /// The zero point gets the position -777.
@@ -16,7 +17,7 @@ fn zero_by(world: &str, plan: Plan, start: i32) -> Option<i64> {
     zero_of(&mut Bare::in_world(world), plan, start, PACE)
 }
 
-fn zero_of(bare: &mut Bare, plan: Plan, start: i32, pace: Pace) -> Option<i64> {
+fn zero_of(bare: &mut Bare, plan: Plan, start: i32, pace: Pace<Trapezoid>) -> Option<i64> {
     if start != 0 {
         bare.tell(|axis, now| axis.move_to(now, start));
         bare.polls_until(|_, events| events.reached || events.cut_short);
@@ -173,7 +174,7 @@ fn an_axis_watches_a_right_switch_of_another_polarity() {
     let world = "[stage]\nleft = -9000\nright = 9000\nnormally_closed = [\"right\"]\n";
     for target in [20_000, 9_300] {
         let mut bare = Bare::in_world(world);
-        bare.device.axis(0).unwrap().watch_right_switch(Some(false));
+        bare.device.axis(0).unwrap().state_mut().watch_right_switch(Some(false));
         for number in [12, 13] {
             bare.set(number, 0);
         }
@@ -203,7 +204,7 @@ fn a_watched_switch_lets_a_motor_make_no_microstep() {
     let world = "[stage]\nright = 9000\nnormally_closed = [\"right\"]\n[motor]\nstart = 9100\n";
     for (rotates, polls) in [false, true].into_iter().flat_map(|rotates| (1..9).map(move |polls| (rotates, polls))) {
         let mut bare = Bare::in_world(world);
-        bare.device.axis(0).unwrap().watch_right_switch(Some(false));
+        bare.device.axis(0).unwrap().state_mut().watch_right_switch(Some(false));
         bare.set(12, 0);
         for _ in 0..polls {
             bare.poll();
@@ -226,7 +227,7 @@ fn a_motor_that_turns_round_at_a_watched_switch_goes_back() {
     let world = "[stage]\nright = 9000\nnormally_closed = [\"right\"]\n";
     for velocity in [false, true] {
         let mut bare = Bare::in_world(world);
-        bare.device.axis(0).unwrap().watch_right_switch(Some(false));
+        bare.device.axis(0).unwrap().state_mut().watch_right_switch(Some(false));
         bare.set(12, 0);
         bare.set(5, 300);
         bare.tell(|axis, now| axis.move_to(now, 200_000));
@@ -251,7 +252,7 @@ fn a_search_ends_at_a_switch_that_the_axis_watches() {
     for start in [0, 8990, 9400] {
         let stage = "[stage]\nleft = -9000\nright = 9000\nnormally_closed = [\"right\"]\n";
         let mut bare = Bare::in_world(&format!("{stage}[motor]\nstart = {start}\n"));
-        bare.device.axis(0).unwrap().watch_right_switch(Some(false));
+        bare.device.axis(0).unwrap().state_mut().watch_right_switch(Some(false));
         let zero = zero_of(&mut bare, plan, 0, PACE);
         assert!(zero.is_some_and(|zero| (zero - 9000).abs() <= way(20)), "from {start}: {zero:?}");
     }

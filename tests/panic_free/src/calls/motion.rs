@@ -8,7 +8,9 @@ use tmcm::chip::tmc429::Tmc429;
 use tmcm::chip::tmc5160::Tmc5160;
 use tmcm::motion::tmc429::{Tmc429Tmc262, ramp};
 use tmcm::motion::tmc5160::Tmc5160Axis;
-use tmcm::motion::{Axis, Former, Hardware, Known, Leg, Mark, Pace, Plan, Ratio, Sensors, Slope, Sought, Until, root};
+use tmcm::motion::{
+    Axis, Former, Hardware, Known, Leg, Mark, MotionController, Pace, Plan, Ratio, Sensors, Slope, Sought, Until, root,
+};
 use tmcm::param::{AxisParameter, Table, tmcm1140, tmcm3212};
 
 #[inline(never)]
@@ -30,10 +32,10 @@ pub(super) fn motion() {
 #[inline(never)]
 fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table<AxisParameter>) {
     any(&mut chip);
-    let _ = any(H::start(&mut chip));
-    let _ = any(H::halt(&mut chip));
-    any(H::answers(&mut chip));
-    let _ = any(H::invert(&mut chip, any(true), any(true)));
+    let _ = any(chip.start());
+    let _ = any(chip.stop_all());
+    any(chip.is_there());
+    let _ = any(chip.invert(any(true), any(true)));
     let mut axis = Axis::new(hardware, table);
     any((&mut axis, &mut chip));
     let parameter = table.find(any(0));
@@ -59,14 +61,14 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     let _ = any(axis.rotate(now(), any(0)));
     let _ = any(axis.move_to(now(), any(0)));
     let _ = any(axis.rotate_at(now(), any(0), any(None)));
-    let _ = any(axis.move_at(now(), any(0), any(Pace::default())));
+    let _ = any(axis.move_at(now(), any(0), any(Pace::<H::Shape>::default())));
     let _ = any(axis.hard_stop());
     let _ = any(axis.restart_driver());
-    any((axis.last_flags(), axis.is_lost()));
+    any(axis.readings());
     let _ = any(axis.start_search(now()));
     const LEGS: &[Leg] = &[Leg::FIND, Leg::to(Until::Index, Mark::First)];
     let plan = Plan { sought: Sought::Stop, positive: true, stops: [true; 2], legs: LEGS, turned: Some(LEGS) };
-    let _ = any(axis.search_by(now(), any(plan), any(0), any(0), any(Pace::default())));
+    let _ = any(axis.search_by(now(), any(plan), any(0), any(0), any(Pace::<H::Shape>::default())));
     let _ = any(axis.stop_search(now()));
     if let Some(parameter) = parameter {
         let _ = any(axis.write(now(), parameter, any(0)));
@@ -78,17 +80,19 @@ fn axis<H: Hardware>(hardware: H, mut chip: H::Controller, table: &'static Table
     let _ = any(axis.set_positions(now(), any(0)));
     any(axis.poll(now(), any(Sensors::default()), any(None), any(false)));
     axis.refresh();
-    any((axis.limited(), axis.pace(), axis.left(), axis.positioning_speed(), axis.correction(any(0))));
-    any(axis.slopes(&axis.shape(), any(0)));
-    any(parameter.map(|parameter| axis.setting(parameter.function)));
+    let state = axis.state();
+    any((state.limited(), state.pace(), state.left(), state.positioning_speed(), state.correction(any(0))));
+    any(state.slopes(&state.shape(), any(0)));
+    any(parameter.map(|parameter| state.setting(parameter.function)));
     let _ = any(axis.may_search());
-    let _ = any(axis.ready(now(), any(0), any(Pace::default())));
-    let _ = any(axis.approach(any(Pace::default())));
-    let _ = any(axis.repace(any(Pace::default())));
+    let _ = any(axis.prepare(now(), any(0), any(Pace::<H::Shape>::default())));
+    let _ = any(axis.ease(any(Pace::<H::Shape>::default())));
+    let _ = any(axis.repace(any(Pace::<H::Shape>::default())));
     let _ = any(axis.break_off(now()));
     let _ = any(axis.stay());
     axis.end_at_switch();
+    any(axis.state_mut());
     let mut former = any(Former::default());
-    axis.note(&mut former);
+    axis.state().note(&mut former);
     axis.recall(&any(former));
 }
