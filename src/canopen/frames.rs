@@ -113,11 +113,11 @@ impl<T: Board<Product: Product>> Node<T> {
             lost.lose_again(device.store(), COMMUNICATION_END);
         }
         services.reset(*now, values.milliseconds(Object::ProducerHeartbeatTime));
-        for (way, nth) in pdos() {
-            let record = values.record(way, nth);
+        for (direction, nth) in pdos() {
+            let record = values.record(direction, nth);
             // A record that cannot be is never written, and mended when it is restored.
-            if let Ok(map) = Map::of(&record, way, Entry::described) {
-                services.pdos.set_up(*now, (way, nth), &record, map);
+            if let Ok(map) = Map::of(&record, direction, Entry::described) {
+                services.pdos.set_up(*now, (direction, nth), &record, map);
             }
         }
         errors.overlook(Emergency::MasterLost);

@@ -40,7 +40,7 @@ pub use address::Address;
 pub use bus::{BusState, Filter, Filters, Overflow};
 pub use cia301::abort::Abort;
 pub use cia301::nmt::Nmt;
-pub use cia301::record::{Field, Way};
+pub use cia301::record::{Direction, Field};
 pub use cia301::{Access, Mapping};
 pub use entry::Entry;
 pub use errors::{Emergency, Reaction};

@@ -1,6 +1,6 @@
 //! The object table: a row for each object of the node, in the order of index and sub-index.
 
-use super::cia301::record::{Field, Way};
+use super::cia301::record::{Direction, Field};
 use super::cia301::{Access, Mapping};
 use super::row::Initial::{self, Each, Number, PlusNode, Text, Varies};
 use super::row::{ANY, Form, Kind, Storage, Type, When};
@@ -20,7 +20,7 @@ pub enum Writing {
     /// there is one.
     Scaled(Option<AxisParameter>),
     /// A PDO's record changes.
-    Record(Way, Field),
+    Record(Direction, Field),
     /// Something that only this object does.
     Special(Special),
 }
@@ -117,7 +117,7 @@ macro_rules! objects {
         $access:ident $mapping:ident $ranges:expr, $default:expr, $unit:literal $storage:ident $(($slot:literal))?,
         $when:ident
         $(, read $computed:ident)? $(, written $special:ident)?
-        $(, axis $parameter:ident $form:ident)? $(, scaled $scaled:expr)? $(, record $way:ident $field:ident)?;
+        $(, axis $parameter:ident $form:ident)? $(, scaled $scaled:expr)? $(, record $direction:ident $field:ident)?;
     )*) => {
         /// An object, or one that each of the four PDOs of a direction has.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,7 +164,7 @@ macro_rules! objects {
             when: When::$when,
             computed: computed!($($object $computed)?),
             writing: writing!(
-                $(special $object $special)? $(axis $parameter $form)? $(scaled $scaled)? $(record $way $field)?
+                $(special $object $special)? $(axis $parameter $form)? $(scaled $scaled)? $(record $direction $field)?
             ),
         }),*];
     };
@@ -194,8 +194,8 @@ macro_rules! writing {
     (scaled $parameter:expr) => {
         Writing::Scaled($parameter)
     };
-    (record $way:ident $field:ident) => {
-        Writing::Record(Way::$way, Field::$field)
+    (record $direction:ident $field:ident) => {
+        Writing::Record(Direction::$direction, Field::$field)
     };
 }
 

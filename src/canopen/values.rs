@@ -3,7 +3,7 @@
 use super::address::Address;
 use super::cia301::control::Times;
 use super::cia301::pdo::PDOS;
-use super::cia301::record::{Record, Way};
+use super::cia301::record::{Direction, Record};
 use super::cia301::{Map, cob};
 use super::entry::{CELLS, Entry};
 use super::object::{Object, ROWS};
@@ -80,18 +80,18 @@ impl Values {
     }
 
     /// The record of a PDO.
-    pub(super) fn record(&self, way: Way, nth: u8) -> Record {
+    pub(super) fn record(&self, direction: Direction, nth: u8) -> Record {
         let value = |object| self.get(Entry { object, nth });
         let time = |object| Micros::from_millis(value(object).into());
-        match way {
-            Way::Receive => Record {
+        match direction {
+            Direction::Receive => Record {
                 cob_id: value(Object::ReceiveCobId),
                 kind: value(Object::ReceiveType) as u8,
                 count: value(Object::ReceiveMapped) as u8,
                 entries: RECEIVED.map(value),
                 ..Record::default()
             },
-            Way::Transmit => Record {
+            Direction::Transmit => Record {
                 cob_id: value(Object::TransmitCobId),
                 kind: value(Object::TransmitType) as u8,
                 inhibit: time(Object::TransmitInhibitTime),
@@ -105,13 +105,13 @@ impl Values {
     /// Gives PDOs their default mapping where the record says something impossible: a power cut may have left a part of an
     /// older one in the EEPROM.
     pub(super) fn mend_mappings(&mut self, node: u8) {
-        for (way, nth) in pdos() {
-            if Map::of(&self.record(way, nth), way, Entry::described).is_ok() {
+        for (direction, nth) in pdos() {
+            if Map::of(&self.record(direction, nth), direction, Entry::described).is_ok() {
                 continue;
             }
-            let (count, entries) = match way {
-                Way::Receive => (Object::ReceiveMapped, RECEIVED),
-                Way::Transmit => (Object::TransmitMapped, TRANSMITTED),
+            let (count, entries) = match direction {
+                Direction::Receive => (Object::ReceiveMapped, RECEIVED),
+                Direction::Transmit => (Object::TransmitMapped, TRANSMITTED),
             };
             for object in entries.into_iter().chain([count]) {
                 let entry = Entry { object, nth };
@@ -126,8 +126,8 @@ const RECEIVED: [Object; 3] = [Object::ReceiveEntry1, Object::ReceiveEntry2, Obj
 const TRANSMITTED: [Object; 3] = [Object::TransmitEntry1, Object::TransmitEntry2, Object::TransmitEntry3];
 
 /// All PDOs, by direction and number.
-pub(super) fn pdos() -> impl Iterator<Item = (Way, u8)> {
-    (0..PDOS).flat_map(|nth| [(Way::Receive, nth), (Way::Transmit, nth)])
+pub(super) fn pdos() -> impl Iterator<Item = (Direction, u8)> {
+    (0..PDOS).flat_map(|nth| [(Direction::Receive, nth), (Direction::Transmit, nth)])
 }
 
 /// All objects, those of the PDOs once for each PDO.

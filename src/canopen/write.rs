@@ -5,7 +5,7 @@ use core::task::Poll;
 use super::Node;
 use super::cia301::abort::Abort;
 use super::cia301::pdo::Carried;
-use super::cia301::record::{Field, Way};
+use super::cia301::record::{Direction, Field};
 use super::cia301::{Access, Map, cob};
 use super::drive::unit::INTERNAL;
 use super::drive::{Drive, State, encoder};
@@ -105,7 +105,7 @@ impl<T: Board<Product: Product>> Node<T> {
                 let is_disabled = self.is_disabled();
                 self.settings.write_scaled(self.now, &mut self.device, is_disabled, entry, value)?;
             }
-            Writing::Record(way, field) => self.write_record(way, field, entry, value)?,
+            Writing::Record(direction, field) => self.write_record(direction, field, entry, value)?,
             Writing::Special(object) => {
                 if self.write_special(object, entry, value)? == Poll::Pending {
                     return Ok(Poll::Pending);
@@ -127,17 +127,17 @@ impl<T: Board<Product: Product>> Node<T> {
     }
 
     /// Writes to a PDO's record. Bit 30 of a COB-ID may be written either way and reads 1.
-    fn write_record(&mut self, way: Way, field: Field, entry: Entry, value: u32) -> Result<(), Abort> {
+    fn write_record(&mut self, direction: Direction, field: Field, entry: Entry, value: u32) -> Result<(), Abort> {
         let kept = if field == Field::CobId { value | cob::BIT_30 } else { value };
         let Node { now, settings, services, manufacturer_mode, .. } = self;
         let values = &mut settings.values;
-        let (old, before) = (values.get(entry), values.record(way, entry.nth));
+        let (old, before) = (values.get(entry), values.record(direction, entry.nth));
         values.set(entry, kept);
-        let after = values.record(way, entry.nth);
-        let map = Map::admitted(way, field, (&before, &after), value, *manufacturer_mode, Entry::described)
+        let after = values.record(direction, entry.nth);
+        let map = Map::admitted(direction, field, (&before, &after), value, *manufacturer_mode, Entry::described)
             .inspect_err(|_| values.set(entry, old))?;
         if old != kept || field == Field::Entry {
-            self.filters_changed |= services.pdos.change(*now, (way, entry.nth), field, &after, map);
+            self.filters_changed |= services.pdos.change(*now, (direction, entry.nth), field, &after, map);
         }
         Ok(())
     }

@@ -289,7 +289,8 @@ impl<SPI: SpiDevice> Tmc429<SPI> {
         self.transfer(COMMON, Common::ReferenceSwitches as u8, None, REPEATS)
     }
 
-    /// The same for several who ask within a short time: it is read once, until [it is forgotten](Self::forget_switches).
+    /// The stop switches for several who ask within a short time: the register is read once, until [it is
+    /// forgotten](Self::forget_switches).
     ///
     /// # Errors
     /// As of [`read`](Self::read).

@@ -1,11 +1,11 @@
 //! Driver of the TMC5160, a ramp generator and a stepper driver in one chip, behind datagrams of 40 bits (TMC5160
 //! datasheet, chapters 4 and 6).
 //!
-//! What is read from a register comes with the datagram after the one that asks for it. So a reading costs two datagrams,
-//! but of several readings in a row each costs one: [`Tmc5160::turn`] makes use of that. Registers that only the firmware
-//! changes are shadowed: writing a value that the chip already has costs no datagram. Every datagram brings the chip's
-//! status byte along; the last one is kept. Datagrams whose answers are lost are repeated at once where that does no harm,
-//! up to twice; and what a lost answer would have brought is asked for again.
+//! The word that is read from a register comes with the datagram after the one that asks for it. So a reading costs two
+//! datagrams, but of several readings in a row each costs one: [`Tmc5160::turn`] makes use of that. Registers that only
+//! the firmware changes are shadowed: writing a value that the chip already has costs no datagram. Every datagram
+//! brings the chip's status byte along; the last one is kept. Datagrams whose answers are lost are repeated at once
+//! where that does no harm, up to twice; and what a lost answer would have brought is asked for again.
 
 mod register;
 
@@ -79,12 +79,12 @@ const PLACES: [u8; 128] = {
     places
 };
 
-/// What [`Tmc5160::turn`] has read.
+/// The readings of [`Tmc5160::turn`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Turn {
     /// The actual position, in microsteps.
     pub position: i32,
-    /// What has come of a register for which an earlier call has asked.
+    /// The word of a register for which an earlier call has asked.
     pub reading: Option<(Register, u32)>,
 }
 

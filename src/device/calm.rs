@@ -17,7 +17,7 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     /// Number of turns after which nothing that is known of a motor that turns is older than they are.
     pub const FRESH: u32 = axes_of_one::<T, AXES>() * T::Hardware::FRESH as u32;
 
-    /// What each axis is going to do, as in [`Axis::calm`](crate::motion::Axis::calm). `None` if the next turn may do more than
+    /// The prospects of each axis, as in [`Axis::calm`](crate::motion::Axis::calm). `None` if the next turn may do more than
     /// to take readings, or if the turn under way is not over.
     pub fn calm(&self) -> Option<[Calm; AXES]> {
         let steady = self.next_piece() == Piece::Beginning

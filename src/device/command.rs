@@ -6,7 +6,7 @@ use super::line::Lines;
 use super::{Board, Device, ShapeOf};
 use crate::motion::{Error, Former, Joined};
 
-/// What a device was told before a command to axes.
+/// The orders that a device had before a command to axes.
 pub(super) struct Before<T: Board, const AXES: usize> {
     axes: [Former<ShapeOf<T>>; AXES],
     lines: Lines<AXES>,

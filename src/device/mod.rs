@@ -108,7 +108,7 @@ pub struct Device<T: Board, const AXES: usize> {
     inversion: Inversion,
     /// The straight lines on which several axes go.
     lines: line::Lines<AXES>,
-    /// What was told before the last command to axes.
+    /// The orders before the last command to axes.
     before: command::Before<T, AXES>,
     /// The time at which a restart is due.
     restart: Option<Micros>,
@@ -270,10 +270,10 @@ impl<T: Board, const AXES: usize> Device<T, AXES> {
     }
 }
 
-/// What the axes of one motion controller of a board have in common.
+/// A motion controller of a board, which several axes have in common.
 type Shared<T> = <<T as Board>::Hardware as Hardware>::Controller;
 
-/// What the ramps of a board have besides a top speed and an acceleration.
+/// The shape of the ramps of a board besides a top speed and an acceleration.
 type ShapeOf<T> = <<T as Board>::Hardware as Hardware>::Shape;
 
 /// The number of the motion controller of an axis.

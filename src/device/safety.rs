@@ -1,4 +1,4 @@
-//! What stops all motors of a device, whatever its firmware wants: a supply that is too low (manual section 12.1,
+//! Causes that stop all motors of a device, whatever its firmware wants: a supply that is too low (manual section 12.1,
 //! firmware 1.35), and a motion controller that does not answer. A controller that cannot be reached cannot be told to
 //! stop, so all drivers are switched off until the device is started anew.
 
@@ -15,7 +15,7 @@ const RELEASE: u16 = 95;
 /// and number of attempts to start it. A disturbance of the bus is shorter.
 pub(super) const PATIENCE: u8 = 3;
 
-/// What the latest reading of the supply has changed.
+/// The change that the latest reading of the supply has brought.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Supply {
     /// The supply has changed nothing.
@@ -27,7 +27,7 @@ pub enum Supply {
     Restored,
 }
 
-/// What the supervision at the beginning of a turn has changed.
+/// The changes that the supervision at the beginning of a turn has brought.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Supervised {
     /// The change of the supply.

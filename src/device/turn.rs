@@ -14,7 +14,7 @@ const PERIOD: Micros = Micros::from_millis(1);
 /// Time between the beginning of a turn and the readings that were left.
 const READINGS: Micros = Micros(500);
 
-/// What a device does next.
+/// The next piece of work of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Piece {
     /// A turn [begins](Device::begin).

@@ -18,7 +18,7 @@ use super::values::Values;
 use crate::param::{AxisParameter as P, Parameter, Table};
 use crate::units::Micros;
 
-/// What has happened to an axis since the poll before. Each event is returned by one poll only.
+/// The events of an axis since the poll before. Each event is returned by one poll only.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Events {
     /// The target of a positioning move was reached, or a reference search has made its zero point.
@@ -53,9 +53,9 @@ pub struct Axis<H: Hardware> {
     pub(super) hold: Hold,
     /// The reference search that is under way.
     pub(super) search: Option<Search>,
-    /// What a command changes besides, apart from the goal of the hardware.
+    /// The state that a command changes besides, apart from the goal of the hardware.
     pub(super) orders: Orders<H::Shape>,
-    /// What the chips have not taken yet; each poll tells it again.
+    /// Orders that the chips have not taken yet; each poll tells them again.
     pub(super) untold: Untold,
     /// Whether the motor stands where it is to stand, by the last poll and by what it was told since; and the number of
     /// the reading that the last poll has left to be taken.
@@ -64,7 +64,7 @@ pub struct Axis<H: Hardware> {
     pub(super) events: Events,
     /// Whether stallGuard2 has measured the load of the moving motor yet.
     pub(super) measured: Measured,
-    /// What the driver was told last.
+    /// The excitation that the driver was told last.
     pub(super) driving: Driving,
     /// The level at the right stop switch's input while that switch is closed, on an axis that watches it itself; `None`
     /// where the ramp generator does.
@@ -133,7 +133,7 @@ impl<H: Hardware> Axis<H> {
         self.watched.map(|closed| self.sensors.right == closed)
     }
 
-    /// What closed stop switches do to the motor now, whoever watches them.
+    /// The effect of closed stop switches on the motor now, whoever watches them.
     pub(super) fn stops(&self) -> Stops {
         profile(&self.values, self.search.as_ref(), &self.orders.pace).stops
     }

@@ -12,7 +12,7 @@ use super::values::Values;
 use crate::param::AxisParameter as P;
 use crate::units::{CurrentScale, Micros};
 
-/// What the motor does, as far as its current depends on that.
+/// The state of motion, as far as the current depends on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum MotionState {
     /// The motor stands; or a stop switch holds it, and parameter 150 says that the motor then counts as standing.
@@ -36,7 +36,7 @@ pub struct Excitation {
     pub cool_step: bool,
 }
 
-/// What the choice of the current depends on besides parameters and speed: how long the motor has been standing.
+/// The state on which the choice of the current depends besides parameters and speed: how long the motor has been standing.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Current {
     /// The time of the first poll in which the motor stood; `None` while it moves or is held.

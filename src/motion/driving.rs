@@ -1,4 +1,4 @@
-//! What the driver of an axis is told of the motor's current. The driver is written when the current changes, and not
+//! The current of which the driver of an axis is told. The driver is written when the current changes, and not
 //! in each poll.
 
 use super::Error;
@@ -7,7 +7,7 @@ use super::hardware::Driver;
 use super::stall::Measured;
 use super::values::Values;
 
-/// What the driver of an axis was told last.
+/// The excitation that the driver of an axis was told last.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Driving {
     /// The current that the driver was told; `None` if it is to be told anew in any case.

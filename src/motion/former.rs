@@ -1,13 +1,13 @@
-//! What an axis was told before a command. A command that a chip does not take is refused, and then it has had no effect: what
-//! the firmware wants is the former course again, and whatever the chips have taken of the other one, they are told the former
-//! one as soon as they answer.
+//! The orders that an axis had before a command. A command that a chip does not take is refused, and then it has had no
+//! effect: what the firmware wants is the former course again, and whatever the chips have taken of the other one, they
+//! are told the former one as soon as they answer.
 
 use super::axis::Axis;
 use super::hardware::{Hardware, Known};
 use super::orders::Orders;
 use super::search::Search;
 
-/// What an axis was told before a command.
+/// The orders that an axis had before a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Former<S> {
     known: Known,

@@ -1,4 +1,4 @@
-//! What stops an axis without a ramp: a stall, an encoder deviation, a shut-down of its driver, and a stop switch that its
+//! Causes that stop an axis without a ramp: a stall, an encoder deviation, a shut-down of its driver, and a stop switch that its
 //! ramp generator does not watch. Each poll looks for them here.
 
 use super::Error;

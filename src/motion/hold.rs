@@ -3,7 +3,7 @@
 use super::hardware::Known;
 use super::switch::{SETTLED, SETTLED_ON_LINE};
 
-/// What the polls have seen of a motor that may be held by a stop switch.
+/// The findings of the polls about a motor that may be held by a stop switch.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Hold {
     /// Number of polls, one in a millisecond, for which a stop switch has held the motor; 255 stands for any more.

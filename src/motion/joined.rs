@@ -50,7 +50,7 @@ impl<H: Hardware> Joined<'_, H> {
         (hardware.bind(self.controller), profile)
     }
 
-    /// What was read of the chips last.
+    /// The last readings of the chips.
     pub fn readings(&self) -> Readings {
         self.axis.hardware.readings(self.controller)
     }

@@ -1,4 +1,4 @@
-//! What an axis does: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
+//! Axes: moves, stops, reference searches and motor currents, and the axis parameters that govern them.
 //!
 //! An [`Axis`] keeps what it was told and what it has noticed. It reaches its chips by the trait [`Hardware`] alone,
 //! which [`tmc429`] implements for the TMC429 with its TMC262 drivers, and [`tmc5160`] for the TMC5160. The device polls

@@ -1,9 +1,9 @@
-//! What an axis has been told, and what its chips do not know of it yet.
+//! The orders of an axis, and those of them that its chips do not know yet.
 
 use super::current::Current;
 use super::pace::Pace;
 
-/// What the chips of an axis have not all taken, of what the firmware wants. Each poll tells it again until they have. What
+/// Orders that the chips of an axis have not all taken. Each poll tells it again until they have. What
 /// comes later here replaces what comes before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Untold {
@@ -18,7 +18,7 @@ pub(super) enum Untold {
     Stop,
 }
 
-/// What a command changes of an axis, besides the goal of the hardware and the reference search.
+/// The state of an axis that a command changes, besides the goal of the hardware and the reference search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Orders<S> {
     /// The pace of the last motion command.
@@ -29,8 +29,9 @@ pub(super) struct Orders<S> {
     pub(super) was_at_target: bool,
     /// The motor has been stopped because an encoder deviates, and has not been sent anywhere since.
     pub(super) deviating: bool,
-    /// The speed, in the unit of parameter 2, at which the motor was to turn when that [ended](super::Joined::end_at_switch) at a stop
-    /// switch, until the next goal. Parameter 2 has it while the motor brakes there, and the motor counts as held by the switch.
+    /// The speed, in the unit of parameter 2, at which the motor was to turn when that
+    /// [ended](super::Joined::end_at_switch) at a stop switch, until the next goal. Parameter 2 has it while the motor
+    /// brakes there, and the motor counts as held by the switch.
     pub(super) ended: Option<i32>,
     /// Bits of parameter 207: why the motor was stopped, since the last motion command and the last reading of 207.
     pub(super) errors: i32,

@@ -7,7 +7,7 @@ pub struct Pace<S> {
     pub speed: Option<i32>,
     /// The acceleration of the motor's ramps, up and down; `None` for that of parameter 5.
     pub acceleration: Option<i32>,
-    /// What the ramps have besides, where the ramp generator has more; `None` for that of the parameters.
+    /// The shape of the ramps, where the ramp generator has more; `None` for that of the parameters.
     pub shape: Option<S>,
 }
 

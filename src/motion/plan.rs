@@ -1,4 +1,4 @@
-//! What a reference search does, as data (parameter 193, manual section 7.1): a list of legs, each a run in one
+//! The plans of reference searches, as data (parameter 193, manual section 7.1): a list of legs, each a run in one
 //! direction until a switch closes or opens. `search.rs` carries it out.
 //!
 //! | modes | legs |
@@ -54,7 +54,7 @@ pub enum Until {
     There,
 }
 
-/// What the position at the end of a leg is kept as.
+/// The name under which the position at the end of a leg is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// The position is not kept.
@@ -80,7 +80,7 @@ pub struct Leg {
     pub over: bool,
     /// When the leg is over.
     pub until: Until,
-    /// What the position at the end of the leg is kept as.
+    /// The name under which the position at the end of the leg is kept.
     pub mark: Mark,
 }
 

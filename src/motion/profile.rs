@@ -15,6 +15,6 @@ pub struct Profile<'a> {
     pub acceleration: i32,
     /// How far from position zero, in microsteps, the motor runs over the stop switches: with 0 they act everywhere.
     pub tolerance: i32,
-    /// What the stop switches do.
+    /// The effect of the stop switches.
     pub stops: Stops,
 }

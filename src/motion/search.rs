@@ -32,7 +32,7 @@ use super::hardware::{Goal, Known};
 use super::plan::{Leg, Mark, Plan, Sought, Until};
 use super::switch::{SETTLED, Side, Stops, Switches};
 
-/// What one poll sees.
+/// The view that one poll has of the motor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct View {
     pub switches: Switches,
@@ -45,7 +45,7 @@ pub(super) struct View {
     pub slack: i32,
 }
 
-/// What the caller is to do between [`Search::see`] and [`Search::act`].
+/// The caller's task between [`Search::see`] and [`Search::act`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Notice {
     /// The switch has closed: the ramp generator is to latch the position at which the switch opens again.
@@ -63,7 +63,7 @@ pub(super) enum Edge {
     Here,
 }
 
-/// What the search does next.
+/// The next act of the search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Act {
     /// Nothing.
@@ -78,7 +78,7 @@ pub(super) enum Act {
     GiveUp(Side),
 }
 
-/// What the motor is doing in a leg.
+/// The state of the motor in a leg.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum LegMotion {
     /// The motor has been told to stand, and is braking or standing.
@@ -178,7 +178,7 @@ impl Search {
         self.far
     }
 
-    /// What the stop switches do in the leg under way. Parameters 12, 13 and 149 have no effect during a search.
+    /// The effect of the stop switches in the leg under way. Parameters 12, 13 and 149 have no effect during a search.
     pub(super) fn stops(&self) -> Stops {
         let positive = self.direction > 0;
         let latch = if positive { Side::Right } else { Side::Left };
@@ -230,7 +230,7 @@ impl Search {
         }
     }
 
-    /// What the caller is to do next: to be called once in each poll, after [`Search::see`].
+    /// The act that the caller is to carry out next: to be called once in each poll, after [`Search::see`].
     pub(super) fn act(&mut self, view: &View) -> Act {
         if self.leg().until == Until::There && self.verdict == Verdict::Over {
             return Act::Arrive;

@@ -11,7 +11,7 @@ pub struct Slope {
     knee: u32,
     /// By what the square of the speed grows with each microstep, in the first piece.
     first: u32,
-    /// The same in the second piece.
+    /// By what the square of the speed grows with each microstep, in the second piece.
     second: u32,
 }
 

@@ -4,8 +4,8 @@
 /// Number of polls, one in a millisecond, after which the contacts of a switch have ceased to bounce: a level counts
 /// that has been there in all of them.
 pub(super) const SETTLED: u8 = 20;
-/// The same for a move on a straight line, which is no line any more when one of its axes stands: a press of 3 ms that stops a
-/// motor is seen by two polls whose positions are those of the polls before.
+/// That number of polls for a move on a straight line, which is no line any more when one of its axes stands: a press
+/// of 3 ms that stops a motor is seen by two polls whose positions are those of the polls before.
 pub(super) const SETTLED_ON_LINE: u8 = 2;
 
 /// The states of the switches of an axis, true is closed: the stop switches with the polarity of global parameter 79
@@ -44,7 +44,7 @@ impl Side {
     }
 }
 
-/// What closed stop switches do to a motor.
+/// The effect of closed stop switches on a motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stops {
     /// The left stop switch stops a motor that turns left.

@@ -42,7 +42,8 @@ enum Rest {
     Rests,
 }
 
-/// What one axis has of the two chips. `M` is the SPI device of the TMC429, `D` that of the TMC262.
+/// The hardware of an axis on a TMC429 and a TMC262: the driver, and one of the three ramp generators. `M` is the SPI
+/// device of the TMC429, `D` that of the TMC262.
 #[derive(Debug)]
 pub struct Tmc429Tmc262<M, D> {
     generator: RampGenerator,

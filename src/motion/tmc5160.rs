@@ -29,7 +29,7 @@ use crate::param::AxisParameter as P;
 pub use ramp::Shape;
 use unit::Unit;
 
-/// What one axis has of its TMC5160. `D` is the SPI device of the chip.
+/// The hardware of an axis on a TMC5160, without the chip itself. `D` is the SPI device of the chip.
 #[derive(Debug)]
 pub struct Tmc5160Axis<D> {
     known: Known,

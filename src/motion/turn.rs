@@ -25,7 +25,7 @@ const WAVERING: u32 = 2;
 const BRISK: i32 = 2 * 16;
 
 impl<H: Hardware> Axis<H> {
-    /// What the motor does, by the last readings.
+    /// The state of motion, by the last readings.
     pub(super) fn motion_state(&self) -> MotionState {
         let held = self.hold.holds();
         let known = self.hardware.known();
@@ -54,9 +54,9 @@ impl<H: Hardware> Axis<H> {
 
 impl<H: Hardware> Joined<'_, H> {
     /// Polls the axis, which the device does once in each millisecond. `reading` is the number of the reading to be
-    /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later. An axis
-    /// that is `on_line`, on a straight line with others, or rotates, is found held by a stop switch as soon as its position stays.
-    /// Returns the events since the poll before.
+    /// taken, or `None` if it is another axis' turn; while the motor moves [`refresh`](Self::refresh) takes it, later.
+    /// An axis that is `on_line`, on a straight line with others, or rotates, is found held by a stop switch as soon as
+    /// its position stays. Returns the events since the poll before.
     pub fn poll(&mut self, now: Micros, sensors: Sensors, reading: Option<u8>, on_line: bool) -> Events {
         self.axis.sensors = sensors;
         self.axis.count();
@@ -79,8 +79,8 @@ impl<H: Hardware> Joined<'_, H> {
             && (self.axis.hold.holds() || self.axis.values.is_on(P::SoftStop) && self.brakes_at_switch())
     }
 
-    /// True while the stop switch to which a motor turns is closed. The switches are read for it: a press that is over before the
-    /// ramp is shows in nothing else.
+    /// True while the stop switch to which a motor turns is closed. The switches are read for it: a press that is over
+    /// before the ramp is shows in nothing else.
     #[cold]
     #[inline(never)]
     fn brakes_at_switch(&mut self) -> bool {

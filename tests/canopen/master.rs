@@ -9,9 +9,9 @@ use tmcm::device::Inputs;
 const LOST: [u8; 8] = [0x30, 0x81, 0x11, 0, 255, 0, 0, 0];
 
 /// What loses the master: how it is set up, and what the master does each 20 ms.
-type Way = (fn(&mut Rig), fn(&mut Rig));
+type Watching = (fn(&mut Rig), fn(&mut Rig));
 
-const WAYS: [Way; 2] = [
+const WATCHINGS: [Watching; 2] = [
     (|rig| rig.set(0x1016, 1, 0x007F_0032), |rig| rig.send(0x77F, &[5])),
     (
         |rig| {
@@ -23,7 +23,7 @@ const WAYS: [Way; 2] = [
 ];
 
 /// A node that has heard its master for a while.
-fn watched((set_up, act): Way) -> Rig {
+fn watched((set_up, act): Watching) -> Rig {
     let mut rig = Rig::operational();
     set_up(&mut rig);
     rig.wait(500);
@@ -38,7 +38,7 @@ fn watched((set_up, act): Way) -> Rig {
 
 #[test]
 fn a_master_that_falls_silent() {
-    for way in WAYS {
+    for way in WATCHINGS {
         for (behaviour, state) in [(0, Nmt::Stopped), (1, Nmt::Operational), (2, Nmt::Stopped)] {
             let mut rig = watched(way);
             rig.set(0x1029, 1, behaviour);
@@ -71,14 +71,14 @@ fn a_master_that_falls_silent() {
 /// The NMT state changes in operation alone.
 #[test]
 fn a_master_that_falls_silent_before_operation() {
-    for way in WAYS {
+    for way in WATCHINGS {
         let mut rig = watched(way);
         rig.command(0x80);
         rig.wait(100);
         assert_eq!((rig.of(0x81), rig.node.state()), (vec![LOST.to_vec()], Nmt::PreOperational));
     }
     // None is told in the stopped state.
-    let mut rig = watched(WAYS[0]);
+    let mut rig = watched(WATCHINGS[0]);
     rig.command(2);
     rig.wait(100);
     assert_eq!((rig.frames().len(), rig.node.state()), (0, Nmt::Stopped));
@@ -90,7 +90,7 @@ fn a_master_that_falls_silent_before_operation() {
 /// off.
 #[test]
 fn heartbeats_of_others() {
-    let mut rig = watched(WAYS[0]);
+    let mut rig = watched(WATCHINGS[0]);
     for _ in 0..5 {
         rig.send(0x77E, &[5]);
         rig.send(0x780, &[5]);
@@ -122,7 +122,7 @@ fn heartbeats_of_others() {
     rig.wait(20);
     assert_eq!(rig.of(0x81), [LOST]);
     // A change of the time waits for the next heartbeat.
-    let mut rig = watched(WAYS[0]);
+    let mut rig = watched(WATCHINGS[0]);
     rig.set(0x1016, 1, 0x007F_0005);
     rig.wait(100);
     assert!(rig.of(0x81).is_empty());

@@ -32,15 +32,15 @@ const PARTS: [(&str, AxisParameter, Quantity); 9] = [
 ];
 
 /// Units of a way, each with its names without spaces.
-const WAYS: [(Way, &[&str]); 4] = [
-    (Way::Microsteps, &["microsteps", "microstep", "usteps", "ustep"]),
-    (Way::FullSteps, &["fullsteps", "fullstep", "fs"]),
-    (Way::Turns, &["turns", "turn"]),
-    (Way::Millimetres, &["mm", "millimetres", "millimetre"]),
+const WAYS: [(DistanceUnit, &[&str]); 4] = [
+    (DistanceUnit::Microsteps, &["microsteps", "microstep", "usteps", "ustep"]),
+    (DistanceUnit::FullSteps, &["fullsteps", "fullstep", "fs"]),
+    (DistanceUnit::Turns, &["turns", "turn"]),
+    (DistanceUnit::Millimetres, &["mm", "millimetres", "millimetre"]),
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum DistanceUnit {
     Microsteps,
     FullSteps,
     Turns,
@@ -82,7 +82,7 @@ pub(super) fn write(out: &mut Vec<u8>, axis: Axis, words: &[String]) -> Result<(
         refuse(&parts, "from", "a move begins from standstill; its speed stands behind 'at'")?;
         let (up, down) = sides(axis, &parts, at, with)?;
         let speed = at.made.actual.approximate();
-        Course { parts: &parts, course: travel(&up, &down, way, speed), braked: Some(braked(axis, at, with)) }
+        MoveReport { parts: &parts, course: travel(&up, &down, way, speed), braked: Some(braked(axis, at, with)) }
     } else {
         if let Some(word) = way.first() {
             return Err(format!("'{word}': a stop has no way of its own; write for example: {STOP}"));
@@ -93,7 +93,7 @@ pub(super) fn write(out: &mut Vec<u8>, axis: Axis, words: &[String]) -> Result<(
         }
         let top = from.made.actual.approximate();
         let down = Side::plain(with.made.actual.approximate()).leg(top);
-        Course { parts: &parts, course: Move { top, legs: [Leg::default(), Leg::default(), down] }, braked: None }
+        MoveReport { parts: &parts, course: Move { top, legs: [Leg::default(), Leg::default(), down] }, braked: None }
     };
     // Writing to memory cannot fail.
     let _ = told.write(out, axis, is_move);
@@ -169,10 +169,12 @@ fn distance(axis: Axis, words: &[String]) -> Result<f64, String> {
     };
     let (microsteps, steps) = (i128::from(axis.scale.microsteps), i128::from(axis.scale.steps));
     let microsteps = match found {
-        Way::Microsteps => Exact::whole(1),
-        Way::FullSteps => Exact::whole(microsteps),
-        Way::Turns => Exact::whole(microsteps * steps),
-        Way::Millimetres => axis.scale.millimetre().ok_or_else(|| format!("{}: {NO_LEAD}", words.join(" ")))?,
+        DistanceUnit::Microsteps => Exact::whole(1),
+        DistanceUnit::FullSteps => Exact::whole(microsteps),
+        DistanceUnit::Turns => Exact::whole(microsteps * steps),
+        DistanceUnit::Millimetres => {
+            axis.scale.millimetre().ok_or_else(|| format!("{}: {NO_LEAD}", words.join(" ")))?
+        }
     };
     // A module has whole microsteps, and positions of 32 bits.
     let way = (way * microsteps).rounded().abs();
@@ -235,14 +237,14 @@ fn braked(axis: Axis, at: &Part, with: &Part) -> Braked {
     Braked { own, up: pulses(Quantity::Acceleration, own), down: unit * unit * 1024.0 * p }
 }
 
-/// What is told of a move or a stop.
-struct Course<'a> {
+/// The report of a move or a stop.
+struct MoveReport<'a> {
     parts: &'a [Part],
     course: Move,
     braked: Option<Braked>,
 }
 
-impl Course<'_> {
+impl MoveReport<'_> {
     fn write(&self, out: &mut Vec<u8>, axis: Axis, is_move: bool) -> std::io::Result<()> {
         let (microsteps, steps) = (f64::from(axis.scale.microsteps), f64::from(axis.scale.steps));
         let what = if is_move { "move" } else { "stop" };

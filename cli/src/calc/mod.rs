@@ -22,7 +22,7 @@ pub(crate) use self::live::{Live, Settings};
 use self::scale::{Generator, Quantity, Scale, Unit};
 use self::table::Line;
 use self::value::{Meaning, Value};
-use crate::conversation::{Conversation, Reach, Way};
+use crate::conversation::{Conversation, LinkOptions, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::product::Product;
@@ -62,7 +62,7 @@ pub struct Options {
 
     /// How the module is talked to; without one, --product says what the values are for, a TMCM-1140 without it
     #[command(flatten)]
-    pub way: Way,
+    pub link_options: LinkOptions,
 
     /// The pulse divisor, axis parameter 154 of products that have it; without it that of the module, or of a new one
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=i64::from(MOST_DIVIDED)))]
@@ -151,10 +151,10 @@ pub(crate) fn in_usual_unit(product: Product, register: i32) -> i32 {
 
 /// The product, and the settings of the module that the options name.
 fn module(options: &Options) -> Result<(Product, Option<Settings>), Failure> {
-    let Options { link: Some(link), axis, way, steps, .. } = options else {
-        return Ok((options.way.product.unwrap_or_default(), None));
+    let Options { link: Some(link), axis, link_options, steps, .. } = options else {
+        return Ok((options.link_options.product.unwrap_or_default(), None));
     };
-    let mut module = Conversation::open(&Reach { link: link.clone(), way: way.clone() })?;
+    let mut module = Conversation::open(&Reach { link: link.clone(), link_options: link_options.clone() })?;
     if let Some(message) = module.no_such_axis(*axis)? {
         return Err(Failure::Failed(message));
     }

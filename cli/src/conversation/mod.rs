@@ -4,7 +4,7 @@ mod identity;
 mod reach;
 
 pub use identity::Identity;
-pub use reach::{Reach, Way};
+pub use reach::{LinkOptions, Reach};
 
 use std::fmt;
 use std::io::Write;

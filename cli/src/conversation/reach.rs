@@ -22,12 +22,12 @@ pub struct Reach {
 
     /// How it is talked to
     #[command(flatten)]
-    pub way: Way,
+    pub link_options: LinkOptions,
 }
 
 /// The address of a module on its link, the link's speed and the time-out: options for whatever link it is.
 #[derive(Args, Clone, Debug)]
-pub struct Way {
+pub struct LinkOptions {
     /// The module's address on an RS485 bus, or its CAN identifier, up to 2047
     #[arg(
         long, value_name = "N", default_value_t = 1, global = true,
@@ -79,14 +79,14 @@ pub struct Way {
 }
 
 impl Deref for Reach {
-    type Target = Way;
+    type Target = LinkOptions;
 
-    fn deref(&self) -> &Way {
-        &self.way
+    fn deref(&self) -> &LinkOptions {
+        &self.link_options
     }
 }
 
-impl Way {
+impl LinkOptions {
     /// Longest wait for each reply.
     pub fn patience(&self) -> Duration {
         Duration::from_millis(self.timeout)

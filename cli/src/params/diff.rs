@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::file::{self, Setting};
 use super::save;
-use crate::conversation::{Conversation, Reach, Way};
+use crate::conversation::{Conversation, LinkOptions, Reach};
 use crate::failure::Failure;
 use crate::files::STANDARD;
 use crate::link::LinkTarget;
@@ -63,7 +63,7 @@ enum Opened {
 }
 
 impl Opened {
-    fn open(side: &Side, way: &Way) -> Result<Self, Failure> {
+    fn open(side: &Side, link_options: &LinkOptions) -> Result<Self, Failure> {
         Ok(match side {
             Side::File(name) => {
                 let settings = file::read(Path::new(name))?;
@@ -71,7 +71,7 @@ impl Opened {
                 Opened::File(Settings { number: settings.product, product, list: settings.list })
             }
             Side::Link(_, link) => {
-                let reach = Reach { link: link.clone(), way: way.clone() };
+                let reach = Reach { link: link.clone(), link_options: link_options.clone() };
                 Opened::Module(Box::new(Conversation::open(&reach)?))
             }
         })
@@ -95,11 +95,11 @@ impl Opened {
 
 /// Prints what is different between `a` and `b`: lines of `a` behind a minus, of `b` behind a plus. Fails if anything
 /// is.
-pub(super) fn diff(a: &Side, b: &Side, way: &Way) -> Result<(), Failure> {
+pub(super) fn diff(a: &Side, b: &Side, link_options: &LinkOptions) -> Result<(), Failure> {
     if a.name() == STANDARD && b.name() == STANDARD {
         return Err(Failure::Arguments("standard input can be one of the two, and not both".into()));
     }
-    let (first, second) = (Opened::open(a, way)?, Opened::open(b, way)?);
+    let (first, second) = (Opened::open(a, link_options)?, Opened::open(b, link_options)?);
     // Until here a signal ends the program by itself.
     let signal = &EndSignal::watch()?;
     // What a file does not have is not asked of a module.

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-use crate::conversation::{Conversation, Reach, Way};
+use crate::conversation::{Conversation, LinkOptions, Reach};
 use crate::failure::Failure;
 use crate::link::LinkTarget;
 use crate::signal::EndSignal;
@@ -34,7 +34,7 @@ pub struct Options {
 
     /// How it is talked to
     #[command(flatten)]
-    pub way: Way,
+    pub link_options: LinkOptions,
 
     /// What to do
     #[command(subcommand)]
@@ -171,7 +171,7 @@ The exit code is 1 if the module refused a setting.";
 /// Does what is to be done with the settings.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let reach = || match &options.link {
-        Some(link) => Ok(Reach { link: link.clone(), way: options.way.clone() }),
+        Some(link) => Ok(Reach { link: link.clone(), link_options: options.link_options.clone() }),
         None => Err(Failure::Arguments("which module? Give its LINK before what to do: tmcl params LINK list".into())),
     };
     let open = || Conversation::open(&reach()?);
@@ -194,7 +194,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Action::Diff { .. } if options.link.is_some() => {
             Err(Failure::Arguments("diff has two sides and no other LINK: tmcl params diff A B".into()))
         }
-        Action::Diff { first, second } => diff::diff(first, second, &options.way),
+        Action::Diff { first, second } => diff::diff(first, second, &options.link_options),
         Action::Save { file } => {
             let mut module = open()?;
             save::save(&mut module, file, &EndSignal::watch()?)

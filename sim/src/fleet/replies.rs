@@ -35,7 +35,7 @@ pub(super) enum Fate {
 
 /// What is on its way from one module.
 #[derive(Debug, Default)]
-struct Way {
+struct ReplyPath {
     /// By how much replies are late.
     delay: Nanos,
     /// How many replies are still to be lost, and to be corrupted.
@@ -50,7 +50,7 @@ struct Way {
 /// The ways of all modules, and what is late on them.
 #[derive(Debug, Default)]
 pub(super) struct Replies {
-    ways: Vec<Way>,
+    ways: Vec<ReplyPath>,
     /// What comes late, each with its time and the index of its module, in the order of the times.
     late: VecDeque<(Nanos, usize, Leaving)>,
 }
@@ -58,7 +58,7 @@ pub(super) struct Replies {
 impl Replies {
     /// The ways of so many modules.
     pub(super) fn of(modules: usize) -> Self {
-        Replies { ways: (0..modules).map(|_| Way::default()).collect(), late: VecDeque::new() }
+        Replies { ways: (0..modules).map(|_| ReplyPath::default()).collect(), late: VecDeque::new() }
     }
 
     /// A fault of the replies of a module begins or ends. What is late already stays late.
@@ -153,7 +153,7 @@ impl Replies {
     }
 }
 
-impl Way {
+impl ReplyPath {
     /// True while replies do not simply pass.
     fn is_faulty(&self) -> bool {
         self.delay > 0 || self.drop > 0 || self.corrupt > 0 || !self.pieces.held().is_empty()

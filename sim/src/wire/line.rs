@@ -44,7 +44,7 @@ impl fmt::Display for Place {
 
 /// Which way something goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Way {
+pub(super) enum Direction {
     /// From a host to the modules.
     Out,
     /// From a module to the hosts.
@@ -52,11 +52,11 @@ pub(super) enum Way {
 }
 
 /// A line, without its end. `at` is the time in nanoseconds, which is shown in seconds with six digits.
-pub(super) fn line(at: Nanos, place: Place, way: Way, bytes: &str, meaning: &str) -> String {
+pub(super) fn line(at: Nanos, place: Place, way: Direction, bytes: &str, meaning: &str) -> String {
     let (seconds, micros) = (at / SECOND, at % SECOND / MICROSECOND);
     let arrow = match way {
-        Way::Out => '>',
-        Way::Back => '<',
+        Direction::Out => '>',
+        Direction::Back => '<',
     };
     format!("{seconds:>5}.{micros:06}  {place:<PLACE$} {arrow}  {bytes:<BYTES$}  {meaning}")
 }

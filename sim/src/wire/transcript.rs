@@ -3,7 +3,7 @@
 use hal_sim::clock::Nanos;
 use tmcm::can::Frame;
 
-use super::line::{self, Place, Way, line};
+use super::line::{self, Direction, Place, line};
 use super::talk::{Said, Talk};
 use crate::native::{FirmwareKind, Model, Product};
 
@@ -45,13 +45,13 @@ impl Transcript {
     /// Bytes of a host arrive at the modules. `at` is the time in nanoseconds.
     pub fn hear(&mut self, at: Nanos, place: Place, bytes: &[u8]) {
         let said = self.talk(place).host(bytes);
-        said.iter().for_each(|said| self.say(at, place, Way::Out, said));
+        said.iter().for_each(|said| self.say(at, place, Direction::Out, said));
     }
 
     /// A host has been silent for so long that an unfinished telegram is given up.
     pub fn silence(&mut self, at: Nanos, place: Place) {
         let torn = self.talk(place).silence();
-        torn.iter().for_each(|said| self.say(at, place, Way::Out, said));
+        torn.iter().for_each(|said| self.say(at, place, Direction::Out, said));
     }
 
     /// A host has gone; what it has sent in part is told.
@@ -65,7 +65,7 @@ impl Transcript {
         let product = self.product(module);
         let said = self.talk(place).module(module, product, bytes);
         for said in said {
-            self.say(at, place, Way::Back, &said);
+            self.say(at, place, Direction::Back, &said);
             if let Some(told) = said.product
                 && let Some(product) = self.products.get_mut(module)
             {
@@ -78,14 +78,14 @@ impl Transcript {
     pub fn lose(&mut self, at: Nanos, place: Place, module: usize, bytes: &[u8]) {
         let product = self.product(module);
         for said in self.talk(place).module(module, product, bytes) {
-            self.say(at, place, Way::Back, &Said { meaning: format!("lost: {}", said.meaning), ..said });
+            self.say(at, place, Direction::Back, &Said { meaning: format!("lost: {}", said.meaning), ..said });
         }
     }
 
     /// A host waits no longer for a reply of the module with this index, of which nothing has come, or the beginning.
     pub fn give_up(&mut self, at: Nanos, place: Place, module: usize) {
         let torn = self.talk(place).give_up(module);
-        self.say(at, place, Way::Back, &torn);
+        self.say(at, place, Direction::Back, &torn);
     }
 
     /// A frame is complete on the CAN bus: one of a host, or of the module with this index.
@@ -105,11 +105,11 @@ impl Transcript {
         std::mem::take(&mut self.text)
     }
 
-    fn frame_said(&mut self, module: Option<usize>, frame: &Frame) -> (Said, Way) {
+    fn frame_said(&mut self, module: Option<usize>, frame: &Frame) -> (Said, Direction) {
         let (from, firmware) = (module.map(|module| self.product(module)), self.firmware);
         // All adapters are on one bus.
         let meaning = self.talk(Place::alone(CAN)).frame(from, firmware, frame);
-        let way = if module.is_some() { Way::Back } else { Way::Out };
+        let way = if module.is_some() { Direction::Back } else { Direction::Out };
         (Said { bytes: line::frame(frame), meaning, product: None }, way)
     }
 
@@ -117,7 +117,7 @@ impl Transcript {
         self.products.get(module).copied().flatten()
     }
 
-    fn say(&mut self, at: Nanos, place: Place, way: Way, said: &Said) {
+    fn say(&mut self, at: Nanos, place: Place, way: Direction, said: &Said) {
         self.text.push_str(&line(at, place, way, &said.bytes, &said.meaning));
         self.text.push('\n');
     }

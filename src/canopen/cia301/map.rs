@@ -1,7 +1,7 @@
 //! Which objects a PDO carries: mapping records, checked and resolved when they are written.
 
 use super::abort::Abort;
-use super::record::{Field, MOST, Record, Way};
+use super::record::{Direction, Field, MOST, Record};
 use super::{Description, Mapping, cob};
 
 /// Number of data bytes of a PDO.
@@ -33,7 +33,7 @@ impl<E: Copy> Map<E> {
     /// [`Abort::NotMappable`] or [`Abort::MappingTooLong`].
     pub(crate) fn of(
         record: &Record,
-        way: Way,
+        direction: Direction,
         find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
     ) -> Result<Self, Abort> {
         let mut map = Map::EMPTY;
@@ -43,7 +43,7 @@ impl<E: Copy> Map<E> {
         }
         let mut length = 0_usize;
         for (place, entry) in map.mapped.iter_mut().zip(record.entries).take(count) {
-            let mapped = mappable(entry, way, &find)?;
+            let mapped = mappable(entry, direction, &find)?;
             length = length.saturating_add(mapped.size.into());
             *place = Some(mapped);
         }
@@ -60,7 +60,7 @@ impl<E: Copy> Map<E> {
     /// # Errors
     /// [`Abort::Access`] where the PDO is valid, unless it may be changed by `force`; or the value is impossible.
     pub(crate) fn admitted(
-        way: Way,
+        direction: Direction,
         field: Field,
         (before, after): (&Record, &Record),
         written: u32,
@@ -81,9 +81,9 @@ impl<E: Copy> Map<E> {
         }
         // 0 maps nothing.
         if field == Field::Entry && written != 0 {
-            mappable(written, way, &find)?;
+            mappable(written, direction, &find)?;
         }
-        Self::of(after, way, find)
+        Self::of(after, direction, find)
     }
 
     /// True for a PDO that carries nothing.
@@ -120,7 +120,7 @@ impl<E: Copy> Map<E> {
 /// [`Abort::NotMappable`].
 fn mappable<E>(
     entry: u32,
-    way: Way,
+    direction: Direction,
     find: impl Fn(u16, u8) -> Result<(E, Description), Abort>,
 ) -> Result<Mapped<E>, Abort> {
     let [length, sub, low, high] = entry.to_le_bytes();
@@ -128,7 +128,7 @@ fn mappable<E>(
         find(u16::from_le_bytes([low, high]), sub).map_err(|_| Abort::NotMappable)?;
     let carried = match mapping {
         Mapping::No => false,
-        Mapping::Tx => way == Way::Transmit,
+        Mapping::Tx => direction == Direction::Transmit,
         Mapping::RxTx => true,
     };
     if carried && bits(size) == u32::from(length) { Ok(Mapped { entry, size }) } else { Err(Abort::NotMappable) }

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use super::map::Map;
-use super::record::{Field, Record, Way};
+use super::record::{Direction, Field, Record};
 use crate::can::{CanFrame, Frame};
 use crate::units::Micros;
 
@@ -95,17 +95,23 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// Brings a PDO to its record, as after a reset. True if the node listens to another identifier then.
-    pub(crate) fn set_up(&mut self, now: Micros, (way, nth): (Way, u8), record: &Record, map: Map<E>) -> bool {
+    pub(crate) fn set_up(
+        &mut self,
+        now: Micros,
+        (direction, nth): (Direction, u8),
+        record: &Record,
+        map: Map<E>,
+    ) -> bool {
         let (id, kind, nth) = (record.id(), record.kind, usize::from(nth));
         let mut readdressed = false;
-        match way {
-            Way::Receive => {
+        match direction {
+            Direction::Receive => {
                 if let Some(pdo) = self.receive.get_mut(nth) {
                     readdressed = pdo.id != id;
                     *pdo = Receive { id, map, synchronous: kind <= LAST_CYCLIC, waiting: None, released: None };
                 }
             }
-            Way::Transmit => {
+            Direction::Transmit => {
                 if let Some(pdo) = self.transmit.get_mut(nth) {
                     let Record { inhibit, timer, .. } = *record;
                     *pdo = Transmit { id, map, kind, inhibit, timer, due: false, sent: None, at: now, syncs: 0 };
@@ -116,7 +122,14 @@ impl<E: Copy> Pdos<E> {
     }
 
     /// Brings a PDO to the record that a master has written a field of. True as for [`Pdos::set_up`].
-    pub(crate) fn change(&mut self, now: Micros, place: (Way, u8), field: Field, record: &Record, map: Map<E>) -> bool {
+    pub(crate) fn change(
+        &mut self,
+        now: Micros,
+        place: (Direction, u8),
+        field: Field,
+        record: &Record,
+        map: Map<E>,
+    ) -> bool {
         if field != Field::Time {
             return self.set_up(now, place, record, map);
         }

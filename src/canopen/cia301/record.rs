@@ -8,7 +8,7 @@ pub(super) const MOST: usize = 3;
 
 /// The direction of a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum Direction {
     /// The node receives it.
     Receive,
     /// The node sends it.

@@ -24,7 +24,7 @@ pub(super) use state::State;
 use fault::{OpenLoad, causes};
 use homing::Homing;
 use limit::Limits;
-use mode::{Mode, Motion};
+use mode::{Motion, OperationMode};
 use power::{Changes, Orders, Power};
 use task::Task;
 
@@ -164,9 +164,11 @@ impl Drive {
         let ends = before & !word & START != 0;
         let operates = operates && self.power.is_operating();
         match self.motion.mode() {
-            Mode::ProfilePosition if starts && operates => self.motion.take_target(plant, word & RELATIVE != 0),
-            Mode::Homing if starts => self.homing.start(plant, operates),
-            Mode::Homing if ends => self.homing.stop(plant),
+            OperationMode::ProfilePosition if starts && operates => {
+                self.motion.take_target(plant, word & RELATIVE != 0)
+            }
+            OperationMode::Homing if starts => self.homing.start(plant, operates),
+            OperationMode::Homing if ends => self.homing.stop(plant),
             _ => {}
         }
         if ends {
@@ -176,7 +178,7 @@ impl Drive {
 
     /// Changes the mode of operation. A motor that moves is stopped first.
     pub(super) fn change_mode<T: Board>(&mut self, plant: &mut Plant<'_, T>, number: u32) {
-        let mode = Mode::numbered(number);
+        let mode = OperationMode::numbered(number);
         if self.motion.mode() == mode {
             return;
         }

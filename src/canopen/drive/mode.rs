@@ -21,7 +21,7 @@ const NO_WINDOW: u32 = u32::MAX;
 
 /// The modes of operation, by the numbers of 6060h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(in crate::canopen) enum Mode {
+pub(in crate::canopen) enum OperationMode {
     /// The motor stands.
     #[default]
     None = 0,
@@ -35,15 +35,15 @@ pub(in crate::canopen) enum Mode {
     Homing = 6,
 }
 
-impl Mode {
+impl OperationMode {
     /// The mode with this number of 6060h.
     pub(super) const fn numbered(number: u32) -> Self {
         match number {
-            1 => Mode::ProfilePosition,
-            2 => Mode::Velocity,
-            3 => Mode::ProfileVelocity,
-            6 => Mode::Homing,
-            _ => Mode::None,
+            1 => OperationMode::ProfilePosition,
+            2 => OperationMode::Velocity,
+            3 => OperationMode::ProfileVelocity,
+            6 => OperationMode::Homing,
+            _ => OperationMode::None,
         }
     }
 }
@@ -52,7 +52,7 @@ impl Mode {
 #[derive(Debug, Default)]
 pub(super) struct Motion {
     /// The mode in force.
-    mode: Mode,
+    mode: OperationMode,
     /// The motor first comes to a stand, because the mode has changed.
     settling: bool,
     /// The target position that was taken last; `None` if none has been since the mode or the state has changed.
@@ -70,7 +70,7 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    pub(super) const fn mode(&self) -> Mode {
+    pub(super) const fn mode(&self) -> OperationMode {
         self.mode
     }
 
@@ -100,7 +100,7 @@ impl Motion {
     }
 
     /// Enters a mode. A motor that moves first comes to a stand.
-    pub(super) fn enter(&mut self, mode: Mode) {
+    pub(super) fn enter(&mut self, mode: OperationMode) {
         self.forget();
         (self.mode, self.settling) = (mode, true);
     }
@@ -134,16 +134,16 @@ impl Motion {
     pub(super) fn asked(&self, settings: &Settings, halts: bool) -> Task {
         match self.mode {
             _ if halts => Task::Stand,
-            Mode::ProfilePosition => self.target.map_or(Task::Stand, Task::Go),
-            Mode::Velocity => Task::Turn(settings.signed_velocity(Object::TargetVelocityVl)),
-            Mode::ProfileVelocity => Task::Turn(settings.signed_velocity(Object::TargetVelocity)),
-            Mode::None | Mode::Homing => Task::Stand,
+            OperationMode::ProfilePosition => self.target.map_or(Task::Stand, Task::Go),
+            OperationMode::Velocity => Task::Turn(settings.signed_velocity(Object::TargetVelocityVl)),
+            OperationMode::ProfileVelocity => Task::Turn(settings.signed_velocity(Object::TargetVelocity)),
+            OperationMode::None | OperationMode::Homing => Task::Stand,
         }
     }
 
     /// Tells the motor what the mode asks for, if that has changed. To be called while the motor obeys the mode.
     pub(super) fn steer<T: Board>(&mut self, plant: &mut Plant<'_, T>, asked: Task) {
-        if self.mode == Mode::Homing || self.settling && !plant.stands() {
+        if self.mode == OperationMode::Homing || self.settling && !plant.stands() {
             return;
         }
         self.settling = false;
@@ -185,7 +185,7 @@ impl Motion {
         self.reached = operates
             && !self.settling
             && match asked {
-                _ if self.mode == Mode::None => false,
+                _ if self.mode == OperationMode::None => false,
                 Task::Stand => plant.stands(),
                 Task::Turn(speed) => live.speed == speed,
                 Task::Go(target) if window(plant.settings).is_none() => live.position == target && plant.stands(),
@@ -202,9 +202,11 @@ impl Motion {
     /// The object that has the acceleration of ramps in the mode in force.
     pub(super) const fn ramp(&self) -> Object {
         match self.mode {
-            Mode::Velocity => Object::AccelerationDeltaSpeed,
-            Mode::Homing => Object::HomingAcceleration,
-            Mode::None | Mode::ProfilePosition | Mode::ProfileVelocity => Object::ProfileAcceleration,
+            OperationMode::Velocity => Object::AccelerationDeltaSpeed,
+            OperationMode::Homing => Object::HomingAcceleration,
+            OperationMode::None | OperationMode::ProfilePosition | OperationMode::ProfileVelocity => {
+                Object::ProfileAcceleration
+            }
         }
     }
 }

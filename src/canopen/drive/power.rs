@@ -25,7 +25,7 @@ const SNAP: Micros = Micros::from_millis(50);
 
 /// What the drive does on its way to another state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Way {
+enum Transition {
     /// Nothing: the state lasts.
     #[default]
     Lasting,
@@ -43,7 +43,7 @@ enum Way {
 #[derive(Debug, Default)]
 pub(super) struct Power {
     state: State,
-    way: Way,
+    way: Transition,
     /// A controlword has come on the way to a state, and is obeyed there.
     waiting: bool,
     /// The brake is released.
@@ -80,7 +80,7 @@ impl Power {
 
     /// True while the drive is on no way to another state.
     pub(super) fn is_lasting(&self) -> bool {
-        self.way == Way::Lasting
+        self.way == Transition::Lasting
     }
 
     /// True while there is nothing to go on with, and nothing has happened that was not asked for.
@@ -91,7 +91,7 @@ impl Power {
 
     /// True while the motor obeys the mode of operation.
     pub(super) const fn is_operating(&self) -> bool {
-        matches!((self.state, self.way), (State::OperationEnabled, Way::Lasting))
+        matches!((self.state, self.way), (State::OperationEnabled, Transition::Lasting))
     }
 
     /// True while the brake is released.
@@ -119,15 +119,16 @@ impl Power {
         let lasts = LASTING.contains(&plant.settings.of(Object::QuickStopOption));
         let to = state.after(command, lasts);
         match self.way {
-            Way::Lasting => {}
-            Way::Energising(_) | Way::Releasing(_) => {
+            Transition::Lasting => {}
+            Transition::Energising(_) | Transition::Releasing(_) => {
                 if command != Command::EnableOperation {
                     self.disable(plant, to.unwrap_or(state));
                 }
                 return;
             }
-            Way::Stopping(_) if to.is_some_and(|to| to != State::OperationEnabled && to != State::SwitchedOn) => {}
-            Way::Stopping(_) | Way::Applying(..) => {
+            Transition::Stopping(_)
+                if to.is_some_and(|to| to != State::OperationEnabled && to != State::SwitchedOn) => {}
+            Transition::Stopping(_) | Transition::Applying(..) => {
                 self.waiting = true;
                 return;
             }
@@ -142,7 +143,7 @@ impl Power {
             Some(State::QuickStopActive) => self.quick_stop(plant, orders.ramp, lasts),
             Some(State::SwitchedOn) if state.is_driving() => {
                 plant.slow_down(plant.settings.acceleration(orders.ramp));
-                self.way = Way::Stopping(State::SwitchedOn);
+                self.way = Transition::Stopping(State::SwitchedOn);
             }
             Some(to) if state.is_driving() => self.disable(plant, to),
             Some(to) => self.enter(to),
@@ -153,23 +154,23 @@ impl Power {
     pub(super) fn progress<T: Board>(&mut self, plant: &mut Plant<'_, T>, orders: Orders) {
         loop {
             match self.way {
-                Way::Energising(at) if plant.now >= at => {
+                Transition::Energising(at) if plant.now >= at => {
                     if core::mem::take(&mut self.turned) {
                         plant.follow_encoder();
                     }
                     self.release_brake(plant, true);
-                    self.way = Way::Releasing(plant.settings.after(plant.now, Object::BrakeReleaseDelay));
+                    self.way = Transition::Releasing(plant.settings.after(plant.now, Object::BrakeReleaseDelay));
                 }
-                Way::Releasing(at) if plant.now >= at && plant.in_tmcl_mode => self.way = Way::Lasting,
-                Way::Releasing(at) if plant.now >= at => self.enter(State::OperationEnabled),
+                Transition::Releasing(at) if plant.now >= at && plant.in_tmcl_mode => self.way = Transition::Lasting,
+                Transition::Releasing(at) if plant.now >= at => self.enter(State::OperationEnabled),
                 // A motion controller that is silent tells of no stop; the bridges are off then anyway.
-                Way::Stopping(to) if plant.stands() || plant.device.is_given_up() => self.disable(plant, to),
-                Way::Applying(at, to) if plant.now >= at => {
+                Transition::Stopping(to) if plant.stands() || plant.device.is_given_up() => self.disable(plant, to),
+                Transition::Applying(at, to) if plant.now >= at => {
                     plant.device.enable_drivers(false);
                     self.held = None;
                     self.enter(to);
                 }
-                Way::Lasting if core::mem::take(&mut self.waiting) => self.obey(plant, orders),
+                Transition::Lasting if core::mem::take(&mut self.waiting) => self.obey(plant, orders),
                 _ => return,
             }
         }
@@ -177,7 +178,7 @@ impl Power {
 
     /// Enters a state.
     pub(super) const fn enter(&mut self, state: State) {
-        (self.state, self.way, self.changes.entered) = (state, Way::Lasting, true);
+        (self.state, self.way, self.changes.entered) = (state, Transition::Lasting, true);
     }
 
     /// Begins the way to OPERATION ENABLED. A rotor that has been turned has the time to be drawn to the field.
@@ -186,7 +187,7 @@ impl Power {
         let (held, enabled) = (plant.now.after(SNAP), plant.settings.after(plant.now, Object::EnableDelay));
         self.held = Some(held);
         self.turned = plant.deviates();
-        self.way = Way::Energising(if self.turned { held.max(enabled) } else { enabled });
+        self.way = Transition::Energising(if self.turned { held.max(enabled) } else { enabled });
     }
 
     /// TMCL mode begins: the drive is SWITCH ON DISABLED. But the bridges stay on and the brake stays released, or both come
@@ -205,13 +206,13 @@ impl Power {
         let (state, way) = (self.state, self.way);
         self.enter(State::FaultReactionActive);
         match way {
-            Way::Applying(at, _) => self.way = Way::Applying(at, State::Fault),
-            Way::Energising(_) | Way::Releasing(_) => self.disable(plant, State::Fault),
-            Way::Lasting | Way::Stopping(_) if state.is_driving() => {
+            Transition::Applying(at, _) => self.way = Transition::Applying(at, State::Fault),
+            Transition::Energising(_) | Transition::Releasing(_) => self.disable(plant, State::Fault),
+            Transition::Lasting | Transition::Stopping(_) if state.is_driving() => {
                 plant.slow_down(plant.quick_ramp());
-                self.way = Way::Stopping(State::Fault);
+                self.way = Transition::Stopping(State::Fault);
             }
-            Way::Lasting | Way::Stopping(_) => self.enter(State::Fault),
+            Transition::Lasting | Transition::Stopping(_) => self.enter(State::Fault),
         }
     }
 
@@ -222,7 +223,7 @@ impl Power {
         }
         self.changes.disabled = true;
         self.release_brake(plant, false);
-        self.way = Way::Applying(plant.settings.after(plant.now, Object::BrakeApplyDelay), to);
+        self.way = Transition::Applying(plant.settings.after(plant.now, Object::BrakeApplyDelay), to);
     }
 
     /// Stops the motor as the quick stop option code says; the state lasts, or SWITCH ON DISABLED follows.
@@ -232,7 +233,7 @@ impl Power {
         self.enter(State::QuickStopActive);
         plant.slow_down(ramp);
         if !lasts {
-            self.way = Way::Stopping(State::SwitchOnDisabled);
+            self.way = Transition::Stopping(State::SwitchOnDisabled);
         }
     }
 

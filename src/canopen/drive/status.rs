@@ -2,7 +2,7 @@
 
 use super::Drive;
 use super::limit::outside;
-use super::mode::Mode;
+use super::mode::OperationMode;
 use super::plant::{Shown, stands};
 use super::state::State;
 use crate::canopen::cia301::nmt::Nmt;
@@ -36,18 +36,18 @@ impl Drive {
         let Shown { device, settings, live, errors, state, in_tmcl_mode } = *shown;
         let mode = self.motion.mode();
         let special = match mode {
-            Mode::ProfilePosition => self.motion.is_acknowledged(),
-            Mode::Homing => self.homing.is_attained(),
-            Mode::None | Mode::Velocity | Mode::ProfileVelocity => false,
+            OperationMode::ProfilePosition => self.motion.is_acknowledged(),
+            OperationMode::Homing => self.homing.is_attained(),
+            OperationMode::None | OperationMode::Velocity | OperationMode::ProfileVelocity => false,
         };
         let reached = match self.power.state() {
             State::QuickStopActive => stands(device),
-            _ if mode == Mode::Homing => !self.homing.is_running(),
+            _ if mode == OperationMode::Homing => !self.homing.is_running(),
             _ => self.motion.is_reached(),
         };
         // In TMCL mode, and while a homing is under way, there are no software limits.
         let outside = !in_tmcl_mode && !self.homing.is_running() && outside(settings, live).contains(&true);
-        let follows = mode != Mode::ProfilePosition || !errors.shows(Emergency::FollowingError);
+        let follows = mode != OperationMode::ProfilePosition || !errors.shows(Emergency::FollowingError);
         let bit = |bit, set| if set { bit } else { 0 };
         self.power.state().bits()
             | bit(VOLTAGE, !device.lacks_supply())

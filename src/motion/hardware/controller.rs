@@ -1,4 +1,4 @@
-//! What the axes of one motion controller have in common.
+//! The motion controller, which several axes have in common.
 
 use crate::motion::Error;
 

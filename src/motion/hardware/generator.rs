@@ -5,7 +5,7 @@ use crate::motion::profile::Profile;
 use crate::motion::values::Values;
 use crate::param::AxisParameter;
 
-/// What a motor is to do: turn at a speed, or go to a position.
+/// The goal of a motor: to turn at a speed, or to go to a position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Goal {
     /// The motor shall turn at this speed, in the unit of the profile; right if positive.
@@ -19,7 +19,7 @@ pub enum Goal {
     },
 }
 
-/// What [`RampGenerator::follow`] has found.
+/// The findings of [`RampGenerator::follow`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Followed {
     /// The motor stands where it is to stand.
@@ -34,7 +34,7 @@ pub struct Followed {
 /// A function fails where a chip does not take a datagram or does not answer one. Then what it was to do is done in
 /// part or not at all, and calling it once more is right in any case.
 pub trait RampGenerator {
-    /// What the ramps have besides a top speed and an acceleration.
+    /// The shape of the ramps besides a top speed and an acceleration.
     type Shape;
 
     /// Gives the motor a new goal, whatever it was doing; also while it moves.

@@ -1,4 +1,4 @@
-//! What is known of a motor without a datagram.
+//! The state of a ramp generator that is known without a datagram.
 
 /// The ramp mode of an axis, by the numbers of parameter 138.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,7 +23,7 @@ impl Mode {
     }
 }
 
-/// What is known of a ramp generator without a datagram: what it was told last, and what was read last.
+/// The state of a ramp generator that is known without a datagram: what it was told last, and what was read last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Known {
     /// The mode that the ramp generator was told last.

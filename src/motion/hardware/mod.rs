@@ -24,12 +24,12 @@ pub use switches::StopSwitches;
 
 use crate::param::AxisParameter;
 
-/// What one axis has of its hardware to itself.
+/// The hardware that one axis has to itself.
 pub trait Hardware {
-    /// What the axes of one motion controller have in common.
+    /// The motion controller, which several axes have in common.
     type Controller: MotionController;
 
-    /// What the ramps have besides a top speed and an acceleration.
+    /// The shape of the ramps besides a top speed and an acceleration.
     type Shape: Shape;
 
     /// The axis' own hardware with its motion controller, and so with the way to its chips.
@@ -55,13 +55,13 @@ pub trait Hardware {
     /// Joins the axis' own hardware with its motion controller.
     fn bind<'a>(&'a mut self, controller: &'a mut Self::Controller) -> Self::Bound<'a>;
 
-    /// What is known without a datagram.
+    /// The state that is known without a datagram.
     fn known(&self) -> &Known;
 
-    /// What was read last.
+    /// The last readings.
     fn readings(&self, controller: &Self::Controller) -> Readings;
 
-    /// What is known, for the goal in it to be put back after a command that was refused. The chips are told so by
+    /// The state that is known, for the goal in it to be put back after a command that was refused. The chips are told so by
     /// [`RampGenerator::go`].
     fn known_mut(&mut self) -> &mut Known;
 }

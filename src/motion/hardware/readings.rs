@@ -1,6 +1,6 @@
-//! What was read last of a motor, without a datagram.
+//! The last readings of a motor, which take no datagram.
 
-/// What was read last of the motor of an axis, of its driver and of its switches.
+/// The last readings of the motor of an axis, of its driver and of its switches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Readings {
     /// The load value of the motor, 0..=1023 (parameter 206): 0 is the largest load.

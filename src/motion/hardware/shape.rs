@@ -8,7 +8,7 @@ use crate::motion::slope::Slopes;
 use crate::motion::values::Values;
 use crate::param::AxisParameter;
 
-/// What the ramps of a ramp generator have besides a top speed and one acceleration. Axes on a straight line have the same in
+/// The shape of the ramps of a ramp generator besides a top speed and one acceleration. Axes on a straight line have the same in
 /// the ratio of their ways.
 pub trait Shape: Copy + fmt::Debug {
     /// The parameters that determine the units of speeds and accelerations.

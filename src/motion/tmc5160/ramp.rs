@@ -10,7 +10,7 @@ use crate::motion::slope::{Slope, Slopes};
 use crate::motion::values::Values;
 use crate::param::AxisParameter as P;
 
-/// What a ramp has besides its top speed and its acceleration AMAX, in the unit of the axis' parameters.
+/// The six points of a ramp but for its top speed and its acceleration AMAX, in the unit of the axis' parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// VSTART, VSTOP and V1.
@@ -29,7 +29,7 @@ impl Shape {
         }
     }
 
-    /// The same shape where V1 is not 0: with 0, A1 and D1 have no effect, as if all of the ramp were below V1 and AMAX and
+    /// This shape where V1 is not 0: with 0, A1 and D1 have no effect, as if all of the ramp were below V1 and AMAX and
     /// DMAX held there.
     pub(super) fn in_two_parts(self, values: &Values) -> Self {
         let Shape { speeds: [start, stop, first], accelerations: [_, d_max, _] } = self;
@@ -108,8 +108,8 @@ impl hardware::Shape for Shape {
 
 /// The registers of a positioning ramp, in the order in which they are written: a new top speed comes last.
 ///
-/// The chip must not get a VSTOP of 0, a deceleration of 0, or a VSTOP below VSTART; the motor may then never arrive. VSTART is at
-/// most VMAX, so that with a top speed of 0 the motor stays where it is.
+/// The chip must not get a VSTOP of 0, a deceleration of 0, or a VSTOP below VSTART; the motor may then never arrive.
+/// VSTART is at most VMAX, so that with a top speed of 0 the motor stays where it is.
 pub(super) fn words(profile: &Profile<'_>, shape: Shape) -> [(Register, u32); 9] {
     let Profile { values, speed, acceleration, .. } = *profile;
     let Shape { speeds: [start, stop, first], accelerations: [a1, d_max, d1] } = shape;

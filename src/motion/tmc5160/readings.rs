@@ -1,4 +1,4 @@
-//! What is read of a TMC5160 and of its motor, and what is made of it.
+//! The readings of a TMC5160 and of its motor, and their meaning.
 
 use embedded_hal::spi::SpiDevice;
 
@@ -74,7 +74,7 @@ impl<D: SpiDevice> Bound<'_, D> {
 const SHUT_DOWN: u32 = flags::OVERTEMPERATURE | flags::SHORTS_TO_GROUND | flags::SHORTS_TO_SUPPLY;
 
 impl<D: SpiDevice> Tmc5160Axis<D> {
-    /// What was read last. While what was read of the driver may be older than its last release, a shut-down does not show.
+    /// The last readings. While those of the driver may be older than its last release, a shut-down does not show.
     pub(super) fn last_readings(&self, chip: &Tmc5160<D>) -> Readings {
         let all = self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8;
         let flags = if self.releasing > 0 { all & !SHUT_DOWN } else { all };

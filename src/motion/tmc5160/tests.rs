@@ -1,4 +1,4 @@
-//! What is made of the chip's answers, bit by bit: not all of them come from a simulated chip.
+//! The meaning of the chip's answers, bit by bit: not all of them come from a simulated chip.
 
 use super::*;
 use crate::chip::tmc5160::Register;

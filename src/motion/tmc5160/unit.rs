@@ -10,7 +10,7 @@ use crate::param::AxisParameter as P;
 
 /// The largest speed that VMAX takes: 2^23 - 512, which is 7 999 512 pps.
 pub(super) const TOP_SPEED: u32 = (1 << 23) - 512;
-/// The same in pps.
+/// That speed in pps.
 const TOP_PPS: u32 = 7_999_512;
 /// The end of the range of parameters 3 and 29, in either unit.
 const RANGE: i32 = 7_999_774;
@@ -27,7 +27,7 @@ const HALF: u64 = 1 << 31;
 /// The unit of an axis' speeds and accelerations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unit {
-    /// That of the registers.
+    /// The unit of the registers.
     Register,
     /// Microsteps per second (pps), and pps per second.
     Pps,
@@ -148,8 +148,8 @@ mod tests {
         assert_eq!([1, 440, 65_535].map(|register| Unit::Pps.of_acceleration(register)), [116, 51_223, 7_629_278]);
     }
 
-    /// What is a little less than a half over a whole number is rounded down: 7 996 243 pps are 8 384 668.499 97 in the register,
-    /// and 7 628 405 pps/s are 65 527.499 99.
+    /// Numbers a little less than a half over a whole number are rounded down: 7 996 243 pps are 8 384 668.499 97 in
+    /// the register, and 7 628 405 pps/s are 65 527.499 99.
     #[test]
     fn what_is_less_than_a_half_is_rounded_down() {
         assert_eq!(Unit::Pps.speed(7_996_243), 8_384_668);

@@ -82,7 +82,7 @@ fn off_the_line(point: [i64; 3], from: [i64; 3], to: [i64; 3]) -> f64 {
 }
 
 /// What was seen of a way from corner to corner.
-struct Way {
+struct Travel {
     /// The largest distance from the straight line, in parts of the longest way of an axis.
     off: f64,
     /// When each axis began to turn, and when it stopped, in milliseconds.
@@ -90,9 +90,9 @@ struct Way {
     arrived: [u64; 3],
 }
 
-fn way(example: &mut Example, from: [i64; 3], to: [i64; 3]) -> Way {
+fn way(example: &mut Example, from: [i64; 3], to: [i64; 3]) -> Travel {
     let longest = AXES.map(|axis| from[axis].abs_diff(to[axis])).into_iter().max().unwrap();
-    let mut way = Way { off: 0.0, begun: [0; 3], arrived: [0; 3] };
+    let mut way = Travel { off: 0.0, begun: [0; 3], arrived: [0; 3] };
     for time in example.time() + 1..example.time() + 10_000 {
         let state = example.until(time);
         way.off = way.off.max(off_the_line(rotors(&state), from, to) / longest as f64);
