@@ -1,11 +1,12 @@
 //! Reading and writing of axis parameters (manual chapter 4). Some are read from a chip or written to one at once; the
-//! others are values with which the next poll works.
+//! others are values with which the next poll works. `param/axis.rs` says which kind each of them is; here stands how a kind
+//! is read and written, and what the parameters take that are read or written specially.
 
 use super::Error;
 use super::hardware::{Hardware, Mode, RampGenerator, Shape};
 use super::joined::Joined;
 use super::stall::Measured;
-use crate::param::{AxisParameter as P, Parameter};
+use crate::param::{AxisParameter as P, Computed, Parameter, Source, Special, Writing};
 use crate::units::Micros;
 
 impl<H: Hardware> Joined<'_, H> {
@@ -14,117 +15,36 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// [`Error::Chip`] when a chip did not answer.
     pub fn read(&mut self, parameter: P) -> Result<i32, Error> {
-        Ok(match parameter {
-            P::TargetPosition => self.axis.hardware.known().target,
-            P::ActualPosition => self.actual_position()?,
-            P::TargetSpeed => self.target_speed()?,
-            P::ActualSpeed => self.actual_speed()?,
-            P::PositionReached => i32::from(self.actual_position()? == self.axis.hardware.known().target),
-            P::HomeSwitch => i32::from(self.axis.sensors.home),
-            P::RightSwitch => i32::from(self.switches()?.right),
-            P::LeftSwitch => i32::from(self.switches()?.left),
-            P::RampMode => self.axis.hardware.known().mode as i32,
-            P::SmartEnergyActualCurrent => self.readings().current.into(),
-            P::ActualLoad => self.readings().load.into(),
-            P::ExtendedErrorFlags => core::mem::take(&mut self.axis.orders.errors),
-            // Those read last, and all shut-downs since the last motion command.
-            P::DriverErrorFlags => (self.readings().flags | self.axis.orders.alarms) as i32,
-            P::EncoderPosition => self.axis.encoders.built_in.position(),
-            P::AbsoluteResolverValue => self.axis.sensors.encoder.unwrap_or_default().into(),
-            P::ExternalEncoderPosition => self.axis.encoders.external.position(),
-            P::MaximumSpeed
-            | P::MaximumAcceleration
-            | P::MaximumCurrent
-            | P::StandbyCurrent
-            | P::RightSwitchDisable
-            | P::LeftSwitchDisable
-            | P::MinimumSpeed
-            | P::MicrostepResolution
-            | P::ReferenceTolerance
-            | P::SoftStop
-            | P::EndSwitchPowerDown
-            | P::RampDivisor
-            | P::PulseDivisor
-            | P::StepInterpolation
-            | P::DoubleStep
-            | P::ChopperBlankTime
-            | P::ConstantToffMode
-            | P::DisableFastDecayComparator
-            | P::ChopperHysteresisDecrement
-            | P::ChopperHysteresisEnd
-            | P::ChopperHysteresisStart
-            | P::ChopperOffTime
-            | P::SmartEnergyCurrentMinimum
-            | P::SmartEnergyDownStep
-            | P::SmartEnergyHysteresis
-            | P::SmartEnergyUpStep
-            | P::SmartEnergyHysteresisStart
-            | P::StallGuardFilter
-            | P::StallGuardThreshold
-            | P::SlopeHighSide
-            | P::SlopeLowSide
-            | P::ShortProtectionDisable
-            | P::ShortDetectionTimer
-            | P::Vsense
-            | P::StopOnStall
-            | P::SmartEnergyThresholdSpeed
-            | P::SmartEnergySlowRunCurrent
-            | P::RandomToffMode
-            | P::ReferenceSearchMode
-            | P::ReferenceSearchSpeed
-            | P::ReferenceSwitchSpeed
-            | P::EndSwitchDistance
-            | P::LastReferencePosition
-            | P::BoostCurrent
-            | P::Freewheeling
-            | P::EncoderPrescaler
-            | P::MaximumEncoderDeviation
-            | P::PowerDownDelay
-            | P::ExternalEncoderPrescaler
-            | P::MaximumExternalEncoderDeviation
-            | P::GroupIndex
-            | P::EncoderMode
-            | P::StepDirectionMode
-            | P::SwapSwitches
-            | P::FirstAcceleration
-            | P::FirstVelocity
-            | P::MaximumDeceleration
-            | P::LastDeceleration
-            | P::StartVelocity
-            | P::StopVelocity
-            | P::RampWaitTime
-            | P::HighSpeedThreshold
-            | P::DcStepMinimumSpeed
-            | P::RightSwitchPolarity
-            | P::LeftSwitchPolarity
-            | P::HighSpeedChopperMode
-            | P::HighSpeedFullStepMode
-            | P::PowerDownRamp
-            | P::DcStepTime
-            | P::DcStepStallGuard
-            | P::RelativePositioning
-            | P::ChopperSynchronization
-            | P::PwmThresholdSpeed
-            | P::PwmGradient
-            | P::PwmAmplitude
-            | P::PwmFrequency
-            | P::PwmAutoscale
-            | P::FullStepResolution
-            | P::FreewheelingMode
-            | P::EncoderResolution
-            | P::ChipEncoderDeviation
-            | P::ReverseShaft
-            | P::UnitMode => self.axis.values.get(parameter),
-            P::ActualAcceleration
-            | P::MeasuredSpeed
-            | P::PwmScale
-            | P::PwmMode
-            | P::LatchedPosition
-            | P::LatchedEncoderPosition
-            | P::ChipEncoderPosition => {
+        match parameter.source() {
+            Source::Kept => Ok(self.axis.values.get(parameter)),
+            Source::Hardware => {
                 let (mut chips, profile) = self.chips_and_profile();
-                chips.reading(profile.values, parameter)?
+                chips.reading(profile.values, parameter)
             }
+            Source::Computed(computed) => self.compute(computed),
+        }
+    }
+
+    /// Finds the value of a parameter that is read specially.
+    fn compute(&mut self, parameter: Computed) -> Result<i32, Error> {
+        Ok(match parameter {
+            Computed::TargetPosition => self.axis.hardware.known().target,
+            Computed::ActualPosition => self.actual_position()?,
+            Computed::TargetSpeed => self.target_speed()?,
+            Computed::ActualSpeed => self.actual_speed()?,
+            Computed::PositionReached => i32::from(self.actual_position()? == self.axis.hardware.known().target),
+            Computed::HomeSwitch => i32::from(self.axis.sensors.home),
+            Computed::RightSwitch => i32::from(self.switches()?.right),
+            Computed::LeftSwitch => i32::from(self.switches()?.left),
+            Computed::RampMode => self.axis.hardware.known().mode as i32,
+            Computed::SmartEnergyActualCurrent => self.readings().current.into(),
+            Computed::ActualLoad => self.readings().load.into(),
+            Computed::ExtendedErrorFlags => core::mem::take(&mut self.axis.orders.errors),
+            // Those read last, and all shut-downs since the last motion command.
+            Computed::DriverErrorFlags => (self.readings().flags | self.axis.orders.alarms) as i32,
+            Computed::EncoderPosition => self.axis.encoders.built_in.position(),
+            Computed::AbsoluteResolverValue => self.axis.sensors.encoder.unwrap_or_default().into(),
+            Computed::ExternalEncoderPosition => self.axis.encoders.external.position(),
         })
     }
 
@@ -150,58 +70,15 @@ impl<H: Hardware> Joined<'_, H> {
     /// # Errors
     /// As with [`write`](Self::write).
     pub fn set(&mut self, now: Micros, parameter: P, value: i32) -> Result<(), Error> {
-        match parameter {
-            P::TargetPosition => self.move_to(now, value),
-            P::ActualPosition => self.overwrite_position(now, value),
-            P::TargetSpeed if self.axis.takes_speed() => self.rotate(now, value),
-            P::TargetSpeed => Ok(()),
-            P::RampMode => {
-                let mode = match value {
-                    0 => Mode::Ramp,
-                    1 => Mode::Soft,
-                    _ => Mode::Velocity,
-                };
-                self.change_mode(now, mode)
-            }
-            P::EncoderPosition => {
-                self.axis.encoders.built_in.set(value);
-                Ok(())
-            }
-            P::ExternalEncoderPosition => {
-                self.axis.encoders.external.set(value);
-                Ok(())
-            }
-            P::ExternalEncoderPrescaler => {
+        match parameter.writing() {
+            Writing::Plain => {
                 self.axis.values.set(parameter, value);
-                self.axis.arm_null();
                 Ok(())
             }
-            P::RampDivisor => self.set_divisors(value, self.axis.values.get(P::PulseDivisor)),
-            P::PulseDivisor => self.set_divisors(self.axis.values.get(P::RampDivisor), value),
-            P::MaximumSpeed
-            | P::MaximumAcceleration
-            | P::RightSwitchDisable
-            | P::LeftSwitchDisable
-            | P::MinimumSpeed
-            | P::ReferenceTolerance
-            | P::SoftStop
-            | P::SwapSwitches
-            | P::FirstAcceleration
-            | P::FirstVelocity
-            | P::MaximumDeceleration
-            | P::LastDeceleration
-            | P::StartVelocity
-            | P::StopVelocity
-            | P::RampWaitTime
-            | P::RightSwitchPolarity
-            | P::LeftSwitchPolarity => self.change(parameter, value, Self::retune),
-            // The ramps and the driver's thresholds are in this unit.
-            P::UnitMode => self.change(parameter, value, |axis| {
-                axis.retune()?;
-                axis.write_driver()
-            }),
-            P::ChipEncoderPosition => self.chips().set_encoder(value),
-            P::MicrostepResolution | P::StallGuardFilter | P::StallGuardThreshold => {
+            Writing::Profile => self.change(parameter, value, Self::retune),
+            Writing::Excitation => self.keep(parameter, value),
+            Writing::Driver => self.change(parameter, value, Self::write_driver),
+            Writing::Load => {
                 let before = self.axis.values.get(parameter);
                 self.change(parameter, value, Self::write_driver)?;
                 if value != before {
@@ -210,88 +87,54 @@ impl<H: Hardware> Joined<'_, H> {
                 }
                 Ok(())
             }
-            P::StepInterpolation
-            | P::DoubleStep
-            | P::ChopperBlankTime
-            | P::ConstantToffMode
-            | P::DisableFastDecayComparator
-            | P::ChopperHysteresisDecrement
-            | P::ChopperHysteresisEnd
-            | P::ChopperHysteresisStart
-            | P::ChopperOffTime
-            | P::SmartEnergyCurrentMinimum
-            | P::SmartEnergyDownStep
-            | P::SmartEnergyHysteresis
-            | P::SmartEnergyUpStep
-            | P::SmartEnergyHysteresisStart
-            | P::SlopeHighSide
-            | P::SlopeLowSide
-            | P::ShortProtectionDisable
-            | P::ShortDetectionTimer
-            | P::RandomToffMode
-            | P::ReverseShaft
-            | P::HighSpeedThreshold
-            | P::DcStepMinimumSpeed
-            | P::HighSpeedChopperMode
-            | P::HighSpeedFullStepMode
-            | P::PowerDownRamp
-            | P::DcStepTime
-            | P::DcStepStallGuard
-            | P::PwmThresholdSpeed
-            | P::PwmGradient
-            | P::PwmAmplitude
-            | P::PwmFrequency
-            | P::PwmAutoscale
-            | P::EncoderMode
-            | P::FullStepResolution
-            | P::FreewheelingMode
-            | P::EncoderResolution
-            | P::ChipEncoderDeviation => self.change(parameter, value, Self::write_driver),
-            P::StopOnStall => {
-                if value > self.axis.values.get(parameter) {
+            Writing::ReadOnly => Err(Error::ReadOnly),
+            Writing::Special(special) => self.set_specially(now, special, value),
+        }
+    }
+
+    /// Writes a parameter that is written specially.
+    fn set_specially(&mut self, now: Micros, parameter: Special, value: i32) -> Result<(), Error> {
+        match parameter {
+            Special::TargetPosition => self.move_to(now, value),
+            Special::ActualPosition => self.overwrite_position(now, value),
+            Special::TargetSpeed if self.axis.takes_speed() => self.rotate(now, value),
+            Special::TargetSpeed => Ok(()),
+            Special::RampMode => {
+                let mode = match value {
+                    0 => Mode::Ramp,
+                    1 => Mode::Soft,
+                    _ => Mode::Velocity,
+                };
+                self.change_mode(now, mode)
+            }
+            Special::EncoderPosition => {
+                self.axis.encoders.built_in.set(value);
+                Ok(())
+            }
+            Special::ExternalEncoderPosition => {
+                self.axis.encoders.external.set(value);
+                Ok(())
+            }
+            Special::ExternalEncoderPrescaler => {
+                self.axis.values.set(P::ExternalEncoderPrescaler, value);
+                self.axis.arm_null();
+                Ok(())
+            }
+            Special::ChipEncoderPosition => self.chips().set_encoder(value),
+            Special::RampDivisor => self.set_divisors(value, self.axis.values.get(P::PulseDivisor)),
+            Special::PulseDivisor => self.set_divisors(self.axis.values.get(P::RampDivisor), value),
+            // The ramps and the driver's thresholds are in this unit.
+            Special::UnitMode => self.change(P::UnitMode, value, |axis| {
+                axis.retune()?;
+                axis.write_driver()
+            }),
+            Special::StopOnStall => {
+                if value > self.axis.values.get(P::StopOnStall) {
                     // The motor may have been at or below the new speed a moment ago.
                     self.axis.measured = Measured::default();
                 }
-                self.keep(parameter, value)
+                self.keep(P::StopOnStall, value)
             }
-            // The next poll, or the next reference search, works with the new values of these parameters.
-            P::MaximumCurrent
-            | P::StandbyCurrent
-            | P::EndSwitchPowerDown
-            | P::SmartEnergyThresholdSpeed
-            | P::SmartEnergySlowRunCurrent
-            | P::ReferenceSearchMode
-            | P::ReferenceSearchSpeed
-            | P::ReferenceSwitchSpeed
-            | P::BoostCurrent
-            | P::Freewheeling
-            | P::EncoderPrescaler
-            | P::MaximumEncoderDeviation
-            | P::PowerDownDelay
-            | P::MaximumExternalEncoderDeviation
-            | P::GroupIndex
-            | P::StepDirectionMode
-            | P::Vsense
-            | P::RelativePositioning
-            | P::ChopperSynchronization => self.keep(parameter, value),
-            P::ActualSpeed
-            | P::PositionReached
-            | P::HomeSwitch
-            | P::RightSwitch
-            | P::LeftSwitch
-            | P::ActualAcceleration
-            | P::SmartEnergyActualCurrent
-            | P::EndSwitchDistance
-            | P::LastReferencePosition
-            | P::ActualLoad
-            | P::ExtendedErrorFlags
-            | P::DriverErrorFlags
-            | P::AbsoluteResolverValue
-            | P::MeasuredSpeed
-            | P::PwmScale
-            | P::PwmMode
-            | P::LatchedPosition
-            | P::LatchedEncoderPosition => Err(Error::ReadOnly),
         }
     }
 
@@ -311,6 +154,7 @@ impl<H: Hardware> Joined<'_, H> {
 
     /// Sets a value with which the next poll works, and of which the driver is told at once where it has to know.
     fn keep(&mut self, parameter: P, value: i32) -> Result<(), Error> {
+        const { check_driven(H::DRIVEN) };
         if H::DRIVEN.contains(&parameter) {
             return self.change(parameter, value, Self::write_driver);
         }
@@ -328,5 +172,16 @@ impl<H: Hardware> Joined<'_, H> {
         let old = self.axis.values.get(parameter);
         self.axis.values.set(parameter, value);
         tell(self).inspect_err(|_| self.axis.values.set(parameter, old))
+    }
+}
+
+/// Panics, which stops the compiler, where one of the parameters of [`Hardware::DRIVEN`] is of a kind whose writing does not
+/// ask whether it is among them.
+const fn check_driven(parameters: &[P]) {
+    let mut i = 0;
+    while i < parameters.len() {
+        let asked = matches!(parameters[i].writing(), Writing::Excitation | Writing::Special(Special::StopOnStall));
+        assert!(asked, "the driver would not be told at once: this parameter has to be one of the excitation");
+        i += 1;
     }
 }

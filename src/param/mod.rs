@@ -16,6 +16,7 @@ pub mod tmcm3212;
 pub mod tmcm6110;
 
 pub use axis::AxisParameter;
+pub(crate) use axis::{Computed, Source, Special, Writing};
 pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
 pub use interrupt::{ALL_INTERRUPTS, INTERRUPTS, Interrupt, Numbered, Per, TIMERS};
 
