@@ -10,6 +10,7 @@
 mod axis;
 mod global;
 mod interrupt;
+mod rows;
 pub mod tmcm1140;
 pub mod tmcm3110;
 pub mod tmcm3212;
@@ -19,6 +20,7 @@ pub use axis::AxisParameter;
 pub(crate) use axis::{Computed, Source, Special, Writing};
 pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
 pub use interrupt::{ALL_INTERRUPTS, INTERRUPTS, Interrupt, Numbered, Per, TIMERS};
+use rows::{demand, derived, rows, unstored};
 
 /// Bit of global parameter 81 that keeps a host from reading the program.
 pub const AGAINST_READING: i32 = 1;
@@ -143,7 +145,7 @@ pub const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 /// Range of a parameter that takes 0 or 1.
 pub const FLAG: &[(i32, i32)] = &[(0, 1)];
 
-/// What a product's table says about a parameter. Names and remarks are for people, so an image has none: it would grow by
+/// All that a product's table says about a parameter. Names and remarks are for people, so an image has none: it would grow by
 /// some kilobytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
@@ -198,16 +200,17 @@ impl Row {
     }
 
     /// Panics, at compile time for a table in a `static`, unless the ranges ascend and one of them holds the default.
+    #[track_caller]
     const fn check(&self) {
         let (mut i, mut fits) = (0, false);
         while i < self.ranges.len() {
             let (low, high) = self.ranges[i];
-            assert!(low <= high, "a range ends before it begins");
-            assert!(i == 0 || self.ranges[i - 1].1 < low, "ranges overlap");
+            demand(low <= high, self.number, "has a range that ends before it begins");
+            demand(i == 0 || self.ranges[i - 1].1 < low, self.number, "has ranges that overlap");
             fits |= low <= self.default && self.default <= high;
             i += 1;
         }
-        assert!(fits, "a default is out of range");
+        demand(fits, self.number, "has a default out of its range");
     }
 }
 
@@ -241,52 +244,6 @@ impl<F: Copy + PartialEq> Table<F> {
     pub fn row(&self, function: F) -> Option<&'static Row> {
         self.rows.iter().find(|parameter| parameter.function == function).map(|parameter| &parameter.row)
     }
-}
-
-/// The rows of a product in terms of those of a sister, `of`: without the numbers in `without`, and with the rows in `with`,
-/// which also take the place of rows with the same number. All of them in the order of their numbers; there are `N` in the
-/// end.
-///
-/// # Panics
-/// `N` is another number, `of` has no row that is left out or replaced, or `with` is not in order. For a `const` this is
-/// a compile error.
-pub const fn derived<F: Copy, const N: usize>(
-    of: &[Parameter<F>],
-    without: &[u8],
-    with: &[Parameter<F>],
-) -> [Parameter<F>; N] {
-    let mut rows = [of[0]; N];
-    let (mut n, mut i, mut left_out, mut added) = (0, 0, 0, 0);
-    while i < of.len() || added < with.len() {
-        let replaced = i < of.len() && added < with.len() && with[added].row.number == of[i].row.number;
-        if i < of.len() && left_out < without.len() && without[left_out] == of[i].row.number {
-            left_out += 1;
-            i += 1;
-            continue;
-        }
-        if added < with.len() && (i == of.len() || with[added].row.number <= of[i].row.number) {
-            rows[n] = with[added];
-            added += 1;
-            i += replaced as usize;
-        } else {
-            rows[n] = of[i];
-            i += 1;
-        }
-        n += 1;
-    }
-    assert!(left_out == without.len(), "a row that is left out does not exist, or comes too early");
-    assert!(n == N, "the product has another number of rows");
-    rows
-}
-
-/// The rows of a sister, for a product that does not store them.
-const fn unstored<F: Copy, const N: usize>(mut rows: [Parameter<F>; N]) -> [Parameter<F>; N] {
-    let mut i = 0;
-    while i < N {
-        rows[i].row.storage = Storage::Volatile;
-        i += 1;
-    }
-    rows
 }
 
 /// Makes an enum of parameter functions, and the constructor of tables for it. The value of a setting is kept in an
@@ -332,7 +289,9 @@ macro_rules! functions {
             /// # Panics
             /// The numbers do not ascend, or two rows have the same function or slot. For a table in a `static` this
             /// is a compile error.
+            #[track_caller]
             pub const fn new(rows: &'static [$crate::param::Parameter<$name>]) -> Self {
+                use $crate::param::demand;
                 let mut positions = [0; 256];
                 let mut slots = [false; 256];
                 let mut functions = [false; $name::ALL.len()];
@@ -341,12 +300,13 @@ macro_rules! functions {
                     let $crate::param::Parameter { function, row } = &rows[i];
                     row.check();
                     let byte = $name::WORDS <= function.index() && function.index() < $name::SETTINGS;
-                    assert!(!byte || row.fits_byte(), "a setting of a byte has other values");
-                    assert!(i == 0 || rows[i - 1].row.number < row.number, "numbers do not ascend");
-                    assert!(!functions[*function as usize], "two parameters do the same");
+                    let after = i == 0 || rows[i - 1].row.number < row.number;
+                    demand(after, row.number, "stands behind a number that is not lower");
+                    demand(!byte || row.fits_byte(), row.number, "is not 0..=255, as its place among the bytes says");
+                    demand(!functions[*function as usize], row.number, "has the function of another one");
                     functions[*function as usize] = true;
                     if let Some(slot) = row.slot() {
-                        assert!(!slots[slot as usize], "two parameters have the same slot");
+                        demand(!slots[slot as usize], row.number, "has the slot of another one");
                         slots[slot as usize] = true;
                     }
                     i += 1;
@@ -370,30 +330,3 @@ macro_rules! functions {
     };
 }
 use functions;
-
-/// The rows of a table, written one a line: number, function, name, unit, ranges, access, storage with its slot,
-/// default, note.
-#[macro_export]
-macro_rules! parameter_rows {
-    (
-        $functions:ident;
-        $($number:literal $function:ident $name:literal $unit:ident $ranges:expr, $access:ident $storage:ident $(($slot:literal))? $default:literal $note:literal,)*
-    ) => {
-        &[$($crate::param::Parameter {
-            function: $functions::$function,
-            row: $crate::param::Row {
-                number: $number,
-                #[cfg(not(target_os = "none"))]
-                name: $name,
-                unit: $crate::param::Unit::$unit,
-                ranges: $ranges,
-                access: $crate::param::Access::$access,
-                storage: $crate::param::Storage::$storage $(($slot))?,
-                default: $default,
-                #[cfg(not(target_os = "none"))]
-                note: $note,
-            },
-        }),*]
-    };
-}
-use crate::parameter_rows as rows;

@@ -8,7 +8,7 @@ use super::{command, now, text};
 use tmcm::can::{CanFrame, Frame, Id, StandardId};
 use tmcm::module::{Request, Source};
 use tmcm::param::tmcm1140::{AXIS, GLOBAL};
-use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Parameter, Row, derived};
+use tmcm::param::{AxisParameter, GlobalParameter, Interrupt, Row};
 use tmcm::tmcl::ascii::{self, Echo, Editor, Line};
 use tmcm::tmcl::binary::{self, Framer, Telegram};
 use tmcm::tmcl::{AxisSet, Command, Instruction, Opcode, Reply, Status, can, text};
@@ -78,9 +78,6 @@ pub(super) fn parameters() {
     any((found(GLOBAL.find(any(0)).map(|p| &p.row)), found(GLOBAL.row(any(GlobalParameter::CanId)))));
     any((any(AxisParameter::MaximumSpeed).index(), any(GlobalParameter::CanId).index()));
     any((AXIS.defaults(), GLOBAL.defaults()));
-    // Rows are derived by the compiler, where a panic is an error.
-    const ROWS: [Parameter<AxisParameter>; AXIS.rows.len()] = derived(AXIS.rows, &[], &[]);
-    any(ROWS.len());
     if let Some((numbered, index)) = Interrupt::find(any(0), any(0), any(0)) {
         any((numbered.number(index), numbered.per.count(any(0), any(0)), any(Interrupt::Input).first()));
     }
