@@ -1,6 +1,6 @@
 //! Reading and writing of axis parameters (manual chapter 4). Some are read from a chip or written to one at once; the
-//! others are values with which the next poll works. `param/axis.rs` says which kind each of them is; here stands how a kind
-//! is read and written, and what the parameters take that are read or written specially.
+//! others are values with which the next poll works. `param/axis.rs` says of which kind each of them is; here stands
+//! how the kinds are read and written, and what the parameters take that are read or written specially.
 
 use super::Error;
 use super::hardware::{Hardware, Mode, RampGenerator, Shape};
@@ -29,10 +29,10 @@ impl<H: Hardware> Joined<'_, H> {
     fn compute(&mut self, parameter: Computed) -> Result<i32, Error> {
         Ok(match parameter {
             Computed::TargetPosition => self.axis.hardware.known().target,
-            Computed::ActualPosition => self.actual_position()?,
+            Computed::ActualPosition => self.chips().position()?,
             Computed::TargetSpeed => self.target_speed()?,
             Computed::ActualSpeed => self.actual_speed()?,
-            Computed::PositionReached => i32::from(self.actual_position()? == self.axis.hardware.known().target),
+            Computed::PositionReached => i32::from(self.chips().position()? == self.axis.hardware.known().target),
             Computed::HomeSwitch => i32::from(self.axis.sensors.home),
             Computed::RightSwitch => i32::from(self.switches()?.right),
             Computed::LeftSwitch => i32::from(self.switches()?.left),
@@ -64,8 +64,8 @@ impl<H: Hardware> Joined<'_, H> {
         self.set(now, *function, value)
     }
 
-    /// Writes a parameter, whatever the product's table says of it: for a firmware that has ranges of its own, and for a
-    /// parameter that the table does not have. The value is one that the hardware can take.
+    /// Writes a parameter, whatever the product's table says of it: for a firmware that has ranges of its own, and for
+    /// a parameter that the table does not have. The value is one that the hardware can take.
     ///
     /// # Errors
     /// As with [`write`](Self::write).
@@ -138,8 +138,8 @@ impl<H: Hardware> Joined<'_, H> {
         }
     }
 
-    /// Writes both divisors at once, RAMP_DIV and PULSE_DIV: each of them may go with the other one's new value only. The
-    /// motor stands.
+    /// Writes both divisors at once, RAMP_DIV and PULSE_DIV: each of them may go with the other one's new value only.
+    /// The motor stands.
     ///
     /// # Errors
     /// The divisors stay as they were, and the error is [`Error::OutOfRange`] where the ramp generator cannot go to a
@@ -175,8 +175,8 @@ impl<H: Hardware> Joined<'_, H> {
     }
 }
 
-/// Panics, which stops the compiler, where one of the parameters of [`Hardware::DRIVEN`] is of a kind whose writing does not
-/// ask whether it is among them.
+/// Panics, which stops the compiler, where one of the parameters of [`Hardware::DRIVEN`] is of a kind whose writing
+/// does not ask whether it is among them.
 const fn check_driven(parameters: &[P]) {
     let mut i = 0;
     while i < parameters.len() {

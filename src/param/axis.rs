@@ -33,10 +33,10 @@ pub(crate) enum Writing {
     Special(Special),
 }
 
-/// Makes the enum of axis parameters, with a [`Source`] and a [`Writing`] for each. A setting says what writing it does:
-/// `plain`, `profile`, `excitation`, `driver` or `load`, `result` where the axis alone sets it, or *written specially*. A
-/// computed parameter says how it is read: as a `reading` of the hardware or *specially*; it can be written where it is
-/// *written specially* as well.
+/// Makes the enum of axis parameters, with a [`Source`] and a [`Writing`] for each. A setting says what writing it
+/// does: `plain`, `profile`, `excitation`, `driver` or `load`, `result` where the axis alone sets it, or *written
+/// specially*. A computed parameter says how it is read: as a `reading` of the hardware or *specially*; it can be
+/// written where it is *written specially* as well.
 macro_rules! axis_parameters {
     (
         $(#[$meta:meta])* $name:ident;
@@ -131,8 +131,8 @@ macro_rules! writing {
 }
 
 axis_parameters! {
-    /// The function of an axis parameter; its number, its range and its unit belong to the product's [`Row`](super::Row).
-    /// Speeds and accelerations are in the units that the product has.
+    /// The function of an axis parameter; its number, its range and its unit belong to the product's
+    /// [`Row`](super::Row). Speeds and accelerations are in the units that the product has.
     AxisParameter;
     settings {
         /// Top speed of positioning moves, in the product's unit of speed.
@@ -174,8 +174,8 @@ axis_parameters! {
         /// Acceleration A1 of a ramp in two parts, from its start to its first velocity, in the product's unit of
         /// acceleration.
         FirstAcceleration = profile;
-        /// Velocity V1, in the product's unit of speed, at which a ramp goes over from A1 to parameter 5, and from DMAX to
-        /// D1; 0: it has one part only.
+        /// Velocity V1, in the product's unit of speed, at which a ramp goes over from A1 to parameter 5, and from DMAX
+        /// to D1; 0: it has one part only.
         FirstVelocity = profile;
         /// Deceleration DMAX from the top speed to the first velocity, in the product's unit of acceleration.
         MaximumDeceleration = profile;
@@ -231,8 +231,8 @@ axis_parameters! {
         ConstantToffMode = driver;
         /// 1: in constant off time mode the comparator does not end the fast decay phase.
         DisableFastDecayComparator = driver;
-        /// Time between two decrements of the hysteresis in spreadCycle, as a choice of clock counts. It has no number in
-        /// TMCL.
+        /// Time between two decrements of the hysteresis in spreadCycle, as a choice of clock counts. It has no number
+        /// in TMCL.
         ChopperHysteresisDecrement = driver;
         /// Hysteresis end in spreadCycle, fast decay time in constant off time mode.
         ChopperHysteresisEnd = driver;

@@ -11,7 +11,7 @@ pub const ALL_INTERRUPTS: u8 = 255;
 /// Number of timers; their interrupts are numbered from 0.
 pub const TIMERS: u8 = 3;
 
-/// What a kind of interrupts exists once for.
+/// The parts of a module each of which has an interrupt of a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Per {
     /// One interrupt per timer.
@@ -49,7 +49,7 @@ pub struct Numbered {
     /// Name of the event, for people: as in a [`Row`] an image has none.
     #[cfg(not(target_os = "none"))]
     pub name: &'static str,
-    /// What there is one interrupt of this kind for.
+    /// The parts of a module each of which has an interrupt of this kind.
     pub per: Per,
     /// Interrupt number of the first timer, axis or input.
     pub first: u8,

@@ -2,10 +2,11 @@
 //!
 //! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by the settings
 //! (which slot), by the documentation (`docs/parameters-*.md`) and by the tests. The function of a parameter is a
-//! variant of [`AxisParameter`] or [`GlobalParameter`]; the firmware matches exhaustively on these enums, so a
-//! function without behaviour does not compile. The number of a parameter belongs to the row, because the same number
-//! means different things on different products. Interrupts, and their parameters in bank 3, have the same numbers on
-//! all products.
+//! variant of [`AxisParameter`] or [`GlobalParameter`]. The list of axis parameters says what reading and writing each
+//! of them takes, and the firmware matches exhaustively on those for which it does something special, and on all global
+//! parameters: so a function without behaviour does not compile. The number of a parameter belongs to the row, because
+//! the same number means different things on different products. Interrupts, and their parameters in bank 3, have the
+//! same numbers on all products.
 
 mod axis;
 mod global;
@@ -145,8 +146,8 @@ pub const ANY: &[(i32, i32)] = &[(i32::MIN, i32::MAX)];
 /// Range of a parameter that takes 0 or 1.
 pub const FLAG: &[(i32, i32)] = &[(0, 1)];
 
-/// All that a product's table says about a parameter. Names and remarks are for people, so an image has none: it would grow by
-/// some kilobytes.
+/// All that a product's table says about a parameter. Names and remarks are for people, so an image has none: it would
+/// grow by some kilobytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// Number in the type field of a command.

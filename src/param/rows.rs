@@ -1,5 +1,5 @@
-//! How the rows of a product's table are written, one a line or in terms of a sister's, and how the compiler complains of
-//! them.
+//! How the rows of a product's table are written, one a line or in terms of a sister's, and how the compiler complains
+//! of them.
 
 use super::{Parameter, Storage};
 
@@ -120,8 +120,8 @@ pub(super) const fn unstored<F: Copy, const N: usize>(of: &[Parameter<F>]) -> [P
     rows
 }
 
-/// Panics, which stops the compiler, unless the parameter of this number is as it has to be. `complaint` tells how it is
-/// instead.
+/// Panics, which stops the compiler, unless the parameter of this number is as it has to be. `complaint` tells how it
+/// is instead.
 #[track_caller]
 pub(super) const fn demand(holds: bool, number: u8, complaint: &str) {
     if holds {
@@ -176,7 +176,7 @@ mod tests {
         assert!(unstored::<_, 3>(SISTER).iter().all(|parameter| !parameter.row.stored()));
     }
 
-    /// What the compiler says of a table with these rows, if it complains.
+    /// The complaint of the compiler about a table with these rows, if there is one.
     fn complaint(rows: &'static [Parameter<AxisParameter>]) -> Option<String> {
         let panic = std::panic::catch_unwind(|| Table::<AxisParameter>::new(rows)).err()?;
         panic.downcast_ref::<String>().cloned()

@@ -1,5 +1,5 @@
-//! The parameters of the TMCM-3110: those of the TMCM-6110, and those of an ABN encoder for each axis, which has a counter
-//! of its own outside the motion controller.
+//! The parameters of the TMCM-3110: those of the TMCM-6110, and those of an ABN encoder for each axis, which has a
+//! counter of its own outside the motion controller.
 
 use super::{ANY, AxisParameter, GlobalParameter, Table, derived, tmcm1140, tmcm6110};
 

@@ -1,5 +1,6 @@
-//! The parameters of the TMCM-3212, whose ramp generator is in the driver chip: speeds are in pps, accelerations in pps2.
-//! The module has a counter for an encoder of each axis, which is in the chip as well. No axis parameter is stored.
+//! The parameters of the TMCM-3212, whose ramp generator is in the driver chip: speeds are in pps, accelerations in
+//! pps2. The module has a counter for an encoder of each axis, which is in the chip as well. No axis parameter is
+//! stored.
 
 use super::{ANY, AxisParameter, FLAG, GlobalParameter, Parameter, Table, derived, tmcm1140, tmcm6110, unstored};
 
