@@ -3,7 +3,7 @@
 use super::commands::slots;
 use super::{Commands, Hooks, Outcome, Product};
 use crate::device::Board;
-use crate::motion::{self, Axis, Hardware, Mode, Shape};
+use crate::motion::{self, Axis, Hardware, RampMode, Shape};
 use crate::param::{AxisParameter, Parameter};
 use crate::tmcl::{AxisSet, Status};
 
@@ -150,7 +150,7 @@ impl<T: Board<Product: Product>, H: Hooks, const AXES: usize> Commands<'_, T, H,
         let travels_on = match parameter.function {
             AxisParameter::TargetPosition | AxisParameter::ActualPosition => false,
             AxisParameter::TargetSpeed => !rotates,
-            AxisParameter::RampMode => value != Mode::Velocity as i32 && !searched,
+            AxisParameter::RampMode => value != RampMode::Velocity as i32 && !searched,
             _ => true,
         };
         let ended = if travels_on { 0 } else { 1_u8.unbounded_shl(axis.into()) };

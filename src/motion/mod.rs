@@ -38,7 +38,7 @@ pub use calm::Calm;
 pub use current::Excitation;
 pub use former::Former;
 pub use hardware::{
-    Driver, Followed, Goal, Hardware, Known, Mode, MotionController, RampGenerator, Readings, Shape, StopSwitches,
+    Driver, Followed, Goal, Hardware, Known, MotionController, RampGenerator, RampMode, Readings, Shape, StopSwitches,
 };
 pub use joined::Joined;
 pub use pace::Pace;

@@ -4,7 +4,7 @@
 use super::Error;
 use super::current::MotionState;
 use super::former::Former;
-use super::hardware::{Goal, Hardware, Known, Mode, RampGenerator, Shape};
+use super::hardware::{Goal, Hardware, Known, RampGenerator, RampMode, Shape};
 use super::joined::Joined;
 use super::orders::Untold;
 use super::pace::Pace;
@@ -127,7 +127,7 @@ impl<H: Hardware> Joined<'_, H> {
         if !mode.positions() {
             return Ok(());
         }
-        self.go(Goal::Position { target: position, soft: mode == Mode::Soft })
+        self.go(Goal::Position { target: position, soft: mode == RampMode::Soft })
     }
 
     /// Stops the motor at once, without a ramp, and ends its positioning move or reference search.
@@ -201,26 +201,26 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn travel_to(&mut self, now: Micros, target: i32) -> Result<(), Error> {
         self.wake(now)?;
         // A speed that was worked out for the motion is that of a trapezoidal ramp.
-        let soft = self.axis.hardware.known().mode == Mode::Soft && self.axis.orders.pace.speed.is_none();
+        let soft = self.axis.hardware.known().mode == RampMode::Soft && self.axis.orders.pace.speed.is_none();
         self.go(Goal::Position { target, soft })
     }
 
     /// Changes the ramp mode (parameter 138). On a change to velocity mode the motor keeps the speed for which it was
     /// heading; on a change to a positioning mode it goes to the last target. A reference search ends, as if the motor
     /// had been stopped before.
-    pub(super) fn change_mode(&mut self, now: Micros, mode: Mode) -> Result<(), Error> {
+    pub(super) fn change_mode(&mut self, now: Micros, mode: RampMode) -> Result<(), Error> {
         if self.axis.search.is_some() {
             self.rotate(now, 0)?;
         }
         let target = self.axis.hardware.known().target;
-        let goal = Goal::Position { target, soft: mode == Mode::Soft };
+        let goal = Goal::Position { target, soft: mode == RampMode::Soft };
         match (self.axis.hardware.known().mode, mode) {
-            (Mode::Velocity, Mode::Velocity) => Ok(()),
-            (_, Mode::Velocity) => {
+            (RampMode::Velocity, RampMode::Velocity) => Ok(()),
+            (_, RampMode::Velocity) => {
                 let heading = self.target_speed()?;
                 self.rotate(now, heading)
             }
-            (Mode::Velocity, _) => {
+            (RampMode::Velocity, _) => {
                 self.begin(true, Pace::default());
                 self.wake(now)?;
                 self.axis.orders.travelling = true;
@@ -236,7 +236,7 @@ impl<H: Hardware> Joined<'_, H> {
         let known = *self.axis.hardware.known();
         let standing = self.axis.at_target() && known.speed == 0;
         let rests = self.axis.rests();
-        let ends = known.mode != Mode::Velocity || self.axis.search.is_some();
+        let ends = known.mode != RampMode::Velocity || self.axis.search.is_some();
         if ends {
             self.axis.search = None;
             self.axis.orders.travelling = false;
@@ -253,7 +253,7 @@ impl<H: Hardware> Joined<'_, H> {
             return Err(error);
         }
         if known.mode.positions() && standing {
-            self.go(Goal::Position { target: value, soft: known.mode == Mode::Soft })
+            self.go(Goal::Position { target: value, soft: known.mode == RampMode::Soft })
         } else {
             Ok(())
         }
@@ -306,7 +306,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn resume(&mut self, known: Known) -> Result<(), Error> {
         let Known { mode, target, target_speed, .. } = known;
         self.go(if mode.positions() {
-            Goal::Position { target, soft: mode == Mode::Soft }
+            Goal::Position { target, soft: mode == RampMode::Soft }
         } else {
             Goal::Speed(target_speed)
         })

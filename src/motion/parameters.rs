@@ -3,7 +3,7 @@
 //! how the kinds are read and written, and what the parameters take that are read or written specially.
 
 use super::Error;
-use super::hardware::{Hardware, Mode, RampGenerator, Shape};
+use super::hardware::{Hardware, RampGenerator, RampMode, Shape};
 use super::joined::Joined;
 use super::stall::Measured;
 use crate::param::{AxisParameter as P, Computed, Parameter, Source, Special, Writing};
@@ -32,7 +32,7 @@ impl<H: Hardware> Joined<'_, H> {
             Computed::ActualPosition => self.chips().position()?,
             Computed::TargetSpeed => self.target_speed()?,
             Computed::ActualSpeed => self.actual_speed()?,
-            Computed::PositionReached => i32::from(self.chips().position()? == self.axis.hardware.known().target),
+            Computed::PositionReached => i32::from(self.actual_position()? == self.axis.hardware.known().target),
             Computed::HomeSwitch => i32::from(self.axis.sensors.home),
             Computed::RightSwitch => i32::from(self.switches()?.right),
             Computed::LeftSwitch => i32::from(self.switches()?.left),
@@ -101,9 +101,9 @@ impl<H: Hardware> Joined<'_, H> {
             Special::TargetSpeed => Ok(()),
             Special::RampMode => {
                 let mode = match value {
-                    0 => Mode::Ramp,
-                    1 => Mode::Soft,
-                    _ => Mode::Velocity,
+                    0 => RampMode::Ramp,
+                    1 => RampMode::Soft,
+                    _ => RampMode::Velocity,
                 };
                 self.change_mode(now, mode)
             }

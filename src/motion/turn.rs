@@ -10,7 +10,7 @@
 use super::Error;
 use super::axis::{Axis, Events};
 use super::current::MotionState;
-use super::hardware::{Followed, Hardware, Known, Mode, RampGenerator, Shape, StopSwitches};
+use super::hardware::{Followed, Hardware, Known, RampGenerator, RampMode, Shape, StopSwitches};
 use super::joined::Joined;
 use super::sensors::Sensors;
 use crate::param::AxisParameter as P;
@@ -48,7 +48,7 @@ impl<H: Hardware> Axis<H> {
     /// True while the motor is to turn at a speed, outside a reference search.
     fn rotates(&self) -> bool {
         let Known { mode, target_speed, .. } = *self.hardware.known();
-        mode == Mode::Velocity && target_speed != 0 && self.search.is_none()
+        mode == RampMode::Velocity && target_speed != 0 && self.search.is_none()
     }
 }
 

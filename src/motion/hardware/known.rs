@@ -3,7 +3,7 @@
 /// The ramp mode of an axis, by the numbers of parameter 138.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Mode {
+pub enum RampMode {
     /// The motor goes to a position, with a trapezoidal ramp.
     #[default]
     Ramp = 0,
@@ -16,10 +16,10 @@ pub enum Mode {
     Hold = 3,
 }
 
-impl Mode {
+impl RampMode {
     /// True in the two modes in which the motor goes to a position.
     pub const fn positions(self) -> bool {
-        matches!(self, Mode::Ramp | Mode::Soft)
+        matches!(self, RampMode::Ramp | RampMode::Soft)
     }
 }
 
@@ -27,7 +27,7 @@ impl Mode {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Known {
     /// The mode that the ramp generator was told last.
-    pub mode: Mode,
+    pub mode: RampMode,
     /// The speed at which the motor was last told to turn, right if positive.
     pub target_speed: i32,
     /// The position to which the motor was last sent, in microsteps.

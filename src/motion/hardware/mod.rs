@@ -17,7 +17,7 @@ mod switches;
 pub use controller::MotionController;
 pub use driver::Driver;
 pub use generator::{Followed, Goal, RampGenerator};
-pub use known::{Known, Mode};
+pub use known::{Known, RampMode};
 pub use readings::Readings;
 pub use shape::Shape;
 pub use switches::StopSwitches;

@@ -7,9 +7,9 @@ use super::settings::{Basis, Settings};
 use super::shape::Trapezoid;
 use super::{Bound, Rest, position};
 use crate::chip::tmc262::Tmc262;
-use crate::chip::tmc429::{RampMode, Register, reference, signed};
+use crate::chip::tmc429::{self, Register, reference, signed};
 use crate::motion::Error;
-use crate::motion::hardware::{Followed, Goal, Known, Mode, RampGenerator};
+use crate::motion::hardware::{Followed, Goal, Known, RampGenerator, RampMode};
 use crate::motion::profile::Profile;
 use crate::motion::switch::{Side, Stops};
 use crate::motion::values::Values;
@@ -28,13 +28,13 @@ impl<M: SpiDevice, D: SpiDevice> RampGenerator for Bound<'_, M, D> {
         self.axis.rest = Rest::Moves;
         match goal {
             Goal::Speed(speed) => {
-                self.set_mode(Mode::Velocity, profile.stops)?;
+                self.set_mode(RampMode::Velocity, profile.stops)?;
                 self.chip.write(self.axis.generator, Register::VTarget, speed as u32)?;
                 self.axis.known.target_speed = speed;
             }
             // For a position the target and the ramp settings are written first and the mode last.
             Goal::Position { target, soft } => {
-                self.axis.known.mode = if soft { Mode::Soft } else { Mode::Ramp };
+                self.axis.known.mode = if soft { RampMode::Soft } else { RampMode::Ramp };
                 self.axis.known.target = target;
                 self.axis.waypoint = position::first(self.axis.known.position, target);
                 self.write_waypoint()?;
@@ -52,7 +52,7 @@ impl<M: SpiDevice, D: SpiDevice> RampGenerator for Bound<'_, M, D> {
             let waypoint = position::first(self.axis.known.position, target);
             self.chip.write(self.axis.generator, Register::XTarget, waypoint as u32)?;
         }
-        self.write_ramp(&Settings::of(Mode::Ramp, profile), None)
+        self.write_ramp(&Settings::of(RampMode::Ramp, profile), None)
     }
 
     fn ease(&mut self, profile: &Profile<'_>) -> Result<bool, Error> {
@@ -86,7 +86,7 @@ impl<M: SpiDevice, D: SpiDevice> RampGenerator for Bound<'_, M, D> {
     /// V_ACTUAL may be written in hold mode only (datasheet section 8.1.6). Writing zero also clears the hidden
     /// fraction of the velocity.
     fn stop(&mut self, profile: &Profile<'_>) -> Result<(), Error> {
-        self.set_mode(Mode::Hold, profile.stops)?;
+        self.set_mode(RampMode::Hold, profile.stops)?;
         self.chip.write(self.axis.generator, Register::VActual, 0)?;
         self.chip.write(self.axis.generator, Register::VTarget, 0)?;
         self.axis.known.speed = 0;
@@ -209,7 +209,7 @@ impl<M: SpiDevice, D: SpiDevice> Bound<'_, M, D> {
             self.write_divisors(u32::from(pulse_div) << 12 | u32::from(ramp_div) << 8, stops)?;
             self.chip.write(m, Register::DxRefTolerance, tolerance as u32)?;
         }
-        if mode == Mode::Velocity {
+        if mode == RampMode::Velocity {
             // In velocity mode the chip takes any acceleration.
             self.chip.write(m, Register::AMax, acceleration as u32)?;
             return Ok(self.chip.write(m, Register::VMax, speed as u32)?);
@@ -232,17 +232,17 @@ impl<M: SpiDevice, D: SpiDevice> Bound<'_, M, D> {
     }
 
     /// Writes the ramp mode, together with what the stop switches do, which is in the same register.
-    fn set_mode(&mut self, mode: Mode, stops: Stops) -> Result<(), Error> {
+    fn set_mode(&mut self, mode: RampMode, stops: Stops) -> Result<(), Error> {
         self.axis.known.mode = mode;
         if self.axis.settled.is_some_and(|settings| settings.mode == mode && settings.stops == stops) {
             return Ok(());
         }
         self.axis.settled = None;
         let mode = match mode {
-            Mode::Ramp => RampMode::Ramp,
-            Mode::Soft => RampMode::Soft,
-            Mode::Velocity => RampMode::Velocity,
-            Mode::Hold => RampMode::Hold,
+            RampMode::Ramp => tmc429::RampMode::Ramp,
+            RampMode::Soft => tmc429::RampMode::Soft,
+            RampMode::Velocity => tmc429::RampMode::Velocity,
+            RampMode::Hold => tmc429::RampMode::Hold,
         };
         let bit = |set: bool, bit: u32| if set { bit } else { 0 };
         let reference = bit(!stops.left, reference::DISABLE_STOP_L)
@@ -257,15 +257,15 @@ impl<M: SpiDevice, D: SpiDevice> Bound<'_, M, D> {
     /// motor is.
     fn write_divisors(&mut self, word: u32, stops: Stops) -> Result<(), Error> {
         let Known { mode, target_speed, speed, .. } = self.axis.known;
-        let standing = mode == Mode::Velocity && target_speed == 0 && speed == 0;
+        let standing = mode == RampMode::Velocity && target_speed == 0 && speed == 0;
         if !standing || self.chip.holds(self.axis.generator, Register::Divisors, word) {
             return Ok(self.chip.write(self.axis.generator, Register::Divisors, word)?);
         }
         let here = self.position()?;
         self.chip.write(self.axis.generator, Register::XTarget, here as u32)?;
-        self.set_mode(Mode::Ramp, stops)?;
+        self.set_mode(RampMode::Ramp, stops)?;
         self.chip.write(self.axis.generator, Register::Divisors, word)?;
-        self.set_mode(Mode::Velocity, stops)?;
+        self.set_mode(RampMode::Velocity, stops)?;
         // In ramp mode the ramp generator has changed V_TARGET itself.
         Ok(self.chip.write(self.axis.generator, Register::VTarget, target_speed as u32)?)
     }

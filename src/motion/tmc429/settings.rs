@@ -1,6 +1,6 @@
 //! The settings of a ramp generator of the TMC429, as the profile of its motor makes them.
 
-use crate::motion::hardware::Mode;
+use crate::motion::hardware::RampMode;
 use crate::motion::profile::Profile;
 use crate::motion::switch::Stops;
 use crate::motion::values::Values;
@@ -12,7 +12,7 @@ use crate::units::INTERNAL_MAX;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Settings {
     pub(super) basis: Basis,
-    pub(super) mode: Mode,
+    pub(super) mode: RampMode,
     pub(super) stops: Stops,
     /// V_MAX in internal velocity, 0..=2047.
     pub(super) speed: i32,
@@ -30,12 +30,12 @@ pub(super) struct Basis {
 }
 
 impl Settings {
-    pub(super) fn of(mode: Mode, profile: &Profile<'_>) -> Self {
+    pub(super) fn of(mode: RampMode, profile: &Profile<'_>) -> Self {
         let Profile { values, speed, acceleration, tolerance, stops } = *profile;
         let (ramp_div, pulse_div) = divisors(values);
         let basis = Basis { minimum_speed: values.get(P::MinimumSpeed), ramp_div, pulse_div, tolerance };
         // In velocity mode the target speed may be any, whatever parameter 4 says.
-        let speed = if mode == Mode::Velocity { INTERNAL_MAX } else { speed };
+        let speed = if mode == RampMode::Velocity { INTERNAL_MAX } else { speed };
         Settings { basis, mode, stops, speed, acceleration }
     }
 }

@@ -5,9 +5,9 @@ use embedded_hal::spi::SpiDevice;
 use super::Bound;
 use super::ramp::Shape;
 use super::unit::{self, Unit, signed_speed};
-use crate::chip::tmc5160::{RampMode, Register, Turn, drv_status, ramp_stat};
+use crate::chip::tmc5160::{self, Register, Turn, drv_status, ramp_stat};
 use crate::motion::Error;
-use crate::motion::hardware::{Followed, Goal, Mode, MotionController, RampGenerator};
+use crate::motion::hardware::{Followed, Goal, MotionController, RampGenerator, RampMode};
 use crate::motion::profile::Profile;
 use crate::motion::values::Values;
 use crate::param::AxisParameter as P;
@@ -25,18 +25,18 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         self.axis.settling = SETTLING;
         match goal {
             Goal::Speed(speed) => {
-                self.axis.known.mode = Mode::Velocity;
+                self.axis.known.mode = RampMode::Velocity;
                 self.axis.known.target_speed = speed;
                 self.retune(profile)?;
-                let mode = if speed < 0 { RampMode::Negative } else { RampMode::Positive };
+                let mode = if speed < 0 { tmc5160::RampMode::Negative } else { tmc5160::RampMode::Positive };
                 Ok(self.chip.write(Register::RampMode, mode as u32)?)
             }
             Goal::Position { target, .. } => {
                 self.prepare(target, profile)?;
-                self.axis.known.mode = Mode::Ramp;
+                self.axis.known.mode = RampMode::Ramp;
                 self.axis.known.target = target;
-                if !self.chip.holds(Register::RampMode, RampMode::Positioning as u32) {
-                    return Ok(self.chip.write(Register::RampMode, RampMode::Positioning as u32)?);
+                if !self.chip.holds(Register::RampMode, tmc5160::RampMode::Positioning as u32) {
+                    return Ok(self.chip.write(Register::RampMode, tmc5160::RampMode::Positioning as u32)?);
                 }
                 Ok(self.chip.write(Register::XTarget, target as u32)?)
             }
@@ -47,9 +47,9 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
     /// speed that it has, until positioning begins. In positioning mode the motor goes when it gets its target.
     fn prepare(&mut self, target: i32, profile: &Profile<'_>) -> Result<(), Error> {
         self.write_switches(profile)?;
-        let positions = self.chip.holds(Register::RampMode, RampMode::Positioning as u32);
+        let positions = self.chip.holds(Register::RampMode, tmc5160::RampMode::Positioning as u32);
         if !positions {
-            self.chip.write(Register::RampMode, RampMode::Hold as u32)?;
+            self.chip.write(Register::RampMode, tmc5160::RampMode::Hold as u32)?;
         }
         self.write_ramp(profile)?;
         if !positions {
@@ -81,7 +81,7 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
     /// A chip that has been reset is set up with the motor where it was last known to be. What its driver has lost is written
     /// by [`drive`](Self::drive).
     fn stop(&mut self, profile: &Profile<'_>) -> Result<(), Error> {
-        self.axis.known.mode = Mode::Hold;
+        self.axis.known.mode = RampMode::Hold;
         if self.chip.is_lost() {
             self.chip.start()?;
             self.chip.place_standing(Register::XActual, self.axis.known.position)?;

@@ -7,7 +7,7 @@
 mod settings;
 
 use super::registers::Registers;
-use settings::{Mode, Settings};
+use settings::{RampMode, Settings};
 
 /// Clocks from one change of the velocity to the next.
 pub(super) const TICK: u64 = 512;
@@ -122,9 +122,9 @@ impl Ramp {
     pub(super) fn at_speed(&self) -> bool {
         let speed = self.velocity.unsigned_abs();
         let wrong = match self.settings.mode {
-            Mode::Up => self.velocity < 0,
-            Mode::Down => self.velocity > 0,
-            Mode::Position | Mode::Hold => false,
+            RampMode::Up => self.velocity < 0,
+            RampMode::Down => self.velocity > 0,
+            RampMode::Position | RampMode::Hold => false,
         };
         speed == self.settings.vmax && !wrong
     }
@@ -153,10 +153,10 @@ impl Ramp {
     /// The direction in which the motor moves, or is to move: 1, -1, or 0 for none.
     pub(super) fn demand(&self) -> i32 {
         match self.settings.mode {
-            Mode::Position => self.way().signum(),
-            Mode::Up => 1,
-            Mode::Down => -1,
-            Mode::Hold => self.velocity.signum(),
+            RampMode::Position => self.way().signum(),
+            RampMode::Up => 1,
+            RampMode::Down => -1,
+            RampMode::Hold => self.velocity.signum(),
         }
     }
 
@@ -271,7 +271,7 @@ impl Ramp {
             self.note_target(false);
             let (speed, settings) = (self.velocity.unsigned_abs(), &self.settings);
             // What a single change of the velocity could do is done at once.
-            if self.at_target() && settings.mode == Mode::Position && speed <= settings.arrival(speed) {
+            if self.at_target() && settings.mode == RampMode::Position && speed <= settings.arrival(speed) {
                 self.rest();
             }
         }
@@ -304,7 +304,7 @@ impl Ramp {
     /// The motor has come to rest, or is stopped. Until TZEROWAIT is over it does not start again.
     fn rest(&mut self) {
         let direction = self.velocity.signum();
-        let back = if self.settings.mode == Mode::Position { self.way().signum() } else { 0 };
+        let back = if self.settings.mode == RampMode::Position { self.way().signum() } else { 0 };
         self.turning_back = if back == -direction { back } else { 0 };
         self.velocity = 0;
         self.phase = CENTRE;
@@ -329,11 +329,11 @@ impl Ramp {
             settings.brake(speed)
         } else {
             match settings.mode {
-                Mode::Hold => speed,
-                Mode::Up | Mode::Down if self.demand() != direction => speed.saturating_sub(settings.amax),
-                Mode::Up | Mode::Down => settings.approach(speed, settings.amax),
-                Mode::Position if self.way().signum() != direction => settings.brake(speed),
-                Mode::Position => self.toward_target(speed),
+                RampMode::Hold => speed,
+                RampMode::Up | RampMode::Down if self.demand() != direction => speed.saturating_sub(settings.amax),
+                RampMode::Up | RampMode::Down => settings.approach(speed, settings.amax),
+                RampMode::Position if self.way().signum() != direction => settings.brake(speed),
+                RampMode::Position => self.toward_target(speed),
             }
         };
         speed.cast_signed() * direction
@@ -346,9 +346,9 @@ impl Ramp {
             return 0;
         }
         match settings.mode {
-            Mode::Hold => 0,
-            Mode::Up | Mode::Down => settings.approach(0, settings.amax),
-            Mode::Position => {
+            RampMode::Hold => 0,
+            RampMode::Up | RampMode::Down => settings.approach(0, settings.amax),
+            RampMode::Position => {
                 let start = settings.vstart.min(settings.vmax);
                 let wanted = settings.approach(start, settings.acceleration(start));
                 wanted.min(settings.speed_at(self.remaining(), wanted)).max(start)
@@ -423,9 +423,11 @@ impl Ramp {
         let ahead = if direction > 0 { self.way() } else { self.way().wrapping_neg() }.cast_unsigned();
         let to_target = ahead.saturating_sub(1);
         match settings.mode {
-            Mode::Hold => Some(to_target),
-            Mode::Up | Mode::Down => (self.demand() == direction && speed == settings.vmax).then_some(to_target),
-            Mode::Position => {
+            RampMode::Hold => Some(to_target),
+            RampMode::Up | RampMode::Down => {
+                (self.demand() == direction && speed == settings.vmax).then_some(to_target)
+            }
+            RampMode::Position => {
                 let cruises = self.way().signum() == direction && speed == settings.vmax && !self.braking;
                 let free = ahead.saturating_sub(settings.braking_steps());
                 (cruises && free > 0).then_some(free)

@@ -11,7 +11,7 @@ const DISTANCE_BITS: u32 = 8;
 
 /// RAMPMODE.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(super) enum RampMode {
     /// To the target.
     Position,
     /// With VMAX to higher positions.
@@ -25,7 +25,7 @@ pub(super) enum Mode {
 /// The settings.
 #[derive(Clone, Debug)]
 pub(super) struct Settings {
-    pub(super) mode: Mode,
+    pub(super) mode: RampMode,
     pub(super) target: i32,
     pub(super) vstart: u32,
     pub(super) vmax: u32,
@@ -50,10 +50,10 @@ impl Settings {
         let speed = |address| registers.get(address) << FRACTION_BITS;
         let mut settings = Self {
             mode: match registers.get(RAMPMODE) {
-                0 => Mode::Position,
-                1 => Mode::Up,
-                2 => Mode::Down,
-                _ => Mode::Hold,
+                0 => RampMode::Position,
+                1 => RampMode::Up,
+                2 => RampMode::Down,
+                _ => RampMode::Hold,
             },
             target: registers.get(XTARGET).cast_signed(),
             vstart: speed(VSTART),
