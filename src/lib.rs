@@ -28,8 +28,8 @@
 //!   three.
 //! * **Turn** - what the device and its firmware do in each millisecond: supervise, **poll** each axis once, give the
 //!   program its share.
-//! * **Goal** - what a motor is to do: go to a position, or turn at a speed. Its **course** is how: with which speed,
-//!   acceleration and stop switches.
+//! * **Goal** - what a motor is to do: go to a position, or turn at a speed. Its **motion profile** is how: with which
+//!   speed, acceleration and stop switches. The **shape** of a ramp is what it has besides a top speed and one acceleration.
 //! * **Waypoint** - a target that a TMC429 gets on the way to a distant one, as it has only 24 bits for positions.
 //! * **Leg** - one run of a reference search, in one direction until a switch closes or opens. The search ends at its
 //!   **zero point**.

@@ -12,6 +12,9 @@
 //!   imports.
 //! * Calls of a type's own methods between files form no circle, and the methods are in few files: else it is several types
 //!   in one ([`MOST_FILES`]); `layers/owners.rs` defines methods and calls.
+//! * No trait of the firmware has more than [`MOST_FUNCTIONS`] functions, no function more than [`MOST_LINES`] lines, and neither
+//!   an axis nor what it is made of more than [`MOST_FIELDS`] fields; `layers/sizes.rs` counts them.
+//! * Comments of items in [`NAMED`] begin with their subject.
 //! * The services of CiA 301 use nothing of the firmware but frames and units.
 //! * The simulated hardware does not use the firmware, and the virtual modules do not use the command line.
 //! * The functions that `docs/architecture.md` names exist in the files it names, and a path through the code visits no
@@ -29,6 +32,8 @@ mod circles;
 mod imports;
 #[path = "layers/owners.rs"]
 mod owners;
+#[path = "layers/sizes.rs"]
+mod sizes;
 #[path = "layers/tokens.rs"]
 mod tokens;
 
@@ -37,6 +42,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
+use sizes::{Sized, Sizes};
 use tokens::tokens;
 
 /// The modules that a source names by a path from the crate's root: `crate::a::b`, `crate::{a, b::c}`, or by as many
@@ -331,6 +337,52 @@ fn calls_of_own_methods_between_files_form_no_circle() {
     }
     assert!(table.len() > 100, "{} types", table.len());
     assert!(wrong.is_empty(), "give the state an owner below the others:\n{wrong}");
+}
+
+/// The most functions that a trait of the firmware may have.
+const MOST_FUNCTIONS: usize = 20;
+/// The most lines that a function of the firmware may have.
+const MOST_LINES: usize = 100;
+/// The most fields that an axis may have, and what it is made of.
+const MOST_FIELDS: usize = 14;
+/// What may have more: a search is data that is worked out once.
+const DATA: [&str; 1] = ["Search"];
+#[test]
+fn traits_functions_and_axes_are_small() {
+    let files = sources(&root().join("src"));
+    let sizes: Vec<_> = files.iter().map(|file| Sizes::of(file, &fs::read_to_string(file).unwrap())).collect();
+    let motion = root().join("src/motion");
+    let of_axes = |thing: &&Sized| thing.file.starts_with(&motion) && !DATA.contains(&thing.name.as_str());
+    let checked = [
+        ("functions", MOST_FUNCTIONS, sizes.iter().flat_map(|sizes| &sizes.traits).collect::<Vec<_>>()),
+        ("lines", MOST_LINES, sizes.iter().flat_map(|sizes| &sizes.lines).collect()),
+        ("fields", MOST_FIELDS, sizes.iter().flat_map(|sizes| &sizes.fields).filter(of_axes).collect()),
+    ];
+    for (what, most, things) in checked {
+        assert!(things.len() > 10, "{} with {what}", things.len());
+        let large: Vec<_> = things.into_iter().filter(|thing| thing.size > most).collect();
+        assert!(large.is_empty(), "more than {most} {what}: {large:#?}");
+    }
+}
+
+/// How a comment begins that does not name its subject.
+const SUBJECTLESS: [&str; 4] = ["It", "What", "The same", "That"];
+/// The modules whose comments are looked at.
+const NAMED: [&str; 4] = ["motion", "device", "chip", "param"];
+#[test]
+fn comments_of_items_name_their_subject() {
+    for (file, text, _) in NAMED.iter().flat_map(|module| files_of(module)) {
+        let mut before = "";
+        for line in text.lines().map(str::trim_start) {
+            let begins =
+                line.starts_with("///") && !before.starts_with("///") || line.starts_with("//!") && before.is_empty();
+            let words = line.trim_start_matches(['/', '!', ' ']);
+            let subjectless =
+                SUBJECTLESS.iter().any(|word| words.strip_prefix(word).is_some_and(|rest| rest.starts_with(' ')));
+            assert!(!(begins && subjectless), "{}: {line}", file.display());
+            before = line;
+        }
+    }
 }
 
 /// What the services of CiA 301 use of the firmware, besides each other.

@@ -19,9 +19,9 @@ impl<T: Board, const AXES: usize> Default for Before<T, AXES> {
 }
 
 impl<T: Board, const AXES: usize> Device<T, AXES> {
-    /// Carries out a command to axes, axis n in bit n of `axes`, by telling it the chips: they take all of it or nothing. If a
-    /// chip does not take its part, these axes and those that were on a line are on their former courses again, and their chips
-    /// are told so.
+    /// Carries out a command to axes, axis n in bit n of `axes`, by telling it the chips: they take all of it or
+    /// nothing. If a chip does not take its part, these axes and those that were on a line are on the way to their
+    /// former goals again, and their chips are told so.
     ///
     /// # Errors
     /// That of `tell`.

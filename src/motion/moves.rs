@@ -151,7 +151,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub fn end_at_switch(&mut self) {
         let told = self.axis.hardware.known().target_speed;
         if self.go(Goal::Speed(0)).is_err() {
-            self.axis.untold = self.axis.untold.max(Untold::Course);
+            self.axis.untold = self.axis.untold.max(Untold::Goal);
         }
         self.axis.orders.ended = Some(told);
     }
@@ -164,7 +164,7 @@ impl<H: Hardware> Joined<'_, H> {
         self.set_pace(self.axis.orders.pace);
         // The next poll that gets so far gives the motor its former current.
         self.axis.driving.forget();
-        self.axis.untold = self.axis.untold.max(Untold::Course);
+        self.axis.untold = self.axis.untold.max(Untold::Goal);
         // What fails now is done by the polls.
         let _ = self.catch_up();
     }
@@ -173,7 +173,7 @@ impl<H: Hardware> Joined<'_, H> {
     pub(super) fn catch_up(&mut self) -> Result<(), Error> {
         match self.axis.untold {
             Untold::Nothing => Ok(()),
-            Untold::Course | Untold::Position => {
+            Untold::Goal | Untold::Position => {
                 let known = *self.axis.hardware.known();
                 if self.axis.untold == Untold::Position {
                     self.set_position(known.position, true)?;
@@ -290,7 +290,7 @@ impl<H: Hardware> Joined<'_, H> {
         self.refresh_excitation(now, MotionState::Changing)
     }
 
-    /// Gives the motor a goal, on the course of parameters, pace and search.
+    /// Gives the motor a goal, with the profile of parameters, pace and search.
     pub(super) fn go(&mut self, goal: Goal) -> Result<(), Error> {
         self.axis.followed.rests = false;
         self.axis.orders.ended = None;
@@ -318,7 +318,7 @@ impl<H: Hardware> Joined<'_, H> {
         chips.stop(&profile)
     }
 
-    /// Brings a motion that is under way to the course of the present parameters, pace and search.
+    /// Brings a motion that is under way to the profile of the present parameters, pace and search.
     pub(super) fn retune(&mut self) -> Result<(), Error> {
         let (mut chips, profile) = self.chips_and_profile();
         chips.retune(&profile)

@@ -10,9 +10,9 @@ pub(super) enum Untold {
     /// They know all of it.
     #[default]
     Nothing,
-    /// The course of the motor.
-    Course,
-    /// The position of a motor that stands, and its course.
+    /// The goal of the motor and its profile.
+    Goal,
+    /// The position of a motor that stands, and its goal.
     Position,
     /// A stop without a ramp.
     Stop,

@@ -121,7 +121,7 @@ impl<H: Hardware> Joined<'_, H> {
     /// Begins a leg: sets the stop switches for it, arms the latch if the switch is closed, and starts the motor.
     fn begin_leg(&mut self, now: Micros, mut search: Search, view: &View) -> Result<(), Error> {
         let (goal, closed) = search.begin(view);
-        // With the search in place the course below has the stop switches as this leg needs them.
+        // With the search in place the profile below has the stop switches as this leg needs them.
         self.axis.search = Some(search);
         if closed {
             self.arm_latch()?;

@@ -1,6 +1,6 @@
 //! How fast a motor is on its way up to its top speed, and down from it: with the way from rest, or to rest, the square of
 //! the speed grows in proportion. Here squares of speeds are in 1/256 of the square of the unit of
-//! [`Course`](super::Course).
+//! [`Profile`](super::Profile).
 
 /// The slope of a ramp, of one piece or of two.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,7 +4,7 @@
 /// Number of polls, one in a millisecond, after which the contacts of a switch have ceased to bounce: a level counts
 /// that has been there in all of them.
 pub(super) const SETTLED: u8 = 20;
-/// That number of polls for a move on a straight line, which is no line any more when one of its axes stands: a press
+/// Number of such polls for a move on a straight line, which is no line any more when one of its axes stands: a press
 /// of 3 ms that stops a motor is seen by two polls whose positions are those of the polls before.
 pub(super) const SETTLED_ON_LINE: u8 = 2;
 

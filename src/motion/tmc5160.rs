@@ -29,6 +29,35 @@ use crate::param::AxisParameter as P;
 pub use ramp::Shape;
 use unit::Unit;
 
+/// For how many turns, one in a millisecond, readings may still be older than what the chip was told.
+#[derive(Clone, Copy, Debug, Default)]
+struct Delays {
+    /// For how many turns a reading of the speed may still be older than the goal.
+    settling: u8,
+    /// For how many turns the switches still stop the motor at once, whatever they are.
+    halting: u8,
+    /// For how many turns the driver's flags may still be those of a shut-down that has been ended.
+    releasing: u8,
+}
+
+/// Whether the chip stops the motor when it stalls.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stall {
+    /// A stall stops the motor.
+    armed: bool,
+    /// A stall has stopped the motor.
+    stopped: bool,
+}
+
+/// The silent mode of the driver, in which it regulates the voltage.
+#[derive(Clone, Copy, Debug, Default)]
+struct StealthChop {
+    /// stealthChop is switched on.
+    on: bool,
+    /// stealthChop is to be switched on, when the motor stands.
+    waits: bool,
+}
+
 /// The hardware of an axis on a TMC5160, without the chip itself. `D` is the SPI device of the chip.
 #[derive(Debug)]
 pub struct Tmc5160Axis<D> {
@@ -37,31 +66,20 @@ pub struct Tmc5160Axis<D> {
     shape: Option<Shape>,
     /// The number of the next reading in the rotation, wrapping at 256.
     rotation: u8,
-    /// For how many turns a reading of the speed may still be older than the goal.
-    settling: u8,
-    /// For how many turns the switches still stop the motor at once, whatever they are.
-    halting: u8,
-    /// For how many turns the driver's flags may still be those of a shut-down that has been ended.
-    releasing: u8,
-    /// SW_MODE as the course of the motor has it, but for sg_stop.
+    delays: Delays,
+    /// SW_MODE as the profile of the motor has it, but for sg_stop.
     switches: u32,
     /// The stop switches as read last, left and right.
     closed: [bool; 2],
-    /// A stall stops the motor.
-    armed: bool,
-    /// A stall has stopped the motor.
-    stalled: bool,
+    stall: Stall,
     /// The encoder deviates.
     deviates: bool,
-    /// stealthChop is switched on.
-    pwm: bool,
-    /// stealthChop is to be switched on, when the motor stands.
-    waits: bool,
+    stealth_chop: StealthChop,
     /// DRV_STATUS as read last.
     driver: u32,
     /// The unit of speeds.
     unit: Unit,
-    /// The top speed of the course, in that unit.
+    /// The top speed of the profile, in that unit.
     top_speed: i32,
     device: PhantomData<D>,
 }
@@ -73,16 +91,12 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
             known: Known::default(),
             shape: None,
             rotation: 0,
-            settling: 0,
-            halting: 0,
-            releasing: 0,
+            delays: Delays::default(),
             switches: 0,
             closed: [false; 2],
-            armed: false,
-            stalled: false,
+            stall: Stall::default(),
             deviates: false,
-            pwm: false,
-            waits: false,
+            stealth_chop: StealthChop::default(),
             driver: 0,
             unit: Unit::Pps,
             top_speed: 0,
@@ -92,7 +106,7 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
 
     /// True if the motor stands where it is to stand, by readings that are younger than its goal.
     pub(super) fn rests(&self) -> bool {
-        self.settling == 0 && self.known.speed == 0 && self.known.ahead() == 0
+        self.delays.settling == 0 && self.known.speed == 0 && self.known.ahead() == 0
     }
 }
 
@@ -115,8 +129,8 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
     const FRESH: u8 = 10;
 
     fn room(&self, chip: &Tmc5160<D>) -> Option<u32> {
-        let settled = self.settling == 0 && self.halting == 0 && self.releasing == 0;
-        if !settled || self.armed || self.stalled || !chip.answers() {
+        let settled = self.delays.settling == 0 && self.delays.halting == 0 && self.delays.releasing == 0;
+        if !settled || self.stall.armed || self.stall.stopped || !chip.answers() {
             return None;
         }
         if self.rests() {

@@ -9,7 +9,7 @@ use crate::chip::REPEATS;
 pub enum Register {
     /// General configuration, see [`gconf`].
     Gconf = 0x00,
-    /// What has happened since the firmware looked last, see [`gstat`]: a one that is written clears its flag.
+    /// The events since the firmware looked last, see [`gstat`]: a one that is written clears its flag.
     Gstat = 0x01,
     /// Levels of pins, and in bits 31..24 the version.
     Ioin = 0x04,
@@ -56,7 +56,7 @@ pub enum Register {
     XTarget = 0x2D,
     /// Speed above which dcStep works; 0: nowhere.
     VdcMin = 0x33,
-    /// What switches and stalls do, see [`sw_mode`].
+    /// The effects of switches and stalls, see [`sw_mode`].
     SwMode = 0x34,
     /// State of ramp and switches, see [`ramp_stat`]: a one that is written clears a flag of an event.
     RampStat = 0x35,

@@ -19,13 +19,13 @@ impl<D: SpiDevice> Driver for Bound<'_, D> {
     fn drive(&mut self, values: &Values, excitation: Excitation) -> Result<(), Error> {
         if excitation.free {
             self.chip.write(Register::Gstat, gstat::DRV_ERR)?;
-            self.axis.releasing = RELEASING;
+            self.axis.delays.releasing = RELEASING;
         }
         let wanted = configuration::pwm_wanted(values);
-        self.axis.pwm = wanted && (self.axis.pwm || self.axis.rests());
-        self.axis.waits = wanted && !self.axis.pwm;
+        self.axis.stealth_chop.on = wanted && (self.axis.stealth_chop.on || self.axis.rests());
+        self.axis.stealth_chop.waits = wanted && !self.axis.stealth_chop.on;
         let mut supervises_anew = false;
-        for (register, word) in configuration::words(values, excitation, self.axis.pwm) {
+        for (register, word) in configuration::words(values, excitation, self.axis.stealth_chop.on) {
             supervises_anew |= register == Register::EncDeviation && !self.chip.holds(register, word);
             self.chip.write(register, word)?;
         }
@@ -43,13 +43,13 @@ impl<D: SpiDevice> Driver for Bound<'_, D> {
 
     /// A motor that a stall has stopped would be let go if the stop were switched off, so it is asked before.
     fn watch_stall(&mut self, armed: bool) -> Result<bool, Error> {
-        if self.axis.armed && !armed {
-            self.axis.stalled = self.chip.read(Register::RampStat)? & ramp_stat::EVENT_STOP_SG != 0;
+        if self.axis.stall.armed && !armed {
+            self.axis.stall.stopped = self.chip.read(Register::RampStat)? & ramp_stat::EVENT_STOP_SG != 0;
         }
-        if self.axis.armed != armed && !self.axis.stalled {
-            self.axis.armed = armed;
+        if self.axis.stall.armed != armed && !self.axis.stall.stopped {
+            self.axis.stall.armed = armed;
             self.show_switches()?;
         }
-        Ok(self.axis.stalled)
+        Ok(self.axis.stall.stopped)
     }
 }

@@ -22,7 +22,7 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
     type Shape = Shape;
 
     fn go(&mut self, goal: Goal, profile: &Profile<'_>) -> Result<(), Error> {
-        self.axis.settling = SETTLING;
+        self.axis.delays.settling = SETTLING;
         match goal {
             Goal::Speed(speed) => {
                 self.axis.known.mode = RampMode::Velocity;
@@ -89,8 +89,8 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
             self.chip.halt()?;
             self.chip.write(Register::RampStat, ramp_stat::EVENT_STOP_SG)?;
         }
-        self.axis.halting = HALTING;
-        (self.axis.armed, self.axis.stalled) = (false, false);
+        self.axis.delays.halting = HALTING;
+        (self.axis.stall.armed, self.axis.stall.stopped) = (false, false);
         self.axis.known.speed = 0;
         self.go(Goal::Speed(0), profile)
     }
@@ -109,10 +109,10 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
 
     /// Also takes one of the other readings, whatever is asked for: two datagrams bring two.
     fn follow(&mut self, _: Option<u8>) -> Result<Followed, Error> {
-        self.axis.settling = self.axis.settling.saturating_sub(1);
-        self.axis.releasing = self.axis.releasing.saturating_sub(1);
-        if let Some(turns) = self.axis.halting.checked_sub(1) {
-            self.axis.halting = turns;
+        self.axis.delays.settling = self.axis.delays.settling.saturating_sub(1);
+        self.axis.delays.releasing = self.axis.delays.releasing.saturating_sub(1);
+        if let Some(turns) = self.axis.delays.halting.checked_sub(1) {
+            self.axis.delays.halting = turns;
             if turns == 0 {
                 self.show_switches()?;
             }
@@ -120,7 +120,7 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
         let register = self.next_reading();
         let Turn { position, reading } = self.chip.turn(register)?;
         self.take_position(position)?;
-        if self.axis.halting == 0 {
+        if self.axis.delays.halting == 0 {
             self.axis.closed = self.chip.switches();
         }
         if let Some((register, word)) = reading {

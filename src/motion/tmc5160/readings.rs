@@ -23,7 +23,7 @@ impl<D: SpiDevice> Bound<'_, D> {
         self.axis.rotation = self.axis.rotation.wrapping_add(1);
         match self.axis.rotation % ROTATION {
             n if n % 2 == 0 => Register::VActual,
-            n if n % 4 == 1 && !(self.axis.armed && self.chip.is_stalled()) => Register::DrvStatus,
+            n if n % 4 == 1 && !(self.axis.stall.armed && self.chip.is_stalled()) => Register::DrvStatus,
             31 => Register::Ioin,
             n if n % 8 == 7 => Register::EncStatus,
             _ => Register::RampStat,
@@ -48,7 +48,9 @@ impl<D: SpiDevice> Bound<'_, D> {
         match register {
             Register::VActual => self.axis.known.speed = self.axis.unit.of_register(signed_speed(word)),
             Register::DrvStatus => self.axis.driver = word,
-            Register::RampStat => self.axis.stalled = self.axis.armed && word & ramp_stat::EVENT_STOP_SG != 0,
+            Register::RampStat => {
+                self.axis.stall.stopped = self.axis.stall.armed && word & ramp_stat::EVENT_STOP_SG != 0
+            }
             Register::EncStatus => {
                 self.axis.deviates = word & enc_status::DEVIATION_WARN != 0;
                 if self.axis.deviates {
@@ -77,13 +79,13 @@ impl<D: SpiDevice> Tmc5160Axis<D> {
     /// The last readings. While those of the driver may be older than its last release, a shut-down does not show.
     pub(super) fn last_readings(&self, chip: &Tmc5160<D>) -> Readings {
         let all = self.driver >> drv_status::FLAGS_BIT | (self.driver >> drv_status::S2VSA_BIT & 0b11) << 8;
-        let flags = if self.releasing > 0 { all & !SHUT_DOWN } else { all };
+        let flags = if self.delays.releasing > 0 { all & !SHUT_DOWN } else { all };
         Readings {
             load: (self.driver & drv_status::SG_RESULT) as u16,
             current: (self.driver >> drv_status::CS_ACTUAL_BIT & 0x1F) as u8,
             flags,
             shut_downs: flags & SHUT_DOWN,
-            waits: self.waits && self.rests(),
+            waits: self.stealth_chop.waits && self.rests(),
             switches: self.closed,
             deviates: self.deviates,
             is_lost: chip.is_lost(),

@@ -54,10 +54,10 @@ impl<D: SpiDevice> Bound<'_, D> {
 
     /// Writes SW_MODE, unless the switches are still what stops the motor at once.
     pub(super) fn show_switches(&mut self) -> Result<(), Error> {
-        if self.axis.halting > 0 {
+        if self.axis.delays.halting > 0 {
             return Ok(());
         }
-        let stall = if self.axis.armed { sw_mode::SG_STOP } else { 0 };
+        let stall = if self.axis.stall.armed { sw_mode::SG_STOP } else { 0 };
         Ok(self.chip.write(Register::SwMode, self.axis.switches | stall)?)
     }
 }

@@ -11,7 +11,7 @@ use crate::motion::profile::Profile;
 impl<D: SpiDevice> StopSwitches for Bound<'_, D> {
     /// While their polarities are such that both stop the motor, the chip does not know their states.
     fn switches(&mut self) -> Result<[bool; 2], Error> {
-        if self.axis.halting == 0 {
+        if self.axis.delays.halting == 0 {
             let word = self.chip.read(Register::RampStat)?;
             self.axis.closed = [word & ramp_stat::STOP_L != 0, word & ramp_stat::STOP_R != 0];
         }
@@ -28,7 +28,7 @@ impl<D: SpiDevice> StopSwitches for Bound<'_, D> {
 
     /// A last reading of 0 may be older than the goal.
     fn is_held(&mut self, profile: &Profile<'_>, ahead: i32, _: bool) -> Result<bool, Error> {
-        let stood = self.axis.settling == 0 && self.axis.known.speed == 0;
+        let stood = self.axis.delays.settling == 0 && self.axis.known.speed == 0;
         Ok(self.meets_switch(profile, ahead) && (stood || self.speed()? == 0))
     }
 

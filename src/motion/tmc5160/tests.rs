@@ -69,12 +69,12 @@ fn the_flags_of_the_driver_are_those_of_parameter_208() {
     for bit in 0..32 {
         axis.driver = 1 << bit;
         let flags = places.iter().find(|(place, _)| *place == bit).map_or(0, |(_, flag)| 1 << flag);
-        axis.releasing = 0;
+        axis.delays.releasing = 0;
         assert_eq!(axis.readings(&chip).flags, flags, "bit {bit}");
-        axis.releasing = 1;
+        axis.delays.releasing = 1;
         assert_eq!(axis.readings(&chip).flags, flags & !shut_downs, "bit {bit}");
     }
-    (axis.driver, axis.releasing) = (u32::MAX, 0);
+    (axis.driver, axis.delays.releasing) = (u32::MAX, 0);
     assert_eq!(axis.readings(&chip).shut_downs, shut_downs);
 }
 

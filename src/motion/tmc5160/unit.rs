@@ -10,7 +10,7 @@ use crate::param::AxisParameter as P;
 
 /// The largest speed that VMAX takes: 2^23 - 512, which is 7 999 512 pps.
 pub(super) const TOP_SPEED: u32 = (1 << 23) - 512;
-/// That speed in pps.
+/// The largest speed in pps.
 const TOP_PPS: u32 = 7_999_512;
 /// The end of the range of parameters 3 and 29, in either unit.
 const RANGE: i32 = 7_999_774;
