@@ -2,7 +2,7 @@
 //! simulates it may let any number of such turns pass at once, if nothing reaches the device meanwhile.
 
 use super::{Board, Device, Piece, Shared, controller_of};
-use crate::motion::{Calm, Hardware, MotionController};
+use crate::motion::{Calm, Foreseeable, MotionController};
 use crate::units::Micros;
 
 /// Number of axes on a motion controller, which take turns in its readings.
@@ -11,7 +11,7 @@ const fn axes_of_one<T: Board, const AXES: usize>() -> u32 {
     (if AXES < most { AXES } else { most }) as u32
 }
 
-impl<T: Board, const AXES: usize> Device<T, AXES> {
+impl<T: Board<Hardware: Foreseeable>, const AXES: usize> Device<T, AXES> {
     /// Number of turns after which the same readings come again; in so many turns each comes at least once.
     pub const ROTATION: u32 = axes_of_one::<T, AXES>() * T::Hardware::ROTATION as u32;
     /// Number of turns after which nothing that is known of a motor that turns is older than they are.

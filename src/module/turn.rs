@@ -6,7 +6,7 @@
 
 use super::{Module, Platform};
 use crate::device::{Device, Inputs, Outputs, Piece, Supervised, Supply};
-use crate::motion::{Calm, Events};
+use crate::motion::{Calm, Events, Foreseeable};
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 use crate::vm::ErrorFlag;
@@ -125,7 +125,9 @@ impl<T: Platform, const AXES: usize> Module<T, AXES> {
             self.device.outputs_mut().led = count.is_multiple_of(2);
         }
     }
+}
 
+impl<T: Platform<Hardware: Foreseeable>, const AXES: usize> Module<T, AXES> {
     /// Number of turns after which the same readings come again, as [`Device::ROTATION`].
     pub const ROTATION: u32 = Device::<T, AXES>::ROTATION;
     /// Number of turns after which nothing that is known of a motor that turns is older than they are, as [`Device::FRESH`].

@@ -2,13 +2,14 @@
 //! such polls out.
 
 use super::axis::{Axis, Events};
-use super::hardware::{Hardware, Readings};
+use super::foreseeable::Foreseeable;
+use super::hardware::Readings;
 use super::orders::Untold;
 use super::stall::Measured;
 use crate::param::AxisParameter as P;
 use crate::units::Micros;
 
-/// What an axis is going to do, as long as its inputs and the answers of its chips stay as they are but for the position and
+/// The prospects of an axis, as long as its inputs and the answers of its chips stay as they are but for the position and
 /// the load of a motor that turns on at its speed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Calm {
@@ -19,8 +20,8 @@ pub struct Calm {
     pub room: u32,
 }
 
-impl<H: Hardware> Axis<H> {
-    /// What the axis is going to do after its last poll, which was that of the turn at `turn`; `None` if the next poll may
+impl<H: Foreseeable> Axis<H> {
+    /// The prospects of the axis after its last poll, which was that of the turn at `turn`; `None` if the next poll may
     /// do more than to take readings.
     pub fn calm(&self, controller: &H::Controller, turn: Micros) -> Option<Calm> {
         let idle = self.search.is_none()

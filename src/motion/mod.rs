@@ -10,6 +10,7 @@ mod calm;
 mod current;
 mod driving;
 mod encoders;
+mod foreseeable;
 mod former;
 mod guard;
 mod hardware;
@@ -36,6 +37,7 @@ mod values;
 pub use axis::{Axis, Events};
 pub use calm::Calm;
 pub use current::Excitation;
+pub use foreseeable::Foreseeable;
 pub use former::Former;
 pub use hardware::{
     Driver, Followed, Goal, Hardware, Known, MotionController, RampGenerator, RampMode, Readings, Shape, StopSwitches,

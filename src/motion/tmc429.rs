@@ -8,6 +8,7 @@
 mod configuration;
 mod controller;
 mod driver;
+mod foreseeable;
 mod generator;
 mod position;
 pub mod ramp;
@@ -23,7 +24,6 @@ use super::hardware::{Hardware, Known, Readings};
 use crate::chip::tmc262::{Tmc262, flags};
 use crate::chip::tmc429::{RampGenerator, Tmc429};
 use crate::param::AxisParameter as P;
-use generator::READINGS;
 use settings::Settings;
 pub use shape::Trapezoid;
 
@@ -99,26 +99,6 @@ impl<M: SpiDevice, D: SpiDevice> Hardware for Tmc429Tmc262<M, D> {
         Self: 'a;
 
     const DRIVEN: &'static [P] = &[];
-
-    const ROTATION: u8 = READINGS;
-
-    /// Load and current are each read once in four readings of the driver.
-    const FRESH: u8 = 16;
-
-    /// An axis notes that it is at its target whatever its mode.
-    fn room(&self, chip: &Tmc429<M>) -> Option<u32> {
-        if !chip.answers() {
-            return None;
-        }
-        if self.rest == Rest::Rests {
-            return Some(0);
-        }
-        let room = self.known.steps_before(self.known.target)?;
-        if self.known.mode.positions() && self.waypoint != self.known.target {
-            return Some(position::room(self.known.steps_before(self.waypoint)?));
-        }
-        Some(room.min(position::EXTENDED))
-    }
 
     fn bind<'a>(&'a mut self, chip: &'a mut Tmc429<M>) -> Bound<'a, M, D> {
         Bound { axis: self, chip }

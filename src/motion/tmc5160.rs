@@ -10,6 +10,7 @@
 mod configuration;
 mod controller;
 mod driver;
+mod foreseeable;
 mod generator;
 mod ramp;
 mod readings;
@@ -38,6 +39,13 @@ struct Delays {
     halting: u8,
     /// For how many turns the driver's flags may still be those of a shut-down that has been ended.
     releasing: u8,
+}
+
+impl Delays {
+    /// True while one of the delays is left.
+    const fn are_left(self) -> bool {
+        self.settling > 0 || self.halting > 0 || self.releasing > 0
+    }
 }
 
 /// Whether the chip stops the motor when it stalls.
@@ -122,23 +130,6 @@ impl<D: SpiDevice> Hardware for Tmc5160Axis<D> {
 
     const DRIVEN: &'static [P] =
         &[P::MaximumCurrent, P::StandbyCurrent, P::PowerDownDelay, P::StopOnStall, P::SmartEnergyThresholdSpeed];
-
-    const ROTATION: u8 = readings::ROTATION;
-
-    /// Each reading but the version comes once in eight turns, and is answered in the next one.
-    const FRESH: u8 = 10;
-
-    fn room(&self, chip: &Tmc5160<D>) -> Option<u32> {
-        let settled = self.delays.settling == 0 && self.delays.halting == 0 && self.delays.releasing == 0;
-        if !settled || self.stall.armed || self.stall.stopped || !chip.answers() {
-            return None;
-        }
-        if self.rests() {
-            return Some(0);
-        }
-        let room = self.known.steps_before(self.known.target)?.min(self.known.steps_before(0)?);
-        Some(room.min(readings::LEAP / 2))
-    }
 
     fn bind<'a>(&'a mut self, chip: &'a mut Tmc5160<D>) -> Bound<'a, D> {
         Bound { axis: self, chip }

@@ -12,13 +12,13 @@ use tmcm::device::{self, Controller, Inputs, Outputs, Parts};
 use tmcm::module::{Hooks, Platform, Product, Tmcm1140, Tmcm3110, Tmcm3212, Tmcm6110};
 use tmcm::motion::tmc429::Tmc429Tmc262;
 use tmcm::motion::tmc5160::Tmc5160Axis;
-use tmcm::motion::{Hardware, Sensors};
+use tmcm::motion::{Foreseeable, Sensors};
 use tmcm::store::{Memory, Store};
 
 /// The motion controllers and drivers on a product's board, as a firmware reaches them.
 pub trait Motion: Debug + 'static {
     /// What an axis runs on.
-    type Hardware: Hardware;
+    type Hardware: Foreseeable;
 
     /// The motion controller of this number.
     fn controller(board: &SharedBoard, number: usize) -> Controller<Self::Hardware>;

@@ -41,17 +41,6 @@ pub trait Hardware {
     /// values themselves: so it is called when they are written.
     const DRIVEN: &'static [AxisParameter];
 
-    /// Number of readings in a rotation, in which each comes at least once. The next rotation has the same datagrams.
-    const ROTATION: u8;
-
-    /// Number of readings after which nothing that is known of a motor that turns is older than they are.
-    const FRESH: u8;
-
-    /// The number of microsteps that a motor which turns on may still make, from its last known position, before
-    /// `follow` and `refresh` do more than to read, or the axis acts upon its position; 0 for
-    /// a motor that rests. `None` if they may do more than to read now.
-    fn room(&self, controller: &Self::Controller) -> Option<u32>;
-
     /// Joins the axis' own hardware with its motion controller.
     fn bind<'a>(&'a mut self, controller: &'a mut Self::Controller) -> Self::Bound<'a>;
 
