@@ -35,7 +35,7 @@ pub trait Board {
     type Product: Memory;
     /// The ramp generator and driver on which each axis runs.
     type Hardware: Hardware;
-    /// The array of the motion controllers. Axis n belongs to controller n / [`Hardware::AXES`].
+    /// The array of the motion controllers. Axis n belongs to controller n / [`MotionController::AXES`].
     type Controllers: Controllers<Self::Hardware>;
     /// The pin ENN of all drivers: low switches them on.
     type Enable: OutputPin;

@@ -156,7 +156,7 @@ impl<H: Hardware> Joined<'_, H> {
         self.axis.orders.ended = Some(told);
     }
 
-    /// Has the axis be what it was when it [was noted](Axis::note), before a command that has been refused: the motor
+    /// Has the axis be what it was when it [was noted](super::Axis::note), before a command that has been refused: the motor
     /// goes on to its former goal. The chips are told so now, and what they do not take, with each poll.
     #[inline(never)]
     pub fn recall(&mut self, former: &Former<H::Shape>) {

@@ -32,7 +32,7 @@ impl<D: SpiDevice> MotionController for Tmc5160<D> {
     /// Stop switches come with each datagram.
     fn begin_turn(&mut self) {}
 
-    /// No reading but those of [`follow`](Self::follow) is ever asked for.
+    /// No reading but those of [`follow`](crate::motion::RampGenerator::follow) is ever asked for.
     fn is_of_motion(_: u8) -> bool {
         false
     }

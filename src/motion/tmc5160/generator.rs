@@ -79,7 +79,7 @@ impl<D: SpiDevice> RampGenerator for Bound<'_, D> {
     }
 
     /// A chip that has been reset is set up with the motor where it was last known to be. What its driver has lost is written
-    /// by [`drive`](Self::drive).
+    /// by [`drive`](crate::motion::Driver::drive).
     fn stop(&mut self, profile: &Profile<'_>) -> Result<(), Error> {
         self.axis.known.mode = RampMode::Hold;
         if self.chip.is_lost() {
