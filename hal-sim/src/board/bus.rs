@@ -75,7 +75,6 @@ impl Board {
         let line = &mut self.lines[index];
         line.selected = true;
         line.datagrams += 1;
-        self.due = 0;
         if chip != Chip::At25 {
             self.loss.begin();
         }
@@ -87,6 +86,8 @@ impl Board {
         let now = self.now;
         if let Some(slave) = self.slave(chip) {
             slave.select(now);
+            // A TMC429 in power-down wakes up, and its steps may be due before all that was.
+            self.due = self.due.min(self.motion.chips().next_due());
         }
     }
 
@@ -135,10 +136,12 @@ impl Board {
         (self.lines[index].selected, self.lines[index].deselected) = (false, now);
         if let Some(slave) = self.slave(chip) {
             slave.deselect(now);
+            // A datagram to a driver acts on its motor at once; what one to a TMC429 or to the EEPROM leads to is due later.
             if let Chip::Tmc262(axis) | Chip::Tmc5160(axis) = chip {
                 self.connect_axis(axis);
+                self.settle();
             }
-            self.settle();
+            self.due = self.next_due();
         }
     }
 
@@ -196,7 +199,7 @@ impl Board {
             _ if !self.powered => None,
             Chip::At25 => Some(&mut self.at25),
             _ if self.loss.now && self.loss.whole => None,
-            chip => self.motion.chips_mut().slave(chip, self.now),
+            chip => self.motion.slave(chip, self.now),
         }
     }
 }

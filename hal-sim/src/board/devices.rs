@@ -23,18 +23,21 @@ impl SharedBoard {
     }
 
     /// The board, to look at. The borrow must end before a device or another borrow changes the board.
+    #[inline]
     pub fn borrow(&self) -> Ref<'_, Board> {
         self.0.borrow()
     }
 
     /// The board, to change it. The borrow must end before a device or another borrow uses the board.
+    #[inline]
     pub fn borrow_mut(&self) -> RefMut<'_, Board> {
         self.0.borrow_mut()
     }
 
     /// The SPI device of a chip, with a clock of `hz` (at least 1).
     pub fn spi(&self, chip: Chip, hz: u32) -> SimSpi {
-        SimSpi { board: self.clone(), chip, hz: hz.max(1) }
+        let hz = u64::from(hz.max(1));
+        SimSpi { board: self.clone(), chip, hz, byte: (8 * SECOND / hz, 8 * SECOND % hz) }
     }
 
     /// The microcontroller's pin that enables the driver when it is low (ENN).
@@ -50,30 +53,35 @@ impl SharedBoard {
 pub struct SimSpi {
     board: SharedBoard,
     chip: Chip,
-    hz: u32,
+    /// The clock in Hz.
+    hz: u64,
+    /// How long a byte takes: nanoseconds, and parts of another one, of which `hz` are a nanosecond.
+    byte: (Nanos, u64),
 }
 
-/// The clocks of one transaction. The present time follows from the number of bytes, so that no rounding adds up.
+/// The clocks of one transaction. Parts of nanoseconds are kept, so that no rounding adds up and no byte needs a division.
 struct Clocks<'a> {
     board: &'a mut Board,
-    chip: Chip,
-    hz: u32,
-    from: Nanos,
-    bytes: u64,
+    spi: &'a SimSpi,
+    /// When the last byte has ended: nanoseconds, and parts of another one.
+    now: (Nanos, u64),
 }
 
 impl Clocks<'_> {
+    #[inline]
     fn byte(&mut self, mosi: u8) -> u8 {
-        self.bytes += 1;
-        let took = 8 * self.bytes * SECOND / u64::from(self.hz);
-        self.board.advance_to(self.from + took);
-        self.board.byte(self.chip, mosi)
+        let SimSpi { chip, hz, byte: (whole, part), .. } = *self.spi;
+        self.now = (self.now.0 + whole, self.now.1 + part);
+        if self.now.1 >= hz {
+            self.now = (self.now.0 + 1, self.now.1 - hz);
+        }
+        self.board.advance_to(self.now.0);
+        self.board.byte(chip, mosi)
     }
 
     fn pause(&mut self, time: Nanos) {
-        self.from = self.board.now() + time;
-        self.bytes = 0;
-        self.board.advance_to(self.from);
+        self.now = (self.board.now() + time, 0);
+        self.board.advance_to(self.now.0);
     }
 }
 
@@ -87,8 +95,7 @@ impl SpiDevice for SimSpi {
         let ready = board.ready(self.chip);
         board.advance_to(ready);
         board.select(self.chip);
-        let from = board.now();
-        let mut clocks = Clocks { board: &mut board, chip: self.chip, hz: self.hz, from, bytes: 0 };
+        let mut clocks = Clocks { board: &mut board, spi: self, now: (0, 0) };
         clocks.pause(SELECT_TIME);
         for operation in operations {
             match operation {

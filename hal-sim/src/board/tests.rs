@@ -19,6 +19,7 @@ const A_MAX: u8 = 0x0C;
 const MODE: u8 = 0x14;
 const DIVIDERS: u8 = 0x18;
 const INTERFACE: u8 = 0x68;
+const POWER_DOWN: u8 = 0x70;
 const GLOBAL: u8 = 0x7E;
 const SWITCHES: u8 = 0x7C;
 
@@ -138,14 +139,34 @@ fn the_datagrams_on_the_motion_bus_are_recorded_in_their_order_once_somebody_tak
 #[test]
 fn a_transfer_takes_its_time_on_the_wire_and_is_counted() {
     let board = start("");
-    let (before, count) = (board.borrow().now(), board.borrow().datagrams(Chip::Tmc429(0)));
+    let mut count = board.borrow().datagrams(Chip::Tmc429(0));
     let mut spi = board.spi(Chip::Tmc429(0), 1_312_500);
-    spi.transfer_in_place(&mut [0; 4]).unwrap();
-    // 32 bits at 1.3125 MHz are 24.380 952 us, plus selecting and deselecting.
-    let took = board.borrow().now() - before;
-    assert_eq!(took, 24_380 + 2 * SELECT_TIME);
-    assert_eq!(board.borrow().datagrams(Chip::Tmc429(0)), count + 1);
+    // A bit at 1.3125 MHz takes 761.904 762 ns: 32 of them 24 380.952, 40 of them 30 476.190 and 160 of them 121 904.762.
+    for (bytes, wire) in [(4, 24_380), (5, 30_476), (20, 121_904)] {
+        let before = board.borrow().now();
+        spi.transfer_in_place(&mut vec![0; bytes]).unwrap();
+        let took = board.borrow().now() - before;
+        count += 1;
+        assert_eq!(took, wire + 2 * SELECT_TIME, "{bytes} bytes, with selecting and deselecting");
+        assert_eq!(board.borrow().datagrams(Chip::Tmc429(0)), count);
+    }
     assert_eq!(board.borrow().datagrams(Chip::At25), 0);
+}
+
+/// A TMC429 in power-down stands still and is woken by its chip select (datasheet section 8.2.4.3). At 16 MHz, divisor 0 and
+/// V_ACTUAL 2047 it makes 499 756 steps/s. X_ACTUAL is read with the first byte, 8.25 us after the select: four steps later.
+#[test]
+fn a_tmc429_that_a_select_wakes_up_steps_in_the_same_datagram() {
+    let board = start("");
+    tmc429(&board, DIVIDERS, 0x0706);
+    tmc429(&board, V_TARGET, 2047);
+    run(&board, SECOND);
+    tmc429(&board, POWER_DOWN, 0);
+    let position = board.borrow().observe(0).position;
+    run(&board, SECOND);
+    assert_eq!(board.borrow().observe(0).position, position);
+    let read = tmc429(&board, X_ACTUAL | 1, 0) as i32;
+    assert_eq!(read, position + 4);
 }
 
 #[test]

@@ -213,6 +213,7 @@ impl MotionChips for Tmc429sTmc262s {
         }
     }
 
+    #[inline]
     fn slave(&mut self, chip: Chip, now: Nanos) -> Option<&mut dyn SpiSlave> {
         match chip {
             Chip::Tmc429(number) => {

@@ -150,6 +150,7 @@ impl MotionChips for Tmc5160s {
         }
     }
 
+    #[inline]
     fn slave(&mut self, chip: Chip, now: Nanos) -> Option<&mut dyn SpiSlave> {
         let Chip::Tmc5160(axis) = chip else { return None };
         let drive = self.0.get_mut(axis).filter(|drive| !drive.deaf)?;

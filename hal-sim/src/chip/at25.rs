@@ -163,6 +163,7 @@ impl At25 {
     }
 
     /// Lets time pass until `to`; a write cycle that ends by then takes effect.
+    #[inline]
     pub fn advance(&mut self, to: Nanos) {
         if self.programming.as_ref().is_some_and(|&(end, _)| end <= to)
             && let Some((_, programming)) = self.programming.take()
