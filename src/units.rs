@@ -18,11 +18,13 @@ impl Micros {
     }
 
     /// The point in time that is `span` later.
+    #[inline]
     pub const fn after(self, span: Micros) -> Self {
         Micros(self.0.wrapping_add(span.0))
     }
 
     /// The span since `earlier`; zero if `earlier` lies in the future.
+    #[inline]
     pub const fn since(self, earlier: Micros) -> Micros {
         Micros(self.0.saturating_sub(earlier.0))
     }

@@ -137,6 +137,8 @@ impl<T: Platform<Hardware: Foreseeable>, const AXES: usize> Module<T, AXES> {
     /// which a turn only takes readings, and by axis how far motors may turn meanwhile, as in [`Calm`]. `None` if the next
     /// turn may do more, or if the turn under way is not over. The status LED does not count.
     pub fn calm(&self) -> Option<(Micros, [u32; AXES])> {
+        // The program is asked first: where one never waits, each turn is asked for in vain, and this is the shortest answer.
+        let program = self.machine.calm_until()?;
         let idle = !self.links.are_stale()
             && !self.changed
             && !self.program.starts
@@ -147,7 +149,6 @@ impl<T: Platform<Hardware: Foreseeable>, const AXES: usize> Module<T, AXES> {
         if !idle {
             return None;
         }
-        let program = self.machine.calm_until()?;
         let hosts = self.links.calm_until(&self.executor.globals);
         let axes = self.device.calm().filter(|_| self.device.store().is_idle())?;
         let until = axes.iter().fold(program.min(hosts), |until, axis| until.min(axis.until));

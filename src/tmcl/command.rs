@@ -36,6 +36,7 @@ impl Command {
     }
 
     /// The command with these seven bytes, as [`Command::to_bytes`] makes them.
+    #[inline]
     pub const fn from_bytes(bytes: [u8; Self::SIZE]) -> Self {
         let [opcode, kind, motor, a, b, c, d] = bytes;
         Command { opcode, kind, motor, value: i32::from_be_bytes([a, b, c, d]) }

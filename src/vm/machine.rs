@@ -146,6 +146,7 @@ impl Machine {
     }
 
     /// True while the program waits before the next command.
+    #[inline]
     pub const fn waits(&self) -> bool {
         self.wait.is_some()
     }
@@ -156,6 +157,7 @@ impl Machine {
     }
 
     /// True while a command is to be executed or the program waits.
+    #[inline]
     pub const fn busy(&self) -> bool {
         matches!(self.state, ProgramState::Run) || self.stepping
     }

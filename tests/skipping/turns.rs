@@ -46,6 +46,30 @@ fn turns_in_which_nothing_happens_are_left_out() {
     }
 }
 
+/// While a program is busy each turn is polled, and those of its next wait are left out all the same. Of this program's 10 000
+/// rounds of three commands each turn has 128 commands: that takes 235 turns, of which the first may be over with the reply.
+/// From the turn on that finds it waiting, for 100 seconds, a rotation of 64 turns and one more are polled, then 10 000 turns
+/// are left out.
+#[test]
+fn turns_behind_a_program_that_was_busy_are_left_out() {
+    let mut bench = Bench::new();
+    bench.ok("132, 0, 0, 0");
+    for line in ["CALC LOAD, 0", "CALC ADD, 1", "COMP 10000", "JC LT, 1", "WAIT TICKS, 0, 10000", "JA 0"] {
+        bench.ask(line);
+    }
+    bench.ok("133, 0, 0, 0");
+    bench.run(5 * SECOND);
+    bench.ok("129, 0, 0, 0");
+    let mut busy = 0;
+    while !bench.module.machine().unwrap().waits() {
+        let next = bench.module.next_event().unwrap();
+        bench.module.run_until(next);
+        busy += 1;
+    }
+    assert!((230..=235).contains(&busy), "{busy}");
+    assert_eq!(events(&mut bench), 65 + 1);
+}
+
 /// A program that waits does nothing meanwhile, but for its timers: these act at the ends of their periods, four in the time of
 /// the test, and from each of them on a rotation of 64 turns and two more are polled. A timer that is not enabled does not
 /// count, nor one without a period.

@@ -26,9 +26,11 @@ pub(super) trait Firmware {
         self.deadline()
     }
 
-    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline are then as if all of them had
-    /// come.
-    fn skip(&mut self, _to: Nanos) {}
+    /// Leaves polls out that come before `to` and change nothing. Firmware, board and deadline, which this returns, are then as
+    /// if all of them had come.
+    fn skip(&mut self, _to: Nanos) -> Nanos {
+        self.deadline()
+    }
 
     /// True if the next poll begins the turn of a millisecond.
     fn begins_turn(&self) -> bool;

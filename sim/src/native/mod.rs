@@ -215,9 +215,11 @@ impl NativeModule {
         }
     }
 
-    /// Lets the firmware serve requests, as long as they take no time that is not there yet and keep it from no poll.
+    /// Lets the firmware serve requests, as long as there are any, they take no time that is not there yet and keep it from no
+    /// poll.
     fn deliver(&mut self) {
-        while self.now() <= self.present
+        while self.has_unread()
+            && self.now() <= self.present
             && let Some(firmware) = &mut self.firmware
             && firmware.serve(&mut self.traffic)
         {
@@ -253,12 +255,9 @@ impl VirtualModule for NativeModule {
         self.present = self.present.max(to);
         loop {
             self.deliver();
-            if self.skips
-                && let Some(firmware) = &mut self.firmware
-            {
-                firmware.skip(to);
-            }
-            let poll = self.firmware.as_ref().map(|firmware| firmware.deadline()).filter(|at| *at <= to);
+            let skips = self.skips;
+            let due = |firmware: &mut Box<dyn Firmware>| if skips { firmware.skip(to) } else { firmware.deadline() };
+            let poll = self.firmware.as_mut().map(due).filter(|at| *at <= to);
             self.board.borrow_mut().advance_to(poll.unwrap_or(to));
             if poll.is_none() {
                 return;

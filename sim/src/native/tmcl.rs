@@ -56,9 +56,11 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Tmcl<P, AXES, N> {
     /// For how long nothing happens from the turn on that begins next, and whether a motor turns; `None` if the firmware is
     /// in the middle of something.
     fn calm(&self) -> Option<(board::Calm, bool)> {
+        let (until, room) = self.module.calm().filter(|_| !self.ports.has_unread())?;
         let board = self.around.board().borrow();
-        let late = board.now() > self.deadline();
-        let (until, room) = self.module.calm().filter(|_| !late && !self.ports.has_unread())?;
+        if board.now() > self.deadline() {
+            return None;
+        }
         let calm = board.calm(&room);
         Some((board::Calm { until: calm.until.min(self.around.when(until)), ..calm }, room != [0; AXES]))
     }
@@ -72,6 +74,29 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Tmcl<P, AXES, N> {
         let board = around.board().borrow();
         quiet.begin(&board, due, calm.is_some(), around.asked());
         calm.filter(|_| quiet.lasts(&board))
+    }
+
+    /// Leaves turns out, of which the first is due at `due` and begins next, and all of which are over by `to`. Returns when
+    /// the first turn that is not left out is due. Never inlined: polls that begin no turn are not to have its stack frame.
+    #[inline(never)]
+    fn leave_out(&mut self, due: Nanos, to: Nanos) -> Nanos {
+        let Some((calm, turning)) = self.look() else { return due };
+        let fresh = if turning { Module::<Simulated<Tracer, P, N>, AXES>::FRESH } else { 0 };
+        let turns = self.turns_until(calm.until.min(to)).saturating_sub(fresh.into());
+        let turns = turns.min(self.turns_until(calm.readable)).min(LONGEST);
+        let rotations = turns / u64::from(Module::<Simulated<Tracer, P, N>, AXES>::ROTATION);
+        if rotations == 0 {
+            return due;
+        }
+        let outputs = self.module.pass(rotations as u32);
+        let Tmcl { around, quiet, .. } = self;
+        around.write(&outputs);
+        let board = around.board().clone();
+        around.pass(quiet.pass(&mut board.borrow_mut(), due, rotations as usize));
+        let due = self.deadline();
+        board.borrow_mut().advance_to(due);
+        self.look();
+        due
     }
 
     /// Number of turns from the one on that begins next that are over by `end`.
@@ -95,25 +120,10 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
 
     /// Each turn that is polled is looked at before, also that behind others that were left out: it reads anew what follows
     /// from positions, so that others may be left out behind it.
-    fn skip(&mut self, to: Nanos) {
-        let due = self.deadline();
-        if due > to || !self.begins_turn() {
-            return;
-        }
-        let Some((calm, turning)) = self.look() else { return };
-        let fresh = if turning { Module::<Simulated<Tracer, P, N>, AXES>::FRESH } else { 0 };
-        let turns = self.turns_until(calm.until.min(to)).saturating_sub(fresh.into());
-        let turns = turns.min(self.turns_until(calm.readable)).min(LONGEST);
-        let rotations = turns / u64::from(Module::<Simulated<Tracer, P, N>, AXES>::ROTATION);
-        if rotations > 0 {
-            let outputs = self.module.pass(rotations as u32);
-            let Tmcl { around, quiet, .. } = self;
-            around.write(&outputs);
-            let board = around.board().clone();
-            around.pass(quiet.pass(&mut board.borrow_mut(), due, rotations as usize));
-            board.borrow_mut().advance_to(self.deadline());
-            self.look();
-        }
+    fn skip(&mut self, to: Nanos) -> Nanos {
+        let next = self.module.deadline();
+        let due = self.around.when(next);
+        if due <= to && self.module.takes_inputs(next) { self.leave_out(due, to) } else { due }
     }
 
     fn begins_turn(&self) -> bool {
@@ -122,9 +132,18 @@ impl<P: Wired + Product, const AXES: usize, const N: usize> Firmware for Tmcl<P,
 
     fn poll(&mut self, traffic: &mut Traffic) -> bool {
         let Tmcl { module, around, ports, .. } = self;
-        let now = around.now();
-        let inputs = around.inputs(module.takes_inputs(now));
-        let Some(outputs) = module.poll(now, inputs) else { return false };
+        let due = module.deadline();
+        let (now, outputs) = loop {
+            let now = around.now();
+            let inputs = around.inputs(module.takes_inputs(now));
+            if let Some(outputs) = module.poll(now, inputs) {
+                break (now, outputs);
+            }
+            // While the deadline stays, it is past, and another piece comes next; but what a link has brought goes first.
+            if module.deadline() != due || ports.has_unread() || !traffic.frames_in.is_empty() {
+                return false;
+            }
+        };
         // The slices of a program come in between.
         if let Some(written) = around.keep(now, || module.store().next_job()) {
             module.stored(written);
