@@ -116,6 +116,9 @@ def has_else(block: Node) -> bool:
     """Whether the last arm of a match takes what no other has taken."""
     arms = [child for child in block.named_children if child.type == "match_arm"]
     last = arms[-1].child_by_field_name("pattern")
+    # The compiler wants both of these, and does not count one that has a condition.
+    if last.text in (b"true", b"false"):
+        return False
     return last.named_child_count <= 1 and last.child_by_field_name("condition") is None and last.text[:1] in b"_abcdefghijklmnopqrstuvwxyz"
 
 

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use tmcm::param::AxisParameter as P;
 
-use super::drive::Method;
 use super::measurement::Measurement;
 use super::plan::Cruise;
 use super::proposal::Proposal;
 use super::stats::{Reading, Stats};
+use super::watch::Method;
 use crate::failure::Failure;
 
 /// The values of parameter 172 that switch coolStep on.
@@ -96,7 +96,7 @@ pub(super) fn measure(
         (P::SmartEnergyUpStep, 3),
     ];
     for (parameter, value) in first.into_iter().chain(threshold.map(|threshold| (P::StallGuardThreshold, threshold))) {
-        drive.set(parameter, value)?;
+        drive.bench.set(parameter, value)?;
     }
     let number = drive.bench.number(P::SmartEnergyHysteresisStart);
     let mut courses = Vec::new();
@@ -108,7 +108,7 @@ pub(super) fn measure(
             afresh(measurement, start)?;
             starts.push(Row { setting: Some((number, start)), free: measurement.read(method)?, loaded: None });
         }
-        measurement.drive.set(P::SmartEnergyHysteresisStart, 0)?;
+        measurement.drive.bench.set(P::SmartEnergyHysteresisStart, 0)?;
         courses.push(Course { cruise, off, starts, others: Vec::new() });
     }
     measurement.hold()?;
@@ -117,13 +117,12 @@ pub(super) fn measure(
         let off = measurement.read(method)?;
         course.off.loaded = Some(off);
         for (start, row) in STARTS.zip(&mut course.starts) {
-            // Above the lower threshold coolStep would not give a motor that can hardly turn more current, but less.
-            if off.load.high < start * THRESHOLD {
+            if gives_more(&off.load, start) {
                 afresh(measurement, start)?;
                 row.loaded = Some(measurement.read(method)?);
             }
         }
-        measurement.drive.set(P::SmartEnergyHysteresisStart, 0)?;
+        measurement.drive.bench.set(P::SmartEnergyHysteresisStart, 0)?;
     }
     measurement.release()?;
     let start = choose_start(&courses).map_err(Failure::Failed)?;
@@ -131,11 +130,11 @@ pub(super) fn measure(
     for course in &mut courses {
         measurement.begin(&course.cruise)?;
         for (parameter, value) in HYSTERESES.map(|value| (hysteresis, value)).into_iter().chain([(minimum, 1)]) {
-            measurement.drive.set(parameter, value)?;
+            measurement.drive.bench.set(parameter, value)?;
             afresh(measurement, start)?;
             let setting = Some((measurement.drive.bench.number(parameter), value));
             course.others.push(Row { setting, free: measurement.read(method)?, loaded: None });
-            measurement.drive.set(parameter, 0)?;
+            measurement.drive.bench.set(parameter, 0)?;
         }
     }
     let choice =
@@ -143,11 +142,17 @@ pub(super) fn measure(
     Ok((courses, choice))
 }
 
+/// Whether coolStep gives a loaded motor more current all the time: above the lower threshold it would not give one that can
+/// hardly turn more, but less.
+fn gives_more(load: &Stats, start: i32) -> bool {
+    load.high < start * THRESHOLD
+}
+
 /// Switches coolStep on with a lower threshold, from the whole current on: what it is before a threshold is reached depends
 /// on what it was.
 fn afresh(measurement: &mut Measurement<'_, '_>, start: i32) -> Result<(), Failure> {
-    measurement.drive.set(P::SmartEnergyHysteresisStart, 0)?;
-    measurement.drive.set(P::SmartEnergyHysteresisStart, start)
+    measurement.drive.bench.set(P::SmartEnergyHysteresisStart, 0)?;
+    measurement.drive.bench.set(P::SmartEnergyHysteresisStart, start)
 }
 
 /// The middle of the values of 172 with which the current is whole under load and as low as can be without: it has most to
@@ -286,72 +291,4 @@ pub(super) fn propose(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn reading(load: [i32; 2], current: [i32; 2]) -> Reading {
-        let mut reading = Reading::default();
-        load.into_iter().for_each(|value| reading.load.take(value));
-        current.into_iter().for_each(|value| reading.current.take(value));
-        reading
-    }
-
-    /// Values of 172 up to `saving` let the current fall to `low`, those above do not; it is whole under load from `whole`.
-    fn course(saving: i32, low: i32, whole: i32) -> Course {
-        let cruise = Cruise { speed: 800, name: "800 int".into(), pulses: 1.0, full_step: Duration::from_millis(10) };
-        let row = |start: i32| {
-            let current = if start <= saving { low } else { 16 };
-            let loaded = (start >= whole).then(|| reading([0, 0], [16, 16]));
-            Row { setting: Some((172, start)), free: reading([300, 300], [current, current]), loaded }
-        };
-        let off = Row { setting: None, free: reading([300, 310], [16, 16]), loaded: None };
-        Course { cruise, off, starts: STARTS.map(row).collect(), others: Vec::new() }
-    }
-
-    #[test]
-    fn the_middle_of_the_starts_that_save_is_chosen() {
-        assert_eq!(choose_start(&[course(5, 8, 1)]), Ok(3));
-        assert_eq!(choose_start(&[course(5, 8, 1), course(3, 8, 2)]), Ok(3));
-        assert_eq!(choose_start(&[course(15, 8, 14)]), Ok(15));
-        assert!(choose_start(&[course(5, 8, 6)]).unwrap_err().contains("saves no current"));
-        assert!(choose_start(&[course(5, 8, 16)]).unwrap_err().contains("load the motor more"));
-        let mut blind = course(5, 8, 1);
-        blind.off.free = reading([0, 0], [16, 16]);
-        assert!(choose_start(&[blind]).unwrap_err().contains("tmcl tune stallguard"));
-    }
-
-    /// A hysteresis is chosen only if the current swings without; a quarter only if it saves.
-    #[test]
-    fn hysteresis_and_minimum() {
-        let mut course = course(5, 8, 1);
-        let other = |current| Row { setting: None, free: reading([300, 300], current), loaded: None };
-        course.others =
-            vec![other([6, 9]), other([8, 8]), other([8, 8]), other([12, 12]), other([16, 16]), other([8, 8])];
-        assert_eq!((choose_hysteresis(&[course.clone()], 5), choose_minimum(&[course.clone()], 5)), (0, 0));
-        if let Some(row) = course.starts.get_mut(4) {
-            row.free = reading([300, 300], [6, 10]);
-        }
-        if let Some(last) = course.others.last_mut() {
-            last.free = reading([300, 300], [5, 5]);
-        }
-        assert_eq!((choose_hysteresis(&[course.clone()], 5), choose_minimum(&[course], 5)), (2, 1));
-    }
-
-    /// 8 steps down at 40 ms a measurement: 2560 ms with 8 measurements for each, 640 ms with 2. Up in one go of 8: 40 ms;
-    /// of 4: 80 ms.
-    #[test]
-    fn times_follow_from_the_speed() {
-        let choice = Choice { start: 5, hysteresis: 0, minimum: 0 };
-        let number = |parameter| tmcm::module::TMCM_1140.axis.row(parameter).map(|row| row.number);
-        let proposals = propose(&[course(5, 8, 1)], choice, None, 128, 0, "int", number);
-        let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
-        assert_eq!([168, 169, 170, 171, 172, 173, 182, 183].map(value), [0, 2, 0, 2, 5, 1, 640, 128].map(Some));
-        assert_eq!(value(174), None);
-        // A motor so slow that none of the steps is quick enough gets the quickest ones.
-        let mut slow = course(5, 8, 1);
-        slow.cruise.full_step = Duration::from_secs(1);
-        let proposals = propose(&[slow], choice, None, 128, 0, "int", number);
-        let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
-        assert_eq!([169, 171].map(value), [3, 3].map(Some));
-    }
-}
+mod tests;

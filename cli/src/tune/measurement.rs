@@ -1,9 +1,10 @@
 //! The measurement under way: the motor on its track, what loads it, and how far it has come.
 
 use super::brake::Brake;
-use super::drive::{Drive, Method};
+use super::drive::Drive;
 use super::plan::Cruise;
 use super::stats::Reading;
+use super::watch::Method;
 use crate::failure::Failure;
 use crate::progress::Progress;
 
@@ -50,7 +51,6 @@ impl<'b, 'a> Measurement<'b, 'a> {
         self.progress.pause();
         let lost = self.brake.lost(&mut self.drive)?;
         self.load = Some((self.brake.hold(&mut self.drive)?, lost));
-        self.drive.refresh();
         Ok(())
     }
 
@@ -58,16 +58,32 @@ impl<'b, 'a> Measurement<'b, 'a> {
     pub(super) fn release(&mut self) -> Result<(), Failure> {
         self.progress.pause();
         self.brake.release(&mut self.drive)?;
-        self.drive.refresh();
         let lost = self.brake.lost(&mut self.drive)?;
         match &self.load {
-            Some((load, before)) if lost != *before => {
-                let steps = lost - before;
-                Err(Failure::Failed(format!(
-                    "the motor lost {steps} full steps under {load}: give it less with --load"
-                )))
-            }
-            _ => Ok(()),
+            Some((load, before)) => bore(load, *before, lost).map_err(Failure::Failed),
+            None => Ok(()),
         }
+    }
+}
+
+/// Whether the motor has borne a load: not if it has lost more full steps now than before.
+fn bore(load: &str, before: i64, now: i64) -> Result<(), String> {
+    match now - before {
+        0 => Ok(()),
+        steps => Err(format!("the motor lost {steps} full steps under {load}: give it less with --load")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a motor has lost before the measurement does not count.
+    #[test]
+    fn only_steps_that_are_lost_under_the_load_count() {
+        assert_eq!((bore("load 0.50", 0, 0), bore("load 0.50", 12, 12)), (Ok(()), Ok(())));
+        let why = bore("load 0.50", 12, 16).unwrap_err();
+        assert_eq!(why, "the motor lost 4 full steps under load 0.50: give it less with --load");
+        assert!(bore("by hand", 12, 8).is_err());
     }
 }

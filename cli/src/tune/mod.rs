@@ -2,7 +2,7 @@
 //!
 //! * `bench` - the axis, and what is put back in the end
 //! * `track`, `plan` - where the motor goes, at which speeds, and for how long
-//! * `drive`, `stats` - samples at constant speed
+//! * `drive`, `watch`, `stats` - samples at constant speed
 //! * `brake`, `ask` - what loads the motor, and the user
 //! * `stallguard`, `coolstep` - the two measurements, and what is proposed
 //! * `measurement` - what both measurements have in common
@@ -22,6 +22,7 @@ mod stallguard;
 mod stats;
 mod table;
 mod track;
+mod watch;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -44,11 +45,12 @@ use crate::terminal;
 use crate::world;
 use bench::Bench;
 use brake::Brake;
-use drive::{Drive, Method};
+use drive::Drive;
 use found::{Found, Subject};
 use measurement::Measurement;
 use plan::{Cruise, Setup};
 use track::{Room, Track};
+use watch::Method;
 
 /// Measure what stallGuard2 and coolStep make of a motor, and propose settings for them
 ///
@@ -277,7 +279,7 @@ fn track(
         (None, None) => Room::default(),
     };
     let track = room.track(bench.get(P::ActualPosition)?, &need);
-    if track.way() < need.least() {
+    if !track.is_enough(&need) {
         return Err(Failure::Failed(format!(
             "the motor needs {:.0} microsteps to reach its speed, be measured and stop, and has room for {:.0}: give it more \
              with --room, or measure at lower speeds",
@@ -333,5 +335,20 @@ fn put_back<T>(bench: &mut Bench<'_>, track: &Track, found: Result<T, Failure>) 
         (Err(Failure::Interrupted { signal, .. }), _) => Err(Failure::Interrupted { signal, message: also }),
         (Err(failure), true) => Err(failure),
         (Err(_), false) => Err(Failure::Failed(also)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_load_is_a_part_of_the_torque() {
+        for (text, load) in [("0", 0.0), ("0.4", 0.4), ("1", 1.0), ("1e-3", 0.001)] {
+            assert_eq!(fraction(text), Ok(load));
+        }
+        for text in ["-0.1", "1.01", "1.5", "inf", "NaN", "half", ""] {
+            assert_eq!(fraction(text).unwrap_err(), "give a number from 0 to 1, such as 0.4", "{text}");
+        }
     }
 }

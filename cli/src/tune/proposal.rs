@@ -87,8 +87,47 @@ mod tests {
             written(40),
             "SAP 174, 0, -10\n    // a reason that takes more than\n    // half a line of forty\nSAP 173, 0, 0\n    // short\n"
         );
-        // A reason has eight characters in a line at least: "half a" and the word behind it are nine.
-        assert!(written(5).contains("\n    // half a\n    // line of\n"), "{}", written(5));
         assert!(written(40).lines().all(|line| line.len() <= 40));
+    }
+
+    /// A command of 15 characters stands beside its reason if 4 characters are left for what is between them, and 30 for
+    /// the reason. Otherwise the reason is below the command, and has all columns but seven.
+    #[test]
+    fn a_narrow_terminal_has_reasons_below_their_commands() {
+        let written = |reason: &str, columns| {
+            let mut out = Vec::new();
+            write(&mut out, &[Proposal { parameter: 174, axis: 0, value: -10, reason: reason.into() }], columns)
+                .unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        let (thirty, forty_one) = ("abcde fghij klmno pqrst uvwxyz", "abcdefgh abcdefgh abcdefgh abcdefghi stuv");
+        assert_eq!((thirty.len(), forty_one.len()), (30, 41));
+        assert_eq!(
+            written(&format!("{thirty} x {thirty}"), 49),
+            format!(
+                "SAP 174, 0, -10 // {thirty}\n                // x abcde fghij klmno pqrst\n                // uvwxyz\n"
+            )
+        );
+        assert_eq!(
+            written(&format!("{forty_one} x {forty_one}"), 48),
+            format!(
+                "SAP 174, 0, -10\n    // {forty_one}\n    // x abcdefgh abcdefgh abcdefgh abcdefghi\n    // stuv\n"
+            )
+        );
+        // A reason has eight characters in a line at least, however narrow the terminal.
+        for columns in [0, 5, 15] {
+            let lines = "SAP 174, 0, -10\n    // ab cdefg\n    // more\n    // than a\n    // terminal\n";
+            assert_eq!(written("ab cdefg more than a terminal", columns), lines, "{columns}");
+        }
+        assert!(written("ab cdefg more than a terminal", 16).contains("\n    // more than\n"));
+    }
+
+    #[test]
+    fn lines_have_whole_words() {
+        assert!(wrapped("", 10).is_empty());
+        assert_eq!(wrapped(" a  bc\nd ", 6), ["a bc d"]);
+        assert_eq!(wrapped("a bc d", 5), ["a bc", "d"]);
+        assert_eq!(wrapped("a longer one", 3), ["a", "longer", "one"]);
+        assert_eq!(wrapped("äöü äöü", 7), ["äöü äöü"], "characters count, and not bytes");
     }
 }

@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 
 use tmcm::param::AxisParameter as P;
 
-use super::drive::{FRESH, Method};
 use super::measurement::Measurement;
 use super::plan::Cruise;
 use super::proposal::Proposal;
 use super::stats::Stats;
+use super::watch::{FRESH, Method};
 use crate::failure::Failure;
 
 /// The thresholds that there are.
@@ -85,7 +85,7 @@ pub(super) fn measure(measurement: &mut Measurement<'_, '_>) -> Result<Vec<Curve
     // coolStep would change the current while it is measured, and stop on stall would stop the motor.
     let drive = &mut measurement.drive;
     for (parameter, value) in [(P::SmartEnergyHysteresisStart, 0), (P::StopOnStall, 0), (P::StallGuardFilter, 0)] {
-        drive.set(parameter, value)?;
+        drive.bench.set(parameter, value)?;
     }
     let coarse: Vec<i32> = (LOWEST..HIGHEST).step_by(COARSE).chain([HIGHEST]).collect();
     let curve = |cruise: &Cruise| Curve { cruise: cruise.clone(), rows: BTreeMap::new() };
@@ -123,7 +123,7 @@ fn sweep(
     for &threshold in thresholds {
         let row = curve.rows.entry(threshold).or_default();
         if row.side(side).is_none() {
-            measurement.drive.set(P::StallGuardThreshold, threshold)?;
+            measurement.drive.bench.set(P::StallGuardThreshold, threshold)?;
             *row.side(side) = Some(measurement.read(METHOD)?.load);
         }
     }
@@ -271,11 +271,90 @@ mod tests {
         assert_eq!(threshold(&[curve(500, 20, 10), curve(1000, 7, 12)]), Ok((9, 800)));
     }
 
+    /// One threshold in common is enough, and so is one at a speed alone.
+    #[test]
+    fn speeds_share_what_they_have_in_common() {
+        assert_eq!(threshold(&[curve(500, 12, 20), curve(1000, 7, 12)]), Ok((12, 400)));
+        assert_eq!(threshold(&[curve(500, 7, 12), curve(1000, 12, 20)]), Ok((12, 400)));
+        assert_eq!(threshold(&[curve(500, 13, 20), curve(1000, 7, 12)]), Ok((9, 800)));
+        assert_eq!(threshold(&[curve(500, 1, 6), curve(1000, 7, 12)]), Ok((9, 800)));
+        // Once a slower one is left out, one that is slower still is not asked.
+        assert_eq!(threshold(&[curve(300, 7, 12), curve(500, 13, 20), curve(1000, 7, 12)]), Ok((9, 800)));
+        // The narrower of two within each other counts.
+        assert_eq!(threshold(&[curve(500, 1, 30), curve(1000, 7, 12)]), Ok((9, 400)));
+    }
+
+    #[test]
+    fn reasons_have_the_range_and_the_speed() {
+        let reasons = |curve: Curve| {
+            let proposals = propose(&[curve], 2, "pps", |_| 1).unwrap();
+            assert!(proposals.iter().all(|proposal| proposal.axis == 2));
+            let [threshold, filter, stop] = proposals.as_slice() else { panic!("{proposals:?}") };
+            assert_eq!((filter.value, filter.reason.starts_with("no filter: ")), (0, true));
+            assert_eq!(
+                stop.reason,
+                "a stall stops the motor above 80 % of 800 pps; set it only when the motor has that speed"
+            );
+            threshold.reason.clone()
+        };
+        assert_eq!(
+            reasons(curve(800, 7, 12)),
+            "within 7 to 12, which all tell a stall from a free motor from 800 pps on"
+        );
+        assert_eq!(
+            reasons(curve(800, 7, 7)),
+            "alone tells a stall from a free motor, at 800 pps: there is little to spare"
+        );
+    }
+
+    /// Only what has been measured counts, without gaps: up to the lowest threshold from which on all values are above 0.
+    #[test]
+    fn edges_are_those_of_what_was_measured() {
+        let mut found = curve(800, 7, 12);
+        assert_eq!((found.free_from(), found.stalls_to(), found.window()), (Some(7), Some(12), Some((7, 12))));
+        found.rows.retain(|threshold, _| threshold % 8 == 0);
+        assert_eq!((found.free_from(), found.stalls_to(), found.window()), (Some(8), Some(8), Some((8, 8))));
+        found.rows.get_mut(&8).unwrap().free = None;
+        assert_eq!((found.free_from(), found.window()), (Some(16), None));
+        // A 0 among higher values is one, and so is a higher value among zeros.
+        let mut found = curve(800, 7, 12);
+        found.rows.get_mut(&40).unwrap().free.as_mut().unwrap().take(0);
+        found.rows.get_mut(&-40).unwrap().loaded.as_mut().unwrap().take(1);
+        assert_eq!((found.free_from(), found.stalls_to()), (Some(41), Some(-41)));
+    }
+
+    /// The ends have been measured already, and there is none outside of -64 to 63.
+    #[test]
+    fn thresholds_between_two() {
+        assert_eq!(between(Some(8), Some(12)), [9, 10, 11]);
+        assert_eq!(between(Some(-66), Some(-62)), [-64, -63]);
+        assert_eq!(between(Some(60), Some(68)), [61, 62]);
+        assert!(between(Some(-72), Some(-64)).is_empty() && between(Some(63), Some(71)).is_empty());
+        assert!(between(None, Some(1)).is_empty() && between(Some(1), None).is_empty());
+    }
+
+    /// From one below the lower edge to one above the upper edge, whichever of them that is: 24 of them at most, or every
+    /// second, third and so on.
+    #[test]
+    fn thresholds_around_both_edges() {
+        let range = |low: i32, high: i32, step| (low..=high).step_by(step).collect::<Vec<_>>();
+        let around = |free_from, stalls_to| around(&curve(800, free_from, stalls_to));
+        assert_eq!((around(7, 12), around(12, 7)), (range(6, 13, 1), range(6, 13, 1)));
+        assert_eq!((around(1, 22), around(1, 23)), (range(0, 23, 1), range(0, 24, 2)));
+        assert_eq!((around(1, 46), around(1, 47)), (range(0, 47, 2), range(0, 48, 3)));
+        assert_eq!((around(-64, -60), around(60, 63)), (range(-64, -59, 1), range(59, 63, 1)));
+        assert_eq!(around(-64, 63), range(-64, 63, 6));
+        assert!(around(64, 5).is_empty() && around(5, -65).is_empty());
+    }
+
+    /// What is told is of the fastest speed.
     #[test]
     fn where_nothing_can_be_told_it_is_said_why() {
         let why = |free_from, stalls_to| threshold(&[curve(800, free_from, stalls_to)]).unwrap_err();
         assert!(why(64, 63).contains("at 800 int the value is 0 with every threshold"));
         assert!(why(0, -65).contains("never 0 under load"));
         assert!(why(10, 5).contains("always 0 only up to 5, and without load never 0 only from 10 on"));
+        let why = threshold(&[curve(800, 10, 5), curve(1000, 64, 5), curve(500, 10, 5)]).unwrap_err();
+        assert!(why.starts_with("at 1000 int the value is 0"), "{why}");
     }
 }

@@ -110,6 +110,11 @@ impl Track {
         f64::from(self.high) - f64::from(self.low)
     }
 
+    /// Whether it is as long as a measurement needs at least.
+    pub(super) fn is_enough(&self, need: &Need) -> bool {
+        self.way() >= need.least()
+    }
+
     /// The end that is farther away from a position.
     pub(super) fn farther(&self, position: i32) -> i32 {
         let (to_low, to_high) = (i64::from(position) - i64::from(self.low), i64::from(self.high) - i64::from(position));
@@ -138,6 +143,18 @@ mod tests {
         assert_eq!((NEED.wanted(), NEED.least()), (6000.0, 3000.0));
         assert_eq!(NEED.share(1000.0, 6000.0), 0.5);
         assert_eq!(NEED.share(1000.0, 1500.0), 0.0);
+        assert_eq!(NEED.share(1000.0, 3000.0), 0.2);
+        let track = |high| Track { low: -1000, high, home: 0 };
+        assert_eq!([1999, 2000, 2001].map(|high| track(high).is_enough(&NEED)), [false, true, true]);
+    }
+
+    /// What is below one microstep per second, or per second squared, is taken for that: half a microstep per second has
+    /// ramps of a quarter of a microstep and of half a second each, and one microstep beside them takes a second.
+    #[test]
+    fn the_slowest_motor() {
+        let need = Need { speed: 0.5, acceleration: 0.0, constant: 1.0, enough: 1.0 };
+        assert_eq!((need.ramps(0.5), need.share(0.5, 1.25)), (0.25, 0.5));
+        assert_eq!(need.share(0.0, 0.0), 0.0);
     }
 
     #[test]
@@ -151,9 +168,13 @@ mod tests {
         assert_eq!(track(Some(0.0), Some(7000.0)), (100, 6100));
         assert_eq!(track(None, Some(5999.0)), (-5900, 100));
         assert_eq!(track(Some(2000.0), Some(3000.0)), (-1900, 3100));
+        assert_eq!(track(Some(7000.0), Some(6000.0)), (100, 6100));
+        assert_eq!(track(Some(6000.0), Some(5999.0)), (-5900, 100));
         assert_eq!(Room::named(-50), Room { left: Some(50.0), right: Some(0.0) });
-        assert_eq!(Track { low: -10, high: 30, home: 0 }.farther(9), 30);
-        assert_eq!(Track { low: -10, high: 30, home: 0 }.farther(11), -10);
+        assert_eq!(Room::named(50), Room { left: Some(0.0), right: Some(50.0) });
+        let farther = |position| Track { low: -10, high: 30, home: 0 }.farther(position);
+        assert_eq!([-10, 9, 10, 11, 30].map(farther), [30, 30, 30, -10, -10]);
+        assert_eq!(Track { low: i32::MIN, high: i32::MAX, home: 0 }.way(), 4_294_967_295.0);
     }
 
     /// 4 of 100 full steps are kept free; with 16 microsteps per full step there are 96 x 16 of them.
@@ -164,14 +185,26 @@ mod tests {
         assert_eq!(room("[stage]\nhard_left = -25600"), Room { left: Some(1536.0), right: None });
         assert_eq!(room("[motor]\nstart = 1000\n[stage]\nhard_right = 90000\nright = 26600").right, Some(1536.0));
         assert_eq!(room("[stage]\nhard_left = -100").left, Some(0.0));
+        let nearest = "[motor]\nstart = -1000\n[stage]\nhard_left = -90000\nleft = -26600\nright = 24600";
+        assert_eq!(room(nearest), Room { left: Some(1536.0), right: Some(1536.0) });
+        // Round and round there is no end, whatever else the stage has.
+        assert_eq!(room("[stage]\ncircle = 51200\nleft = -25600\nleft_width = 256"), Room::default());
     }
 
     #[test]
     fn times_are_rounded_up() {
         let about = |seconds| about(Duration::from_secs(seconds));
         assert_eq!(
-            [3, 31, 89, 90, 121].map(about),
-            ["less than 10 s", "about 40 s", "about 90 s", "about 2 min", "about 3 min"]
+            [3, 9, 10, 31, 89, 90, 121].map(about),
+            [
+                "less than 10 s",
+                "less than 10 s",
+                "about 10 s",
+                "about 40 s",
+                "about 90 s",
+                "about 2 min",
+                "about 3 min"
+            ]
         );
     }
 }
