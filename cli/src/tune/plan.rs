@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn speeds_have_a_name_and_a_time() {
         let found = setup(Product::Tmcm1140, 256).cruise(800);
-        assert_eq!((found.speed, found.name.as_str(), found.pulses), (800, "800 int (6104 pps)", 6103.515_625));
+        assert_eq!((found.speed, found.name.as_str(), found.pulses), (800, "800 int (6104 pps)", 6_103.515_625));
         assert_eq!(found.full_step, Duration::from_nanos(41_943_040));
         let found = cruise(800);
         assert_eq!((found.speed, found.name.as_str(), found.pulses), (800, "800 pps", 800.0));

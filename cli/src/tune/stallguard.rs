@@ -163,10 +163,7 @@ pub(super) fn propose(
                 Some((low.max(lowest), high.min(highest), curve))
             }
             // A slower speed that needs a threshold of its own cannot be served, too.
-            Some(found) => {
-                common = Some(found);
-                break;
-            }
+            Some(_) => break,
         };
     }
     let Some((low, high, slowest)) = common else { return Err(why_not(curves)) };

@@ -47,18 +47,41 @@ pub(crate) struct State {
     pub(crate) mute: bool,
     /// Number of its axes; 0 is one.
     pub(crate) axes: u8,
-    /// Its motor is at its target at once; otherwise it never moves.
-    pub(crate) jumps: bool,
+    /// How often its motor still moves: it is at its target at once. After that it never moves.
+    pub(crate) jumps: usize,
     /// Axis parameters by their number; those that are not here are 0.
     pub(crate) parameters: HashMap<u8, i32>,
+    /// What it does with a command in place of the usual.
+    pub(crate) instead: Option<Instead>,
     /// Everything that it has been asked.
     pub(crate) asked: Vec<Command>,
+}
+
+/// What a module does with a command in place of the usual, if anything.
+pub(crate) type Instead = Box<dyn FnMut(Command) -> Option<Deed> + Send>;
+
+/// Something that a module does in place of the usual.
+pub(crate) enum Deed {
+    /// It refuses the command.
+    Refusal,
+    /// It does not answer.
+    Silence,
+    /// It answers with this value.
+    Value(i32),
 }
 
 impl State {
     fn answer(&mut self, command: Command) -> Option<Reply> {
         self.asked.push(command);
         let opcode = Opcode::from_number(command.opcode);
+        match self.instead.as_mut().and_then(|instead| instead(command)) {
+            Some(Deed::Refusal) => return Some(Reply::echo(Status::InvalidValue, command)),
+            Some(Deed::Silence) => return None,
+            Some(Deed::Value(value)) => {
+                return Some(Reply::Plain { status: Status::Ok, opcode: command.opcode, value });
+            }
+            None => {}
+        }
         self.dead |= self.dies.is_some() && self.download == self.dies;
         match self.download {
             _ if self.dead => None,
@@ -95,7 +118,10 @@ impl State {
             (Some(Opcode::Gap), _) if motor >= self.axes.max(1) => return Reply::echo(Status::InvalidValue, command),
             (Some(Opcode::Gap), _) => return value(self.parameters.get(&kind).copied().unwrap_or_default()),
             (Some(Opcode::Sap), _) => _ = self.parameters.insert(kind, wanted),
-            (Some(Opcode::Mvp), _) if self.jumps => _ = self.parameters.insert(POSITION, wanted),
+            (Some(Opcode::Mvp), _) if self.jumps > 0 => {
+                self.jumps -= 1;
+                self.parameters.insert(POSITION, wanted);
+            }
             (Some(Opcode::StopApplication), _) => self.mode = 0,
             (Some(Opcode::RunApplication), _) => {
                 self.mode = 1;

@@ -14,6 +14,18 @@ use rustix::termios::{Termios, Winsize};
 
 use super::harness::{PATIENCE, command, tmcl_path};
 
+/// Both sides of a pseudo terminal with so many columns: that where somebody types, and that of a program.
+pub(crate) fn pair(columns: u16) -> (OwnedFd, OwnedFd) {
+    let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
+    rustix::pty::grantpt(&master).unwrap();
+    rustix::pty::unlockpt(&master).unwrap();
+    let name = rustix::pty::ptsname(&master, Vec::new()).unwrap();
+    let slave = rustix::fs::open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).unwrap();
+    let size = Winsize { ws_row: 24, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
+    rustix::termios::tcsetwinsize(&slave, size).unwrap();
+    (master, slave)
+}
+
 /// The program on a terminal of its own.
 pub(crate) struct Terminal {
     child: Child,
@@ -40,13 +52,7 @@ impl Terminal {
 
     /// The same, with these variables in the environment.
     pub(crate) fn start_in(arguments: &[&str], columns: u16, variables: &[(&str, &str)]) -> Self {
-        let master = rustix::pty::openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).unwrap();
-        rustix::pty::grantpt(&master).unwrap();
-        rustix::pty::unlockpt(&master).unwrap();
-        let name = rustix::pty::ptsname(&master, Vec::new()).unwrap();
-        let slave = rustix::fs::open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).unwrap();
-        let size = Winsize { ws_row: 24, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
-        rustix::termios::tcsetwinsize(&slave, size).unwrap();
+        let (master, slave) = pair(columns);
         let settings = rustix::termios::tcgetattr(&slave).unwrap();
         let side = || Stdio::from(slave.try_clone().unwrap());
         // setsid makes this the controlling terminal of the program, which it becomes: Ctrl-C is a signal, and so is the

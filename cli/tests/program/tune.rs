@@ -1,21 +1,12 @@
-//! `tmcl tune`: what it proposes works, and what it touched is as before, however it ends.
+//! `tmcl tune`: what it proposes works, and what it touched is as before.
 
-use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::process::{Child, Output, Stdio};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::{Duration, Instant};
-
-use rustix::process::{Pid, Signal};
-use tmcm::tmcl::binary::TELEGRAM;
+use std::process::Output;
 
 use super::fake::{Fake, State};
-use super::harness::{PATIENCE, Sim, complaint, run, tmcl};
-use super::pty::Terminal;
+use super::harness::{Sim, complaint, run};
 
 /// The file of the example that has this extension.
-fn example(extension: &str) -> String {
+pub(super) fn example(extension: &str) -> String {
     let path = fw::workspace().unwrap().join("examples/stall_homing").with_extension(extension);
     path.to_str().unwrap().to_owned()
 }
@@ -53,12 +44,12 @@ fn world(seed: u64) -> String {
     )
 }
 
-fn shown(output: &Output) -> String {
+pub(super) fn shown(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 /// The value that is proposed for a parameter of axis 0.
-fn proposed(text: &str, parameter: u8) -> Option<i32> {
+pub(super) fn proposed(text: &str, parameter: u8) -> Option<i32> {
     let start = format!("SAP {parameter}, 0, ");
     let line = text.lines().find_map(|line| line.strip_prefix(&start))?;
     line.split_whitespace().next().map(|value| value.parse().unwrap())
@@ -115,6 +106,18 @@ fn the_example_s_threshold() {
     assert_eq!([174, 173, 181].map(|number| proposed(&text, number)), [Some(1), Some(0), Some(640)], "{text}");
     assert!(text.contains("// within -1 to 4,"), "{text}");
     assert!(complaint(&output).starts_with("To measure stallGuard2, motor 0 goes to and fro between 0 and "));
+}
+
+/// A motor that has a load of 0.2 and a friction of 0.1 already has 0.231 of its 17/32 in reserve, of which nine tenths come
+/// to its load: 0.408.
+#[test]
+fn what_loads_the_motor_already_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = folder.path().join("world.toml");
+    std::fs::write(&world, "[motor]\nfriction = 0.1\nload = 0.2\n").unwrap();
+    let output = run(&["tune", "stallguard", "sim", "--world", world.to_str().unwrap(), "--speeds", "800"]);
+    let text = shown(&output);
+    assert!(text.starts_with("Axis 0 of a TMCM-1140 at 800 int (24414 pps), load 0.41: "), "{text}");
 }
 
 /// With SGT 2 the value is 224 without load at the whole current of 17/32 and 138 at 9/32, and 0 under load: so the current
@@ -183,34 +186,8 @@ fn a_motor_comes_back_from_a_measurement_that_fails() {
     assert!(!complaint(&output).contains("MVP ABS"), "{}", complaint(&output));
 }
 
-/// A drawing is replaced by a complete one, and not by a measurement that fails.
-#[test]
-fn an_older_drawing_stays_until_there_is_a_new_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("old.svg");
-    std::fs::write(&path, "old").unwrap();
-    let plot = path.to_str().unwrap();
-    let world = example("toml");
-    let output =
-        run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800", "--load", "0.9", "--plot", plot]);
-    assert_eq!(output.status.code(), Some(1));
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
-    let sim = module("1140");
-    let link = ways(&sim).0;
-    let child = tmcl(&["tune", "stallguard", &link, "--control", sim.told("control"), "--yes", "--plot", plot]).spawn();
-    let child = child.unwrap();
-    let end = Instant::now() + PATIENCE;
-    while sim.control(&["state"])["velocity"] == 0 {
-        assert!(Instant::now() < end, "the motor does not turn");
-    }
-    rustix::process::kill_process(Pid::from_child(&child), Signal::TERM).unwrap();
-    assert_eq!(child.wait_with_output().unwrap().status.code(), Some(143));
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), "old");
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
-}
-
 /// All settings of a module, as a file has them.
-fn settings(sim: &Sim) -> String {
+pub(super) fn settings(sim: &Sim) -> String {
     let file = sim.path("settings");
     let link = format!("tcp:{}", sim.told("tcp"));
     let output = run(&["params", &link, "save", file.to_str().unwrap()]);
@@ -219,7 +196,7 @@ fn settings(sim: &Sim) -> String {
 }
 
 /// A module on the example's stage whose time goes faster, with settings that are not the usual ones.
-fn module(product: &str) -> Sim {
+pub(super) fn module(product: &str) -> Sim {
     let world = example("toml");
     let sim = Sim::start(&[
         "--tcp",
@@ -248,7 +225,7 @@ fn module(product: &str) -> Sim {
 }
 
 /// The link to it, and its control port.
-fn ways(sim: &Sim) -> (String, String) {
+pub(super) fn ways(sim: &Sim) -> (String, String) {
     (format!("tcp:{}", sim.told("tcp")), sim.told("control").into())
 }
 
@@ -297,227 +274,12 @@ fn all_is_as_before(product: &str) {
     assert!(image.ends_with("</svg>\n") && image.contains("with load") && image.contains("parameter 174"), "{image}");
 }
 
-/// A measurement that has begun: the motor has been seen to turn.
-fn begun(sim: &Sim, link: &str) -> Child {
-    let control = sim.told("control");
-    let child = tmcl(&["tune", "stallguard", link, "--control", control, "--yes", "--speeds", "800"]).spawn().unwrap();
-    let end = Instant::now() + PATIENCE;
-    while sim.control(&["state"])["velocity"] == 0 {
-        assert!(Instant::now() < end, "the motor does not turn");
-    }
-    child
-}
-
-fn assert_left_in_peace(sim: &Sim, before: &str) {
+pub(super) fn assert_left_in_peace(sim: &Sim, before: &str) {
     let mut host = sim.tcp();
     assert_eq!((host.ok("GAP 3, 0"), host.ok("GAP 2, 0")), (0, 0));
     drop(host);
     assert_eq!(settings(sim), before);
     assert_eq!(sim.control(&["state"])["load"], 0.0);
-}
-
-#[test]
-fn a_signal_stops_the_motor_and_puts_everything_back() {
-    let sim = module("1140");
-    let before = settings(&sim);
-    for (signal, code) in [(Signal::INT, 130), (Signal::TERM, 143), (Signal::HUP, 129)] {
-        let child = begun(&sim, &ways(&sim).0);
-        std::thread::sleep(Duration::from_millis(200));
-        rustix::process::kill_process(Pid::from_child(&child), signal).unwrap();
-        let output = child.wait_with_output().unwrap();
-        assert_eq!(output.status.code(), Some(code), "{}", complaint(&output));
-        assert!(
-            complaint(&output).contains("all settings are as before, and the motor stands at "),
-            "{}",
-            complaint(&output)
-        );
-        assert_left_in_peace(&sim, &before);
-    }
-}
-
-/// What stands between the program and a module, and fails.
-struct Cable {
-    link: String,
-    /// Number of telegrams that still pass before it fails.
-    left: Arc<AtomicUsize>,
-    /// After it has failed it can be connected to again.
-    mends: Arc<AtomicBool>,
-}
-
-impl Cable {
-    fn to(address: &str) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let link = format!("tcp:{}", listener.local_addr().unwrap());
-        let (left, mends) = (Arc::new(AtomicUsize::new(usize::MAX)), Arc::new(AtomicBool::new(true)));
-        let (module, telegrams, mending) = (address.to_owned(), Arc::clone(&left), Arc::clone(&mends));
-        std::thread::spawn(move || {
-            for host in listener.incoming() {
-                carry(host.unwrap(), TcpStream::connect(&module).unwrap(), &telegrams);
-                if !mending.load(Ordering::SeqCst) {
-                    return;
-                }
-                telegrams.store(usize::MAX, Ordering::SeqCst);
-            }
-        });
-        Cable { link, left, mends }
-    }
-
-    fn fail(&self, mends: bool) {
-        self.mends.store(mends, Ordering::SeqCst);
-        self.left.store(20, Ordering::SeqCst);
-    }
-}
-
-/// Carries telegrams to and fro until either side or the cable fails.
-fn carry(mut host: TcpStream, mut module: TcpStream, left: &AtomicUsize) {
-    let mut telegram = [0; TELEGRAM];
-    while left.load(Ordering::SeqCst) > 0 {
-        if host.read_exact(&mut telegram).is_err()
-            || module.write_all(&telegram).is_err()
-            || module.read_exact(&mut telegram).is_err()
-            || host.write_all(&telegram).is_err()
-        {
-            return;
-        }
-        left.fetch_sub(1, Ordering::SeqCst);
-    }
-}
-
-#[test]
-fn a_link_that_fails_for_a_moment_is_opened_again() {
-    let sim = module("1140");
-    let before = settings(&sim);
-    let cable = Cable::to(sim.told("tcp"));
-    let child = begun(&sim, &cable.link);
-    cable.fail(true);
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(
-        complaint(&output).contains("; all settings are as before, and the motor stands at "),
-        "{}",
-        complaint(&output)
-    );
-    assert_left_in_peace(&sim, &before);
-}
-
-#[test]
-fn what_could_not_be_put_back_is_said_as_commands() {
-    let sim = module("1140");
-    let cable = Cable::to(sim.told("tcp"));
-    let child = begun(&sim, &cable.link);
-    cable.fail(false);
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(1));
-    let message = complaint(&output);
-    // Who waits is told for what.
-    assert_eq!(message.matches("trying for up to 10 seconds to put its settings back").count(), 1, "{message}");
-    for command in ["MST 0", "SAP 4, 0, 1200", "SAP 173, 0, 1", "SAP 174, 0, -3", "SAP 172, 0, 4", "SAP 181, 0, 1500"] {
-        assert!(message.contains(command), "{command}: {message}");
-    }
-    // What it says to send helps.
-    let commands = message.rsplit_once("send ").unwrap().1.trim();
-    let mut host = sim.tcp();
-    for command in commands.split("; ") {
-        host.ok(command);
-    }
-    host.until("GAP 3, 0", 0);
-    assert_eq!((host.ok("GAP 4, 0"), host.ok("GAP 181, 0")), (1200, 1500));
-}
-
-/// Without a terminal nobody can be asked; on one, no is no, and Ctrl-C in the question is the end.
-#[test]
-fn nothing_moves_without_consent() {
-    let sim = module("1140");
-    let before = settings(&sim);
-    let (link, control) = ways(&sim);
-    let output = run(&["tune", "stallguard", &link, "--control", &control]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(complaint(&output).contains("--yes"), "{}", complaint(&output));
-    for (answer, code) in [("n\r", 1), ("\r", 1), ("\x03", 130), ("\x04", 1)] {
-        let mut terminal = Terminal::start(&["tune", "stallguard", &link, "--control", &control]);
-        let told = terminal.expect("[y/N]");
-        assert!(told.contains("motor 0 goes to and fro between 0 and "), "{told}");
-        terminal.keys(answer);
-        let (status, rest) = terminal.end();
-        assert_eq!(status.code(), Some(code), "{rest}");
-        assert!(terminal.is_as_before());
-    }
-    assert_eq!(settings(&sim), before);
-    assert_eq!(sim.control(&["state"])["field"], 0);
-}
-
-/// Somebody at a terminal with 40 columns holds the shaft when asked to.
-#[test]
-fn a_hand_loads_the_motor() {
-    let sim = module("1140");
-    let mut terminal = Terminal::start_with(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000"], 40);
-    terminal.expect("[y/N]");
-    terminal.line("y");
-    terminal.expect("press Enter");
-    assert_ne!(sim.control(&["state"])["field"], 0);
-    sim.control(&["load 0.39"]);
-    terminal.line("");
-    terminal.expect("let go");
-    sim.control(&["load 0"]);
-    terminal.line("");
-    let (status, text) = terminal.end();
-    assert!(status.success(), "{text}");
-    let table = text.rsplit_once("Axis 0").unwrap().1.replace('\r', "");
-    assert!(table.lines().all(|line| line.chars().count() <= 40), "{table}");
-    assert!(table.contains("\nSAP 174, 0, 1\n"), "{table}");
-}
-
-/// Who types another word than yes does not hold the shaft.
-#[test]
-fn no_is_not_enter() {
-    let sim = module("1140");
-    let before = settings(&sim);
-    let mut terminal = Terminal::start(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000", "--yes"]);
-    terminal.expect("press Enter");
-    terminal.line("no");
-    let (status, text) = terminal.end();
-    assert_eq!(status.code(), Some(1), "{text}");
-    assert!(text.contains("ended by 'no'; all settings are as before"), "{text}");
-    assert_eq!(sim.tcp().ok("GAP 1, 0"), 0);
-    assert_left_in_peace(&sim, &before);
-}
-
-/// What is told after Ctrl-C stands on a line of its own, without the ^C of the terminal.
-#[test]
-fn after_an_interrupt_the_line_is_the_program_s() {
-    let sim = module("1140");
-    let mut terminal = Terminal::start(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000", "--yes"]);
-    terminal.expect("press Enter");
-    terminal.keys("\x03");
-    let (status, text) = terminal.end();
-    assert_eq!(status.code(), Some(130), "{text}");
-    assert!(text.contains("\r\x1b[Ktmcl: all settings are as before"), "{text}");
-}
-
-/// Standard input that ends while a hand is waited for: nobody can say that the shaft is held.
-#[test]
-fn without_a_hand_it_ends() {
-    let sim = module("1140");
-    let before = settings(&sim);
-    let output = run(&["tune", "stallguard", &ways(&sim).0, "--speeds", "2000", "--yes"]);
-    assert_eq!(output.status.code(), Some(1));
-    assert!(complaint(&output).contains("standard input has ended"), "{}", complaint(&output));
-    assert_left_in_peace(&sim, &before);
-}
-
-/// Nobody reads the result any more: quiet, but only after all has been put back.
-#[test]
-fn a_closed_pipe_changes_nothing() {
-    let sim = module("1140");
-    let before = settings(&sim);
-    let (link, control) = ways(&sim);
-    let mut child = tmcl(&["tune", "stallguard", &link, "--control", &control, "--yes", "--speeds", "2000"])
-        .stderr(Stdio::null())
-        .spawn()
-        .unwrap();
-    drop(child.stdout.take());
-    assert_eq!(child.wait().unwrap().code(), Some(141));
-    assert_left_in_peace(&sim, &before);
 }
 
 /// A module that knows none of the commands that move a motor, and one that runs a program.

@@ -101,9 +101,12 @@ fn the_lowest_current_counts() {
 fn hysteresis_and_minimum() {
     let mut course = course(5, 8, 1);
     course.others = [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [8, 8]].map(free).into();
-    assert_eq!((choose_hysteresis(&[course.clone()], 5), choose_minimum(&[course], 5)), (0, 0));
-    let course = with_others([6, 10], [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [5, 5]]);
-    assert_eq!((choose_hysteresis(&[course.clone()], 5), choose_minimum(&[course], 5)), (2, 1));
+    let chosen = |course: Course| {
+        let courses = [course];
+        (choose_hysteresis(&courses, 5), choose_minimum(&courses, 5))
+    };
+    assert_eq!(chosen(course), (0, 0));
+    assert_eq!(chosen(with_others([6, 10], [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [5, 5]])), (2, 1));
 }
 
 /// The current swings if its samples are more than one step apart. It is as low as without a hysteresis if it is one step
@@ -213,6 +216,8 @@ fn reasons_have_the_thresholds() {
         reason(CHOICE, 172),
         "below a load value of 160 the current rises: it is 8 of 16 without load, and whole with it"
     );
+    let whole = reason(Choice { start: 6, ..CHOICE }, 172);
+    assert!(whole.starts_with("below a load value of 192 the current rises: it is 16 of 16 without load"), "{whole}");
     let with = |hysteresis| reason(Choice { hysteresis, ..CHOICE }, 170);
     assert_eq!(with(0), "from a load value of 192 on the current falls; more of it is not needed");
     assert_eq!(with(1), "from a load value of 224 on the current falls; less of it lets the current swing");
