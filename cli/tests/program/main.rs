@@ -59,5 +59,6 @@ mod tune_limits;
 mod tune_plan;
 mod tune_progress;
 mod tune_shown;
+mod tune_steps;
 mod turns;
 mod world;
