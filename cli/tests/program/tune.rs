@@ -108,6 +108,16 @@ fn the_example_s_threshold() {
     assert!(complaint(&output).starts_with("To measure stallGuard2, motor 0 goes to and fro between 0 and "));
 }
 
+/// Where the curves go to standard output, the rest goes to standard error.
+#[test]
+fn curves_on_standard_output_are_alone_there() {
+    let world = example("toml");
+    let output = run(&["tune", "stallguard", "sim", "--world", &world, "--speeds", "800", "--plot", "-"]);
+    let (image, rest) = (shown(&output), complaint(&output));
+    assert!(image.starts_with("<svg") && image.ends_with("</svg>\n"), "{image}");
+    assert_eq!(proposed(&rest, 174), Some(1), "{rest}");
+}
+
 /// A motor that has a load of 0.2 and a friction of 0.1 already has 0.231 of its 17/32 in reserve, of which nine tenths come
 /// to its load: 0.408.
 #[test]

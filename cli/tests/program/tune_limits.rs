@@ -1,5 +1,6 @@
 //! What `tmcl tune` does not wait for for ever: motors that do not get on.
 
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal};
@@ -144,4 +145,34 @@ fn a_signal_ends_the_wait_for_a_motor_that_does_not_stop() {
     assert_eq!(written(&fake), there_and_back(&STALLGUARD));
     let looks = asked(&fake, Opcode::Gap, 3) - before;
     assert!(looks < 2000, "{looks}");
+}
+
+/// A motor that stays at the other end of its track is looked at a hundred times, but not after a signal, which comes here
+/// when it is sent back: the 22nd time that it is sent anywhere.
+#[test]
+fn a_signal_ends_the_wait_for_a_motor_that_does_not_come_back() {
+    let program = Arc::new(OnceLock::<Pid>::new());
+    let known = Arc::clone(&program);
+    let mut moves = 0;
+    let fake = fake(
+        21,
+        Some(Box::new(move |command| {
+            moves += usize::from(command.opcode == Opcode::Mvp as u8);
+            if command.opcode == Opcode::Mvp as u8 && moves == 22 {
+                rustix::process::kill_process(*known.wait(), Signal::TERM).unwrap();
+            }
+            None
+        })),
+    );
+    let child = tmcl(&["tune", "stallguard", &fake.link, "--yes", "--speeds", "800"]).spawn().unwrap();
+    program.set(Pid::from_child(&child)).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert!(
+        complaint(&output).contains("; all settings are as before, and the motor stands at "),
+        "{}",
+        complaint(&output)
+    );
+    // Those before it was sent back are 23, and one is to say where it stands.
+    let looks = asked(&fake, Opcode::Gap, 1) - 24;
+    assert!(looks < 50, "{looks}");
 }
