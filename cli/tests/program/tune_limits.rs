@@ -116,15 +116,19 @@ fn stopping(questions: usize) -> Option<Instead> {
     }))
 }
 
+/// What was asked between the command that stops the motor and the first setting that is put back.
+fn questions_while_it_stops(fake: &Fake) -> usize {
+    let state = fake.state();
+    let after = state.asked.iter().skip_while(|it| it.opcode != Opcode::Mst as u8).skip(1);
+    after.take_while(|it| it.opcode != Opcode::Sap as u8).count()
+}
+
 /// The settings are put back when the motor stands, and not before.
 #[test]
 fn a_motor_has_the_time_to_stop() {
     let fake = fake(0, stopping(3));
     given_up(&fake, "the motor stopped at 0 on its way to ");
-    let state = fake.state();
-    let after = state.asked.iter().skip_while(|it| it.opcode != Opcode::Mst as u8).skip(1);
-    let questions = after.take_while(|it| it.opcode != Opcode::Sap as u8).collect::<Vec<_>>();
-    assert_eq!(questions.len(), 4, "{questions:?}");
+    assert_eq!(questions_while_it_stops(&fake), 4);
 }
 
 /// A motor that turns on and on when it was stopped is waited for no longer after a signal. A look every 5 ms asks for its
@@ -147,32 +151,55 @@ fn a_signal_ends_the_wait_for_a_motor_that_does_not_stop() {
     assert!(looks < 2000, "{looks}");
 }
 
+/// A program that gets SIGTERM from the module, when that is told to move for the nth time.
+struct Signalled {
+    program: Arc<OnceLock<Pid>>,
+}
+
+impl Signalled {
+    /// It, and the module that does so, and otherwise something in place of the usual.
+    fn at(at: usize, mut otherwise: impl FnMut(Command) -> Option<Deed> + Send + 'static) -> (Self, Instead) {
+        let program = Arc::new(OnceLock::<Pid>::new());
+        let known = Arc::clone(&program);
+        let mut moves = 0;
+        let instead = move |command: Command| {
+            let is_move = command.opcode == Opcode::Mvp as u8;
+            moves += usize::from(is_move);
+            if is_move && moves == at {
+                rustix::process::kill_process(*known.wait(), Signal::TERM).unwrap();
+            }
+            otherwise(command)
+        };
+        (Signalled { program }, Box::new(instead))
+    }
+
+    /// Tunes a module to the end, and returns what is said.
+    fn tune(&self, fake: &Fake) -> String {
+        let child = tmcl(&["tune", "stallguard", &fake.link, "--yes", "--speeds", "800"]).spawn().unwrap();
+        self.program.set(Pid::from_child(&child)).unwrap();
+        complaint(&child.wait_with_output().unwrap())
+    }
+}
+
 /// A motor that stays at the other end of its track is looked at a hundred times, but not after a signal, which comes here
 /// when it is sent back: the 22nd time that it is sent anywhere.
 #[test]
 fn a_signal_ends_the_wait_for_a_motor_that_does_not_come_back() {
-    let program = Arc::new(OnceLock::<Pid>::new());
-    let known = Arc::clone(&program);
-    let mut moves = 0;
-    let fake = fake(
-        21,
-        Some(Box::new(move |command| {
-            moves += usize::from(command.opcode == Opcode::Mvp as u8);
-            if command.opcode == Opcode::Mvp as u8 && moves == 22 {
-                rustix::process::kill_process(*known.wait(), Signal::TERM).unwrap();
-            }
-            None
-        })),
-    );
-    let child = tmcl(&["tune", "stallguard", &fake.link, "--yes", "--speeds", "800"]).spawn().unwrap();
-    program.set(Pid::from_child(&child)).unwrap();
-    let output = child.wait_with_output().unwrap();
-    assert!(
-        complaint(&output).contains("; all settings are as before, and the motor stands at "),
-        "{}",
-        complaint(&output)
-    );
+    let (program, instead) = Signalled::at(22, |_| None);
+    let fake = fake(21, Some(instead));
+    let told = program.tune(&fake);
+    assert!(told.contains("; all settings are as before, and the motor stands at "), "{told}");
     // Those before it was sent back are 23, and one is to say where it stands.
     let looks = asked(&fake, Opcode::Gap, 1) - 24;
     assert!(looks < 50, "{looks}");
+}
+
+/// After a signal, too, a motor has the time to stop: it is asked for its speed until that is 0.
+#[test]
+fn after_a_signal_the_motor_has_the_time_to_stop() {
+    let (program, instead) = Signalled::at(1, stopping(3).unwrap());
+    let fake = fake(0, Some(instead));
+    let told = program.tune(&fake);
+    assert!(told.ends_with("tmcl: all settings are as before\n"), "{told}");
+    assert_eq!(questions_while_it_stops(&fake), 4);
 }
