@@ -122,15 +122,19 @@ impl<'a> Bench<'a> {
     /// Brings the motor back to a position.
     pub(super) fn bring_back(&mut self, position: i32) -> Result<(), Failure> {
         self.go_to(position)?;
-        let mut last = None;
-        let mut stands = 0;
+        // Where it was seen last, and how many looks in a row before had shown it there as well.
+        let mut seen = None;
         loop {
             let here = self.get(AxisParameter::ActualPosition)?;
             if here == position && self.get(AxisParameter::ActualSpeed)? == 0 {
                 return Ok(());
             }
-            stands = if last.replace(here) == Some(here) { stands + 1 } else { 0 };
-            if stands > 100 {
+            let before = match seen {
+                Some((place, before)) if place == here => before + 1,
+                _ => 0,
+            };
+            seen = Some((here, before));
+            if before > 100 {
                 return Err(Failure::Failed(format!("the motor does not get back to {position}: it stands at {here}")));
             }
             self.pass(GLANCE)?;

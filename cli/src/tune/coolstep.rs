@@ -266,19 +266,11 @@ pub(super) fn propose(
     );
     let steps = (full - free).max(1);
     let measurement = slowest.cruise.full_step * MEASUREMENT;
-    let down = |value: usize| measurement * (DOWN.get(value).copied().unwrap_or(1) * steps).unsigned_abs();
-    let up = |value: usize| {
-        let by = UP.get(value).copied().unwrap_or(1);
-        measurement * ((steps + by - 1) / by).unsigned_abs()
-    };
-    let slow = (0..DOWN.len()).find(|value| down(*value) <= LATER).unwrap_or(DOWN.len() - 1);
-    let fast = (0..UP.len()).find(|value| up(*value) <= SOON).unwrap_or(UP.len() - 1);
-    add(
-        P::SmartEnergyDownStep,
-        slow as i32,
-        format!("without load the current is down after {} ms", down(slow).as_millis()),
-    );
-    add(P::SmartEnergyUpStep, fast as i32, format!("under load it is whole again after {} ms", up(fast).as_millis()));
+    let falls = DOWN.map(|by| measurement * (by * steps).unsigned_abs());
+    let rises = UP.map(|by| measurement * ((steps + by - 1) / by).unsigned_abs());
+    let ((slow, down), (fast, up)) = (quick_enough(falls, LATER), quick_enough(rises, SOON));
+    add(P::SmartEnergyDownStep, slow as i32, format!("without load the current is down after {} ms", down.as_millis()));
+    add(P::SmartEnergyUpStep, fast as i32, format!("under load it is whole again after {} ms", up.as_millis()));
     let speed = slowest.cruise.speed;
     let from = i64::from(speed) * i64::from(FROM_PERCENT) / 100;
     add(
@@ -288,6 +280,13 @@ pub(super) fn propose(
     );
     add(P::SmartEnergySlowRunCurrent, current, "below that speed the current of parameter 6".into());
     proposals
+}
+
+/// The first of these times, ever shorter ones, that is within a limit, or else the last, with its number.
+fn quick_enough(times: [Duration; 4], limit: Duration) -> (usize, Duration) {
+    let is_last = |number: usize| number + 1 == times.len();
+    let found = times.into_iter().enumerate().find(|(number, time)| *time <= limit || is_last(*number));
+    found.unwrap_or_default()
 }
 
 #[cfg(test)]

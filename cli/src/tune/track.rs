@@ -47,7 +47,7 @@ impl Need {
 }
 
 /// The ends of a track, in microsteps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Track {
     /// The lower end.
     pub(super) low: i32,

@@ -47,7 +47,7 @@ enum Mark {
 }
 
 /// What was seen of the motor on its track.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Watch {
     track: Track,
     /// Microsteps of a full step.
@@ -68,16 +68,7 @@ pub(super) struct Watch {
 impl Watch {
     /// A motor that stands at the home of its track. A full step has so many microsteps.
     pub(super) fn new(track: Track, full_step: i32) -> Self {
-        Watch {
-            track,
-            full_step,
-            speed: 0,
-            full_step_time: Duration::ZERO,
-            target: None,
-            mark: None,
-            stood: 0,
-            idle: 0,
-        }
+        Watch { track, full_step, ..Watch::default() }
     }
 
     /// From now on the motor is to have this speed, at which a full step takes so long.
