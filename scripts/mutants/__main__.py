@@ -5,17 +5,21 @@ notices has survived; either a test is missing, or the change makes no differenc
 """
 
 import argparse
+import fcntl
 import itertools
 import random
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import IO
 
 from areas import AREAS
 from build import Copy, ordered
 from mutant import Form, Mutant
 from verdict import times_without_mutants, verdict
+
+CHECKOUT = Path(__file__).resolve().parents[2]
 
 
 def arguments() -> argparse.Namespace:
@@ -28,8 +32,21 @@ def arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def alone_here() -> IO[str]:
+    """The lock of this checkout's copy, which two runs would overwrite for each other; it lasts as long as the file is open."""
+    folder = CHECKOUT / "target" / "mutants"
+    folder.mkdir(parents=True, exist_ok=True)
+    lock = (folder / "lock").open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        sys.exit("scripts/mutate: another one is running in this checkout; wait for its end, or use another checkout")
+    return lock
+
+
 def main() -> None:
     said = arguments()
+    _lock = alone_here()
     # Areas with the same tests are built together.
     together: dict[tuple, list[str]] = {}
     for name in dict.fromkeys(said.area):
@@ -42,8 +59,7 @@ def main() -> None:
 
 def tried(names: list[str], said: argparse.Namespace) -> list[tuple[str, int, int]]:
     """Tries a sample of each of these areas; returns how many of it were tried and how many survived."""
-    checkout = Path(__file__).resolve().parents[2]
-    copy = Copy(checkout, [AREAS[name] for name in names])
+    copy = Copy(CHECKOUT, [AREAS[name] for name in names])
     samples: dict[str, list[Mutant]] = {}
     for name in names:
         every = [mutant for mutant in copy.mutants(AREAS[name]) if said.match in f"{mutant.place()} {mutant.what}"]

@@ -13,7 +13,7 @@ pub trait Foreseeable: Hardware {
     const FRESH: u8;
 
     /// The number of microsteps that a motor which turns on may still make, from its last known position, before
-    /// [`follow`](super::RampGenerator::follow) and [`refresh`](super::RampGenerator::refresh) do more than to read, or the axis acts upon its
-    /// position; 0 for a motor that rests. `None` if they may do more than to read now.
+    /// [`follow`](super::RampGenerator::follow) and [`refresh`](super::RampGenerator::refresh) do more than to read, or the
+    /// axis acts upon its position; 0 for a motor that rests. `None` if they may do more than to read now.
     fn room(&self, controller: &Self::Controller) -> Option<u32>;
 }

@@ -53,8 +53,8 @@ pub struct Stops {
     pub right: bool,
     /// A stop switch stops the motor along the ramp, not at once.
     pub soft: bool,
-    /// The stop switch whose opening latches the position, see [`StopSwitches::latch`](super::StopSwitches::latch); `None` if that
-    /// is not wanted.
+    /// The stop switch whose opening latches the position, see [`StopSwitches::latch`](super::StopSwitches::latch); `None`
+    /// if that is not wanted.
     pub latch: Option<Side>,
 }
 
