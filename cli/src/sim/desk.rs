@@ -4,8 +4,8 @@ use hal_sim::board::BoardKind;
 
 use super::answer::Told;
 use super::control::{ControllerId, Outcome};
-use super::course::{Course, Task};
 use super::inquiries::Inquiries;
+use super::timekeeper::{Task, Timekeeper};
 use super::watch::Watch;
 use crate::suggest::{module_command, world_command};
 use tmcm_sim::VirtualModule;
@@ -22,39 +22,39 @@ pub(super) fn carry_out(
     line: &str,
     kinds: &[&'static BoardKind],
     fleet: &mut Fleet<impl VirtualModule>,
-    course: &mut Course,
+    timekeeper: &mut Timekeeper,
     inquiries: &mut Inquiries,
 ) -> Result<Outcome, String> {
     let now = fleet.now();
     let told = match Request::parse(line, kinds).map_err(|error| misplaced(line).unwrap_or(error))? {
-        Request::World(line) => fleet.control(&line)?.map(|state| Told::State(Box::new(course.report(state, now)))),
+        Request::World(line) => fleet.control(&line)?.map(|state| Told::State(Box::new(timekeeper.report(state, now)))),
         Request::At { delay, line } => {
             fleet.at(delay, line)?;
             Some(Told::time(now + delay))
         }
         Request::Pause { after_reply } => {
-            course.pause(after_reply, fleet)?;
+            timekeeper.pause(after_reply, fleet)?;
             Some(Told::time(now))
         }
         Request::Resume => {
-            course.resume(fleet)?;
+            timekeeper.resume(fleet)?;
             Some(Told::time(now))
         }
         Request::Speed(speed) => {
-            course.set_speed(speed);
+            timekeeper.set_speed(speed);
             None
         }
-        Request::Step(span) => return course.begin(from, Task::Step(span)).map(|()| Outcome::Later),
+        Request::Step(span) => return timekeeper.begin(from, Task::Step(span)).map(|()| Outcome::Later),
         Request::RunUntil { module, condition, longest } => {
             if let Some(module) = fleet.modules_mut().get_mut(module) {
                 // What cannot be looked at is refused now, and not when time has passed.
                 condition.violated(&mut Seen(module))?;
             }
-            return course.begin(from, Task::RunUntil { module, condition, longest }).map(|()| Outcome::Later);
+            return timekeeper.begin(from, Task::RunUntil { module, condition, longest }).map(|()| Outcome::Later);
         }
-        Request::Interrupt if course.interrupt(from, now) => return Ok(Outcome::Later),
+        Request::Interrupt if timekeeper.interrupt(from, now) => return Ok(Outcome::Later),
         Request::Interrupt => Some(Told::time(now)),
-        Request::Restart => return course.ask_restart(from).map(|()| Outcome::Later),
+        Request::Restart => return timekeeper.ask_restart(from).map(|()| Outcome::Later),
         Request::Watch { module: index, every, values } => {
             if let Some(module) = fleet.modules_mut().get_mut(index) {
                 values.iter().try_for_each(|value| value.read(&mut Seen(module)).map(drop))?;
@@ -63,7 +63,7 @@ pub(super) fn carry_out(
         }
         Request::Unwatch => return Ok(Outcome::Unwatch),
         Request::Send { module, command } => {
-            course.refuse_if_busy()?;
+            timekeeper.refuse_if_busy()?;
             return inquiries.ask(from, fleet, module, &command).map(|()| Outcome::Later);
         }
     };
@@ -90,9 +90,9 @@ mod tests {
     const FIRST: ControllerId = ControllerId(1);
 
     /// Answers to lines that are carried out at once.
-    fn ask(course: &mut Course, line: &str) -> String {
+    fn ask(timekeeper: &mut Timekeeper, line: &str) -> String {
         let mut fleet = Fleet::new(&WorldConfig::default(), &[None], 1);
-        match carry_out(FIRST, line, &[&TMCM_1140], &mut fleet, course, &mut Inquiries::default()) {
+        match carry_out(FIRST, line, &[&TMCM_1140], &mut fleet, timekeeper, &mut Inquiries::default()) {
             Ok(Outcome::Done(told)) => answer(Ok(told)),
             Ok(other) => format!("{other:?}"),
             Err(error) => answer(Err(error)),
@@ -101,8 +101,8 @@ mod tests {
 
     #[test]
     fn one_line_of_json_for_each_command() {
-        let mut course = Course::new(Speed::Factor(1.0), None, 0);
-        let mut ask = |line: &str| ask(&mut course, line);
+        let mut timekeeper = Timekeeper::new(Speed::Factor(1.0), None, 0);
+        let mut ask = |line: &str| ask(&mut timekeeper, line);
         assert_eq!(ask("supply 12.5"), r#"{"ok":true}"#);
         assert_eq!(ask("module 2 state"), r#"{"ok":false,"error":"no module 2: there is 1 module"}"#);
         assert_eq!(ask("power off"), r#"{"ok":true}"#);
@@ -122,16 +122,16 @@ mod tests {
 
     #[test]
     fn there_are_no_steps_while_time_goes_by_the_clock() {
-        let mut course = Course::new(Speed::Max, None, 0);
+        let mut timekeeper = Timekeeper::new(Speed::Max, None, 0);
         for line in ["step 1 s", "run-until rotor = 0 max 1 s"] {
-            assert!(ask(&mut course, line).contains("write 'pause' before it"), "{line}");
+            assert!(ask(&mut timekeeper, line).contains("write 'pause' before it"), "{line}");
         }
-        assert!(ask(&mut course, "pause 10 ms").starts_with(r#"{"ok":true,"time_us":"#));
-        assert_eq!(ask(&mut course, "step 1 s"), "Later");
+        assert!(ask(&mut timekeeper, "pause 10 ms").starts_with(r#"{"ok":true,"time_us":"#));
+        assert_eq!(ask(&mut timekeeper, "step 1 s"), "Later");
         for line in ["pause", "resume", "step 1 s", "run-until rotor = 0 max 1 s", "restart"] {
-            assert!(ask(&mut course, line).contains("busy: a 'step' is under way"), "{line}");
+            assert!(ask(&mut timekeeper, line).contains("busy: a 'step' is under way"), "{line}");
         }
-        assert!(ask(&mut course, "state").contains(r#""time":"paused""#));
-        assert_eq!(ask(&mut course, "speed 2"), r#"{"ok":true}"#);
+        assert!(ask(&mut timekeeper, "state").contains(r#""time":"paused""#));
+        assert_eq!(ask(&mut timekeeper, "speed 2"), r#"{"ok":true}"#);
     }
 }

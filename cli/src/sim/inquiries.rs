@@ -4,7 +4,7 @@ use std::task::Poll;
 
 use super::answer::Told;
 use super::control::ControllerId;
-use super::course::Finished;
+use super::timekeeper::Finished;
 use crate::request::{Answered, Typed};
 use tmcm::tmcl::Command;
 use tmcm_sim::VirtualModule;

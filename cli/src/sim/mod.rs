@@ -3,7 +3,6 @@
 pub mod answer;
 pub(crate) mod claim;
 pub mod control;
-mod course;
 mod desk;
 pub mod eeprom;
 mod ending;
@@ -21,6 +20,7 @@ mod simulator;
 pub mod slcan;
 pub mod stream;
 pub mod tcp;
+mod timekeeper;
 pub mod watch;
 mod worlds;
 
@@ -42,13 +42,13 @@ use crate::output::Output;
 use crate::tell;
 use crate::wording::words;
 use control::ControllerId;
-use course::Course;
 use eeprom::EepromFile;
 use ending::Ending;
 use factory::Factory;
 use inquiries::Inquiries;
 use links::Links;
 use simulator::Simulator;
+use timekeeper::Timekeeper;
 use tmcm_sim::VirtualModule;
 use tmcm_sim::fleet::{Fleet, Member};
 use tmcm_sim::image::{self, ImageModule, Setup};
@@ -155,11 +155,11 @@ fn serve<M: VirtualModule>(
     }
     out.flush()?;
     drop(out);
-    let course = Course::new(options.speed, options.paused, fleet.now());
+    let timekeeper = Timekeeper::new(options.speed, options.paused, fleet.now());
     let kinds = options.product.iter().map(|product| product.kind()).collect();
     let nap = if options.firmware() == Firmware::Canopen { SHORT_NAP } else { NAP };
     let (inquiries, last_controller) = (Inquiries::default(), ControllerId(0));
-    Simulator { stop, factory, fleet, kinds, links, course, inquiries, nap, telegrams, last_controller }.run()
+    Simulator { stop, factory, fleet, kinds, links, timekeeper, inquiries, nap, telegrams, last_controller }.run()
 }
 
 /// Prints a message for a person on standard error.

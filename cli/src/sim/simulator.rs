@@ -12,13 +12,13 @@ use rustix::event::{PollFd, PollFlags, Timespec};
 
 use super::answer::Told;
 use super::control::{Controller, ControllerId};
-use super::course::{Course, Finished};
 use super::desk;
 use super::ending::Ending;
 use super::factory::Factory;
 use super::inquiries::Inquiries;
 use super::links::Links;
 use super::say;
+use super::timekeeper::{Finished, Timekeeper};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::wording::words;
@@ -33,7 +33,7 @@ pub(super) struct Simulator<'a, M> {
     /// The boards of the modules, that of module 1 first.
     pub(super) kinds: Vec<&'static BoardKind>,
     pub(super) links: Links,
-    pub(super) course: Course,
+    pub(super) timekeeper: Timekeeper,
     /// Commands to the firmware that have come to the control port.
     pub(super) inquiries: Inquiries,
     /// Longest sleep while the modules have nothing to do for a host.
@@ -51,10 +51,10 @@ impl<M: VirtualModule> Simulator<'_, M> {
     /// A module cannot go on, or the system refuses to wait.
     pub(super) fn run(mut self) -> Result<(), Failure> {
         while !self.sleep()? {
-            self.course.run(&mut self.fleet, self.links.controllers());
+            self.timekeeper.run(&mut self.fleet, self.links.controllers());
             self.take_requests();
             self.restart()?;
-            let finished = self.course.serve(&mut self.fleet, self.links.controllers());
+            let finished = self.timekeeper.serve(&mut self.fleet, self.links.controllers());
             // A reply is in the log before its host has it.
             self.log_telegrams()?;
             self.hand_out_replies(finished);
@@ -66,7 +66,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
 
     /// Sleeps until bytes arrive or there is something to do. True if the program is to end.
     fn sleep(&mut self) -> Result<bool, Failure> {
-        let mut wake = self.course.wake(&self.fleet, self.nap);
+        let mut wake = self.timekeeper.wake(&self.fleet, self.nap);
         wake = self.links.silence_ends().map_or(wake, |end| wake.min(end));
         if self.links.has_lines() {
             wake = Instant::now();
@@ -88,7 +88,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
 
     /// Takes what has arrived on the links, but for what arrives during a step, and the lines at the control port.
     fn take_requests(&mut self) {
-        if !self.course.is_stepping() {
+        if !self.timekeeper.is_stepping() {
             self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
         }
         // The control port is taken out of `links`, because its commands change the other links meanwhile.
@@ -102,7 +102,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
             refused.iter().for_each(|message| say(message));
             for controller in &mut server.clients {
                 controller.receive(|from, line| {
-                    if self.course.is_paused() && !self.course.is_stepping() {
+                    if self.timekeeper.is_paused() && !self.timekeeper.is_stepping() {
                         // A host may have written to a link before this line, after the link was looked at.
                         self.links.receive(&mut self.fleet).iter().for_each(|message| say(message));
                     }
@@ -111,12 +111,12 @@ impl<M: VirtualModule> Simulator<'_, M> {
                         line,
                         &self.kinds,
                         &mut self.fleet,
-                        &mut self.course,
+                        &mut self.timekeeper,
                         &mut self.inquiries,
                     );
                     // Lost bytes are removed before the answer is sent, because a host may send new bytes after the
                     // answer.
-                    if !self.course.is_stepping() {
+                    if !self.timekeeper.is_stepping() {
                         self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
                     }
                     outcome
@@ -128,13 +128,13 @@ impl<M: VirtualModule> Simulator<'_, M> {
 
     /// Puts new modules in the place of the old ones, if that was asked for. The links stay; what is on its way is lost.
     fn restart(&mut self) -> Result<(), Failure> {
-        let Some(asker) = self.course.take_restart() else { return Ok(()) };
+        let Some(asker) = self.timekeeper.take_restart() else { return Ok(()) };
         self.log_telegrams()?;
         self.fleet = self.factory.anew(&mut self.fleet)?;
         if self.telegrams.is_some() {
             self.fleet.log_telegrams();
         }
-        self.course = self.course.anew(self.fleet.now());
+        self.timekeeper = self.timekeeper.anew(self.fleet.now());
         self.links.lose(Lost { usb: true, buses: true, hosts: false });
         // The cable is in again, and who reads the answer may open the port.
         self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
@@ -154,20 +154,20 @@ impl<M: VirtualModule> Simulator<'_, M> {
 
     /// Writes what the modules have sent, and after it the answers to what has been done meanwhile, or has ended.
     fn hand_out_replies(&mut self, finished: Option<Finished>) {
-        if !self.course.is_stepping() {
+        if !self.timekeeper.is_stepping() {
             // The agenda may have changed the links meanwhile.
             self.links.follow(&mut self.fleet).iter().for_each(|message| say(message));
         }
-        if !self.course.holds_replies() {
+        if !self.timekeeper.holds_replies() {
             self.links.send(&mut self.fleet);
             self.inquiries.finished(&mut self.fleet).into_iter().for_each(|finished| self.answer(finished));
         }
         finished.into_iter().for_each(|finished| self.answer(finished));
-        for interrupter in self.course.take_interrupters() {
+        for interrupter in self.timekeeper.take_interrupters() {
             let told = Told::time(self.fleet.now());
             self.answer((interrupter, Ok(Some(told))));
         }
-        self.links.tidy(&mut self.fleet, self.course.is_at_rest());
+        self.links.tidy(&mut self.fleet, self.timekeeper.is_at_rest());
     }
 
     /// Answers a connection, if it still is there.
@@ -184,7 +184,7 @@ impl<M: VirtualModule> Simulator<'_, M> {
                 say(&if several { format!("module {number}: {message}") } else { message });
             }
         }
-        if let Some((lag, achieved)) = self.course.lag() {
+        if let Some((lag, achieved)) = self.timekeeper.lag() {
             let seconds = lag as f64 / SECOND as f64;
             say(&format!(
                 "virtual time lags, it is {seconds:.1} s behind and goes at {achieved:.2} times the clock's pace"

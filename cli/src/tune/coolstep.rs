@@ -54,7 +54,7 @@ pub(super) struct Row {
 
 /// What was measured at a speed.
 #[derive(Clone, Debug)]
-pub(super) struct Course {
+pub(super) struct AtSpeed {
     /// The speed.
     pub(super) cruise: Cruise,
     /// With coolStep off.
@@ -81,7 +81,7 @@ pub(super) fn measure(
     measurement: &mut Measurement<'_, '_>,
     threshold: Option<i32>,
     current: i32,
-) -> Result<(Vec<Course>, Choice), Failure> {
+) -> Result<(Vec<AtSpeed>, Choice), Failure> {
     let method = method(current);
     let drive = &mut measurement.drive;
     let first = [
@@ -99,7 +99,7 @@ pub(super) fn measure(
         drive.bench.set(parameter, value)?;
     }
     let number = drive.bench.number(P::SmartEnergyHysteresisStart);
-    let mut courses = Vec::new();
+    let mut speeds_tried = Vec::new();
     for cruise in measurement.cruises.clone() {
         measurement.begin(&cruise)?;
         let off = Row { setting: None, free: measurement.read(method)?, loaded: None };
@@ -109,14 +109,14 @@ pub(super) fn measure(
             starts.push(Row { setting: Some((number, start)), free: measurement.read(method)?, loaded: None });
         }
         measurement.drive.bench.set(P::SmartEnergyHysteresisStart, 0)?;
-        courses.push(Course { cruise, off, starts, others: Vec::new() });
+        speeds_tried.push(AtSpeed { cruise, off, starts, others: Vec::new() });
     }
     measurement.hold()?;
-    for course in &mut courses {
-        measurement.begin(&course.cruise)?;
+    for at_speed in &mut speeds_tried {
+        measurement.begin(&at_speed.cruise)?;
         let off = measurement.read(method)?;
-        course.off.loaded = Some(off);
-        for (start, row) in STARTS.zip(&mut course.starts) {
+        at_speed.off.loaded = Some(off);
+        for (start, row) in STARTS.zip(&mut at_speed.starts) {
             if gives_more(&off.load, start) {
                 afresh(measurement, start)?;
                 row.loaded = Some(measurement.read(method)?);
@@ -125,21 +125,24 @@ pub(super) fn measure(
         measurement.drive.bench.set(P::SmartEnergyHysteresisStart, 0)?;
     }
     measurement.release()?;
-    let start = choose_start(&courses).map_err(Failure::Failed)?;
+    let start = choose_start(&speeds_tried).map_err(Failure::Failed)?;
     let (hysteresis, minimum) = (P::SmartEnergyHysteresis, P::SmartEnergyCurrentMinimum);
-    for course in &mut courses {
-        measurement.begin(&course.cruise)?;
+    for at_speed in &mut speeds_tried {
+        measurement.begin(&at_speed.cruise)?;
         for (parameter, value) in HYSTERESES.map(|value| (hysteresis, value)).into_iter().chain([(minimum, 1)]) {
             measurement.drive.bench.set(parameter, value)?;
             afresh(measurement, start)?;
             let setting = Some((measurement.drive.bench.number(parameter), value));
-            course.others.push(Row { setting, free: measurement.read(method)?, loaded: None });
+            at_speed.others.push(Row { setting, free: measurement.read(method)?, loaded: None });
             measurement.drive.bench.set(parameter, 0)?;
         }
     }
-    let choice =
-        Choice { start, hysteresis: choose_hysteresis(&courses, start), minimum: choose_minimum(&courses, start) };
-    Ok((courses, choice))
+    let choice = Choice {
+        start,
+        hysteresis: choose_hysteresis(&speeds_tried, start),
+        minimum: choose_minimum(&speeds_tried, start),
+    };
+    Ok((speeds_tried, choice))
 }
 
 /// Whether coolStep gives a loaded motor more current all the time: above the lower threshold it would not give one that can
@@ -157,12 +160,12 @@ fn afresh(measurement: &mut Measurement<'_, '_>, start: i32) -> Result<(), Failu
 
 /// The middle of the values of 172 with which the current is whole under load and as low as can be without: it has most to
 /// spare on both sides.
-fn choose_start(courses: &[Course]) -> Result<i32, String> {
+fn choose_start(speeds_tried: &[AtSpeed]) -> Result<i32, String> {
     let mut found: Vec<(i32, i32)> = Vec::new();
     for (index, start) in STARTS.enumerate() {
-        let rows = || courses.iter().filter_map(|course| Some((course, course.starts.get(index)?)));
-        let whole = |(course, row): (&Course, &Row)| {
-            row.loaded.is_some_and(|loaded| loaded.current.low >= course.off.free.current.high)
+        let rows = || speeds_tried.iter().filter_map(|at_speed| Some((at_speed, at_speed.starts.get(index)?)));
+        let whole = |(at_speed, row): (&AtSpeed, &Row)| {
+            row.loaded.is_some_and(|loaded| loaded.current.low >= at_speed.off.free.current.high)
         };
         if rows().all(whole) {
             found.push((rows().map(|(_, row)| row.free.current.mean()).sum(), start));
@@ -171,14 +174,14 @@ fn choose_start(courses: &[Course]) -> Result<i32, String> {
     let lowest = found.iter().map(|(current, _)| *current).min();
     let best: Vec<(i32, i32)> = found.into_iter().filter(|(current, _)| Some(*current) == lowest).collect();
     let best = best.get(best.len() / 2).copied();
-    let full: i32 = courses.iter().map(|course| course.off.free.current.mean()).sum();
-    let wanting = courses.iter().find(|course| course.off.free.load.low == 0);
+    let full: i32 = speeds_tried.iter().map(|at_speed| at_speed.off.free.current.mean()).sum();
+    let wanting = speeds_tried.iter().find(|at_speed| at_speed.off.free.load.low == 0);
     match (best, wanting) {
         (Some((current, start)), None) if current < full => Ok(start),
-        (_, Some(course)) => Err(format!(
+        (_, Some(at_speed)) => Err(format!(
             "at {} the load value is 0 without load, too, with this stallGuard2 threshold: find one with tmcl tune \
              stallguard, and give it with --threshold",
-            course.cruise.name
+            at_speed.cruise.name
         )),
         (Some(_), None) => Err("coolStep saves no current here: without load the load value is too low. Try a higher \
                                 stallGuard2 threshold with --threshold"
@@ -190,21 +193,21 @@ fn choose_start(courses: &[Course]) -> Result<i32, String> {
 }
 
 /// The current without load with a setting, at all speeds, and without one that with the chosen value of 172 alone.
-fn current(courses: &[Course], setting: Option<(usize, i32)>, start: i32) -> Option<(i32, i32)> {
-    let rows = courses.iter().map(|course| match setting {
-        Some((index, _)) => course.others.get(index),
-        None => course.starts.iter().find(|row| row.setting.is_some_and(|(_, value)| value == start)),
+fn current(speeds_tried: &[AtSpeed], setting: Option<(usize, i32)>, start: i32) -> Option<(i32, i32)> {
+    let rows = speeds_tried.iter().map(|at_speed| match setting {
+        Some((index, _)) => at_speed.others.get(index),
+        None => at_speed.starts.iter().find(|row| row.setting.is_some_and(|(_, value)| value == start)),
     });
     let stats: Option<Vec<Stats>> = rows.map(|row| row.map(|row| row.free.current)).collect();
     stats.map(|stats| (stats.iter().map(Stats::mean).sum(), stats.iter().map(Stats::spread).max().unwrap_or_default()))
 }
 
 /// The smallest value of 170 with which the current is steady, if it saves as much as without.
-fn choose_hysteresis(courses: &[Course], start: i32) -> i32 {
-    let Some((lowest, spread)) = current(courses, None, start) else { return 0 };
+fn choose_hysteresis(speeds_tried: &[AtSpeed], start: i32) -> i32 {
+    let Some((lowest, spread)) = current(speeds_tried, None, start) else { return 0 };
     let steady = |index: usize, value: i32| {
-        let found = current(courses, Some((index, value)), start);
-        found.is_some_and(|(current, spread)| spread <= 1 && current <= lowest + courses.len() as i32)
+        let found = current(speeds_tried, Some((index, value)), start);
+        found.is_some_and(|(current, spread)| spread <= 1 && current <= lowest + speeds_tried.len() as i32)
     };
     if spread <= 1 {
         return 0;
@@ -213,16 +216,16 @@ fn choose_hysteresis(courses: &[Course], start: i32) -> i32 {
 }
 
 /// 1 for parameter 168, if that saves more than 0 does.
-fn choose_minimum(courses: &[Course], start: i32) -> i32 {
-    let half = current(courses, None, start);
-    let quarter = current(courses, Some((HYSTERESES.len(), 1)), start);
-    let less = half.zip(quarter).is_some_and(|((half, _), (quarter, _))| quarter + courses.len() as i32 <= half);
+fn choose_minimum(speeds_tried: &[AtSpeed], start: i32) -> i32 {
+    let half = current(speeds_tried, None, start);
+    let quarter = current(speeds_tried, Some((HYSTERESES.len(), 1)), start);
+    let less = half.zip(quarter).is_some_and(|((half, _), (quarter, _))| quarter + speeds_tried.len() as i32 <= half);
     i32::from(less)
 }
 
 /// What is proposed. `current` is parameter 6.
 pub(super) fn propose(
-    courses: &[Course],
+    speeds_tried: &[AtSpeed],
     choice: Choice,
     threshold: Option<i32>,
     current: i32,
@@ -237,7 +240,7 @@ pub(super) fn propose(
             proposals.push(Proposal { parameter, axis, value, reason });
         }
     };
-    let Some(slowest) = courses.iter().min_by_key(|course| course.cruise.speed) else { return Vec::new() };
+    let Some(slowest) = speeds_tried.iter().min_by_key(|at_speed| at_speed.cruise.speed) else { return Vec::new() };
     let chosen = slowest.starts.iter().find(|row| row.setting.is_some_and(|(_, value)| value == start));
     let free = chosen.map_or(0, |row| row.free.current.mean());
     let full = slowest.off.free.current.mean();

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::coolstep::{self, Choice, Course};
+use super::coolstep::{self, AtSpeed, Choice};
 use super::plot;
 use super::proposal;
 use super::stallguard::{self, Curve};
@@ -20,7 +20,7 @@ pub(super) enum Found {
     /// The current over the settings of coolStep.
     Coolstep {
         /// What was measured, for each speed.
-        courses: Vec<Course>,
+        speeds_tried: Vec<AtSpeed>,
         /// What was chosen.
         choice: Choice,
         /// The threshold of stallGuard2 that the user has named.
@@ -60,18 +60,18 @@ impl Found {
                 let title = format!("stallGuard2 of axis {axis} of a {name}, {load}");
                 (stallguard::propose(curves, axis, unit, number), plot::curves(&title, curves))
             }
-            Found::Coolstep { courses, choice, threshold, current } => {
-                for course in courses {
-                    let speed = &course.cruise.name;
+            Found::Coolstep { speeds_tried, choice, threshold, current } => {
+                for at_speed in speeds_tried {
+                    let speed = &at_speed.cruise.name;
                     let title = format!("Axis {axis} of a {name} at {speed}, {load}: current 180, value 206");
                     table::text(&mut out, &title, columns)?;
-                    table::course(&mut out, course, columns)?;
+                    table::at_speed(&mut out, at_speed, columns)?;
                     writeln!(out)?;
                 }
                 let number = |parameter| axis_number(Some(*product), parameter);
                 let title = format!("coolStep of axis {axis} of a {name}, {load}");
-                let proposals = coolstep::propose(courses, *choice, *threshold, *current, axis, unit, number);
-                (Ok(proposals), plot::courses(&title, courses))
+                let proposals = coolstep::propose(speeds_tried, *choice, *threshold, *current, axis, unit, number);
+                (Ok(proposals), plot::speeds_tried(&title, speeds_tried))
             }
         };
         if let Ok(proposals) = &proposals {

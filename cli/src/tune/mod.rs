@@ -211,7 +211,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let found = match what {
         What::Stallguard(_) => stallguard::measure(&mut measurement).map(Found::Stallguard),
         What::Coolstep { threshold, .. } => coolstep::measure(&mut measurement, *threshold, current)
-            .map(|(courses, choice)| Found::Coolstep { courses, choice, threshold: *threshold, current }),
+            .map(|(speeds_tried, choice)| Found::Coolstep { speeds_tried, choice, threshold: *threshold, current }),
     };
     let (mut brake, load) = measurement.end();
     if found.is_err() {

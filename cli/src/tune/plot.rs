@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::coolstep::{Course, Row};
+use super::coolstep::{AtSpeed, Row};
 use super::stallguard::Curve;
 use super::stats::Stats;
 use crate::svg::colour::{BLACK, BLUE, GREY, ORANGE, SHADE};
@@ -60,15 +60,15 @@ pub(super) fn curves(title: &str, curves: &[Curve]) -> String {
 }
 
 /// The image of currents over the lower threshold of coolStep.
-pub(super) fn courses(title: &str, courses: &[Course]) -> String {
-    let diagrams = courses.iter().map(|course| {
+pub(super) fn speeds_tried(title: &str, speeds_tried: &[AtSpeed]) -> String {
+    let diagrams = speeds_tried.iter().map(|at_speed| {
         let side = |side: fn(&Row) -> Option<Stats>| {
-            let rows = [(0, &course.off)].into_iter();
-            let rows = rows.chain(course.starts.iter().filter_map(|row| Some((row.setting?.1, row))));
+            let rows = [(0, &at_speed.off)].into_iter();
+            let rows = rows.chain(at_speed.starts.iter().filter_map(|row| Some((row.setting?.1, row))));
             rows.filter_map(|(value, row)| Some((value, side(row)?))).collect()
         };
         Diagram {
-            name: format!("current in 1/32 (parameter 180) at {}", course.cruise.name),
+            name: format!("current in 1/32 (parameter 180) at {}", at_speed.cruise.name),
             across: "smartEnergy hysteresis start (parameter 172); 0 is coolStep off",
             most: MOST_CURRENT,
             lines: [

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use super::coolstep::{self, Course};
+use super::coolstep::{self, AtSpeed};
 use super::proposal::wrapped;
 use super::stallguard::Curve;
 use super::stats::Stats;
@@ -43,7 +43,7 @@ pub(super) fn curve(out: &mut impl Write, curve: &Curve, columns: usize) -> Resu
 }
 
 /// The currents over the settings of coolStep: without load, with it, and the load value without.
-pub(super) fn course(out: &mut impl Write, course: &Course, columns: usize) -> Result<(), Failure> {
+pub(super) fn at_speed(out: &mut impl Write, at_speed: &AtSpeed, columns: usize) -> Result<(), Failure> {
     let wide = columns >= ROOMY;
     let cell = |stats: Option<Stats>| match (stats, wide) {
         (None, _) => "-".into(),
@@ -56,7 +56,7 @@ pub(super) fn course(out: &mut impl Write, course: &Course, columns: usize) -> R
     };
     let (setting, current, load) = (8, if wide { 15 } else { 9 }, if wide { 18 } else { 11 });
     writeln!(out, "{:<setting$} {:>current$} {:>current$} {:>load$}", "", "180 free", "loaded", "206 free")?;
-    for row in [&course.off].into_iter().chain(&course.starts).chain(&course.others) {
+    for row in [&at_speed.off].into_iter().chain(&at_speed.starts).chain(&at_speed.others) {
         let loaded = cell(row.loaded.map(|loaded| loaded.current));
         let (free, value) = (cell(Some(row.free.current)), cell(Some(row.free.load)));
         writeln!(out, "{:<setting$} {free:>current$} {loaded:>current$} {value:>load$}", name(row))?;
@@ -151,8 +151,8 @@ mod tests {
         let off = Setting { setting: None, free, loaded: Some(reading(stats(0, 0), stats(14, 16))) };
         let starts = vec![Setting { setting: Some((172, 12)), free, loaded: None }];
         let others = vec![Setting { setting: Some((168, 1)), free: reading(stats(9, 9), stats(4, 8)), loaded: None }];
-        let found = Course { cruise: cruise(), off, starts, others };
-        let shown = |columns| lines(|out| course(out, &found, columns));
+        let found = AtSpeed { cruise: cruise(), off, starts, others };
+        let shown = |columns| lines(|out| at_speed(out, &found, columns));
         assert_eq!(
             shown(59),
             [

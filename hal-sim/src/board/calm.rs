@@ -2,7 +2,7 @@
 //! that turn at constant speeds.
 
 use super::Board;
-use super::chips::Course;
+use super::chips::Prospect;
 use crate::clock::{MILLISECOND, Nanos};
 
 /// How much earlier than a motor gets somewhere the board counts as calm no more: positions that are compared with it may
@@ -43,12 +43,12 @@ impl Board {
 
     fn calm_of_axis(&self, number: usize, room: u64) -> Calm {
         let (axis, chips) = (self.world.axis(number), self.motion.chips());
-        match chips.course(number, self.now) {
-            Course::Rests(until) if room == 0 => {
+        match chips.prospect(number, self.now) {
+            Prospect::Rests(until) if room == 0 => {
                 let until = axis.motor().next_event().map_or(until, |event| event.min(until));
                 Calm { until, readable: Nanos::MAX }
             }
-            Course::Turns { steps, microsteps, up } if room > 0 => {
+            Prospect::Turns { steps, microsteps, up } if room > 0 => {
                 let steps_on = |way: i64| way.unsigned_abs().checked_div(microsteps).unwrap_or(u64::MAX);
                 let before = |step: u64| chips.time_of_step(number, step).saturating_sub(MARGIN);
                 let until = before(steps.min(room).min(steps_on(axis.clear_way(up))));

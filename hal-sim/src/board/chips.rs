@@ -18,7 +18,7 @@ pub(super) struct Surroundings {
 
 /// How an axis goes on if nothing reaches its chips from outside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Course {
+pub(super) enum Prospect {
     /// It stands, and until this time all that its chips tell stays as it is.
     Rests(Nanos),
     /// It turns at a constant speed.
@@ -78,7 +78,7 @@ pub(super) trait MotionChips {
     /// What can be seen of an axis at a time.
     fn observe(&self, number: usize, axis: &Axis, now: Nanos) -> Observed;
     /// How an axis goes on from now.
-    fn course(&self, number: usize, now: Nanos) -> Course;
+    fn prospect(&self, number: usize, now: Nanos) -> Prospect;
     /// The time at which an axis that turns at a constant speed makes a step, counted from 1.
     fn time_of_step(&self, number: usize, step: u64) -> Nanos;
     /// The pin of the driver of an axis that tells of a stall.

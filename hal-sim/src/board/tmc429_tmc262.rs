@@ -1,7 +1,7 @@
 //! TMC429s, each with up to three motors, and a TMC262 for each motor: the TMC429 steps the TMC262, whose field turns the
 //! motor; the stop switches of the axis are at the reference inputs of that motor.
 
-use super::chips::{Course, MotionChips, Observed, Surroundings};
+use super::chips::{MotionChips, Observed, Prospect, Surroundings};
 use super::kind::{BoardKind, Chip};
 use crate::chip::encoder::MagneticEncoder;
 use crate::chip::tmc262::{Bridge, SHUTDOWN_CELSIUS, Tmc262};
@@ -265,21 +265,21 @@ impl MotionChips for Tmc429sTmc262s {
         }
     }
 
-    fn course(&self, number: usize, now: Nanos) -> Course {
+    fn prospect(&self, number: usize, now: Nanos) -> Prospect {
         let Drive { chip: driver, encoder, .. } = &self.drives[number];
         let Some((controller, motor)) = self.motor(number).filter(|_| encoder.is_quiet()) else {
-            return Course::Changes;
+            return Prospect::Changes;
         };
         if controller.stands(motor) {
             let standstill = driver.standstill().filter(|at| *at > now);
-            return Course::Rests(standstill.unwrap_or(Nanos::MAX));
+            return Prospect::Rests(standstill.unwrap_or(Nanos::MAX));
         }
         match controller.cruise(motor) {
             Some((up, steps)) if !driver.cool_steps() => {
                 let microsteps = driver.microsteps().unsigned_abs();
-                Course::Turns { steps, microsteps, up: controller.direction_pin(up) }
+                Prospect::Turns { steps, microsteps, up: controller.direction_pin(up) }
             }
-            _ => Course::Changes,
+            _ => Prospect::Changes,
         }
     }
 

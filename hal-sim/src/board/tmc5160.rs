@@ -1,7 +1,7 @@
 //! A TMC5160 for each motor: stop switches and ABN encoder of the axis are at its own inputs. The drivers' enable pin and
 //! the clock are common to all.
 
-use super::chips::{Course, MotionChips, Observed, Surroundings};
+use super::chips::{MotionChips, Observed, Prospect, Surroundings};
 use super::kind::{BoardKind, Chip};
 use crate::chip::load::LoadRatio;
 use crate::chip::tmc5160::{Bridge, Short, Tmc5160};
@@ -188,14 +188,14 @@ impl MotionChips for Tmc5160s {
         }
     }
 
-    fn course(&self, number: usize, _now: Nanos) -> Course {
+    fn prospect(&self, number: usize, _now: Nanos) -> Prospect {
         let chip = &self.0[number].chip;
         if chip.stands() {
-            return Course::Rests(chip.next_event().unwrap_or(Nanos::MAX));
+            return Prospect::Rests(chip.next_event().unwrap_or(Nanos::MAX));
         }
         match chip.cruise() {
-            Some((up, steps, microsteps)) => Course::Turns { steps, microsteps, up },
-            None => Course::Changes,
+            Some((up, steps, microsteps)) => Prospect::Turns { steps, microsteps, up },
+            None => Prospect::Changes,
         }
     }
 

@@ -7,7 +7,7 @@ fn reading(load: [i32; 2], current: [i32; 2]) -> Reading {
 }
 
 /// Values of 172 up to `saving` let the current fall to `low`, those above do not; it is whole under load from `whole`.
-fn course(saving: i32, low: i32, whole: i32) -> Course {
+fn at_speed(saving: i32, low: i32, whole: i32) -> AtSpeed {
     let cruise = Cruise { speed: 800, name: "800 int".into(), pulses: 1.0, full_step: Duration::from_millis(10) };
     let row = |start: i32| {
         let current = if start <= saving { low } else { 16 };
@@ -15,7 +15,7 @@ fn course(saving: i32, low: i32, whole: i32) -> Course {
         Row { setting: Some((172, start)), free: reading([300, 300], [current, current]), loaded }
     };
     let off = Row { setting: None, free: reading([300, 310], [16, 16]), loaded: None };
-    Course { cruise, off, starts: STARTS.map(row).collect(), others: Vec::new() }
+    AtSpeed { cruise, off, starts: STARTS.map(row).collect(), others: Vec::new() }
 }
 
 /// A row without load, of which nothing but the current counts.
@@ -23,12 +23,12 @@ fn free(current: [i32; 2]) -> Row {
     Row { setting: None, free: reading([300, 300], current), loaded: None }
 }
 
-/// A course whose current with 172 = 5 is `chosen`, and `others` with the values of 170 and at last with 168 = 1.
-fn with_others(chosen: [i32; 2], others: [[i32; 2]; 6]) -> Course {
-    let mut course = course(5, 8, 1);
-    course.starts[4].free = reading([300, 300], chosen);
-    course.others = others.map(free).into();
-    course
+/// A run at a speed whose current with 172 = 5 is `chosen`, and `others` with the values of 170 and at last with 168 = 1.
+fn with_others(chosen: [i32; 2], others: [[i32; 2]; 6]) -> AtSpeed {
+    let mut at_speed = at_speed(5, 8, 1);
+    at_speed.starts[4].free = reading([300, 300], chosen);
+    at_speed.others = others.map(free).into();
+    at_speed
 }
 
 fn number(parameter: P) -> Option<u8> {
@@ -38,8 +38,8 @@ fn number(parameter: P) -> Option<u8> {
 const CHOICE: Choice = Choice { start: 5, hysteresis: 0, minimum: 0 };
 
 /// What is proposed for a parameter: its value and the reason.
-fn proposed(course: &Course, choice: Choice, parameter: u8) -> (i32, String) {
-    let proposals = propose(std::slice::from_ref(course), choice, Some(7), 128, 0, "int", number);
+fn proposed(at_speed: &AtSpeed, choice: Choice, parameter: u8) -> (i32, String) {
+    let proposals = propose(std::slice::from_ref(at_speed), choice, Some(7), 128, 0, "int", number);
     let found = proposals.into_iter().find(|found| found.parameter == parameter).unwrap();
     (found.value, found.reason)
 }
@@ -69,16 +69,16 @@ fn below_the_lower_threshold_the_current_rises() {
 
 #[test]
 fn the_middle_of_the_starts_that_save_is_chosen() {
-    assert_eq!(choose_start(&[course(5, 8, 1)]), Ok(3));
-    assert_eq!(choose_start(&[course(5, 8, 1), course(3, 8, 2)]), Ok(3));
-    assert_eq!(choose_start(&[course(15, 8, 14)]), Ok(15));
-    assert!(choose_start(&[course(5, 8, 6)]).unwrap_err().contains("saves no current"));
-    assert!(choose_start(&[course(5, 8, 16)]).unwrap_err().contains("load the motor more"));
-    let mut blind = course(5, 8, 1);
+    assert_eq!(choose_start(&[at_speed(5, 8, 1)]), Ok(3));
+    assert_eq!(choose_start(&[at_speed(5, 8, 1), at_speed(3, 8, 2)]), Ok(3));
+    assert_eq!(choose_start(&[at_speed(15, 8, 14)]), Ok(15));
+    assert!(choose_start(&[at_speed(5, 8, 6)]).unwrap_err().contains("saves no current"));
+    assert!(choose_start(&[at_speed(5, 8, 16)]).unwrap_err().contains("load the motor more"));
+    let mut blind = at_speed(5, 8, 1);
     blind.off.free = reading([0, 0], [16, 16]);
-    assert!(choose_start(&[course(5, 8, 1), blind]).unwrap_err().contains("tmcl tune stallguard"));
+    assert!(choose_start(&[at_speed(5, 8, 1), blind]).unwrap_err().contains("tmcl tune stallguard"));
     // A load value of 1 is one.
-    let mut dim = course(5, 8, 1);
+    let mut dim = at_speed(5, 8, 1);
     dim.off.free = reading([1, 1], [16, 16]);
     assert_eq!(choose_start(&[dim]), Ok(3));
 }
@@ -86,26 +86,26 @@ fn the_middle_of_the_starts_that_save_is_chosen() {
 /// Of the values that leave the current whole under load, those count with which it is lowest without, be there one or many.
 #[test]
 fn the_lowest_current_counts() {
-    let mut course = course(5, 8, 1);
-    course.starts[8].free = reading([300, 300], [7, 7]);
-    assert_eq!(choose_start(std::slice::from_ref(&course)), Ok(9));
+    let mut at_speed = at_speed(5, 8, 1);
+    at_speed.starts[8].free = reading([300, 300], [7, 7]);
+    assert_eq!(choose_start(std::slice::from_ref(&at_speed)), Ok(9));
     // Once it is not whole under load, what is second best counts.
-    course.starts[8].loaded = Some(reading([0, 0], [16, 15]));
-    assert_eq!(choose_start(std::slice::from_ref(&course)), Ok(3));
+    at_speed.starts[8].loaded = Some(reading([0, 0], [16, 15]));
+    assert_eq!(choose_start(std::slice::from_ref(&at_speed)), Ok(3));
     // Together, 16 + 8 at one speed and 8 + 8 at the other.
-    assert_eq!(choose_start(&[self::course(5, 8, 1), self::course(9, 8, 5)]), Ok(5));
+    assert_eq!(choose_start(&[self::at_speed(5, 8, 1), self::at_speed(9, 8, 5)]), Ok(5));
 }
 
 /// A hysteresis is chosen only if the current swings without; a quarter only if it saves.
 #[test]
 fn hysteresis_and_minimum() {
-    let mut course = course(5, 8, 1);
-    course.others = [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [8, 8]].map(free).into();
-    let chosen = |course: Course| {
-        let courses = [course];
-        (choose_hysteresis(&courses, 5), choose_minimum(&courses, 5))
+    let mut at_speed = at_speed(5, 8, 1);
+    at_speed.others = [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [8, 8]].map(free).into();
+    let chosen = |at_speed: AtSpeed| {
+        let speeds_tried = [at_speed];
+        (choose_hysteresis(&speeds_tried, 5), choose_minimum(&speeds_tried, 5))
     };
-    assert_eq!(chosen(course), (0, 0));
+    assert_eq!(chosen(at_speed), (0, 0));
     assert_eq!(chosen(with_others([6, 10], [[6, 9], [8, 8], [8, 8], [12, 12], [16, 16], [5, 5]])), (2, 1));
 }
 
@@ -138,8 +138,8 @@ fn a_hysteresis_is_for_all_speeds() {
 fn a_quarter_is_chosen_if_it_saves_a_step() {
     let minimum = |quarters: &[i32]| {
         let others = |quarter| [[8, 8], [8, 8], [8, 8], [8, 8], [8, 8], [quarter, quarter]];
-        let courses: Vec<Course> = quarters.iter().map(|quarter| with_others([8, 8], others(*quarter))).collect();
-        choose_minimum(&courses, 5)
+        let speeds_tried: Vec<AtSpeed> = quarters.iter().map(|quarter| with_others([8, 8], others(*quarter))).collect();
+        choose_minimum(&speeds_tried, 5)
     };
     assert_eq!([minimum(&[9]), minimum(&[8]), minimum(&[7]), minimum(&[4])], [0, 0, 1, 1]);
     assert_eq!([minimum(&[7, 8]), minimum(&[7, 7]), minimum(&[6, 8])], [0, 1, 1]);
@@ -149,7 +149,7 @@ fn a_quarter_is_chosen_if_it_saves_a_step() {
 /// of 4: 80 ms.
 #[test]
 fn times_follow_from_the_speed() {
-    let proposals = propose(&[course(5, 8, 1)], CHOICE, None, 128, 0, "int", number);
+    let proposals = propose(&[at_speed(5, 8, 1)], CHOICE, None, 128, 0, "int", number);
     let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
     assert_eq!([168, 169, 170, 171, 172, 173, 182, 183].map(value), [0, 2, 0, 2, 5, 1, 640, 128].map(Some));
     assert_eq!(value(174), None);
@@ -159,10 +159,10 @@ fn times_follow_from_the_speed() {
 /// What is proposed for 169 and 171 if the current falls by so many of 16 steps, and a full step takes so many microseconds:
 /// the values, and the milliseconds until the current is down, and whole again.
 fn times(steps: i32, full_step: u64) -> [(i32, String); 2] {
-    let mut course = course(5, 16 - steps, 1);
-    course.cruise.full_step = Duration::from_micros(full_step);
+    let mut at_speed = at_speed(5, 16 - steps, 1);
+    at_speed.cruise.full_step = Duration::from_micros(full_step);
     [169, 171].map(|parameter| {
-        let (value, reason) = proposed(&course, CHOICE, parameter);
+        let (value, reason) = proposed(&at_speed, CHOICE, parameter);
         (value, reason.rsplit_once("after ").unwrap().1.to_owned())
     })
 }
@@ -202,16 +202,16 @@ fn a_part_of_a_step_up_takes_a_whole_measurement() {
 
 #[test]
 fn exactly_two_seconds_are_soon_enough() {
-    let mut course = course(5, 8, 1);
-    course.cruise.full_step = Duration::from_nanos(7_812_500);
-    assert_eq!(proposed(&course, CHOICE, 169), (1, "without load the current is down after 2000 ms".to_owned()));
+    let mut at_speed = at_speed(5, 8, 1);
+    at_speed.cruise.full_step = Duration::from_nanos(7_812_500);
+    assert_eq!(proposed(&at_speed, CHOICE, 169), (1, "without load the current is down after 2000 ms".to_owned()));
 }
 
 /// Thresholds are multiples of 32: the lower one is that of 172, and the upper one is by 170 and 1 higher.
 #[test]
 fn reasons_have_the_thresholds() {
-    let course = course(5, 8, 1);
-    let reason = |choice, parameter| proposed(&course, choice, parameter).1;
+    let at_speed = at_speed(5, 8, 1);
+    let reason = |choice, parameter| proposed(&at_speed, choice, parameter).1;
     assert_eq!(
         reason(CHOICE, 172),
         "below a load value of 160 the current rises: it is 8 of 16 without load, and whole with it"
@@ -222,12 +222,12 @@ fn reasons_have_the_thresholds() {
     assert_eq!(with(0), "from a load value of 192 on the current falls; more of it is not needed");
     assert_eq!(with(1), "from a load value of 224 on the current falls; less of it lets the current swing");
     assert_eq!(with(4), "from a load value of 320 on the current falls; less of it lets the current swing");
-    let minimum = |minimum| proposed(&course, Choice { minimum, ..CHOICE }, 168);
+    let minimum = |minimum| proposed(&at_speed, Choice { minimum, ..CHOICE }, 168);
     assert_eq!(minimum(0), (0, "down to a half: a quarter saves no more here".to_owned()));
     assert_eq!(minimum(1), (1, "down to a quarter, which saves more than a half".to_owned()));
-    assert_eq!(proposed(&course, CHOICE, 174), (7, "the threshold with which all this was measured".to_owned()));
+    assert_eq!(proposed(&at_speed, CHOICE, 174), (7, "the threshold with which all this was measured".to_owned()));
     assert_eq!(
-        proposed(&course, CHOICE, 182),
+        proposed(&at_speed, CHOICE, 182),
         (640, "coolStep from 80 % of 800 int on, the slowest speed that was measured".to_owned())
     );
 }
@@ -235,11 +235,11 @@ fn reasons_have_the_thresholds() {
 /// The times and the speed are those of the slowest speed.
 #[test]
 fn the_slowest_speed_counts() {
-    let mut fast = course(5, 4, 1);
+    let mut fast = at_speed(5, 4, 1);
     fast.cruise.speed = 1000;
     fast.cruise.full_step = Duration::from_millis(1);
-    for courses in [[course(5, 8, 1), fast.clone()], [fast, course(5, 8, 1)]] {
-        let proposals = propose(&courses, CHOICE, None, 128, 3, "int", number);
+    for speeds_tried in [[at_speed(5, 8, 1), fast.clone()], [fast, at_speed(5, 8, 1)]] {
+        let proposals = propose(&speeds_tried, CHOICE, None, 128, 3, "int", number);
         let value = |number| proposals.iter().find(|found| found.parameter == number).map(|found| found.value);
         assert_eq!([169, 171, 182].map(value), [2, 2, 640].map(Some));
         assert!(proposals.iter().all(|proposal| proposal.axis == 3));

@@ -1,4 +1,4 @@
-//! The course of virtual time: by the clock; or paused, where it passes by steps and for what hosts are waiting for.
+//! The timekeeper of virtual time: by the clock; or paused, where it passes by steps and for what hosts are waiting for.
 //!
 //! Nothing here holds the simulator up. What takes long is done in turns, and between them links and connections are
 //! served.
@@ -27,7 +27,7 @@ const REST: Duration = Duration::from_millis(50);
 
 /// How virtual time passes, and on whose behalf.
 #[derive(Debug)]
-pub(super) struct Course {
+pub(super) struct Timekeeper {
     pacer: Pacer,
     /// While time is paused: how much of it passes after each reply.
     paused: Option<Nanos>,
@@ -107,12 +107,12 @@ impl Task {
 /// What a connection waited for has been done: whose it is, and its answer.
 pub(super) type Finished = (ControllerId, Result<Option<Told>, String>);
 
-impl Course {
-    /// The course from `now` on: by the clock at this speed; or paused, and `paused` is how much time passes after each
+impl Timekeeper {
+    /// The timekeeper from `now` on: by the clock at this speed; or paused, and `paused` is how much time passes after each
     /// reply.
     pub(super) fn new(speed: Speed, paused: Option<Nanos>, now: Nanos) -> Self {
         let pacer = Pacer::new(speed, Instant::now(), now);
-        Course {
+        Timekeeper {
             pacer,
             paused,
             debt: 0,
@@ -124,10 +124,10 @@ impl Course {
         }
     }
 
-    /// The course of new modules from `now` on, paused and as fast as this one.
+    /// The timekeeper of new modules from `now` on, paused and as fast as this one.
     pub(super) fn anew(&mut self, now: Nanos) -> Self {
         let interrupters = std::mem::take(&mut self.interrupters);
-        Course { interrupters, ..Self::new(self.pacer.wanted(), self.paused, now) }
+        Timekeeper { interrupters, ..Self::new(self.pacer.wanted(), self.paused, now) }
     }
 
     /// True while time passes by steps and for requests alone.
