@@ -56,7 +56,8 @@
 //! * [`units`] - microseconds, internal velocity, current scale
 //! * [`can`] - a frame of the CAN bus
 //! * [`tmcl`] - the language: instruction table, commands, replies, the binary, ASCII and CAN codecs, text
-//! * [`param`] - the parameter tables
+//! * [`param`] - what parameters there are, and how their tables are written
+//! * [`product`] - the parameter tables of each product
 //! * [`chip`] - one driver per part, on embedded-hal
 //! * [`motion`] - axes: moves, reference searches, motor current, what stops a motor
 //! * [`store`] - settings and the program in the EEPROM, safe against power cuts
@@ -81,6 +82,8 @@ pub mod can;
 pub mod tmcl;
 
 pub mod param;
+
+pub mod product;
 
 pub mod chip;
 

@@ -3,7 +3,8 @@
 use super::outcome::Outcome;
 use super::ports::Signal;
 use super::slots::Slots;
-use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table, tmcm1140, tmcm3110, tmcm3212, tmcm6110};
+use crate::param::{AGAINST_READING, AxisParameter, GlobalParameter, Table};
+use crate::product::{tmcm1140, tmcm3110, tmcm3212, tmcm6110};
 use crate::store::{Array, Layout, Memory, Pair, Store, Storing};
 use crate::tmcl::{Command, Opcode, Reply, Status};
 use crate::vm;

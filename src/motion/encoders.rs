@@ -113,14 +113,19 @@ impl Encoders {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::param::tmcm1140;
+    use crate::param::{AxisParameter, Table, rows};
+
+    /// The prescaler alone, with a default of 50 microsteps for each count.
+    static AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(rows! { AxisParameter;
+        210 EncoderPrescaler "" Prescaler &[(0, i32::MAX)], ReadWrite Volatile 25600 "",
+    });
 
     /// 1024 counts in a turn of 51 200 microsteps: 50 microsteps each, by the default of parameter 210 or by the turn. Up to the
     /// half of a turn the zero point has been passed to the right, in the other half to the left, and there it lies between the
     /// counts 1023 and 0.
     #[test]
     fn the_way_since_the_zero_point_follows_from_the_angle() {
-        let values = Values::of(&tmcm1140::AXIS);
+        let values = Values::of(&AXIS);
         for (angle, way) in [(0, 0), (1, 50), (300, 15_000), (511, 25_550), (512, -25_550), (722, -15_050), (1023, 0)] {
             for turn in [None, Some(51_200)] {
                 let mut encoders = Encoders { turn, ..Encoders::default() };

@@ -1,4 +1,4 @@
-//! Parameters: their functions, and for each product a table with one row per parameter.
+//! Parameters: their functions, and the table with one row per parameter that each product has of them.
 //!
 //! A row is read by the dispatcher (does the parameter exist, may it be written), by the range check, by the settings
 //! (which slot), by the documentation (`docs/parameters-*.md`) and by the tests. The function of a parameter is a
@@ -12,16 +12,14 @@ mod axis;
 mod global;
 mod interrupt;
 mod rows;
-pub mod tmcm1140;
-pub mod tmcm3110;
-pub mod tmcm3212;
-pub mod tmcm6110;
 
 pub use axis::AxisParameter;
 pub(crate) use axis::{Computed, Source, Special, Writing};
 pub use global::{BAUD_RATES, CAN_BIT_RATES, GlobalParameter};
 pub use interrupt::{ALL_INTERRUPTS, INTERRUPTS, Interrupt, Numbered, Per, TIMERS};
-use rows::{demand, derived, rows, unstored};
+pub(crate) use rows::{count, derived, merge, rows, unstored};
+
+use rows::demand;
 
 /// Bit of global parameter 81 that keeps a host from reading the program.
 pub const AGAINST_READING: i32 = 1;

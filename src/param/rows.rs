@@ -28,13 +28,13 @@ macro_rules! parameter_rows {
         }),*]
     };
 }
-pub(super) use crate::parameter_rows as rows;
+pub(crate) use crate::parameter_rows as rows;
 
 /// The rows of a product in terms of those of a sister, `of`: without the numbers in `without`, and with the rows that
 /// follow, which also take the place of rows with the same number. All of them are in the order of their numbers.
 macro_rules! derived {
     ($functions:ident; of $of:expr, without $without:expr; $($with:tt)*) => {{
-        use $crate::param::rows::{count, merge, rows};
+        use $crate::param::{count, merge, rows};
         const OF: &[$crate::param::Parameter<$functions>] = $of;
         const WITHOUT: &[u8] = $without;
         const WITH: &[$crate::param::Parameter<$functions>] = rows! { $functions; $($with)* };
@@ -42,11 +42,11 @@ macro_rules! derived {
         &ROWS
     }};
 }
-pub(super) use derived;
+pub(crate) use derived;
 
 /// Number of the rows that [`derived!`] makes.
 #[track_caller]
-pub(super) const fn count<F>(of: &[Parameter<F>], without: &[u8], with: &[Parameter<F>]) -> usize {
+pub(crate) const fn count<F>(of: &[Parameter<F>], without: &[u8], with: &[Parameter<F>]) -> usize {
     let (mut i, mut kept) = (0, 0);
     while i < of.len() {
         kept += stays(of[i].row.number, without, with) as usize;
@@ -61,7 +61,7 @@ pub(super) const fn count<F>(of: &[Parameter<F>], without: &[u8], with: &[Parame
 }
 
 /// The rows that [`derived!`] makes: `N` is their [`count`].
-pub(super) const fn merge<F: Copy, const N: usize>(
+pub(crate) const fn merge<F: Copy, const N: usize>(
     of: &[Parameter<F>],
     without: &[u8],
     with: &[Parameter<F>],
@@ -109,7 +109,7 @@ const fn has<F>(rows: &[Parameter<F>], number: u8) -> bool {
 }
 
 /// The rows of a sister, for a product that does not store them.
-pub(super) const fn unstored<F: Copy, const N: usize>(of: &[Parameter<F>]) -> [Parameter<F>; N] {
+pub(crate) const fn unstored<F: Copy, const N: usize>(of: &[Parameter<F>]) -> [Parameter<F>; N] {
     let mut rows = [of[0]; N];
     let mut i = 0;
     while i < N {

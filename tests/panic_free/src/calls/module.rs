@@ -6,7 +6,7 @@ use super::stand_ins::{Added, Built, Nobody, parts};
 use super::{Bare, command, now};
 use tmcm::device::{Device, Inputs, Inversion};
 use tmcm::module::{LinkMode, LinkSettings, Message, Module, Port, Request, Source, deliver, serve};
-use tmcm::param::tmcm1140::AXIS;
+use tmcm::product::tmcm1140::AXIS;
 use tmcm::tmcl::binary::Addressed;
 
 #[inline(never)]

@@ -11,7 +11,8 @@ use tmcm::motion::tmc5160::Tmc5160Axis;
 use tmcm::motion::{
     Axis, Former, Hardware, Known, Leg, Mark, MotionController, Pace, Plan, Ratio, Sensors, Slope, Sought, Until, root,
 };
-use tmcm::param::{AxisParameter, Table, tmcm1140, tmcm3212};
+use tmcm::param::{AxisParameter, Table};
+use tmcm::product::{tmcm1140, tmcm3212};
 
 #[inline(never)]
 pub(super) fn motion() {

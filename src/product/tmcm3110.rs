@@ -1,7 +1,8 @@
 //! The parameters of the TMCM-3110: those of the TMCM-6110, and those of an ABN encoder for each axis, which has a
 //! counter of its own outside the motion controller.
 
-use super::{ANY, AxisParameter, GlobalParameter, Table, derived, tmcm1140, tmcm6110};
+use super::{tmcm1140, tmcm6110};
+use crate::param::{ANY, AxisParameter, GlobalParameter, Table, derived};
 
 /// Axis parameters. Slots count from the first slot of the axis.
 pub static AXIS: Table<AxisParameter> = Table::<AxisParameter>::new(derived! { AxisParameter;

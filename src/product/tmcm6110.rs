@@ -1,7 +1,8 @@
 //! The parameters of the TMCM-6110. Published are their numbers and names, and some ranges; where nothing is known they
 //! are those of the TMCM-1140, in the same slots. The module has no encoders.
 
-use super::{AxisParameter, GlobalParameter, Table, derived, tmcm1140};
+use super::tmcm1140;
+use crate::param::{AxisParameter, GlobalParameter, Table, derived};
 
 /// Numbers of the parameters of encoders.
 const ENCODERS: &[u8] = &[209, 210, 212, 215, 216, 217, 218];

@@ -2,7 +2,8 @@
 //! pps2. The module has a counter for an encoder of each axis, which is in the chip as well. No axis parameter is
 //! stored.
 
-use super::{ANY, AxisParameter, FLAG, GlobalParameter, Parameter, Table, derived, tmcm1140, tmcm6110, unstored};
+use super::{tmcm1140, tmcm6110};
+use crate::param::{ANY, AxisParameter, FLAG, GlobalParameter, Parameter, Table, derived, unstored};
 
 /// Numbers of parameters of other ramp generators and drivers.
 const OTHERS: &[u8] = &[130, 135, 138, 141, 149, 150, 153, 154, 160, 161, 175, 176, 178, 183, 200];

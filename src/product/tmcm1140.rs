@@ -1,6 +1,6 @@
 //! The parameters of the TMCM-1140, in the manual's order.
 
-use super::{ANY, AxisParameter, FLAG, GlobalParameter, Table, rows};
+use crate::param::{ANY, AxisParameter, FLAG, GlobalParameter, Table, rows};
 
 /// Axis parameters, read by GAP and written by SAP and AAP (manual chapter 4). Parameter 141 is not in the V1.42
 /// manual; it is here because existing host software reads this register of the TMC429. Slots count from the first
